@@ -1,0 +1,85 @@
+"""The cell file as the processes use it: SI units, absolute paths, every default filled in."""
+
+from dataclasses import dataclass
+from enum import Enum
+from pathlib import Path
+
+
+class OnManagerReturn(Enum):
+    """What a robot does that stopped on its path because the manager fell silent, once the manager is back."""
+
+    CONTINUE = "continue"
+    OPERATOR = "operator"
+
+
+@dataclass(frozen=True, slots=True)
+class PoseSettings:
+    """A pose in world: position [m] and orientation as quaternion (x, y, z, w)."""
+
+    position_m: tuple[float, float, float]
+    quaternion_xyzw: tuple[float, float, float, float]
+
+
+@dataclass(frozen=True, slots=True)
+class RobotSettings:
+    """One robot of the cell: which model, on which gateway, where it stands, what it runs."""
+
+    name: str
+    model: Path
+    gateway: str
+    base: PoseSettings
+    program: Path
+
+
+@dataclass(frozen=True, slots=True)
+class GatewayEndpoint:
+    """One gateway: where it listens and which file describes its bus and drives."""
+
+    name: str
+    endpoint: str
+    drives: Path
+
+
+@dataclass(frozen=True, slots=True)
+class ZoneSettings:
+    """An exclusive zone: an oriented box and the robots that may ask for it."""
+
+    name: str
+    size_m: tuple[float, float, float]
+    pose: PoseSettings
+    robots: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Times:
+    """Deadlines of `docs/architecture.md`, section 6 [s]."""
+
+    fresh_s: float = 0.25
+    """Age limit, by echo, of a presence and of a manager state."""
+    command_s: float = 0.5
+    """Age limit, by echo, of an operator's call."""
+    nominal_s: float = 0.12
+    """Length of the nominal part of a set-point block, before its ramp."""
+    lead_s: float = 0.02
+    """How far ahead of the feedback's tick a new block joins."""
+    feedback_lost_s: float = 0.25
+    """Silence of drive feedback that is a fault."""
+    owner_silent_s: float = 0.5
+    """Silence of set-point blocks, at rest, that ends a claim."""
+    estop_delay_s: float = 2.0
+    """From a software emergency stop to the gateway's own quick stop of a robot that is not at rest by then."""
+
+
+@dataclass(frozen=True, slots=True)
+class CellSettings:
+    """A whole cell. `digest` is the same on two hosts exactly when their configurations mean the same."""
+
+    name: str
+    file: Path
+    manager_endpoint: str
+    robots: dict[str, RobotSettings]
+    gateways: dict[str, GatewayEndpoint]
+    zones: dict[str, ZoneSettings]
+    times: Times
+    on_manager_return: OnManagerReturn
+    digest: str

@@ -1,0 +1,84 @@
+"""Everything that is said on the cell's Zenoh keys, as frozen dataclasses, one file per sender.
+
+Units are SI: metres, radians, seconds; poses and capsules are in the cell's world frame. A missing reading is `None`.
+How a message becomes bytes is the business of `cell.net.codec`; on which key it travels, of `cell.net.keys`.
+"""
+
+from cell.messages.commands import (
+    AdoptZone,
+    Call,
+    Claim,
+    ClaimGrant,
+    ClearZone,
+    Command,
+    Continue,
+    Disable,
+    DisableDrives,
+    Enable,
+    EnableDrives,
+    Halt,
+    Release,
+    Reply,
+    ResetDrives,
+    ResetEstop,
+    ResetRobot,
+    Run,
+    SetEstop,
+    Who,
+)
+from cell.messages.common import Heard, Token
+from cell.messages.drives import AxisStatus, DriveFeedback, PlayoutState
+from cell.messages.estop import Estop
+from cell.messages.event import Event, Severity
+from cell.messages.gateway_state import BusCounters, GatewayState, NodeStatus
+from cell.messages.manager_state import ManagerState, ZoneState, ZoneStatus
+from cell.messages.presence import Body, Presence
+from cell.messages.robot_state import GovernorStatus, Mode, ProgramState, ProgramStatus, RobotState
+from cell.messages.setpoints import SetpointBlock
+from cell.messages.zone import ZoneGeometry
+
+__all__ = [
+    "AdoptZone",
+    "AxisStatus",
+    "Body",
+    "BusCounters",
+    "Call",
+    "Claim",
+    "ClaimGrant",
+    "ClearZone",
+    "Command",
+    "Continue",
+    "Disable",
+    "DisableDrives",
+    "DriveFeedback",
+    "Enable",
+    "EnableDrives",
+    "Estop",
+    "Event",
+    "GatewayState",
+    "GovernorStatus",
+    "Halt",
+    "Heard",
+    "ManagerState",
+    "Mode",
+    "NodeStatus",
+    "PlayoutState",
+    "Presence",
+    "ProgramState",
+    "ProgramStatus",
+    "Release",
+    "Reply",
+    "ResetDrives",
+    "ResetEstop",
+    "ResetRobot",
+    "RobotState",
+    "Run",
+    "SetEstop",
+    "SetpointBlock",
+    "Severity",
+    "Token",
+    "Who",
+    "ZoneGeometry",
+    "ZoneState",
+    "ZoneStatus",
+]

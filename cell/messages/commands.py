@@ -1,0 +1,185 @@
+"""Calls: query and reply, for operators and for the claim of a robot. State never travels here.
+
+A call's verb is the last chunk of its key (`robot/left/cmd/run`); the verb picks the command's type.
+"""
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+from cell.messages.common import Heard
+
+
+@dataclass(frozen=True, slots=True)
+class Command:
+    """What is asked for; each kind names its verb."""
+
+    verb: ClassVar[str]
+
+
+# To an agent: robot/<r>/cmd/<verb>
+
+
+@dataclass(frozen=True, slots=True)
+class Enable(Command):
+    """Switch the robot's drives on; the robot holds its position."""
+
+    verb: ClassVar[str] = "enable"
+
+
+@dataclass(frozen=True, slots=True)
+class Disable(Command):
+    """Switch the robot's drives off; refused while it moves."""
+
+    verb: ClassVar[str] = "disable"
+
+
+@dataclass(frozen=True, slots=True)
+class Run(Command):
+    """Start the configured program from its first line."""
+
+    verb: ClassVar[str] = "run"
+
+
+@dataclass(frozen=True, slots=True)
+class Halt(Command):
+    """Brake on the path and stay there."""
+
+    verb: ClassVar[str] = "halt"
+
+
+@dataclass(frozen=True, slots=True)
+class Continue(Command):
+    """Go on from where the robot was halted on its path."""
+
+    verb: ClassVar[str] = "continue"
+
+
+@dataclass(frozen=True, slots=True)
+class ResetRobot(Command):
+    """Acknowledge a fault or a cleared emergency stop; nothing moves."""
+
+    verb: ClassVar[str] = "reset"
+
+
+# To the manager: manager/cmd/<verb>
+
+
+@dataclass(frozen=True, slots=True)
+class SetEstop(Command):
+    verb: ClassVar[str] = "estop"
+    id: str
+    by: str
+    reason: str
+
+
+@dataclass(frozen=True, slots=True)
+class ResetEstop(Command):
+    verb: ClassVar[str] = "reset"
+    by: str
+
+
+@dataclass(frozen=True, slots=True)
+class ClearZone(Command):
+    """The operator has looked: nobody is inside."""
+
+    verb: ClassVar[str] = "clear_zone"
+    zone: str
+    by: str
+
+
+@dataclass(frozen=True, slots=True)
+class AdoptZone(Command):
+    """The operator gives an orphaned zone to the robot that stands in it, under its new boot."""
+
+    verb: ClassVar[str] = "adopt_zone"
+    zone: str
+    robot: str
+    by: str
+
+
+# To anyone who serves calls
+
+
+@dataclass(frozen=True, slots=True)
+class Who(Command):
+    """Who answers here: role, name, boot and process, in the reply's text."""
+
+    verb: ClassVar[str] = "who"
+
+
+# To a gateway: gateway/<g>/cmd/<verb>
+
+
+@dataclass(frozen=True, slots=True)
+class Claim(Command):
+    """Become the one owner of a robot's drives."""
+
+    verb: ClassVar[str] = "claim"
+    robot: str
+    boot: str
+    digest: str
+
+
+@dataclass(frozen=True, slots=True)
+class Release(Command):
+    verb: ClassVar[str] = "release"
+    robot: str
+    owner: int
+
+
+@dataclass(frozen=True, slots=True)
+class EnableDrives(Command):
+    verb: ClassVar[str] = "enable_drives"
+    robot: str
+    owner: int
+
+
+@dataclass(frozen=True, slots=True)
+class DisableDrives(Command):
+    verb: ClassVar[str] = "disable_drives"
+    robot: str
+    owner: int
+
+
+@dataclass(frozen=True, slots=True)
+class ResetDrives(Command):
+    """Acknowledge the drives' faults; succeeds only where the cause is gone."""
+
+    verb: ClassVar[str] = "reset_drives"
+    robot: str
+    owner: int
+
+
+@dataclass(frozen=True, slots=True)
+class Call:
+    """A command with the id that makes a repeated call harmless, and the echo that makes an old one recognisable.
+
+    `heard` is the newest state of the addressee that the caller had seen when it sent the call. An agent refuses
+    operator commands whose echo is older than 0.5 s; gateways and the manager do not need it for the calls above.
+    """
+
+    id: str
+    command: Command
+    heard: Heard | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class ClaimGrant:
+    """What a gateway gives its new owner."""
+
+    owner: int
+    """Number of this claim; grows with each claim, never 0."""
+    cycle_s: float
+    tick: int
+    axes: tuple[str, ...]
+    gateway_boot: str
+
+
+@dataclass(frozen=True, slots=True)
+class Reply:
+    """The answer to a call. `text` says what was done, or what was found, what is allowed and what to do next."""
+
+    id: str
+    ok: bool
+    text: str
+    claim: ClaimGrant | None = None

@@ -1,0 +1,16 @@
+"""The software emergency stop. It supports and never replaces a hard-wired one."""
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True, slots=True)
+class Estop:
+    """A latched stop of the whole cell. Anyone sends it; only the manager's `reset` clears it, by the same id.
+
+    An id that was once cleared is never accepted again, so a late copy of an old stop does nothing.
+    """
+
+    id: str
+    active: bool
+    by: str
+    reason: str

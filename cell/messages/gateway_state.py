@@ -1,0 +1,53 @@
+"""What a gateway tells about its bus, a few times per second."""
+
+from dataclasses import dataclass
+
+from cell.messages.drives import AxisStatus
+
+
+@dataclass(frozen=True, slots=True)
+class NodeStatus:
+    """One drive node: its NMT state as last heard, the drive state, and the newest emergency code with its meaning."""
+
+    node_id: int
+    robot: str
+    axis: str
+    nmt: str
+    drive: AxisStatus
+    emergency_code: int | None = None
+    emergency_text: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class BusCounters:
+    """What the cycle loop counts since the start."""
+
+    ticks: int
+    late_cycles: int
+    worst_lateness_s: float
+    missing_tpdos: int
+    blocks_accepted: int
+    blocks_refused: int
+    bus_load: float
+    """Share of the wire time in use, 0 to 1, worst-case stuffing."""
+
+
+@dataclass(frozen=True, slots=True)
+class GatewayState:
+    """The bus and its drives as the gateway knows them."""
+
+    gateway: str
+    boot: str
+    sequence: int
+    cycle_s: float
+    interface: str
+    ready: bool
+    """All nodes are configured and operational."""
+    problem: str
+    """Why it is not ready, for people; empty when it is."""
+    owners: dict[str, str]
+    """Robot: boot of the agent that owns it."""
+    estop_confirmed: str | None
+    """Id of the emergency stop under which all robots of this bus are measured at rest and switched off, if any."""
+    nodes: tuple[NodeStatus, ...]
+    counters: BusCounters

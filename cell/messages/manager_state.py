@@ -1,0 +1,47 @@
+"""What the manager permits, as repeated state."""
+
+from dataclasses import dataclass, field
+from enum import Enum
+
+from cell.messages.common import Heard, Token
+from cell.messages.estop import Estop
+
+
+class ZoneState(Enum):
+    """An exclusive zone: who may be inside (grant) and whose body is inside (occupancy) are two things."""
+
+    FREE = "free"
+    GRANTED = "granted"
+    OCCUPIED = "occupied"
+    ORPHANED = "orphaned"
+
+
+@dataclass(frozen=True, slots=True)
+class ZoneStatus:
+    """A zone as the manager sees it. `since` is cell time [s] of the last change of state or holder."""
+
+    state: ZoneState
+    holder: str | None
+    token: Token | None
+    queue: tuple[str, ...]
+    version: int
+    since: float
+    reason: str = ""
+    """Why nobody is granted the zone although robots wait for it, or why it is orphaned; for people."""
+
+
+@dataclass(frozen=True, slots=True)
+class ManagerState:
+    """The one message that permits motion; every agent checks that it answers its own newest presence."""
+
+    cell: str
+    boot: str
+    epoch: int
+    sequence: int
+    cell_time: float
+    digest: str
+    heard: dict[str, Heard] = field(default_factory=dict)
+    zones: dict[str, ZoneStatus] = field(default_factory=dict)
+    refused: dict[str, str] = field(default_factory=dict)
+    """Robots that get no grants, and why (another configuration digest, not configured, unknown body)."""
+    estop: Estop | None = None

@@ -1,0 +1,78 @@
+"""What an agent tells everyone about its robot."""
+
+from dataclasses import dataclass, field
+from enum import Enum
+
+
+class Mode(Enum):
+    """What the agent can do at the moment."""
+
+    STARTING = "starting"
+    """No claim on the gateway yet, or no drive feedback."""
+    DISABLED = "disabled"
+    """Claimed; the drives have no torque, the command follows the measured position."""
+    ENABLING = "enabling"
+    READY = "ready"
+    """Enabled, at rest, no program running."""
+    RUNNING = "running"
+    HALTED = "halted"
+    """The program is stopped on its path and waits for `continue`."""
+    OFF_PATH = "off_path"
+    """The robot is not where its path says; `continue` is refused."""
+    FAULT = "fault"
+    ESTOP = "estop"
+
+
+class ProgramState(Enum):
+    NONE = "none"
+    LOADED = "loaded"
+    RUNNING = "running"
+    DONE = "done"
+    FAILED = "failed"
+
+
+@dataclass(frozen=True, slots=True)
+class ProgramStatus:
+    """The program, the line being executed and its text. `line` counts from 1; 0 means not started."""
+
+    name: str
+    state: ProgramState
+    line: int
+    text: str
+    error: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class GovernorStatus:
+    """How fast path time advances and who rules; `ruled_by` is empty when nobody asks for less than the plan."""
+
+    rate: float
+    tau_s: float
+    duration_s: float
+    ruled_by: str
+
+
+@dataclass(frozen=True, slots=True)
+class RobotState:
+    """The robot as its agent knows it, at about 50 Hz."""
+
+    robot: str
+    boot: str
+    sequence: int
+    mode: Mode
+    program: ProgramStatus
+    joints: tuple[float, ...] | None
+    """Measured joints [rad or m]."""
+    tcp_position_m: tuple[float, float, float] | None
+    """Measured flange or tool centre point in world."""
+    tcp_quaternion_xyzw: tuple[float, float, float, float] | None
+    tcp_speed_m_s: float | None
+    """Commanded speed of the TCP."""
+    governor: GovernorStatus | None
+    zones: tuple[str, ...] = ()
+    """Zones held."""
+    waiting_for: str = ""
+    """Why the robot does not move although its program runs; for people."""
+    waited_s: dict[str, float] = field(default_factory=dict)
+    """Zone: time spent at rest waiting for it since the program started."""
+    alarms: tuple[str, ...] = ()

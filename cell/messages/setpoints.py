@@ -1,0 +1,30 @@
+"""What an agent sends to its gateway: a piece of motion that ends at rest."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SetpointBlock:
+    """Samples for consecutive ticks of the gateway, the braking ramp to rest included (rule of motion 1).
+
+    Sample `i` is for tick `first_tick + i`. The first `nominal` samples follow the plan, the rest is the ramp; the last
+    sample has zero velocity and is held when the block is played out.
+    """
+
+    robot: str
+    owner: int
+    """Number of the claim under which the block is sent; see `ClaimGrant`."""
+    sequence: int
+    """Counts the blocks of one owner from 1."""
+    follows: int
+    """Sequence of the block this one was computed from; 0 when computed from the gateway's commanded position."""
+    first_tick: int
+    dt_s: float
+    nominal: int
+    position: NDArray[np.float64]
+    """`(m, n)` [rad or m] axis positions, in the axis order of the claim."""
+    velocity: NDArray[np.float64]
+    """`(m, n)` [rad/s or m/s], for feed-forward."""

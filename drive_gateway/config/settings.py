@@ -1,0 +1,67 @@
+"""A bus and its drives as the gateway uses them: SI units, every default filled in."""
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True, slots=True)
+class AxisSettings:
+    """One axis: its node, its units and its limits. Radians or metres are at the axis, behind the gear."""
+
+    name: str
+    node_id: int
+    counts_per_unit: float
+    """Encoder counts per rad (or m) of the axis, gear included, negative for a reversed direction."""
+    offset: float
+    """Axis position [rad or m] at encoder count zero."""
+    speed: float
+    """[rad/s or m/s] above this a block is refused."""
+    acceleration: float
+    """[rad/s^2 or m/s^2] above this a block is refused; at least the agent's `ramp` limit."""
+    quick_stop: float
+    """[rad/s^2 or m/s^2] deceleration of the drive's own quick stop (6085h); above `acceleration`."""
+    following_window: float
+    """[rad or m] following error that is a fault (6065h)."""
+    following_time_s: float
+    """Time for which the following error may be larger (6066h)."""
+    simulated_start: float
+    """[rad or m] where a simulated drive stands when it is switched on."""
+
+
+@dataclass(frozen=True, slots=True)
+class RobotDrives:
+    """The axes of one robot on this bus, in the order of its set-point blocks."""
+
+    robot: str
+    axes: tuple[AxisSettings, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class BusSettings:
+    """How python-can opens the bus. `options` go to `can.Bus` as they are (port, hop_limit, ...)."""
+
+    interface: str
+    channel: str
+    bitrate: int
+    options: dict[str, str | int | float | bool]
+
+
+@dataclass(frozen=True, slots=True)
+class GatewaySettings:
+    """One gateway: its bus, its cycle and its robots."""
+
+    name: str
+    bus: BusSettings
+    cycle_s: float
+    overrun_limit_s: float
+    """A cycle that is later than this is a fault: 0.02 s on real drives, 0.2 s on simulated ones."""
+    heartbeat_producer_s: float
+    """Period of the master's and the nodes' heartbeats (1017h)."""
+    heartbeat_timeout_s: float
+    """Silence after which master and nodes miss each other (1016h)."""
+    tpdo_timeout_s: float
+    """Silence of a node's TPDO that stops its robot."""
+    boot_timeout_s: float
+    """Within this time after NMT reset a node must have sent its boot-up."""
+    simulated_lag_s: float
+    """Lag with which a simulated drive follows its set points."""
+    robots: dict[str, RobotDrives]

@@ -1,0 +1,1 @@
+"""One robot: its model, kinematics, paths, trajectories, programs and the agent process."""

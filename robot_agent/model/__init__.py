@@ -1,0 +1,1 @@
+"""The robot file: links, limits, home position and body."""
