@@ -1,0 +1,32 @@
+"""Poses, rotations and distances: pure numpy, batched over leading dimensions, SI units and radians."""
+
+from cell.geometry.box import Box, capsule_box_distance, point_box_distance
+from cell.geometry.errors import GeometryError, NotAPose, WrongShape
+from cell.geometry.occupied import OccupiedSpace, body_touches_box
+from cell.geometry.pose import (
+    check_poses,
+    compose,
+    from_xyz_abc,
+    inverse,
+    pose_from,
+    to_xyz_abc,
+    transform_points,
+)
+
+__all__ = [
+    "Box",
+    "GeometryError",
+    "NotAPose",
+    "OccupiedSpace",
+    "WrongShape",
+    "body_touches_box",
+    "capsule_box_distance",
+    "check_poses",
+    "compose",
+    "from_xyz_abc",
+    "inverse",
+    "point_box_distance",
+    "pose_from",
+    "to_xyz_abc",
+    "transform_points",
+]

@@ -1,0 +1,38 @@
+"""Whether the space that a robot may occupy touches a box: the one rule that manager and agents share."""
+
+from typing import Protocol
+
+import numpy as np
+
+from cell.geometry.box import Box, capsule_box_distance, point_box_distance
+
+CapsuleNumbers = tuple[float, float, float, float, float, float]
+
+
+class OccupiedSpace(Protocol):
+    """What the rule needs to know of a robot's published body (`cell.messages.Body`)."""
+
+    @property
+    def known(self) -> bool: ...
+    @property
+    def base(self) -> tuple[float, float, float]: ...
+    @property
+    def reach_m(self) -> float: ...
+    @property
+    def radii_m(self) -> tuple[float, ...]: ...
+    @property
+    def poses(self) -> tuple[tuple[CapsuleNumbers, ...], ...]: ...
+    @property
+    def growth_m(self) -> tuple[float, ...]: ...
+
+
+def body_touches_box(body: OccupiedSpace, box: Box) -> bool:
+    """True when any capsule of any pose, grown by that pose's growth, touches the box.
+
+    A body that is not known, or has no poses, counts as its whole reach: a sphere around its base.
+    """
+    if not body.known or not body.poses:
+        return float(point_box_distance(np.array(body.base), box)) <= body.reach_m
+    points = np.array(body.poses).reshape(len(body.poses), len(body.radii_m), 2, 3)
+    grown = np.array(body.radii_m) + np.array(body.growth_m)[:, None]
+    return bool((capsule_box_distance(points, grown, box) <= 0).any())

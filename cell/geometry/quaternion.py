@@ -1,0 +1,91 @@
+"""Unit quaternions in the order (x, y, z, w), batched over leading dimensions."""
+
+import numpy as np
+
+from cell.geometry.arrays import Array
+
+
+def to_matrix(quaternions: Array) -> Array:
+    """`(..., 4)` quaternions, of any length but zero, to `(..., 3, 3)` rotation matrices."""
+    q = np.asarray(quaternions, dtype=float)
+    x, y, z, w = np.moveaxis(q / np.linalg.norm(q, axis=-1, keepdims=True), -1, 0)
+    matrix = np.empty((*q.shape[:-1], 3, 3))
+    matrix[..., 0, 0] = 1 - 2 * (y * y + z * z)
+    matrix[..., 0, 1] = 2 * (x * y - z * w)
+    matrix[..., 0, 2] = 2 * (x * z + y * w)
+    matrix[..., 1, 0] = 2 * (x * y + z * w)
+    matrix[..., 1, 1] = 1 - 2 * (x * x + z * z)
+    matrix[..., 1, 2] = 2 * (y * z - x * w)
+    matrix[..., 2, 0] = 2 * (x * z - y * w)
+    matrix[..., 2, 1] = 2 * (y * z + x * w)
+    matrix[..., 2, 2] = 1 - 2 * (x * x + y * y)
+    return matrix
+
+
+def from_matrix(rotations: Array) -> Array:
+    """`(..., 3, 3)` rotation matrices to `(..., 4)` unit quaternions with w >= 0.
+
+    Shepperd's method: of the four equivalent formulas the one with the largest divisor, so half turns are as exact as
+    small angles.
+    """
+    m = np.asarray(rotations, dtype=float)
+    xx, yy, zz = m[..., 0, 0], m[..., 1, 1], m[..., 2, 2]
+    xy, yz, zx = m[..., 0, 1] + m[..., 1, 0], m[..., 1, 2] + m[..., 2, 1], m[..., 2, 0] + m[..., 0, 2]
+    wx, wy, wz = m[..., 2, 1] - m[..., 1, 2], m[..., 0, 2] - m[..., 2, 0], m[..., 1, 0] - m[..., 0, 1]
+    # Row k is 4 * q * q[k].
+    outer = np.stack(
+        [
+            np.stack([1 + xx - yy - zz, xy, zx, wx], axis=-1),
+            np.stack([xy, 1 - xx + yy - zz, yz, wy], axis=-1),
+            np.stack([zx, yz, 1 - xx - yy + zz, wz], axis=-1),
+            np.stack([wx, wy, wz, 1 + xx + yy + zz], axis=-1),
+        ],
+        axis=-2,
+    )
+    largest = np.argmax(np.diagonal(outer, axis1=-2, axis2=-1), axis=-1)
+    q = np.take_along_axis(outer, largest[..., None, None], axis=-2)[..., 0, :]
+    q /= np.linalg.norm(q, axis=-1, keepdims=True)
+    return np.where(q[..., 3:] < 0, -q, q)
+
+
+def multiply(left: Array, right: Array) -> Array:
+    """Product of `(..., 4)` quaternions: the rotation `right` first, then `left`, as with matrices."""
+    a, b = np.asarray(left, dtype=float), np.asarray(right, dtype=float)
+    ax, ay, az, aw = np.moveaxis(a, -1, 0)
+    bx, by, bz, bw = np.moveaxis(b, -1, 0)
+    return np.stack(
+        [
+            aw * bx + ax * bw + ay * bz - az * by,
+            aw * by - ax * bz + ay * bw + az * bx,
+            aw * bz + ax * by - ay * bx + az * bw,
+            aw * bw - ax * bx - ay * by - az * bz,
+        ],
+        axis=-1,
+    )
+
+
+def angle_between(start: Array, end: Array) -> Array:
+    """Angle of the shortest rotation between unit quaternions `(..., 4)`: `(...)` [rad], 0 to pi.
+
+    Exact at both ends of the range, where the arccosine of the scalar product loses half the digits.
+    """
+    a, b = np.asarray(start, dtype=float), np.asarray(end, dtype=float)
+    shorter = np.where(np.sum(a * b, axis=-1, keepdims=True) < 0, -b, b)
+    angle: Array = 4 * np.arctan2(np.linalg.norm(a - shorter, axis=-1), np.linalg.norm(a + shorter, axis=-1))
+    return angle
+
+
+def slerp(start: Array, end: Array, share: Array) -> Array:
+    """Rotation at constant angular velocity from `start` to `end`, the shortest way.
+
+    `start`, `end`: unit quaternions `(..., 4)`; `share`: `(...)`, 0 at the start, 1 at the end; all broadcast. For a
+    half turn, where two ways are equally short, the way of the given signs is taken.
+    """
+    a, b = np.asarray(start, dtype=float), np.asarray(end, dtype=float)
+    b = np.where(np.sum(a * b, axis=-1, keepdims=True) < 0, -b, b)
+    half = angle_between(a, b)[..., None] / 2
+    u = np.asarray(share, dtype=float)[..., None]
+    # np.sinc keeps sin(k x) / sin(x) finite and exact down to x = 0.
+    whole = np.sinc(half / np.pi)
+    q = (1 - u) * np.sinc((1 - u) * half / np.pi) / whole * a + u * np.sinc(u * half / np.pi) / whole * b
+    return np.asarray(q / np.linalg.norm(q, axis=-1, keepdims=True))
