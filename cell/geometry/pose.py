@@ -3,6 +3,7 @@
 from functools import reduce
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from cell.geometry import quaternion
 from cell.geometry.arrays import Array
@@ -111,7 +112,7 @@ def check_poses(poses: Array, what: str = "pose") -> Array:
     return poses
 
 
-def _first(flags: object) -> tuple[int, ...]:
+def _first(flags: ArrayLike) -> tuple[int, ...]:
     return tuple(int(i) for i in np.argwhere(flags)[0])
 
 
