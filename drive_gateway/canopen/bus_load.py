@@ -1,0 +1,13 @@
+"""Bits that a frame takes on the wire, and the share of the wire that a cyclic exchange uses."""
+
+
+def frame_bits(data_bytes: int) -> int:
+    """Bits of a CAN 2.0A frame with worst-case stuffing: 47 + 8n + floor((34 + 8n - 1) / 4), interframe space included."""
+    return 47 + 8 * data_bytes + (33 + 8 * data_bytes) // 4
+
+
+def cyclic_load(nodes: int, bitrate: int, cycle_s: float, heartbeat_s: float, pdo_bytes: int = 6) -> float:
+    """Share of the wire (0 to 1) of one SYNC, one RPDO and one TPDO per node and cycle, and all heartbeats."""
+    per_cycle = frame_bits(0) + 2 * nodes * frame_bits(pdo_bytes)
+    per_heartbeat = (nodes + 1) * frame_bits(1)
+    return (per_cycle / cycle_s + per_heartbeat / heartbeat_s) / bitrate

@@ -1,0 +1,76 @@
+"""What is written to a drive before it may move: interpolation, mode, stops, windows, heartbeats.
+
+Every value is read back and compared: a drive that keeps another value would stop in another way than the cell expects.
+"""
+
+from dataclasses import dataclass
+
+from drive_gateway.canopen.cob_id import MASTER_NODE_ID
+from drive_gateway.canopen.pdo_map import SdoWrite
+from drive_gateway.config.settings import AxisSettings, GatewaySettings
+
+CYCLIC_SYNCHRONOUS_POSITION = 8
+QUICK_STOP_AND_STAY = 6
+"""605Ah: brake with the quick-stop deceleration and stay in Quick Stop Active, voltage on."""
+ABORT_BY_QUICK_STOP = 3
+"""6007h: a lost connection is answered by a quick stop."""
+
+
+@dataclass(frozen=True, slots=True)
+class Preparation:
+    """One value, what it is for, and the object that shows it (the mode is shown by another object than it is set by)."""
+
+    what: str
+    write: SdoWrite
+    shown_index: int
+    shown_sub: int
+
+
+def preparations(axis: AxisSettings, settings: GatewaySettings) -> list[Preparation]:
+    """The values for one axis, in the order in which they are written.
+
+    Raises:
+        ValueError: the cycle cannot be expressed as an interpolation period (60C2h).
+    """
+    counts = abs(axis.counts_per_unit)
+    period, exponent = interpolation_period(settings.cycle_s)
+    consumer = MASTER_NODE_ID << 16 | _milliseconds(settings.heartbeat_timeout_s)
+    return [
+        _same("heartbeat of the node", 0x1017, 0, _milliseconds(settings.heartbeat_producer_s), 2),
+        _same("heartbeat of the gateway", 0x1016, 1, consumer, 4),
+        _same("interpolation period", 0x60C2, 1, period, 1),
+        _same("interpolation period, power of ten", 0x60C2, 2, exponent, 1),
+        Preparation(
+            "mode cyclic synchronous position",
+            SdoWrite(0x6060, 0, CYCLIC_SYNCHRONOUS_POSITION.to_bytes(1, "little", signed=True)),
+            0x6061,
+            0,
+        ),
+        _same("quick-stop deceleration", 0x6085, 0, round(axis.quick_stop * counts), 4),
+        _same("quick-stop option", 0x605A, 0, QUICK_STOP_AND_STAY, 2),
+        _same("reaction to a lost connection", 0x6007, 0, ABORT_BY_QUICK_STOP, 2),
+        _same("following-error window", 0x6065, 0, round(axis.following_window * counts), 4),
+        _same("following-error time", 0x6066, 0, _milliseconds(axis.following_time_s), 2),
+    ]
+
+
+def interpolation_period(cycle_s: float) -> tuple[int, int]:
+    """The cycle as value (1 to 255) and power of ten of 60C2h, for example 4 and -3.
+
+    Raises:
+        ValueError: no value of 1 to 255 at 10^-3 to 10^-6 s is this cycle.
+    """
+    for exponent in (-3, -4, -5, -6):
+        value = round(cycle_s * 10**-exponent)
+        if 1 <= value <= 255 and abs(value * 10.0**exponent - cycle_s) < 1e-9:
+            return value, exponent
+    raise ValueError(f"cycle {cycle_s} s is no interpolation period: allowed are 1 to 255 times 1 ms, 0.1 ms, 10 us or 1 us")
+
+
+def _same(what: str, index: int, sub: int, value: int, size: int) -> Preparation:
+    data = value.to_bytes(size, "little", signed=value < 0)
+    return Preparation(what, SdoWrite(index, sub, data), index, sub)
+
+
+def _milliseconds(seconds: float) -> int:
+    return round(seconds * 1000)

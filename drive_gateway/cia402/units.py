@@ -1,0 +1,37 @@
+"""Axis position in rad or m to encoder counts and back."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from drive_gateway.config.settings import AxisSettings
+
+Floats = NDArray[np.float64]
+
+INT32_MIN = -(2**31)
+INT32_MAX = 2**31 - 1
+
+
+class AxisUnits:
+    """Counts of a group of axes: counts = round((position - offset) * counts_per_unit)."""
+
+    def __init__(self, axes: Sequence[AxisSettings]) -> None:
+        self._scale = np.array([axis.counts_per_unit for axis in axes], dtype=np.float64)
+        self._offset = np.array([axis.offset for axis in axes], dtype=np.float64)
+        at_bounds = np.stack([self._offset + bound / self._scale for bound in (INT32_MIN, INT32_MAX)])
+        self.lowest: Floats = at_bounds.min(axis=0)
+        """`(n,)` [rad or m] position that still fits into an int32."""
+        self.highest: Floats = at_bounds.max(axis=0)
+
+    def counts(self, position: Floats) -> list[int]:
+        """Nearest counts of `position` (n,) [rad or m], which must lie between `lowest` and `highest`."""
+        return [int(count) for count in np.rint((position - self._offset) * self._scale).tolist()]
+
+    def position(self, counts: Sequence[int]) -> Floats:
+        """`(n,)` [rad or m] of encoder counts."""
+        return np.asarray(counts, dtype=np.float64) / self._scale + self._offset
+
+    def velocity(self, counts_per_s: Sequence[float]) -> Floats:
+        """`(n,)` [rad/s or m/s] of counts per second."""
+        return np.asarray(counts_per_s, dtype=np.float64) / self._scale
