@@ -63,11 +63,18 @@ class AskDone:
     problem: str = ""
 
 
+@dataclass(frozen=True, slots=True)
+class Frozen:
+    """The process stood still for `gap_s`: what it receives next may be that old, what it sent proves nothing now."""
+
+    gap_s: float
+
+
 class Core(Protocol):
     """What a shell and the simulation need to know of a process."""
 
     def receive(self, message: object, now: float) -> None:
-        """Take one message; `now` is the monotonic time at which the shell hands it over."""
+        """Take one message; `now` is the monotonic time at which the shell hands it over. Unknown kinds are ignored."""
 
     def step(self, now: float) -> list[Effect]:
         """Do what is due at `now` and return what the shell must carry out, in this order."""

@@ -26,7 +26,7 @@ from cell.messages.commands import (
     SetEstop,
     Who,
 )
-from cell.messages.common import Heard, Token
+from cell.messages.common import Heard, Token, TokenGone
 from cell.messages.drives import AxisStatus, DriveFeedback, PlayoutState
 from cell.messages.estop import Estop
 from cell.messages.event import Event, Severity
@@ -77,6 +77,7 @@ __all__ = [
     "SetpointBlock",
     "Severity",
     "Token",
+    "TokenGone",
     "Who",
     "ZoneGeometry",
     "ZoneState",

@@ -1,4 +1,4 @@
-"""What several messages share: the echo that proves freshness, and the token of a grant."""
+"""What several messages share: the echo that proves freshness, the token of a grant, and the end of a process."""
 
 from dataclasses import dataclass
 
@@ -20,3 +20,12 @@ class Token:
 
     def __str__(self) -> str:
         return f"{self.epoch}.{self.counter}"
+
+
+@dataclass(frozen=True, slots=True)
+class TokenGone:
+    """The liveliness token of a process went: it died or its link was cut. Delivered by the shell, never on a key."""
+
+    role: str
+    name: str
+    boot: str

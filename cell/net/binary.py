@@ -1,0 +1,182 @@
+"""Byte layout of the two streams of axis samples.
+
+Little-endian, no padding. The fourth byte of the magic is the version; another version is another message.
+
+SetpointBlock:
+
+| offset | type | field |
+|---|---|---|
+| 0 | 4 bytes | magic `ZSB1` |
+| 4 | u64 | owner |
+| 12 | u64 | sequence |
+| 20 | u64 | follows |
+| 28 | u64 | first_tick |
+| 36 | f64 | dt_s |
+| 44 | u32 | nominal |
+| 48 | u32 | m, number of samples |
+| 52 | u16 | n, number of axes |
+| 54 | u16 | length of the robot's name in bytes |
+| 56 | utf-8 | the robot's name |
+| then | m * n f64 | position, one sample after the other |
+| then | m * n f64 | velocity, likewise |
+
+DriveFeedback:
+
+| offset | type | field |
+|---|---|---|
+| 0 | 4 bytes | magic `ZDF1` |
+| 4 | u64 | sequence |
+| 12 | u64 | tick |
+| 20 | u64 | owner |
+| 28 | u64 | block |
+| 36 | u64 | refused |
+| 44 | u32 | level |
+| 48 | u8 | state, a `PlayoutState` |
+| 49 | u8 | bit 0 referenced, bit 1 enabled, the others 0 |
+| 50 | u16 | n, number of axes |
+| 52 | u16 | length of the robot's name in bytes |
+| 54 | u16 | length of the gateway's boot in bytes |
+| 56 | utf-8 | the robot's name |
+| then | utf-8 | the gateway's boot |
+| then | n u8 | axes, an `AxisStatus` each |
+| then | n f64 | position |
+| then | n f64 | velocity |
+| then | n f64 | commanded |
+"""
+
+import struct
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cell.messages import AxisStatus, DriveFeedback, PlayoutState, SetpointBlock
+from cell.net.errors import CodecError
+
+_SETPOINTS = struct.Struct("<4s4QdIIHH")
+_FEEDBACK = struct.Struct("<4s5QIBBHHH")
+_SETPOINTS_MAGIC = b"ZSB1"
+_FEEDBACK_MAGIC = b"ZDF1"
+
+
+def encode_setpoints(block: SetpointBlock) -> bytes:
+    """The bytes of a block. Raises `CodecError` for arrays of the wrong shape or numbers that do not fit."""
+    kind = "SetpointBlock"
+    position = _floats(kind, "position", block.position)
+    velocity = _floats(kind, "velocity", block.velocity)
+    if position.ndim != 2 or position.shape != velocity.shape:
+        raise CodecError(kind, f"position {position.shape} and velocity {velocity.shape} must both be (m, n)")
+    name = block.robot.encode()
+    m, n = position.shape
+    try:
+        header = _SETPOINTS.pack(
+            _SETPOINTS_MAGIC, block.owner, block.sequence, block.follows, block.first_tick,
+            block.dt_s, block.nominal, m, n, len(name),
+        )  # fmt: skip
+    except struct.error as error:
+        raise CodecError(kind, f"header: {error}") from error
+    _check_block(m, n, block.nominal, block.dt_s)
+    return header + name + position.tobytes() + velocity.tobytes()
+
+
+def decode_setpoints(data: bytes) -> SetpointBlock:
+    """The block in `data`. Raises `CodecError`."""
+    reader = _Reader("SetpointBlock", data)
+    head = reader.header(_SETPOINTS, _SETPOINTS_MAGIC)
+    owner, sequence, follows, first_tick, dt_s, nominal, m, n, name_length = head
+    _check_block(m, n, nominal, dt_s)
+    robot = reader.text(name_length)
+    reader.expect(16 * m * n)
+    position = reader.floats(m * n).reshape(m, n)
+    velocity = reader.floats(m * n).reshape(m, n)
+    return SetpointBlock(robot, owner, sequence, follows, first_tick, dt_s, nominal, position, velocity)
+
+
+def _check_block(m: int, n: int, nominal: int, dt_s: float) -> None:
+    if m < 1 or n < 1 or nominal > m:
+        raise CodecError("SetpointBlock", f"{m} samples, {nominal} nominal, {n} axes: at least 1, nominal <= samples")
+    if not 0.0 < dt_s < float("inf"):
+        raise CodecError("SetpointBlock", f"dt_s {dt_s} must be positive and finite")
+
+
+def encode_feedback(feedback: DriveFeedback) -> bytes:
+    """The bytes of a feedback. Raises `CodecError` for arrays of the wrong shape or numbers that do not fit."""
+    kind = "DriveFeedback"
+    n = len(feedback.axes)
+    arrays = [_floats(kind, name, getattr(feedback, name)) for name in ("position", "velocity", "commanded")]
+    if any(array.shape != (n,) for array in arrays):
+        raise CodecError(kind, f"arrays {[array.shape for array in arrays]} must all be ({n},), as many as axes")
+    robot, boot = feedback.robot.encode(), feedback.boot.encode()
+    flags = feedback.referenced | feedback.enabled << 1
+    try:
+        header = _FEEDBACK.pack(
+            _FEEDBACK_MAGIC, feedback.sequence, feedback.tick, feedback.owner, feedback.block, feedback.refused,
+            feedback.level, feedback.state, flags, n, len(robot), len(boot),
+        )  # fmt: skip
+    except struct.error as error:
+        raise CodecError(kind, f"header: {error}") from error
+    return header + robot + boot + bytes(feedback.axes) + b"".join(array.tobytes() for array in arrays)
+
+
+def decode_feedback(data: bytes) -> DriveFeedback:
+    """The feedback in `data`. Raises `CodecError`."""
+    reader = _Reader("DriveFeedback", data)
+    head = reader.header(_FEEDBACK, _FEEDBACK_MAGIC)
+    sequence, tick, owner, block, refused, level, state, flags, n, robot_length, boot_length = head
+    if flags > 3:
+        raise CodecError("DriveFeedback", f"flags {flags:#04x}: only bits 0 and 1 are in use")
+    robot, boot = reader.text(robot_length), reader.text(boot_length)
+    reader.expect(n + 24 * n)
+    try:
+        playout = PlayoutState(state)
+        axes = tuple(AxisStatus(value) for value in reader.take(n))
+    except ValueError as error:
+        raise CodecError("DriveFeedback", str(error)) from error
+    return DriveFeedback(
+        robot, boot, sequence, tick, owner, block, playout, level, refused, bool(flags & 1), bool(flags & 2),
+        reader.floats(n), reader.floats(n), reader.floats(n), axes,
+    )  # fmt: skip
+
+
+def _floats(kind: str, name: str, values: NDArray[np.float64]) -> NDArray[np.float64]:
+    array = np.ascontiguousarray(values, dtype="<f8")
+    if not np.isfinite(array).all():
+        raise CodecError(kind, f"{name} holds NaN or infinity; only finite numbers travel")
+    return array
+
+
+class _Reader:
+    """Takes a message apart from front to back and never beyond its end."""
+
+    def __init__(self, kind: str, data: bytes) -> None:
+        self._kind = kind
+        self._data = data
+        self._at = 0
+
+    def header(self, layout: struct.Struct, magic: bytes) -> tuple[int, ...]:
+        found, *fields = layout.unpack(self.take(layout.size))
+        if found != magic:
+            raise CodecError(self._kind, f"magic {found!r}, expected {magic!r}")
+        return tuple(fields)
+
+    def take(self, count: int) -> bytes:
+        part = self._data[self._at : self._at + count]
+        if len(part) != count:
+            raise CodecError(self._kind, f"{len(self._data)} bytes end {count - len(part)} bytes early")
+        self._at += count
+        return part
+
+    def expect(self, count: int) -> None:
+        if len(self._data) - self._at != count:
+            raise CodecError(self._kind, f"{len(self._data)} bytes, the header asks for {self._at + count}")
+
+    def text(self, count: int) -> str:
+        try:
+            return self.take(count).decode()
+        except UnicodeDecodeError as error:
+            raise CodecError(self._kind, f"name is not UTF-8: {error}") from error
+
+    def floats(self, count: int) -> NDArray[np.float64]:
+        array = np.frombuffer(self.take(8 * count), dtype="<f8").astype(np.float64)
+        if not np.isfinite(array).all():
+            raise CodecError(self._kind, "holds NaN or infinity; only finite numbers travel")
+        return array

@@ -1,0 +1,130 @@
+"""Messages to bytes and back.
+
+Everything is JSON, read strictly (unknown fields, NaN, infinities and wrong types are refused), but for the two streams
+of axis samples, whose layout is in `cell.net.binary`. Malformed bytes raise `CodecError` and nothing else.
+"""
+
+import dataclasses
+from typing import Any, TypeVar
+
+from pydantic import ConfigDict, TypeAdapter, ValidationError, with_config
+from pydantic_core import PydanticSerializationError
+
+from cell.messages import (
+    AdoptZone,
+    Call,
+    Claim,
+    ClearZone,
+    Command,
+    Continue,
+    Disable,
+    DisableDrives,
+    DriveFeedback,
+    Enable,
+    EnableDrives,
+    Halt,
+    Heard,
+    Release,
+    ResetDrives,
+    ResetEstop,
+    ResetRobot,
+    Run,
+    SetEstop,
+    SetpointBlock,
+    Who,
+)
+from cell.net import binary
+from cell.net.errors import CodecError
+
+T = TypeVar("T")
+
+COMMANDS: dict[str, dict[str, type[Command]]] = {
+    role: {kind.verb: kind for kind in (*kinds, Who)}
+    for role, kinds in {
+        "robot": (Enable, Disable, Run, Halt, Continue, ResetRobot),
+        "manager": (SetEstop, ResetEstop, ClearZone, AdoptZone),
+        "gateway": (Claim, Release, EnableDrives, DisableDrives, ResetDrives),
+    }.items()
+}
+"""Role: verb: the command that the last chunk of a call's key stands for."""
+
+_STRICT = ConfigDict(extra="forbid", allow_inf_nan=False, ser_json_inf_nan="constants", strict=True)
+
+
+_ADAPTERS: dict[type[Any], TypeAdapter[Any]] = {}
+
+
+def _adapter(kind: type[Any]) -> TypeAdapter[Any]:
+    """The JSON form of a message class; nested messages inherit its strictness."""
+    if kind not in _ADAPTERS:
+        _ADAPTERS[kind] = TypeAdapter(with_config(_STRICT)(kind))
+    return _ADAPTERS[kind]
+
+
+def _call_form(command: type[Command]) -> type[Any]:
+    """A call whose command has a known type, so that JSON can be read without guessing."""
+    fields: list[tuple[str, Any, Any]] = [
+        ("id", str, dataclasses.field()),
+        ("command", command, dataclasses.field()),
+        ("heard", Heard | None, dataclasses.field(default=None)),
+    ]
+    return dataclasses.make_dataclass(f"{command.__name__}Call", fields, frozen=True)
+
+
+_CALL_FORMS = {kind: _call_form(kind) for kinds in COMMANDS.values() for kind in kinds.values()}
+
+
+def encode(message: object) -> bytes:
+    """The bytes of a state message or a `Reply`. Raises `CodecError` when it holds what must not travel (NaN)."""
+    if isinstance(message, SetpointBlock):
+        return binary.encode_setpoints(message)
+    if isinstance(message, DriveFeedback):
+        return binary.encode_feedback(message)
+    return _to_json(type(message), message)
+
+
+def decode(kind: type[T], data: bytes) -> T:
+    """The message of class `kind` in `data`. Raises `CodecError`."""
+    if kind is SetpointBlock:
+        return binary.decode_setpoints(data)  # type: ignore[return-value]
+    if kind is DriveFeedback:
+        return binary.decode_feedback(data)  # type: ignore[return-value]
+    message: T = _from_json(kind, data)
+    return message
+
+
+def encode_call(call: Call) -> bytes:
+    """The bytes of a call; its verb travels in the key."""
+    form = _CALL_FORMS.get(type(call.command))
+    if form is None:
+        raise CodecError("Call", f"{call.command!r} is no command")
+    return _to_json(form, form(call.id, call.command, call.heard))
+
+
+def decode_call(to: str, verb: str, data: bytes) -> Call:
+    """The call in `data`, sent to `to` (`"robot/left"`, `"manager"`, ...) with `verb`. Raises `CodecError`."""
+    known = COMMANDS.get(to.split("/")[0], {})
+    if verb not in known:
+        raise CodecError("Call", f"verb {verb!r} is unknown to {to}; allowed: {', '.join(sorted(known)) or 'none'}")
+    form = _from_json(_CALL_FORMS[known[verb]], data)
+    return Call(form.id, form.command, form.heard)
+
+
+def _to_json(kind: type[Any], message: object) -> bytes:
+    try:
+        data = _adapter(kind).dump_json(message, warnings="error")
+    except PydanticSerializationError as error:
+        raise CodecError(kind.__name__, f"cannot be encoded: {error}") from error
+    if b"NaN" in data or b"Infinity" in data:
+        _from_json(kind, data)
+    return data
+
+
+def _from_json(kind: type[Any], data: bytes) -> Any:
+    try:
+        return _adapter(kind).validate_json(data)
+    except ValidationError as error:
+        first = error.errors(include_url=False, include_context=False)[0]
+        where = ".".join(str(part) for part in first["loc"]) or "message"
+        found = f", found {str(first['input'])[:60]!r}" if first["type"] != "missing" else ""
+        raise CodecError(kind.__name__, f"{where}: {first['msg']}{found}") from error

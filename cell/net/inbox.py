@@ -1,0 +1,43 @@
+"""A bounded queue in order of arrival, for what must not be merged: events, e-stops, outcomes of calls."""
+
+from collections import deque
+from collections.abc import Callable
+from threading import Lock
+
+from cell.net.latest import Decoder
+
+
+class Inbox:
+    """What is told by others is bounded, and what does not fit is counted; what the process asked for always fits."""
+
+    def __init__(self, decoder: Decoder, size: int = 256) -> None:
+        self._decoder = decoder
+        self._size = size
+        self._lock = Lock()
+        self._waiting: deque[Callable[[], object | None]] = deque()
+        self._dropped = 0
+
+    @property
+    def dropped(self) -> int:
+        """Payloads that found the queue full."""
+        return self._dropped
+
+    def store(self, key: str, payload: bytes) -> None:
+        """Called by Zenoh's thread."""
+        with self._lock:
+            if len(self._waiting) < self._size:
+                self._waiting.append(lambda: self._decoder.decode(key, payload))
+            else:
+                self._dropped += 1
+
+    def tell(self, message: object) -> None:
+        """Add a message that is already one (`AskDone`, `TokenGone`)."""
+        with self._lock:
+            self._waiting.append(lambda: message)
+
+    def take(self) -> list[object]:
+        """Everything that waits, in order."""
+        with self._lock:
+            waiting, self._waiting = self._waiting, deque()
+        decoded = (read() for read in waiting)
+        return [message for message in decoded if message is not None]

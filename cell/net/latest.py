@@ -1,0 +1,69 @@
+"""One slot per key: of a state only the newest matters, and a busy key never starves another."""
+
+import logging
+from collections.abc import Callable
+from threading import Lock
+
+from cell.net.codec import decode
+from cell.net.errors import CodecError
+from cell.net.keys import Keys
+
+
+def log_problem(text: str) -> None:
+    """Where undecodable payloads are reported unless the process says otherwise."""
+    logging.getLogger("cell.net").warning(text)
+
+
+class Decoder:
+    """Turns payloads into messages; what cannot be read is counted, and reported once per key."""
+
+    def __init__(self, keys: Keys, report: Callable[[str], None] = log_problem) -> None:
+        self._keys = keys
+        self._report = report
+        self.failures: dict[str, int] = {}
+
+    def decode(self, key: str, payload: bytes) -> object | None:
+        """The message on `key`, or None when this is none."""
+        kind = self._keys.type_of(key)
+        reason = "no message of this cell travels on this key"
+        if kind is not None:
+            try:
+                message: object = decode(kind, payload)
+            except CodecError as error:
+                reason = str(error)
+            else:
+                if self._keys.of(message) == key:
+                    return message
+                reason = f"the message names another sender, it belongs on {self._keys.of(message)}"
+        self.failures[key] = self.failures.get(key, 0) + 1
+        if self.failures[key] == 1:
+            self._report(f"{key}: ignored, {reason}")
+        return None
+
+
+class Latest:
+    """The newest payload of each key. Zenoh's callback only stores; decoding is the reader's work."""
+
+    def __init__(self, decoder: Decoder) -> None:
+        self._decoder = decoder
+        self._lock = Lock()
+        self._new: dict[str, bytes] = {}
+        self._arrivals: dict[str, int] = {}
+
+    def store(self, key: str, payload: bytes) -> None:
+        """Called by Zenoh's thread."""
+        with self._lock:
+            self._new[key] = payload
+            self._arrivals[key] = self._arrivals.get(key, 0) + 1
+
+    def take_new(self) -> list[object]:
+        """The newest message of each key that arrived since the last call."""
+        with self._lock:
+            new, self._new = self._new, {}
+        decoded = (self._decoder.decode(key, payload) for key, payload in new.items())
+        return [message for message in decoded if message is not None]
+
+    def arrivals(self) -> dict[str, int]:
+        """Payloads that arrived so far, by key."""
+        with self._lock:
+            return dict(self._arrivals)

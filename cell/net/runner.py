@@ -1,0 +1,89 @@
+"""The loop around a core: an absolute schedule, no bursts, and a core that learns when its process was frozen."""
+
+import gc
+import os
+import secrets
+import sys
+import time
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
+from threading import Event
+
+from cell.core import Core, Effect, Frozen
+
+FREEZE_S = 0.25
+"""A gap between two steps above this is a freeze: what waits in the queues may be that old."""
+_SWITCH_INTERVAL_S = 1e-4
+_REALTIME_PRIORITY = 50
+
+
+def new_boot() -> str:
+    """A fresh name for this run of this process."""
+    return secrets.token_hex(4)
+
+
+def run_core(
+    core: Core,
+    *,
+    period_s: float,
+    inbox: Callable[[], Iterable[object]],
+    perform: Callable[[Effect], None],
+    stop: Event,
+    on_late: Callable[[float], None] | None = None,
+    realtime: bool = False,
+) -> None:
+    """Step `core` every `period_s` until `stop` is set.
+
+    In each cycle the core gets what `inbox()` returns, steps once, and its effects go to `perform` in order. A cycle
+    that starts more than a period late is told to `on_late` (lateness in s); missed cycles are left out, never caught
+    up. `realtime` asks for SCHED_FIFO and does without when the process may not.
+    """
+    with _steady_interpreter(), _scheduling(realtime):
+        due = last = time.monotonic()
+        while not stop.is_set():
+            now = time.monotonic()
+            if now - last > FREEZE_S:
+                core.receive(Frozen(now - last), now)
+            last = now
+            for message in inbox():
+                core.receive(message, now)
+            for effect in core.step(now):
+                perform(effect)
+            due += period_s
+            lateness = time.monotonic() - due
+            if lateness <= 0.0:
+                time.sleep(-lateness)
+            elif lateness > period_s:
+                if on_late is not None:
+                    on_late(lateness)
+                due += period_s * (lateness // period_s)
+
+
+@contextmanager
+def _steady_interpreter() -> Iterator[None]:
+    """No long pauses: a full garbage collection over everything that was loaded takes 10 ms and more."""
+    interval = sys.getswitchinterval()
+    gc.collect()
+    gc.freeze()
+    sys.setswitchinterval(_SWITCH_INTERVAL_S)
+    try:
+        yield
+    finally:
+        sys.setswitchinterval(interval)
+        gc.unfreeze()
+
+
+@contextmanager
+def _scheduling(realtime: bool) -> Iterator[None]:
+    """SCHED_FIFO for the calling thread where the system has it and allows it."""
+    policy, param = os.sched_getscheduler(0), os.sched_getparam(0)
+    if realtime:
+        try:
+            os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(_REALTIME_PRIORITY))
+        except PermissionError:
+            realtime = False
+    try:
+        yield
+    finally:
+        if realtime:
+            os.sched_setscheduler(0, policy, param)
