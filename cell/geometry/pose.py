@@ -81,7 +81,7 @@ def to_xyz_abc(poses: Array, held_a: float = 0.0) -> Array:
     sa, ca = np.sin(a), np.cos(a)
     # Second column of R Rx(A)^T = Rz(C) Ry(B) is (-sin C, cos C, 0), at every B.
     c = np.arctan2(sa * r[..., 0, 2] - ca * r[..., 0, 1], ca * r[..., 1, 1] - sa * r[..., 1, 2])
-    b = np.arctan2(-r[..., 2, 0], cos_b)
+    b = np.arctan2(-r[..., 2, 0], cos_b) + 0.0  # no negative zero for people to read
     return np.concatenate([poses[..., :3, 3], np.stack([a, b, c], axis=-1)], axis=-1)
 
 
@@ -103,13 +103,22 @@ def check_poses(poses: Array, what: str = "pose") -> Array:
     orthogonal = np.abs(gram - np.eye(3)).max(axis=(-1, -2)) < ROTATION_TOLERANCE
     if not orthogonal.all():
         raise NotAPose(what, _first(~orthogonal), "the axes are not orthogonal unit vectors")
-    right_handed = np.sum(np.cross(rotation[..., 0], rotation[..., 1]) * rotation[..., 2], axis=-1) > 0
+    right_handed = _determinant(rotation) > 0
     if not right_handed.all():
         raise NotAPose(what, _first(~right_handed), "the axes are left-handed (a mirror image)")
     closed = (poses[..., 3, :] == (0.0, 0.0, 0.0, 1.0)).all(axis=-1)
     if not closed.all():
         raise NotAPose(what, _first(~closed), "the last row is not 0 0 0 1")
     return poses
+
+
+def _determinant(r: Array) -> Array:
+    determinant: Array = (
+        r[..., 0, 0] * (r[..., 1, 1] * r[..., 2, 2] - r[..., 1, 2] * r[..., 2, 1])
+        - r[..., 0, 1] * (r[..., 1, 0] * r[..., 2, 2] - r[..., 1, 2] * r[..., 2, 0])
+        + r[..., 0, 2] * (r[..., 1, 0] * r[..., 2, 1] - r[..., 1, 1] * r[..., 2, 0])
+    )
+    return determinant
 
 
 def _first(flags: ArrayLike) -> tuple[int, ...]:

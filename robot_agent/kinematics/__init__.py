@@ -1,0 +1,31 @@
+"""From joints to poses and back, closed form, all branches, batched. SI units and radians, poses of the flange in the
+robot's base frame."""
+
+from robot_agent.kinematics.errors import (
+    BadInput,
+    BadModel,
+    KinematicsError,
+    Reason,
+    TrackError,
+    UnknownName,
+    Unreachable,
+)
+from robot_agent.kinematics.loader import load_model, model_of
+from robot_agent.kinematics.model import Model
+from robot_agent.kinematics.six_axis import SixAxis
+from robot_agent.kinematics.solutions import Solutions
+
+__all__ = [
+    "BadInput",
+    "BadModel",
+    "KinematicsError",
+    "Model",
+    "Reason",
+    "SixAxis",
+    "Solutions",
+    "TrackError",
+    "UnknownName",
+    "Unreachable",
+    "load_model",
+    "model_of",
+]

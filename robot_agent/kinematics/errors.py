@@ -1,0 +1,114 @@
+"""What kinematics refuses, and why. Fields are SI; messages speak the operator's millimetres and degrees."""
+
+from dataclasses import dataclass
+from enum import Enum
+
+import numpy as np
+
+from cell.geometry import to_xyz_abc
+from cell.geometry.arrays import Array
+
+
+class KinematicsError(Exception):
+    """Root of all errors of `robot_agent.kinematics`."""
+
+
+class BadModel(KinematicsError):
+    """A robot description that is no robot of its family. `problems` has one entry per finding."""
+
+    def __init__(self, model: str, problems: tuple[str, ...]) -> None:
+        self.model = model
+        self.problems = problems
+        super().__init__(f"robot model {model!r}: " + "; ".join(problems))
+
+
+class BadInput(KinematicsError, ValueError):
+    """Joints of a wrong shape, or with a value that is not finite."""
+
+    def __init__(self, what: str, found: str, allowed: str) -> None:
+        self.what = what
+        self.found = found
+        self.allowed = allowed
+        super().__init__(f"{what}: found {found}, allowed {allowed}")
+
+
+class UnknownName(KinematicsError):
+    """A branch or joint that this robot does not have."""
+
+    def __init__(self, what: str, found: str, allowed: tuple[str, ...]) -> None:
+        self.what = what
+        self.found = found
+        self.allowed = allowed
+        super().__init__(f"{what}: found {found!r}, allowed {', '.join(allowed)}")
+
+
+class Reason(Enum):
+    """Why there are no joints for a pose."""
+
+    TOO_FAR = "too far"
+    TOO_NEAR = "too near"
+    JOINT_LIMIT = "joint limit"
+    BRANCH_CHANGE = "branch change"
+
+
+@dataclass(frozen=True, slots=True)
+class Violation:
+    """What exactly rules: a joint and its limits, or how far the pose lies outside the reach."""
+
+    reason: Reason
+    joint: str | None = None
+    value: float | None = None
+    """The joint's value [rad], or its step for a branch change."""
+    limit: tuple[float, float] | None = None
+    """Lower and upper limit of the joint [rad]."""
+    excess_m: float = 0.0
+    """Distance of the wrist from the nearest reachable point."""
+
+    def __str__(self) -> str:
+        if self.reason in (Reason.TOO_FAR, Reason.TOO_NEAR):
+            return f"the wrist would be {self.excess_m * 1000:.1f} mm {self.reason.value}"
+        value = float(np.degrees(self.value)) if self.value is not None else float("nan")
+        if self.limit is not None:
+            lower, upper = np.degrees(self.limit)
+            return f"joint {self.joint} would need {value:.2f} deg, allowed {lower:.2f} to {upper:.2f}"
+        return f"joint {self.joint} would jump by {value:.2f} deg from one pose to the next, near a singularity"
+
+
+class Unreachable(KinematicsError):
+    """No joints within the limits reach the pose."""
+
+    def __init__(self, pose: Array, violation: Violation, branch: str | None = None) -> None:
+        self.pose = pose
+        self.violation = violation
+        self.reason = violation.reason
+        self.joint = violation.joint
+        self.value = violation.value
+        self.limit = violation.limit
+        self.branch = branch
+        forced = f" on branch {branch}" if branch else ""
+        super().__init__(f"flange target {_for_people(pose)} is out of reach{forced}: {violation}; move the target")
+
+
+class TrackError(KinematicsError):
+    """A path of poses that one branch cannot follow. `index` is the first pose that fails."""
+
+    def __init__(self, index: int, pose: Array, violation: Violation, branch: str) -> None:
+        self.index = index
+        self.pose = pose
+        self.violation = violation
+        self.reason = violation.reason
+        self.joint = violation.joint
+        self.value = violation.value
+        self.limit = violation.limit
+        self.branch = branch
+        super().__init__(
+            f"pose {index} of the path, {_for_people(pose)}, branch {branch}: {violation}; "
+            "move the path, start it from another branch, or use a joint move"
+        )
+
+
+def _for_people(pose: Array) -> str:
+    x, y, z, a, b, c = to_xyz_abc(pose)
+    return f"X {x * 1000:.1f} Y {y * 1000:.1f} Z {z * 1000:.1f} mm " + " ".join(
+        f"{name} {np.degrees(value):.1f}" for name, value in (("A", a), ("B", b), ("C", c))
+    )

@@ -1,0 +1,22 @@
+"""Which of the equivalent turns of a revolute joint to take."""
+
+import numpy as np
+
+from cell.geometry.arrays import Array, Flags
+
+TURN = 2 * np.pi
+LIMIT_TOLERANCE_RAD = 1e-9
+"""A joint this far past its limit is rounding, not a violation."""
+
+
+def nearest_turn(angles: Array, near: Array | float, lower: float, upper: float) -> tuple[Array, Flags]:
+    """Add whole turns to `angles` [rad] so that they lie inside the limits and, there, nearest to `near`.
+
+    Returns the angles and whether a turn inside the limits exists; without one, the turn nearest to `near`.
+    """
+    least = np.ceil((lower - LIMIT_TOLERANCE_RAD - angles) / TURN)
+    most = np.floor((upper + LIMIT_TOLERANCE_RAD - angles) / TURN)
+    wished = np.rint((near - angles) / TURN)
+    inside = least <= most
+    turns = np.where(inside, np.minimum(np.maximum(wished, least), most), wished)
+    return angles + TURN * turns, inside
