@@ -1,0 +1,1 @@
+"""The agent process of one robot: claim, program, planning ahead, set-point blocks, presence."""

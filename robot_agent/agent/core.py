@@ -1,0 +1,295 @@
+"""The agent: one robot's program, motion, zones and presence, as a core (`cell.core`)."""
+
+import itertools
+from collections.abc import Callable
+
+import numpy as np
+
+from cell.config.settings import CellSettings, OnManagerReturn
+from cell.core import AskDone, Effect, Frozen, Publish, Request
+from cell.messages import (
+    Body,
+    DriveFeedback,
+    Estop,
+    ManagerState,
+    Mode,
+    PlayoutState,
+    Presence,
+    SetpointBlock,
+    Severity,
+    ZoneGeometry,
+)
+from robot_agent.agent.executive import Executive, Wishes
+from robot_agent.agent.gateway_link import GatewayLink
+from robot_agent.agent.operator import Operator, Situation
+from robot_agent.agent.planning import Planned, Planner, PlanFailed
+from robot_agent.agent.program_run import ProgramRun
+from robot_agent.agent.report import Reporter
+from robot_agent.agent.zone_claims import ZoneClaims
+from robot_agent.language import Pause, Program
+from robot_agent.trajectory import Hold, RateRequest
+from robot_agent.workspace import standing_body
+
+_STALE_CYCLES = 5
+_ZONE_AHEAD_S = 0.6
+"""A zone is asked for this long, plus the time to stop, before it is entered; a grant takes about 0.05 s."""
+_SIGN_OF_LIFE_SAMPLES = 3
+
+
+class AgentCore:
+    """One robot. The shell calls `step` every 20 ms; `boot` is new at each start."""
+
+    def __init__(
+        self, cell: CellSettings, robot: str, planner_for: Callable[[float], Planner], program: Program, boot: str
+    ) -> None:
+        """`planner_for` gives the robot's planner for a gateway's cycle [s], which is known when the claim is."""
+        self._cell = cell
+        self._robot = robot
+        self._boot = boot
+        self._planner_for = planner_for
+        self._planner: Planner | None = None
+        self.link = GatewayLink(robot, boot, cell.digest, cell.robots[robot].gateway)
+        self.zones = ZoneClaims(robot, boot, cell.times.fresh_s)
+        self.run = ProgramRun(program)
+        self.report = Reporter(robot, boot)
+        self.operator = Operator(robot, boot, cell.times.command_s, self.link, self.run)
+        self.mode = Mode.STARTING
+        self.executive: Executive | None = None
+        self.estop: Estop | None = None
+        self._cleared_estops: set[str] = set()
+        self._numbers = itertools.count(1)
+        self._presence_sequence = 0
+        self._body: Body | None = None
+        self._stepped_at = 0.0
+
+    def receive(self, message: object, now: float) -> None:
+        """Take one message; see `cell.core`."""
+        match message:
+            case DriveFeedback():
+                self.link.heard(message, now)
+            case ManagerState():
+                self.zones.heard_state(message)
+                if message.estop is not None:
+                    self._hear_estop(message.estop)
+            case ZoneGeometry():
+                self.zones.heard_geometry(message)
+            case Estop():
+                self._hear_estop(message)
+            case Request():
+                self.operator.asked(message)
+            case AskDone():
+                self.operator.switched(self.link.done(message))
+            case Planned() | PlanFailed():
+                self.run.lookahead.planned(message)
+            case Frozen():
+                self.zones.forget_echoes()
+                self.operator.forget_echoes()
+
+    def step(self, now: float) -> list[Effect]:
+        """Everything due at `now`; see `cell.core`."""
+        effects = self.link.claim_if_due(now)
+        feedback = self.link.owned
+        if feedback is None or self.link.grant is None:
+            self._without_claim()
+            return effects + self.operator.refuse_all("the robot's gateway has not accepted this agent yet")
+        if self._planner is None or self._planner.cycle_s != self.link.grant.cycle_s:
+            self._planner = self._planner_for(self.link.grant.cycle_s)
+        self._follow_drives(feedback, self._planner, now)
+        self.mode, answers = self.operator.answer(self._situation(feedback, self._planner), now)
+        effects += answers
+        effects += self._move(feedback, self._planner, now)
+        effects += self.run.lookahead.fill(self.zones.geometry)
+        effects.append(self._state(feedback, self._planner, now))
+        return effects + self.report.take_events()
+
+    def _situation(self, feedback: DriveFeedback, planner: Planner) -> Situation:
+        state = self.zones.state
+        refusal = state.refused.get(self._robot, "") if state is not None else ""
+        return Situation(self.mode, self.executive, planner, self.estop, feedback, refusal)
+
+    # What the drives, the e-stop and the manager impose on the mode
+
+    def _without_claim(self) -> None:
+        if self.mode is not Mode.STARTING:
+            self.run.fail("the claim on the gateway was lost")
+        self.mode = Mode.STARTING
+        self.executive = None
+        self._numbers = itertools.count(1)
+
+    def _hear_estop(self, estop: Estop) -> None:
+        if not estop.active:
+            self._cleared_estops.add(estop.id)
+            if self.estop is not None and self.estop.id == estop.id:
+                self.estop = None
+        elif estop.id not in self._cleared_estops and self.estop is None:
+            self.estop = estop
+            text = f"emergency stop by {estop.by}: {estop.reason}"
+            self.report.event(Severity.ALARM, "estop", text, "find the cause, then `cell reset`")
+
+    def _follow_drives(self, feedback: DriveFeedback, planner: Planner, now: float) -> None:
+        faulty = feedback.state in (PlayoutState.FAULT, PlayoutState.STOPPING)
+        if self.estop is not None:
+            self._stop(Mode.ESTOP, f"emergency stop by {self.estop.by}: {self.estop.reason}")
+        elif faulty:
+            self._stop(Mode.FAULT, "the gateway reports a fault of the robot's drives")
+        elif self.link.age(now) > self._cell.times.feedback_lost_s:
+            self._stop(Mode.FAULT, f"no drive feedback for {self.link.age(now):.2f} s")
+        elif self.mode in (Mode.STARTING, Mode.ESTOP):
+            self.mode = Mode.DISABLED
+        if not feedback.enabled:
+            self.executive = None
+            if self.mode in (Mode.READY, Mode.RUNNING, Mode.HALTED):
+                self._stop(Mode.FAULT, "the drives were switched off")
+            return
+        if self.executive is None:
+            standing = planner.standstill(feedback.commanded, self.zones.geometry or ())
+            self.executive = Executive(planner, standing, feedback, self._cell.times, self._numbers)
+        if self.mode in (Mode.DISABLED, Mode.ENABLING):
+            self.mode = Mode.READY
+        if self.executive.timeline.observe(feedback):
+            self.run.accepted(self.executive.timeline.newest)
+
+    def _stop(self, mode: Mode, why: str) -> None:
+        if self.mode is mode:
+            return
+        self.mode = mode
+        self.run.fail(why)
+        if mode is Mode.FAULT:
+            self.report.event(Severity.ALARM, "fault", why, f"find the cause, then `cell reset {self._robot}`")
+
+    # Motion
+
+    def _move(self, feedback: DriveFeedback, planner: Planner, now: float) -> list[Effect]:
+        """The next presence and, behind it, the next block."""
+        executive = self.executive
+        if executive is None:
+            body = self._standing_body(feedback, planner)
+            self.zones.update_holds(now, self.zones.touched(body), set())
+            return [self._presence(body, {}, 0.0, now), Publish(self._sign_of_life(feedback, planner))]
+        age_s = self.link.age(now)
+        self._advance_program(executive, feedback)
+        wants = self._wants(executive, feedback)
+        block = None
+        if age_s <= max(_STALE_CYCLES * planner.cycle_s, self._cell.times.lead_s):
+            block = executive.next_block(feedback, age_s, self._wishes(executive, now))
+        body = executive.body(feedback, block)
+        entered = self.zones.touched(body) - self._touched_before()
+        if block is not None and not all(self.zones.permitted(zone, now) for zone in entered):
+            block, body = None, executive.body(feedback, None)
+        self.zones.update_holds(now, self.zones.touched(body), set(wants))
+        newest = block if block is not None else executive.timeline.newest
+        stop_time_s = max(0.0, (newest.rest_tick - feedback.tick) * planner.cycle_s)
+        presence = self._presence(body, wants, stop_time_s, now)
+        return [presence] if block is None else [presence, Publish(executive.sent(block))]
+
+    def _touched_before(self) -> set[str]:
+        return self.zones.touched(self._body) if self._body is not None else set()
+
+    def _advance_program(self, executive: Executive, feedback: DriveFeedback) -> None:
+        cycle_s = executive.cycle_s
+        self.run.settle(executive, feedback.tick, cycle_s)
+        self.run.follow(executive.timeline.at(feedback.tick)[0], feedback.tick)
+        if self.mode is Mode.RUNNING and not self.run.running:
+            self.mode = Mode.READY
+            if self.run.error:
+                self.report.event(Severity.ALARM, "program", self.run.error, "correct the program, then run it again")
+
+    def _wishes(self, executive: Executive, now: float) -> Wishes:
+        requests = []
+        age_s = self.zones.age(now)
+        if age_s >= self._cell.times.fresh_s:
+            if self.mode is Mode.RUNNING and self._cell.on_manager_return is OnManagerReturn.OPERATOR:
+                self.mode = Mode.HALTED
+            requests.append(RateRequest(0.0, "the manager is silent"))
+        if self.mode is not Mode.RUNNING:
+            requests.append(RateRequest(0.0, "halted" if self.mode is Mode.HALTED else self.mode.value))
+        return Wishes(
+            requests=tuple(requests),
+            stop=self.mode in (Mode.ESTOP, Mode.FAULT),
+            holds=lambda planned: self._holds(planned, now),
+            follower=self.run.follower if self.mode is Mode.RUNNING else None,
+            not_before_tick=self.run.resume_tick,
+        )
+
+    def _holds(self, planned: Planned, now: float) -> list[Hold]:
+        return [hold for _, hold in self.zones.holds_on(planned, now)]
+
+    def _wants(self, executive: Executive, feedback: DriveFeedback) -> dict[str, float]:
+        """The zones that the program crosses soon: zone to seconds until it is entered."""
+        if self.mode is not Mode.RUNNING:
+            return {}
+        wants: dict[str, float] = {}
+        block, index = executive.timeline.at(feedback.tick)
+        ahead_s = _ZONE_AHEAD_S + (executive.timeline.newest.rest_tick - feedback.tick) * executive.cycle_s
+        until_s = -float(block.segment.tau[index])
+        motions = [block.planned, executive.timeline.newest.planned, *self.run.lookahead.items]
+        seen: list[object] = []
+        for item in motions:
+            if isinstance(item, Pause):
+                until_s += item.duration_s
+            elif isinstance(item, Planned) and item.motion not in seen:
+                seen.append(item.motion)
+                for crossing in item.crossings:
+                    if until_s + crossing.leave_tau > 0.0 and until_s + crossing.enter_tau < ahead_s:
+                        wants.setdefault(crossing.zone, max(0.0, until_s + crossing.enter_tau))
+                until_s += item.motion.duration_s
+        return wants
+
+    # Messages
+
+    def _standing_body(self, feedback: DriveFeedback, planner: Planner) -> Body:
+        return standing_body(planner.model, planner.pose_world_base, feedback.position, known=feedback.referenced)
+
+    def _sign_of_life(self, feedback: DriveFeedback, planner: Planner) -> SetpointBlock:
+        """A block that holds; the gateway plays none while the drives are disabled, but hears that the owner lives."""
+        position = np.repeat(feedback.commanded[None, :], _SIGN_OF_LIFE_SAMPLES, axis=0)
+        return SetpointBlock(
+            self._robot, feedback.owner, next(self._numbers), 0, feedback.tick + _STALE_CYCLES, planner.cycle_s,
+            _SIGN_OF_LIFE_SAMPLES, position, np.zeros_like(position),
+        )  # fmt: skip
+
+    def _presence(self, body: Body, wants: dict[str, float], stop_time_s: float, now: float) -> Publish:
+        self._body = body
+        self._presence_sequence += 1
+        self.zones.sent_presence(self._presence_sequence, now)
+        return Publish(
+            Presence(
+                robot=self._robot,
+                boot=self._boot,
+                sequence=self._presence_sequence,
+                heard=self.zones.heard,
+                digest=self._cell.digest,
+                body=body,
+                stop_time_s=stop_time_s,
+                holds=dict(self.zones.holds),
+                wants=wants,
+                estop_acknowledged=self.estop.id if self.estop is not None else None,
+            )
+        )
+
+    def _state(self, feedback: DriveFeedback, planner: Planner, now: float) -> Publish:
+        waiting_for = self._why_idle(feedback, planner.cycle_s, now)
+        alarms = tuple(text for text in (self.estop.reason if self.estop else "", self.run.error) if text)
+        zones = tuple(sorted(self.zones.holds))
+        state = self.report.state(self.mode, self.run, feedback, self.executive, planner, zones, waiting_for, alarms)
+        self.operator.sent_state(state.sequence, now)
+        return Publish(state)
+
+    def _why_idle(self, feedback: DriveFeedback, cycle_s: float, now: float) -> str:
+        """Why the robot stands although its program runs; also keeps account of the time spent so."""
+        passed_s, self._stepped_at = now - self._stepped_at, now
+        executive = self.executive
+        if self.mode is not Mode.RUNNING or executive is None or not executive.at_rest(feedback.tick):
+            return ""
+        why = self.run.why_idle(feedback.tick, cycle_s)
+        if why:
+            return why
+        if not self.zones.fresh(now):
+            return "the manager is silent"
+        motion = self.run.follower if executive.at_motion_end else executive.timeline.newest.planned
+        blocking = self.zones.holds_on(motion, now) if motion is not None else []
+        if not blocking:
+            return ""
+        zone, hold = min(blocking, key=lambda held: held[1].tau)
+        self.run.waited_s[zone] = self.run.waited_s.get(zone, 0.0) + passed_s
+        return hold.who

@@ -1,0 +1,139 @@
+"""From motions to set-point blocks: which one comes next, where it joins, and what body it implies."""
+
+import math
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from cell.config.settings import Times
+from cell.messages import Body, DriveFeedback, SetpointBlock
+from robot_agent.agent.planning import Planned, Planner
+from robot_agent.agent.timeline import SentBlock, Timeline
+from robot_agent.trajectory import Governor, Hold, RateRequest, Segment
+from robot_agent.workspace import body_message
+
+_MEASURED_LAG_S = 0.1
+"""How far behind the commanded position the measured one is searched for."""
+
+
+@dataclass(frozen=True, slots=True)
+class Wishes:
+    """What the core wants of the next block."""
+
+    requests: tuple[RateRequest, ...]
+    stop: bool
+    holds: Callable[[Planned], list[Hold]]
+    """The holds on a motion: zones that may not be entered."""
+    follower: Planned | None = None
+    """The motion to begin once the present one is at rest."""
+    not_before_tick: int = 0
+    """The follower does not begin earlier (a programmed pause)."""
+
+
+class Executive:
+    """Keeps one enabled robot supplied with blocks. Made when the drives are enabled, dropped when they are not."""
+
+    def __init__(
+        self, planner: Planner, standing: Planned, feedback: DriveFeedback, times: Times, numbers: Iterator[int]
+    ) -> None:
+        """`numbers` counts the blocks of the present claim, those sent while disabled included."""
+        self._robot = feedback.robot
+        self._planner = planner
+        self._cycle_s = planner.cycle_s
+        self._lead = math.ceil(times.lead_s / self._cycle_s)
+        self._nominal_s = times.nominal_s
+        self._owner = feedback.owner
+        self._numbers = numbers
+        self._governors: dict[int, tuple[Planned, Governor]] = {}
+        first = SentBlock(feedback.block, feedback.tick, standing, self._governor(standing).rest(0.0))
+        self.timeline = Timeline(first)
+
+    @property
+    def cycle_s(self) -> float:
+        return self._cycle_s
+
+    def stand(self, standing: Planned, tick: int) -> None:
+        """Forget the motion in which the robot stands still since before `tick`; it stands at `standing` instead."""
+        self._governors.clear()
+        segment = self._governor(standing).rest(0.0)
+        self.timeline = Timeline(SentBlock(self.timeline.newest.sequence, tick, standing, segment))
+
+    @property
+    def at_motion_end(self) -> bool:
+        """Whether the newest accepted block ends where its motion ends."""
+        newest = self.timeline.newest
+        return float(newest.segment.tau[-1]) >= newest.planned.motion.duration_s
+
+    def at_rest(self, tick: int) -> bool:
+        """Whether nothing that was sent moves at or after a tick."""
+        return all(span.first_tau == span.last_tau for span in self.timeline.spans(tick))
+
+    def next_block(self, feedback: DriveFeedback, age_s: float, wishes: Wishes) -> SentBlock:
+        """The block to send now; it continues the newest accepted one and ends at rest."""
+        base = self.timeline.newest
+        tick = feedback.tick + int(age_s / self._cycle_s)
+        join = max(tick + self._lead, base.first_tick)
+        block = self._start_follower(base, join, wishes)
+        if block is None:
+            index = base.index(join)
+            governor = self._governor(base.planned)
+            previous = base.segment
+            if join >= base.rest_tick:
+                previous, index = governor.rest(float(base.segment.tau[-1])), 0
+            holds = wishes.holds(base.planned)
+            segment = governor.next(previous, index, wishes.requests, holds, wishes.stop)
+            block = self._block(join, base.planned, segment)
+        return block
+
+    def sent(self, block: SentBlock) -> SetpointBlock:
+        """Note that a block is sent, and give its message."""
+        follows = self.timeline.newest.sequence
+        self.timeline.sent(block)
+        segment = block.segment
+        return SetpointBlock(
+            self._robot, self._owner, block.sequence, follows, block.first_tick, self._cycle_s, segment.nominal,
+            segment.q, segment.qd,
+        )  # fmt: skip
+
+    def body(self, feedback: DriveFeedback, candidate: SentBlock | None) -> Body:
+        """Everything between the measured position and rest, for what was sent and for `candidate`."""
+        tick, widen_m = self._measured(feedback)
+        spans = self.timeline.spans(tick, candidate)
+        return body_message(
+            self._planner.model, self._planner.pose_world_base, [(s.planned.sweep, *s.samples()) for s in spans], widen_m
+        )
+
+    def _measured(self, feedback: DriveFeedback) -> tuple[int, float]:
+        """The tick whose commanded position is nearest to the measured one, and the distance of the two bodies [m]."""
+        span = int(_MEASURED_LAG_S / self._cycle_s)
+        ticks = range(feedback.tick - span, feedback.tick + 1)
+        commanded = np.array([block.segment.q[i] for block, i in map(self.timeline.at, ticks)])
+        points = self._planner.model.capsules(np.vstack([commanded, feedback.position]))
+        distances = np.linalg.norm(points[:-1] - points[-1], axis=-1).max(axis=(1, 2))
+        nearest = int(np.argmin(distances))
+        return ticks[nearest], float(distances[nearest])
+
+    def _start_follower(self, base: SentBlock, join: int, wishes: Wishes) -> SentBlock | None:
+        follower = wishes.follower
+        if follower is None or wishes.stop or not self.at_motion_end:
+            return None
+        start = max(join, base.rest_tick, wishes.not_before_tick)
+        if start > join + self._nominal_s / self._cycle_s:
+            return None
+        governor = self._governor(follower)
+        segment = governor.next(governor.rest(0.0), 0, wishes.requests, wishes.holds(follower))
+        return self._block(start, follower, segment) if segment.tau[-1] > 0.0 else None
+
+    def _block(self, first_tick: int, planned: Planned, segment: Segment) -> SentBlock:
+        return SentBlock(next(self._numbers), first_tick, planned, segment)
+
+    def _governor(self, planned: Planned) -> Governor:
+        known = self._governors.get(id(planned.motion))
+        if known is None:
+            limits = self._planner.limits
+            known = planned, Governor(planned.motion, limits, self._cycle_s, self._nominal_s)
+            newest = list(self._governors.items())[-2:]
+            self._governors = dict([*newest, (id(planned.motion), known)])
+        return known[1]
+

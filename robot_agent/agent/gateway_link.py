@@ -1,0 +1,96 @@
+"""The agent's side of its gateway: the claim, the newest feedback, and the calls that switch the drives."""
+
+import math
+from dataclasses import dataclass
+
+from cell.core import Ask, AskDone, Effect
+from cell.messages import Call, Claim, ClaimGrant, Command, DriveFeedback, Reply
+from cell.net.freshness import NewestOf
+
+_ASK_TIMEOUT_S = 3.0
+_CLAIM_AGAIN_S = 0.5
+
+
+@dataclass(frozen=True, slots=True)
+class Switching:
+    """A call to the gateway on behalf of an operator's request."""
+
+    request_id: str
+    call_id: str
+    command: Command
+
+
+class GatewayLink:
+    """Claims the robot, keeps the newest feedback, and passes operators' switching calls on."""
+
+    def __init__(self, robot: str, boot: str, digest: str, gateway: str) -> None:
+        self._to = f"gateway/{gateway}"
+        self._claim = Claim(robot, boot, digest)
+        self._asks = 0
+        self._claim_ask: str | None = None
+        self._claim_due = -math.inf
+        self._switching: dict[str, Switching] = {}
+        self._newest = NewestOf()
+        self._heard_at = -math.inf
+        self.grant: ClaimGrant | None = None
+        self.refusal = ""
+        self.feedback: DriveFeedback | None = None
+
+    def heard(self, feedback: DriveFeedback, now: float) -> None:
+        """Take the newest feedback; one of a restarted gateway ends the claim."""
+        if not self._newest.accept(feedback.boot, feedback.sequence):
+            return
+        if self.grant is not None and feedback.boot != self.grant.gateway_boot:
+            self.lose_claim()
+        self.feedback = feedback
+        self._heard_at = now
+
+    def age(self, now: float) -> float:
+        """Seconds since the newest feedback; infinite when none came."""
+        return now - self._heard_at
+
+    @property
+    def owned(self) -> DriveFeedback | None:
+        """The newest feedback, when it says that this agent owns the robot."""
+        if self.grant is None or self.feedback is None or self.feedback.owner != self.grant.owner:
+            return None
+        return self.feedback
+
+    def lose_claim(self) -> None:
+        self.grant = None
+        self.feedback = None
+
+    def claim_if_due(self, now: float) -> list[Effect]:
+        """Ask for the robot until the gateway says yes."""
+        if self.grant is not None or self._claim_ask is not None or now < self._claim_due:
+            return []
+        self._claim_due = now + _CLAIM_AGAIN_S
+        ask = self._ask(self._claim)
+        self._claim_ask = ask.ask_id
+        return [ask]
+
+    def switch(self, command: Command, request_id: str, call_id: str) -> Effect:
+        """Ask the gateway to switch the drives for an operator's request."""
+        ask = self._ask(command)
+        self._switching[ask.ask_id] = Switching(request_id, call_id, command)
+        return ask
+
+    def done(self, outcome: AskDone) -> tuple[Switching, bool, str] | None:
+        """Take an outcome; for a switching call return it, whether it worked, and what the gateway said."""
+        reply = outcome.reply if isinstance(outcome.reply, Reply) else None
+        text = reply.text if reply is not None else outcome.problem
+        if outcome.ask_id == self._claim_ask:
+            self._claim_ask = None
+            self.refusal = "" if reply is not None and reply.ok else text
+            if reply is not None and reply.ok:
+                self.grant = reply.claim
+            return None
+        switching = self._switching.pop(outcome.ask_id, None)
+        if switching is None:
+            return None
+        return switching, reply is not None and reply.ok, text
+
+    def _ask(self, command: Command) -> Ask:
+        self._asks += 1
+        id = f"{self._claim.robot}-{self._claim.boot}-{self._asks}"
+        return Ask(id, self._to, Call(id, command), _ASK_TIMEOUT_S)

@@ -1,0 +1,89 @@
+"""The steps that come next: interpreted and planned ahead of the motion."""
+
+from collections import deque
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cell.core import Effect
+from cell.messages import ZoneGeometry
+from robot_agent.agent.planning import Plan, Planned, PlanFailed, PlanRequest
+from robot_agent.language import Finished, Interpreter, JointStep, LineStep, Pause, Program, ProgramFault
+
+_PLANNED_AHEAD = 3
+
+
+@dataclass(frozen=True, slots=True)
+class Waiting:
+    """A motion that the worker is still planning."""
+
+    id: int
+    step: JointStep | LineStep
+
+
+Item = Planned | PlanFailed | Waiting | Pause | Finished | ProgramFault
+
+
+class Lookahead:
+    """A queue of what the program does next. A motion is planned from where the one before it ends."""
+
+    def __init__(self) -> None:
+        self._interpreter: Interpreter | None = None
+        self._items: deque[Item] = deque()
+        self._plans = 0
+        self._end = np.zeros(0)
+
+    def start(self, program: Program, q: NDArray[np.float64]) -> None:
+        """Begin the program with the robot at rest at `q` `(n,)`."""
+        self._interpreter = Interpreter(program)
+        self._items.clear()
+        self._end = q
+
+    def stop(self) -> None:
+        self._interpreter = None
+        self._items.clear()
+
+    @property
+    def head(self) -> Item | None:
+        return self._items[0] if self._items else None
+
+    @property
+    def items(self) -> tuple[Item, ...]:
+        return tuple(self._items)
+
+    def advance(self) -> None:
+        """The head is being executed; what follows becomes the head."""
+        self._items.popleft()
+
+    def planned(self, result: Planned | PlanFailed) -> None:
+        """Take the worker's result; a result for a program that was stopped meanwhile is dropped."""
+        for index, item in enumerate(self._items):
+            if isinstance(item, Waiting) and item.id == result.id:
+                self._items[index] = result
+                if isinstance(result, Planned):
+                    self._end = result.motion.q(result.motion.duration_s)
+
+    def rezone(self, again: list[Planned]) -> None:
+        """Replace motions by the same motions against changed zones."""
+        by_id = {planned.id: planned for planned in again}
+        self._items = deque(
+            by_id.get(item.id, item) if isinstance(item, Planned) else item for item in self._items
+        )
+
+    def fill(self, zones: tuple[ZoneGeometry, ...] | None) -> list[Effect]:
+        """Interpret further, and hand the next motion to the worker; without zone geometry nothing is planned."""
+        if self._interpreter is None or zones is None:
+            return []
+        while len(self._items) < _PLANNED_AHEAD and not self._blocked():
+            step = self._interpreter.next()
+            if isinstance(step, JointStep | LineStep):
+                self._plans += 1
+                self._items.append(Waiting(self._plans, step))
+                return [Plan(PlanRequest(self._plans, step, self._end, zones))]
+            self._items.append(step)
+        return []
+
+    def _blocked(self) -> bool:
+        """Behind a motion without a plan, or behind the end, nothing can be planned."""
+        return any(isinstance(item, Waiting | PlanFailed | Finished | ProgramFault) for item in self._items)

@@ -1,0 +1,232 @@
+"""Operators' calls to an agent: what is allowed in which mode, and what is answered."""
+
+from collections import deque
+from dataclasses import dataclass
+
+from cell.core import Answer, Effect, Request
+from cell.messages import (
+    Call,
+    Command,
+    Continue,
+    Disable,
+    DisableDrives,
+    DriveFeedback,
+    Enable,
+    EnableDrives,
+    Estop,
+    Halt,
+    Mode,
+    Reply,
+    ResetDrives,
+    ResetRobot,
+    Run,
+    Who,
+)
+from cell.net.freshness import Sent
+from robot_agent.agent.executive import Executive
+from robot_agent.agent.gateway_link import GatewayLink, Switching
+from robot_agent.agent.planning import Planner
+from robot_agent.agent.program_run import ProgramRun
+
+
+@dataclass(frozen=True, slots=True)
+class Situation:
+    """What decides whether a call is allowed."""
+
+    mode: Mode
+    executive: Executive | None
+    planner: Planner
+    estop: Estop | None
+    feedback: DriveFeedback
+    refused_by_manager: str
+
+
+@dataclass(frozen=True, slots=True)
+class _Done:
+    """A call was carried out; the robot is now in `mode`."""
+
+    text: str
+    mode: Mode
+
+
+@dataclass(frozen=True, slots=True)
+class _Refused:
+    text: str
+
+
+@dataclass(frozen=True, slots=True)
+class _Passed:
+    """The gateway decides; the answer comes later."""
+
+    command: Command
+    mode: Mode
+
+
+class Operator:
+    """Answers operators. A call whose echo is older than `command_s` is refused, `halt` and `who` excepted."""
+
+    def __init__(self, robot: str, boot: str, command_s: float, link: GatewayLink, run: ProgramRun) -> None:
+        self._robot = robot
+        self._boot = boot
+        self._command_s = command_s
+        self._link = link
+        self._run = run
+        self._states = Sent(boot)
+        self._requests: deque[Request] = deque()
+        self._outcomes: deque[tuple[Switching, bool, str]] = deque()
+
+    def asked(self, request: Request) -> None:
+        self._requests.append(request)
+
+    def switched(self, outcome: tuple[Switching, bool, str] | None) -> None:
+        """Take what the gateway said to a call that was passed on."""
+        if outcome is not None:
+            self._outcomes.append(outcome)
+
+    def sent_state(self, sequence: int, now: float) -> None:
+        """A robot state with `sequence` is sent at `now`: calls that echo it are as young as that."""
+        self._states.record(sequence, now)
+
+    def forget_echoes(self) -> None:
+        self._states.forget()
+
+    def refuse_all(self, why: str) -> list[Effect]:
+        """Answer everything that waits with a refusal, `who` excepted."""
+        effects: list[Effect] = []
+        while self._requests:
+            request = self._requests.popleft()
+            call = request.call
+            if isinstance(call, Call):
+                who = isinstance(call.command, Who)
+                effects.append(Answer(request.request_id, Reply(call.id, who, self._who() if who else why)))
+        return effects
+
+    def answer(self, situation: Situation, now: float) -> tuple[Mode, list[Effect]]:
+        """Carry out what waits; return the robot's mode after it, and the effects."""
+        effects: list[Effect] = []
+        mode = self._settle_outcomes(situation.mode, effects)
+        while self._requests:
+            request = self._requests.popleft()
+            call = request.call
+            if not isinstance(call, Call):
+                continue
+            result = self._decide(call, mode, situation, now)
+            match result:
+                case _Passed(command, mode):
+                    effects.append(self._link.switch(command, request.request_id, call.id))
+                case _Done(text, mode):
+                    effects.append(Answer(request.request_id, Reply(call.id, True, text)))
+                case _Refused(text):
+                    effects.append(Answer(request.request_id, Reply(call.id, False, text)))
+        return mode, effects
+
+    def _settle_outcomes(self, mode: Mode, effects: list[Effect]) -> Mode:
+        while self._outcomes:
+            switching, ok, text = self._outcomes.popleft()
+            effects.append(Answer(switching.request_id, Reply(switching.call_id, ok, text)))
+            match switching.command:
+                case EnableDrives() if not ok and mode is Mode.ENABLING:
+                    mode = Mode.DISABLED
+                case DisableDrives() if ok and mode is Mode.READY:
+                    mode = Mode.DISABLED
+                case ResetDrives() if ok and mode is Mode.FAULT:
+                    mode = Mode.DISABLED
+        return mode
+
+    def _decide(self, call: Call, mode: Mode, situation: Situation, now: float) -> _Done | _Refused | _Passed:
+        command = call.command
+        if isinstance(command, Who):
+            return _Done(self._who(), mode)
+        if isinstance(command, Halt):
+            if mode is Mode.RUNNING:
+                return _Done(f"{self._robot} brakes on its path; `cell continue {self._robot}` goes on", Mode.HALTED)
+            return _Done(f"{self._robot} is not running a program", mode)
+        age_s = self._states.age(call.heard, now)
+        if age_s > self._command_s:
+            return _Refused(
+                f"the call is too old to be carried out: it answers a state of {self._robot} that is "
+                f"{'no longer known' if age_s == float('inf') else f'{age_s:.2f} s old'}, "
+                f"{self._command_s:g} s are allowed; look at the robot, then call again"
+            )
+        match command:
+            case Enable():
+                return self._enable(mode, situation)
+            case Disable():
+                return self._disable(mode, situation)
+            case Run():
+                return self._start(mode, situation)
+            case Continue():
+                return self._continue(mode)
+            case ResetRobot():
+                return self._reset(mode, situation)
+            case _:
+                return _Refused(f"`{command.verb}` is not a call for a robot")
+
+    def _enable(self, mode: Mode, situation: Situation) -> _Done | _Refused | _Passed:
+        if mode in (Mode.READY, Mode.RUNNING, Mode.HALTED):
+            return _Done(f"{self._robot} is enabled already", mode)
+        if mode is Mode.DISABLED:
+            return _Passed(EnableDrives(self._robot, situation.feedback.owner), Mode.ENABLING)
+        return _Refused(f"{self._robot} is in mode {mode.value}: {self._way_out(mode)}")
+
+    def _disable(self, mode: Mode, situation: Situation) -> _Done | _Refused | _Passed:
+        executive = situation.executive
+        if mode is Mode.DISABLED:
+            return _Done(f"{self._robot} is disabled already", mode)
+        if mode not in (Mode.READY, Mode.HALTED) or executive is None:
+            return _Refused(f"{self._robot} is in mode {mode.value}: {self._way_out(mode)}")
+        if not executive.at_rest(situation.feedback.tick):
+            return _Refused(f"{self._robot} still moves: call again when it is at rest")
+        self._run.fail("the drives were switched off by an operator")
+        return _Passed(DisableDrives(self._robot, situation.feedback.owner), Mode.READY)
+
+    def _start(self, mode: Mode, situation: Situation) -> _Done | _Refused:
+        executive, feedback = situation.executive, situation.feedback
+        if mode is Mode.RUNNING:
+            return _Refused(f"{self._robot} is running already: halt it first")
+        if mode not in (Mode.READY, Mode.HALTED) or executive is None:
+            return _Refused(f"{self._robot} is in mode {mode.value}: {self._way_out(mode)}")
+        if situation.refused_by_manager:
+            return _Refused(f"the manager refuses {self._robot}: {situation.refused_by_manager}")
+        if not executive.at_rest(feedback.tick):
+            return _Refused(f"{self._robot} still moves: call again when it is at rest")
+        executive.stand(situation.planner.standstill(feedback.commanded, ()), feedback.tick)
+        self._run.start(feedback.commanded)
+        return _Done(f"{self._robot} runs {self._run.status.name} from its first line", Mode.RUNNING)
+
+    def _continue(self, mode: Mode) -> _Done | _Refused:
+        if mode is Mode.RUNNING:
+            return _Done(f"{self._robot} is running", mode)
+        if mode is not Mode.HALTED:
+            return _Refused(
+                f"{self._robot} is in mode {mode.value}, only a halted program can continue"
+                f"{f' ({self._run.error})' if self._run.error else ''}: {self._way_out(mode)}"
+            )
+        return _Done(f"{self._robot} goes on", Mode.RUNNING)
+
+    def _reset(self, mode: Mode, situation: Situation) -> _Done | _Refused | _Passed:
+        if mode is Mode.FAULT:
+            return _Passed(ResetDrives(self._robot, situation.feedback.owner), mode)
+        if situation.estop is not None:
+            return _Refused(f"an emergency stop by {situation.estop.by} is active: clear it with `cell reset`")
+        return _Done(f"{self._robot} has no fault", mode)
+
+    def _way_out(self, mode: Mode) -> str:
+        match mode:
+            case Mode.DISABLED | Mode.ENABLING:
+                return f"enable it with `cell enable {self._robot}`"
+            case Mode.READY:
+                return f"start its program with `cell run {self._robot}`"
+            case Mode.RUNNING:
+                return f"halt it first with `cell halt {self._robot}`"
+            case Mode.HALTED:
+                return f"go on with `cell continue {self._robot}`"
+            case Mode.ESTOP:
+                return "clear the emergency stop with `cell reset`"
+            case Mode.FAULT | Mode.OFF_PATH:
+                return f"acknowledge it with `cell reset {self._robot}`"
+            case Mode.STARTING:
+                return "wait until its gateway has accepted it"
+
+    def _who(self) -> str:
+        return f"agent of robot {self._robot}, boot {self._boot}"

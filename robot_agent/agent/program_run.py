@@ -1,0 +1,94 @@
+"""One run of the program: its state, the line in execution, pauses, and the time spent waiting for zones."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cell.messages import ProgramState, ProgramStatus
+from robot_agent.agent.executive import Executive
+from robot_agent.agent.lookahead import Lookahead, Waiting
+from robot_agent.agent.planning import Planned, PlanFailed
+from robot_agent.agent.timeline import SentBlock
+from robot_agent.language import Finished, Pause, Program, ProgramFault
+
+
+class ProgramRun:
+    """Follows the program along the blocks that the gateway has accepted."""
+
+    def __init__(self, program: Program) -> None:
+        self._program = program
+        self.lookahead = Lookahead()
+        self.state = ProgramState.LOADED
+        self.error = ""
+        self.line = 0
+        self.waited_s: dict[str, float] = {}
+        self.resume_tick = 0
+        """A programmed pause lasts until this tick."""
+
+    @property
+    def running(self) -> bool:
+        return self.state is ProgramState.RUNNING
+
+    def start(self, q: NDArray[np.float64]) -> None:
+        """Begin at the first line; the robot stands at `q` `(n,)`."""
+        self.state, self.error, self.line = ProgramState.RUNNING, "", 0
+        self.waited_s = {}
+        self.resume_tick = 0
+        self.lookahead.start(self._program, q)
+
+    def fail(self, why: str) -> None:
+        """End a running program before its end."""
+        if self.running:
+            self.state, self.error = ProgramState.FAILED, why
+        self.lookahead.stop()
+
+    def accepted(self, block: SentBlock) -> None:
+        """The gateway has accepted a block; when it begins the next motion, that one is no longer ahead."""
+        head = self.lookahead.head
+        if isinstance(head, Planned) and head.motion is block.planned.motion:
+            self.lookahead.advance()
+
+    @property
+    def follower(self) -> Planned | None:
+        """The motion to begin when the present one has ended."""
+        head = self.lookahead.head
+        return head if isinstance(head, Planned) else None
+
+    def settle(self, executive: Executive, tick: int, cycle_s: float) -> None:
+        """Take the steps that are no motions, once the motion before them has ended."""
+        if not self.running or not executive.at_motion_end:
+            return
+        rest_tick = max(executive.timeline.newest.rest_tick, self.resume_tick)
+        head = self.lookahead.head
+        if isinstance(head, Pause):
+            self.resume_tick = rest_tick + round(head.duration_s / cycle_s)
+            self.line = head.line
+            self.lookahead.advance()
+        elif tick >= rest_tick:
+            match head:
+                case Finished(line):
+                    self.state, self.line = ProgramState.DONE, line
+                    self.lookahead.stop()
+                case ProgramFault(line, text) | PlanFailed(line=line, text=text):
+                    self.line = line
+                    self.fail(text)
+                case _:
+                    pass
+
+    def follow(self, playing: SentBlock, tick: int) -> None:
+        """Note the line of the motion that is played at a tick."""
+        if self.running and tick >= self.resume_tick and playing.planned.line > 0:
+            self.line = playing.planned.line
+
+    def why_idle(self, tick: int, cycle_s: float) -> str:
+        """Why a robot at rest does not move although its program runs; empty when that is not the program's doing."""
+        if tick < self.resume_tick:
+            return f"WAIT, {(self.resume_tick - tick) * cycle_s:.1f} s left"
+        if isinstance(self.lookahead.head, Waiting):
+            return f"line {self.lookahead.head.step.line} is being planned"
+        return ""
+
+    @property
+    def status(self) -> ProgramStatus:
+        return ProgramStatus(
+            self._program.name, self.state, self.line, self._program.text_of(self.line), self.error
+        )

@@ -1,0 +1,80 @@
+"""What the agent tells everyone: the robot's state and events."""
+
+import numpy as np
+
+from cell.core import Publish
+from cell.geometry.pose import compose
+from cell.geometry.quaternion import from_matrix
+from cell.messages import (
+    DriveFeedback,
+    Event,
+    GovernorStatus,
+    Mode,
+    RobotState,
+    Severity,
+)
+from robot_agent.agent.executive import Executive
+from robot_agent.agent.planning import Planner
+from robot_agent.agent.program_run import ProgramRun
+
+
+class Reporter:
+    """Numbers and builds the messages for people and views."""
+
+    def __init__(self, robot: str, boot: str) -> None:
+        self._robot = robot
+        self._boot = boot
+        self._sequence = 0
+        self._events: list[Event] = []
+        self._event_sequence = 0
+
+    def event(self, severity: Severity, code: str, text: str, remedy: str = "") -> None:
+        """Note something that happened; it is sent with the next step."""
+        self._event_sequence += 1
+        self._events.append(Event(f"robot/{self._robot}", self._event_sequence, severity, code, text, remedy))
+
+    def take_events(self) -> list[Publish]:
+        events, self._events = self._events, []
+        return [Publish(event) for event in events]
+
+    def state(
+        self,
+        mode: Mode,
+        run: ProgramRun,
+        feedback: DriveFeedback,
+        executive: Executive | None,
+        planner: Planner,
+        zones: tuple[str, ...],
+        waiting_for: str,
+        alarms: tuple[str, ...],
+    ) -> RobotState:
+        """The robot's state at the newest feedback."""
+        self._sequence += 1
+        pose = compose(planner.pose_world_base, planner.model.forward(feedback.position))
+        speed, governor = 0.0, None
+        if executive is not None:
+            block, index = executive.timeline.at(feedback.tick)
+            segment, motion = block.segment, block.planned.motion
+            jacobian = planner.model.jacobian(segment.q[index])
+            speed = float(np.linalg.norm(jacobian[:3] @ segment.qd[index]))
+            governor = GovernorStatus(
+                float(segment.rate[index]), float(segment.tau[index]), motion.duration_s, segment.ruled_by
+            )
+        x, y, z = pose[:3, 3].tolist()
+        qx, qy, qz, qw = from_matrix(pose[:3, :3]).tolist()
+        return RobotState(
+            robot=self._robot,
+            boot=self._boot,
+            sequence=self._sequence,
+            mode=mode,
+            program=run.status,
+            joints=tuple(feedback.position.tolist()),
+            tcp_position_m=(x, y, z),
+            tcp_quaternion_xyzw=(qx, qy, qz, qw),
+            tcp_speed_m_s=speed,
+            governor=governor,
+            zones=zones,
+            waiting_for=waiting_for,
+            waited_s=dict(run.waited_s),
+            alarms=alarms,
+        )

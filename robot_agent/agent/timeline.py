@@ -1,0 +1,101 @@
+"""What the gateway plays, as the agent knows it: the accepted blocks, spliced, and those whose fate is open."""
+
+from collections import deque
+from dataclasses import dataclass
+
+from cell.messages import DriveFeedback
+from robot_agent.agent.planning import Planned
+from robot_agent.trajectory import Segment
+
+_KEPT_TICKS = 250
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SentBlock:
+    """A block that was sent: its segment begins at `first_tick`."""
+
+    sequence: int
+    first_tick: int
+    planned: Planned
+    segment: Segment
+
+    def index(self, tick: int) -> int:
+        """The sample played at a tick; before the first the first, after the last the last."""
+        return min(max(tick - self.first_tick, 0), self.segment.length - 1)
+
+    @property
+    def rest_tick(self) -> int:
+        """The first tick at which the block is at rest for good."""
+        return self.first_tick + self.segment.length - 1
+
+
+@dataclass(frozen=True, slots=True)
+class Span:
+    """A piece of one motion: everything from path time `first_tau` to `last_tau`."""
+
+    planned: Planned
+    first_tau: float
+    last_tau: float
+
+
+class Timeline:
+    """The blocks of one claim while the drives are enabled."""
+
+    def __init__(self, standing: SentBlock) -> None:
+        self._accepted: deque[SentBlock] = deque([standing])
+        self._open: deque[SentBlock] = deque()
+
+    @property
+    def newest(self) -> SentBlock:
+        """The newest block that the gateway has accepted."""
+        return self._accepted[-1]
+
+    def sent(self, block: SentBlock) -> None:
+        self._open.append(block)
+
+    def observe(self, feedback: DriveFeedback) -> bool:
+        """Settle the fate of blocks by a feedback; true when a newer block was accepted."""
+        before = self.newest.sequence
+        while self._open and self._open[0].sequence <= feedback.block:
+            block = self._open.popleft()
+            if block.sequence == feedback.block:
+                self._accepted.append(block)
+        self._open = deque(block for block in self._open if block.first_tick > feedback.tick)
+        while len(self._accepted) > 1 and self._accepted[1].first_tick < feedback.tick - _KEPT_TICKS:
+            self._accepted.popleft()
+        return self.newest.sequence != before
+
+    def at(self, tick: int) -> tuple[SentBlock, int]:
+        """The block and the sample that is played at a tick."""
+        for block in reversed(self._accepted):
+            if block.first_tick <= tick:
+                return block, block.index(tick)
+        return self._accepted[0], 0
+
+    def spans(self, from_tick: int, candidate: SentBlock | None = None) -> list[Span]:
+        """All motion from a tick to rest: of the accepted blocks, of those that may still be, and of a candidate."""
+        spans = []
+        blocks = list(self._accepted)
+        for block, follower in zip(blocks, [*blocks[1:], None], strict=True):
+            until = block.rest_tick if follower is None else follower.first_tick
+            if until >= from_tick or follower is None:
+                spans.append(_span(block, from_tick, until))
+        undecided = self._open if candidate is None else [*self._open, candidate]
+        spans.extend(_span(block, block.first_tick, block.rest_tick) for block in undecided)
+        return _merged(spans)
+
+
+def _span(block: SentBlock, from_tick: int, until_tick: int) -> Span:
+    tau = block.segment.tau
+    return Span(block.planned, float(tau[block.index(from_tick)]), float(tau[block.index(until_tick)]))
+
+
+def _merged(spans: list[Span]) -> list[Span]:
+    """One span per motion, in the order in which the motions first appear."""
+    by_motion: dict[int, Span] = {}
+    for span in spans:
+        known = by_motion.get(id(span.planned.motion))
+        if known is not None:
+            span = Span(span.planned, min(known.first_tau, span.first_tau), max(known.last_tau, span.last_tau))
+        by_motion[id(span.planned.motion)] = span
+    return list(by_motion.values())

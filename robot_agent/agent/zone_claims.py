@@ -1,0 +1,131 @@
+"""Which zones the robot holds, wants and may be in: the agent's half of `docs/architecture.md`, section 4.1."""
+
+from cell.geometry.pose import pose_from
+from cell.geometry.box import Box
+from cell.geometry.occupied import body_touches_box
+from cell.messages import Body, Heard, ManagerState, Token, ZoneGeometry, ZoneState
+from cell.net.freshness import NewestOf, Sent
+from robot_agent.agent.planning import Planned
+from robot_agent.trajectory import Hold
+
+
+class ZoneClaims:
+    """Zones as this robot sees them. A manager state counts only while it echoes a young presence."""
+
+    def __init__(self, robot: str, boot: str, fresh_s: float) -> None:
+        self._robot = robot
+        self._fresh_s = fresh_s
+        self._newest = NewestOf()
+        self._sent = Sent(boot)
+        self._geometry: dict[str, ZoneGeometry] = {}
+        self.state: ManagerState | None = None
+        self.holds: dict[str, Token] = {}
+
+    # Freshness
+
+    def sent_presence(self, sequence: int, now: float) -> None:
+        self._sent.record(sequence, now)
+
+    def forget_echoes(self) -> None:
+        """After a freeze: nothing that answers an older presence counts as young."""
+        self._sent.forget()
+
+    def heard_state(self, state: ManagerState) -> None:
+        if self._newest.accept(state.boot, state.sequence):
+            self.state = state
+
+    def heard_geometry(self, zone: ZoneGeometry) -> None:
+        self._geometry[zone.zone] = zone
+
+    @property
+    def heard(self) -> Heard | None:
+        """The echo for the next presence."""
+        return None if self.state is None else Heard(self.state.boot, self.state.sequence)
+
+    def age(self, now: float) -> float:
+        """Age by echo [s] of the newest manager state."""
+        return self._sent.age(self.state.heard.get(self._robot) if self.state is not None else None, now)
+
+    def fresh(self, now: float) -> bool:
+        return self.age(now) < self._fresh_s
+
+    # Geometry
+
+    @property
+    def geometry(self) -> tuple[ZoneGeometry, ...] | None:
+        """All zones of the newest manager state in their present version; `None` while one is still missing."""
+        if self.state is None:
+            return None
+        zones = []
+        for name, status in sorted(self.state.zones.items()):
+            zone = self._geometry.get(name)
+            if zone is None or zone.version != status.version:
+                return None
+            zones.append(zone)
+        return tuple(zones)
+
+    def touched(self, body: Body) -> set[str]:
+        """The zones that a body touches, by the rule that the manager applies too."""
+        return {name for name, zone in self._geometry.items() if body_touches_box(body, _box(zone))}
+
+    # Grants
+
+    def update_holds(self, now: float, inside: set[str], needed: set[str]) -> None:
+        """Take up grants that are needed or stood in; give up zones that are neither.
+
+        `inside` are the zones that the body sent last touches, `needed` those crossed soon.
+        """
+        if self.state is None or not self.fresh(now):
+            return
+        for name, status in self.state.zones.items():
+            mine = status.holder == self._robot and status.token is not None
+            if mine and status.token is not None and name in inside | needed:
+                self.holds[name] = status.token
+            elif name not in inside and (not mine or name not in needed):
+                self.holds.pop(name, None)
+
+    def permitted(self, zone: str, now: float) -> bool:
+        """Whether the robot may be inside: a fresh manager state names it holder with the token it has."""
+        status = self.state.zones.get(zone) if self.state is not None else None
+        return (
+            status is not None
+            and self.fresh(now)
+            and status.state in (ZoneState.GRANTED, ZoneState.OCCUPIED)
+            and status.holder == self._robot
+            and status.token is not None
+            and status.token == self.holds.get(zone)
+        )
+
+    def holds_on(self, planned: Planned, now: float) -> list[tuple[str, Hold]]:
+        """The zones on a motion that may not be entered now, with the hold in front of each."""
+        if planned.motion.duration_s > 0.0 and not self._planned_against_present(planned):
+            return [("", Hold(0.0, "the zones have changed since this motion was planned: halt and run again"))]
+        return [
+            (crossing.zone, Hold(crossing.enter_tau, self.why_not(crossing.zone)))
+            for crossing in planned.crossings
+            if not self.permitted(crossing.zone, now)
+        ]
+
+    def _planned_against_present(self, planned: Planned) -> bool:
+        return self.state is not None and planned.zone_versions == {
+            name: status.version for name, status in self.state.zones.items()
+        }
+
+    def why_not(self, zone: str) -> str:
+        """Why the robot may not enter, for people."""
+        if self.state is None:
+            return f"zone {zone}: no manager heard yet"
+        refusal = self.state.refused.get(self._robot)
+        status = self.state.zones.get(zone)
+        if refusal or status is None:
+            return f"zone {zone}: {refusal or 'unknown to the manager'}"
+        since_s = max(0.0, self.state.cell_time - status.since)
+        if status.state is ZoneState.ORPHANED:
+            return f"zone {zone}: orphaned, last held by {status.holder or 'nobody'} ({status.reason})"
+        if status.holder not in (None, self._robot):
+            return f"zone {zone}: held by {status.holder} since {since_s:.1f} s"
+        return f"zone {zone}: {status.reason or 'asked for'}"
+
+
+def _box(zone: ZoneGeometry) -> Box:
+    return Box(zone.size_m, pose_from(zone.position_m, zone.quaternion_xyzw))

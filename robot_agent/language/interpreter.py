@@ -1,0 +1,107 @@
+"""Statements to steps: what the robot does next, with jumps and counters resolved. It runs ahead of the motion."""
+
+from dataclasses import dataclass
+
+from robot_agent.language.program import End, Goto, Home, Label, MoveJoints, MoveLine, Program, Wait
+
+_MAX_IDLE_STATEMENTS = 10_000
+
+
+@dataclass(frozen=True, slots=True)
+class JointStep:
+    """Move joints; `None` keeps a joint, `joints=None` as a whole means home."""
+
+    line: int
+    joints: tuple[float | None, ...] | None
+    speed: float
+
+
+@dataclass(frozen=True, slots=True)
+class LineStep:
+    """Move the flange on a line; see `MoveLine` for what `None` means."""
+
+    line: int
+    position_m: tuple[float | None, float | None, float | None]
+    orientation_abc: tuple[float, float, float] | None
+    speed_m_s: float | None
+
+
+@dataclass(frozen=True, slots=True)
+class Pause:
+    """Stand still for a while."""
+
+    line: int
+    duration_s: float
+
+
+@dataclass(frozen=True, slots=True)
+class Finished:
+    """The program is done."""
+
+    line: int
+
+
+@dataclass(frozen=True, slots=True)
+class ProgramFault:
+    """The program cannot go on, and why."""
+
+    line: int
+    text: str
+
+
+Step = JointStep | LineStep | Pause | Finished | ProgramFault
+
+
+class Interpreter:
+    """Walks through a program, one `Step` at a call; after `Finished` or `ProgramFault` it repeats that step."""
+
+    def __init__(self, program: Program) -> None:
+        self._program = program
+        self._index = 0
+        self._jumps_left: dict[int, int] = {}
+        self._end: Finished | ProgramFault | None = None
+
+    def next(self) -> Step:
+        """The next thing to do; statements that only steer the program are passed over."""
+        if self._end is not None:
+            return self._end
+        line = 1
+        for _ in range(_MAX_IDLE_STATEMENTS):
+            if self._index >= len(self._program.statements):
+                return self._finish(Finished(line))
+            statement = self._program.statements[self._index]
+            line = statement.line
+            self._index += 1
+            match statement:
+                case MoveJoints(line, joints, speed):
+                    return JointStep(line, joints, speed)
+                case MoveLine(line, position_m, orientation_abc, speed_m_s):
+                    return LineStep(line, position_m, orientation_abc, speed_m_s)
+                case Home(line, speed):
+                    return JointStep(line, None, speed)
+                case Wait(line, duration_s):
+                    return Pause(line, duration_s)
+                case Goto():
+                    self._jump(statement)
+                case Label():
+                    pass
+                case End(line):
+                    return self._finish(Finished(line))
+        text = f"{_MAX_IDLE_STATEMENTS} statements without a motion or WAIT: put one into the loop"
+        return self._finish(ProgramFault(line, text))
+
+    def _jump(self, goto: Goto) -> None:
+        if goto.count is None:
+            self._index = goto.target
+            return
+        place = self._index - 1
+        left = self._jumps_left.get(place, goto.count)
+        if left > 0:
+            self._jumps_left[place] = left - 1
+            self._index = goto.target
+        else:
+            del self._jumps_left[place]
+
+    def _finish(self, end: Finished | ProgramFault) -> Step:
+        self._end = end
+        return end

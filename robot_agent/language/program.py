@@ -1,0 +1,108 @@
+"""A program as data: statements in SI units, each with the line it came from."""
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True, slots=True)
+class MoveJoints:
+    """`MJ J1=… F=…`: all joints start and end together. Joints that are not named (`None`) keep their value."""
+
+    line: int
+    joints: tuple[float | None, ...]
+    """Target per joint [rad or m]."""
+    speed: float
+    """Fraction of the joints' speed limits, above 0 to 1."""
+
+
+@dataclass(frozen=True, slots=True)
+class MoveLine:
+    """`ML X=… F=…`: the flange moves on a straight line in the robot's base frame."""
+
+    line: int
+    position_m: tuple[float | None, float | None, float | None]
+    """Coordinates that are not named keep their value."""
+    orientation_abc: tuple[float, float, float] | None
+    """A, B, C [rad] with R = Rz(C) Ry(B) Rx(A); `None` keeps the orientation."""
+    speed_m_s: float | None
+    """`None`: the robot's configured path speed."""
+
+
+@dataclass(frozen=True, slots=True)
+class Home:
+    """`HOME F=…`: a joint move to the robot's home position."""
+
+    line: int
+    speed: float
+
+
+@dataclass(frozen=True, slots=True)
+class Wait:
+    """`WAIT s`: stand still."""
+
+    line: int
+    duration_s: float
+
+
+@dataclass(frozen=True, slots=True)
+class Label:
+    """`LABEL name`: a place to jump to."""
+
+    line: int
+    name: str
+
+
+@dataclass(frozen=True, slots=True)
+class Goto:
+    """`GOTO name n`: jump `n` times, then go on; without `n` jump always. The count starts anew after it ran out."""
+
+    line: int
+    target: int
+    """Index of the statement behind the label."""
+    count: int | None
+
+
+@dataclass(frozen=True, slots=True)
+class End:
+    """`END`: the program is done."""
+
+    line: int
+
+
+Statement = MoveJoints | MoveLine | Home | Wait | Label | Goto | End
+
+
+@dataclass(frozen=True, slots=True)
+class Program:
+    """A program that has passed the parser. `lines` is its text, for display."""
+
+    name: str
+    statements: tuple[Statement, ...]
+    lines: tuple[str, ...]
+
+    def text_of(self, line: int) -> str:
+        """The text of a line (from 1) without its comment; empty for lines outside the program."""
+        if not 1 <= line <= len(self.lines):
+            return ""
+        return self.lines[line - 1].split(";")[0].strip()
+
+
+@dataclass(frozen=True, slots=True)
+class ProgramProblem:
+    """One mistake in a program: where, what was found, what is allowed. Line and column count from 1."""
+
+    line: int
+    column: int
+    found: str
+    allowed: str
+
+    def __str__(self) -> str:
+        return f"{self.line}:{self.column}: found {self.found}, allowed {self.allowed}"
+
+
+class ProgramError(Exception):
+    """A program with mistakes: all of them."""
+
+    def __init__(self, name: str, problems: tuple[ProgramProblem, ...]) -> None:
+        self.name = name
+        self.problems = problems
+        super().__init__("\n".join(f"{name}:{problem}" for problem in problems))
