@@ -1,0 +1,142 @@
+"""The processes that `cell up` starts, and the order in which they end."""
+
+import os
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from types import TracebackType
+from typing import Self
+
+from cell.config.settings import CellSettings
+
+END_TIMEOUT_S = 8.0
+"""A process that has not ended this long after it was told to is killed."""
+HURRIED_TIMEOUT_S = 1.0
+LAST_LINES = 8
+
+
+@dataclass(frozen=True, slots=True)
+class Program:
+    """What to start: `part` names it for people, `command` is what they would type, `module` is what runs."""
+
+    part: str
+    module: str
+    arguments: tuple[str, ...]
+    command: str
+
+
+class Child:
+    """A running process in its own process session, so that Ctrl-C reaches it only through us, in our order."""
+
+    def __init__(self, program: Program, log_folder: Path) -> None:
+        self.program = program
+        self.log = log_folder / f"{program.part.replace(' ', '-')}.log"
+        ours, self._pipe = os.pipe()
+        with self.log.open("wb") as log:
+            self._process = subprocess.Popen(
+                [sys.executable, "-m", program.module, *program.arguments, "--parent-pipe", str(ours)],
+                stdin=subprocess.DEVNULL,
+                stdout=log,
+                stderr=log,
+                start_new_session=True,
+                pass_fds=(ours,),
+                env={**os.environ, "PYTHONUNBUFFERED": "1"},
+            )
+        os.close(ours)
+
+    def exit_code(self) -> int | None:
+        """Exit code (negative: the signal that killed it), None while it runs."""
+        return self._process.poll()
+
+    def tell_to_stop(self) -> None:
+        if self.exit_code() is None:
+            self._process.terminate()
+
+    def kill(self) -> None:
+        self._process.kill()
+        self._process.wait()
+
+    def close(self) -> None:
+        """Close our end of the pipe, which also tells the process to stop."""
+        os.close(self._pipe)
+
+    def death_notice(self) -> str:
+        """How it ended, its last lines, and the command that starts it again."""
+        code = self.exit_code()
+        how = f"was killed by signal {-code}" if code is not None and code < 0 else f"ended with exit code {code}"
+        lines = self.log.read_text(encoding="utf-8", errors="replace").splitlines()[-LAST_LINES:]
+        quoted = "".join(f"\n    | {line}" for line in lines)
+        return f"{self.program.part} {how}{quoted}\n  start it again with: {self.program.command}"
+
+
+def programs(settings: CellSettings, state_dir: Path | None, simulate: bool) -> list[Program]:
+    """Manager, gateways and agents of a cell, in the order in which they start."""
+    file = str(settings.file)
+    where = () if state_dir is None else ("--state-dir", str(state_dir))
+    drives = ("--simulate",) if simulate else ()
+    wanted = [("manager", "cell", ("manager", file))]
+    wanted += [(f"gateway {name}", "drive-gateway", ("run", file, name, *drives)) for name in settings.gateways]
+    wanted += [(f"robot {name}", "robot-agent", (file, name)) for name in settings.robots]
+    modules = {"cell": "main", "drive-gateway": "drive_gateway", "robot-agent": "robot_agent"}
+    return [
+        Program(part, f"cell.commands.{modules[tool]}", (*arguments, *where), " ".join((tool, *arguments, *where)))
+        for part, tool, arguments in wanted
+    ]
+
+
+class Children:
+    """All processes of a cell; leaving the `with` block stops whoever is left."""
+
+    def __init__(
+        self, wanted: list[Program], log_folder: Path, hurry: threading.Event, say: Callable[[str], None]
+    ) -> None:
+        self._wanted = wanted
+        self._log_folder = log_folder
+        self._hurry = hurry
+        self._say = say
+        self._children: list[Child] = []
+        self._reported: set[Child] = set()
+
+    def __enter__(self) -> Self:
+        for program in self._wanted:
+            self._children.append(Child(program, self._log_folder))
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, tb: TracebackType | None) -> None:
+        self.stop_in_order()
+        for child in self._children:
+            child.close()
+
+    def deaths(self) -> list[Child]:
+        """Those who ended since the last look."""
+        dead = [child for child in self._children if child not in self._reported and child.exit_code() is not None]
+        self._reported.update(dead)
+        return dead
+
+    def all_dead(self) -> bool:
+        return all(child.exit_code() is not None for child in self._children)
+
+    def stop_in_order(self) -> None:
+        """Agents, then gateways, then the manager; each group has ended before the next is told to."""
+        for role in ("robot", "gateway", "manager"):
+            group = [child for child in self._children if child.program.part.split()[0] == role]
+            for child in group:
+                child.tell_to_stop()
+            self._wait_for(group)
+
+    def _wait_for(self, group: list[Child]) -> None:
+        told = time.monotonic()
+        pause = threading.Event()
+        while any(child.exit_code() is None for child in group):
+            limit = HURRIED_TIMEOUT_S if self._hurry.is_set() else END_TIMEOUT_S
+            if time.monotonic() - told > limit:
+                break
+            pause.wait(0.02)
+        for child in group:
+            if child.exit_code() is None:
+                child.kill()
+                self._say(f"{child.program.part} did not end within {limit:.0f} s and was killed; its log: {child.log}")

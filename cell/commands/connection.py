@@ -1,0 +1,129 @@
+"""How an operator's command finds the running cell, asks a process of it, and reports the answer."""
+
+import getpass
+import os
+import socket
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+from cell.commands.errors import CommandError
+from cell.commands.view import CellView, Snapshot, echo, names
+from cell.config import ConfigError, load_cell
+from cell.config.settings import CellSettings
+from cell.messages import Command, Heard, Reply
+from cell.net.errors import CallError, Unreachable
+from cell.net.options import Link
+from cell.net.runner import new_boot
+from cell.net.session import CellSession, new_call
+
+STATE_TIMEOUT_S = 1.0
+ANSWER_TIMEOUT_S = 5.0
+
+
+def read_cell(file: Path) -> CellSettings:
+    """The settings in `file`; every problem of it as one line of a `CommandError`."""
+    if not file.is_file():
+        raise CommandError(
+            f"{file}: no such cell file",
+            "name it, or for operators' commands set ZENCELL_FILE, for example to cell_configs/two_arms/cell.yaml",
+        )
+    try:
+        return load_cell(file)
+    except ConfigError as error:
+        raise CommandError(
+            "the cell file has problems\n" + "\n".join(f"  {problem}" for problem in error.problems),
+            f"correct them and look again with: cell check {file}",
+        ) from error
+
+
+def operator_name() -> str:
+    """Who gives the order: user and host."""
+    return f"{getpass.getuser()}@{socket.gethostname()}"
+
+
+@dataclass(frozen=True)
+class Operator:
+    """An operator's connection to a running cell."""
+
+    file: Path
+    settings: CellSettings
+    session: CellSession
+    view: CellView
+
+    def check_robot(self, robot: str) -> None:
+        """Raise `CommandError` when the cell has no such robot."""
+        if robot not in self.settings.robots:
+            raise CommandError(f"no robot {robot!r} in {self.file}; its robots are: {names(self.settings.robots)}")
+
+    def ask_robot(self, robot: str, command: Command) -> Reply:
+        """Ask a robot's agent, in view of its newest state."""
+        self.check_robot(robot)
+        snapshot = self.view.wait_for(lambda seen: robot in seen.robots, STATE_TIMEOUT_S)
+        state = snapshot.robots.get(robot)
+        if state is None:
+            raise CommandError(
+                f"robot {robot} does not answer: is its agent running?",
+                f"start it with: robot-agent {self.file} {robot}",
+            )
+        return self._ask(f"robot/{robot}", command, echo(state))
+
+    def ask_manager(self, command: Command) -> Reply:
+        """Ask the cell manager, in view of its newest state."""
+        state = self.view.wait_for(lambda seen: seen.manager is not None, STATE_TIMEOUT_S).manager
+        if state is None:
+            raise CommandError(
+                f"the manager of cell {self.settings.name} does not answer",
+                f"start it with: cell manager {self.file}",
+            )
+        return self._ask("manager", command, echo(state))
+
+    def snapshot(self) -> Snapshot:
+        """The state of the cell, as soon as everybody in it was heard or has had the time for it."""
+        return self.view.wait_for(
+            lambda seen: (
+                seen.manager is not None
+                and set(seen.robots) == set(self.settings.robots)
+                and set(seen.gateways) == set(self.settings.gateways)
+            ),
+            STATE_TIMEOUT_S,
+        )
+
+    def _ask(self, to: str, command: Command, heard: Heard) -> Reply:
+        try:
+            return self.session.ask(to, new_call(command, heard), ANSWER_TIMEOUT_S)
+        except CallError as error:
+            raise CommandError(
+                f"{command.verb}: {to} gave no usable answer: {error}",
+                f"look at the cell with: cell status -f {self.file}; nothing may be assumed about what was done",
+            ) from error
+
+
+@contextmanager
+def connect(file: Path, endpoints: list[str] | None) -> Iterator[Operator]:
+    """Connect to the running cell of `file` as a client of its rendezvous, or of `endpoints`."""
+    settings = read_cell(file)
+    connect_to = tuple(endpoints) if endpoints else (settings.manager_endpoint,)
+    with ExitStack() as stack:
+        try:
+            session = stack.enter_context(client_session(settings, connect_to))
+        except Unreachable as error:
+            raise CommandError(
+                f"nobody of cell {settings.name} answers at {names(connect_to)}",
+                f"start the cell with: cell up {file}, or the manager alone with: cell manager {file}",
+            ) from error
+        yield Operator(file, settings, session, CellView(session, settings))
+
+
+def client_session(settings: CellSettings, endpoints: tuple[str, ...]) -> CellSession:
+    """A client session through one of `endpoints`; opening it raises `cell.net.errors.Unreachable`."""
+    link = Link(mode="client", connect=endpoints)
+    return CellSession(settings.name, link, "operator", f"{socket.gethostname()}-{os.getpid()}", new_boot())
+
+
+def report(who: str, reply: Reply) -> None:
+    """Print a reply; a refusal becomes a `CommandError`."""
+    if not reply.ok:
+        raise CommandError(f"{who} refuses: {reply.text}")
+    print(f"{who}: {reply.text}")

@@ -1,0 +1,83 @@
+"""Arguments and options that several commands share, so that they mean the same everywhere."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+if TYPE_CHECKING:
+    from cell.net.options import ZenohOptions
+
+CELL_FILE = "cell.yaml"
+
+CellFileArgument = Annotated[Path, typer.Argument(metavar="FILE", help="The cell file.", show_default=False)]
+"""For commands that start something or look at a file: the file is their subject."""
+
+CellFileOption = Annotated[
+    Path,
+    typer.Option(
+        "-f",
+        "--file",
+        metavar="FILE",
+        envvar="ZENCELL_FILE",
+        help="The cell file of the running cell.",
+    ),
+]
+"""For operators' commands: the same file every time, so it may come from the environment or the working folder."""
+
+RobotArgument = Annotated[str, typer.Argument(metavar="ROBOT", help="Name of the robot in the cell file.")]
+
+StateDirOption = Annotated[
+    Path | None,
+    typer.Option(
+        "--state-dir",
+        metavar="FOLDER",
+        help="Where the process keeps what must outlive it. [default: .zencell/<cell>/ beside the cell file]",
+        show_default=False,
+    ),
+]
+
+ParentPipeOption = Annotated[int | None, typer.Option("--parent-pipe", hidden=True)]
+
+ModeOption = Annotated[
+    str | None,
+    typer.Option("-m", "--mode", metavar="MODE", help="Zenoh session mode: peer or client.", show_default=False),
+]
+ConnectOption = Annotated[
+    list[str] | None,
+    typer.Option(
+        "-e",
+        "--connect",
+        metavar="ENDPOINT",
+        help="Zenoh endpoint to connect to instead of the cell file's; may be repeated.",
+        show_default=False,
+    ),
+]
+ListenOption = Annotated[
+    list[str] | None,
+    typer.Option(
+        "-l",
+        "--listen",
+        metavar="ENDPOINT",
+        help="Zenoh endpoint to listen on instead of the cell file's; may be repeated.",
+        show_default=False,
+    ),
+]
+ConfigOption = Annotated[
+    Path | None, typer.Option("-c", "--config", metavar="FILE", help="Zenoh configuration file.", show_default=False)
+]
+CfgOption = Annotated[
+    list[str] | None,
+    typer.Option("--cfg", metavar="KEY:VALUE", help="Change one value of the Zenoh configuration.", show_default=False),
+]
+
+
+def zenoh_options(
+    mode: str | None, connect: list[str] | None, listen: list[str] | None, config: Path | None, cfg: list[str] | None
+) -> "ZenohOptions":
+    """The five Zenoh options of a command line as one value."""
+    from cell.net.options import ZenohOptions
+
+    return ZenohOptions(
+        mode=mode, connect=tuple(connect or ()), listen=tuple(listen or ()), config=config, settings=tuple(cfg or ())
+    )

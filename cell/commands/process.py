@@ -1,0 +1,26 @@
+"""What the entry points of manager, agent and gateway have in common."""
+
+import threading
+from collections.abc import Callable
+from pathlib import Path
+
+import typer
+
+from cell.commands.state_dir import Lock, state_folder
+from cell.commands.stop import stop_event
+from cell.config.settings import CellSettings
+
+
+def run_process(
+    part: str,
+    settings: CellSettings,
+    state_dir: Path | None,
+    parent_pipe: int | None,
+    body: Callable[[Path, threading.Event], int],
+) -> None:
+    """Run `body(state folder, stop event)` as the one process `part` of this cell on this host; exit with its code."""
+    stop = stop_event(parent_pipe)
+    folder = state_folder(settings.file, settings.name, state_dir)
+    with Lock(folder, part):
+        code = body(folder, stop)
+    raise typer.Exit(code)

@@ -1,0 +1,69 @@
+"""The command `robot-agent`: the process of one robot."""
+
+import threading
+from pathlib import Path
+
+import typer
+
+from cell.commands.connection import read_cell
+from cell.commands.errors import CommandError, run_app
+from cell.commands.options import (
+    CellFileArgument,
+    CfgOption,
+    ConfigOption,
+    ConnectOption,
+    ListenOption,
+    ModeOption,
+    ParentPipeOption,
+    RobotArgument,
+    StateDirOption,
+    zenoh_options,
+)
+from cell.commands.process import run_process
+from cell.commands.view import names
+
+app = typer.Typer(
+    add_completion=False, pretty_exceptions_enable=False, context_settings={"help_option_names": ["-h", "--help"]}
+)
+
+
+@app.command(epilog="Example: robot-agent cell_configs/two_arms/cell.yaml left")
+def robot_agent(
+    file: CellFileArgument,
+    robot: RobotArgument,
+    mode: ModeOption = None,
+    connect: ConnectOption = None,
+    listen: ListenOption = None,
+    config: ConfigOption = None,
+    cfg: CfgOption = None,
+    state_dir: StateDirOption = None,
+    parent_pipe: ParentPipeOption = None,
+) -> None:
+    """Run the agent of one robot, until Ctrl-C or SIGTERM; then the robot brakes on its path before the agent ends.
+
+    It claims the robot's drives from its gateway and obeys the operator's commands; nothing moves before
+    `cell enable ROBOT` and `cell run ROBOT`.
+    """
+    from robot_agent.agent.shell import run_agent
+
+    from robot_agent.model import load_description
+
+    settings = read_cell(file)
+    if robot not in settings.robots:
+        raise CommandError(f"no robot {robot!r} in {file}; its robots are: {names(settings.robots)}")
+    description = load_description(settings.robots[robot].model)
+    options = zenoh_options(mode, connect, listen, config, cfg)
+
+    def body(folder: Path, stop: threading.Event) -> int:
+        return run_agent(settings, robot, description, options, folder, stop)
+
+    run_process(f"robot-{robot}", settings, state_dir, parent_pipe, body)
+
+
+def main() -> None:
+    """Entry point of the command `robot-agent`."""
+    run_app(lambda: app(prog_name="robot-agent"), "robot-agent")
+
+
+if __name__ == "__main__":
+    main()

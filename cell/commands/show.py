@@ -1,0 +1,52 @@
+"""How `cell up` shows a running cell: a live table on a terminal, one line per change elsewhere."""
+
+import time
+from types import TracebackType
+from typing import Self
+
+from rich.console import Console
+from rich.live import Live
+
+from cell.commands.table import cell_table, robot_line
+from cell.commands.view import Snapshot
+from cell.config.settings import CellSettings
+
+PERIOD_S = 0.2
+
+
+class Show:
+    """A context manager; `say` prints a line in either form."""
+
+    def __init__(self, settings: CellSettings, console: Console) -> None:
+        self._settings = settings
+        self._console = console
+        self._live = Live(console=console, auto_refresh=False) if console.is_terminal else None
+        self._lines: dict[str, str] = {}
+        self._due = 0.0
+
+    def __enter__(self) -> Self:
+        if self._live is not None:
+            self._live.start()
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, tb: TracebackType | None) -> None:
+        if self._live is not None:
+            self._live.stop()
+
+    def say(self, text: str) -> None:
+        self._console.print(text, markup=False, highlight=False, soft_wrap=True)
+
+    def update(self, seen: Snapshot) -> None:
+        """Show `seen`; at most every `PERIOD_S`, so it may be called as often as the cell is looked at."""
+        now = time.monotonic()
+        if now < self._due:
+            return
+        self._due = now + PERIOD_S
+        if self._live is not None:
+            self._live.update(cell_table(self._settings, seen), refresh=True)
+            return
+        for robot in self._settings.robots:
+            line = robot_line(robot, seen.robots.get(robot))
+            if self._lines.get(robot) != line:
+                self._lines[robot] = line
+                self.say(line)

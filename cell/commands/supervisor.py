@@ -1,0 +1,186 @@
+"""The course of `cell up`: bring the cell up, watch it, bring it to rest."""
+
+import sys
+import threading
+import time
+from contextlib import ExitStack
+
+from rich.console import Console
+
+from cell.commands.children import Children
+from cell.commands.connection import client_session
+from cell.commands.errors import CommandError
+from cell.commands.orders import Orders
+from cell.commands.show import Show
+from cell.commands.table import why
+from cell.commands.view import POLL_S, CellView, Snapshot, at_rest
+from cell.config.settings import CellSettings
+from cell.messages import Enable, Event, Halt, Mode, ProgramState, RobotState, Run, Severity
+from cell.net.errors import Unreachable
+from cell.net.inbox import Inbox
+from cell.net.session import CellSession
+
+START_TIMEOUT_S = 30.0
+REST_TIMEOUT_S = 6.0
+ENABLED = frozenset({Mode.READY, Mode.RUNNING, Mode.HALTED})
+STUCK = frozenset({Mode.FAULT, Mode.ESTOP, Mode.OFF_PATH})
+
+
+class Supervisor:
+    """Watches the children and the cell from the first process to the last.
+
+    `stop` ends the run in order, `hurry` cuts its waits short.
+    """
+
+    def __init__(
+        self,
+        settings: CellSettings,
+        children: Children,
+        console: Console,
+        stop: threading.Event,
+        hurry: threading.Event,
+    ) -> None:
+        self._settings = settings
+        self._children = children
+        self._console = console
+        self._stop = stop
+        self._hurry = hurry
+        self._started = time.monotonic()
+
+    def run(self, *, start_programs: bool, until_done: bool) -> bool:
+        """Bring the cell up and watch it until `stop`; with `until_done`, until all programs are done or one fails.
+
+        Returns whether all programs are done. Raises `CommandError` when the cell does not come up.
+        """
+        with ExitStack() as stack:
+            session = self._connect(stack)
+            if session is None:
+                return False
+            view = CellView(session, self._settings)
+            events = session.queue("event/**")
+            try:
+                with Show(self._settings, self._console) as show:
+                    if not self._bring_up(session, view, show):
+                        return False
+                    with Orders(session, Run()) as run:
+                        return self._watch(view, events, show, run if start_programs else None, until_done)
+            finally:
+                self._bring_to_rest(session, view)
+                self._children.stop_in_order()
+
+    def _connect(self, stack: ExitStack) -> CellSession | None:
+        """A client session, as soon as the manager listens; None when stopped before."""
+        deadline = self._started + START_TIMEOUT_S
+        while not self._stop.wait(POLL_S):
+            self._no_deaths()
+            try:
+                return stack.enter_context(client_session(self._settings, (self._settings.manager_endpoint,)))
+            except Unreachable as error:
+                if time.monotonic() > deadline:
+                    raise CommandError(f"the manager does not come up: {error}") from error
+        return None
+
+    def _no_deaths(self) -> None:
+        dead = self._children.deaths()
+        if dead:
+            raise CommandError("\n".join(child.death_notice() for child in dead), "look above; the rest was stopped")
+
+    def _bring_up(self, session: CellSession, view: CellView, show: Show) -> bool:
+        """Enable every robot; False when stopped before. Raises `CommandError` when that takes too long."""
+        deadline = self._started + START_TIMEOUT_S
+        with Orders(session, Enable()) as enable:
+            while not self._stop.wait(POLL_S):
+                self._no_deaths()
+                seen = view.look()
+                show.update(seen)
+                ready = [state for state in seen.robots.values() if state.mode in ENABLED]
+                if len(ready) == len(self._settings.robots):
+                    show.say(f"all robots enabled after {time.monotonic() - self._started:.1f} s")
+                    return True
+                for state in seen.robots.values():
+                    if state.mode is Mode.DISABLED:
+                        enable.give(state)
+                if time.monotonic() > deadline:
+                    missing = "\n".join(self._missing(seen, enable.problems))
+                    raise CommandError(f"the cell is not up after {START_TIMEOUT_S:.0f} s\n{missing}")
+        return False
+
+    def _missing(self, seen: Snapshot, problems: dict[str, str]) -> list[str]:
+        """What keeps the cell from being up, one line each."""
+        lines = [
+            f"  gateway {name}: {seen.gateways[name].problem if name in seen.gateways else 'silent'}"
+            for name in self._settings.gateways
+            if name not in seen.gateways or not seen.gateways[name].ready
+        ]
+        for name in self._settings.robots:
+            state = seen.robots.get(name)
+            if state is None:
+                lines.append(f"  robot {name}: its agent is silent")
+            elif state.mode not in ENABLED:
+                lines.append(f"  robot {name}: {state.mode.value} {problems.get(name, '')} {why(state)}".rstrip())
+        return lines
+
+    def _watch(self, view: CellView, events: Inbox, show: Show, run: Orders | None, until_done: bool) -> bool:
+        """Show the cell until it is stopped, or done, or in trouble; return whether all programs are done."""
+        while not self._stop.wait(POLL_S):
+            seen = view.look()
+            show.update(seen)
+            for event in events.take():
+                if isinstance(event, Event) and event.severity is not Severity.INFO:
+                    show.say(f"{event.severity.value}: {event.source}: {event.text} {event.remedy}".rstrip())
+            dead = self._children.deaths()
+            for child in dead:
+                print(child.death_notice(), file=sys.stderr)
+            for state in seen.robots.values():
+                if run is not None and state.mode is Mode.READY and state.program.state is not ProgramState.RUNNING:
+                    run.give(state)
+            if self._children.all_dead():
+                return False
+            if until_done and (dead or self._trouble(seen)):
+                return False
+            if until_done and run is not None and self._all_done(seen, run):
+                self._tell_waits(seen)
+                return True
+        return False
+
+    def _all_done(self, seen: Snapshot, run: Orders) -> bool:
+        return run.obeyed >= set(self._settings.robots) and all(
+            name in seen.robots and seen.robots[name].program.state is ProgramState.DONE
+            for name in self._settings.robots
+        )
+
+    def _trouble(self, seen: Snapshot) -> bool:
+        """Say which robots cannot end their programs any more."""
+        stuck = [s for s in seen.robots.values() if s.mode in STUCK or s.program.state is ProgramState.FAILED]
+        for state in stuck:
+            print(
+                f"robot {state.robot}: {state.mode.value}, program {state.program.state.value} "
+                f"at line {state.program.line}: {why(state) or state.program.text}\n"
+                f"  next: look at the cause, then: cell up {self._settings.file} --until-done",
+                file=sys.stderr,
+            )
+        return bool(stuck)
+
+    def _tell_waits(self, seen: Snapshot) -> None:
+        """How long each robot stood still for each zone."""
+        for name in self._settings.robots:
+            waited = seen.robots[name].waited_s
+            for zone in self._settings.zones:
+                print(f"robot {name} waited {waited.get(zone, 0.0):.1f} s for zone {zone}")
+
+    def _bring_to_rest(self, session: CellSession, view: CellView) -> None:
+        """Halt what runs, and wait until nothing moves; a robot that is silent is left to its own deadlines."""
+        deadline = time.monotonic() + REST_TIMEOUT_S
+        with Orders(session, Halt()) as halt:
+            while not self._hurry.is_set() and time.monotonic() < deadline:
+                moving = [state for state in view.look().robots.values() if _moves(state)]
+                if not moving:
+                    return
+                for state in moving:
+                    if state.mode is Mode.RUNNING:
+                        halt.give(state)
+                self._hurry.wait(POLL_S)
+
+
+def _moves(state: RobotState) -> bool:
+    return state.mode is Mode.RUNNING or not at_rest(state)
