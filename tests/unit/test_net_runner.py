@@ -1,0 +1,84 @@
+"""The loop around a core, with a real clock but no statement about its speed."""
+
+import gc
+import sys
+import time
+from threading import Event
+
+from cell.core import Effect, Frozen, Publish
+from cell.net.runner import FREEZE_S, new_boot, run_core
+
+
+class Recorder:
+    """A core that writes down what happens to it and stops its loop after some steps."""
+
+    def __init__(self, steps: int) -> None:
+        self.left = steps
+        self.stop = Event()
+        self.received: list[object] = []
+        self.stepped: list[float] = []
+
+    def receive(self, message: object, now: float) -> None:
+        self.received.append(message)
+        self.received_at = now
+
+    def step(self, now: float) -> list[Effect]:
+        self.stepped.append(now)
+        self.left -= 1
+        if self.left <= 0:
+            self.stop.set()
+        return [Publish(len(self.stepped)), Publish("x")]
+
+
+def test_messages_come_before_the_step_and_effects_go_out_in_order() -> None:
+    core, done, inbox = Recorder(2), [], [["a", "b"], []]
+    run_core(core, period_s=0.001, inbox=lambda: inbox.pop(0), perform=done.append, stop=core.stop)
+    assert core.received == ["a", "b"]
+    assert done == [Publish(1), Publish("x"), Publish(2), Publish("x")]
+
+
+def test_a_core_that_was_frozen_learns_it_before_the_old_messages() -> None:
+    core = Recorder(2)
+    late: list[float] = []
+
+    def inbox() -> list[object]:
+        if core.stepped:
+            return ["old"]
+        frozen_until = time.monotonic() + 2 * FREEZE_S
+        while time.monotonic() < frozen_until:
+            pass
+        return []
+
+    run_core(core, period_s=0.01, inbox=inbox, perform=lambda _: None, stop=core.stop, on_late=late.append)
+    frozen, old = core.received
+    assert isinstance(frozen, Frozen)
+    assert frozen.gap_s > FREEZE_S
+    assert old == "old"
+    assert late[0] > FREEZE_S
+
+
+def test_missed_cycles_are_left_out() -> None:
+    core = Recorder(4)
+
+    def perform(_: Effect) -> None:
+        if len(core.stepped) == 1:
+            frozen_until = time.monotonic() + 0.05
+            while time.monotonic() < frozen_until:
+                pass
+
+    run_core(core, period_s=0.01, inbox=list, perform=perform, stop=core.stop)
+    start = core.stepped[0]
+    grid = [round((t - start) / 0.01) for t in core.stepped]
+    assert len(set(grid)) == 4
+
+
+def test_the_interpreter_is_left_as_it_was() -> None:
+    before = sys.getswitchinterval()
+    core = Recorder(1)
+    run_core(core, period_s=0.001, inbox=list, perform=lambda _: None, stop=core.stop, realtime=True)
+    assert sys.getswitchinterval() == before
+    assert gc.get_freeze_count() == 0
+
+
+def test_every_boot_has_its_own_name() -> None:
+    assert new_boot() != new_boot()
