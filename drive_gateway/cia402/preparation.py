@@ -18,7 +18,7 @@ ABORT_BY_QUICK_STOP = 3
 
 @dataclass(frozen=True, slots=True)
 class Preparation:
-    """One value, what it is for, and the object that shows it (the mode is shown by another object than it is set by)."""
+    """One value, what it is for, and the object that shows it (the mode is set by one object and shown by another)."""
 
     what: str
     write: SdoWrite
@@ -64,7 +64,8 @@ def interpolation_period(cycle_s: float) -> tuple[int, int]:
         value = round(cycle_s * 10**-exponent)
         if 1 <= value <= 255 and abs(value * 10.0**exponent - cycle_s) < 1e-9:
             return value, exponent
-    raise ValueError(f"cycle {cycle_s} s is no interpolation period: allowed are 1 to 255 times 1 ms, 0.1 ms, 10 us or 1 us")
+    allowed = "1 to 255 times 1 ms, 0.1 ms, 10 us or 1 us"
+    raise ValueError(f"cycle {cycle_s} s is no interpolation period of a drive: allowed are {allowed}")
 
 
 def _same(what: str, index: int, sub: int, value: int, size: int) -> Preparation:

@@ -1,8 +1,8 @@
 """The CiA 402 state machine as its master sees it: statusword to state, state and wish to controlword.
 
-A controlword is sent in every cycle, as a function of the state that was read back and the state that is wanted. So there
-is one transition at a time, and the next one waits until the drive has shown the state before it. Statusword masks:
-CiA 402; numbers of transitions as there.
+A controlword is sent in every cycle, as a function of the state that was read back and the state that is wanted. So
+there is one transition at a time, and the next one waits until the drive has shown the state before it. Statusword
+masks: CiA 402; numbers of transitions as there.
 """
 
 from cell.messages.drives import AxisStatus
@@ -81,8 +81,8 @@ _TABLE = {
 def controlword(status: AxisStatus, target: AxisStatus) -> int:
     """The command that takes a drive one transition nearer to `target`; where none does, voltage off (0000h).
 
-    A fault is never left by this way (`FAULT_RESET` needs a rising edge and an operator), and Operation Enabled is never
-    left by transition 9, which would let the motor run out. A silent drive that should stop is told to stop.
+    A fault is never left by this way (`FAULT_RESET` needs a rising edge and an operator), and Operation Enabled is
+    never left by transition 9, which would let the motor run out. A silent drive that should stop is told to stop.
 
     Args:
         status: state read back.

@@ -1,0 +1,132 @@
+"""The rules by which a set-point block may join what is queued (docs/architecture.md, section 5.1).
+
+A block that passes continues the queue in position, velocity and acceleration and ends at rest, all within the axis
+limits. The differences are taken over the spliced series, so no later sample can break what was checked here.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from enum import Enum
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cell.messages.setpoints import SetpointBlock
+from drive_gateway.cia402.units import AxisUnits
+from drive_gateway.config.settings import AxisSettings
+
+Floats = NDArray[np.float64]
+
+POSITION_TOLERANCE = 1e-7
+"""[rad or m] between the first sample of a block and the queued sample of the same tick."""
+VELOCITY_TOLERANCE = 1e-5
+"""[rad/s or m/s] the same for velocities, and at the end of a block."""
+RELATIVE_TOLERANCE = 0.01
+"""Share by which finite differences may pass a limit."""
+LONGEST_S = 30.0
+"""A block and its lead are shorter than this, which bounds memory and the time of a check."""
+
+
+class Refusal(Enum):
+    """Why a block was dropped."""
+
+    OWNER = "owner"
+    SEQUENCE = "sequence"
+    LATE = "late"
+    FAR = "far"
+    SHAPE = "shape"
+    CYCLE = "cycle"
+    VALUES = "values"
+    RANGE = "range"
+    POSITION = "position"
+    VELOCITY = "velocity"
+    SPEED = "speed"
+    ACCELERATION = "acceleration"
+    END = "end"
+    CLOSING = "closing"
+
+
+@dataclass(frozen=True, slots=True)
+class Refused:
+    """A dropped block: the rule and, for people, what was found and what is allowed."""
+
+    reason: Refusal
+    text: str
+
+
+@dataclass(frozen=True, slots=True)
+class Before:
+    """The queue around a block's first tick: the two samples before it and the sample of that tick, each `(n,)`."""
+
+    positions: tuple[Floats, Floats, Floats]
+    velocity: Floats
+
+
+class JoinRules:
+    """The checks for one group of axes; `problem` is pure and keeps nothing."""
+
+    def __init__(self, axes: Sequence[AxisSettings], units: AxisUnits, cycle_s: float) -> None:
+        self._names = tuple(axis.name for axis in axes)
+        self._units = units
+        self._cycle_s = cycle_s
+        self._speed: Floats = np.array([axis.speed for axis in axes])
+        self._acceleration: Floats = np.array([axis.acceleration for axis in axes])
+        slack = 2.0 * POSITION_TOLERANCE / cycle_s
+        self._speed_bound = self._speed * (1.0 + RELATIVE_TOLERANCE) + slack
+        self._acceleration_bound = self._acceleration * (1.0 + RELATIVE_TOLERANCE) + slack / cycle_s
+        self.longest = round(LONGEST_S / cycle_s)
+
+    def form_problem(self, block: SetpointBlock) -> Refused | None:
+        """What is wrong with the block by itself: shape, cycle, values, range."""
+        shape = block.position.shape
+        if len(shape) != 2 or shape[1] != len(self._names) or block.velocity.shape != shape:
+            found = f"position {shape}, velocity {block.velocity.shape}"
+            return Refused(Refusal.SHAPE, f"{found}; allowed is (m, {len(self._names)}) for both")
+        if not 1 <= shape[0] <= self.longest or not 0 <= block.nominal <= shape[0]:
+            found = f"{shape[0]} samples, {block.nominal} of them nominal"
+            return Refused(Refusal.SHAPE, f"{found}; allowed are 1 to {self.longest}, nominal not more than there are")
+        if abs(block.dt_s - self._cycle_s) > 1e-9:
+            return Refused(Refusal.CYCLE, f"samples every {block.dt_s} s; the bus cycle is {self._cycle_s} s")
+        if not (np.isfinite(block.position).all() and np.isfinite(block.velocity).all()):
+            return Refused(Refusal.VALUES, "a sample is not a finite number")
+        outside = (block.position < self._units.lowest) | (block.position > self._units.highest)
+        if outside.any():
+            return Refused(Refusal.RANGE, self._at(outside, "has a position that does not fit into the drive's counts"))
+        return None
+
+    def join_problem(self, block: SetpointBlock, before: Before) -> Refused | None:
+        """What is wrong with the block as the continuation of the queue."""
+        gap = np.abs(block.position[0] - before.positions[2])
+        if (gap > POSITION_TOLERANCE).any():
+            text = f"starts {gap.max():.3g} beside the queued sample, allowed {POSITION_TOLERANCE}"
+            return Refused(Refusal.POSITION, self._at(gap[None] > POSITION_TOLERANCE, text))
+        gap = np.abs(block.velocity[0] - before.velocity)
+        if (gap > VELOCITY_TOLERANCE).any():
+            text = f"starts with a velocity {gap.max():.3g} beside the queued one, allowed {VELOCITY_TOLERANCE}"
+            return Refused(Refusal.VELOCITY, self._at(gap[None] > VELOCITY_TOLERANCE, text))
+        if (np.abs(block.velocity[-1]) > VELOCITY_TOLERANCE).any():
+            return Refused(Refusal.END, "the last sample has a velocity; a block ends at rest")
+        end = block.position[-1:]
+        series = np.concatenate([before.positions[0][None], before.positions[1][None], block.position, end])
+        return self._limit_problem(block, series)
+
+    def _limit_problem(self, block: SetpointBlock, series: Floats) -> Refused | None:
+        step = np.diff(series, axis=0) / self._cycle_s
+        fast = (np.abs(step) > self._speed_bound) | np.pad(np.abs(block.velocity) > self._speed_bound, ((1, 1), (0, 0)))
+        if fast.any():
+            axis = int(fast.any(axis=0).argmax())
+            found = max(np.abs(step[:, axis]).max(), np.abs(block.velocity[:, axis]).max())
+            return Refused(Refusal.SPEED, self._at(fast, f"reaches {found:.4g}/s, allowed {self._speed[axis]:.4g}"))
+        change = np.abs(np.diff(step, axis=0)) / self._cycle_s
+        hard = change > self._acceleration_bound
+        if not hard.any():
+            return None
+        axis = int(hard.any(axis=0).argmax())
+        sample = int(hard[:, axis].argmax())
+        text = f"accelerates with {change[sample, axis]:.4g}/s^2, allowed {self._acceleration[axis]:.4g}"
+        if sample == len(change) - 1:
+            return Refused(Refusal.END, self._at(hard, f"{text}: the block does not end at rest"))
+        return Refused(Refusal.ACCELERATION, self._at(hard, f"{text}, at tick {block.first_tick + sample - 1}"))
+
+    def _at(self, found: NDArray[np.bool_], text: str) -> str:
+        return f"axis {self._names[int(found.any(axis=0).argmax())]} {text}"

@@ -1,0 +1,131 @@
+"""The drives of one robot as one: switched on together, handed over without a jump, off only at rest, stopped together."""
+
+from collections.abc import Sequence
+from enum import Enum
+
+from cell.messages.drives import AxisStatus
+from drive_gateway.canopen.pdo_map import TARGET_POSITION
+from drive_gateway.canopen.sdo import SdoDone
+from drive_gateway.cia402.state_machine import DISABLE_VOLTAGE, FAULT_RESET, controlword
+from drive_gateway.gateway.node import Node
+
+SWITCH_TIMEOUT_S = 2.0
+"""Time for all drives of a robot to reach the state that was asked for."""
+RESET_LOW_CYCLES = 3
+"""Cycles with the fault-reset bit low before its rising edge, so that no drive misses the edge."""
+HANDOVER_CYCLES = 3
+"""Cycles for which the target of the hand-over is sent before it is read back."""
+
+
+class PowerState(Enum):
+    OFF = "off"
+    SWITCHING_ON = "switching on"
+    HANDING_OVER = "taking over the measured position"
+    ENABLING = "enabling operation"
+    ON = "on"
+    SWITCHING_OFF = "switching off"
+    STOPPING = "quick stop"
+    FAULT = "fault"
+    RESETTING = "resetting"
+
+
+_TARGET = {
+    PowerState.OFF: AxisStatus.SWITCH_ON_DISABLED,
+    PowerState.SWITCHING_ON: AxisStatus.SWITCHED_ON,
+    PowerState.HANDING_OVER: AxisStatus.SWITCHED_ON,
+    PowerState.ENABLING: AxisStatus.OPERATION_ENABLED,
+    PowerState.ON: AxisStatus.OPERATION_ENABLED,
+    PowerState.SWITCHING_OFF: AxisStatus.SWITCH_ON_DISABLED,
+    PowerState.STOPPING: AxisStatus.QUICK_STOP_ACTIVE,
+    PowerState.FAULT: AxisStatus.QUICK_STOP_ACTIVE,
+    PowerState.RESETTING: AxisStatus.SWITCH_ON_DISABLED,
+}
+_TIMED = {
+    PowerState.SWITCHING_ON,
+    PowerState.HANDING_OVER,
+    PowerState.ENABLING,
+    PowerState.SWITCHING_OFF,
+    PowerState.RESETTING,
+}
+_WITHOUT_TORQUE = {
+    AxisStatus.NOT_READY_TO_SWITCH_ON,
+    AxisStatus.SWITCH_ON_DISABLED,
+    AxisStatus.READY_TO_SWITCH_ON,
+    AxisStatus.FAULT,
+}
+
+
+class Power:
+    """One state for all drives of a robot. It answers each drive's state with the controlword that leads on."""
+
+    def __init__(self, nodes: Sequence[Node]) -> None:
+        self._nodes = nodes
+        self._deadline = 0.0
+        self._cycles = 0
+        self._targets: Sequence[int] = ()
+        self._confirmed: set[int] = set()
+        self.state = PowerState.OFF
+        self.released = False
+        """In a fault: at rest under an emergency stop, so the voltage goes off."""
+
+    @property
+    def off(self) -> bool:
+        """No drive has torque, and every drive says so itself."""
+        return all(node.status in _WITHOUT_TORQUE for node in self._nodes)
+
+    def enter(self, state: PowerState, now: float) -> None:
+        self.state = state
+        self.released = False
+        self._cycles = 0
+        if state not in (PowerState.HANDING_OVER, PowerState.ENABLING):
+            self._deadline = now + SWITCH_TIMEOUT_S
+
+    def late(self, now: float) -> bool:
+        """The drives did not get where they should within `SWITCH_TIMEOUT_S`."""
+        return self.state in _TIMED and now > self._deadline
+
+    def hand_over(self, targets: Sequence[int], now: float) -> None:
+        """All drives are switched on: from now on their target is `targets` [counts], which is then read back."""
+        self.enter(PowerState.HANDING_OVER, now)
+        self._targets = targets
+        self._confirmed = set()
+
+    def step(self, now: float) -> None:
+        """Go on where all drives have arrived. The caller starts the hand-over, because it owns the command."""
+        self._cycles += 1
+        match self.state:
+            case PowerState.HANDING_OVER:
+                if self._cycles == HANDOVER_CYCLES:
+                    self._read_targets()
+                if len(self._confirmed) == len(self._nodes):
+                    self.enter(PowerState.ENABLING, now)
+            case PowerState.ENABLING if self.all_in(AxisStatus.OPERATION_ENABLED):
+                self.enter(PowerState.ON, now)
+            case PowerState.SWITCHING_OFF if self.off:
+                self.enter(PowerState.OFF, now)
+            case PowerState.RESETTING if self.all_in(AxisStatus.SWITCH_ON_DISABLED):
+                self.enter(PowerState.OFF, now)
+
+    def all_in(self, status: AxisStatus) -> bool:
+        return all(node.status is status for node in self._nodes)
+
+    def controlword(self, node: Node) -> int:
+        """The command for one drive in this cycle."""
+        status = node.status
+        if self.state is PowerState.RESETTING and status is AxisStatus.FAULT:
+            return FAULT_RESET if self._cycles > RESET_LOW_CYCLES else DISABLE_VOLTAGE
+        target = AxisStatus.SWITCH_ON_DISABLED if self.released else _TARGET[self.state]
+        return controlword(status, target)
+
+    def _read_targets(self) -> None:
+        for number, (node, target) in enumerate(zip(self._nodes, self._targets, strict=True)):
+            self._read_target(number, node, target)
+
+    def _read_target(self, number: int, node: Node, target: int) -> None:
+        def answered(outcome: SdoDone) -> None:
+            if self.state is not PowerState.HANDING_OVER or outcome.problem:
+                return
+            if int.from_bytes(outcome.data, "little", signed=True) == target:
+                self._confirmed.add(number)
+
+        node.sdo.submit(TARGET_POSITION, 0, None, answered)
