@@ -1,6 +1,6 @@
 """Poses, rotations and distances: pure numpy, batched over leading dimensions, SI units and radians."""
 
-from cell.geometry.box import Box, capsule_box_distance, point_box_distance
+from cell.geometry.box import Box, capsule_box_distance, capsules_touch_box, point_box_distance
 from cell.geometry.errors import GeometryError, NotAPose, WrongShape
 from cell.geometry.occupied import OccupiedSpace, body_touches_box
 from cell.geometry.pose import (
@@ -21,6 +21,7 @@ __all__ = [
     "WrongShape",
     "body_touches_box",
     "capsule_box_distance",
+    "capsules_touch_box",
     "check_poses",
     "compose",
     "from_xyz_abc",

@@ -4,9 +4,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from cell.geometry.arrays import Array
+from cell.geometry.arrays import Array, Flags
 from cell.geometry.errors import GeometryError, WrongShape
-from cell.geometry.pose import check_poses, inverse, pose_from, transform_points
+from cell.geometry.pose import check_poses, pose_from
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -39,7 +39,7 @@ class Box:
 
 def point_box_distance(points: Array, box: Box) -> Array:
     """Distance `(...)` [m] of points `(..., 3)` in world from the solid box; 0 inside."""
-    outside = np.abs(transform_points(inverse(box.pose_world_box), points)) - box.size / 2
+    outside = np.abs((points - box.pose_world_box[:3, 3]) @ box.pose_world_box[:3, :3]) - box.size / 2
     distance: Array = np.linalg.norm(np.maximum(outside, 0), axis=-1)
     return distance
 
@@ -65,6 +65,20 @@ def capsule_box_distance(points: Array, radii: Array, box: Box) -> Array:
     outside = np.abs(start + share[..., None] * direction) - half
     distance: Array = np.linalg.norm(np.maximum(outside, 0), axis=-1)
     return distance - radii
+
+
+def capsules_touch_box(points: Array, radii: Array, box: Box) -> Flags:
+    """Whether each capsule touches the box: `(...)`; arguments as for `capsule_box_distance`.
+
+    The exact distance is taken only for capsules whose bounding sphere comes near enough.
+    """
+    points = np.asarray(points, dtype=float)
+    radii = np.broadcast_to(radii, points.shape[:-2])
+    middle = (points[..., 0, :] + points[..., 1, :]) / 2
+    half_length = np.linalg.norm(points[..., 1, :] - points[..., 0, :], axis=-1) / 2
+    touches = np.asarray(point_box_distance(middle, box) <= half_length + radii)
+    touches[touches] = capsule_box_distance(points[touches], radii[touches], box) <= 0
+    return touches
 
 
 def _closest_share(start: Array, direction: Array, half: Array) -> Array:

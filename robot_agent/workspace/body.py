@@ -1,0 +1,104 @@
+"""The body a robot publishes: few poses of its capsules that cover everything from one sample of a path to another."""
+
+from bisect import bisect_right
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from cell.geometry import transform_points
+from cell.geometry.arrays import Array
+from cell.messages import Body
+from cell.messages.presence import Capsule
+from robot_agent.kinematics import Model
+from robot_agent.workspace.sweep import Sweep
+
+BODY_GROWTH_M = 0.02
+"""How much the capsules of one published pose are grown at most, to cover what follows it."""
+DECIMALS = 4
+ROUNDING_M = 0.5 * 10.0**-DECIMALS * float(np.sqrt(3))
+"""How far rounding moves an end point."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Envelope:
+    """Chosen samples of a sweep. Capsules at `indices[i]`, grown by `growth[i]`, cover the path up to `indices[i + 1]`.
+
+    The last sample is always chosen, and covers itself.
+    """
+
+    indices: tuple[int, ...]
+    growth: tuple[float, ...]
+
+
+def envelope(
+    path: Sweep, first: int, last: int, growth_limit_m: float = BODY_GROWTH_M, widen_m: float = 0.0
+) -> Envelope:
+    """Cover the samples `first` to `last` (inclusive) of a sweep, and all between them, with few grown poses.
+
+    A capsule whose end points have moved by at most g lies in the capsule grown by g; points on a chord are never
+    farther from a pose than the chord's ends. Each pose reaches as far as the way travelled keeps its growth below
+    `growth_limit_m`, and at least to the next sample, however far that is. `widen_m`, the distance between measured
+    and commanded position, is added to every growth.
+    """
+    bulge = float(path.bulge[first:last].max(initial=0.0))
+    travelled = np.concatenate([[0.0], path.chords[first:last].max(axis=-1).cumsum()])
+    starts = _spread(travelled, growth_limit_m - bulge)
+    if not starts:
+        return Envelope((last,), (widen_m,))
+    owner = np.repeat(starts, np.diff([*starts, last - first]))
+    moved = path.points[first + 1 : last + 1] - path.points[first + owner]
+    distances = np.sqrt(np.einsum("mcek,mcek->mce", moved, moved).max(axis=(1, 2)))
+    growth = np.maximum.reduceat(distances, starts) + (bulge + widen_m)
+    return Envelope((*(first + i for i in starts), last), (*growth.tolist(), widen_m))
+
+
+def body_message(
+    model: Model, pose_world_base: Array, pieces: Sequence[tuple[Sweep, int, int]], widen_m: float = 0.0
+) -> Body:
+    """The body over pieces of paths (sweep, first and last sample, inclusive), in the order in which they are passed.
+
+    Numbers are rounded to 0.1 mm; the growth takes up what rounding moves.
+    """
+    points: list[Array] = []
+    growth: list[float] = []
+    for path, first, last in pieces:
+        cover = envelope(path, first, last, widen_m=widen_m)
+        points.append(path.points[list(cover.indices)])
+        growth.extend(cover.growth)
+    return _message(model, pose_world_base, np.concatenate(points), growth)
+
+
+def standing_body(model: Model, pose_world_base: Array, q: Array, known: bool) -> Body:
+    """The body of a robot at measured joints `q` `(n,)`; with `known` false (not referenced) its whole reach."""
+    if not known:
+        return _message(model, pose_world_base, np.empty((0, 0, 2, 3)), [])
+    return _message(model, pose_world_base, transform_points(pose_world_base, model.capsules(q))[None], [0.0])
+
+
+def _message(model: Model, pose_world_base: Array, points: Array, growth: list[float]) -> Body:
+    x, y, z = pose_world_base[:3, 3].tolist()
+    scale = 10.0**DECIMALS
+    return Body(
+        known=len(points) > 0,
+        base=(x, y, z),
+        reach_m=model.reach_m,
+        radii_m=tuple(model.capsule_radii.tolist()) if len(points) else (),
+        poses=tuple(_capsules(pose) for pose in np.round(points, DECIMALS).reshape(len(points), -1, 6).tolist()),
+        growth_m=tuple((np.ceil((np.array(growth) + ROUNDING_M) * scale) / scale).tolist()),
+    )
+
+
+def _capsules(pose: list[list[float]]) -> tuple[Capsule, ...]:
+    return tuple((ax, ay, az, bx, by, bz) for ax, ay, az, bx, by, bz in pose)
+
+
+def _spread(travelled: Array, limit_m: float) -> list[int]:
+    """Samples from one to the next of which, or to the last, the way is at most the limit, if samples allow."""
+    starts = []
+    at, last = 0, len(travelled) - 1
+    way = travelled.tolist()
+    while at < last:
+        starts.append(at)
+        at = max(bisect_right(way, way[at] + limit_m) - 1, at + 1)
+    return starts

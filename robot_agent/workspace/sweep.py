@@ -1,0 +1,46 @@
+"""The capsules of a robot along a dense joint path, with bounds for what lies between the samples."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from cell.geometry import WrongShape, transform_points
+from cell.geometry.arrays import Array
+from robot_agent.kinematics import Model
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Sweep:
+    """Capsules of `m` samples of a joint path in world; `c` capsules."""
+
+    points: Array
+    """`(m, c, 2, 3)` end points [m]."""
+    radii: Array
+    """`(c,)` [m]."""
+    chords: Array
+    """`(m - 1, c)` [m]: straight distance of the farther-moving end point from one sample to the next."""
+    bulge: Array
+    """`(m - 1,)` [m]: between two samples no end point is farther than this from the straight line between them."""
+
+
+def sweep(model: Model, pose_world_base: Array, q: Array) -> Sweep:
+    """The swept body of a joint path `q` `(m, n)`, equally spaced in path time.
+
+    Between samples an end point leaves its chord in two ways, both bounded. Joints that move evenly carry it on arcs:
+    its second derivative is at most R (sum of joint steps)^2, with R the reach, so it leaves the chord by an eighth of
+    that. And joints that accelerate leave their own chords by an eighth of their second difference, here taken twice
+    for what the jerk adds, times R.
+    """
+    q = np.asarray(q, dtype=float)
+    if q.ndim != 2 or len(q) == 0:
+        raise WrongShape("joint path", q.shape, f"(m, {model.n}) with m > 0")
+    points = transform_points(pose_world_base, model.capsules(q))
+    chords = np.linalg.norm(np.diff(points, axis=0), axis=-1).max(axis=-1)
+    steps = np.diff(q, axis=0)
+    bends = np.zeros(max(len(q) - 1, 0))
+    if len(q) > 2:
+        second = np.abs(np.diff(steps, axis=0)).sum(axis=-1)
+        bends[:-1] = second
+        bends[1:] = np.maximum(bends[1:], second)
+    evenly = np.abs(steps).sum(axis=-1) ** 2
+    return Sweep(points, model.capsule_radii, chords, model.reach_m * (evenly / 8 + bends / 4))

@@ -1,0 +1,51 @@
+"""Where along a path the body of a robot enters and leaves zones."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from cell.geometry import Box, WrongShape, capsules_touch_box
+from cell.geometry.arrays import Array, Flags
+from cell.messages import ZoneGeometry
+from robot_agent.workspace.sweep import Sweep
+
+
+@dataclass(frozen=True, slots=True)
+class Crossing:
+    """Path time [s] within which a zone is touched. At both ends the body is outside, unless they are the path's."""
+
+    zone: str
+    enter_tau: float
+    leave_tau: float
+
+
+def crossings(path: Sweep, taus: Array, zone: ZoneGeometry, margin_m: float) -> list[Crossing]:
+    """All intervals of `taus` `(m,)` in which the body comes nearer to the zone than `margin_m`, in order.
+
+    Never too short: each sample counts for what lies within half a step around it, and an interval begins at the last
+    sample that is clear of the zone and ends at the next one that is.
+    """
+    if taus.shape != (len(path.points),):
+        raise WrongShape("taus", taus.shape, f"({len(path.points)},)")
+    touched = _near(path, zone_box(zone), margin_m)
+    edges = np.diff(np.concatenate([[False], touched, [False]]).astype(np.int8))
+    before = np.maximum(np.flatnonzero(edges == 1) - 1, 0)
+    behind = np.minimum(np.flatnonzero(edges == -1), len(taus) - 1)
+    return [
+        Crossing(zone.zone, enter, leave)
+        for enter, leave in zip(taus[before].tolist(), taus[behind].tolist(), strict=True)
+    ]
+
+
+def zone_box(zone: ZoneGeometry) -> Box:
+    """The box of a zone."""
+    return Box.at(zone.size_m, zone.position_m, zone.quaternion_xyzw)
+
+
+def _near(path: Sweep, box: Box, margin_m: float) -> Flags:
+    """Samples `(m,)` around which, up to half a step to either side, some capsule is nearer than the margin."""
+    half_steps = path.chords / 2 + path.bulge[:, None]
+    around = np.zeros(path.points.shape[:2])
+    around[:-1] = half_steps
+    around[1:] = np.maximum(around[1:], half_steps)
+    return np.asarray(capsules_touch_box(path.points, path.radii + around + margin_m, box).any(axis=-1))
