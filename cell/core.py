@@ -70,6 +70,16 @@ class Frozen:
     gap_s: float
 
 
+@dataclass(frozen=True, slots=True)
+class Shutdown:
+    """Message to a core: bring what you own to rest, give it up, then emit `Ended`."""
+
+
+@dataclass(frozen=True, slots=True)
+class Ended(Effect):
+    """After `Shutdown`: everything is at rest and given up, the loop may end."""
+
+
 class Core(Protocol):
     """What a shell and the simulation need to know of a process."""
 

@@ -6,7 +6,7 @@ from collections.abc import Callable
 import numpy as np
 
 from cell.config.settings import CellSettings, OnManagerReturn
-from cell.core import AskDone, Effect, Frozen, Publish, Request
+from cell.core import AskDone, Effect, Ended, Frozen, Publish, Request, Shutdown
 from cell.messages import (
     Body,
     DriveFeedback,
@@ -22,7 +22,7 @@ from cell.messages import (
 from robot_agent.agent.executive import Executive, Wishes
 from robot_agent.agent.gateway_link import GatewayLink
 from robot_agent.agent.operator import Operator, Situation
-from robot_agent.agent.planning import Planned, Planner, PlanFailed
+from robot_agent.agent.planning import PlanFailed, Planned, Planner
 from robot_agent.agent.program_run import ProgramRun
 from robot_agent.agent.report import Reporter
 from robot_agent.agent.zone_claims import ZoneClaims
@@ -61,6 +61,7 @@ class AgentCore:
         self._presence_sequence = 0
         self._body: Body | None = None
         self._stepped_at = 0.0
+        self._leaving = False
 
     def receive(self, message: object, now: float) -> None:
         """Take one message; see `cell.core`."""
@@ -84,11 +85,15 @@ class AgentCore:
             case Frozen():
                 self.zones.forget_echoes()
                 self.operator.forget_echoes()
+            case Shutdown():
+                self._leaving = True
 
     def step(self, now: float) -> list[Effect]:
         """Everything due at `now`; see `cell.core`."""
-        effects = self.link.claim_if_due(now)
         feedback = self.link.owned
+        if self._leaving and (feedback is None or self.executive is None or self.executive.at_rest(feedback.tick)):
+            return [*self.operator.refuse_all("the agent is being stopped"), *self.link.release(), Ended()]
+        effects = self.link.claim_if_due(now)
         if feedback is None or self.link.grant is None:
             self._without_claim()
             return effects + self.operator.refuse_all("the robot's gateway has not accepted this agent yet")
@@ -171,7 +176,7 @@ class AgentCore:
         wants = self._wants(executive, feedback)
         block = None
         if age_s <= max(_STALE_CYCLES * planner.cycle_s, self._cell.times.lead_s):
-            block = executive.next_block(feedback, age_s, self._wishes(executive, now))
+            block = executive.next_block(feedback, age_s, self._wishes(now))
         body = executive.body(feedback, block)
         entered = self.zones.touched(body) - self._touched_before()
         if block is not None and not all(self.zones.permitted(zone, now) for zone in entered):
@@ -194,13 +199,15 @@ class AgentCore:
             if self.run.error:
                 self.report.event(Severity.ALARM, "program", self.run.error, "correct the program, then run it again")
 
-    def _wishes(self, executive: Executive, now: float) -> Wishes:
+    def _wishes(self, now: float) -> Wishes:
         requests = []
         age_s = self.zones.age(now)
         if age_s >= self._cell.times.fresh_s:
             if self.mode is Mode.RUNNING and self._cell.on_manager_return is OnManagerReturn.OPERATOR:
                 self.mode = Mode.HALTED
             requests.append(RateRequest(0.0, "the manager is silent"))
+        if self._leaving and self.mode is Mode.RUNNING:
+            self._stop(Mode.HALTED, "the agent was stopped")
         if self.mode is not Mode.RUNNING:
             requests.append(RateRequest(0.0, "halted" if self.mode is Mode.HALTED else self.mode.value))
         return Wishes(

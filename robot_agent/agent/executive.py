@@ -100,9 +100,8 @@ class Executive:
         """Everything between the measured position and rest, for what was sent and for `candidate`."""
         tick, widen_m = self._measured(feedback)
         spans = self.timeline.spans(tick, candidate)
-        return body_message(
-            self._planner.model, self._planner.pose_world_base, [(s.planned.sweep, *s.samples()) for s in spans], widen_m
-        )
+        pieces = [(span.planned.sweep, *span.samples) for span in spans]
+        return body_message(self._planner.model, self._planner.pose_world_base, pieces, widen_m)
 
     def _measured(self, feedback: DriveFeedback) -> tuple[int, float]:
         """The tick whose commanded position is nearest to the measured one, and the distance of the two bodies [m]."""
@@ -136,4 +135,3 @@ class Executive:
             newest = list(self._governors.items())[-2:]
             self._governors = dict([*newest, (id(planned.motion), known)])
         return known[1]
-

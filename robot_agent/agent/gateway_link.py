@@ -4,7 +4,7 @@ import math
 from dataclasses import dataclass
 
 from cell.core import Ask, AskDone, Effect
-from cell.messages import Call, Claim, ClaimGrant, Command, DriveFeedback, Reply
+from cell.messages import Call, Claim, ClaimGrant, Command, DriveFeedback, Release, Reply
 from cell.net.freshness import NewestOf
 
 _ASK_TIMEOUT_S = 3.0
@@ -34,6 +34,9 @@ class GatewayLink:
         self._heard_at = -math.inf
         self.grant: ClaimGrant | None = None
         self.refusal = ""
+        """Why the newest claim brought nothing; empty while it is not known."""
+        self.refused_by_gateway = False
+        """Whether the gateway itself said no, as opposed to nobody answering."""
         self.feedback: DriveFeedback | None = None
 
     def heard(self, feedback: DriveFeedback, now: float) -> None:
@@ -69,6 +72,11 @@ class GatewayLink:
         self._claim_ask = ask.ask_id
         return [ask]
 
+    def release(self) -> list[Effect]:
+        """Give the robot back; the gateway also ends a claim whose owner falls silent at rest."""
+        grant, self.grant = self.grant, None
+        return [] if grant is None else [self._ask(Release(self._claim.robot, grant.owner))]
+
     def switch(self, command: Command, request_id: str, call_id: str) -> Effect:
         """Ask the gateway to switch the drives for an operator's request."""
         ask = self._ask(command)
@@ -82,6 +90,7 @@ class GatewayLink:
         if outcome.ask_id == self._claim_ask:
             self._claim_ask = None
             self.refusal = "" if reply is not None and reply.ok else text
+            self.refused_by_gateway = reply is not None and not reply.ok
             if reply is not None and reply.ok:
                 self.grant = reply.claim
             return None

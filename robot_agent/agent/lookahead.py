@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from cell.core import Effect
 from cell.messages import ZoneGeometry
-from robot_agent.agent.planning import Plan, Planned, PlanFailed, PlanRequest
+from robot_agent.agent.planning import Plan, PlanFailed, Planned, PlanRequest
 from robot_agent.language import Finished, Interpreter, JointStep, LineStep, Pause, Program, ProgramFault
 
 _PLANNED_AHEAD = 3
@@ -62,14 +62,12 @@ class Lookahead:
             if isinstance(item, Waiting) and item.id == result.id:
                 self._items[index] = result
                 if isinstance(result, Planned):
-                    self._end = result.motion.q(result.motion.duration_s)
+                    self._end = result.motion.q(np.array(result.motion.duration_s))
 
     def rezone(self, again: list[Planned]) -> None:
         """Replace motions by the same motions against changed zones."""
         by_id = {planned.id: planned for planned in again}
-        self._items = deque(
-            by_id.get(item.id, item) if isinstance(item, Planned) else item for item in self._items
-        )
+        self._items = deque(by_id.get(item.id, item) if isinstance(item, Planned) else item for item in self._items)
 
     def fill(self, zones: tuple[ZoneGeometry, ...] | None) -> list[Effect]:
         """Interpret further, and hand the next motion to the worker; without zone geometry nothing is planned."""

@@ -6,7 +6,7 @@ from numpy.typing import NDArray
 from cell.messages import ProgramState, ProgramStatus
 from robot_agent.agent.executive import Executive
 from robot_agent.agent.lookahead import Lookahead, Waiting
-from robot_agent.agent.planning import Planned, PlanFailed
+from robot_agent.agent.planning import PlanFailed, Planned
 from robot_agent.agent.timeline import SentBlock
 from robot_agent.language import Finished, Pause, Program, ProgramFault
 
@@ -89,6 +89,4 @@ class ProgramRun:
 
     @property
     def status(self) -> ProgramStatus:
-        return ProgramStatus(
-            self._program.name, self.state, self.line, self._program.text_of(self.line), self.error
-        )
+        return ProgramStatus(self._program.name, self.state, self.line, self._program.text_of(self.line), self.error)

@@ -1,5 +1,6 @@
 """What the gateway plays, as the agent knows it: the accepted blocks, spliced, and those whose fate is open."""
 
+import math
 from collections import deque
 from dataclasses import dataclass
 
@@ -26,7 +27,7 @@ class SentBlock:
     @property
     def rest_tick(self) -> int:
         """The first tick at which the block is at rest for good."""
-        return self.first_tick + self.segment.length - 1
+        return self.first_tick + self.segment.rest_index
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,6 +37,13 @@ class Span:
     planned: Planned
     first_tau: float
     last_tau: float
+
+    @property
+    def samples(self) -> tuple[int, int]:
+        """First and last sample of the motion's grid, and of its sweep, that enclose the span."""
+        cycle_s = self.planned.motion.cycle_s
+        end = len(self.planned.sweep.points) - 1
+        return min(int(self.first_tau / cycle_s), end), min(math.ceil(self.last_tau / cycle_s), end)
 
 
 class Timeline:

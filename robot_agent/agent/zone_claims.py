@@ -1,12 +1,11 @@
 """Which zones the robot holds, wants and may be in: the agent's half of `docs/architecture.md`, section 4.1."""
 
-from cell.geometry.pose import pose_from
-from cell.geometry.box import Box
 from cell.geometry.occupied import body_touches_box
 from cell.messages import Body, Heard, ManagerState, Token, ZoneGeometry, ZoneState
 from cell.net.freshness import NewestOf, Sent
 from robot_agent.agent.planning import Planned
 from robot_agent.trajectory import Hold
+from robot_agent.workspace import zone_box
 
 
 class ZoneClaims:
@@ -66,7 +65,7 @@ class ZoneClaims:
 
     def touched(self, body: Body) -> set[str]:
         """The zones that a body touches, by the rule that the manager applies too."""
-        return {name for name, zone in self._geometry.items() if body_touches_box(body, _box(zone))}
+        return {name for name, zone in self._geometry.items() if body_touches_box(body, zone_box(zone))}
 
     # Grants
 
@@ -125,7 +124,3 @@ class ZoneClaims:
         if status.holder not in (None, self._robot):
             return f"zone {zone}: held by {status.holder} since {since_s:.1f} s"
         return f"zone {zone}: {status.reason or 'asked for'}"
-
-
-def _box(zone: ZoneGeometry) -> Box:
-    return Box(zone.size_m, pose_from(zone.position_m, zone.quaternion_xyzw))

@@ -1,6 +1,6 @@
 """The robot language: text to statements, statements to steps. `docs/language.md` is its reference for people."""
 
-from robot_agent.language.interpreter import Finished, Interpreter, LineStep, JointStep, Pause, ProgramFault, Step
+from robot_agent.language.interpreter import Finished, Interpreter, JointStep, LineStep, Pause, ProgramFault, Step
 from robot_agent.language.parser import parse_program
 from robot_agent.language.program import (
     End,

@@ -113,7 +113,7 @@ class _Parser:
         angles = [axis for axis in "ABC" if axis in named]
         if angles and len(angles) < 3:
             word = named[angles[0]][1]
-            raise _Mistake(word.column, f"only {' '.join(angles)}", "all of A, B and C, or none to keep the orientation")
+            raise _Mistake(word.column, f"only {' '.join(angles)}", "all of A, B, C, or none to keep the orientation")
         x, y, z = (named[axis][0] / 1000.0 if axis in named else None for axis in "XYZ")
         a, b, c = (math.radians(named[axis][0]) if angles else 0.0 for axis in "ABC")
         speed = feed[0] / 1000.0 if feed is not None else None
@@ -160,10 +160,8 @@ class _Parser:
         for index, line, word, count in self._jumps:
             target = self._labels.get(word.text)
             if target is None:
-                known = ", ".join(sorted(self._labels)) or "none is defined"
-                self._problems.append(
-                    ProgramProblem(line, word.column, f"unknown label `{word.text}`", f"a label of this program: {known}")
-                )
+                allowed = f"a label of this program: {', '.join(sorted(self._labels)) or 'it has none'}"
+                self._problems.append(ProgramProblem(line, word.column, f"unknown label `{word.text}`", allowed))
             else:
                 self._statements[index] = Goto(line, target, count)
 

@@ -1,0 +1,152 @@
+"""The agent's process: Zenoh, the planning worker and the loop around `AgentCore`."""
+
+import contextlib
+import logging
+import threading
+import time
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cell.config.settings import CellSettings, PoseSettings
+from cell.core import Answer, Ask, Effect, Ended, Publish, Shutdown
+from cell.geometry.pose import pose_from
+from cell.net.calls import Calls
+from cell.net.runner import new_boot, run_core
+from cell.net.session import CellSession, Link, ZenohOptions
+from robot_agent.agent.core import AgentCore
+from robot_agent.agent.planning import Plan, Planner
+from robot_agent.agent.worker import PlanWorker
+from robot_agent.kinematics import Model
+from robot_agent.language import Program
+from robot_agent.trajectory import Limits
+
+PERIOD_S = 0.02
+_REFUSED_PATIENCE_S = 5.0
+_BRAKING_PATIENCE_S = 15.0
+
+
+def run_agent(
+    cell: CellSettings,
+    robot: str,
+    model: Model,
+    program: Program,
+    options: ZenohOptions,
+    stop: threading.Event,
+    say: Callable[[str], None],
+) -> int:
+    """Run the agent of one robot until `stop` is set; returns the exit code.
+
+    On `stop` the robot brakes on its path and its claim is released before anything is closed. `say` tells people why
+    the agent does not get its robot. Raises `cell.net.errors.NetError` when the session cannot be opened.
+    """
+    settings = cell.robots[robot]
+    link = Link("peer", connect=(cell.manager_endpoint, cell.gateways[settings.gateway].endpoint), gossip=True)
+    base = _pose(settings.base)
+    limits = Limits.of(model.description)
+    boot = new_boot()
+    core = AgentCore(cell, robot, lambda cycle_s: Planner(model, limits, base, cycle_s), program, boot)
+    with contextlib.ExitStack() as stack:
+        session = stack.enter_context(CellSession(cell.name, link, "robot", robot, boot, options))
+        shell = _Shell(core, session, cell, robot, say, stop)
+        shell.start_worker = lambda cycle_s: stack.enter_context(PlanWorker(model, limits, base, cycle_s))
+        run_core(core, period_s=PERIOD_S, inbox=shell.inbox, perform=shell.perform, stop=shell.ended)
+        return shell.exit_code
+
+
+class _Shell:
+    """Carries the core's effects out and collects what it must hear."""
+
+    start_worker: Callable[[float], PlanWorker]
+
+    def __init__(
+        self,
+        core: AgentCore,
+        session: CellSession,
+        cell: CellSettings,
+        robot: str,
+        say: Callable[[str], None],
+        stop: threading.Event,
+    ) -> None:
+        self._core = core
+        self._session = session
+        self._robot = robot
+        self._gateway = cell.robots[robot].gateway
+        self._say = say
+        self._stop = stop
+        self._stopping_since: float | None = None
+        self._refused_since: float | None = None
+        self._said = ""
+        self._worker: PlanWorker | None = None
+        self._calls: Calls | None = None
+        self._states = session.watch("manager/state", "zone/*", f"robot/{robot}/drives")
+        self._estops = session.queue("estop")
+        self.ended = threading.Event()
+        self.exit_code = 0
+
+    def inbox(self) -> list[object]:
+        """Everything that arrived since the last step."""
+        messages: list[object] = [*self._states.take_new(), *self._estops.take(), *self._session.outcomes()]
+        if self._calls is not None:
+            messages.extend(self._calls.take())
+        if self._worker is not None:
+            messages.extend(self._worker.results())
+        self._watch_claim()
+        if self._stop.is_set():
+            messages.extend(self._leave())
+        return messages
+
+    def perform(self, effect: Effect) -> None:
+        """Carry one effect out."""
+        match effect:
+            case Publish(message):
+                self._session.publish(message)
+            case Ask():
+                self._session.ask_later(effect)
+            case Answer() if self._calls is not None:
+                self._calls.answer(effect)
+            case Plan(request) if self._worker is not None:
+                self._worker.submit(request)
+            case Ended():
+                self.ended.set()
+            case _:
+                logging.getLogger(__name__).error("the agent's shell cannot carry out %r", effect)
+
+    def _watch_claim(self) -> None:
+        """Serve the robot once it is ours; tell people while it is not."""
+        grant = self._core.link.grant
+        if grant is not None:
+            self._refused_since, self._said = None, ""
+            if self._calls is None:
+                self._calls = self._session.serve(f"robot/{self._robot}")
+                self._session.declare_alive()
+            if self._worker is None:
+                self._worker = self.start_worker(grant.cycle_s)
+            return
+        refusal = self._core.link.refusal
+        if refusal and refusal != self._said:
+            self._said = refusal
+            self._say(f"robot {self._robot}: gateway {self._gateway}: {refusal}")
+        if not self._core.link.refused_by_gateway:
+            self._refused_since = None
+        elif self._refused_since is None:
+            self._refused_since = time.monotonic()
+        elif time.monotonic() - self._refused_since > _REFUSED_PATIENCE_S and self._calls is None:
+            self._say(f"robot {self._robot}: giving up after {_REFUSED_PATIENCE_S:g} s of refusals")
+            self.exit_code = 1
+            self.ended.set()
+
+    def _leave(self) -> list[object]:
+        if self._stopping_since is None:
+            self._stopping_since = time.monotonic()
+            return [Shutdown()]
+        if time.monotonic() - self._stopping_since > _BRAKING_PATIENCE_S:
+            self._say(f"robot {self._robot}: not at rest after {_BRAKING_PATIENCE_S:g} s, leaving it to its gateway")
+            self.exit_code = 1
+            self.ended.set()
+        return []
+
+
+def _pose(settings: PoseSettings) -> NDArray[np.float64]:
+    return pose_from(np.array(settings.position_m), np.array(settings.quaternion_xyzw))
