@@ -1,5 +1,6 @@
 """How `cell up` shows a running cell: a live table on a terminal, one line per change elsewhere."""
 
+import re
 import time
 from types import TracebackType
 from typing import Self
@@ -12,6 +13,7 @@ from cell.commands.view import Snapshot
 from cell.config.settings import CellSettings
 
 PERIOD_S = 0.2
+_SECONDS = re.compile(r"[\d.]+ s\b")
 
 
 class Show:
@@ -47,6 +49,7 @@ class Show:
             return
         for robot in self._settings.robots:
             line = robot_line(robot, seen.robots.get(robot))
-            if self._lines.get(robot) != line:
-                self._lines[robot] = line
+            without_countdown = _SECONDS.sub("", line)
+            if self._lines.get(robot) != without_countdown:
+                self._lines[robot] = without_countdown
                 self.say(line)

@@ -65,8 +65,10 @@ def echo(state: RobotState | ManagerState) -> Heard:
 
 
 def at_rest(state: RobotState) -> bool:
-    """The robot's commanded position does not change."""
-    return (state.governor is None or state.governor.rate == 0.0) and not state.tcp_speed_m_s
+    """The robot's commanded position does not change: path time stands still, or has come to the motion's end."""
+    governor = state.governor
+    still = governor is None or governor.rate == 0.0 or governor.tau_s >= governor.duration_s
+    return still and not state.tcp_speed_m_s
 
 
 def _name(message: object) -> str:
