@@ -1,0 +1,82 @@
+"""The robot language: what is understood, and how mistakes are reported."""
+
+import math
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from robot_agent.language import Goto, Home, MoveJoints, MoveLine, ProgramError, Wait, parse_program
+
+JOINTS = ("J1", "J2", "J3", "J4", "J5", "J6")
+
+
+def problems_of(text: str) -> list[str]:
+    with pytest.raises(ProgramError) as caught:
+        parse_program(text, "p", JOINTS)
+    return [str(problem) for problem in caught.value.problems]
+
+
+def test_degrees_percent_and_millimetres_become_si() -> None:
+    program = parse_program("MJ J1=90 J3=-45 F=25\nML X=1500 Y=-20 Z=1000 A=0 B=90 C=180 F=250", "p", JOINTS)
+    joints, line = program.statements
+    assert joints == MoveJoints(1, (math.pi / 2, None, -math.pi / 4, None, None, None), 0.25)
+    assert line == MoveLine(2, (1.5, -0.02, 1.0), (0.0, math.pi / 2, math.pi), 0.25)
+
+
+def test_what_is_not_named_is_kept() -> None:
+    (line,) = parse_program("ML Z=1000", "p", JOINTS).statements
+    assert line == MoveLine(1, (None, None, 1.0), None, None)
+
+
+def test_case_comments_and_blank_lines_do_not_matter() -> None:
+    program = parse_program("; a comment\n\n  home f = 50 ; the rest\nwait 0.5", "p", JOINTS)
+    assert program.statements == (Home(3, 0.5), Wait(4, 0.5))
+    assert program.text_of(3) == "home f = 50"
+    assert program.text_of(99) == ""
+
+
+def test_a_jump_points_behind_its_label_even_when_the_label_comes_later() -> None:
+    program = parse_program("GOTO later\nWAIT 1\nLABEL later\nWAIT 2\nGOTO later 3", "p", JOINTS)
+    assert program.statements[0] == Goto(1, 3, None)
+    assert program.statements[4] == Goto(5, 3, 3)
+
+
+@pytest.mark.parametrize(
+    ("text", "problem"),
+    [
+        ("FLY X=1", "1:1: found `FLY`, allowed one of MJ, ML, HOME, WAIT, LABEL, GOTO, END"),
+        ("MJ", "1:1: found MJ without a joint, allowed at least one of J1, J2, J3, J4, J5, J6"),
+        ("MJ J7=1", "1:4: found `J7=1`, allowed NAME=value with a name out of J1, J2, J3, J4, J5, J6, F"),
+        ("MJ J1=1 J1=2", "1:9: found J1 a second time, allowed each name once"),
+        ("MJ J1=north", "1:4: found `north`, allowed a finite number"),
+        ("MJ J1=inf", "1:4: found `inf`, allowed a finite number"),
+        ("MJ J1=1 F=0", "1:9: found F=0, allowed above 0 to 100 percent for MJ"),
+        ("ML X=1 B=90", "1:8: found only B, allowed all of A, B, C, or none to keep the orientation"),
+        ("ML X=1 F=-5", "1:8: found F=-5, allowed a speed above 0 in mm/s"),
+        ("WAIT", "1:1: found 0 words behind WAIT, allowed a time in seconds"),
+        ("WAIT -1", "1:6: found WAIT -1, allowed 0 to 3600 s"),
+        ("GOTO a\nLABEL b", "1:6: found unknown label `a`, allowed a label of this program: b"),
+        ("LABEL a\nGOTO a 2.5", "2:8: found count 2.5, allowed a whole number, 1 to 1000000"),
+        ("LABEL a\nLABEL a", "2:7: found label `a` a second time, allowed each label once"),
+        ("END now", "1:5: found `now` behind END, allowed nothing"),
+        ("; nothing", "1:1: found a program without statements, allowed at least one statement"),
+    ],
+)
+def test_a_mistake_is_named_with_its_place_and_what_is_allowed(text: str, problem: str) -> None:
+    assert problems_of(text) == [problem]
+
+
+def test_all_mistakes_are_reported_at_once_in_order() -> None:
+    found = problems_of("GOTO nowhere\nMJ\nWAIT x")
+    assert [text.split(":")[0] for text in found] == ["1", "2", "3"]
+
+
+@given(st.text(max_size=60))
+def test_no_text_makes_the_parser_fail_otherwise(text: str) -> None:
+    try:
+        program = parse_program(text, "p", JOINTS)
+    except ProgramError as error:
+        assert all(p.line >= 1 and p.column >= 1 for p in error.problems)
+    else:
+        assert program.statements
