@@ -1,0 +1,26 @@
+"""Joint move: all joints in step along a straight line in joint space."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class JointMove:
+    """Move all joints to `target` `(n,)` [rad or m] in step; a full turn is a real turn, nothing is wrapped.
+
+    `speed` is the fraction (0 < speed <= 1) of every joint's speed limit, `line` the program line for error messages.
+    """
+
+    target: NDArray[np.float64]
+    speed: float
+    line: int
+
+    def __post_init__(self) -> None:
+        if not 0.0 < self.speed <= 1.0:
+            raise ValueError(f"joint move, line {self.line}: speed {self.speed} found, allowed above 0 up to 1")
+
+    def joints(self, start: NDArray[np.float64], u: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Joints `(..., n)` at path parameters `u` `(...)` of the move from `start` `(n,)`."""
+        return start + np.asarray(u)[..., None] * (self.target - start)

@@ -1,0 +1,96 @@
+"""Line: the flange on a straight line, its orientation turning the shortest way in step with the position."""
+
+from dataclasses import dataclass
+from typing import Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cell.geometry.quaternion import from_matrix
+
+_SAME_PLACE_M = 1e-9
+_SAME_ORIENTATION_RAD = 1e-9
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Line:
+    """Move the flange on a straight line to `target_pose` `(4, 4)`, in the robot base.
+
+    `speed_m_s` caps the speed along the line (`None`: the robot's path speed); `line` is the program line for messages.
+    """
+
+    target_pose: NDArray[np.float64]
+    speed_m_s: float | None
+    line: int
+
+    def __post_init__(self) -> None:
+        if self.speed_m_s is not None and not self.speed_m_s > 0.0:
+            raise ValueError(f"line move, line {self.line}: speed {self.speed_m_s} m/s found, allowed above 0")
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class LineGeometry:
+    """A line between two poses. With u in 0..1 as if it were time, velocity and angular velocity are constant.
+
+    Turning about one fixed axis at a constant rate is SLERP (Shoemake 1985), here through the axis and angle of the
+    relative rotation, which is always the shortest way.
+    """
+
+    pose_base_start: NDArray[np.float64]
+    """`(4, 4)`"""
+    displacement: NDArray[np.float64]
+    """`(3,)` [m]"""
+    axis: NDArray[np.float64]
+    """`(3,)` unit axis of the turn, in the robot base."""
+    angle: float
+    """[rad], 0 to pi."""
+
+    @classmethod
+    def between(cls, start: NDArray[np.float64], target: NDArray[np.float64]) -> Self:
+        """The line from pose `start` to pose `target`, both `(4, 4)`."""
+        axis, angle = _axis_angle(target[:3, :3] @ start[:3, :3].T)
+        return cls(np.array(start), target[:3, 3] - start[:3, 3], axis, angle)
+
+    @property
+    def length_m(self) -> float:
+        """Length of the straight line; 0 for a turn on the spot."""
+        length = float(np.linalg.norm(self.displacement))
+        return length if length > _SAME_PLACE_M else 0.0
+
+    @property
+    def is_empty(self) -> bool:
+        """Nothing to do: start and target are the same pose."""
+        return self.length_m == 0.0 and self.angle <= _SAME_ORIENTATION_RAD
+
+    @property
+    def twist(self) -> NDArray[np.float64]:
+        """`(6,)` linear then angular velocity of the flange per unit of u, base axes."""
+        return np.concatenate([self.displacement, self.angle * self.axis])
+
+    def poses(self, u: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Flange poses `(..., 4, 4)` at path parameters `u` `(...)`."""
+        u = np.asarray(u, dtype=np.float64)
+        poses = np.zeros((*u.shape, 4, 4))
+        poses[..., :3, :3] = _turn(self.axis, self.angle * u) @ self.pose_base_start[:3, :3]
+        poses[..., :3, 3] = self.pose_base_start[:3, 3] + u[..., None] * self.displacement
+        poses[..., 3, 3] = 1.0
+        return poses
+
+
+def _axis_angle(rotation: NDArray[np.float64]) -> tuple[NDArray[np.float64], float]:
+    """Unit axis `(3,)` and angle [rad] in 0..pi of a rotation matrix `(3, 3)`."""
+    quaternion = from_matrix(rotation)
+    sine = float(np.linalg.norm(quaternion[:3]))
+    if sine == 0.0:
+        return np.array([0.0, 0.0, 1.0]), 0.0
+    return quaternion[:3] / sine, 2.0 * float(np.arctan2(sine, quaternion[3]))
+
+
+def _turn(axis: NDArray[np.float64], angle: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Rotations `(..., 3, 3)` by `angle` `(...)` about `axis` (Rodrigues)."""
+    x, y, z = axis
+    cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    a = angle[..., None, None]
+    # 2 sin^2(a/2) is 1 - cos(a) without its cancellation near zero
+    turned: NDArray[np.float64] = np.eye(3) + np.sin(a) * cross + 2.0 * np.sin(a / 2.0) ** 2 * (cross @ cross)
+    return turned

@@ -1,0 +1,23 @@
+"""From geometry to time: jerk-limited motions and the governor of path time."""
+
+from robot_agent.trajectory.errors import PlanError
+from robot_agent.trajectory.governor import Governor, Hold, RateRequest
+from robot_agent.trajectory.limits import Limits
+from robot_agent.trajectory.motion import Motion
+from robot_agent.trajectory.plan import plan
+from robot_agent.trajectory.s_curve import SCurve, s_curve
+from robot_agent.trajectory.segment import PathState, Segment
+
+__all__ = [
+    "Governor",
+    "Hold",
+    "Limits",
+    "Motion",
+    "PathState",
+    "PlanError",
+    "RateRequest",
+    "SCurve",
+    "Segment",
+    "plan",
+    "s_curve",
+]

@@ -1,0 +1,40 @@
+"""The limits a motion keeps: joints and path, in the sets `plan` and `ramp`."""
+
+from dataclasses import dataclass
+from typing import Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robot_agent.model.description import PathLimits, RobotDescription
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Limits:
+    """Joint limits `(n,)` [rad or m, s] and path limits that planning uses, and the larger ones of braking ramps.
+
+    Where a plan already brakes at its limit nothing is left for braking harder along the same path, so a ramp may use
+    `ramp_factor` times the planned acceleration and jerk (`docs/architecture.md`, section 5.2).
+    """
+
+    velocity: NDArray[np.float64]
+    acceleration: NDArray[np.float64]
+    jerk: NDArray[np.float64]
+    path: PathLimits
+    ramp_factor: float
+
+    @classmethod
+    def of(cls, description: RobotDescription) -> Self:
+        """The limits of a robot file."""
+        joints = description.limits
+        return cls(joints.velocity, joints.acceleration, joints.jerk, description.path, joints.ramp_factor)
+
+    @property
+    def ramp_acceleration(self) -> NDArray[np.float64]:
+        """`(n,)` what the samples on the wire may use, ramps included."""
+        return self.ramp_factor * self.acceleration
+
+    @property
+    def ramp_jerk(self) -> NDArray[np.float64]:
+        """`(n,)` what the samples on the wire may use, ramps included."""
+        return self.ramp_factor * self.jerk

@@ -1,0 +1,63 @@
+"""A planned motion: joints over planned time tau, at rest at both ends."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robot_agent.kinematics import Model
+from robot_agent.trajectory.pieces import Pieces
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Motion:
+    """What `plan` returns. All methods take tau `(...)` [s] of any shape and answer for each element.
+
+    Before tau 0 and after `duration_s` the robot stands; velocity and acceleration there are zero.
+    """
+
+    model: Model
+    pieces: Pieces
+    ends: NDArray[np.float64]
+    """`(blocks,)` tau at which each block ends, at rest."""
+    cycle_s: float
+
+    @property
+    def duration_s(self) -> float:
+        return self.pieces.duration_s
+
+    @property
+    def rests(self) -> NDArray[np.float64]:
+        """Rising values of tau at which the plan itself is at rest: the start and the end of each block."""
+        return np.unique(np.append(0.0, self.ends))
+
+    @property
+    def grid(self) -> NDArray[np.float64]:
+        """`(m,)` tau of every cycle, from 0 to exactly the end."""
+        steps = max(1, int(np.ceil(self.duration_s / self.cycle_s - 1e-9)))
+        return np.minimum(np.arange(steps + 1) * self.cycle_s, self.duration_s)
+
+    def q(self, tau: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Joints `(..., n)` [rad or m]."""
+        return self.pieces.position(tau)
+
+    def qd(self, tau: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Joint velocities `(..., n)` at rate 1."""
+        return self.pieces.derivatives(tau)[0]
+
+    def qdd(self, tau: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Joint accelerations `(..., n)` at rate 1."""
+        return self.pieces.derivatives(tau)[1]
+
+    def pose(self, tau: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Flange poses `(..., 4, 4)` in the robot base."""
+        return self.model.forward(self.q(tau))
+
+    def tcp_speed(self, tau: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Speed `(...)` [m/s] of the flange at rate 1; robots carry no tool frames yet, so TCP and flange agree."""
+        velocity = (self.model.jacobian(self.q(tau))[..., :3, :] @ self.qd(tau)[..., None])[..., 0]
+        return np.asarray(np.linalg.norm(velocity, axis=-1))
+
+    def block_at(self, tau: NDArray[np.float64]) -> NDArray[np.int64]:
+        """Index `(...)` of the block that tau lies in; its end belongs to a block, its start to the one before."""
+        return np.minimum(np.searchsorted(self.ends, tau, side="left"), len(self.ends) - 1)

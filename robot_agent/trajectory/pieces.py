@@ -1,0 +1,101 @@
+"""Joints over time as polynomials between knots."""
+
+from dataclasses import dataclass
+from typing import Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Pieces:
+    """Quintic polynomials between `knots` `(p + 1,)` [s]; `coefficients` `(p, 6, n)` of the powers of t - knot.
+
+    Before the first and after the last knot the joints rest.
+    """
+
+    knots: NDArray[np.float64]
+    coefficients: NDArray[np.float64]
+
+    @classmethod
+    def standing(cls, q: NDArray[np.float64]) -> Self:
+        """No motion at joints `q` `(n,)`."""
+        coefficients = np.zeros((1, 6, len(q)))
+        coefficients[0, 0] = q
+        return cls(np.zeros(2), coefficients)
+
+    @classmethod
+    def through(
+        cls, knots: NDArray[np.float64], q: NDArray[np.float64], qd: NDArray[np.float64], qdd: NDArray[np.float64]
+    ) -> Self:
+        """The quintic Hermite curve through states `(p + 1, n)` at `knots` `(p + 1,)`; acceleration is continuous."""
+        h = np.diff(knots)[:, None]
+        position = q[1:] - (q[:-1] + h * (qd[:-1] + h * qdd[:-1] / 2.0))
+        velocity = h * (qd[1:] - (qd[:-1] + h * qdd[:-1]))
+        acceleration = h * h * (qdd[1:] - qdd[:-1])
+        coefficients = np.stack(
+            [
+                q[:-1],
+                qd[:-1],
+                qdd[:-1] / 2.0,
+                (10.0 * position - 4.0 * velocity + acceleration / 2.0) / h**3,
+                (-15.0 * position + 7.0 * velocity - acceleration) / h**4,
+                (6.0 * position - 3.0 * velocity + acceleration / 2.0) / h**5,
+            ],
+            axis=1,
+        )
+        return cls(knots, coefficients)
+
+    @classmethod
+    def joined(cls, parts: list[Self]) -> Self:
+        """Parts one after the other in time."""
+        knots, offset = [np.zeros(1)], 0.0
+        for part in parts:
+            knots.append(part.knots[1:] + offset)
+            offset += float(part.knots[-1])
+        return cls(np.concatenate(knots), np.concatenate([part.coefficients for part in parts]))
+
+    @property
+    def duration_s(self) -> float:
+        return float(self.knots[-1])
+
+    def slower(self, k: float) -> Self:
+        """The same curve at `k` times the speed."""
+        powers = k ** np.arange(6.0)
+        return type(self)(self.knots / k, self.coefficients * powers[:, None])
+
+    def position(self, t: NDArray[np.float64]) -> NDArray[np.float64]:
+        """`(..., n)` at times `t` `(...)`."""
+        c, x = self._locate(t)
+        value = c[..., 5, :]
+        for power in (4, 3, 2, 1, 0):
+            value = value * x + c[..., power, :]
+        return value
+
+    def derivatives(self, t: NDArray[np.float64]) -> NDArray[np.float64]:
+        """First to third derivative `(3, ..., n)` at times `t` `(...)`; zero where the joints rest."""
+        c, x = self._locate(t)
+        values = _derivatives(c, x)
+        t = np.asarray(t)
+        moving = (t >= 0.0) & (t < self.duration_s)
+        return values * moving[..., None]
+
+    def peaks(self) -> NDArray[np.float64]:
+        """Largest magnitude `(3, n)` of velocity, acceleration and jerk, looked at in five places of each piece."""
+        x = np.diff(self.knots)[:, None, None] * np.linspace(0.0, 1.0, 5)[:, None]
+        peaks: NDArray[np.float64] = np.abs(_derivatives(self.coefficients[:, None], x)).max(axis=(1, 2))
+        return peaks
+
+    def _locate(self, t: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        t = np.asarray(t, dtype=np.float64)
+        piece = np.searchsorted(self.knots[1:-1], t, side="right")
+        x = np.clip(t, 0.0, self.knots[-1]) - self.knots[piece]
+        return self.coefficients[piece], x[..., None]
+
+
+def _derivatives(c: NDArray[np.float64], x: NDArray[np.float64]) -> NDArray[np.float64]:
+    c1, c2, c3, c4, c5 = (c[..., power, :] for power in range(1, 6))
+    first = c1 + x * (2.0 * c2 + x * (3.0 * c3 + x * (4.0 * c4 + x * 5.0 * c5)))
+    second = 2.0 * c2 + x * (6.0 * c3 + x * (12.0 * c4 + x * 20.0 * c5))
+    third = 6.0 * c3 + x * (24.0 * c4 + x * 60.0 * c5)
+    return np.stack([first, second, third])
