@@ -1,6 +1,6 @@
-"""How a node becomes operational: reset, boot-up, identity, configuration read back, start confirmed by its heartbeat.
+"""How a node becomes operational: reset, boot-up, identity, configuration read back, start confirmed by heartbeat.
 
-Everything has a deadline; a node that fails is tried again slowly, so a drive that is switched on later joins by itself.
+Everything has a deadline; a node that fails is tried again slowly, so a drive that is switched on later joins.
 """
 
 from collections import deque

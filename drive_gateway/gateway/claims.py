@@ -28,12 +28,13 @@ class ClaimBook:
             self._alive_at = now
             return self.owner
         if boot in self._replaced:
-            return ClaimRefused(f"robot {self._robot}: boot {boot} was replaced by {self._last_boot}; restart this agent")
+            text = f"robot {self._robot}: boot {boot} was replaced by {self._last_boot}; restart this agent"
+            return ClaimRefused(text)
         if self.owner:
             silent_s = now - self._alive_at
             return ClaimRefused(
-                f"robot {self._robot} is owned by boot {self.boot} (owner {self.owner}), last heard {silent_s:.2f} s ago; "
-                f"stop that agent, or wait {self._silent_s} s of its silence with the robot at rest"
+                f"robot {self._robot} is owned by boot {self.boot} (owner {self.owner}), last heard {silent_s:.2f} s "
+                f"ago; stop that agent, or wait {self._silent_s} s of its silence with the robot at rest"
             )
         if not at_rest:
             return ClaimRefused(f"robot {self._robot} still moves; ask again when it is at rest")

@@ -15,6 +15,14 @@ from drive_gateway.gateway.bring_up import BringUp, Phase
 from drive_gateway.gateway.trouble import Trouble
 
 
+_WITHOUT_TORQUE = {
+    AxisStatus.NOT_READY_TO_SWITCH_ON,
+    AxisStatus.SWITCH_ON_DISABLED,
+    AxisStatus.READY_TO_SWITCH_ON,
+    AxisStatus.FAULT,
+}
+
+
 class Node:
     """Bring-up and supervision of one node. Troubles are kept until the robot takes them with `check`."""
 
@@ -55,6 +63,11 @@ class Node:
     @property
     def status(self) -> AxisStatus:
         return self._status if self.operational else AxisStatus.SILENT
+
+    @property
+    def without_torque(self) -> bool:
+        """The drive itself says that its power stage is off."""
+        return self.status in _WITHOUT_TORQUE
 
     def describe(self) -> NodeStatus:
         nmt = "unknown" if self._nmt is None else self._nmt.name.lower()

@@ -1,4 +1,4 @@
-"""The drives of one robot as one: switched on together, handed over without a jump, off only at rest, stopped together."""
+"""The drives of one robot as one: on together, handed over without a jump, off only at rest, stopped together."""
 
 from collections.abc import Sequence
 from enum import Enum
@@ -47,12 +47,6 @@ _TIMED = {
     PowerState.SWITCHING_OFF,
     PowerState.RESETTING,
 }
-_WITHOUT_TORQUE = {
-    AxisStatus.NOT_READY_TO_SWITCH_ON,
-    AxisStatus.SWITCH_ON_DISABLED,
-    AxisStatus.READY_TO_SWITCH_ON,
-    AxisStatus.FAULT,
-}
 
 
 class Power:
@@ -71,7 +65,7 @@ class Power:
     @property
     def off(self) -> bool:
         """No drive has torque, and every drive says so itself."""
-        return all(node.status in _WITHOUT_TORQUE for node in self._nodes)
+        return all(node.without_torque for node in self._nodes)
 
     def enter(self, state: PowerState, now: float) -> None:
         self.state = state

@@ -14,6 +14,7 @@ class Replies:
         self._waiting: dict[str, list[str]] = {}
         self._given: dict[str, tuple[float, Reply]] = {}
         self._effects: list[Effect] = []
+        self._now = 0.0
 
     def opened(self, request_id: str, call: Call) -> bool:
         """Note a request; true when its call is new and must be done."""
@@ -25,14 +26,15 @@ class Replies:
         waiting.append(request_id)
         return len(waiting) == 1
 
-    def give(self, call_id: str, ok: bool, text: str, now: float, claim: ClaimGrant | None = None) -> None:
+    def give(self, call_id: str, ok: bool, text: str, claim: ClaimGrant | None = None) -> None:
         """Answer a call, whoever asked it how often."""
         reply = Reply(call_id, ok, text, claim)
-        self._given[call_id] = (now, reply)
+        self._given[call_id] = (self._now, reply)
         self._effects += [Answer(request_id, reply) for request_id in self._waiting.pop(call_id, [])]
 
     def take(self, now: float) -> list[Effect]:
-        """The answers to send; old replies are forgotten."""
+        """The answers to send, once per cycle; old replies are forgotten."""
+        self._now = now
         for call_id in [call_id for call_id, (at, _) in self._given.items() if now - at > REMEMBERED_S]:
             del self._given[call_id]
         effects, self._effects = self._effects, []

@@ -1,0 +1,113 @@
+"""One robot on the bus: its claim, its drives, the calls of its owner, and what is published about it."""
+
+from cell.config.settings import Times
+from cell.core import Effect, Publish
+from cell.messages.commands import Claim, ClaimGrant, DisableDrives, EnableDrives, Release, ResetDrives
+from cell.messages.drives import DriveFeedback
+from cell.messages.setpoints import SetpointBlock
+from drive_gateway.config.settings import GatewaySettings, RobotDrives
+from drive_gateway.gateway.claims import ClaimBook, ClaimRefused
+from drive_gateway.gateway.event_log import EventLog
+from drive_gateway.gateway.group import DriveGroup, Floats, StopOrder, Then
+from drive_gateway.gateway.joining import Refusal, Refused
+
+REPEAT_S = 1.0
+"""Refused blocks are told at most this often."""
+RobotCall = Claim | Release | EnableDrives | DisableDrives | ResetDrives
+
+
+class Robot:
+    """The owner's view of a robot's drives."""
+
+    def __init__(
+        self, drives: RobotDrives, settings: GatewaySettings, times: Times, boot: str, first_owner: int, log: EventLog
+    ) -> None:
+        self.name = drives.robot
+        self.group = DriveGroup(drives, settings, times, log)
+        self.claims = ClaimBook(drives.robot, first_owner, times.owner_silent_s)
+        self._settings = settings
+        self._axes = tuple(axis.name for axis in drives.axes)
+        self._boot = boot
+        self._log = log
+        self._sequence = 0
+        self._told_at = -REPEAT_S
+
+    def offer(self, block: SetpointBlock, now: float) -> None:
+        """A block from somebody who says to be the owner."""
+        self.claims.alive(block.owner, now)
+        outcome = self.group.playout.offer(block)
+        if isinstance(outcome, Refused) and now - self._told_at >= REPEAT_S:
+            self._told_at = now
+            text = f"{self.name}: block {block.sequence} refused ({outcome.reason.value}): {outcome.text}"
+            late = outcome.reason is Refusal.LATE
+            remedy = "harmless when rare" if late else "the agent must go on from the feedback"
+            self._log.warn("block_refused", text, remedy)
+
+    def claim(self, call: Claim, now: float, tick: int) -> tuple[bool, str, ClaimGrant | None]:
+        before = self.claims.owner
+        owner = self.claims.claim(call.boot, self.group.at_rest, now)
+        if isinstance(owner, ClaimRefused):
+            return False, owner.text, None
+        if owner != before:
+            self.group.playout.own(owner)
+            self._log.info("claimed", f"{self.name} is claimed by boot {call.boot} as owner {owner}")
+        grant = ClaimGrant(owner, self._settings.cycle_s, tick, self._axes, self._boot)
+        return True, f"{self.name} is yours as owner {owner}", grant
+
+    def obey(self, call: Release | EnableDrives | DisableDrives | ResetDrives, now: float, then: Then) -> None:
+        """Do what the owner asks; `then` gets the answer, at once or when the drives are there."""
+        problem = self.claims.problem_of(call.owner)
+        if problem:
+            then(False, problem)
+            return
+        match call:
+            case Release():
+                self._release(then)
+            case EnableDrives():
+                self.group.enable(now, then)
+            case DisableDrives():
+                self.group.disable(now, then)
+            case ResetDrives():
+                self.group.reset(now, then)
+
+    def step(self, now: float, tick: int, order: StopOrder | None) -> list[Effect]:
+        """One cycle; the feedback comes last."""
+        if self.claims.expire(self.group.at_rest, now):
+            self.group.playout.own(0)
+            self._log.warn("claim_ended", f"{self.name}: its owner fell silent", "start the robot's agent again")
+        commanded_before = self.group.commanded
+        effects = self.group.step(now, tick, order)
+        if self.group.measured:
+            effects.append(Publish(self._feedback(tick, commanded_before)))
+        return effects
+
+    def _release(self, then: Then) -> None:
+        if not self.group.at_rest:
+            then(False, f"{self.name} moves; release it at rest")
+            return
+        self.claims.end()
+        self.group.playout.own(0)
+        self._log.info("released", f"{self.name} was released by its owner")
+        then(True, f"{self.name} is released")
+
+    def _feedback(self, tick: int, commanded: Floats) -> DriveFeedback:
+        group = self.group
+        playout = group.playout
+        self._sequence += 1
+        return DriveFeedback(
+            robot=self.name,
+            boot=self._boot,
+            sequence=self._sequence,
+            tick=tick,
+            owner=self.claims.owner,
+            block=playout.block,
+            state=playout.state,
+            level=playout.level if playout.live else 0,
+            refused=playout.refused,
+            referenced=group.operational,
+            enabled=playout.live,
+            position=group.position,
+            velocity=group.velocity,
+            commanded=commanded,
+            axes=tuple(node.status for node in group.nodes),
+        )
