@@ -1,0 +1,48 @@
+"""The six-axis arm that the tests of geometry, kinematics and workspace share."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from robot_agent.kinematics import SixAxis
+from robot_agent.model.description import CapsuleBody, Family, JointLimits, PathLimits, RobotDescription
+
+VECTORS: dict[str, Any] = json.loads((Path(__file__).parents[1] / "vectors" / "six_axis.json").read_text())
+
+CAPSULES = (
+    CapsuleBody(0, (0.0, 0.0, 0.1), (0.0, 0.0, 0.5), 0.25),
+    CapsuleBody(1, (0.0, 0.0, 0.0), (0.4, 0.0, 0.68), 0.2),
+    CapsuleBody(2, (0.0, 0.0, 0.0), (0.0, 0.0, 1.1), 0.15),
+    CapsuleBody(3, (0.0, 0.0, 0.1), (0.766, 0.0, 0.23), 0.14),
+    CapsuleBody(4, (0.0, 0.02, 0.0), (0.345, 0.0, 0.03), 0.1),
+    CapsuleBody(5, (0.0, 0.0, 0.0), (0.1, 0.0, 0.05), 0.09),
+    CapsuleBody(6, (-0.05, 0.0, 0.0), (0.2, 0.1, -0.15), 0.05),
+)
+
+
+def description(position_deg: float = 180.0, **geometry: float) -> RobotDescription:
+    """The textbook's example arm; all joints with the same symmetric range."""
+    lengths = {name: value / 1000 for name, value in VECTORS["model"].items()} | geometry
+    limits = JointLimits(
+        position=np.radians([[-position_deg, position_deg]] * 6),
+        velocity=np.full(6, 2.0),
+        acceleration=np.full(6, 8.0),
+        jerk=np.full(6, 60.0),
+        ramp_factor=1.5,
+    )
+    return RobotDescription(
+        name="example",
+        family=Family.SIX_AXIS,
+        geometry=lengths,
+        joint_names=("J1", "J2", "J3", "J4", "J5", "J6"),
+        limits=limits,
+        path=PathLimits(1.0, 4.0, 40.0, 2.0, 8.0, 80.0),
+        home=np.zeros(6),
+        capsules=CAPSULES,
+    )
+
+
+def arm(position_deg: float = 180.0) -> SixAxis:
+    return SixAxis(description(position_deg))
