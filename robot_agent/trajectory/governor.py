@@ -1,8 +1,8 @@
 """The governor of path time: how fast a planned motion advances, and how it comes to rest.
 
-Planned time tau advances at a rate: 1 is as planned, 0 stands. Whoever wants less than the plan asks for a lower rate or
-for a tau not to be passed; the lowest rules and the robot never leaves its path (`docs/architecture.md`, sections 5.1
-and 5.2). Every answer is a segment that ends at rest, so it can be played out with no one left to ask.
+Planned time tau advances at a rate: 1 is as planned, 0 stands. Whoever wants less than the plan asks for a lower rate
+or for a tau not to be passed; the lowest rules and the robot never leaves its path (`docs/architecture.md`, sections
+5.1 and 5.2). Every answer is a segment that ends at rest, so it can be played out with no one left to ask.
 """
 
 from collections.abc import Sequence
@@ -14,7 +14,7 @@ from robot_agent.trajectory.limits import Limits
 from robot_agent.trajectory.motion import Motion
 from robot_agent.trajectory.rate_law import RateLaw
 from robot_agent.trajectory.rate_search import RateSearch
-from robot_agent.trajectory.sampler import Sampler
+from robot_agent.trajectory.sampler import Sampler, sample_times
 from robot_agent.trajectory.segment import RESTING_SAMPLES, PathState, Segment
 
 _AT_HOLD_S = 1e-6
@@ -121,13 +121,13 @@ class Governor:
         """As far as `hold`, braking as late as possible; None when that is not admissible or not needed."""
         if abs(hold.tau - previous.stop_tau) <= _AT_HOLD_S:
             return previous.remainder(index, hold.who)
-        last_rest = float(self._rests[np.searchsorted(self._rests, hold.tau, side="right") - 1])
+        last_rest = float(self._rests[int(np.searchsorted(self._rests, hold.tau, side="right")) - 1])
         for law in laws:
             if hold.tau - last_rest <= _AT_HOLD_S and last_rest > start.tau:
                 ridden = self._sampler.ride(previous, index, start, law, self._nominal, last_rest, hold.who)
                 if ridden is not None:
                     return ridden
-            advance, rate, slope, _ = law.at(np.arange(self._nominal + 1) * self._cycle_s)
+            advance, rate, slope, _ = law.at(sample_times(self._nominal + 1, self._cycle_s))
             for nominal, ramp in self._search.stops_at(start.tau + advance, rate, slope, hold.tau - _HOLD_MARGIN_S):
                 held = self._sampler.brake(previous, index, start, law, nominal, ramp, hold.tau, hold.who)
                 if held is not None:
@@ -148,4 +148,4 @@ class Governor:
 
     def _next_rest(self, tau: float) -> float:
         """The first tau from `tau` on at which the plan itself rests."""
-        return float(self._rests[min(np.searchsorted(self._rests, tau, side="left"), len(self._rests) - 1)])
+        return float(self._rests[min(int(np.searchsorted(self._rests, tau)), len(self._rests) - 1)])

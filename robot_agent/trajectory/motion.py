@@ -35,7 +35,8 @@ class Motion:
     def grid(self) -> NDArray[np.float64]:
         """`(m,)` tau of every cycle, from 0 to exactly the end."""
         steps = max(1, int(np.ceil(self.duration_s / self.cycle_s - 1e-9)))
-        return np.minimum(np.arange(steps + 1) * self.cycle_s, self.duration_s)
+        taus: NDArray[np.float64] = np.arange(steps + 1, dtype=np.float64) * self.cycle_s
+        return np.minimum(taus, self.duration_s)
 
     def q(self, tau: NDArray[np.float64]) -> NDArray[np.float64]:
         """Joints `(..., n)` [rad or m]."""
@@ -43,11 +44,13 @@ class Motion:
 
     def qd(self, tau: NDArray[np.float64]) -> NDArray[np.float64]:
         """Joint velocities `(..., n)` at rate 1."""
-        return self.pieces.derivatives(tau)[0]
+        velocity: NDArray[np.float64] = self.pieces.derivatives(tau)[0]
+        return velocity
 
     def qdd(self, tau: NDArray[np.float64]) -> NDArray[np.float64]:
         """Joint accelerations `(..., n)` at rate 1."""
-        return self.pieces.derivatives(tau)[1]
+        acceleration: NDArray[np.float64] = self.pieces.derivatives(tau)[1]
+        return acceleration
 
     def pose(self, tau: NDArray[np.float64]) -> NDArray[np.float64]:
         """Flange poses `(..., 4, 4)` in the robot base."""

@@ -1,6 +1,7 @@
 """Which changes of the rate the joints allow: many candidates looked at together, at a few points each."""
 
 import numpy as np
+from numpy.typing import NDArray
 
 from robot_agent.trajectory.limits import Limits
 from robot_agent.trajectory.motion import Motion
@@ -29,7 +30,7 @@ class RateSearch:
         self._acceleration = limits.ramp_acceleration
         self._jerk = limits.ramp_jerk
         steps = int(np.log(LONGEST_S / cycle_s) / np.log(_GROWTH))
-        self._durations = 2.0 * cycle_s * _GROWTH ** np.arange(steps)
+        self._durations: Numbers = 2.0 * cycle_s * _GROWTH ** np.arange(steps, dtype=np.float64)
 
     def changes(self, start: PathState, target: float) -> list[RateLaw]:
         """Up to four ways from `start` to the rate `target`, the fastest first."""
@@ -76,7 +77,7 @@ class RateSearch:
                 break
         return found[:_WANTED]
 
-    def _keeps(self, laws: RateLaw, tau: Numbers, limit: float, points: int) -> np.ndarray[tuple[int], np.dtype[np.bool_]]:
+    def _keeps(self, laws: RateLaw, tau: Numbers, limit: float, points: int) -> NDArray[np.bool_]:
         advance, rate, slope, bend = laws.at(laws.duration_s * np.linspace(0.0, 1.0, points))
         reached = tau + advance
         first, second, third = self._motion.pieces.derivatives(reached)

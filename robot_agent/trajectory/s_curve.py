@@ -43,9 +43,8 @@ class SCurve:
         zone = np.clip(np.searchsorted(self.starts, t, side="right") - 1, 0, 6)
         x = np.clip(t, 0.0, self.duration_s) - self.starts[zone]
         s, v, a, j = np.moveaxis(self.states[zone], -1, 0)
-        out = np.stack(
-            [s + x * (v + x * (a / 2.0 + x * j / 6.0)), v + x * (a + x * j / 2.0), a + x * j, np.broadcast_to(j, t.shape)]
-        )
+        position = s + x * (v + x * (a / 2.0 + x * j / 6.0))
+        out = np.stack([position, v + x * (a + x * j / 2.0), a + x * j, j])
         out[1:, (t < 0.0) | (t >= self.duration_s)] = 0.0
         out[0, t >= self.duration_s] = self.distance
         return out
@@ -68,7 +67,8 @@ def s_curve(distance: float, speed: float, acceleration: float, jerk: float) -> 
     ramp_length = top * (2.0 * build + hold) / 2.0
     cruise = max(0.0, distance - 2.0 * ramp_length) / top if top == speed else 0.0
     zones = np.array([build, hold, build, cruise, build, hold, build])
-    return SCurve(distance, zones, top, peak, jerk, np.append(0.0, np.cumsum(zones)), _states(distance, zones, top, jerk))
+    starts = np.append(0.0, np.cumsum(zones))
+    return SCurve(distance, zones, top, peak, jerk, starts, _states(distance, zones, top, jerk))
 
 
 def _top_speed(distance: float, speed: float, acceleration: float, jerk: float) -> float:

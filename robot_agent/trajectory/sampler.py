@@ -1,16 +1,23 @@
 """From rate laws to the samples on the wire, checked as the drives will see them."""
 
+import math
+
 import numpy as np
 
 from robot_agent.trajectory.limits import Limits
 from robot_agent.trajectory.motion import Motion
-from robot_agent.trajectory.rate_law import RateLaw
+from robot_agent.trajectory.rate_law import Numbers, RateLaw
 from robot_agent.trajectory.rate_search import LONGEST_S
 from robot_agent.trajectory.segment import RESTING_SAMPLES, PathState, Segment
 
 _TOLERANCE = 2e-3
 """Relative, for what lies between the points at which the search looked."""
 _ROUNDING = 1e-12
+
+
+def sample_times(count: int, cycle_s: float) -> Numbers:
+    """`(count,)` [s] from 0, one cycle apart."""
+    return np.arange(count, dtype=np.float64) * cycle_s
 
 
 class Sampler:
@@ -39,7 +46,7 @@ class Sampler:
         riding_s = self.riding_s(start, law, limit)
         if riding_s >= LONGEST_S + nominal * self._cycle_s:
             return None
-        t = np.arange(max(nominal, int(np.ceil(riding_s / self._cycle_s))) + 1) * self._cycle_s
+        t = sample_times(max(nominal, math.ceil(riding_s / self._cycle_s)) + 1, self._cycle_s)
         advance, rate, slope, _ = law.at(t)
         return self._segment(previous, index, start.tau + advance, rate, slope, nominal, limit, who)
 
@@ -55,9 +62,9 @@ class Sampler:
         who: str,
     ) -> Segment | None:
         """`law` for `nominal` samples, then `ramp` to rest, at tau `limit` at the latest."""
-        advance, rate, slope, _ = law.at(np.arange(nominal + 1) * self._cycle_s)
+        advance, rate, slope, _ = law.at(sample_times(nominal + 1, self._cycle_s))
         head = start.tau + advance
-        t = np.arange(1, int(np.ceil(float(ramp.duration_s) / self._cycle_s - 1e-9)) + 1) * self._cycle_s
+        t = sample_times(math.ceil(float(ramp.duration_s) / self._cycle_s - 1e-9) + 1, self._cycle_s)[1:]
         more, ramp_rate, ramp_slope, _ = ramp.at(t)
         tau = np.concatenate([head, head[-1] + more])
         rates, slopes = np.concatenate([rate, ramp_rate]), np.concatenate([slope, ramp_slope])
@@ -73,9 +80,9 @@ class Sampler:
         self,
         previous: Segment,
         index: int,
-        tau: np.ndarray[tuple[int], np.dtype[np.float64]],
-        rate: np.ndarray[tuple[int], np.dtype[np.float64]],
-        slope: np.ndarray[tuple[int], np.dtype[np.float64]],
+        tau: Numbers,
+        rate: Numbers,
+        slope: Numbers,
         nominal: int,
         limit: float,
         who: str,
