@@ -1,0 +1,214 @@
+"""A copy of an example cell on free ports, its real processes, and what is heard from them."""
+
+import os
+import re
+import shutil
+import signal
+import socket
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from types import TracebackType
+from typing import Self, TypeVar
+
+from cell.config import load_cell
+from cell.messages import Call, Command, Heard, Reply, RobotState
+from cell.net.options import Link
+from cell.net.runner import new_boot
+from cell.net.session import CellSession, new_call
+
+CONFIGS = Path(__file__).parents[2] / "cell_configs"
+MODULES = {"cell": "main", "robot-agent": "robot_agent", "drive-gateway": "drive_gateway"}
+POLL_S = 0.01
+M = TypeVar("M")
+
+
+def wait_until(condition: Callable[[], M | None], timeout_s: float, what: str) -> M:
+    """The first true value of `condition`; fails with `what` when there is none in time."""
+    deadline = time.monotonic() + timeout_s
+    pause = threading.Event()
+    while not (value := condition()):
+        if time.monotonic() > deadline:
+            raise AssertionError(f"not within {timeout_s:g} s: {what}")
+        pause.wait(POLL_S)
+    return value
+
+
+class Process:
+    """One command, started as a user would; its output goes to a file."""
+
+    def __init__(self, tool: str, words: tuple[str, ...], folder: Path, number: int) -> None:
+        self.what = " ".join((tool, *words))
+        self._log = folder / f"{number:02d}-{tool}.out"
+        with self._log.open("wb") as log:
+            self._process = subprocess.Popen(
+                [sys.executable, "-m", f"cell.commands.{MODULES[tool]}", *words],
+                stdin=subprocess.DEVNULL,
+                stdout=log,
+                stderr=subprocess.STDOUT,
+                env={**os.environ, "PYTHONUNBUFFERED": "1", "COLUMNS": "200"},
+            )
+
+    @property
+    def output(self) -> str:
+        return self._log.read_text(errors="replace")
+
+    @property
+    def pid(self) -> int:
+        return self._process.pid
+
+    def exit_code(self) -> int | None:
+        return self._process.poll()
+
+    def signal(self, number: signal.Signals) -> None:
+        self._process.send_signal(number)
+
+    def wait(self, timeout_s: float) -> int:
+        """Exit code; fails with the output when the process does not end."""
+        try:
+            return self._process.wait(timeout_s)
+        except subprocess.TimeoutExpired:
+            raise AssertionError(f"{self.what} did not end within {timeout_s:g} s:\n{self.output}") from None
+
+    def wait_for_output(self, text: str, timeout_s: float) -> None:
+        """Wait until the process has printed `text`; fails at once when it ends without."""
+
+        def printed() -> bool:
+            ended = self.exit_code() is not None
+            if text in self.output:
+                return True
+            assert not ended, f"{self.what} ended with {self.exit_code()}:\n{self.output}"
+            return False
+
+        wait_until(printed, timeout_s, f"{text!r} in the output of {self.what}:\n{self.output}")
+
+
+class Recorder:
+    """Every message on some keys, in order of arrival."""
+
+    def __init__(self, session: CellSession, *patterns: str) -> None:
+        self._inbox = session.queue(*patterns, size=20_000)
+        self.messages: list[object] = []
+
+    def take(self) -> list[object]:
+        """What arrived since the last call; it is also added to `messages`."""
+        new = self._inbox.take()
+        self.messages += new
+        return new
+
+    def wait_for(self, kind: type[M], condition: Callable[[M], bool], timeout_s: float, what: str) -> M:
+        """The next message of `kind` for which `condition` holds."""
+
+        def heard() -> M | None:
+            return next((m for m in self.take() if isinstance(m, kind) and condition(m)), None)
+
+        return wait_until(heard, timeout_s, what)
+
+
+class LiveCell:
+    """A running cell of a test; leaving the `with` block ends every process that belongs to it."""
+
+    def __init__(self, folder: Path, example: str = "two_arms") -> None:
+        self.folder = folder
+        root = folder / example
+        shutil.copytree(CONFIGS / example, root, ignore=shutil.ignore_patterns(".zencell"))
+        self.file = root / "cell.yaml"
+        self._move_to_free_ports()
+        self.settings = load_cell(self.file)
+        self.state_dir = folder / "state"
+        self._processes: list[Process] = []
+
+    def _move_to_free_ports(self) -> None:
+        text = self.file.read_text()
+        used = sorted(set(re.findall(r"127\.0\.0\.1:(\d+)", text)))
+        with_holders = [socket.create_server(("127.0.0.1", 0)) for _ in used]
+        for old, holder in zip(used, with_holders, strict=True):
+            text = text.replace(f"127.0.0.1:{old}", f"127.0.0.1:{holder.getsockname()[1]}")
+        for holder in with_holders:
+            holder.close()
+        self.file.write_text(text)
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, tb: TracebackType | None) -> None:
+        for process in reversed(self._processes):
+            if process.exit_code() is None:
+                process.signal(signal.SIGCONT)
+                process.signal(signal.SIGKILL)
+                process.wait(10.0)
+        # The children of a killed `cell up` end by themselves, through their pipe; none may stay.
+        for pid in list(self._pids(str(self.folder))):
+            os.kill(pid, signal.SIGCONT)
+        try:
+            wait_until(lambda: not list(self._pids(str(self.folder))), 15.0, "the end of the children of `cell up`")
+        except AssertionError:
+            for pid in self._pids(str(self.folder)):
+                os.kill(pid, signal.SIGKILL)
+            raise
+
+    # Processes
+
+    def start(self, tool: str, *words: str) -> Process:
+        """Start `cell`, `robot-agent` or `drive-gateway` with these words."""
+        process = Process(tool, words, self.folder, len(self._processes))
+        self._processes.append(process)
+        return process
+
+    def up(self, *options: str) -> Process:
+        return self.start("cell", "up", str(self.file), "--state-dir", str(self.state_dir), *options)
+
+    def manager(self) -> Process:
+        return self.start("cell", "manager", str(self.file), "--state-dir", str(self.state_dir))
+
+    def gateway(self, name: str) -> Process:
+        words = ("run", str(self.file), name, "--simulate", "--state-dir", str(self.state_dir))
+        return self.start("drive-gateway", *words)
+
+    def agent(self, robot: str) -> Process:
+        return self.start("robot-agent", str(self.file), robot, "--state-dir", str(self.state_dir))
+
+    def order(self, *words: str, timeout_s: float = 30.0) -> Process:
+        """An operator's command, `cell ...`, run to its end."""
+        process = self.start("cell", *words, "-f", str(self.file))
+        process.wait(timeout_s)
+        return process
+
+    def pid_of(self, *words: str) -> int:
+        """Process id of the child of `cell up` whose command line has all these words."""
+        found = list(self._pids(str(self.folder), *words, "--parent-pipe"))
+        assert len(found) == 1, f"{len(found)} processes with {words}"
+        return found[0]
+
+    @staticmethod
+    def _pids(*words: str) -> Iterator[int]:
+        for entry in Path("/proc").iterdir():
+            if not entry.name.isdigit() or int(entry.name) == os.getpid():
+                continue
+            try:
+                line = (entry / "cmdline").read_bytes().decode(errors="replace").replace("\0", " ")
+                zombie = ") Z " in (entry / "stat").read_text()
+            except OSError:
+                continue
+            if not zombie and all(word in line for word in words):
+                yield int(entry.name)
+
+    # Messages
+
+    def client(self) -> CellSession:
+        """A client session at the rendezvous; open it in a `with` block once the manager listens."""
+        link = Link("client", connect=(self.settings.manager_endpoint,), open_timeout_s=10.0)
+        return CellSession(self.settings.name, link, "test", new_boot(), new_boot())
+
+
+def ask(session: CellSession, to: str, command: Command, heard: Heard | None, timeout_s: float = 5.0) -> Reply:
+    """A call as an operator's tool makes it."""
+    call: Call = new_call(command, heard)
+    return session.ask(to, call, timeout_s)
+
+
+def echo(state: RobotState) -> Heard:
+    return Heard(state.boot, state.sequence)

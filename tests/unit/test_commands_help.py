@@ -1,0 +1,73 @@
+"""Every command explains itself, and a user's mistake never ends in a traceback."""
+
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+import typer
+from typer.testing import CliRunner
+
+from cell.commands import drive_gateway, main, robot_agent
+
+APPS = {"cell": main.app, "robot-agent": robot_agent.app, "drive-gateway": drive_gateway.app}
+MODULES = {"cell": "main", "robot-agent": "robot_agent", "drive-gateway": "drive_gateway"}
+
+
+def command_paths(app: typer.Typer) -> Iterator[tuple[str, ...]]:
+    """The words of every command of `app`, the empty tuple for itself."""
+    yield ()
+    command = typer.main.get_command(app)
+    for name in sorted(getattr(command, "commands", {})):
+        yield (name,)
+        for below in sorted(getattr(command.commands[name], "commands", {})):
+            yield (name, below)
+
+
+ALL = [(tool, words) for tool, app in APPS.items() for words in command_paths(app)]
+
+
+@pytest.mark.parametrize(("tool", "words"), ALL, ids=[" ".join((tool, *words)) for tool, words in ALL])
+def test_help_shows_an_example(tool: str, words: tuple[str, ...]) -> None:
+    result = CliRunner().invoke(APPS[tool], [*words, "--help"])
+    assert result.exit_code == 0
+    assert "Example: " in result.output
+
+
+def complaint(tool: str, *words: str, cwd: Path) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(
+        [sys.executable, "-m", f"cell.commands.{MODULES[tool]}", *words],
+        cwd=cwd,
+        capture_output=True,
+        text=True,
+        timeout=60,
+        check=False,
+        stdin=subprocess.DEVNULL,
+    )
+
+
+@pytest.mark.parametrize(
+    ("tool", "words"),
+    [
+        ("cell", ("up", "missing.yaml")),
+        ("cell", ("manager", "missing.yaml")),
+        ("cell", ("status",)),
+        ("cell", ("estop", "-f", "missing.yaml")),
+        ("robot-agent", ("missing.yaml", "left")),
+        ("drive-gateway", ("run", "missing.yaml", "left_bus")),
+    ],
+    ids=lambda value: " ".join(value) if isinstance(value, tuple) else value,
+)
+def test_a_missing_cell_file_is_named_with_the_next_step(tool: str, words: tuple[str, ...], tmp_path: Path) -> None:
+    result = complaint(tool, *words, cwd=tmp_path)
+    assert result.returncode == 1
+    assert ".yaml: no such cell file" in result.stderr
+    assert "next: " in result.stderr
+    assert "Traceback" not in result.stderr + result.stdout
+
+
+def test_a_wrong_command_line_is_exit_code_2(tmp_path: Path) -> None:
+    result = complaint("cell", "run", cwd=tmp_path)
+    assert result.returncode == 2
+    assert "Traceback" not in result.stderr
