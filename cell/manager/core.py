@@ -1,0 +1,259 @@
+"""The cell manager as a core: who may be in which zone, and the emergency stop (`docs/architecture.md`, section 4)."""
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+from cell.config.settings import CellSettings
+from cell.core import Answer, Effect, Frozen, Publish, Request
+from cell.manager.estop_latch import EstopLatch
+from cell.manager.occupancy import ZoneSpace
+from cell.manager.presences import Presences
+from cell.manager.records import Store, Stored, ZoneDecided
+from cell.manager.zones import Intrusion, Sight, Zone
+from cell.messages import (
+    AdoptZone,
+    Call,
+    ClearZone,
+    Estop,
+    Event,
+    GatewayState,
+    ManagerState,
+    Presence,
+    Reply,
+    ResetEstop,
+    SetEstop,
+    Severity,
+    Token,
+    TokenGone,
+    Who,
+    ZoneState,
+    ZoneStatus,
+)
+
+_STATE_PERIOD_S = 0.05
+_GEOMETRY_PERIOD_S = 1.0
+
+
+class ManagerCore:
+    """The one manager of a cell. `epoch` must be greater than that of every manager before it (`next_epoch`)."""
+
+    def __init__(self, settings: CellSettings, boot: str, epoch: int, stored: Stored, process: int = 0) -> None:
+        """`stored` is what the journal held before this start, `process` the id that `who` answers with."""
+        self._settings = settings
+        self._boot = boot
+        self._epoch = epoch
+        self._process = process
+        self._presences = Presences(boot, settings.digest, frozenset(settings.robots), settings.times.fresh_s)
+        self._spaces = {name: ZoneSpace(zone) for name, zone in settings.zones.items()}
+        self._zones = {name: Zone(name, zone.robots, settings.robots, epoch) for name, zone in settings.zones.items()}
+        self._since = dict.fromkeys(settings.zones, 0.0)
+        self._latch = EstopLatch(stored)
+        self._calls: list[Request] = []
+        self._effects: list[Effect] = []
+        self._tokens = 0
+        self._sequence = 0
+        self._events = 0
+        self._protective_stops = 0
+        self._started: float | None = None
+        self._published: ManagerState | None = None
+        self._state_due = self._geometry_due = 0.0
+
+    # Messages
+
+    def receive(self, message: object, now: float) -> None:
+        """Take one message; see `cell.core`."""
+        match message:
+            case Presence():
+                self._presences.hear(message)
+                self._confirmed(message.estop_acknowledged, f"robot {message.robot}", now)
+            case GatewayState():
+                self._confirmed(message.estop_confirmed, f"gateway {message.gateway}", now)
+            case TokenGone():
+                self._presences.token_gone(message)
+            case Estop():
+                self._set_estop(message, now)
+            case Request():
+                self._calls.append(message)
+            case Frozen():
+                self._presences.forget_echoes()
+
+    def _confirmed(self, estop_id: str | None, who: str, now: float) -> None:
+        effects = self._latch.heard_confirmation(estop_id, who, now)
+        if effects:
+            self._effects += effects
+            self._tell(Severity.ALARM, "estop", f"{who} stands under emergency stop {estop_id}", "then `cell reset`")
+
+    def _set_estop(self, estop: Estop, now: float) -> None:
+        effects = self._latch.latch(estop, now)
+        if effects:
+            self._effects += effects
+            text = f"emergency stop by {estop.by}: {estop.reason}"
+            self._tell(Severity.ALARM, "estop", text, "find the cause, then `cell reset`")
+
+    # The cycle
+
+    def step(self, now: float) -> list[Effect]:
+        """Everything due at `now`; see `cell.core`."""
+        if self._started is None:
+            self._started = now
+        self._presences.update(now)
+        refused = self._presences.refused()
+        sights = {name: self._presences.sights(space, refused, now) for name, space in self._spaces.items()}
+        before = {name: (zone.state, zone.holder) for name, zone in self._zones.items()}
+        for name, zone in self._zones.items():
+            for intrusion in zone.look(sights[name], self._sequence + 1):
+                self._intruded(intrusion, now)
+        for request in self._calls:
+            self._answer(request, sights, now)
+        self._calls.clear()
+        if self._latch.estop is None:
+            for name, zone in self._zones.items():
+                zone.grant(sights[name], self._new_token, self._sequence + 1)
+        self._follow_changes(before, now)
+        self._publish_state(sights, refused, now)
+        self._publish_geometry(now)
+        self._effects += self._latch.step(self._presences.acknowledged(now), self._presences.silent(now), now)
+        effects, self._effects = self._effects, []
+        return effects
+
+    def _new_token(self) -> Token:
+        self._tokens += 1
+        return Token(self._epoch, self._tokens)
+
+    def _intruded(self, intrusion: Intrusion, now: float) -> None:
+        where = f"{intrusion.robot} is in zone {intrusion.zone}"
+        whose = f", which belongs to {intrusion.other}" if intrusion.other else " without a grant"
+        if not intrusion.real:
+            remedy = f"move {intrusion.robot} out, or `cell zone adopt` or `cell zone clear` {intrusion.zone}"
+            self._tell(Severity.WARNING, "zone_blocked", where + " or may be" + whose, remedy)
+            return
+        remedy = "look at the robots, part them, then `cell reset`"
+        self._tell(Severity.ALARM, "zone_breach", where + whose, remedy)
+        self._protective_stops += 1
+        stop_id = f"protective-{self._boot}-{self._protective_stops}"
+        self._set_estop(Estop(stop_id, True, "manager", f"protective stop: {where}{whose}"), now)
+
+    def _follow_changes(self, before: Mapping[str, tuple[ZoneState, str | None]], now: float) -> None:
+        for name, zone in self._zones.items():
+            state, holder = before[name]
+            if (zone.state, zone.holder) == (state, holder):
+                continue
+            self._since[name] = self._cell_time(now)
+            if zone.state is ZoneState.ORPHANED and state is not ZoneState.ORPHANED:
+                remedy = f"it ends when {holder or 'the robot'} reports itself outside, or by `cell zone`"
+                self._tell(Severity.WARNING, "zone_orphaned", f"zone {name} is blocked: {zone.reason}", remedy)
+
+    # Calls
+
+    def _answer(self, request: Request, sights: Mapping[str, dict[str, Sight]], now: float) -> None:
+        call = request.call
+        if not isinstance(call, Call):
+            raise TypeError(f"a request carries a Call, found {type(call).__name__}")
+        command = call.command
+        match command:
+            case SetEstop():
+                self._set_estop(Estop(command.id, True, command.by, command.reason), now)
+                done = "the emergency stop is set"
+                if self._latch.estop is None:
+                    done = f"emergency stop {command.id} was cleared before and is not set again; send a new one"
+                self._latch.answer_when_confirmed(request.request_id, call.id, done, True, now)
+            case ResetEstop():
+                self._reset(request.request_id, call.id, command.by, now)
+            case ClearZone() | AdoptZone():
+                ok, text = self._decide(command, sights)
+                self._effects.append(Answer(request.request_id, Reply(call.id, ok, text)))
+            case Who():
+                text = f"manager of cell {self._settings.name} (boot {self._boot}, epoch {self._epoch}, "
+                text += f"process {self._process})"
+                self._effects.append(Answer(request.request_id, Reply(call.id, True, text)))
+            case _:
+                text = f"the manager does not know the command {command.verb!r}"
+                self._effects.append(Answer(request.request_id, Reply(call.id, False, text)))
+
+    def _reset(self, request_id: str, call_id: str, by: str, now: float) -> None:
+        effects = self._latch.clear(by, now)
+        self._effects += effects
+        if effects:
+            self._tell(Severity.INFO, "estop_cleared", f"emergency stop cleared by {by}", "")
+        done = "the emergency stop is cleared" if effects else "no emergency stop was set"
+        self._latch.answer_when_confirmed(request_id, call_id, done, False, now)
+
+    def _decide(self, command: ClearZone | AdoptZone, sights: Mapping[str, dict[str, Sight]]) -> tuple[bool, str]:
+        zone = self._zones.get(command.zone)
+        if zone is None:
+            return False, f"no zone {command.zone!r}; this cell has {', '.join(sorted(self._zones)) or 'none'}"
+        if isinstance(command, ClearZone):
+            what, (ok, found) = "cleared", zone.clear(sights[zone.name])
+        else:
+            what = f"adopted by {command.robot}"
+            ok, found = zone.adopt(command.robot, sights[zone.name], self._new_token, self._sequence + 1)
+        if ok:
+            self._effects.append(Store(ZoneDecided(zone.name, what, command.by, found)))
+            self._tell(Severity.INFO, "zone_decided", f"zone {zone.name} {what}, by {command.by}", "")
+        return ok, found
+
+    # What is told
+
+    def _publish_state(self, sights: Mapping[str, dict[str, Sight]], refused: Mapping[str, str], now: float) -> None:
+        state = ManagerState(
+            cell=self._settings.name,
+            boot=self._boot,
+            epoch=self._epoch,
+            sequence=self._sequence + 1,
+            cell_time=self._cell_time(now),
+            digest=self._settings.digest,
+            heard=self._presences.heard(),
+            zones={name: self._status(zone, sights[name]) for name, zone in self._zones.items()},
+            refused=dict(refused),
+            estop=self._latch.estop,
+        )
+        if now < self._state_due and self._published is not None and _same(state, self._published):
+            return
+        self._sequence += 1
+        self._presences.sent_state(self._sequence, now)
+        self._published = state
+        self._state_due = now + _STATE_PERIOD_S
+        self._effects.append(Publish(state))
+
+    def _status(self, zone: Zone, sights: Mapping[str, Sight]) -> ZoneStatus:
+        return ZoneStatus(
+            zone.state,
+            zone.holder,
+            zone.token,
+            tuple(zone.queue),
+            self._spaces[zone.name].geometry.version,
+            self._since[zone.name],
+            zone.reason or self._why_free(zone, sights),
+        )
+
+    def _why_free(self, zone: Zone, sights: Mapping[str, Sight]) -> str:
+        """Why a free zone is not granted to anyone."""
+        if zone.state is not ZoneState.FREE:
+            return ""
+        if zone.awaited:
+            names = ", ".join(sorted(zone.awaited))
+            return f"waiting for {names} to report since the manager started, or for `cell zone clear {zone.name}`"
+        if self._latch.estop is not None:
+            return "emergency stop"
+        lost = [robot for robot in zone.queue if not sights[robot].known]
+        return f"{', '.join(lost)} not referenced" if lost else ""
+
+    def _publish_geometry(self, now: float) -> None:
+        if now < self._geometry_due:
+            return
+        self._geometry_due = now + _GEOMETRY_PERIOD_S
+        self._effects += [Publish(space.geometry) for space in self._spaces.values()]
+
+    def _tell(self, severity: Severity, code: str, text: str, remedy: str) -> None:
+        self._events += 1
+        self._effects.append(Publish(Event("manager", self._events, severity, code, text, remedy)))
+
+    def _cell_time(self, now: float) -> float:
+        return now - (self._started if self._started is not None else now)
+
+
+def _same(new: ManagerState, old: ManagerState) -> bool:
+    """Nothing has changed that somebody waits for."""
+    if {name: heard.boot for name, heard in new.heard.items()} != {n: h.boot for n, h in old.heard.items()}:
+        return False
+    return replace(new, sequence=old.sequence, cell_time=old.cell_time, heard=old.heard) == old

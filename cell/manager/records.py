@@ -1,0 +1,56 @@
+"""What must outlive the manager, and the effect that stores it."""
+
+from dataclasses import dataclass
+
+from cell.core import Effect
+from cell.messages import Estop
+
+
+@dataclass(frozen=True, slots=True)
+class EstopLatched:
+    """An emergency stop came into force."""
+
+    estop: Estop
+
+
+@dataclass(frozen=True, slots=True)
+class EstopCleared:
+    """An operator cleared an emergency stop; its id is never accepted again."""
+
+    id: str
+    by: str
+
+
+@dataclass(frozen=True, slots=True)
+class ZoneDecided:
+    """An operator cleared a zone or had it adopted."""
+
+    zone: str
+    decision: str
+    by: str
+    found: str
+    """What the manager answered."""
+
+
+Record = EstopLatched | EstopCleared | ZoneDecided
+
+
+@dataclass(frozen=True, slots=True)
+class Store(Effect):
+    """Write `record` to the journal before anything that follows in the same list of effects."""
+
+    record: Record
+
+
+@dataclass(frozen=True, slots=True)
+class Stored:
+    """What the journal holds at the start: the newest epoch, the latched stops, the ids that were cleared."""
+
+    epoch: int = 0
+    estops: tuple[Estop, ...] = ()
+    cleared: frozenset[str] = frozenset()
+
+
+def next_epoch(stored: int, unix_s: float) -> int:
+    """The epoch of a manager that starts now: it grows even when its state folder was lost, or its clock set back."""
+    return max(stored + 1, int(unix_s))

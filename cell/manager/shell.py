@@ -1,0 +1,85 @@
+"""The process around `ManagerCore`: Zenoh, the journal and the clock."""
+
+import logging
+import os
+import threading
+import time
+from collections.abc import Iterable
+from pathlib import Path
+
+from cell.config.settings import CellSettings
+from cell.core import Answer, Effect, Publish
+from cell.manager.core import ManagerCore
+from cell.manager.journal import Journal
+from cell.manager.records import Store
+from cell.net.errors import NetError
+from cell.net.liveliness import TokenWatch
+from cell.net.options import Link, ZenohOptions
+from cell.net.runner import new_boot, run_core
+from cell.net.session import CellSession
+
+JOURNAL_FILE = "manager.sqlite3"
+_PERIOD_S = 0.01
+_LOOK_AROUND_S = 0.3
+_LOG = logging.getLogger("cell.manager")
+
+
+class SecondManager(NetError):
+    """Another manager of this cell is alive."""
+
+    def __init__(self, cell: str, boot: str) -> None:
+        super().__init__(f"cell {cell} has a manager already (boot {boot}); a cell has exactly one: stop it first")
+        self.cell = cell
+        self.boot = boot
+
+
+def run_manager(settings: CellSettings, options: ZenohOptions, state_dir: Path, stop: threading.Event) -> int:
+    """Run the manager of a cell until `stop` is set; returns 0.
+
+    The caller holds the lock on `state_dir`. Raises `EndpointInUse`, `SecondManager` and `JournalError`.
+    """
+    boot = new_boot()
+    link = Link("peer", listen=(settings.manager_endpoint,), gossip=True)
+    with (
+        CellSession(settings.name, link, "manager", "manager", boot, options) as session,
+        Journal(state_dir / JOURNAL_FILE) as journal,
+    ):
+        tokens = session.token_watch()
+        _be_the_only_one(settings.name, tokens, stop)
+        states = session.watch("robot/*/presence", "gateway/*/state")
+        estops = session.queue("estop")
+        calls = session.serve("manager")
+        stored = journal.read()
+        core = ManagerCore(settings, boot, journal.begin_epoch(boot), stored, os.getpid())
+        session.declare_alive()
+
+        def inbox() -> Iterable[object]:
+            return [*estops.take(), *states.take_new(), *tokens.take(), *calls.take()]
+
+        def perform(effect: Effect) -> None:
+            match effect:
+                case Publish(message):
+                    session.publish(message)
+                case Answer():
+                    calls.answer(effect)
+                case Store(record):
+                    journal.write(record)
+                case _:
+                    raise TypeError(f"the manager has no {type(effect).__name__}")
+
+        run_core(core, period_s=_PERIOD_S, inbox=inbox, perform=perform, stop=stop, on_late=_late)
+    return 0
+
+
+def _late(lateness_s: float) -> None:
+    if lateness_s > 0.1:
+        _LOG.warning("the manager's cycle was %.0f ms late", 1000 * lateness_s)
+
+
+def _be_the_only_one(cell: str, tokens: TokenWatch, stop: threading.Event) -> None:
+    """Tokens of others come within the first links' moments; with no link there is nobody to disagree with."""
+    deadline = time.monotonic() + _LOOK_AROUND_S
+    while time.monotonic() < deadline and not stop.wait(_PERIOD_S):
+        other = next((alive for alive in tokens.alive() if alive.role == "manager"), None)
+        if other is not None:
+            raise SecondManager(cell, other.boot)

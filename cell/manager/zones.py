@@ -1,0 +1,232 @@
+"""One exclusive zone: who may be inside (grant) and who may be inside by measurement (occupancy) are two things.
+
+FREE → GRANTED → OCCUPIED → GRANTED → FREE is the way of a holder that behaves. ORPHANED blocks the zone for everyone
+until every robot that may be inside (a *suspect*) is measured outside by its own fresh body, or an operator decides
+(`docs/architecture.md`, section 4.1).
+
+A grant ends by a presence that answers a state with the grant, does not hold it, and whose body is outside. For this to
+be safe an agent never takes up a token again that it did not hold in such a presence.
+"""
+
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
+
+from cell.messages import Token, ZoneState
+
+
+@dataclass(frozen=True, slots=True)
+class Sight:
+    """What the manager knows of a robot as far as one zone is concerned; only robots that were once fresh have one."""
+
+    boot: str
+    fresh: bool
+    known: bool
+    inside: bool
+    """The newest body that was fresh touches the zone; an unknown body counts as the robot's whole reach."""
+    moving: bool
+    holds: Token | None
+    wants: bool
+    echo: int
+    """Sequence of the manager state that the presence answers."""
+    refused: str
+    """Why the robot gets no grants; empty when it may."""
+
+
+@dataclass(frozen=True, slots=True)
+class Intrusion:
+    """A robot came to be inside without a grant."""
+
+    zone: str
+    robot: str
+    other: str | None
+    """The robot that the zone belongs to, if any."""
+    real: bool
+    """The body is measured, and it moves or the zone belongs to another: reason for a protective stop."""
+
+
+class Zone:
+    """The state of one zone; `look` follows the robots, `grant`, `clear` and `adopt` are decisions."""
+
+    def __init__(self, name: str, robots: Iterable[str], awaited: Iterable[str], epoch: int) -> None:
+        """`robots` may ask for the zone; nothing is granted before all `awaited` have reported."""
+        self.name = name
+        self.robots = frozenset(robots)
+        self.state = ZoneState.FREE
+        self.holder: str | None = None
+        self.token: Token | None = None
+        self.reason = ""
+        self.queue: list[str] = []
+        self.awaited = set(awaited)
+        self.suspects: set[str] = set()
+        self._epoch = epoch
+        self._boot: str | None = None
+        self._granted_in = 0
+        self._rebuilding = True
+        self._declared_out: set[str] = set()
+
+    # Following the robots
+
+    def look(self, sights: Mapping[str, Sight], sequence: int) -> list[Intrusion]:
+        """Follow what the robots say; `sequence` is that of the next manager state."""
+        fresh = {robot for robot, sight in sights.items() if sight.fresh}
+        self.awaited -= fresh
+        self._declared_out -= fresh
+        if self._rebuilding:
+            self._take_claims(sights, sequence)
+        if self.state in (ZoneState.GRANTED, ZoneState.OCCUPIED):
+            self._follow_holder(sights)
+        intrusions = self._find_intruders(sights)
+        if self.state is ZoneState.ORPHANED:
+            self._follow_suspects(sights)
+        self._line_up(sights)
+        return intrusions
+
+    def _take_claims(self, sights: Mapping[str, Sight], sequence: int) -> None:
+        """After a restart: grants of an earlier epoch live on in the presences of those who hold them."""
+        claims = {
+            robot: sight.holds
+            for robot, sight in sights.items()
+            if sight.fresh and sight.holds is not None and sight.holds.epoch < self._epoch
+        }
+        strangers = {robot: token for robot, token in claims.items() if robot != self.holder}
+        if not strangers:
+            return
+        involved = set(claims) | self.suspects | ({self.holder} if self.holder else set())
+        refused = [f"{robot}: {sights[robot].refused}" for robot in claims if sights[robot].refused]
+        if len(involved) == 1 and not refused:
+            [(robot, token)] = claims.items()
+            self._set_holder(robot, sights[robot].boot, token, sequence)
+            return
+        self._rebuilding = False
+        self.holder = self.token = self._boot = None
+        self._orphan(
+            involved, "; ".join(refused) or f"{' and '.join(sorted(involved))} both claim it since the manager started"
+        )
+
+    def _follow_holder(self, sights: Mapping[str, Sight]) -> None:
+        holder = self.holder or ""
+        sight = sights.get(holder)
+        if sight is None or not sight.fresh:
+            self._orphan({holder}, f"{holder} fell silent and may be inside")
+        elif sight.boot != self._boot:
+            self._orphan({holder}, f"{holder} was restarted and may be inside")
+        elif sight.inside:
+            self.state = ZoneState.OCCUPIED
+        elif sight.holds == self.token or sight.echo < self._granted_in:
+            self.state = ZoneState.GRANTED
+        else:
+            self._free()
+
+    def _find_intruders(self, sights: Mapping[str, Sight]) -> list[Intrusion]:
+        good = self.holder if self.state in (ZoneState.GRANTED, ZoneState.OCCUPIED) else None
+        inside = {r for r, s in sights.items() if s.inside and r != good and r not in self._declared_out}
+        found = []
+        for robot in sorted(inside - self.suspects):
+            sight, other = sights[robot], self.holder if self.holder != robot else None
+            real = sight.fresh and sight.known and (other is not None or sight.moving)
+            found.append(Intrusion(self.name, robot, other, real))
+            why = f"{robot} is inside without a grant" if sight.known else f"{robot} does not know where it is"
+            self._orphan(self.suspects | {robot} | ({other} if other else set()), why)
+        return found
+
+    def _follow_suspects(self, sights: Mapping[str, Sight]) -> None:
+        for robot in sorted(self.suspects):
+            sight = sights.get(robot)
+            if sight is not None and sight.fresh and not sight.inside and self._has_let_go(robot, sight):
+                self.suspects.discard(robot)
+                if robot == self.holder:
+                    self.holder = self._boot = self.token = None
+        if not self.suspects:
+            self._free()
+            return
+        sight = sights.get(self.holder or "")
+        alone = self.suspects == {self.holder}
+        if alone and sight is not None and sight.fresh and sight.boot == self._boot and sight.holds == self.token:
+            self.state = ZoneState.OCCUPIED if sight.inside else ZoneState.GRANTED
+            self.suspects.clear()
+            self.reason = ""
+
+    def _has_let_go(self, robot: str, sight: Sight) -> bool:
+        """The robot can not enter under the grant that it had."""
+        if robot == self.holder and sight.boot == self._boot:
+            return sight.holds != self.token and sight.echo >= self._granted_in
+        return sight.known and sight.holds is None
+
+    def _line_up(self, sights: Mapping[str, Sight]) -> None:
+        """First come, first served; whoever stops asking or falls silent loses its place."""
+        asking = {
+            robot
+            for robot, sight in sights.items()
+            if sight.fresh and sight.wants and not sight.refused and robot in self.robots and robot != self.holder
+        }
+        self.queue = [robot for robot in self.queue if robot in asking]
+        self.queue += sorted(asking - set(self.queue))
+
+    # Decisions
+
+    def grant(self, sights: Mapping[str, Sight], new_token: Callable[[], Token], sequence: int) -> str | None:
+        """Give a free zone to the first in line; the robot's name, or None when nobody may have it now."""
+        if self.state is not ZoneState.FREE or self.awaited or not self.queue:
+            return None
+        eligible = next((robot for robot in self.queue if sights[robot].known), None)
+        if eligible is None:
+            return None
+        self.queue.remove(eligible)
+        self._set_holder(eligible, sights[eligible].boot, new_token(), sequence)
+        return eligible
+
+    def clear(self, sights: Mapping[str, Sight]) -> tuple[bool, str]:
+        """An operator has looked: no robot is inside that does not say so itself. Done or not, and why."""
+        if self.state in (ZoneState.GRANTED, ZoneState.OCCUPIED):
+            return False, f"zone {self.name} is held by {self.holder}, which is alive; stop that robot first"
+        inside = {robot for robot in self.suspects if robot in sights and sights[robot].fresh and sights[robot].inside}
+        gone = (self.suspects | self.awaited) - inside
+        self._declared_out |= gone
+        self.suspects -= gone
+        self.awaited.clear()
+        self._rebuilding = False
+        if inside:
+            names = ", ".join(sorted(inside))
+            self.reason = f"{names} is measured inside"
+            return False, f"zone {self.name}: {names} is measured inside; move it out or let it adopt the zone"
+        self._free()
+        return True, f"zone {self.name} is free"
+
+    def adopt(
+        self, robot: str, sights: Mapping[str, Sight], new_token: Callable[[], Token], sequence: int
+    ) -> tuple[bool, str]:
+        """An operator gives an orphaned zone to the one robot that may be inside. Done or not, and why."""
+        sight = sights.get(robot)
+        if self.state is not ZoneState.ORPHANED:
+            return False, f"zone {self.name} is {self.state.value}, only an orphaned zone can be adopted"
+        if self.suspects != {robot}:
+            return False, f"zone {self.name}: {', '.join(sorted(self.suspects))} may be inside, not {robot} alone"
+        if robot not in self.robots:
+            return False, f"zone {self.name} is closed for {robot}; allowed: {', '.join(sorted(self.robots))}"
+        if sight is None or not sight.fresh:
+            return False, f"{robot} is silent; start its agent first"
+        if sight.refused or not sight.known:
+            return False, f"{robot} gets no grants: {sight.refused or 'it does not know where it is'}"
+        self._set_holder(robot, sight.boot, new_token(), sequence)
+        return True, f"zone {self.name} is granted to {robot} with token {self.token}"
+
+    # Changes of state
+
+    def _set_holder(self, robot: str, boot: str, token: Token, sequence: int) -> None:
+        self.state = ZoneState.GRANTED
+        self.holder, self._boot, self.token = robot, boot, token
+        self._granted_in = sequence
+        self._rebuilding = self._rebuilding and token.epoch < self._epoch
+        self.suspects.clear()
+        self.reason = ""
+
+    def _orphan(self, suspects: set[str], reason: str) -> None:
+        self.state = ZoneState.ORPHANED
+        self.suspects |= suspects
+        self.reason = reason
+
+    def _free(self) -> None:
+        self.state = ZoneState.FREE
+        self.holder = self._boot = self.token = None
+        self.suspects.clear()
+        self.reason = ""
