@@ -14,7 +14,6 @@ from drive_gateway.config.settings import AxisSettings, GatewaySettings
 from drive_gateway.gateway.bring_up import BringUp, Phase
 from drive_gateway.gateway.trouble import Trouble
 
-
 _WITHOUT_TORQUE = {
     AxisStatus.NOT_READY_TO_SWITCH_ON,
     AxisStatus.SWITCH_ON_DISABLED,

@@ -9,8 +9,8 @@ from drive_gateway.canopen.sdo import SdoDone
 from drive_gateway.cia402.state_machine import DISABLE_VOLTAGE, FAULT_RESET, controlword
 from drive_gateway.gateway.node import Node
 
-SWITCH_TIMEOUT_S = 2.0
-"""Time for all drives of a robot to reach the state that was asked for."""
+SWITCH_TIMEOUT_S = 1.5
+"""Time for all drives of a robot to reach the state that was asked for; a caller waits 2 s for the answer."""
 RESET_LOW_CYCLES = 3
 """Cycles with the fault-reset bit low before its rising edge, so that no drive misses the edge."""
 HANDOVER_CYCLES = 3

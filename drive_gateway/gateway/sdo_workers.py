@@ -1,0 +1,86 @@
+"""SDO transfers beside the cycle: the `canopen` library's client per node, in worker threads."""
+
+import logging
+from collections.abc import Callable, Iterable
+from concurrent.futures import ThreadPoolExecutor
+from types import TracebackType
+from typing import Any, Self
+
+import can
+import canopen
+from canopen.sdo.client import SdoClient
+
+from drive_gateway.canopen.cob_id import SDO_FROM_NODE, SDO_TO_NODE, function_code
+from drive_gateway.canopen.frame import CanFrame
+from drive_gateway.canopen.sdo import Sdo, SdoDone, abort_text
+
+RESPONSE_TIMEOUT_S = 0.5
+"""A drive answers an SDO within a few ms; some take long to store a value."""
+
+# Every outcome goes back to the core, which tells it with its node; the library's own log would tell it twice.
+logging.getLogger("canopen").setLevel(logging.CRITICAL)
+
+
+class _Network(canopen.Network):
+    """The library's network on a port that somebody else owns: it sends through it and is fed by `notify`."""
+
+    def __init__(self, send: Callable[[CanFrame], None]) -> None:
+        super().__init__()
+        self._send = send
+
+    def send_message(self, can_id: int, data: bytes, remote: bool = False) -> None:
+        self._send(CanFrame(can_id, bytes(data), remote))
+
+
+class SdoWorkers:
+    """Context manager. `done` gets the outcome of each request, from a worker's thread."""
+
+    def __init__(
+        self, node_ids: Iterable[int], send: Callable[[CanFrame], None], done: Callable[[SdoDone], None]
+    ) -> None:
+        self._done = done
+        self._network = _Network(send)
+        self._clients: dict[int, Any] = {}
+        for node_id in node_ids:
+            dictionary = canopen.ObjectDictionary()  # type: ignore[no-untyped-call]
+            client: Any = SdoClient(  # type: ignore[no-untyped-call]
+                SDO_TO_NODE + node_id, SDO_FROM_NODE + node_id, dictionary
+            )
+            client.network = self._network
+            client.RESPONSE_TIMEOUT = RESPONSE_TIMEOUT_S
+            self._network.subscribe(client.tx_cobid, client.on_response)
+            self._clients[node_id] = client
+        self._pool = ThreadPoolExecutor(max_workers=max(1, len(self._clients)), thread_name_prefix="sdo")
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, value: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self._pool.shutdown(wait=True, cancel_futures=True)
+
+    def take(self, frame: CanFrame) -> bool:
+        """Give a received frame to its client; true when it was an SDO answer."""
+        if function_code(frame.id) != SDO_FROM_NODE:
+            return False
+        self._network.notify(frame.id, bytearray(frame.data), 0.0)
+        return True
+
+    def submit(self, request: Sdo) -> None:
+        """Carry a request out; the core sends one per node at a time."""
+        self._pool.submit(self._work, request)
+
+    def _work(self, request: Sdo) -> None:
+        client = self._clients[request.node_id]
+        data, abort_code, problem = b"", None, ""
+        try:
+            if request.data is None:
+                data = bytes(client.upload(request.index, request.sub))
+            else:
+                client.download(request.index, request.sub, request.data)
+        except canopen.SdoAbortedError as error:
+            abort_code, problem = error.code, abort_text(error.code)
+        except (canopen.SdoCommunicationError, can.CanError, OSError) as error:
+            problem = f"{error} within {RESPONSE_TIMEOUT_S} s"
+        self._done(SdoDone(request.request_id, data, abort_code, problem))

@@ -1,0 +1,141 @@
+"""The gateway's process: bus, SDO workers, Zenoh and the cycle around `GatewayCore`."""
+
+import logging
+import os
+import time
+from collections import deque
+from contextlib import ExitStack
+from threading import Event
+
+from cell.config.settings import Times
+from cell.core import Answer, Effect, Publish
+from cell.messages.event import Event as CellEvent
+from cell.messages.event import Severity
+from cell.net.calls import Calls
+from cell.net.inbox import Inbox
+from cell.net.latest import Latest
+from cell.net.options import Link, ZenohOptions
+from cell.net.runner import new_boot, run_core
+from cell.net.session import CellSession
+from drive_gateway.canopen.frame import CanFrame
+from drive_gateway.canopen.sdo import Sdo
+from drive_gateway.config.settings import GatewaySettings
+from drive_gateway.gateway.bus import BusPort
+from drive_gateway.gateway.core import GatewayCore
+from drive_gateway.gateway.effects import Finished, Frame, Shutdown
+from drive_gateway.gateway.sdo_workers import SdoWorkers
+from drive_gateway.sim.shell import SimulatedDrives
+
+CLOSING_S = 5.0
+"""After its own e-stop delay a gateway that is stopped gets this long to switch its drives off."""
+_LOG = logging.getLogger("drive_gateway")
+_LEVEL = {Severity.INFO: logging.INFO, Severity.WARNING: logging.WARNING, Severity.ALARM: logging.ERROR}
+
+
+def run_gateway(
+    settings: GatewaySettings,
+    times: Times,
+    *,
+    cell: str,
+    digest: str,
+    link: Link,
+    stop: Event,
+    simulate: bool = False,
+    zenoh_options: ZenohOptions | None = None,
+) -> int:
+    """Run one gateway until `stop` is set; then play out, switch off and leave the bus.
+
+    With `simulate` the bus' drives run in this process too, on their own handle of the same bus.
+
+    Returns:
+        0 when all drives were switched off, 1 when the bus failed or a drive did not say that it is off.
+
+    Raises:
+        BusError: the bus cannot be opened.
+        ValueError: the cycle is no interpolation period of a drive.
+        cell.net.errors.NetError: the Zenoh session cannot be opened.
+    """
+    boot = new_boot()
+    core = GatewayCore(
+        settings,
+        times,
+        boot=boot,
+        digest=digest,
+        first_owner=int(time.time()),
+        process=f"process {os.getpid()}",
+    )
+    with ExitStack() as stack:
+        session = stack.enter_context(CellSession(cell, link, "gateway", settings.name, boot, zenoh_options))
+        if simulate:
+            stack.enter_context(SimulatedDrives(settings))
+        shell = _Shell(settings, times, session, stop)
+        stack.enter_context(shell.port)
+        stack.enter_context(shell.workers)
+        session.declare_alive()
+        run_core(
+            core, period_s=settings.cycle_s, inbox=shell.inbox, perform=shell.perform, stop=shell.ended, realtime=True
+        )
+        return shell.exit_code
+
+
+class _Shell:
+    """What the loop calls: everything that came since the last cycle, and each effect of this one."""
+
+    def __init__(self, settings: GatewaySettings, times: Times, session: CellSession, stop: Event) -> None:
+        robots = settings.robots
+        self._session = session
+        self._calls: Calls = session.serve(f"gateway/{settings.name}")
+        self._blocks: Latest = session.watch(*(f"robot/{robot}/setpoints" for robot in robots))
+        self._estops: Inbox = session.queue("estop")
+        self._stop = stop
+        self._closing_s = times.estop_delay_s + CLOSING_S
+        self._deadline: float | None = None
+        self._arrived: deque[object] = deque()
+        self.port = BusPort(settings.bus, self._on_frame)
+        node_ids = [axis.node_id for drives in robots.values() for axis in drives.axes]
+        self.workers = SdoWorkers(node_ids, self.port.send, self._arrived.append)
+        self.ended = Event()
+        self.exit_code = 1
+
+    def inbox(self) -> list[object]:
+        messages: list[object] = []
+        while self._arrived:
+            messages.append(self._arrived.popleft())
+        messages += self._estops.take()
+        messages += self._blocks.take_new()
+        messages += self._calls.take()
+        if self.port.failure is not None:
+            self.ended.set()
+        elif self._stop.is_set():
+            messages += self._closing()
+        return messages
+
+    def perform(self, effect: Effect) -> None:
+        match effect:
+            case Frame(frame):
+                self.port.send(frame)
+            case Publish(message):
+                if isinstance(message, CellEvent):
+                    _LOG.log(_LEVEL[message.severity], "%s (%s) %s", message.text, message.code, message.remedy)
+                self._session.publish(message)
+            case Sdo():
+                self.workers.submit(effect)
+            case Answer():
+                self._calls.answer(effect)
+            case Finished():
+                self.exit_code = 0
+                self.ended.set()
+
+    def _on_frame(self, frame: CanFrame) -> None:
+        if not self.workers.take(frame):
+            self._arrived.append(frame)
+
+    def _closing(self) -> list[object]:
+        now = time.monotonic()
+        if self._deadline is None:
+            self._deadline = now + self._closing_s
+            return [Shutdown()]
+        if now > self._deadline:
+            _LOG.error("not all drives say that they are off; make sure of it at the machine")
+            self.ended.set()
+        return []
