@@ -1,0 +1,85 @@
+"""What must hold within a cell file beyond its schema."""
+
+from collections.abc import Iterator
+
+from cell.config.cell_file import CellFile
+from cell.config.document import Document
+from cell.config.fields import host_and_port
+from cell.config.problem import KeyPath, Problem
+
+BLOCK_PERIOD_S = 0.02
+"""An agent sends a set-point block, and its state, this often (architecture, sections 4 and 5.1)."""
+MANAGER_PERIOD_S = 0.05
+"""The slowest of the two streams that permit motion."""
+SHORTEST_NOMINAL_S = 0.1
+"""Several blocks may be lost before a robot slows (architecture, section 5.1)."""
+PERIODS_PER_DEADLINE = 3
+"""A deadline lets at least two messages in a row be lost."""
+
+
+def check_cell_file(document: Document, cell: CellFile) -> list[Problem]:
+    """All contradictions inside the cell file."""
+    return [*_endpoints(document, cell), *_names(document, cell), *_times(document, cell)]
+
+
+def _endpoints(document: Document, cell: CellFile) -> Iterator[Problem]:
+    seen: dict[tuple[str, int], str] = {}
+    places: list[tuple[str, str, KeyPath]] = [("the manager", cell.manager.endpoint, ("manager", "endpoint"))]
+    places += [(f"gateway {name}", entry.endpoint, ("gateways", name, "endpoint")) for name, entry in cell.gateways.items()]
+    for who, endpoint, path in places:
+        other = seen.setdefault(host_and_port(endpoint), who)
+        if other != who:
+            yield document.problem(path, f"{endpoint!r}, where {other} listens too", "an endpoint of its own")
+
+
+def _names(document: Document, cell: CellFile) -> Iterator[Problem]:
+    gateways, robots = document.keys(("gateways",)), document.keys(("robots",))
+    for name, robot in cell.robots.items():
+        if robot.gateway not in gateways:
+            path = ("robots", name, "gateway")
+            yield document.problem(path, f"unknown gateway {robot.gateway!r}", f"one of {', '.join(gateways) or 'none'}")
+    for zone, entry in cell.zones.items():
+        for index, name in enumerate(entry.robots):
+            path = ("zones", zone, "robots", index)
+            if name not in robots:
+                yield document.problem(path, f"unknown robot {name!r}", f"one of {', '.join(robots)}")
+            elif name in entry.robots[:index]:
+                yield document.problem(path, f"{name!r} a second time", "each robot once")
+
+
+def _times(document: Document, cell: CellFile) -> Iterator[Problem]:
+    times = cell.times
+    shortest_fresh = PERIODS_PER_DEADLINE * MANAGER_PERIOD_S
+    shortest_command = PERIODS_PER_DEADLINE * BLOCK_PERIOD_S
+    rules = (
+        ("nominal_s", times.nominal_s >= SHORTEST_NOMINAL_S, f"{SHORTEST_NOMINAL_S:g} or more, so that blocks may be lost"),
+        (
+            "lead_s",
+            times.lead_s + BLOCK_PERIOD_S < times.nominal_s,
+            f"less than {times.nominal_s - BLOCK_PERIOD_S:g} (nominal_s {times.nominal_s:g} less one block period of "
+            f"{BLOCK_PERIOD_S:g}), so that a block joins before its predecessor brakes",
+        ),
+        (
+            "fresh_s",
+            times.fresh_s >= shortest_fresh,
+            f"{shortest_fresh:g} or more, {PERIODS_PER_DEADLINE} periods of the manager's state",
+        ),
+        (
+            "command_s",
+            times.command_s >= shortest_command,
+            f"{shortest_command:g} or more, {PERIODS_PER_DEADLINE} periods of a robot's state",
+        ),
+        (
+            "feedback_lost_s",
+            times.feedback_lost_s > times.lead_s,
+            f"more than lead_s, {times.lead_s:g}",
+        ),
+        (
+            "owner_silent_s",
+            times.owner_silent_s > times.nominal_s,
+            f"more than nominal_s, {times.nominal_s:g}, so that lost blocks do not end a claim",
+        ),
+    )
+    for name, holds, allowed in rules:
+        if not holds:
+            yield document.problem(("times", name), f"{getattr(times, name):g}", allowed)

@@ -1,0 +1,55 @@
+"""Values that several files share: names, endpoints, file names, poses."""
+
+import re
+from typing import Annotated
+
+import numpy as np
+from pydantic import AfterValidator, BaseModel, Field
+
+from cell.config.settings import PoseSettings
+from cell.config.units import STRICT, Angle, Length
+from cell.geometry import from_xyz_abc, quaternion
+
+Name = Annotated[str, Field(pattern=r"^[a-z][a-z0-9_]{0,31}$", description="a name that can be part of a key")]
+FileName = Annotated[str, Field(min_length=1, description="a file, relative to this one")]
+
+_ENDPOINT = re.compile(r"tcp/(?P<host>\[[0-9a-fA-F:.%]+\]|[^\s/:\[\]]+):(?P<port>[0-9]{1,5})")
+
+
+def _endpoint(value: str) -> str:
+    match = _ENDPOINT.fullmatch(value)
+    if match is None or not 1 <= int(match["port"]) <= 65535:
+        raise ValueError("tcp/HOST:PORT with a port of 1 to 65535")
+    return value
+
+
+Endpoint = Annotated[
+    str, AfterValidator(_endpoint), Field(description="tcp/HOST:PORT", json_schema_extra={"pattern": "^tcp/.+:[0-9]+$"})
+]
+
+
+def host_and_port(endpoint: str) -> tuple[str, int]:
+    """Host and port of a valid endpoint; `localhost` and its address are the same host."""
+    match = _ENDPOINT.fullmatch(endpoint)
+    if match is None:
+        raise ValueError(f"found {endpoint!r}, allowed tcp/HOST:PORT")
+    host = match["host"].lower()
+    return "127.0.0.1" if host in ("localhost", "[::1]") else host, int(match["port"])
+
+
+class Pose(BaseModel):
+    """A pose: position X, Y, Z and angles A, B, C with R = Rz(C) Ry(B) Rx(A), all about the fixed axes."""
+
+    model_config = STRICT
+    X: Length = Field(description="position along X, in units.length")
+    Y: Length = Field(description="position along Y, in units.length")
+    Z: Length = Field(description="position along Z, in units.length")
+    A: Angle = Field(description="angle about X, in units.angle")
+    B: Angle = Field(description="angle about Y, in units.angle")
+    C: Angle = Field(description="angle about Z, in units.angle")
+
+    def settings(self) -> PoseSettings:
+        """The same pose as position [m] and quaternion."""
+        pose = from_xyz_abc(np.array([self.X, self.Y, self.Z, self.A, self.B, self.C]))
+        x, y, z, w = quaternion.from_matrix(pose[:3, :3]).tolist()
+        return PoseSettings((self.X, self.Y, self.Z), (x, y, z, w))

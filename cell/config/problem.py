@@ -1,0 +1,63 @@
+"""What is wrong with a configuration, with an address: file, line and column."""
+
+from dataclasses import dataclass
+from enum import Enum
+from pathlib import Path
+
+Key = str | int
+KeyPath = tuple[Key, ...]
+
+
+class Severity(Enum):
+    """An error refuses the configuration, a warning only says so."""
+
+    ERROR = "error"
+    WARNING = "warning"
+
+
+@dataclass(frozen=True, slots=True)
+class Problem:
+    """One finding. `line` and `column` count from 1; `path` is the place in the file, for example `robots.left.base.X`."""
+
+    file: Path
+    line: int
+    column: int
+    path: str
+    found: str
+    allowed: str
+    severity: Severity = Severity.ERROR
+
+    def __str__(self) -> str:
+        mark = "warning: " if self.severity is Severity.WARNING else ""
+        return (
+            f"{shown(self.file)}:{self.line}:{self.column}: {mark}{self.path}: found {self.found}, allowed {self.allowed}"
+        )
+
+
+class ConfigError(Exception):
+    """A configuration is refused; `problems` holds everything that was found, warnings included."""
+
+    def __init__(self, problems: tuple[Problem, ...]) -> None:
+        super().__init__("\n".join(map(str, problems)))
+        self.problems = problems
+
+
+def refuses(problems: tuple[Problem, ...] | list[Problem]) -> bool:
+    """True when at least one of the problems is an error."""
+    return any(problem.severity is Severity.ERROR for problem in problems)
+
+
+def shown(file: Path) -> str:
+    """The file's name as short as it stays unambiguous: relative when it lies below the working folder."""
+    try:
+        return str(file.relative_to(Path.cwd()))
+    except (ValueError, OSError):
+        return str(file)
+
+
+def path_text(path: KeyPath) -> str:
+    """`("zones", "a", "size", 1)` as `zones.a.size[1]`; the empty path is the file as a whole."""
+    text = ""
+    for key in path:
+        text += f"[{key}]" if isinstance(key, int) else f".{key}" if text else key
+    return text or "file"

@@ -1,0 +1,31 @@
+"""What reading a configuration file gives: its document, its value, its problems."""
+
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Generic, TypeVar
+
+from pydantic import BaseModel
+
+from cell.config.document import Document, Naming, read_document
+from cell.config.problem import Problem
+from cell.config.validation import validate
+
+F = TypeVar("F", bound=BaseModel)
+
+
+@dataclass(slots=True)
+class Reading(Generic[F]):
+    """One file, read and validated. With problems, `content` is only good for finding more of them."""
+
+    document: Document | None
+    content: F | None
+    problems: list[Problem] = field(default_factory=list)
+
+
+def read(file: Path, schema: type[F], named_by: Naming | None = None) -> Reading[F]:
+    """Read the YAML file against its schema; `named_by` is the value that named it, for a file that is missing."""
+    document, problems = read_document(file, named_by)
+    if document is None:
+        return Reading(None, None, problems)
+    content, found = validate(document, schema)
+    return Reading(document, content, problems + found)

@@ -1,0 +1,52 @@
+"""Units: a file declares them once, its values become SI while they are validated."""
+
+import math
+from dataclasses import dataclass
+from typing import Annotated, Literal
+
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationInfo
+
+STRICT = ConfigDict(extra="forbid", strict=True, frozen=True, allow_inf_nan=False)
+"""Configuration of every schema: unknown keys and wrong types are refused, numbers are finite."""
+
+
+class Units(BaseModel):
+    """The units of all lengths and angles in the file; speeds and accelerations are per second and per second squared."""
+
+    model_config = STRICT
+    length: Literal["mm", "m"] = Field(description="unit of lengths: mm or m")
+    angle: Literal["deg", "rad"] = Field(description="unit of angles: deg or rad")
+
+
+@dataclass(frozen=True, slots=True)
+class ToSI:
+    """Factors from the file's units to metres and radians; the context in which a file is validated."""
+
+    length: float = 1.0
+    angle: float = 1.0
+
+    @classmethod
+    def of(cls, declared: object) -> "ToSI":
+        """From the raw `units` of a file; what is not declared properly counts as SI, it is reported elsewhere."""
+        units = declared if isinstance(declared, dict) else {}
+        return cls(
+            length=1e-3 if units.get("length") == "mm" else 1.0,
+            angle=math.pi / 180 if units.get("angle") == "deg" else 1.0,
+        )
+
+
+def _length(value: float, info: ValidationInfo) -> float:
+    return value * info.context.length if isinstance(info.context, ToSI) else value
+
+
+def _angle(value: float, info: ValidationInfo) -> float:
+    return value * info.context.angle if isinstance(info.context, ToSI) else value
+
+
+Length = Annotated[float, AfterValidator(_length)]
+"""A length, or a speed, acceleration or jerk along a path, in the file's unit; SI after validation."""
+Angle = Annotated[float, AfterValidator(_angle)]
+"""An angle, or an angular speed, acceleration or jerk, in the file's unit; SI after validation."""
+PositiveLength = Annotated[float, Field(gt=0), AfterValidator(_length)]
+PositiveAngle = Annotated[float, Field(gt=0), AfterValidator(_angle)]
+Seconds = Annotated[float, Field(gt=0)]

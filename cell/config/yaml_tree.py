@@ -1,0 +1,127 @@
+"""YAML text to plain values, with the position of every key and every value.
+
+Only what JSON can say is taken: mappings with text keys, lists, text, numbers, true/false, null. Aliases, tags and
+several documents are refused, so that a file means what a reader sees.
+"""
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from ruamel.yaml import YAML
+from ruamel.yaml.error import MarkedYAMLError, StreamMark, YAMLError
+from ruamel.yaml.nodes import MappingNode, Node, ScalarNode, SequenceNode
+from ruamel.yaml.reader import ReaderError
+
+from cell.config.problem import KeyPath
+
+Value = None | bool | int | float | str | list["Value"] | dict[str, "Value"]
+Place = tuple[int, int]
+"""Line and column, from 1."""
+Report = Callable[[Place, KeyPath, str, str], None]
+"""Takes place, path, found, allowed."""
+
+_CORE = "tag:yaml.org,2002:"
+_TEXT_TAGS = {f"{_CORE}{kind}" for kind in ("str", "timestamp", "value", "merge")}
+_SPECIAL = {".inf": math.inf, "+.inf": math.inf, "-.inf": -math.inf, ".nan": math.nan}
+
+
+@dataclass(frozen=True, slots=True)
+class Places:
+    """Where a value stands and, for a value of a mapping, its key; list items have only themselves."""
+
+    key: Place
+    value: Place
+
+
+def parse(text: str, places: dict[KeyPath, Places], report: Report) -> Value:
+    """The value in `text`; fills `places` and reports what cannot be taken. None as well when nothing could be read."""
+    try:
+        root = YAML(typ="safe", pure=True).compose(text)  # type: ignore[no-untyped-call]
+    except MarkedYAMLError as error:
+        what = " ".join(part for part in (error.context, error.problem) if part)
+        report(_place(error.problem_mark), (), _one_line(what), "YAML")
+        return None
+    except ReaderError as error:
+        before = text[: error.position]
+        place = (before.count("\n") + 1, len(before) - before.rfind("\n"))
+        report(place, (), f"the character {chr(error.character)!r}" if isinstance(error.character, int) else "a character", "YAML text")
+        return None
+    except RecursionError:
+        report((1, 1), (), "brackets nested too deeply", "a few levels")
+        return None
+    except YAMLError as error:
+        report((1, 1), (), _one_line(str(error)), "YAML")
+        return None
+    if root is None:
+        report((1, 1), (), "an empty file", "a mapping of keys to values")
+        return None
+    return _Tree(places, report).value(root, (), None)
+
+
+class _Tree:
+    def __init__(self, places: dict[KeyPath, Places], report: Report) -> None:
+        self._places = places
+        self._report = report
+        self._seen: set[int] = set()
+
+    def value(self, node: Node, path: KeyPath, key: Place | None) -> Value:
+        place = _place(node.start_mark)
+        self._places[path] = Places(key or place, place)
+        if id(node) in self._seen:
+            self._report(key or place, path, "an alias (*)", "the value written out")
+            return None
+        self._seen.add(id(node))
+        if isinstance(node, MappingNode):
+            return self._mapping(node, path)
+        if isinstance(node, SequenceNode):
+            self._check_tag(node, f"{_CORE}seq", path)
+            return [self.value(item, (*path, index), None) for index, item in enumerate(node.value)]
+        return self._scalar(node, path)
+
+    def _mapping(self, node: MappingNode, path: KeyPath) -> Value:
+        self._check_tag(node, f"{_CORE}map", path)
+        mapping: dict[str, Value] = {}
+        for key_node, value_node in node.value:
+            place = _place(key_node.start_mark)
+            if not isinstance(key_node, ScalarNode):
+                self._report(place, path, "a key that is no text", "text")
+                continue
+            key = key_node.value
+            if key in mapping:
+                first = self._places[(*path, key)].key
+                self._report(place, (*path, key), f"the key a second time (first in line {first[0]})", "each key once")
+                continue
+            mapping[key] = self.value(value_node, (*path, key), place)
+        return mapping
+
+    def _scalar(self, node: ScalarNode, path: KeyPath) -> Value:
+        text: str = node.value
+        tag = str(node.tag)
+        if tag in _TEXT_TAGS:
+            return text
+        try:
+            if tag == f"{_CORE}null":
+                return None
+            if tag == f"{_CORE}bool":
+                return text.lower() == "true"
+            if tag == f"{_CORE}int":
+                return int(text, 0) if text.lstrip("+-")[:2] in ("0x", "0o") else int(text)
+            if tag == f"{_CORE}float":
+                return _SPECIAL[text.lower()] if text.lower() in _SPECIAL else float(text)
+        except ValueError:
+            pass
+        self._report(_place(node.start_mark), path, f"{tag.removeprefix(_CORE)} {text!r}", "text, a number, true or false")
+        return None
+
+    def _check_tag(self, node: Node, plain: str, path: KeyPath) -> None:
+        if str(node.tag) != plain:
+            self._report(_place(node.start_mark), path, f"the tag {node.tag}", "no tag")
+
+
+def _place(mark: StreamMark | None) -> Place:
+    return (mark.line + 1, mark.column + 1) if mark is not None else (1, 1)
+
+
+def _one_line(text: str) -> str:
+    return " ".join(text.split())

@@ -1,0 +1,123 @@
+"""What must hold within a drives file beyond its schema."""
+
+import math
+from collections.abc import Iterator
+
+from can.interfaces import VALID_INTERFACES
+
+from cell.config.document import Document
+from cell.config.problem import KeyPath, Problem, Severity
+from drive_gateway.config.bus_load import KEPT_FREE, REFUSE_ABOVE, WARN_ABOVE, bus_load
+from drive_gateway.config.drives_file import AxisEntry, DrivesFile
+
+UINT16_MAX = 2**16 - 1
+UINT32_MAX = 2**32 - 1
+MILLISECOND_FIELDS = ("heartbeat_producer_s", "heartbeat_timeout_s")
+
+
+def check_drives_file(document: Document, drives: DrivesFile) -> list[Problem]:
+    """All contradictions inside the drives file."""
+    return [
+        *_interface(document, drives),
+        *_nodes(document, drives),
+        *_load(document, drives),
+        *_times(document, drives),
+        *_milliseconds(document, drives),
+        *_axes(document, drives),
+    ]
+
+
+def _interface(document: Document, drives: DrivesFile) -> Iterator[Problem]:
+    if drives.bus.interface not in VALID_INTERFACES:
+        known = ", ".join(sorted(VALID_INTERFACES))
+        yield document.problem(("bus", "interface"), repr(drives.bus.interface), f"one of python-can's: {known}")
+
+
+def _nodes(document: Document, drives: DrivesFile) -> Iterator[Problem]:
+    seen: dict[int, str] = {}
+    for path, who, axis in axes_of(drives):
+        other = seen.setdefault(axis.node, who)
+        if other != who:
+            yield document.problem((*path, "node"), f"{axis.node}, the Node-ID of {other} too", "each Node-ID once")
+
+
+def _load(document: Document, drives: DrivesFile) -> Iterator[Problem]:
+    nodes = sum(1 for _ in axes_of(drives))
+    load = bus_load(nodes, drives.bus.bitrate, drives.cycle_s, drives.heartbeat_producer_s)
+    if not load.high:
+        return
+    found = (
+        f"a bus load of {100 * load.total:.0f} % ({nodes} nodes every {1000 * drives.cycle_s:g} ms at "
+        f"{drives.bus.bitrate // 1000} kbit/s: {100 * load.cyclic:.0f} % with worst-case stuffing, and "
+        f"{100 * KEPT_FREE:.0f} % kept for SDO and EMCY)"
+    )
+    if load.refused:
+        yield document.problem(("cycle_s",), found, f"up to {100 * REFUSE_ABOVE:.0f} %")
+    else:
+        allowed = f"up to {100 * REFUSE_ABOVE:.0f} %, advised up to {100 * WARN_ABOVE:.0f} %"
+        yield document.problem(("cycle_s",), found, allowed, severity=Severity.WARNING)
+
+
+def _times(document: Document, drives: DrivesFile) -> Iterator[Problem]:
+    heartbeat = drives.heartbeat_producer_s + drives.overrun_limit_s
+    rules = (
+        ("overrun_limit_s", drives.overrun_limit_s >= drives.cycle_s, f"cycle_s, {drives.cycle_s:g}, or more"),
+        (
+            "heartbeat_timeout_s",
+            drives.heartbeat_timeout_s > heartbeat,
+            f"more than {heartbeat:g}: the gateway sends its heartbeat every {drives.heartbeat_producer_s:g} and may be "
+            f"late by overrun_limit_s, {drives.overrun_limit_s:g}",
+        ),
+        (
+            "tpdo_timeout_s",
+            drives.tpdo_timeout_s >= 2 * drives.cycle_s,
+            f"{2 * drives.cycle_s:g} or more, two cycles",
+        ),
+        (
+            "boot_timeout_s",
+            drives.boot_timeout_s > drives.heartbeat_producer_s,
+            f"more than heartbeat_producer_s, {drives.heartbeat_producer_s:g}",
+        ),
+    )
+    for name, holds, allowed in rules:
+        if not holds:
+            yield document.problem((name,), f"{getattr(drives, name):g}", allowed)
+
+
+def _milliseconds(document: Document, drives: DrivesFile) -> Iterator[Problem]:
+    """Drives take these times as 16-bit milliseconds."""
+    times: list[tuple[KeyPath, float]] = [((name,), getattr(drives, name)) for name in MILLISECOND_FIELDS]
+    times += [((*path, "following_time_s"), axis.following_time_s) for path, _, axis in axes_of(drives)]
+    for path, value in times:
+        if not 1 <= round(value * 1000) <= UINT16_MAX:
+            yield document.problem(path, f"{value:g}", f"0.001 to {UINT16_MAX / 1000:g}, 16 bits of milliseconds")
+
+
+def _axes(document: Document, drives: DrivesFile) -> Iterator[Problem]:
+    for path, _, axis in axes_of(drives):
+        if axis.quick_stop <= axis.acceleration:
+            found = document.found((*path, "quick_stop"))
+            limit = document.found((*path, "acceleration"))
+            yield document.problem((*path, "quick_stop"), found, f"more than this axis' acceleration, {limit}")
+        lag = axis.speed * drives.simulated_lag_s
+        if axis.following_window <= lag and drives.simulated_lag_s > 0:
+            least = f"more than {_as_declared(document, lag):g}: a simulated drive lags by speed times simulated_lag_s"
+            yield document.problem((*path, "following_window"), document.found((*path, "following_window")), least)
+        counts = abs(axis.counts_per_rad())
+        for name in ("quick_stop", "following_window"):
+            if getattr(axis, name) * counts > UINT32_MAX:
+                most = _as_declared(document, UINT32_MAX / counts)
+                allowed = f"{most:g} or less, 32 bits of encoder counts"
+                yield document.problem((*path, name), document.found((*path, name)), allowed)
+
+
+def axes_of(drives: DrivesFile) -> Iterator[tuple[KeyPath, str, AxisEntry]]:
+    """Every axis of the file with its place and its name for people."""
+    for robot, entry in drives.robots.items():
+        for name, axis in entry.axes.items():
+            yield ("robots", robot, "axes", name), f"{robot}.{name}", axis
+
+
+def _as_declared(document: Document, angle_rad: float) -> float:
+    """An angle in the unit that the file declares."""
+    return math.degrees(angle_rad) if document.value(("units", "angle")) == "deg" else angle_rad

@@ -1,0 +1,100 @@
+"""Schema of the file of a bus and its drives, and what it says as settings."""
+
+import math
+from typing import Annotated, Literal
+
+from pydantic import BaseModel, Field
+
+from cell.config.fields import Name
+from cell.config.units import STRICT, Angle, PositiveAngle, Seconds, Units
+from drive_gateway.config.settings import AxisSettings, BusSettings, GatewaySettings, RobotDrives
+
+AxisName = Annotated[str, Field(pattern=r"^J[1-9]$", description="an axis, named for its joint: J1, J2, ...")]
+
+
+class BusEntry(BaseModel):
+    """How python-can opens the bus."""
+
+    model_config = STRICT
+    interface: Annotated[str, Field(min_length=1)] = Field(description="interface of python-can: virtual, socketcan, ...")
+    channel: Annotated[str, Field(min_length=1)] = Field(description="channel of the interface: can0, a group address, ...")
+    bitrate: Literal[10_000, 20_000, 50_000, 125_000, 250_000, 500_000, 800_000, 1_000_000] = Field(
+        description="bit rate [bit/s], one of CiA 301"
+    )
+    options: dict[str, str | int | float | bool] = Field(default={}, description="more options of the interface")
+
+
+class AxisEntry(BaseModel):
+    """One drive and its axis; angles are behind the gear."""
+
+    model_config = STRICT
+    node: int = Field(ge=1, le=127, description="CANopen node-ID, 1 to 127")
+    gear: float = Field(gt=0, description="motor turns per turn of the axis")
+    counts_per_turn: int = Field(gt=0, description="encoder counts per motor turn")
+    direction: Literal[1, -1] = Field(description="1, or -1 when the motor turns against the axis")
+    offset: Angle = Field(description="axis position at encoder count zero")
+    speed: PositiveAngle = Field(description="set points above this are refused")
+    acceleration: PositiveAngle = Field(description="set points above this are refused; more than the joint's ramp")
+    quick_stop: PositiveAngle = Field(description="deceleration of the drive's own quick stop (6085h)")
+    following_window: PositiveAngle = Field(description="following error that is a fault (6065h)")
+    following_time_s: Seconds = Field(description="how long the following error may be larger (6066h)")
+    simulated_start: Angle = Field(description="where a simulated drive stands when it is switched on")
+
+    def settings(self, name: str) -> AxisSettings:
+        return AxisSettings(
+            name=name,
+            node_id=self.node,
+            counts_per_unit=self.counts_per_rad(),
+            offset=self.offset,
+            speed=self.speed,
+            acceleration=self.acceleration,
+            quick_stop=self.quick_stop,
+            following_window=self.following_window,
+            following_time_s=self.following_time_s,
+            simulated_start=self.simulated_start,
+        )
+
+    def counts_per_rad(self) -> float:
+        """Encoder counts per radian of the axis, with its sign."""
+        return self.direction * self.counts_per_turn * self.gear / (2 * math.pi)
+
+
+class RobotEntry(BaseModel):
+    """The axes of one robot."""
+
+    model_config = STRICT
+    axes: Annotated[dict[AxisName, AxisEntry], Field(min_length=1)] = Field(description="axes by name, in the joints' order")
+
+
+class DrivesFile(BaseModel):
+    """One CAN bus, its gateway's times and its drives."""
+
+    model_config = STRICT
+    units: Units = Field(description="units of lengths and angles: {length: mm, angle: deg}")
+    bus: BusEntry = Field(description="how to open the bus: interface, channel, bitrate")
+    cycle_s: Seconds = Field(description="period of SYNC")
+    overrun_limit_s: Seconds = Field(description="a cycle later than this is a fault; 0.02 on real drives")
+    heartbeat_producer_s: Seconds = Field(description="period of the heartbeats (1017h)")
+    heartbeat_timeout_s: Seconds = Field(description="silence of a heartbeat that is a fault (1016h)")
+    tpdo_timeout_s: Seconds = Field(description="silence of a node's TPDO that stops its robot")
+    boot_timeout_s: Seconds = Field(description="time for a node's boot-up after its reset")
+    simulated_lag_s: float = Field(ge=0, description="lag of a simulated drive behind its set points")
+    robots: Annotated[dict[Name, RobotEntry], Field(min_length=1)] = Field(description="robots on this bus by name")
+
+    def settings(self, name: str) -> GatewaySettings:
+        """The same in SI for the gateway `name`; only for a file without problems."""
+        return GatewaySettings(
+            name=name,
+            bus=BusSettings(self.bus.interface, self.bus.channel, self.bus.bitrate, self.bus.options),
+            cycle_s=self.cycle_s,
+            overrun_limit_s=self.overrun_limit_s,
+            heartbeat_producer_s=self.heartbeat_producer_s,
+            heartbeat_timeout_s=self.heartbeat_timeout_s,
+            tpdo_timeout_s=self.tpdo_timeout_s,
+            boot_timeout_s=self.boot_timeout_s,
+            simulated_lag_s=self.simulated_lag_s,
+            robots={
+                robot: RobotDrives(robot, tuple(axis.settings(joint) for joint, axis in entry.axes.items()))
+                for robot, entry in self.robots.items()
+            },
+        )
