@@ -72,21 +72,26 @@ def body_message(
 def standing_body(model: Model, pose_world_base: Array, q: Array, known: bool) -> Body:
     """The body of a robot at measured joints `q` `(n,)`; with `known` false (not referenced) its whole reach."""
     if not known:
-        return _message(model, pose_world_base, np.empty((0, 0, 2, 3)), [])
+        return Body(known=False, base=_base(pose_world_base), reach_m=model.reach_m)
     return _message(model, pose_world_base, transform_points(pose_world_base, model.capsules(q))[None], [0.0])
 
 
 def _message(model: Model, pose_world_base: Array, points: Array, growth: list[float]) -> Body:
-    x, y, z = pose_world_base[:3, 3].tolist()
     scale = 10.0**DECIMALS
+    rounded = np.round(points, DECIMALS).reshape(len(points), -1, 6)
     return Body(
-        known=len(points) > 0,
-        base=(x, y, z),
+        known=True,
+        base=_base(pose_world_base),
         reach_m=model.reach_m,
-        radii_m=tuple(model.capsule_radii.tolist()) if len(points) else (),
-        poses=tuple(_capsules(pose) for pose in np.round(points, DECIMALS).reshape(len(points), -1, 6).tolist()),
+        radii_m=tuple(model.capsule_radii.tolist()),
+        poses=tuple(map(_capsules, rounded.tolist())),
         growth_m=tuple((np.ceil((np.array(growth) + ROUNDING_M) * scale) / scale).tolist()),
     )
+
+
+def _base(pose_world_base: Array) -> tuple[float, float, float]:
+    x, y, z = pose_world_base[:3, 3].tolist()
+    return x, y, z
 
 
 def _capsules(pose: list[list[float]]) -> tuple[Capsule, ...]:
