@@ -27,7 +27,7 @@ from robot_agent.agent.program_run import ProgramRun
 from robot_agent.agent.report import Reporter
 from robot_agent.agent.zone_claims import ZoneClaims
 from robot_agent.language import Pause, Program
-from robot_agent.trajectory import Hold, RateRequest
+from robot_agent.trajectory import RateRequest
 from robot_agent.workspace import standing_body
 
 _STALE_CYCLES = 5
@@ -213,13 +213,10 @@ class AgentCore:
         return Wishes(
             requests=tuple(requests),
             stop=self.mode in (Mode.ESTOP, Mode.FAULT),
-            holds=lambda planned: self._holds(planned, now),
+            holds=lambda planned, tau: [hold for _, hold in self.zones.holds_on(planned, tau, now)],
             follower=self.run.follower if self.mode is Mode.RUNNING else None,
             not_before_tick=self.run.resume_tick,
         )
-
-    def _holds(self, planned: Planned, now: float) -> list[Hold]:
-        return [hold for _, hold in self.zones.holds_on(planned, now)]
 
     def _wants(self, executive: Executive, feedback: DriveFeedback) -> dict[str, float]:
         """The zones that the program crosses soon: zone to seconds until it is entered."""
@@ -293,8 +290,11 @@ class AgentCore:
             return why
         if not self.zones.fresh(now):
             return "the manager is silent"
-        motion = self.run.follower if executive.at_motion_end else executive.timeline.newest.planned
-        blocking = self.zones.holds_on(motion, now) if motion is not None else []
+        newest = executive.timeline.newest
+        motion, tau = newest.planned, newest.segment.stop_tau
+        if executive.at_motion_end and self.run.follower is not None:
+            motion, tau = self.run.follower, 0.0
+        blocking = self.zones.holds_on(motion, tau, now)
         if not blocking:
             return ""
         zone, hold = min(blocking, key=lambda held: held[1].tau)

@@ -23,8 +23,8 @@ class Wishes:
 
     requests: tuple[RateRequest, ...]
     stop: bool
-    holds: Callable[[Planned], list[Hold]]
-    """The holds on a motion: zones that may not be entered."""
+    holds: Callable[[Planned, float], list[Hold]]
+    """The holds on a motion from a path time on: zones that may not be entered."""
     follower: Planned | None = None
     """The motion to begin once the present one is at rest."""
     not_before_tick: int = 0
@@ -81,7 +81,7 @@ class Executive:
             previous = base.segment
             if join >= base.rest_tick:
                 previous, index = governor.rest(float(base.segment.tau[-1])), 0
-            holds = wishes.holds(base.planned)
+            holds = wishes.holds(base.planned, previous.state(index).tau)
             segment = governor.next(previous, index, wishes.requests, holds, wishes.stop)
             block = self._block(join, base.planned, segment)
         return block
@@ -121,7 +121,7 @@ class Executive:
         if start > join + self._nominal_s / self._cycle_s:
             return None
         governor = self._governor(follower)
-        segment = governor.next(governor.rest(0.0), 0, wishes.requests, wishes.holds(follower))
+        segment = governor.next(governor.rest(0.0), 0, wishes.requests, wishes.holds(follower, 0.0))
         return self._block(start, follower, segment) if segment.tau[-1] > 0.0 else None
 
     def _block(self, first_tick: int, planned: Planned, segment: Segment) -> SentBlock:

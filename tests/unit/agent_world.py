@@ -1,0 +1,181 @@
+"""The smallest world an agent lives in: a gateway that plays blocks exactly, and a manager that can be told what to say."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cell.config.settings import (
+    CellSettings,
+    GatewayEndpoint,
+    OnManagerReturn,
+    PoseSettings,
+    RobotSettings,
+    Times,
+)
+from cell.core import Answer, Ask, AskDone, Effect, Publish, Request
+from cell.messages import (
+    AxisStatus,
+    Call,
+    Claim,
+    ClaimGrant,
+    Command,
+    DisableDrives,
+    DriveFeedback,
+    EnableDrives,
+    Heard,
+    ManagerState,
+    PlayoutState,
+    Presence,
+    Reply,
+    RobotState,
+    SetpointBlock,
+    Token,
+    ZoneGeometry,
+    ZoneState,
+    ZoneStatus,
+)
+from robot_agent.agent.core import AgentCore
+from robot_agent.agent.planning import Plan, PlanFailed, Planned, Planner
+from robot_agent.language import parse_program
+from robot_agent.trajectory import Limits
+from tests.unit.six_axis_arm import arm as model
+
+CYCLE_S = 0.004
+STEP_S = 0.02
+ZONE = ZoneGeometry("handover", 1, (0.6, 2.0, 3.0), (2.8, 0.0, 1.0), (0.0, 0.0, 0.0, 1.0), ("left", "right"))
+
+
+def settings(on_manager_return: OnManagerReturn) -> CellSettings:
+    here = PoseSettings((0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0))
+    robot = RobotSettings("left", Path("model.yaml"), "left_bus", here, Path("left.prog"))
+    gateway = GatewayEndpoint("left_bus", "tcp/127.0.0.1:1", Path("drives.yaml"))
+    return CellSettings(
+        "test", Path("cell.yaml"), "tcp/127.0.0.1:2", {"left": robot}, {"left_bus": gateway}, {}, Times(),
+        on_manager_return, "digest",
+    )  # fmt: skip
+
+
+class AgentWorld:
+    """One agent, stepped with its gateway and manager on virtual time."""
+
+    def __init__(self, program: str, on_manager_return: OnManagerReturn = OnManagerReturn.CONTINUE) -> None:
+        arm = model()
+        names = arm.joint_names
+        self.planner = Planner(arm, Limits.of(arm.description), np.eye(4), CYCLE_S)
+        parsed = parse_program(program, "left.prog", names)
+        self.agent = AgentCore(settings(on_manager_return), "left", lambda _: self.planner, parsed, "boot")
+        self.now = 100.0
+        self.tick = 1
+        self.enabled = False
+        self.queue: list[NDArray[np.float64]] = []
+        self.commanded = np.array(arm.home)
+        self.played: list[NDArray[np.float64]] = []
+        self.block: SetpointBlock | None = None
+        self.lose_blocks = False
+        self.feedback_lost = False
+        self.manager_silent = False
+        self.zone = ZoneStatus(ZoneState.FREE, None, None, (), 1, 0.0)
+        self.replies: dict[str, Reply] = {}
+        self.states: list[RobotState] = []
+        self.presences: list[Presence] = []
+        self.blocks: list[SetpointBlock] = []
+        self.planned: list[Planned] = []
+        self._calls = 0
+        self._sequence = 0
+
+    @property
+    def state(self) -> RobotState:
+        return self.states[-1]
+
+    def call(self, command: Command, heard: Heard | None = None) -> str:
+        self._calls += 1
+        id = f"call{self._calls}"
+        if heard is None and self.states:
+            heard = Heard(self.state.boot, self.state.sequence)
+        self.agent.receive(Request(id, Call(id, command, heard)), self.now)
+        return id
+
+    def run(self, seconds: float) -> None:
+        for _ in range(round(seconds / STEP_S)):
+            self.step()
+
+    def step(self) -> None:
+        """One agent step and the gateway cycles behind it."""
+        if not self.feedback_lost:
+            self.agent.receive(self._feedback(), self.now)
+        if not self.manager_silent:
+            self._manager()
+        for effect in self.agent.step(self.now):
+            self._perform(effect)
+        for _ in range(round(STEP_S / CYCLE_S)):
+            self._play()
+        self.now += STEP_S
+
+    def grant(self) -> None:
+        self.zone = ZoneStatus(ZoneState.GRANTED, "left", Token(5, 1), (), 1, 0.0)
+
+    def _play(self) -> None:
+        self.tick += 1
+        if self.queue:
+            self.commanded = self.queue.pop(0)
+        self.played.append(self.commanded)
+
+    def _feedback(self) -> DriveFeedback:
+        self._sequence += 1
+        axes = (AxisStatus.OPERATION_ENABLED if self.enabled else AxisStatus.SWITCH_ON_DISABLED,) * 6
+        state = PlayoutState.PLAYING if self.enabled else PlayoutState.FOLLOWING
+        sequence = self.block.sequence if self.block is not None else 0
+        return DriveFeedback(
+            "left", "gateway", self._sequence, self.tick, 7, sequence, state, len(self.queue), 0, True, self.enabled,
+            self.commanded, np.zeros(6), self.commanded, axes,
+        )  # fmt: skip
+
+    def _manager(self) -> None:
+        heard = {"left": Heard("boot", self.presences[-1].sequence)} if self.presences else {}
+        self.agent.receive(ZONE, self.now)
+        state = ManagerState("test", "m", 5, self._sequence, self.now, "digest", heard, {"handover": self.zone})
+        self.agent.receive(state, self.now)
+
+    def _perform(self, effect: Effect) -> None:
+        match effect:
+            case Publish(SetpointBlock() as block):
+                self._offer(block)
+            case Publish(Presence() as presence):
+                self.presences.append(presence)
+            case Publish(RobotState() as state):
+                self.states.append(state)
+            case Ask(ask_id, _, Call(id=id, command=command)):
+                self.agent.receive(AskDone(ask_id, self._gateway_says(id, command)), self.now)
+            case Answer(request_id, Reply() as reply):
+                self.replies[request_id] = reply
+            case Plan(request):
+                result: Planned | PlanFailed = self.planner.plan(request)
+                if isinstance(result, Planned):
+                    self.planned.append(result)
+                self.agent.receive(result, self.now)
+
+    def _gateway_says(self, id: str, command: Command) -> Reply:
+        match command:
+            case Claim():
+                axes = tuple(f"J{i}" for i in range(1, 7))
+                return Reply(id, True, "yours", ClaimGrant(7, CYCLE_S, self.tick, axes, "gateway"))
+            case EnableDrives():
+                self.enabled = True
+            case DisableDrives():
+                self.enabled = False
+        return Reply(id, True, "done")
+
+    def _offer(self, block: SetpointBlock) -> None:
+        """The gateway's rule in short: still to come, and continuous with what is queued."""
+        if self.lose_blocks or not self.enabled:
+            return
+        self.blocks.append(block)
+        offset = block.first_tick - self.tick - 1
+        if offset < 0:
+            return
+        queued = [*self.queue, *[self.queue[-1] if self.queue else self.commanded] * (offset + 1 - len(self.queue))]
+        assert np.abs(queued[offset] - block.position[0]).max() < 1e-9, "a block must continue what is queued"
+        self.queue = [*queued[:offset], *block.position]
+        self.block = replace(block)
