@@ -13,8 +13,9 @@ _JERK_SIGNS = np.array([1.0, 0.0, -1.0, 0.0, -1.0, 0.0, 1.0])
 class SCurve:
     """Seven zones of constant jerk; empty zones have no duration.
 
-    Source: the reference text of the profile (zones 1 to 7), with the three degenerate cases: long path whose speed is
-    reached before the acceleration is (zones 1, 3, 4, 5, 7), short path (no zone 4), very short path (1, 3, 5, 7).
+    Source: Frigeni, Industrial Robotics Control, (7-2) to (7-18). The book names two degenerate cases, a short path (no
+    zone 4) and a very short one (zones 1, 3, 5, 7); the third is a path on which the speed is reached before the
+    acceleration is (zones 1, 3, 4, 5, 7).
     """
 
     distance: float

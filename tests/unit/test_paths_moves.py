@@ -1,0 +1,93 @@
+"""Geometry of moves: the line, its shortest turn, and what a move refuses."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from cell.geometry.quaternion import angle_between, from_matrix, to_matrix
+from robot_agent.paths import JointMove, Line, LineGeometry, Sequence
+
+COMPONENT = st.floats(-1.0, 1.0)
+QUATERNION = st.tuples(COMPONENT, COMPONENT, COMPONENT, COMPONENT).filter(lambda q: np.linalg.norm(q) > 0.1)
+
+
+def pose(quaternion: tuple[float, ...], position: tuple[float, ...] = (0.0, 0.0, 0.0)) -> np.ndarray:
+    made = np.eye(4)
+    made[:3, :3], made[:3, 3] = to_matrix(np.array(quaternion)), position
+    return made
+
+
+@settings(max_examples=100, deadline=None)
+@given(QUATERNION, QUATERNION)
+def test_line_begins_and_ends_in_its_poses(first: tuple[float, ...], second: tuple[float, ...]) -> None:
+    start, target = pose(first, (1.0, 2.0, 3.0)), pose(second, (0.5, 2.5, 3.0))
+    poses = LineGeometry.between(start, target).poses(np.array([0.0, 1.0]))
+    np.testing.assert_allclose(poses, [start, target], atol=1e-12)
+
+
+@settings(max_examples=100, deadline=None)
+@given(QUATERNION, QUATERNION, st.floats(0.0, 1.0))
+def test_orientation_turns_the_shortest_way_in_step_with_the_position(
+    first: tuple[float, ...], second: tuple[float, ...], u: float
+) -> None:
+    start, target = pose(first), pose(second, (1.0, 0.0, 0.0))
+    line = LineGeometry.between(start, target)
+    between = line.poses(np.array(u))
+    turned = angle_between(from_matrix(start[:3, :3]), from_matrix(between[:3, :3]))
+    whole = angle_between(from_matrix(start[:3, :3]), from_matrix(target[:3, :3]))
+    assert turned == pytest.approx(u * whole, abs=1e-9)
+    assert between[0, 3] == pytest.approx(u, abs=1e-12)
+
+
+def test_quarter_turn_about_z_matches_the_worked_slerp() -> None:
+    half = np.sqrt(0.5)
+    line = LineGeometry.between(pose((0, 0, 0, 1)), pose((0, 0, half, half)))
+    np.testing.assert_allclose(from_matrix(line.poses(np.array(0.25))[:3, :3]), [0, 0, 0.195090, 0.980785], atol=1e-6)
+
+
+def test_twist_is_the_derivative_of_the_line() -> None:
+    line = LineGeometry.between(pose((0.1, 0.2, -0.3, 0.9)), pose((0.4, -0.2, 0.1, 0.5), (0.3, -0.1, 0.2)))
+    h = 1e-6
+    ahead, behind = line.poses(np.array([0.5 + h, 0.5 - h]))
+    spin = (ahead[:3, :3] - behind[:3, :3]) @ line.poses(np.array(0.5))[:3, :3].T / (2 * h)
+    np.testing.assert_allclose(line.twist[:3], (ahead - behind)[:3, 3] / (2 * h), atol=1e-8)
+    np.testing.assert_allclose(line.twist[3:], [spin[2, 1], spin[0, 2], spin[1, 0]], atol=1e-8)
+
+
+def test_half_turn_is_as_exact_as_any_other() -> None:
+    line = LineGeometry.between(np.eye(4), pose((0.6, 0.8, 0.0, 0.0)))
+    assert line.angle == pytest.approx(np.pi)
+    np.testing.assert_allclose(np.abs(line.axis), [0.6, 0.8, 0.0], atol=1e-12)
+
+
+def test_line_to_where_it_starts_is_empty() -> None:
+    here = pose((0.1, 0.2, 0.3, 0.4), (1.0, 1.0, 1.0))
+    assert LineGeometry.between(here, here).is_empty
+
+
+def test_turn_on_the_spot_has_no_length_but_is_a_move() -> None:
+    line = LineGeometry.between(np.eye(4), pose((0.0, 0.0, 0.1, 1.0)))
+    assert line.length_m == 0.0
+    assert not line.is_empty
+
+
+def test_full_turn_of_a_joint_is_not_wrapped() -> None:
+    move = JointMove(np.array([2 * np.pi]), 1.0, 1)
+    np.testing.assert_allclose(move.joints(np.zeros(1), np.array([1 / 3, 1.0])), [[2 * np.pi / 3], [2 * np.pi]])
+
+
+@pytest.mark.parametrize("speed", [0.0, -0.5, 1.01, np.nan])
+def test_joint_move_refuses_a_speed_that_is_no_fraction(speed: float) -> None:
+    with pytest.raises(ValueError, match="line 7"):
+        JointMove(np.zeros(6), speed, 7)
+
+
+def test_line_refuses_a_speed_that_is_not_positive() -> None:
+    with pytest.raises(ValueError, match="line 3"):
+        Line(np.eye(4), 0.0, 3)
+
+
+def test_sequence_without_blocks_is_refused() -> None:
+    with pytest.raises(ValueError, match="at least one block"):
+        Sequence([])

@@ -1,0 +1,180 @@
+"""Planned motions: on their geometry, inside every limit, at rest at both ends, and clear words where that fails."""
+
+import pickle
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from six_axis_arm import arm, description
+
+from cell.geometry import from_xyz_abc
+from robot_agent.paths import JointMove, Line, LineGeometry, Sequence
+from robot_agent.trajectory import Limits, Motion, PlanError, plan, s_curve
+
+ARM = arm()
+LIMITS = Limits.of(description())
+START = np.array([0.3, 0.2, 0.3, 0.1, 0.9, 0.2])
+OFFSET = st.tuples(*[st.floats(-0.2, 0.2)] * 3)
+TURN = st.tuples(*[st.floats(-0.4, 0.4)] * 3)
+
+
+def moved(offset: tuple[float, ...], turn: tuple[float, ...] = (0.0, 0.0, 0.0)) -> np.ndarray:
+    start, target = ARM.forward(START), np.eye(4)
+    target[:3, :3] = from_xyz_abc(np.array([0.0, 0.0, 0.0, *turn]))[:3, :3] @ start[:3, :3]
+    target[:3, 3] = start[:3, 3] + offset
+    return target
+
+
+def planned(*blocks: JointMove | Line, limits: Limits = LIMITS) -> Motion:
+    return plan(ARM, Sequence(blocks), limits, start=START)
+
+
+def assert_inside_limits(motion: Motion, limits: Limits = LIMITS) -> None:
+    q, dt = motion.q(np.arange(-3, int(motion.duration_s / 0.004) + 5) * 0.004), 0.004
+    for order, limit in enumerate((limits.velocity, limits.acceleration, limits.jerk), 1):
+        assert (np.abs(np.diff(q, order, axis=0)).max(axis=0) / dt**order <= 1.001 * limit + 1e-4).all(), order
+    peaks = motion.pieces.peaks()
+    assert (peaks <= 1.001 * np.stack([limits.velocity, limits.acceleration, limits.jerk])).all()
+
+
+@settings(max_examples=40, deadline=None)
+@given(st.tuples(*[st.floats(-1.5, 1.5)] * 6), st.floats(0.05, 1.0))
+def test_joint_move_is_synchronised_inside_limits_and_ends_in_its_target(
+    target: tuple[float, ...], speed: float
+) -> None:
+    motion = planned(JointMove(np.array(target), speed, 1))
+    assert_inside_limits(motion)
+    np.testing.assert_allclose(motion.q(np.array(motion.duration_s)), target, atol=1e-12)
+    share = (motion.q(motion.grid) - START) / (np.array(target) - START)
+    np.testing.assert_allclose(share, share[:, :1] * np.ones(6), atol=1e-5)
+
+
+def test_joint_move_takes_as_long_as_the_slowest_joint_alone() -> None:
+    motion = planned(JointMove(START + [0.1, -1.2, 0.2, 0, 0, 0.3], 1.0, 1))
+    assert motion.duration_s == pytest.approx(s_curve(1.2, 2.0, 8.0, 60.0).duration_s, rel=1e-12)
+
+
+@settings(max_examples=25, deadline=None)
+@given(OFFSET, TURN, st.sampled_from([None, 0.05, 0.4]))
+def test_line_stays_on_its_geometry_inside_all_limits(
+    offset: tuple[float, ...], turn: tuple[float, ...], speed: float | None
+) -> None:
+    target = moved(offset, turn)
+    motion = planned(Line(target, speed, 1))
+    assert_inside_limits(motion)
+    line = LineGeometry.between(ARM.forward(START), target)
+    poses = motion.pose(np.linspace(0.0, motion.duration_s, 501))
+    if line.length_m > 1e-4:
+        along = (poses[:, :3, 3] - poses[0, :3, 3]) @ line.displacement / line.length_m**2
+        np.testing.assert_allclose(poses, line.poses(along), atol=1e-6)
+        assert motion.tcp_speed(motion.grid).max() <= (speed or LIMITS.path.speed_m_s) * 1.0001
+    np.testing.assert_allclose(motion.pose(np.array(motion.duration_s)), target, atol=1e-9)
+
+
+def test_line_that_no_joint_slows_down_takes_as_long_as_its_s_curve() -> None:
+    generous = replace(LIMITS, velocity=np.full(6, 50.0), acceleration=np.full(6, 500.0), jerk=np.full(6, 5e4))
+    motion = planned(Line(moved((0.1, 0.1, -0.1)), 0.5, 1), limits=generous)
+    assert motion.duration_s == pytest.approx(s_curve(np.sqrt(0.03), 0.5, 4.0, 40.0).duration_s, rel=1e-9)
+
+
+def test_joints_slow_a_line_down_no_more_than_they_must() -> None:
+    weak = replace(LIMITS, velocity=np.full(6, 0.5), acceleration=np.full(6, 2.0), jerk=np.full(6, 10.0))
+    motion = planned(Line(moved((0.2, 0.5, -0.2)), None, 1), limits=weak)
+    peaks = motion.pieces.peaks() / np.stack([weak.velocity, weak.acceleration, weak.jerk])
+    assert peaks.max() == pytest.approx(1.0, abs=2e-3)
+
+
+def test_motion_is_at_rest_between_its_blocks() -> None:
+    motion = planned(Line(moved((0.1, 0.0, 0.0)), None, 10), JointMove(START, 0.5, 11), Line(moved((0, 0.1, 0)), 0.1, 12))
+    assert len(motion.ends) == 3
+    np.testing.assert_array_equal(motion.block_at(np.append(0.0, motion.ends)), [0, 0, 1, 2])
+    np.testing.assert_allclose(motion.qd(motion.rests), 0.0, atol=1e-9)
+    np.testing.assert_allclose(motion.qdd(motion.rests), 0.0, atol=1e-6)
+    assert_inside_limits(motion)
+
+
+def test_velocity_and_acceleration_are_the_derivatives_of_the_joints() -> None:
+    motion, h = planned(Line(moved((0.1, 0.1, 0.0), (0.2, 0.0, 0.3)), None, 1)), 1e-5
+    tau = np.linspace(0.1, motion.duration_s - 0.1, 7)
+    np.testing.assert_allclose(motion.qd(tau), (motion.q(tau + h) - motion.q(tau - h)) / (2 * h), atol=1e-6)
+    np.testing.assert_allclose(motion.qdd(tau), (motion.qd(tau + h) - motion.qd(tau - h)) / (2 * h), atol=1e-4)
+
+
+@pytest.mark.parametrize("block", [JointMove(START, 1.0, 1), Line(ARM.forward(START), None, 1)], ids=["joint", "line"])
+def test_move_of_no_length_is_a_no_op(block: JointMove | Line) -> None:
+    motion = planned(block)
+    assert motion.duration_s == 0.0
+    np.testing.assert_allclose(motion.q(motion.grid), np.tile(START, (2, 1)), atol=1e-12)
+    assert planned(block, JointMove(START + 0.1, 1.0, 2)).duration_s > 0.0
+
+
+def test_turn_on_the_spot_keeps_the_angular_limits() -> None:
+    motion = planned(Line(moved((0.0, 0.0, 0.0), (0.5, 0.0, 0.0)), None, 1))
+    q, qd = motion.q(motion.grid), motion.qd(motion.grid)
+    angular = (ARM.jacobian(q)[:, 3:] @ qd[..., None])[..., 0]
+    assert np.linalg.norm(angular, axis=1).max() <= LIMITS.path.angular_speed_rad_s * 1.0001
+
+
+def test_motion_travels_between_processes() -> None:
+    motion = planned(Line(moved((0.1, 0.0, 0.0)), None, 1))
+    copy = pickle.loads(pickle.dumps(motion))
+    np.testing.assert_array_equal(copy.q(motion.grid), motion.q(motion.grid))
+
+
+class TestWristSingularity:
+    """The line X = 1755, Y from -150 to 150, of the textbook's arm: J5 is nearly 0 in its middle."""
+
+    def line(self, z: float) -> tuple[np.ndarray, Line]:
+        first, last = np.eye(4), np.eye(4)
+        first[:3, 3], last[:3, 3] = (1.755, -0.15, z), (1.755, 0.15, z)
+        start = ARM.solve(first, near=np.radians([-5.0, 0.0, 0.0, 90.0, 5.0, -90.0]))
+        return start, Line(last, 0.1, 5)
+
+    @pytest.mark.parametrize(("z", "cruise"), [(2.65, 0.042679), (2.64, 0.085265)])
+    def test_near_it_the_line_is_as_fast_as_the_wrist_allows(self, z: float, cruise: float) -> None:
+        free = replace(LIMITS, velocity=np.full(6, np.pi), acceleration=np.full(6, 1e6), jerk=np.full(6, 1e9))
+        start, line = self.line(z)
+        wide = arm(position_deg=720.0)
+        motion = plan(wide, Sequence([line]), free, start=start)
+        assert motion.tcp_speed(motion.grid).max() == pytest.approx(cruise, rel=5e-3)
+
+    @pytest.mark.parametrize("z", [2.66, 2.65999])
+    def test_through_it_planning_fails_and_says_where_and_what_to_do(self, z: float) -> None:
+        start, line = self.line(z)
+        with pytest.raises(PlanError, match=r"line 5, block 0.*use a joint move") as caught:
+            plan(arm(position_deg=720.0), Sequence([line]), LIMITS, start=start)
+        assert caught.value.block == 0
+        assert caught.value.pose is not None
+        assert abs(caught.value.pose[1, 3]) < 0.02
+
+
+def test_target_outside_a_joints_range_is_named() -> None:
+    with pytest.raises(PlanError, match="joint J3 would go to 229.18 deg.*-180.00 deg") as caught:
+        planned(JointMove(START, 1.0, 3), JointMove(np.array([0, 0, 4.0, 0, 0, 0]), 1.0, 4))
+    assert (caught.value.block, caught.value.line, caught.value.joint, caught.value.limit) == (1, 4, "J3", "position")
+
+
+def test_line_out_of_reach_is_a_plan_error_with_its_pose() -> None:
+    with pytest.raises(PlanError, match="too far") as caught:
+        planned(Line(moved((3.0, 0.0, 0.0)), None, 8))
+    assert caught.value.line == 8
+    assert caught.value.pose is not None
+
+
+@pytest.mark.parametrize("target", [np.zeros(5), np.full(6, np.nan)], ids=["five joints", "not a number"])
+def test_target_that_is_no_joint_vector_is_refused(target: np.ndarray) -> None:
+    with pytest.raises(PlanError, match="6 finite joint values"):
+        planned(JointMove(target, 1.0, 1))
+
+
+def test_target_that_is_no_pose_is_refused() -> None:
+    with pytest.raises(PlanError, match="not a finite pose"):
+        planned(Line(np.full((4, 4), np.nan), None, 1))
+
+
+def test_error_travels_between_processes() -> None:
+    error = PlanError(1, 2, "too fast", "go slower", joint="J1", limit="velocity", pose=np.eye(4))
+    copy = pickle.loads(pickle.dumps(error))
+    assert (str(copy), copy.joint, copy.line) == (str(error), "J1", 2)
