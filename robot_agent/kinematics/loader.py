@@ -4,7 +4,7 @@ from pathlib import Path
 
 from robot_agent.kinematics.model import Model
 from robot_agent.kinematics.six_axis import SixAxis
-from robot_agent.model.description import Family, RobotDescription
+from robot_agent.model import Family, RobotDescription, load_description
 
 FAMILIES: dict[Family, type[Model]] = {Family.SIX_AXIS: SixAxis}
 
@@ -25,7 +25,4 @@ def load_model(path: str | Path) -> Model:
         cell.config.ConfigError: the file has problems; all of them, with line and column.
         BadModel: the geometry is not one of its family.
     """
-    # Late, so that kinematics can be used on a description without the YAML reader.
-    from robot_agent.model import load_description
-
-    return model_of(load_description(Path(path)))
+    return model_of(load_description(path))

@@ -130,16 +130,16 @@ def _into_slots(values: np.ndarray) -> np.ndarray:
 
 
 def _lengths(description: RobotDescription) -> Lengths:
-    problems = []
-    given = description.geometry
-    problems += [f"length {name} is missing" for name in LENGTHS if name not in given]
+    """The lengths of a six-axis arm, or `BadModel` with all that is wrong."""
+    given, capsules = description.geometry, description.capsules
+    problems = [f"length {name} is missing" for name in LENGTHS if name not in given]
     problems += [f"length {name} is unknown, allowed {', '.join(LENGTHS)}" for name in given if name not in LENGTHS]
     if len(description.joint_names) != 6:
         problems.append(f"found {len(description.joint_names)} joints, allowed 6")
+    if not capsules:
+        problems.append("found no capsules, allowed at least one: a robot without a body would be nowhere")
     problems += [
-        f"capsule {i} is on link {c.link}, allowed 0 to 6"
-        for i, c in enumerate(description.capsules)
-        if not 0 <= c.link <= 6
+        f"capsule {i} is on link {c.link}, allowed 0 to 6" for i, c in enumerate(capsules) if c.link not in range(7)
     ]
     if not problems:
         lengths = Lengths(**given)
