@@ -13,9 +13,9 @@ from typing import Self
 
 from cell.config.settings import CellSettings
 
-END_TIMEOUT_S = 8.0
+END_TIMEOUT_S = 10.0
 """A process that has not ended this long after it was told to is killed."""
-HURRIED_TIMEOUT_S = 1.0
+HURRIED_TIMEOUT_S = 2.0
 LAST_LINES = 8
 
 

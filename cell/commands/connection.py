@@ -10,7 +10,7 @@ from pathlib import Path
 
 from cell.commands.errors import CommandError
 from cell.commands.view import CellView, Snapshot, echo, names
-from cell.config import ConfigError, load_cell
+from cell.config import load_cell
 from cell.config.settings import CellSettings
 from cell.messages import Command, Heard, Reply
 from cell.net.errors import CallError, Unreachable
@@ -23,19 +23,13 @@ ANSWER_TIMEOUT_S = 5.0
 
 
 def read_cell(file: Path) -> CellSettings:
-    """The settings in `file`; every problem of it as one line of a `CommandError`."""
+    """The settings in `file`. Raises `CommandError` when there is none, `ConfigError` with all of its problems."""
     if not file.is_file():
         raise CommandError(
             f"{file}: no such cell file",
             "name it, or for operators' commands set ZENCELL_FILE, for example to cell_configs/two_arms/cell.yaml",
         )
-    try:
-        return load_cell(file)
-    except ConfigError as error:
-        raise CommandError(
-            "the cell file has problems\n" + "\n".join(f"  {problem}" for problem in error.problems),
-            f"correct them and look again with: cell check {file}",
-        ) from error
+    return load_cell(file)
 
 
 def operator_name() -> str:

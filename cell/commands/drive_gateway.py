@@ -53,16 +53,31 @@ def run(
     Ends with Ctrl-C or SIGTERM: what was sent is played to rest, then the drives are switched off. Without `--simulate`
     it moves real machines; an emergency stop over the network supports and never replaces a hard-wired one.
     """
+    from cell.net.options import Link
+    from drive_gateway.config import load_drives
+    from drive_gateway.gateway.bus import GatewayError
     from drive_gateway.gateway.shell import run_gateway
 
-    from drive_gateway.config import load_drives
-
     settings = _settings(file, gateway)
-    drives = load_drives(settings.gateways[gateway].drives, gateway)
+    mine = settings.gateways[gateway]
+    drives = load_drives(mine.drives, gateway)
     options = zenoh_options(mode, connect, listen, config, cfg)
+    link = Link("peer", listen=(mine.endpoint,), connect=(settings.manager_endpoint,))
 
     def body(_folder: Path, stop: threading.Event) -> int:
-        return run_gateway(settings, drives, options, stop, simulate=simulate)
+        try:
+            return run_gateway(
+                drives,
+                settings.times,
+                cell=settings.name,
+                digest=settings.digest,
+                link=link,
+                stop=stop,
+                simulate=simulate,
+                zenoh_options=options,
+            )
+        except GatewayError as error:
+            raise CommandError(str(error)) from error
 
     run_process(f"gateway-{gateway}", settings, state_dir, parent_pipe, body)
 

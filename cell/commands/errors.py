@@ -6,6 +6,7 @@ import traceback
 from collections.abc import Callable
 from pathlib import Path
 
+from cell.config import ConfigError
 from cell.net.errors import NetError
 
 
@@ -43,6 +44,10 @@ def run_app(app: Callable[[], None], command: str) -> None:
         if error.next_step:
             print(f"  next: {error.next_step}", file=sys.stderr)
         sys.exit(error.exit_code)
+    except ConfigError as error:
+        print(f"{command}: the configuration is refused", *error.problems, sep="\n  ", file=sys.stderr)
+        print("  next: correct it; all problems of a cell at once: cell check FILE", file=sys.stderr)
+        sys.exit(1)
     except NetError as error:
         print(f"{command}: {error}", file=sys.stderr)
         sys.exit(1)

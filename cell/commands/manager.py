@@ -4,6 +4,7 @@ import threading
 from pathlib import Path
 
 from cell.commands.connection import read_cell
+from cell.commands.errors import CommandError
 from cell.commands.options import (
     CellFileArgument,
     CfgOption,
@@ -32,12 +33,16 @@ def manager(
 
     It listens at the manager's endpoint of the cell file, which is where everybody else finds the cell.
     """
+    from cell.manager.journal import JournalError
     from cell.manager.shell import run_manager
 
     settings = read_cell(file)
     options = zenoh_options(mode, connect, listen, config, cfg)
 
     def body(folder: Path, stop: threading.Event) -> int:
-        return run_manager(settings, options, folder, stop)
+        try:
+            return run_manager(settings, options, folder, stop)
+        except JournalError as error:
+            raise CommandError(str(error)) from error
 
     run_process("manager", settings, state_dir, parent_pipe, body)

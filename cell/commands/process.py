@@ -1,5 +1,6 @@
 """What the entry points of manager, agent and gateway have in common."""
 
+import logging
 import threading
 from collections.abc import Callable
 from pathlib import Path
@@ -19,6 +20,7 @@ def run_process(
     body: Callable[[Path, threading.Event], int],
 ) -> None:
     """Run `body(state folder, stop event)` as the one process `part` of this cell on this host; exit with its code."""
+    logging.basicConfig(level=logging.INFO, format="%(asctime)s %(levelname)s %(name)s: %(message)s")
     stop = stop_event(parent_pipe)
     folder = state_folder(settings.file, settings.name, state_dir)
     with Lock(folder, part):

@@ -1,5 +1,6 @@
 """The command `robot-agent`: the process of one robot."""
 
+import sys
 import threading
 from pathlib import Path
 
@@ -45,17 +46,26 @@ def robot_agent(
     `cell enable ROBOT` and `cell run ROBOT`.
     """
     from robot_agent.agent.shell import run_agent
-
-    from robot_agent.model import load_description
+    from robot_agent.kinematics import KinematicsError, load_model
+    from robot_agent.language import ProgramError, parse_program
 
     settings = read_cell(file)
     if robot not in settings.robots:
         raise CommandError(f"no robot {robot!r} in {file}; its robots are: {names(settings.robots)}")
-    description = load_description(settings.robots[robot].model)
+    mine = settings.robots[robot]
+    try:
+        model = load_model(mine.model)
+        text = mine.program.read_text(encoding="utf-8")
+        program = parse_program(text, mine.program.name, model.joint_names)
+    except (KinematicsError, ProgramError) as error:
+        raise CommandError(str(error), f"correct it, then: cell check {file}") from error
     options = zenoh_options(mode, connect, listen, config, cfg)
 
-    def body(folder: Path, stop: threading.Event) -> int:
-        return run_agent(settings, robot, description, options, folder, stop)
+    def say(text: str) -> None:
+        print(text, file=sys.stderr)
+
+    def body(_folder: Path, stop: threading.Event) -> int:
+        return run_agent(settings, robot, model, program, options, stop, say)
 
     run_process(f"robot-{robot}", settings, state_dir, parent_pipe, body)
 

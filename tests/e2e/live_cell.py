@@ -20,7 +20,7 @@ from cell.net.options import Link
 from cell.net.runner import new_boot
 from cell.net.session import CellSession, new_call
 
-CONFIGS = Path(__file__).parents[2] / "cell_configs"
+ROOT = Path(__file__).parents[2]
 MODULES = {"cell": "main", "robot-agent": "robot_agent", "drive-gateway": "drive_gateway"}
 POLL_S = 0.01
 M = TypeVar("M")
@@ -46,6 +46,7 @@ class Process:
         with self._log.open("wb") as log:
             self._process = subprocess.Popen(
                 [sys.executable, "-m", f"cell.commands.{MODULES[tool]}", *words],
+                cwd=ROOT,
                 stdin=subprocess.DEVNULL,
                 stdout=log,
                 stderr=subprocess.STDOUT,
@@ -114,7 +115,7 @@ class LiveCell:
     def __init__(self, folder: Path, example: str = "two_arms") -> None:
         self.folder = folder
         root = folder / example
-        shutil.copytree(CONFIGS / example, root, ignore=shutil.ignore_patterns(".zencell"))
+        shutil.copytree(ROOT / "cell_configs" / example, root, ignore=shutil.ignore_patterns(".zencell"))
         self.file = root / "cell.yaml"
         self._move_to_free_ports()
         self.settings = load_cell(self.file)

@@ -11,6 +11,7 @@ from typer.testing import CliRunner
 
 from cell.commands import drive_gateway, main, robot_agent
 
+ROOT = Path(__file__).parents[2]
 APPS = {"cell": main.app, "robot-agent": robot_agent.app, "drive-gateway": drive_gateway.app}
 MODULES = {"cell": "main", "robot-agent": "robot_agent", "drive-gateway": "drive_gateway"}
 
@@ -35,10 +36,10 @@ def test_help_shows_an_example(tool: str, words: tuple[str, ...]) -> None:
     assert "Example: " in result.output
 
 
-def complaint(tool: str, *words: str, cwd: Path) -> subprocess.CompletedProcess[str]:
+def complaint(tool: str, *words: str) -> subprocess.CompletedProcess[str]:
     return subprocess.run(
         [sys.executable, "-m", f"cell.commands.{MODULES[tool]}", *words],
-        cwd=cwd,
+        cwd=ROOT,
         capture_output=True,
         text=True,
         timeout=60,
@@ -59,15 +60,15 @@ def complaint(tool: str, *words: str, cwd: Path) -> subprocess.CompletedProcess[
     ],
     ids=lambda value: " ".join(value) if isinstance(value, tuple) else value,
 )
-def test_a_missing_cell_file_is_named_with_the_next_step(tool: str, words: tuple[str, ...], tmp_path: Path) -> None:
-    result = complaint(tool, *words, cwd=tmp_path)
+def test_a_missing_cell_file_is_named_with_the_next_step(tool: str, words: tuple[str, ...]) -> None:
+    result = complaint(tool, *words)
     assert result.returncode == 1
     assert ".yaml: no such cell file" in result.stderr
     assert "next: " in result.stderr
     assert "Traceback" not in result.stderr + result.stdout
 
 
-def test_a_wrong_command_line_is_exit_code_2(tmp_path: Path) -> None:
-    result = complaint("cell", "run", cwd=tmp_path)
+def test_a_wrong_command_line_is_exit_code_2() -> None:
+    result = complaint("cell", "run")
     assert result.returncode == 2
     assert "Traceback" not in result.stderr
