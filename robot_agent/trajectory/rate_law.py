@@ -63,4 +63,5 @@ def stopping_in(rate: Numbers, slope: Numbers, distance: Numbers) -> Numbers:
     half = rate / 2.0
     under = half**2 + slope * distance / 3.0
     divisor = half + np.sqrt(np.maximum(under, 0.0))
-    return np.where((under >= 0.0) & (divisor > 0.0), 2.0 * distance / np.maximum(divisor, 1e-300), np.inf)
+    possible = (under >= 0.0) & (divisor > 1e-12)
+    return np.where(possible, 2.0 * distance / np.where(possible, divisor, 1.0), np.inf)

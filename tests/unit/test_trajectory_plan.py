@@ -52,7 +52,7 @@ def test_joint_move_is_synchronised_inside_limits_and_ends_in_its_target(
 
 
 def test_joint_move_takes_as_long_as_the_slowest_joint_alone() -> None:
-    motion = planned(JointMove(START + [0.1, -1.2, 0.2, 0, 0, 0.3], 1.0, 1))
+    motion = planned(JointMove(START + np.array([0.1, -1.2, 0.2, 0, 0, 0.3]), 1.0, 1))
     assert motion.duration_s == pytest.approx(s_curve(1.2, 2.0, 8.0, 60.0).duration_s, rel=1e-12)
 
 
@@ -87,7 +87,8 @@ def test_joints_slow_a_line_down_no_more_than_they_must() -> None:
 
 
 def test_motion_is_at_rest_between_its_blocks() -> None:
-    motion = planned(Line(moved((0.1, 0.0, 0.0)), None, 10), JointMove(START, 0.5, 11), Line(moved((0, 0.1, 0)), 0.1, 12))
+    there, aside = Line(moved((0.1, 0.0, 0.0)), None, 10), Line(moved((0.0, 0.1, 0.0)), 0.1, 12)
+    motion = planned(there, JointMove(START, 0.5, 11), aside)
     assert len(motion.ends) == 3
     np.testing.assert_array_equal(motion.block_at(np.append(0.0, motion.ends)), [0, 0, 1, 2])
     np.testing.assert_allclose(motion.qd(motion.rests), 0.0, atol=1e-9)
@@ -151,7 +152,7 @@ class TestWristSingularity:
 
 
 def test_target_outside_a_joints_range_is_named() -> None:
-    with pytest.raises(PlanError, match="joint J3 would go to 229.18 deg.*-180.00 deg") as caught:
+    with pytest.raises(PlanError, match=r"joint J3 would go to 229.18 deg.*-180.00 deg") as caught:
         planned(JointMove(START, 1.0, 3), JointMove(np.array([0, 0, 4.0, 0, 0, 0]), 1.0, 4))
     assert (caught.value.block, caught.value.line, caught.value.joint, caught.value.limit) == (1, 4, "J3", "position")
 
