@@ -54,6 +54,8 @@ class ManagerCore:
         self._sequence = 0
         self._events = 0
         self._protective_stops = 0
+        self._breaches: dict[tuple[str, str], str] = {}
+        """By zone and robot: why a robot gets no grants until it is out, or an operator lets it adopt the zone."""
         self._started: float | None = None
         self._published: ManagerState | None = None
         self._state_due = self._geometry_due = 0.0
@@ -97,7 +99,7 @@ class ManagerCore:
         if self._started is None:
             self._started = now
         self._presences.update(now)
-        refused = self._presences.refused()
+        refused = self._breach_reasons() | self._presences.refused()
         sights = {name: self._presences.sights(space, refused, now) for name, space in self._spaces.items()}
         before = {name: (zone.state, zone.holder) for name, zone in self._zones.items()}
         for name, zone in self._zones.items():
@@ -116,6 +118,10 @@ class ManagerCore:
         effects, self._effects = self._effects, []
         return effects
 
+    def _breach_reasons(self) -> dict[str, str]:
+        self._breaches = {(z, r): why for (z, r), why in self._breaches.items() if r in self._zones[z].suspects}
+        return {robot: why for (_, robot), why in self._breaches.items()}
+
     def _new_token(self) -> Token:
         self._tokens += 1
         return Token(self._epoch, self._tokens)
@@ -129,6 +135,7 @@ class ManagerCore:
             return
         remedy = "look at the robots, part them, then `cell reset`"
         self._tell(Severity.ALARM, "zone_breach", where + whose, remedy)
+        self._breaches[intrusion.zone, intrusion.robot] = where + whose
         self._protective_stops += 1
         stop_id = f"protective-{self._boot}-{self._protective_stops}"
         self._set_estop(Estop(stop_id, True, "manager", f"protective stop: {where}{whose}"), now)
@@ -152,11 +159,7 @@ class ManagerCore:
         command = call.command
         match command:
             case SetEstop():
-                self._set_estop(Estop(command.id, True, command.by, command.reason), now)
-                done = "the emergency stop is set"
-                if self._latch.estop is None:
-                    done = f"emergency stop {command.id} was cleared before and is not set again; send a new one"
-                self._latch.answer_when_confirmed(request.request_id, call.id, done, True, now)
+                self._stop_on_call(request.request_id, call.id, command, now)
             case ResetEstop():
                 self._reset(request.request_id, call.id, command.by, now)
             case ClearZone() | AdoptZone():
@@ -169,6 +172,14 @@ class ManagerCore:
             case _:
                 text = f"the manager does not know the command {command.verb!r}"
                 self._effects.append(Answer(request.request_id, Reply(call.id, False, text)))
+
+    def _stop_on_call(self, request_id: str, call_id: str, command: SetEstop, now: float) -> None:
+        self._set_estop(Estop(command.id, True, command.by, command.reason), now)
+        if self._latch.in_force(command.id):
+            self._latch.answer_when_confirmed(request_id, call_id, "the emergency stop is set", True, now)
+            return
+        text = f"emergency stop {command.id} was cleared before and is never set again: send it under a new id"
+        self._effects.append(Answer(request_id, Reply(call_id, False, text)))
 
     def _reset(self, request_id: str, call_id: str, by: str, now: float) -> None:
         effects = self._latch.clear(by, now)
@@ -184,6 +195,8 @@ class ManagerCore:
             return False, f"no zone {command.zone!r}; this cell has {', '.join(sorted(self._zones)) or 'none'}"
         if isinstance(command, ClearZone):
             what, (ok, found) = "cleared", zone.clear(sights[zone.name])
+        elif refusal := self._presences.refused().get(command.robot):
+            return False, f"{command.robot} gets no grants: {refusal}"
         else:
             what = f"adopted by {command.robot}"
             ok, found = zone.adopt(command.robot, sights[zone.name], self._new_token, self._sequence + 1)

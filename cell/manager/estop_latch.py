@@ -38,6 +38,10 @@ class EstopLatch:
         """The first stop in force."""
         return next(iter(self._active.values()), None)
 
+    def in_force(self, estop_id: str) -> bool:
+        """Whether the stop with this id is set."""
+        return estop_id in self._active
+
     def latch(self, estop: Estop, now: float) -> list[Effect]:
         """Bring a stop into force, unless it is already, or was cleared before."""
         if not estop.active or estop.id in self._active:

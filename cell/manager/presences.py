@@ -2,7 +2,6 @@
 
 from dataclasses import dataclass, field
 
-
 from cell.manager.occupancy import ZoneSpace
 from cell.manager.zones import Sight
 from cell.messages import Body, Heard, Presence, TokenGone

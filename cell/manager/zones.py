@@ -205,8 +205,8 @@ class Zone:
             return False, f"zone {self.name} is closed for {robot}; allowed: {', '.join(sorted(self.robots))}"
         if sight is None or not sight.fresh:
             return False, f"{robot} is silent; start its agent first"
-        if sight.refused or not sight.known:
-            return False, f"{robot} gets no grants: {sight.refused or 'it does not know where it is'}"
+        if not sight.known:
+            return False, f"{robot} does not know where it is; let it find its reference first"
         self._set_holder(robot, sight.boot, new_token(), sequence)
         return True, f"zone {self.name} is granted to {robot} with token {self.token}"
 
