@@ -87,11 +87,11 @@ class Governor:
             free = self._onwards(previous, index, start, laws, who)
             if free is not None and free.stop_tau <= hold.tau:
                 return free
+            if hold.tau == np.inf:
+                return previous.remainder(index, who)
             held = self._up_to(previous, index, start, laws, hold)
             if held is not None:
                 return held
-            if hold.tau == np.inf:
-                return previous.remainder(index, who)
         if previous.stop_tau > hold.tau:
             return self._stop(previous, index, hold.who)
         return previous.remainder(index, hold.who)

@@ -26,7 +26,8 @@ def line(offset: tuple[float, float, float]) -> Line:
 
 
 LONG = plan(ARM, Sequence([line((0.1, 0.6, -0.3))]), LIMITS, start=START)
-JOINTS = plan(ARM, Sequence([JointMove(START + np.array([1.5, -0.3, 0.2, 0.5, 0.1, -0.8]), 1.0, 1)]), LIMITS, start=START)
+FAR = START + np.array([1.5, -0.3, 0.2, 0.5, 0.1, -0.8])
+JOINTS = plan(ARM, Sequence([JointMove(FAR, 1.0, 1)]), LIMITS, start=START)
 MIXED = plan(
     ARM,
     Sequence([JointMove(START + 0.4, 0.6, 1), line((0.0, 0.2, 0.1)), line((0.0, 0.2, 0.08)), JointMove(START, 1.0, 4)]),
