@@ -20,7 +20,7 @@ zones = typer.Typer(
     no_args_is_help=True,
     context_settings=HELP,
     help="An operator's word about an exclusive zone.",
-    epilog=f"Example: cell zone clear middle -f {FILE}",
+    epilog=f"Example: cell zone clear handover -f {FILE}",
 )
 
 app.command("up", epilog=f"Example: cell up {FILE} --until-done")(up.up)
@@ -33,8 +33,8 @@ app.command("continue", epilog=f"Example: cell continue left -f {FILE}")(robot.c
 app.command("disable", epilog=f"Example: cell disable left -f {FILE}")(robot.disable)
 app.command("estop", epilog=f'Example: cell estop --reason "door open" -f {FILE}')(estop.estop)
 app.command("reset", epilog=f"Example: cell reset left -f {FILE}")(reset.reset)
-zones.command("clear", epilog=f"Example: cell zone clear middle -f {FILE}")(zone.clear)
-zones.command("adopt", epilog=f"Example: cell zone adopt middle left -f {FILE}")(zone.adopt)
+zones.command("clear", epilog=f"Example: cell zone clear handover -f {FILE}")(zone.clear)
+zones.command("adopt", epilog=f"Example: cell zone adopt handover left -f {FILE}")(zone.adopt)
 app.add_typer(zones, name="zone")
 
 

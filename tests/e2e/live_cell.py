@@ -114,9 +114,9 @@ class LiveCell:
 
     def __init__(self, folder: Path, example: str = "two_arms") -> None:
         self.folder = folder
-        root = folder / example
-        shutil.copytree(ROOT / "cell_configs" / example, root, ignore=shutil.ignore_patterns(".zencell"))
-        self.file = root / "cell.yaml"
+        configs = folder / "cell_configs"
+        shutil.copytree(ROOT / "cell_configs", configs, ignore=shutil.ignore_patterns(".zencell"))
+        self.file = configs / example / "cell.yaml"
         self._move_to_free_ports()
         self.settings = load_cell(self.file)
         self.state_dir = folder / "state"
