@@ -1,0 +1,102 @@
+"""The object dictionary of a simulated drive, read once from its EDS file and shared by all nodes.
+
+`canopen` parses the file (CiA 306); what the simulation needs of it is kept in small frozen entries, so that no library
+object is touched while frames are served.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cache
+from importlib.resources import as_file, files
+from struct import Struct
+
+import canopen
+from canopen.objectdictionary import ODVariable, datatypes
+
+_CODES = {
+    datatypes.INTEGER8: "b",
+    datatypes.INTEGER16: "h",
+    datatypes.INTEGER32: "i",
+    datatypes.UNSIGNED8: "B",
+    datatypes.UNSIGNED16: "H",
+    datatypes.UNSIGNED32: "I",
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Entry:
+    """One object or sub-object. Numbers have a `layout`; a text has none, and `text` is its content."""
+
+    key: int
+    name: str
+    code: str
+    """Format character of `struct`; empty for a text."""
+    readable: bool
+    writable: bool
+    mappable: bool
+    low: int
+    high: int
+    default: int
+    relative: bool
+    """The Node-ID is added to the default."""
+    text: bytes
+
+    @property
+    def layout(self) -> Struct:
+        return Struct("<" + self.code)
+
+    @property
+    def bits(self) -> int:
+        return 8 * self.layout.size
+
+
+@dataclass(frozen=True, slots=True)
+class Dictionary:
+    """All entries by key, and the indices that exist."""
+
+    entries: Mapping[int, Entry]
+    indices: frozenset[int]
+
+
+def key_of(index: int, sub: int = 0) -> int:
+    """Index and sub-index as one number, as in the upper 24 bits of a mapping entry."""
+    return index << 8 | sub
+
+
+@cache
+def load_dictionary() -> Dictionary:
+    """The dictionary of `cia402_drive.eds`."""
+    with as_file(files("drive_gateway.sim") / "cia402_drive.eds") as path:
+        parsed = canopen.import_od(str(path), node_id=0)
+    entries: dict[int, Entry] = {}
+    for item in parsed.values():
+        for variable in [item] if isinstance(item, ODVariable) else item.values():
+            entry = _entry(variable)
+            entries[entry.key] = entry
+    return Dictionary(entries, frozenset(parsed))
+
+
+def _entry(variable: ODVariable) -> Entry:
+    default: int | str | None = variable.default
+    code = _CODES.get(variable.data_type or 0, "")
+    low, high = _range(code)
+    return Entry(
+        key=key_of(variable.index, variable.subindex),
+        name=variable.name,
+        code=code,
+        readable=variable.readable,
+        writable=variable.writable,
+        mappable=variable.pdo_mappable,
+        low=low if variable.min is None else variable.min,
+        high=high if variable.max is None else variable.max,
+        default=default if isinstance(default, int) else 0,
+        relative=variable.relative,
+        text=default.encode("ascii") if isinstance(default, str) else b"",
+    )
+
+
+def _range(code: str) -> tuple[int, int]:
+    if not code:
+        return 0, 0
+    bits = 8 * Struct("<" + code).size
+    return (-(1 << bits - 1), (1 << bits - 1) - 1) if code.islower() else (0, (1 << bits) - 1)

@@ -1,0 +1,273 @@
+"""The drive behind a node: CiA 402 objects, power state machine, cyclic synchronous position, monitoring and reactions.
+
+While the power stage is off a brake holds the axis. When the stage goes off in motion the brake stops it, not at once.
+"""
+
+from collections.abc import Callable
+
+from drive_gateway.config.settings import AxisSettings
+from drive_gateway.sim.abort import Abort, AccessRefused
+from drive_gateway.sim.dictionary import key_of
+from drive_gateway.sim.emergency import COMMUNICATION_LOST, FOLLOWING_ERROR, SETPOINTS_MISSING, Emergencies
+from drive_gateway.sim.objects import Objects
+from drive_gateway.sim.power_state import (
+    FAULT_RESET,
+    SLOW_DOWN_AND_DISABLE,
+    STAY_IN_QUICK_STOP,
+    Command,
+    DriveState,
+    command_of,
+    commanded,
+)
+from drive_gateway.sim.servo import Servo
+
+CYCLIC_SYNCHRONOUS_POSITION = 8
+
+CONTROLWORD = key_of(0x6040)
+STATUSWORD = key_of(0x6041)
+TARGET_POSITION = key_of(0x607A)
+POSITION_ACTUAL = key_of(0x6064)
+_SETPOINT_TIMEOUT = key_of(0x2000)
+_ABORT_CONNECTION = key_of(0x6007)
+_ERROR_CODE = key_of(0x603F)
+_QUICK_STOP_OPTION = key_of(0x605A)
+_MODE = key_of(0x6060)
+_MODE_DISPLAY = key_of(0x6061)
+_POSITION_DEMAND = key_of(0x6062)
+_FOLLOWING_WINDOW = key_of(0x6065)
+_FOLLOWING_TIME = key_of(0x6066)
+_VELOCITY_ACTUAL = key_of(0x606C)
+_QUICK_STOP_DECELERATION = key_of(0x6085)
+_PERIOD_VALUE = key_of(0x60C2, 1)
+_PERIOD_EXPONENT = key_of(0x60C2, 2)
+_FOLLOWING_ERROR_ACTUAL = key_of(0x60F4)
+
+_VOLTAGE_ENABLED = 1 << 4
+_REMOTE = 1 << 9
+_INTERNAL_LIMIT = 1 << 11
+_FOLLOWS_COMMAND = 1 << 12
+_FOLLOWING_ERROR_BIT = 1 << 13
+
+_SPEED_RESERVE = 1.2
+"""The motor turns faster than the axis may, so that a lag can be caught up."""
+_BRAKE_FACTOR = 2.0
+"""The holding brake stops the axis harder than the quick stop does."""
+_LOW, _HIGH = -(1 << 31), (1 << 31) - 1
+
+_S = DriveState
+_BRAKING = (_S.QUICK_STOP_ACTIVE, _S.FAULT_REACTION_ACTIVE)
+_ABORT_COMMANDS = {2: Command.DISABLE_VOLTAGE, 3: Command.QUICK_STOP}
+_ABORT_BY_FAULT = 1
+
+
+class Drive:
+    """One axis and its drive, in encoder counts. `advance` must be called before anything else at a new time.
+
+    Args:
+        axis: start, speed and counts of the axis.
+        cycle_s: cycle of the position controller [s]: motion and monitoring are never evaluated more coarsely.
+        lag_s: lag of the axis behind its demand [s].
+        objects: the node's objects; the drive registers itself for its own.
+        emergencies: where faults are told.
+        cause_present: whether the cause of an error code is still there, so that the fault cannot be reset.
+    """
+
+    def __init__(
+        self,
+        axis: AxisSettings,
+        cycle_s: float,
+        lag_s: float,
+        objects: Objects,
+        emergencies: Emergencies,
+        cause_present: Callable[[int], bool],
+    ) -> None:
+        scale = abs(axis.counts_per_unit)
+        start = (axis.simulated_start - axis.offset) * axis.counts_per_unit
+        self._servo = Servo(start, lag_s, _SPEED_RESERVE * axis.speed * scale)
+        self._brake = _BRAKE_FACTOR * axis.quick_stop * scale
+        self._cycle_s = cycle_s
+        self._numbers = objects.numbers
+        self._emergencies = emergencies
+        self._cause_present = cause_present
+        self._now: float | None = None
+        self._register(objects)
+        self.reset()
+
+    def _register(self, objects: Objects) -> None:
+        objects.guards[_MODE] = self._only_csp
+        objects.guards[_QUICK_STOP_OPTION] = self._known_option
+        objects.followers[_MODE] = self._set_mode
+        objects.followers[CONTROLWORD] = self._obey
+        objects.followers[TARGET_POSITION] = self._aim
+        for key in (_PERIOD_VALUE, _PERIOD_EXPONENT, _SETPOINT_TIMEOUT):
+            objects.followers[key] = self._set_period
+
+    @property
+    def position(self) -> float:
+        """[counts]"""
+        return self._servo.position
+
+    @property
+    def top_speed(self) -> float:
+        """[counts/s] that the axis cannot exceed."""
+        return self._servo.top_speed
+
+    def reset(self) -> None:
+        """Transition 0: the drive restarts without power; the axis is where it is."""
+        self.state = DriveState.NOT_READY_TO_SWITCH_ON
+        self.faults: list[int] = []
+        self._before = 0
+        self._setpoint_at = 0.0
+        self._outside_s = 0.0
+        self._set_period(0)
+        self._show()
+
+    def started(self) -> None:
+        """Transition 1: the self-test is done."""
+        self._enter(DriveState.SWITCH_ON_DISABLED)
+
+    def advance(self, now: float) -> None:
+        """Let time pass up to `now`: move, watch, show."""
+        if self._now is None:
+            self._now = now
+        while self._now < now:
+            end = min(self._now + self._cycle_s, now)
+            step_s, self._now = end - self._now, end
+            self._move(step_s)
+            if self.state is DriveState.OPERATION_ENABLED:
+                self._watch(step_s, end)
+        self._show()
+
+    def fault(self, code: int) -> None:
+        """Transition 13: with torque the axis is braked first, without it the fault is entered at once (14)."""
+        self._emergencies.occur(code)
+        self._numbers[_ERROR_CODE] = code
+        if code not in self.faults:
+            self.faults.append(code)
+        if self.state in (DriveState.OPERATION_ENABLED, DriveState.QUICK_STOP_ACTIVE):
+            self._enter(DriveState.FAULT_REACTION_ACTIVE)
+        elif self.state is not DriveState.FAULT_REACTION_ACTIVE:
+            self._enter(DriveState.FAULT)
+
+    def connection_lost(self, code: int = COMMUNICATION_LOST) -> None:
+        """The master is gone (heartbeat, NMT stop or reset): what 6007h says, if the power stage is on."""
+        if self.state not in (DriveState.SWITCHED_ON, DriveState.OPERATION_ENABLED, DriveState.QUICK_STOP_ACTIVE):
+            return
+        option = self._numbers[_ABORT_CONNECTION]
+        if option == _ABORT_BY_FAULT:
+            self.fault(code)
+        elif option in _ABORT_COMMANDS:
+            self._command(_ABORT_COMMANDS[option])
+
+    # Objects
+
+    def _only_csp(self, mode: int) -> None:
+        if mode != CYCLIC_SYNCHRONOUS_POSITION:
+            raise AccessRefused(Abort.RANGE)
+
+    def _known_option(self, option: int) -> None:
+        if option not in (SLOW_DOWN_AND_DISABLE, STAY_IN_QUICK_STOP):
+            raise AccessRefused(Abort.RANGE)
+
+    def _set_mode(self, mode: int) -> None:
+        self._numbers[_MODE_DISPLAY] = mode
+        self._show()
+
+    def _set_period(self, _value: int) -> None:
+        self._period_s = self._numbers[_PERIOD_VALUE] * 10.0 ** self._numbers[_PERIOD_EXPONENT]
+        self._patience_s = self._numbers[_SETPOINT_TIMEOUT] * self._period_s + 1e-9
+
+    def _obey(self, controlword: int) -> None:
+        rising = controlword & ~self._before
+        self._before = controlword
+        if self.state is not DriveState.FAULT:
+            self._command(command_of(controlword))
+        elif rising & FAULT_RESET:
+            self._acknowledge()
+
+    def _aim(self, target: int) -> None:
+        if self.state is DriveState.OPERATION_ENABLED and self._numbers[_MODE_DISPLAY] == CYCLIC_SYNCHRONOUS_POSITION:
+            self._servo.interpolate(target, self._period_s)
+            self._setpoint_at = self._now or 0.0
+
+    # States
+
+    def _command(self, command: Command) -> None:
+        target = commanded(self.state, command, self._numbers[_QUICK_STOP_OPTION])
+        if target is not self.state:
+            self._enter(target)
+
+    def _acknowledge(self) -> None:
+        """Transition 15, if every cause is gone."""
+        present = [code for code in self.faults if self._cause_present(code)]
+        if present:
+            self._emergencies.repeat(present[-1])
+            return
+        for code in self.faults:
+            self._emergencies.vanish(code)
+        self.faults = []
+        self._numbers[_ERROR_CODE] = 0
+        self._enter(DriveState.SWITCH_ON_DISABLED)
+
+    def _enter(self, state: DriveState) -> None:
+        if state is DriveState.OPERATION_ENABLED:
+            self._servo.hold()
+            self._setpoint_at = self._now or 0.0
+            self._outside_s = 0.0
+        self.state = state
+        self._show()
+
+    # Motion
+
+    def _move(self, step_s: float) -> None:
+        servo = self._servo
+        if self.state is DriveState.OPERATION_ENABLED:
+            servo.follow(step_s)
+        elif self.state in _BRAKING:
+            servo.brake(step_s, self._numbers[_QUICK_STOP_DECELERATION])
+            if servo.standing:
+                self._stopped()
+        elif not servo.standing:
+            servo.brake(step_s, self._brake)
+
+    def _stopped(self) -> None:
+        """Transitions 12 and 14."""
+        if self.state is DriveState.FAULT_REACTION_ACTIVE:
+            self._enter(DriveState.FAULT)
+        elif self._numbers[_QUICK_STOP_OPTION] == SLOW_DOWN_AND_DISABLE:
+            self._enter(DriveState.SWITCH_ON_DISABLED)
+
+    def _watch(self, step_s: float, now: float) -> None:
+        if now - self._setpoint_at > self._patience_s:
+            self.fault(SETPOINTS_MISSING)
+            return
+        if abs(self._servo.error) <= self._numbers[_FOLLOWING_WINDOW]:
+            self._outside_s = 0.0
+            return
+        self._outside_s += step_s
+        if self._outside_s * 1000.0 > self._numbers[_FOLLOWING_TIME]:
+            self.fault(FOLLOWING_ERROR)
+
+    def _show(self) -> None:
+        """Statusword and measurements into their objects."""
+        servo, numbers = self._servo, self._numbers
+        position = _clipped(servo.position)
+        word = self.state.value | _REMOTE
+        if self.state is not DriveState.NOT_READY_TO_SWITCH_ON:
+            word |= _VOLTAGE_ENABLED
+        if self.state is DriveState.OPERATION_ENABLED and numbers[_MODE_DISPLAY] == CYCLIC_SYNCHRONOUS_POSITION:
+            word |= _FOLLOWS_COMMAND
+        if servo.limited:
+            word |= _INTERNAL_LIMIT
+        if FOLLOWING_ERROR in self.faults:
+            word |= _FOLLOWING_ERROR_BIT
+        numbers[STATUSWORD] = word
+        numbers[POSITION_ACTUAL] = position
+        numbers[_VELOCITY_ACTUAL] = _clipped(servo.velocity)
+        numbers[_POSITION_DEMAND] = _clipped(servo.demand)
+        numbers[_FOLLOWING_ERROR_ACTUAL] = _clipped(servo.error)
+
+
+def _clipped(value: float) -> int:
+    """Nearest int32."""
+    return max(_LOW, min(_HIGH, round(value)))

@@ -1,0 +1,285 @@
+"""One simulated node: network states, services and their gating (CiA 301) around a simulated drive (CiA 402).
+
+Nothing here knows a clock: time is what the caller says. Node guarding by remote frames is not simulated; a node with
+guarding would answer remote frames on 700h + Node-ID.
+"""
+
+from collections.abc import Callable
+from functools import partial
+
+from drive_gateway.canopen.cob_id import ERROR_CONTROL, NMT, SDO_FROM_NODE, SDO_TO_NODE, SYNC
+from drive_gateway.canopen.frame import CanFrame
+from drive_gateway.canopen.nmt import NmtCommand, NmtState
+from drive_gateway.config.settings import AxisSettings
+from drive_gateway.sim.abort import Abort, AccessRefused
+from drive_gateway.sim.dictionary import key_of, load_dictionary
+from drive_gateway.sim.drive import Drive
+from drive_gateway.sim.emergency import HEARTBEAT_LOST, PDO_TOO_SHORT, Emergencies
+from drive_gateway.sim.heartbeat import HeartbeatConsumer, HeartbeatProducer
+from drive_gateway.sim.objects import ALL, COMMUNICATION, Objects
+from drive_gateway.sim.pdo import ReceivePdo, TransmitPdo, receive_pdos, transmit_pdos
+from drive_gateway.sim.pdo_parameters import PdoParameters
+from drive_gateway.sim.power_state import DriveState
+from drive_gateway.sim.sdo_server import SdoServer
+
+BOOT_S = 0.02
+"""From power-on or reset to the boot-up message."""
+
+_HISTORY_COUNT = key_of(0x1003)
+_CONSUMER = key_of(0x1016, 1)
+_PRODUCER = key_of(0x1017)
+_ERROR_BEHAVIOUR = key_of(0x1029, 1)
+_SETPOINT_TIMEOUT = key_of(0x2000)
+_STATE_AFTER_LOSS = {0: NmtState.PRE_OPERATIONAL, 2: NmtState.STOPPED}
+
+_Handler = Callable[[bytes, float], list[CanFrame]]
+
+
+class SimulatedNode:
+    """A CANopen node with one CiA 402 drive in mode cyclic synchronous position.
+
+    `receive` takes every frame of the bus and answers; `step` must be called at least every 10 ms. The node is switched
+    on by the first of these calls.
+
+    Args:
+        axis: Node-ID, units, speed and start of the axis.
+        cycle_s: cycle of the drive's position controller [s].
+        lag_s: lag of the axis behind its set points [s].
+        setpoint_timeout: interpolation periods without a set point that are a fault (power-on value of 2000h);
+            `None`: as in the EDS.
+    """
+
+    def __init__(self, axis: AxisSettings, cycle_s: float, lag_s: float, setpoint_timeout: int | None = None) -> None:
+        self.node_id = axis.node_id
+        self._setpoint_timeout = setpoint_timeout
+        self._objects = Objects(load_dictionary(), axis.node_id)
+        self._emergencies = Emergencies(self._objects, axis.node_id)
+        self._consumer = HeartbeatConsumer()
+        self._producer = HeartbeatProducer()
+        self._sdo = SdoServer(self._objects)
+        self._drive = Drive(axis, cycle_s, lag_s, self._objects, self._emergencies, self._cause_present)
+        self._parameters = PdoParameters(self._objects, lambda: self._nmt is NmtState.OPERATIONAL)
+        self._objects.guards[_HISTORY_COUNT] = _only_zero
+        self._objects.followers[_HISTORY_COUNT] = lambda _value: self._emergencies.clear_history()
+        self._objects.followers[_CONSUMER] = self._watch_master
+        self._objects.followers[_PRODUCER] = lambda value: self._producer.configure(value, self._now)
+        self._now = 0.0
+        self._boot_at: float | None = None
+        self._restart_drive = True
+        self._silent = False
+        self._nmt = NmtState.BOOT_UP
+        self._receive: list[ReceivePdo] = []
+        self._transmit: list[TransmitPdo] = []
+        self._handlers: dict[int, _Handler] = {}
+        self._restart()
+
+    @property
+    def nmt(self) -> NmtState:
+        """`BOOT_UP` while the node initialises."""
+        return self._nmt
+
+    @property
+    def state(self) -> DriveState:
+        return self._drive.state
+
+    @property
+    def position(self) -> float:
+        """Where the axis is [counts]."""
+        return self._drive.position
+
+    @property
+    def top_speed(self) -> float:
+        """[counts/s] that the axis cannot exceed."""
+        return self._drive.top_speed
+
+    # Time and frames
+
+    def receive(self, frame: CanFrame, now: float) -> list[CanFrame]:
+        """Take one frame of the bus and return what the node sends because of it."""
+        handler = self._handlers.get(frame.id)
+        if handler is None or self._silent:
+            return []
+        self._now = max(self._now, now)
+        if frame.remote:
+            return self._on_remote(frame.id)
+        frames = handler(frame.data, self._now)
+        return self._with_emergencies(frames) if self._emergencies.pending else frames
+
+    def step(self, now: float) -> list[CanFrame]:
+        """Let time pass: motion, boot-up, heartbeats, timers. Returns what the node sends by itself."""
+        self._now = now = max(self._now, now)
+        self._drive.advance(now)
+        frames: list[CanFrame] = []
+        if self._nmt is NmtState.BOOT_UP:
+            frames += self._boot(now)
+        else:
+            if self._consumer.missed(now):
+                self._heartbeat_lost()
+            if self._producer.due(now):
+                frames.append(self._error_control(self._nmt))
+            if self._nmt is NmtState.OPERATIONAL:
+                frames += [frame for pdo in self._transmit if (frame := pdo.on_time(now)) is not None]
+        frames = self._with_emergencies(frames)
+        return [] if self._silent else frames
+
+    # Faults that a test or a demonstration asks for
+
+    def silence(self, silent: bool = True) -> None:
+        """The bus cable is pulled: the node neither hears nor is heard, its drive goes on by itself."""
+        self._silent = silent
+
+    def power_cycle(self) -> None:
+        """The node's supply fails for a moment: it starts again with power-on values, the brake holds the axis."""
+        self._restart_drive = True
+        self._restart()
+
+    def raise_emergency(self, code: int) -> None:
+        """The drive finds an error: EMCY with `code`, braking, fault. Its cause is gone when the fault is reset."""
+        self._drive.fault(code)
+
+    # Network management
+
+    def _restart(self) -> None:
+        self._nmt = NmtState.BOOT_UP
+        self._boot_at = None
+        self._handlers = {}
+        self._sdo.reset()
+        self._emergencies.reset()
+        self._objects.restore(ALL if self._restart_drive else COMMUNICATION)
+        if self._restart_drive:
+            if self._setpoint_timeout is not None:
+                self._objects.numbers[_SETPOINT_TIMEOUT] = self._setpoint_timeout
+            self._drive.reset()
+        for code in self._drive.faults:  # a fault outlives a reset of the communication and is told again
+            self._emergencies.occur(code)
+        self._consumer.configure(0)
+        self._producer.configure(0, self._now)
+
+    def _boot(self, now: float) -> list[CanFrame]:
+        if self._boot_at is None:
+            self._boot_at = now + BOOT_S
+        if now < self._boot_at:
+            return []
+        if self._restart_drive:
+            self._restart_drive = False
+            self._drive.started()
+        self._enter(NmtState.PRE_OPERATIONAL)
+        return [self._error_control(NmtState.BOOT_UP)]
+
+    def _on_nmt(self, data: bytes, now: float) -> list[CanFrame]:
+        if len(data) != 2 or data[1] not in (0, self.node_id):
+            return []
+        self._drive.advance(now)
+        match data[0]:
+            case NmtCommand.START:
+                self._enter(NmtState.OPERATIONAL)
+            case NmtCommand.STOP:
+                self._enter(NmtState.STOPPED)
+            case NmtCommand.ENTER_PRE_OPERATIONAL:
+                self._enter(NmtState.PRE_OPERATIONAL)
+            case NmtCommand.RESET_NODE | NmtCommand.RESET_COMMUNICATION:
+                self._drive.connection_lost()
+                self._restart_drive = data[0] == NmtCommand.RESET_NODE
+                self._restart()
+        return []
+
+    def _enter(self, state: NmtState) -> None:
+        """Services follow the state: SDO not in Stopped, PDO in Operational only."""
+        if state is self._nmt:
+            return
+        self._nmt = state
+        self._handlers = {NMT: self._on_nmt}
+        self._transmit = []
+        self._receive = []
+        if state is NmtState.STOPPED:
+            self._drive.connection_lost()
+        else:
+            self._handlers[SDO_TO_NODE + self.node_id] = self._on_sdo
+        if state is NmtState.OPERATIONAL:
+            self._link_pdos()
+        self._watch_master(self._objects.numbers[_CONSUMER], restart=False)
+
+    def _link_pdos(self) -> None:
+        self._receive = receive_pdos(self._objects)
+        self._transmit = transmit_pdos(self._objects)
+        for pdo in self._receive:
+            self._handlers[pdo.cob_id] = partial(self._on_rpdo, pdo)
+        for sending in self._transmit:
+            self._handlers.setdefault(sending.cob_id, _unheard)
+        self._handlers[SYNC] = self._on_sync
+
+    def _with_emergencies(self, frames: list[CanFrame]) -> list[CanFrame]:
+        """Emergencies wait while the node may not send them."""
+        if self._nmt not in (NmtState.PRE_OPERATIONAL, NmtState.OPERATIONAL):
+            return frames
+        pending, self._emergencies.pending = self._emergencies.pending, []
+        return frames + pending
+
+    def _error_control(self, state: NmtState) -> CanFrame:
+        return CanFrame(ERROR_CONTROL + self.node_id, bytes((state,)))
+
+    # The master's heartbeat
+
+    def _watch_master(self, entry: int, restart: bool = True) -> None:
+        if restart:
+            self._handlers.pop(ERROR_CONTROL + self._consumer.node_id, None)
+            self._consumer.configure(entry)
+        if self._consumer.node_id:
+            self._handlers[ERROR_CONTROL + self._consumer.node_id] = self._on_heartbeat
+
+    def _on_heartbeat(self, _data: bytes, now: float) -> list[CanFrame]:
+        if self._consumer.heard(now) and HEARTBEAT_LOST not in self._drive.faults:
+            self._emergencies.vanish(HEARTBEAT_LOST)
+        return []
+
+    def _heartbeat_lost(self) -> None:
+        self._emergencies.occur(HEARTBEAT_LOST)
+        self._drive.connection_lost(HEARTBEAT_LOST)
+        after = _STATE_AFTER_LOSS.get(self._objects.numbers[_ERROR_BEHAVIOUR])
+        if self._nmt is NmtState.OPERATIONAL and after is not None:
+            self._enter(after)
+
+    def _cause_present(self, code: int) -> bool:
+        return code == HEARTBEAT_LOST and self._consumer.lost
+
+    # Services
+
+    def _on_sdo(self, data: bytes, now: float) -> list[CanFrame]:
+        self._drive.advance(now)
+        answer = self._sdo.answer(data)
+        return [] if answer is None else [CanFrame(SDO_FROM_NODE + self.node_id, answer)]
+
+    def _on_sync(self, _data: bytes, now: float) -> list[CanFrame]:
+        """Measure and send first, then take over what was received since the SYNC before."""
+        self._drive.advance(now)
+        frames = [frame for pdo in self._transmit if (frame := pdo.on_sync()) is not None]
+        for pdo in self._receive:
+            if pdo.synchronous:
+                pdo.take_over()
+        return frames
+
+    def _on_rpdo(self, pdo: ReceivePdo, data: bytes, now: float) -> list[CanFrame]:
+        if not pdo.fits(data):
+            self._emergencies.occur(PDO_TOO_SHORT)
+            return []
+        self._emergencies.vanish(PDO_TOO_SHORT)
+        pdo.latch(data)
+        if not pdo.synchronous:
+            self._drive.advance(now)
+            pdo.take_over()
+        return []
+
+    def _on_remote(self, cob_id: int) -> list[CanFrame]:
+        """A remote frame asks for a TPDO; no other service of the node can be asked for."""
+        self._drive.advance(self._now)
+        return [pdo.frame() for pdo in self._transmit if pdo.cob_id == cob_id and pdo.remote]
+
+
+def _unheard(_data: bytes, _now: float) -> list[CanFrame]:
+    """Another sender uses this node's TPDO identifier: the data are not for it."""
+    return []
+
+
+def _only_zero(value: int) -> None:
+    if value:
+        raise AccessRefused(Abort.RANGE)

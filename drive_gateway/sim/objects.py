@@ -1,0 +1,109 @@
+"""The values of one node's object dictionary, the checks before each change and what follows from it."""
+
+from collections.abc import Callable
+
+from drive_gateway.sim.abort import Abort, AccessRefused
+from drive_gateway.sim.dictionary import Dictionary, Entry
+
+COMMUNICATION = range(0x1000, 0x2000)
+"""Indices of the communication profile; NMT reset communication restores these only."""
+ALL = range(0x10000)
+
+
+class Objects:
+    """Values by key. The owner of an object registers its guard and its follower.
+
+    A guard takes the value that is about to be stored and raises `AccessRefused`; a follower takes the stored one.
+    Values come by SDO (`write`) and by PDO (`put`) through the same checks. Texts are constant.
+    """
+
+    def __init__(self, dictionary: Dictionary, node_id: int) -> None:
+        self._dictionary = dictionary
+        self._node_id = node_id
+        self.numbers: dict[int, int] = {}
+        self.guards: dict[int, Callable[[int], None]] = {}
+        self.followers: dict[int, Callable[[int], None]] = {}
+        self.restore(ALL)
+
+    def restore(self, indices: range) -> None:
+        """Power-on values for all objects in `indices`. Neither guards nor followers are called."""
+        for key, entry in self._dictionary.entries.items():
+            if entry.code and key >> 8 in indices:
+                self.numbers[key] = entry.default + (self._node_id if entry.relative else 0)
+
+    def entry(self, key: int) -> Entry:
+        """Raises:
+        AccessRefused: there is no such object, or no such sub-index.
+        """
+        entry = self._dictionary.entries.get(key)
+        if entry is None:
+            raise AccessRefused(Abort.NO_SUB_INDEX if key >> 8 in self._dictionary.indices else Abort.NO_OBJECT)
+        return entry
+
+    def readable(self, key: int) -> Entry:
+        """The entry, if it may be read.
+
+        Raises:
+            AccessRefused: it does not exist or is write-only.
+        """
+        entry = self.entry(key)
+        if not entry.readable:
+            raise AccessRefused(Abort.WRITE_ONLY)
+        return entry
+
+    def writable(self, key: int) -> Entry:
+        """The entry, if it may be written.
+
+        Raises:
+            AccessRefused: it does not exist or is read-only.
+        """
+        entry = self.entry(key)
+        if not entry.writable:
+            raise AccessRefused(Abort.READ_ONLY)
+        return entry
+
+    def read(self, key: int) -> bytes:
+        """The value as it goes over the bus, little-endian.
+
+        Raises:
+            AccessRefused: it does not exist or is write-only.
+        """
+        entry = self.readable(key)
+        return entry.layout.pack(self.numbers[key]) if entry.code else entry.text
+
+    def write(self, key: int, data: bytes) -> None:
+        """Store a value as it came over the bus.
+
+        Raises:
+            AccessRefused: no such object, read-only, wrong length, out of range, or refused by its owner.
+        """
+        entry = self.writable(key)
+        self.check_size(entry, len(data))
+        self.put(key, entry.layout.unpack(data)[0])
+
+    def check_size(self, entry: Entry, size: int) -> None:
+        """Raises:
+        AccessRefused: a value of `size` bytes is not as long as the object.
+        """
+        allowed = entry.layout.size
+        if size != allowed:
+            raise AccessRefused(Abort.TOO_LONG if size > allowed else Abort.TOO_SHORT)
+
+    def put(self, key: int, value: int) -> None:
+        """Store a number in a writable object.
+
+        Raises:
+            AccessRefused: out of range, or refused by its owner.
+        """
+        entry = self._dictionary.entries[key]
+        if value > entry.high:
+            raise AccessRefused(Abort.TOO_HIGH)
+        if value < entry.low:
+            raise AccessRefused(Abort.TOO_LOW)
+        guard = self.guards.get(key)
+        if guard is not None:
+            guard(value)
+        self.numbers[key] = value
+        follower = self.followers.get(key)
+        if follower is not None:
+            follower(value)

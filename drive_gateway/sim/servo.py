@@ -1,0 +1,95 @@
+"""The axis of a simulated drive: interpolation from SYNC to SYNC, a position loop with a lag, braking.
+
+The demand runs linearly to the newest target within one interpolation period and then stands. With the bandwidth
+w = 1 / lag the axis follows it as x'' = w^2 (u - x) + 2 w (u'/2 - x'): critically damped with the time constant `lag`,
+half of the demanded velocity fed forward. At a constant speed u' = v the error settles at v / w, so the axis runs
+behind its demand by exactly the lag. Each step is the closed solution, so its length does not matter. Torque is
+unlimited; the speed of the motor is not.
+"""
+
+from math import exp
+
+
+class Servo:
+    """Position [counts] and velocity [counts/s] of one axis. `top_speed` [counts/s] is what the motor can do."""
+
+    def __init__(self, position: float, lag_s: float, top_speed: float) -> None:
+        self._bandwidth = 1.0 / lag_s
+        self.top_speed = top_speed
+        self._target = position
+        self._rate = 0.0
+        self._ramp_left = 0.0
+        self.position = position
+        self.velocity = 0.0
+        self.demand = position
+        self.limited = False
+        """The motor's speed held the axis back in the newest step."""
+
+    @property
+    def standing(self) -> bool:
+        return self.velocity == 0.0
+
+    @property
+    def error(self) -> float:
+        """Following error [counts]: demand minus position."""
+        return self.demand - self.position
+
+    def hold(self) -> None:
+        """The demand becomes the position: what was commanded before is forgotten."""
+        self.demand = self.position
+        self._rate = self._ramp_left = 0.0
+        self.limited = False
+
+    def interpolate(self, target: float, period_s: float) -> None:
+        """The demand runs from where it is to `target`, within one interpolation period."""
+        self._target = target
+        self._rate = (target - self.demand) / period_s
+        self._ramp_left = period_s
+
+    def follow(self, step_s: float) -> None:
+        """One step of interpolation and position loop."""
+        self.limited = False
+        if self._ramp_left > 0.0:
+            part = min(step_s, self._ramp_left)
+            self._track(part, self._rate)
+            step_s -= part
+            self._ramp_left -= part
+            if self._ramp_left < 1e-9:
+                self._ramp_left = 0.0
+                self.demand = self._target
+        if step_s > 0.0:
+            self._track(step_s, 0.0)
+
+    def brake(self, step_s: float, deceleration: float) -> None:
+        """One step towards standstill with `deceleration` [counts/s^2]; the demand goes with the axis."""
+        speed = abs(self.velocity)
+        braking_s = min(step_s, speed / deceleration)
+        change = deceleration * braking_s
+        left = 0.0 if change >= speed else speed - change
+        mean = 0.5 * (speed + left)
+        self.position += (mean if self.velocity > 0.0 else -mean) * braking_s
+        self.velocity = left if self.velocity > 0.0 else -left
+        self.hold()
+
+    def _track(self, step_s: float, rate: float) -> None:
+        w = self._bandwidth
+        settled = rate / w
+        y = self.demand - self.position - settled
+        slope = rate - self.velocity + w * y
+        decay = exp(-w * step_s)
+        self.demand += rate * step_s
+        next_y = (y + slope * step_s) * decay
+        velocity = rate - (slope * decay - w * next_y)
+        position = self.demand - settled - next_y
+        self._take(position, velocity, step_s)
+
+    def _take(self, position: float, velocity: float, step_s: float) -> None:
+        top = self.top_speed
+        reach = top * step_s
+        moved = position - self.position
+        if -top <= velocity <= top and -reach <= moved <= reach:
+            self.position, self.velocity = position, velocity
+            return
+        self.limited = True
+        self.position += min(max(moved, -reach), reach)
+        self.velocity = min(max(velocity, -top), top)

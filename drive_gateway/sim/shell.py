@@ -1,0 +1,131 @@
+"""The shell of simulated drives: their connection to the bus and one thread that carries frames and time to them."""
+
+import logging
+import threading
+import time
+from math import ceil
+from types import TracebackType
+from typing import Any, Self
+
+import can
+
+from drive_gateway.canopen.frame import CanFrame
+from drive_gateway.config.settings import BusSettings, GatewaySettings
+from drive_gateway.sim.errors import BusNotOpened, BusNotShared
+from drive_gateway.sim.node import SimulatedNode
+
+_log = logging.getLogger(__name__)
+
+STEP_S = 0.005
+"""Period of the nodes' own timers, and longest wait for a frame."""
+_OLDEST_S = 1.0
+"""A frame that seems older was stamped by a clock that jumped."""
+_CLOSE_TIMEOUT_S = 2.0
+_LONGEST_SETPOINT_TIMEOUT = 255
+
+
+class SimulatedDrives:
+    """Context manager: all drives of one bus, on their own python-can bus of the same channel.
+
+    The thread takes the time of a frame from its time stamp, so a host that stalls this thread does not look like a
+    master that sends irregularly. What stops the thread is logged and kept in `problem`; `ended` is set then.
+
+    Raises:
+        BusNotOpened: python-can refuses interface, channel or options.
+    """
+
+    def __init__(self, settings: GatewaySettings) -> None:
+        self._settings = settings.bus
+        self.nodes = simulated_nodes(settings)
+        self.problem = ""
+        self.ended = threading.Event()
+        self._closing = threading.Event()
+        self._bus: can.BusABC | None = None
+        self._thread: threading.Thread | None = None
+
+    def __enter__(self) -> Self:
+        bus = self._bus = _open(self._settings)
+        self._thread = threading.Thread(target=self._run, args=(bus,), name="simulated drives", daemon=True)
+        self._thread.start()
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self._closing.set()
+        if self._thread is not None:
+            self._thread.join(_CLOSE_TIMEOUT_S)
+        if self._bus is not None:
+            self._bus.shutdown()
+
+    def _run(self, bus: can.BusABC) -> None:
+        try:
+            self._serve(bus)
+        except Exception as error:
+            self.problem = f"simulated drives on {self._settings.interface} {self._settings.channel} stopped: {error!r}"
+            _log.exception("%s", self.problem)
+        finally:
+            self.ended.set()
+
+    def _serve(self, bus: can.BusABC) -> None:
+        stepped = 0.0
+        while not self._closing.is_set():
+            message = bus.recv(STEP_S)
+            now = time.monotonic()
+            if message is not None:
+                now -= _age(message)
+                if not message.is_extended_id and not message.is_error_frame:
+                    frame = CanFrame(message.arbitration_id, bytes(message.data), message.is_remote_frame)
+                    for node in self.nodes:
+                        _send(bus, node.receive(frame, now))
+            if message is None or now - stepped >= STEP_S:
+                stepped = now
+                for node in self.nodes:
+                    _send(bus, node.step(now))
+
+
+def simulated_nodes(settings: GatewaySettings) -> list[SimulatedNode]:
+    """One node per axis. They wait for set points as long as a cycle of this gateway may be late."""
+    timeout = min(_LONGEST_SETPOINT_TIMEOUT, max(2, ceil(settings.overrun_limit_s / settings.cycle_s) + 1))
+    return [
+        SimulatedNode(axis, settings.cycle_s, settings.simulated_lag_s, timeout)
+        for robot in settings.robots.values()
+        for axis in robot.axes
+    ]
+
+
+def run_simulated_drives(settings: GatewaySettings, stop: threading.Event) -> int:
+    """Run the drives of a bus alone in this process until `stop` is set; returns the exit code of the command.
+
+    Raises:
+        BusNotShared: no other process can be on this bus.
+        BusNotOpened: python-can refuses interface, channel or options.
+    """
+    if settings.bus.interface == "virtual":
+        raise BusNotShared(settings.bus)
+    with SimulatedDrives(settings) as drives:
+        numbers = ", ".join(str(node.node_id) for node in drives.nodes)
+        print(f"simulated drives on {settings.bus.interface} {settings.bus.channel}: nodes {numbers}", flush=True)
+        while not stop.wait(0.1):
+            if drives.ended.is_set():
+                return 1
+    return 0
+
+
+def _open(settings: BusSettings) -> can.BusABC:
+    options: dict[str, Any] = dict(settings.options)
+    try:
+        return can.Bus(channel=settings.channel, interface=settings.interface, bitrate=settings.bitrate, **options)
+    except (can.CanError, OSError, ValueError, TypeError, ImportError, NotImplementedError) as error:
+        raise BusNotOpened(settings, str(error) or type(error).__name__) from error
+
+
+def _age(message: can.Message) -> float:
+    """Seconds for which a frame waited to be read; 0 when its time stamp says nothing."""
+    age_s = time.time() - message.timestamp
+    return age_s if 0.0 < age_s < _OLDEST_S else 0.0
+
+
+def _send(bus: can.BusABC, frames: list[CanFrame]) -> None:
+    for frame in frames:
+        bus.send(can.Message(arbitration_id=frame.id, data=frame.data, is_extended_id=False))
