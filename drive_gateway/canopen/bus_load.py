@@ -2,7 +2,7 @@
 
 
 def frame_bits(data_bytes: int) -> int:
-    """Bits of a CAN 2.0A frame with worst-case stuffing: 47 + 8n + floor((34 + 8n - 1) / 4), interframe space included."""
+    """Bits of a CAN 2.0A frame: 47 + 8n with the interframe space, + floor((34 + 8n - 1) / 4) worst-case stuffing."""
     return 47 + 8 * data_bytes + (33 + 8 * data_bytes) // 4
 
 

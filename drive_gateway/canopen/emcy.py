@@ -7,7 +7,7 @@ NO_ERROR = 0x0000
 
 @dataclass(frozen=True, slots=True)
 class Emergency:
-    """One EMCY frame: error code, error register (1001h) and what the code means. Code 0 says that all causes are gone."""
+    """One EMCY frame: error code, error register (1001h) and meaning. Code 0 says that all causes are gone."""
 
     code: int
     register: int

@@ -1,7 +1,7 @@
 """The process image on the bus, in one place: what the gateway and a drive exchange in each cycle.
 
-RPDO1 carries controlword and target position, TPDO1 statusword and actual position; both act on every SYNC. The image is
-written to a node by SDO; a node obeys what it is given and need not know this file.
+RPDO1 carries controlword and target position, TPDO1 statusword and actual position; both act on every SYNC. The image
+is written to a node by SDO; a node obeys what it is given and need not know this file.
 """
 
 from dataclasses import dataclass

@@ -154,5 +154,3 @@ def _program(axis: AxisSettings, settings: GatewaySettings) -> list[_Step]:
         steps.append(_Step(item.what, item.shown_index, item.shown_sub, None, item.write.data))
     steps += [_Step("PDO mapping", write.index, write.sub, write.data) for write in pdo_writes(axis.node_id)]
     return steps
-
-

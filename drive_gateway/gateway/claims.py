@@ -46,7 +46,7 @@ class ClaimBook:
         return self.owner
 
     def alive(self, owner: int, now: float) -> None:
-        """A set-point block of this owner came."""
+        """A set-point block or a call of this owner came."""
         if owner == self.owner:
             self._alive_at = now
 

@@ -44,7 +44,8 @@ class DriveGroup:
         self.velocity: Floats = np.zeros(len(axes))
         self.measured = False
         """Every axis has been measured at least once."""
-        self.playout = Playout(axes, settings.cycle_s, self.position)
+        # The first cycle sends SYNC 1 and then the sample of tick 2.
+        self.playout = Playout(axes, settings.cycle_s, self.position, tick=1)
         self.power = Power(self.nodes)
         self.trouble: Trouble | None = None
         """Why the robot is in fault."""

@@ -60,6 +60,7 @@ class Robot:
         if problem:
             then(False, problem)
             return
+        self.claims.alive(call.owner, now)
         match call:
             case Release():
                 self._release(then)

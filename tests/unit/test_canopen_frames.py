@@ -1,0 +1,81 @@
+"""Bytes of NMT, error control, EMCY and PDO mapping against printed frames."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from drive_gateway.canopen import cob_id
+from drive_gateway.canopen.bus_load import cyclic_load, frame_bits
+from drive_gateway.canopen.emcy import decode_emergency, meaning_of
+from drive_gateway.canopen.nmt import NmtCommand, NmtState, decode_heartbeat, heartbeat_frame, nmt_frame
+from drive_gateway.canopen.pdo_map import RPDO1_LAYOUT, TPDO1_LAYOUT, SdoWrite, pdo_writes
+
+VECTORS: dict[str, Any] = json.loads((Path(__file__).parents[1] / "vectors" / "canopen_frames.json").read_text())
+
+
+def by_what(name: str) -> Any:
+    return pytest.mark.parametrize("vector", VECTORS[name], ids=lambda vector: vector["what"])
+
+
+@by_what("nmt")
+def test_nmt_commands_are_the_printed_bytes(vector: dict[str, Any]) -> None:
+    frame = nmt_frame(NmtCommand[vector["command"]], vector["node"])
+    assert (frame.id, frame.data) == (0x000, bytes.fromhex(vector["data"]))
+
+
+@by_what("error_control")
+def test_heartbeats_name_their_state(vector: dict[str, Any]) -> None:
+    assert decode_heartbeat(bytes.fromhex(vector["data"])) is NmtState[vector["state"]]
+
+
+def test_a_byte_that_is_no_state_is_no_heartbeat() -> None:
+    assert decode_heartbeat(b"\x11") is None
+    assert decode_heartbeat(b"") is None
+
+
+def test_the_masters_heartbeat_has_its_own_node_id() -> None:
+    assert heartbeat_frame(NmtState.OPERATIONAL).id == 0x77F
+
+
+@by_what("emergency")
+def test_an_emergency_has_code_register_and_meaning(vector: dict[str, Any]) -> None:
+    emergency = decode_emergency(bytes.fromhex(vector["data"]))
+    assert emergency is not None
+    assert (emergency.code, emergency.register) == (int(vector["code"], 16), int(vector["register"], 16))
+    assert "following error" in emergency.meaning
+
+
+@pytest.mark.parametrize(
+    ("code", "group"), [(0x4211, "temperature"), (0x8199, "communication"), (0xFF01, "manufacturer")]
+)
+def test_an_unknown_emergency_is_named_by_its_group(code: int, group: str) -> None:
+    assert group in meaning_of(code)[0]
+
+
+@by_what("tpdo1")
+def test_tpdo1_is_statusword_and_position(vector: dict[str, Any]) -> None:
+    assert TPDO1_LAYOUT.unpack(bytes.fromhex(vector["data"])) == (int(vector["statusword"], 16), vector["position"])
+    assert RPDO1_LAYOUT.size == TPDO1_LAYOUT.size == 6
+
+
+def test_a_pdo_is_linked_in_the_prescribed_order() -> None:
+    expected = [
+        SdoWrite(int(write["index"], 16), write["sub"], bytes.fromhex(write["data"]))
+        for write in VECTORS["linking_tpdo1_node_1"]
+    ]
+    assert [write for write in pdo_writes(1) if write.index in (0x1800, 0x1A00)] == expected
+
+
+def test_identifiers_split_into_function_and_node() -> None:
+    assert (cob_id.function_code(0x5FF), cob_id.node_id(0x5FF)) == (cob_id.SDO_FROM_NODE, 127)
+
+
+@pytest.mark.parametrize(("size", "bits"), [(0, 55), (8, 135)])
+def test_frame_bits_with_worst_stuffing(size: int, bits: int) -> None:
+    assert frame_bits(size) == bits
+
+
+def test_twelve_pdos_at_250_hz_and_1_mbit_load_the_wire_by_36_percent() -> None:
+    assert cyclic_load(6, 1_000_000, 0.004, 1e9) == pytest.approx(0.36, abs=0.01)

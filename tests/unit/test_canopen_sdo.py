@@ -1,0 +1,82 @@
+"""One SDO request per node at a time, in order."""
+
+import json
+from pathlib import Path
+from queue import SimpleQueue
+
+import pytest
+
+from drive_gateway.canopen.frame import CanFrame
+from drive_gateway.canopen.sdo import Sdo, SdoChannel, SdoDone, abort_text
+from drive_gateway.gateway.sdo_workers import SdoWorkers
+
+WRITES = json.loads((Path(__file__).parents[1] / "vectors" / "canopen_frames.json").read_text())["sdo"]
+
+
+def test_a_second_request_waits_for_the_answer_to_the_first() -> None:
+    channel, answers = SdoChannel(3), list[SdoDone]()
+    channel.submit(0x6040, 0, None, answers.append)
+    channel.submit(0x6041, 0, None, answers.append)
+    first = channel.poll()
+    assert first is not None
+    assert channel.poll() is None
+    channel.done(SdoDone(first.request_id, b"\1"))
+    second = channel.poll()
+    assert second is not None
+    assert (first.index, second.index, len(answers)) == (0x6040, 0x6041, 1)
+
+
+def test_the_outcome_of_a_forgotten_request_interests_nobody_but_frees_the_node() -> None:
+    channel, answers = SdoChannel(3), list[SdoDone]()
+    channel.submit(0x6040, 0, None, answers.append)
+    first = channel.poll()
+    assert first is not None
+    channel.forget()
+    channel.submit(0x6041, 0, None, answers.append)
+    assert channel.poll() is None
+    channel.done(SdoDone(first.request_id, b""))
+    assert answers == []
+    assert channel.poll() is not None
+
+
+def test_an_abort_is_told_by_number_and_name() -> None:
+    assert abort_text(0x06020000) == "abort 06020000h, object does not exist"
+
+
+class _Node:
+    """Answers requests as bytes, in the thread that sends them."""
+
+    def __init__(self, answer: str) -> None:
+        self.answer = bytes.fromhex(answer)
+        self.requests: list[bytes] = []
+        self.outcomes: SimpleQueue[SdoDone] = SimpleQueue()
+        self.workers = SdoWorkers([1], self.send, self.outcomes.put)
+
+    def send(self, frame: CanFrame) -> None:
+        self.requests.append(frame.data)
+        self.workers.take(CanFrame(0x581, self.answer))
+
+    def ask(self, index: int, sub: int, data: bytes | None) -> SdoDone:
+        with self.workers:
+            self.workers.submit(Sdo("1/1", 1, index, sub, data))
+            return self.outcomes.get(timeout=5.0)
+
+
+@pytest.mark.parametrize("vector", WRITES, ids=lambda vector: vector["what"])
+def test_a_write_is_the_printed_request(vector: dict[str, str]) -> None:
+    node = _Node("60 " + vector["request"][3:11] + " 00 00 00 00")
+    outcome = node.ask(int(vector["index"], 16), int(vector["sub"]), bytes.fromhex(vector["data"]))
+    assert (outcome.problem, node.requests) == ("", [bytes.fromhex(vector["request"])])
+
+
+def test_a_read_gives_the_bytes_of_the_answer() -> None:
+    node = _Node("43 64 60 00 70 FE FF FF")
+    outcome = node.ask(0x6064, 0, None)
+    assert int.from_bytes(outcome.data, "little", signed=True) == -400
+    assert node.requests[0] == bytes.fromhex("40 64 60 00 00 00 00 00")
+
+
+def test_a_refused_write_comes_back_with_its_abort_code() -> None:
+    outcome = _Node("80 41 60 00 02 00 01 06").ask(0x6041, 0, b"\0\0")
+    assert outcome.abort_code == 0x06010002
+    assert "read-only" in outcome.problem
