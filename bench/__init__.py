@@ -1,0 +1,1 @@
+"""What the program promises in time, measured; `make bench` prints it."""
