@@ -9,12 +9,15 @@ unlimited; the speed of the motor is not.
 
 from math import exp
 
+_SHORTEST_LAG_S = 1e-4
+"""A lag of zero is taken as this: no axis follows at once."""
+
 
 class Servo:
     """Position [counts] and velocity [counts/s] of one axis. `top_speed` [counts/s] is what the motor can do."""
 
     def __init__(self, position: float, lag_s: float, top_speed: float) -> None:
-        self._bandwidth = 1.0 / lag_s
+        self._bandwidth = 1.0 / max(lag_s, _SHORTEST_LAG_S)
         self.top_speed = top_speed
         self._target = position
         self._rate = 0.0

@@ -5,13 +5,13 @@ import threading
 import time
 from math import ceil
 from types import TracebackType
-from typing import Any, Self
+from typing import Self
 
 import can
 
 from drive_gateway.canopen.frame import CanFrame
-from drive_gateway.config.settings import BusSettings, GatewaySettings
-from drive_gateway.sim.errors import BusNotOpened, BusNotShared
+from drive_gateway.config.settings import GatewaySettings
+from drive_gateway.gateway.bus import BusError, open_bus
 from drive_gateway.sim.node import SimulatedNode
 
 _log = logging.getLogger(__name__)
@@ -31,7 +31,7 @@ class SimulatedDrives:
     master that sends irregularly. What stops the thread is logged and kept in `problem`; `ended` is set then.
 
     Raises:
-        BusNotOpened: python-can refuses interface, channel or options.
+        BusError: the bus cannot be opened (on entering).
     """
 
     def __init__(self, settings: GatewaySettings) -> None:
@@ -44,7 +44,7 @@ class SimulatedDrives:
         self._thread: threading.Thread | None = None
 
     def __enter__(self) -> Self:
-        bus = self._bus = _open(self._settings)
+        bus = self._bus = open_bus(self._settings)
         self._thread = threading.Thread(target=self._run, args=(bus,), name="simulated drives", daemon=True)
         self._thread.start()
         return self
@@ -98,11 +98,14 @@ def run_simulated_drives(settings: GatewaySettings, stop: threading.Event) -> in
     """Run the drives of a bus alone in this process until `stop` is set; returns the exit code of the command.
 
     Raises:
-        BusNotShared: no other process can be on this bus.
-        BusNotOpened: python-can refuses interface, channel or options.
+        BusError: the bus cannot be opened, or no other process can be on it.
     """
     if settings.bus.interface == "virtual":
-        raise BusNotShared(settings.bus)
+        raise BusError(
+            settings.bus,
+            "it lives inside one process, drives alone on it would meet nobody",
+            "start the gateway with --simulate, or choose a bus that processes share: udp_multicast, socketcan (vcan)",
+        )
     with SimulatedDrives(settings) as drives:
         numbers = ", ".join(str(node.node_id) for node in drives.nodes)
         print(f"simulated drives on {settings.bus.interface} {settings.bus.channel}: nodes {numbers}", flush=True)
@@ -110,14 +113,6 @@ def run_simulated_drives(settings: GatewaySettings, stop: threading.Event) -> in
             if drives.ended.is_set():
                 return 1
     return 0
-
-
-def _open(settings: BusSettings) -> can.BusABC:
-    options: dict[str, Any] = dict(settings.options)
-    try:
-        return can.Bus(channel=settings.channel, interface=settings.interface, bitrate=settings.bitrate, **options)
-    except (can.CanError, OSError, ValueError, TypeError, ImportError, NotImplementedError) as error:
-        raise BusNotOpened(settings, str(error) or type(error).__name__) from error
 
 
 def _age(message: can.Message) -> float:
