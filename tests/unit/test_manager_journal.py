@@ -1,0 +1,57 @@
+"""What the manager remembers, on a real file."""
+
+from pathlib import Path
+
+import pytest
+
+from cell.manager.journal import Journal, JournalError
+from cell.manager.records import EstopCleared, EstopLatched, Stored, ZoneDecided, next_epoch
+from cell.messages import Estop
+
+STOP = Estop("e1", True, "me", "test")
+
+
+def read(path: Path) -> Stored:
+    with Journal(path) as journal:
+        return journal.read()
+
+
+def test_a_new_journal_knows_nothing(tmp_path: Path) -> None:
+    assert read(tmp_path / "j") == Stored(0, (), frozenset())
+
+
+def test_a_latched_stop_is_there_after_a_restart(tmp_path: Path) -> None:
+    with Journal(tmp_path / "j") as journal:
+        journal.write(EstopLatched(STOP))
+        journal.write(EstopLatched(STOP))
+    assert read(tmp_path / "j").estops == (STOP,)
+
+
+def test_a_cleared_stop_leaves_its_id(tmp_path: Path) -> None:
+    with Journal(tmp_path / "j") as journal:
+        journal.write(EstopLatched(STOP))
+        journal.write(EstopCleared("e1", "me"))
+        journal.write(ZoneDecided("middle", "cleared", "me", "zone middle is free"))
+    assert read(tmp_path / "j") == Stored(0, (), frozenset({"e1"}))
+
+
+def test_epochs_grow_over_restarts(tmp_path: Path) -> None:
+    epochs = []
+    for _ in range(3):
+        with Journal(tmp_path / "j") as journal:
+            epochs.append(journal.begin_epoch("boot"))
+    assert epochs == sorted(set(epochs))
+    assert read(tmp_path / "j").epoch == epochs[-1]
+
+
+@pytest.mark.parametrize(("stored", "unix_s", "epoch"), [(0, 1000.9, 1000), (5000, 1000.0, 5001), (1000, 1000.0, 1001)])
+def test_an_epoch_grows_though_the_clock_goes_back_or_the_journal_is_lost(
+    stored: int, unix_s: float, epoch: int
+) -> None:
+    assert next_epoch(stored, unix_s) == epoch
+
+
+def test_a_file_that_is_no_journal_is_named(tmp_path: Path) -> None:
+    (tmp_path / "j").write_text("this is no database, but a text that is long enough to be taken for one" * 20)
+    with pytest.raises(JournalError, match="choose another --state-dir"):
+        Journal(tmp_path / "j")
