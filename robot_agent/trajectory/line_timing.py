@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from robot_agent.kinematics import KinematicsError, Model, TrackError
+from robot_agent.kinematics import KinematicsError, Model, Reason, TrackError
 from robot_agent.paths import Line, LineGeometry
 from robot_agent.trajectory.errors import PlanError
 from robot_agent.trajectory.limits import Limits
@@ -23,6 +23,14 @@ _STEP_RAD = 1e-5
 _ORDERS = np.array([1.0, 2.0, 3.0])
 _MUCH_LONGER = f"more than {SLOWEST:.0f} times as long"
 _HINT = "use a joint move here, or move the line away from the singular pose"
+_OUT_OF_REACH = (None, "move the line into the robot's reach")
+_TRACKING = {
+    Reason.TOO_FAR: _OUT_OF_REACH,
+    Reason.TOO_NEAR: _OUT_OF_REACH,
+    Reason.JOINT_LIMIT: ("position", "move the line, or begin it with other joints after a joint move"),
+    Reason.BRANCH_CHANGE: ("velocity", _HINT),
+}
+"""The limit that a line breaks where its poses have no continuous joints, and what to do."""
 
 
 def plan_line(
@@ -131,7 +139,8 @@ class _LineTiming:
             q = self.model.track(poses, start=self.start)
         except TrackError as error:
             pose = poses[error.index]
-            raise self._refusal(str(error.violation), _HINT, error.joint, error.reason.value, pose) from error
+            limit, hint = _TRACKING[error.reason]
+            raise self._refusal(str(error.violation), hint, error.joint, limit, pose) from error
         except KinematicsError as error:
             raise self._refusal(str(error), _HINT) from error
         gap = np.abs(q[0] - self.start)

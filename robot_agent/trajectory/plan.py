@@ -41,9 +41,10 @@ def _plan_joint_move(
     model: Model, block: JointMove, index: int, limits: Limits, start: NDArray[np.float64]
 ) -> Pieces:
     """One S-curve in the path parameter, its limits those of the joint that allows least."""
-    _check_target(model, block, index)
+    _check_shape(model, block, index)
     travel = block.target - start
     moving = np.abs(travel) > 1e-12
+    _check_range(model, block, index, moving)
     if not moving.any():
         return Pieces.standing(start)
     reach = np.abs(travel[moving])
@@ -60,12 +61,17 @@ def _plan_joint_move(
     return Pieces(np.append(0.0, np.cumsum(profile.zones[used])), coefficients)
 
 
-def _check_target(model: Model, block: JointMove, index: int) -> None:
+def _check_shape(model: Model, block: JointMove, index: int) -> None:
     found = np.asarray(block.target)
     if found.shape != (model.n,) or not np.isfinite(found).all():
         reason = f"the target {found.tolist()} is not {model.n} finite joint values"
         raise PlanError(index, block.line, reason, f"give one value for each of {', '.join(model.joint_names)}")
-    for name, value, (low, high) in zip(model.joint_names, found, model.limits.position, strict=True):
+
+
+def _check_range(model: Model, block: JointMove, index: int, moving: NDArray[np.bool_]) -> None:
+    """Refuse targets outside the range of a joint; one that already stands outside may stay there."""
+    for joint in np.flatnonzero(moving):
+        name, value, (low, high) = model.joint_names[joint], block.target[joint], model.limits.position[joint]
         if not low - 1e-9 <= value <= high + 1e-9:
             reason = f"joint {name} would go to {_shown(value)}, allowed {_shown(low)} to {_shown(high)}"
             hint = "choose a target inside the joint's range"

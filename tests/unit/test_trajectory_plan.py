@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 from six_axis_arm import arm, description
 
 from cell.geometry import from_xyz_abc
+from robot_agent.model.description import JointLimits
 from robot_agent.paths import JointMove, Line, LineGeometry, Sequence
 from robot_agent.trajectory import Limits, Motion, PlanError, plan, s_curve
 
@@ -146,7 +147,7 @@ class TestWristSingularity:
         start, line = self.line(z)
         with pytest.raises(PlanError, match=r"line 5, block 0.*use a joint move") as caught:
             plan(arm(position_deg=720.0), Sequence([line]), LIMITS, start=start)
-        assert caught.value.block == 0
+        assert (caught.value.block, caught.value.joint, caught.value.limit) == (0, "J4", "velocity")
         assert caught.value.pose is not None
         assert abs(caught.value.pose[1, 3]) < 0.02
 
@@ -157,8 +158,44 @@ def test_target_outside_a_joints_range_is_named() -> None:
     assert (caught.value.block, caught.value.line, caught.value.joint, caught.value.limit) == (1, 4, "J3", "position")
 
 
+def test_joint_that_stands_outside_its_range_may_stay_and_may_come_back() -> None:
+    outside = START + np.array([0.0, 0.0, 3.0, 0.0, 0.0, 0.0])
+    stay, back = JointMove(outside, 1.0, 1), JointMove(START, 1.0, 2)
+    assert plan(ARM, Sequence([stay]), LIMITS, start=outside).duration_s == 0.0
+    assert plan(ARM, Sequence([back]), LIMITS, start=outside).duration_s > 0.0
+
+
+class Gantry:
+    """Three linear axes: the smallest robot that has fewer joints than a pose has degrees of freedom."""
+
+    n, joint_names = 3, ("X", "Y", "Z")
+    limits = JointLimits(np.array([[-5.0, 5.0]] * 3), np.full(3, 1.0), np.full(3, 5.0), np.full(3, 50.0), 1.5)
+
+    def forward(self, q: np.ndarray) -> np.ndarray:
+        poses = np.broadcast_to(np.eye(4), (*q.shape[:-1], 4, 4)).copy()
+        poses[..., :3, 3] = q
+        return poses
+
+    def jacobian(self, q: np.ndarray) -> np.ndarray:
+        return np.broadcast_to(np.eye(6)[:, :3], (*q.shape[:-1], 6, 3))
+
+    def track(self, poses: np.ndarray, start: np.ndarray) -> np.ndarray:
+        return poses[:, :3, 3].copy()
+
+
+def test_line_of_a_gantry_keeps_its_axes_limits() -> None:
+    model, target = Gantry(), np.eye(4)
+    target[:3, 3] = 0.0, 2.0, 0.5
+    limits = Limits(model.limits.velocity, model.limits.acceleration, model.limits.jerk, LIMITS.path, 1.5)
+    path = replace(limits.path, speed_m_s=10.0, acceleration_m_s2=100.0, jerk_m_s3=1e4)
+    motion = plan(model, Sequence([Line(target, None, 1)]), replace(limits, path=path), start=np.zeros(3))
+    np.testing.assert_allclose(motion.q(np.array(motion.duration_s)), target[:3, 3], atol=1e-12)
+    assert motion.pieces.peaks()[0, 1] <= 1.0
+    np.testing.assert_allclose(motion.q(motion.grid) @ [1, 0.25, -1], 0.0, atol=1e-12)
+
+
 def test_line_out_of_reach_is_a_plan_error_with_its_pose() -> None:
-    with pytest.raises(PlanError, match="too far") as caught:
+    with pytest.raises(PlanError, match=r"too far; move the line into the robot's reach") as caught:
         planned(Line(moved((3.0, 0.0, 0.0)), None, 8))
     assert caught.value.line == 8
     assert caught.value.pose is not None
