@@ -91,9 +91,7 @@ class _LineTiming:
         path, length, angle = self.limits.path, self.geometry.length_m, self.geometry.angle
         speed = path.speed_m_s if self.block.speed_m_s is None else min(path.speed_m_s, self.block.speed_m_s)
         linear = np.array([speed, path.acceleration_m_s2, path.jerk_m_s3])
-        angular = np.array(
-            [path.angular_speed_rad_s, path.angular_acceleration_rad_s2, path.angular_jerk_rad_s3]
-        )
+        angular = np.array([path.angular_speed_rad_s, path.angular_acceleration_rad_s2, path.angular_jerk_rad_s3])
         by_length = linear / length if length > 0.0 else np.full(3, np.inf)
         by_angle = angular / angle if angle > 0.0 else np.full(3, np.inf)
         return np.minimum(by_length, by_angle)
@@ -125,7 +123,7 @@ class _LineTiming:
         `rate` is how much slower than its own limits the line already is. Raises PlanError when that gets too slow.
         """
         allowed = np.stack([self.limits.velocity, self.limits.acceleration, self.limits.jerk])
-        ratio = allowed / np.maximum(pieces.peaks(), np.finfo(float).tiny)
+        ratio = allowed / np.maximum(pieces.peaks(), 1e-12)
         factor = ratio ** (1.0 / _ORDERS)[:, None]
         order, joint = np.unravel_index(int(np.argmin(factor)), factor.shape)
         if rate * factor[order, joint] * SLOWEST < 1.0:

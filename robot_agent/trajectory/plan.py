@@ -37,9 +37,7 @@ def plan(
     return Motion(model, Pieces.joined(moving), ends, cycle_s)
 
 
-def _plan_joint_move(
-    model: Model, block: JointMove, index: int, limits: Limits, start: NDArray[np.float64]
-) -> Pieces:
+def _plan_joint_move(model: Model, block: JointMove, index: int, limits: Limits, start: NDArray[np.float64]) -> Pieces:
     """One S-curve in the path parameter, its limits those of the joint that allows least."""
     _check_shape(model, block, index)
     travel = block.target - start

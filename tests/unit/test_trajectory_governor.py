@@ -48,9 +48,7 @@ class Drive:
         self.played_tau: list[float] = []
         self.played: list[np.ndarray] = []
 
-    def ask(
-        self, requests: tuple[RateRequest, ...] = (), holds: tuple[Hold, ...] = (), stop: bool = False
-    ) -> Segment:
+    def ask(self, requests: tuple[RateRequest, ...] = (), holds: tuple[Hold, ...] = (), stop: bool = False) -> Segment:
         return self.governor.next(self.segment, self.index, requests, holds, stop)
 
     def take(self, segment: Segment) -> None:

@@ -180,7 +180,7 @@ class Gantry:
         return np.broadcast_to(np.eye(6)[:, :3], (*q.shape[:-1], 6, 3))
 
     def track(self, poses: np.ndarray, start: np.ndarray) -> np.ndarray:
-        return poses[:, :3, 3].copy()
+        return start + (poses[:, :3, 3] - poses[0, :3, 3])
 
 
 def test_line_of_a_gantry_keeps_its_axes_limits() -> None:
