@@ -13,7 +13,7 @@ _JERK_SIGNS = np.array([1.0, 0.0, -1.0, 0.0, -1.0, 0.0, 1.0])
 class SCurve:
     """Seven zones of constant jerk; empty zones have no duration.
 
-    Source: Frigeni, Industrial Robotics Control, (7-2) to (7-18). The book names two degenerate cases, a short path (no
+    Source: Frigeni, Industrial Robotics Control, (7-2) to (7-17). The book names two degenerate cases, a short path (no
     zone 4) and a very short one (zones 1, 3, 5, 7); the third is a path on which the speed is reached before the
     acceleration is (zones 1, 3, 4, 5, 7).
     """
