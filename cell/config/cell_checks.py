@@ -25,7 +25,8 @@ def check_cell_file(document: Document, cell: CellFile) -> list[Problem]:
 def _endpoints(document: Document, cell: CellFile) -> Iterator[Problem]:
     seen: dict[tuple[str, int], str] = {}
     places: list[tuple[str, str, KeyPath]] = [("the manager", cell.manager.endpoint, ("manager", "endpoint"))]
-    places += [(f"gateway {name}", entry.endpoint, ("gateways", name, "endpoint")) for name, entry in cell.gateways.items()]
+    for name, entry in cell.gateways.items():
+        places.append((f"gateway {name}", entry.endpoint, ("gateways", name, "endpoint")))
     for who, endpoint, path in places:
         other = seen.setdefault(host_and_port(endpoint), who)
         if other != who:
@@ -36,11 +37,11 @@ def _names(document: Document, cell: CellFile) -> Iterator[Problem]:
     gateways, robots = document.keys(("gateways",)), document.keys(("robots",))
     for name, robot in cell.robots.items():
         if robot.gateway not in gateways:
-            path = ("robots", name, "gateway")
-            yield document.problem(path, f"unknown gateway {robot.gateway!r}", f"one of {', '.join(gateways) or 'none'}")
+            allowed = f"one of {', '.join(gateways)}"
+            yield document.problem(("robots", name, "gateway"), f"unknown gateway {robot.gateway!r}", allowed)
     for zone, entry in cell.zones.items():
         for index, name in enumerate(entry.robots):
-            path = ("zones", zone, "robots", index)
+            path: KeyPath = ("zones", zone, "robots", index)
             if name not in robots:
                 yield document.problem(path, f"unknown robot {name!r}", f"one of {', '.join(robots)}")
             elif name in entry.robots[:index]:
@@ -52,7 +53,11 @@ def _times(document: Document, cell: CellFile) -> Iterator[Problem]:
     shortest_fresh = PERIODS_PER_DEADLINE * MANAGER_PERIOD_S
     shortest_command = PERIODS_PER_DEADLINE * BLOCK_PERIOD_S
     rules = (
-        ("nominal_s", times.nominal_s >= SHORTEST_NOMINAL_S, f"{SHORTEST_NOMINAL_S:g} or more, so that blocks may be lost"),
+        (
+            "nominal_s",
+            times.nominal_s >= SHORTEST_NOMINAL_S,
+            f"{SHORTEST_NOMINAL_S:g} or more, so that blocks may be lost",
+        ),
         (
             "lead_s",
             times.lead_s + BLOCK_PERIOD_S < times.nominal_s,

@@ -49,7 +49,9 @@ class ZoneEntry(BaseModel):
     """An exclusive zone: a box that one robot at a time may be in."""
 
     model_config = STRICT
-    size: tuple[PositiveLength, PositiveLength, PositiveLength] = Field(description="edge lengths of the box: [x, y, z]")
+    size: tuple[PositiveLength, PositiveLength, PositiveLength] = Field(
+        description="edge lengths of the box: [x, y, z]"
+    )
     pose: Pose = Field(description="pose of the box's centre in world: X, Y, Z, A, B, C")
     robots: Annotated[tuple[Name, ...], Field(min_length=1)] = Field(description="robots that may ask for the zone")
 
@@ -63,10 +65,12 @@ class TimesEntry(BaseModel):
     nominal_s: Seconds = Field(_DEFAULT.nominal_s, description="part of a set-point block before its braking ramp")
     lead_s: Seconds = Field(_DEFAULT.lead_s, description="how far ahead a new block joins")
     feedback_lost_s: Seconds = Field(_DEFAULT.feedback_lost_s, description="silence of drive feedback that is a fault")
-    owner_silent_s: Seconds = Field(_DEFAULT.owner_silent_s, description="silence of blocks, at rest, that ends a claim")
+    owner_silent_s: Seconds = Field(
+        _DEFAULT.owner_silent_s, description="silence of blocks, at rest, that ends a claim"
+    )
     estop_delay_s: Seconds = Field(
         _DEFAULT.estop_delay_s,
-        description="from a software emergency stop, which never replaces a hard-wired one, to the gateway's quick stop",
+        description="from a software emergency stop (it never replaces a hard-wired one) to a gateway's quick stop",
     )
 
 
@@ -85,7 +89,7 @@ class CellFile(BaseModel):
     times: TimesEntry = Field(TimesEntry.model_construct(), description="deadlines in seconds")
     on_manager_return: Annotated[OnManagerReturn, Field(strict=False)] = Field(
         OnManagerReturn.OPERATOR,
-        description="what a robot does that stopped because the manager fell silent, once it is back: continue or operator",
+        description="what a robot does that stopped because the manager was silent: continue, or wait for an operator",
     )
 
     def settings(self, here: Naming, digest: str) -> CellSettings:

@@ -17,7 +17,7 @@ class Severity(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Problem:
-    """One finding. `line` and `column` count from 1; `path` is the place in the file, for example `robots.left.base.X`."""
+    """One finding. `line` and `column` count from 1; `path` is the place in the file, like `robots.left.base.X`."""
 
     file: Path
     line: int
@@ -29,9 +29,8 @@ class Problem:
 
     def __str__(self) -> str:
         mark = "warning: " if self.severity is Severity.WARNING else ""
-        return (
-            f"{shown(self.file)}:{self.line}:{self.column}: {mark}{self.path}: found {self.found}, allowed {self.allowed}"
-        )
+        place = f"{shown(self.file)}:{self.line}:{self.column}"
+        return f"{place}: {mark}{self.path}: found {self.found}, allowed {self.allowed}"
 
 
 class ConfigError(Exception):

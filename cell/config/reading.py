@@ -8,6 +8,7 @@ from pydantic import BaseModel
 
 from cell.config.document import Document, Naming, read_document
 from cell.config.problem import Problem
+from cell.config.units import ToSI
 from cell.config.validation import validate
 
 F = TypeVar("F", bound=BaseModel)
@@ -29,3 +30,8 @@ def read(file: Path, schema: type[F], named_by: Naming | None = None) -> Reading
         return Reading(None, None, problems)
     content, found = validate(document, schema)
     return Reading(document, content, problems + found)
+
+
+def declared_angle(document: Document, angle_rad: float) -> float:
+    """An angle (or a speed or acceleration of one) in the unit that the file declares, for a problem's text."""
+    return angle_rad / ToSI.of(document.value(("units",))).angle

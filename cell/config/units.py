@@ -11,7 +11,7 @@ STRICT = ConfigDict(extra="forbid", strict=True, frozen=True, allow_inf_nan=Fals
 
 
 class Units(BaseModel):
-    """The units of all lengths and angles in the file; speeds and accelerations are per second and per second squared."""
+    """The units of all lengths and angles in the file; speeds are per second, accelerations per second squared."""
 
     model_config = STRICT
     length: Literal["mm", "m"] = Field(description="unit of lengths: mm or m")
@@ -20,23 +20,25 @@ class Units(BaseModel):
 
 @dataclass(frozen=True, slots=True)
 class ToSI:
-    """Factors from the file's units to metres and radians; the context in which a file is validated."""
+    """From the file's units to metres and radians; the context in which a file is validated."""
 
-    length: float = 1.0
+    per_metre: float = 1.0
+    """Divisor of lengths: 1000 mm are exactly 1 m."""
     angle: float = 1.0
+    """Factor of angles."""
 
     @classmethod
     def of(cls, declared: object) -> "ToSI":
         """From the raw `units` of a file; what is not declared properly counts as SI, it is reported elsewhere."""
         units = declared if isinstance(declared, dict) else {}
         return cls(
-            length=1e-3 if units.get("length") == "mm" else 1.0,
+            per_metre=1000.0 if units.get("length") == "mm" else 1.0,
             angle=math.pi / 180 if units.get("angle") == "deg" else 1.0,
         )
 
 
 def _length(value: float, info: ValidationInfo) -> float:
-    return value * info.context.length if isinstance(info.context, ToSI) else value
+    return value / info.context.per_metre if isinstance(info.context, ToSI) else value
 
 
 def _angle(value: float, info: ValidationInfo) -> float:

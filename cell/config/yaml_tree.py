@@ -37,7 +37,7 @@ class Places:
 def parse(text: str, places: dict[KeyPath, Places], report: Report) -> Value:
     """The value in `text`; fills `places` and reports what cannot be taken. None as well when nothing could be read."""
     try:
-        root = YAML(typ="safe", pure=True).compose(text)  # type: ignore[no-untyped-call]
+        root = YAML(typ="safe", pure=True).compose(text)
     except MarkedYAMLError as error:
         what = " ".join(part for part in (error.context, error.problem) if part)
         report(_place(error.problem_mark), (), _one_line(what), "YAML")
@@ -45,7 +45,7 @@ def parse(text: str, places: dict[KeyPath, Places], report: Report) -> Value:
     except ReaderError as error:
         before = text[: error.position]
         place = (before.count("\n") + 1, len(before) - before.rfind("\n"))
-        report(place, (), f"the character {chr(error.character)!r}" if isinstance(error.character, int) else "a character", "YAML text")
+        report(place, (), f"the character {text[error.position : error.position + 1]!r}", "printable text")
         return None
     except RecursionError:
         report((1, 1), (), "brackets nested too deeply", "a few levels")
@@ -77,7 +77,7 @@ class _Tree:
         if isinstance(node, SequenceNode):
             self._check_tag(node, f"{_CORE}seq", path)
             return [self.value(item, (*path, index), None) for index, item in enumerate(node.value)]
-        return self._scalar(node, path)
+        return self._scalar(node, str(node.value), path)
 
     def _mapping(self, node: MappingNode, path: KeyPath) -> Value:
         self._check_tag(node, f"{_CORE}map", path)
@@ -95,8 +95,7 @@ class _Tree:
             mapping[key] = self.value(value_node, (*path, key), place)
         return mapping
 
-    def _scalar(self, node: ScalarNode, path: KeyPath) -> Value:
-        text: str = node.value
+    def _scalar(self, node: Node, text: str, path: KeyPath) -> Value:
         tag = str(node.tag)
         if tag in _TEXT_TAGS:
             return text
@@ -111,7 +110,8 @@ class _Tree:
                 return _SPECIAL[text.lower()] if text.lower() in _SPECIAL else float(text)
         except ValueError:
             pass
-        self._report(_place(node.start_mark), path, f"{tag.removeprefix(_CORE)} {text!r}", "text, a number, true or false")
+        found = f"{tag.removeprefix(_CORE)} {text!r}"
+        self._report(_place(node.start_mark), path, found, "text, a number, true or false")
         return None
 
     def _check_tag(self, node: Node, plain: str, path: KeyPath) -> None:

@@ -25,6 +25,7 @@ from cell.messages import (
     Halt,
     Heard,
     Release,
+    Reply,
     ResetDrives,
     ResetEstop,
     ResetRobot,
@@ -35,6 +36,7 @@ from cell.messages import (
 )
 from cell.net import binary
 from cell.net.errors import CodecError
+from cell.net.keys import STATE_KINDS
 
 T = TypeVar("T")
 
@@ -108,6 +110,15 @@ def decode_call(to: str, verb: str, data: bytes) -> Call:
         raise CodecError("Call", f"verb {verb!r} is unknown to {to}; allowed: {', '.join(sorted(known)) or 'none'}")
     form = _from_json(_CALL_FORMS[known[verb]], data)
     return Call(form.id, form.command, form.heard)
+
+
+def message_schemas() -> dict[str, Any]:
+    """JSON Schemas of all that travels as JSON: state messages and `Reply` by class, calls by role and verb."""
+    kinds = [kind for kind in STATE_KINDS if kind not in (SetpointBlock, DriveFeedback)]
+    schemas = {kind.__name__: _adapter(kind).json_schema() for kind in (*kinds, Reply)}
+    for role, verbs in COMMANDS.items():
+        schemas |= {f"{role}/{verb}": _adapter(_CALL_FORMS[kind]).json_schema() for verb, kind in verbs.items()}
+    return schemas
 
 
 def _to_json(kind: type[Any], message: object) -> bytes:

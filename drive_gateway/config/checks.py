@@ -1,12 +1,12 @@
 """What must hold within a drives file beyond its schema."""
 
-import math
 from collections.abc import Iterator
 
 from can.interfaces import VALID_INTERFACES
 
 from cell.config.document import Document
 from cell.config.problem import KeyPath, Problem, Severity
+from cell.config.reading import declared_angle
 from drive_gateway.config.bus_load import KEPT_FREE, REFUSE_ABOVE, WARN_ABOVE, bus_load
 from drive_gateway.config.drives_file import AxisEntry, DrivesFile
 
@@ -65,8 +65,8 @@ def _times(document: Document, drives: DrivesFile) -> Iterator[Problem]:
         (
             "heartbeat_timeout_s",
             drives.heartbeat_timeout_s > heartbeat,
-            f"more than {heartbeat:g}: the gateway sends its heartbeat every {drives.heartbeat_producer_s:g} and may be "
-            f"late by overrun_limit_s, {drives.overrun_limit_s:g}",
+            f"more than {heartbeat:g}: heartbeat_producer_s, {drives.heartbeat_producer_s:g}, and overrun_limit_s, "
+            f"{drives.overrun_limit_s:g}, by which the gateway may be late",
         ),
         (
             "tpdo_timeout_s",
@@ -101,12 +101,15 @@ def _axes(document: Document, drives: DrivesFile) -> Iterator[Problem]:
             yield document.problem((*path, "quick_stop"), found, f"more than this axis' acceleration, {limit}")
         lag = axis.speed * drives.simulated_lag_s
         if axis.following_window <= lag and drives.simulated_lag_s > 0:
-            least = f"more than {_as_declared(document, lag):g}: a simulated drive lags by speed times simulated_lag_s"
-            yield document.problem((*path, "following_window"), document.found((*path, "following_window")), least)
+            found = document.found((*path, "following_window"))
+            allowed = (
+                f"more than {declared_angle(document, lag):g}: simulated drives lag by speed times simulated_lag_s"
+            )
+            yield document.problem((*path, "following_window"), found, allowed)
         counts = abs(axis.counts_per_rad())
         for name in ("quick_stop", "following_window"):
             if getattr(axis, name) * counts > UINT32_MAX:
-                most = _as_declared(document, UINT32_MAX / counts)
+                most = declared_angle(document, UINT32_MAX / counts)
                 allowed = f"{most:g} or less, 32 bits of encoder counts"
                 yield document.problem((*path, name), document.found((*path, name)), allowed)
 
@@ -116,8 +119,3 @@ def axes_of(drives: DrivesFile) -> Iterator[tuple[KeyPath, str, AxisEntry]]:
     for robot, entry in drives.robots.items():
         for name, axis in entry.axes.items():
             yield ("robots", robot, "axes", name), f"{robot}.{name}", axis
-
-
-def _as_declared(document: Document, angle_rad: float) -> float:
-    """An angle in the unit that the file declares."""
-    return math.degrees(angle_rad) if document.value(("units", "angle")) == "deg" else angle_rad

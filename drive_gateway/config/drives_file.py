@@ -16,8 +16,12 @@ class BusEntry(BaseModel):
     """How python-can opens the bus."""
 
     model_config = STRICT
-    interface: Annotated[str, Field(min_length=1)] = Field(description="interface of python-can: virtual, socketcan, ...")
-    channel: Annotated[str, Field(min_length=1)] = Field(description="channel of the interface: can0, a group address, ...")
+    interface: Annotated[str, Field(min_length=1)] = Field(
+        description="interface of python-can: virtual, socketcan, ..."
+    )
+    channel: Annotated[str, Field(min_length=1)] = Field(
+        description="channel of the interface: can0, a group address, ..."
+    )
     bitrate: Literal[10_000, 20_000, 50_000, 125_000, 250_000, 500_000, 800_000, 1_000_000] = Field(
         description="bit rate [bit/s], one of CiA 301"
     )
@@ -63,7 +67,9 @@ class RobotEntry(BaseModel):
     """The axes of one robot."""
 
     model_config = STRICT
-    axes: Annotated[dict[AxisName, AxisEntry], Field(min_length=1)] = Field(description="axes by name, in the joints' order")
+    axes: Annotated[dict[AxisName, AxisEntry], Field(min_length=1)] = Field(
+        description="axes by name, in the joints' order"
+    )
 
 
 class DrivesFile(BaseModel):

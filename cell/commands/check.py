@@ -1,0 +1,78 @@
+"""`cell check`: every problem of every file of a cell, or a summary of a good one."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.box import SIMPLE
+from rich.console import Console, Group
+from rich.table import Table
+
+from cell.commands.checks import CellBundle, check_cell
+from cell.config.problem import Problem, refuses
+from drive_gateway.config import GatewaySettings
+from drive_gateway.config.bus_load import bus_load
+
+
+def check(file: Annotated[Path, typer.Argument(metavar="FILE", help="The cell file.", show_default=False)]) -> None:
+    """Check a cell file and every file that it names.
+
+    Prints all problems, one a line, as file:line:column: path: found ..., allowed ... and exits with 1; a good cell is
+    summed up, its warnings are printed, and the exit is 0.
+    """
+    bundle, problems = check_cell(file)
+    for problem in problems:
+        typer.echo(str(problem))
+    if bundle is None:
+        typer.echo(_count(problems))
+        raise typer.Exit(1)
+    Console().print(_summary(bundle))
+
+
+def _count(problems: list[Problem]) -> str:
+    errors = sum(refuses([problem]) for problem in problems)
+    warnings = len(problems) - errors
+    files = len({problem.file for problem in problems})
+    text = f"{_several(errors, 'problem')} in {_several(files, 'file')}"
+    return text + (f", {_several(warnings, 'warning')} among them" if warnings else "")
+
+
+def _several(count: int, what: str) -> str:
+    return f"{count} {what}" + ("" if count == 1 else "s")
+
+
+def _summary(bundle: CellBundle) -> Group:
+    cell = bundle.cell
+    title = f"cell {cell.name} is good, digest {cell.digest}"
+    robots = _table(title, "robot", "model", "gateway", "base mm", "program")
+    for name, robot in cell.robots.items():
+        base = _millimetres(robot.base.position_m)
+        robots.add_row(name, bundle.models[name].name, robot.gateway, base, robot.program.name)
+    gateways = _table("", "gateway", "endpoint", "bus", "kbit/s", "nodes", "cycle ms", "load")
+    for name, gateway in bundle.gateways.items():
+        gateways.add_row(name, cell.gateways[name].endpoint, *_bus_cells(gateway))
+    zones = _table("", "zone", "size mm", "centre mm", "robots")
+    for name, zone in cell.zones.items():
+        zones.add_row(name, _millimetres(zone.size_m), _millimetres(zone.pose.position_m), ", ".join(zone.robots))
+    return Group(robots, gateways, *([zones] if cell.zones else []))
+
+
+def _millimetres(xyz: tuple[float, float, float]) -> str:
+    return ", ".join(f"{1000 * value:.0f}" for value in xyz)
+
+
+def _bus_cells(gateway: GatewaySettings) -> tuple[str, ...]:
+    nodes = sum(len(robot.axes) for robot in gateway.robots.values())
+    load = bus_load(nodes, gateway.bus.bitrate, gateway.cycle_s, gateway.heartbeat_producer_s)
+    bus = f"{gateway.bus.interface} {gateway.bus.channel}"
+    return (
+        bus,
+        f"{gateway.bus.bitrate / 1000:g}",
+        str(nodes),
+        f"{1000 * gateway.cycle_s:g}",
+        f"{100 * load.total:.0f} %",
+    )
+
+
+def _table(title: str, *headings: str) -> Table:
+    return Table(*headings, title=title or None, title_justify="left", box=SIMPLE)

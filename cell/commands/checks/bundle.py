@@ -1,0 +1,58 @@
+"""From the path of a cell file to everything that its processes need, or to all problems of all files."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from cell.commands.checks.buses import check_buses
+from cell.commands.checks.drives import check_drives
+from cell.commands.checks.programs import check_programs
+from cell.commands.checks.readings import Readings, read_named_files
+from cell.commands.checks.times import check_times
+from cell.config.load import cell_settings, read_cell
+from cell.config.problem import Problem, refuses
+from cell.config.settings import CellSettings
+from drive_gateway.config import GatewaySettings
+from robot_agent.model import RobotDescription
+
+
+@dataclass(frozen=True, slots=True)
+class CellBundle:
+    """A cell whose configuration is good: its settings, the robots' models by robot, the gateways by name."""
+
+    cell: CellSettings
+    models: dict[str, RobotDescription]
+    gateways: dict[str, GatewaySettings]
+
+
+def check_cell(path: str | Path) -> tuple[CellBundle | None, list[Problem]]:
+    """Read and check the cell file and all files that it names.
+
+    Returns the bundle, or None with at least one error, and every problem of every file, warnings included, file by
+    file and line by line.
+    """
+    reading = read_cell(Path(path))
+    settings, problems = cell_settings(reading)
+    if reading.document is None or reading.content is None:
+        return None, _in_order(problems)
+    readings = read_named_files(reading.document, reading.content)
+    problems += readings.problems()
+    problems += [*check_drives(readings), *check_times(readings), *check_buses(readings), *check_programs(readings)]
+    problems = _in_order(problems)
+    if settings is None or refuses(problems):
+        return None, problems
+    return _bundle(settings, readings), problems
+
+
+def _bundle(settings: CellSettings, readings: Readings) -> CellBundle:
+    return CellBundle(
+        cell=settings,
+        models={robot: model.description() for robot, _, model in readings.usable_models()},
+        gateways={gateway: drives.settings(gateway) for gateway, _, drives in readings.usable_drives()},
+    )
+
+
+def _in_order(problems: list[Problem]) -> list[Problem]:
+    """Each problem once, files in the order in which they were read, then by line and column."""
+    once = list(dict.fromkeys(problems))
+    files = list(dict.fromkeys(problem.file for problem in once))
+    return sorted(once, key=lambda problem: (files.index(problem.file), problem.line, problem.column))

@@ -1,0 +1,95 @@
+"""What robots, their models and their drives say about each other."""
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from cell.commands.checks.readings import Readings
+from cell.config.document import Document
+from cell.config.problem import KeyPath, Problem
+from cell.config.reading import declared_angle
+from drive_gateway.cia402.units import AxisUnits
+from drive_gateway.config.drives_file import AxisEntry
+from robot_agent.model.robot_file import JointEntry, RobotFile
+
+MARGIN = 1.05
+"""How far a drive's limits lie above its joint's, so that rounding never makes a gateway refuse a block."""
+
+
+def check_drives(readings: Readings) -> Iterator[Problem]:
+    """Each robot is driven by its gateway and no other, axis by axis within what its drives can do."""
+    for robot, entry in readings.cell.robots.items():
+        reading = readings.drives.get(entry.gateway)
+        if reading is None or reading.document is None or reading.content is None:
+            continue
+        driven = reading.document.keys(("robots",))
+        if robot not in driven:
+            found = f"{entry.gateway!r}, which drives {', '.join(driven)}"
+            yield readings.document.problem(("robots", robot, "gateway"), found, f"the gateway that drives {robot}")
+    for gateway, document, drives in readings.usable_drives():
+        for robot in drives.robots:
+            yield from _owner(readings, gateway, document, robot)
+    models = {robot: model for robot, _, model in readings.usable_models()}
+    for gateway, document, drives in readings.usable_drives():
+        for robot in readings.robots_of(gateway):
+            if robot in drives.robots and robot in models:
+                yield from _robot(document, robot, drives.robots[robot].axes, models[robot])
+
+
+def _owner(readings: Readings, gateway: str, document: Document, robot: str) -> Iterator[Problem]:
+    own = readings.robots_of(gateway)
+    if robot in own:
+        return
+    known = robot in readings.document.keys(("robots",))
+    entry = readings.cell.robots.get(robot)
+    if known and entry is None:
+        return
+    found = f"robot {robot!r}, which the cell gives to gateway {entry.gateway}" if entry else f"unknown robot {robot!r}"
+    allowed = f"robots of gateway {gateway}: {', '.join(own) or 'none'}"
+    yield document.problem(("robots", robot), found, allowed, at_key=True)
+
+
+def _robot(document: Document, robot: str, axes: dict[str, AxisEntry], model: RobotFile) -> Iterator[Problem]:
+    path: KeyPath = ("robots", robot, "axes")
+    names, joints = document.keys(path), list(model.joints)
+    if names != joints:
+        found = f"the axes {', '.join(names)}"
+        yield document.problem(path, found, f"the joints of {model.name}, in order: {', '.join(joints)}", at_key=True)
+    for name in joints:
+        if name in axes:
+            yield from _axis(document, (*path, name), axes[name], model.joints[name], model.ramp_factor)
+
+
+def _axis(
+    document: Document, path: KeyPath, axis: AxisEntry, joint: JointEntry, ramp_factor: float
+) -> Iterator[Problem]:
+    name = path[-1]
+    # A tolerance of the last digits: 1.05 times 110 deg/s is not exactly 115.5 in binary.
+    if axis.speed < MARGIN * joint.speed * (1 - 1e-9):
+        least = declared_angle(document, MARGIN * joint.speed)
+        allowed = f"{least:g} or more, {MARGIN:g} times the speed of {name}"
+        yield document.problem((*path, "speed"), document.found((*path, "speed")), allowed)
+    ramp = ramp_factor * joint.acceleration
+    if axis.acceleration < MARGIN * ramp * (1 - 1e-9):
+        least = declared_angle(document, MARGIN * ramp)
+        allowed = f"{least:g} or more, {MARGIN:g} times the ramp of {name} (ramp_factor times its acceleration)"
+        yield document.problem((*path, "acceleration"), document.found((*path, "acceleration")), allowed)
+    low, high = (f"{declared_angle(document, limit):g}" for limit in joint.position)
+    if not joint.position[0] <= axis.simulated_start <= joint.position[1]:
+        found = document.found((*path, "simulated_start"))
+        yield document.problem((*path, "simulated_start"), found, f"{low} to {high}, the limits of {name}")
+    yield from _counter(document, path, axis, joint)
+
+
+def _counter(document: Document, path: KeyPath, axis: AxisEntry, joint: JointEntry) -> Iterator[Problem]:
+    """The drive's 32-bit position must not wrap within the joint's limits, following error included."""
+    units = AxisUnits([axis.settings(str(path[-1]))])
+    lowest, highest = float(units.lowest[0]), float(units.highest[0])
+    low, high = np.array(joint.position) + np.array([-1, 1]) * axis.following_window
+    if lowest <= low and high <= highest:
+        return
+    fits = " to ".join(f"{declared_angle(document, bound):g}" for bound in (lowest, highest))
+    needed = " to ".join(f"{declared_angle(document, bound):g}" for bound in (low, high))
+    found = f"{axis.gear:g} times {axis.counts_per_turn} counts per turn: 32 bits reach from {fits}"
+    allowed = f"a counter that reaches from {needed}, the limits of {path[-1]} and its following error"
+    yield document.problem((*path, "gear"), found, allowed)
