@@ -22,14 +22,19 @@ STATE_TIMEOUT_S = 1.0
 ANSWER_TIMEOUT_S = 5.0
 
 
-def read_cell(file: Path) -> CellSettings:
-    """The settings in `file`. Raises `CommandError` when there is none, `ConfigError` with all of its problems."""
+def existing(file: Path) -> Path:
+    """`file` as an absolute path. Raises `CommandError` when there is no such file."""
     if not file.is_file():
         raise CommandError(
             f"{file}: no such cell file",
             "name it, or for operators' commands set ZENCELL_FILE, for example to cell_configs/two_arms/cell.yaml",
         )
-    return load_cell(file)
+    return file.absolute()
+
+
+def read_cell(file: Path) -> CellSettings:
+    """The settings in `file`. Raises `CommandError` when there is none, `ConfigError` with all of its problems."""
+    return load_cell(existing(file))
 
 
 def operator_name() -> str:

@@ -93,15 +93,18 @@ def simulate(
 
     The bus must be one that several processes can share, for example socketcan (vcan) or udp_multicast.
     """
-    from drive_gateway.sim.shell import run_simulated_drives
-
     from drive_gateway.config import load_drives
+    from drive_gateway.gateway.bus import GatewayError
+    from drive_gateway.sim.shell import run_simulated_drives
 
     settings = _settings(file, gateway)
     drives = load_drives(settings.gateways[gateway].drives, gateway)
 
     def body(_folder: Path, stop: threading.Event) -> int:
-        return run_simulated_drives(drives, stop)
+        try:
+            return run_simulated_drives(drives, stop)
+        except GatewayError as error:
+            raise CommandError(str(error)) from error
 
     run_process(f"drives-{gateway}", settings, state_dir, parent_pipe, body)
 

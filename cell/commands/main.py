@@ -2,7 +2,7 @@
 
 import typer
 
-from cell.commands import estop, manager, reset, robot, status, up, zone
+from cell.commands import check, estop, manager, reset, robot, schema, status, up, zone
 from cell.commands.errors import run_app
 
 FILE = "cell_configs/two_arms/cell.yaml"
@@ -23,6 +23,8 @@ zones = typer.Typer(
     epilog=f"Example: cell zone clear handover -f {FILE}",
 )
 
+app.command("check", epilog=f"Example: cell check {FILE}")(check.check)
+app.command("schema", epilog="Example: cell schema cell > cell.schema.json")(schema.schema)
 app.command("up", epilog=f"Example: cell up {FILE} --until-done")(up.up)
 app.command("status", epilog=f"Example: cell status -f {FILE}")(status.status)
 app.command("manager", epilog=f"Example: cell manager {FILE}")(manager.manager)

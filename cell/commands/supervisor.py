@@ -1,5 +1,6 @@
 """The course of `cell up`: bring the cell up, watch it, bring it to rest."""
 
+import math
 import sys
 import threading
 import time
@@ -22,6 +23,8 @@ from cell.net.session import CellSession
 
 START_TIMEOUT_S = 30.0
 REST_TIMEOUT_S = 6.0
+QUIET_S = 10.0
+"""The same warning of the same source is shown this often at most."""
 ENABLED = frozenset({Mode.READY, Mode.RUNNING, Mode.HALTED})
 STUCK = frozenset({Mode.FAULT, Mode.ESTOP, Mode.OFF_PATH})
 
@@ -46,6 +49,7 @@ class Supervisor:
         self._stop = stop
         self._hurry = hurry
         self._started = time.monotonic()
+        self._warned: dict[tuple[str, str], float] = {}
 
     def run(self, *, start_programs: bool, until_done: bool) -> bool:
         """Bring the cell up and watch it until `stop`; with `until_done`, until all programs are done or one fails.
@@ -126,8 +130,9 @@ class Supervisor:
             seen = view.look()
             show.update(seen)
             for event in events.take():
-                if isinstance(event, Event) and event.severity is not Severity.INFO:
-                    show.say(f"{event.severity.value}: {event.source}: {event.text} {event.remedy}".rstrip())
+                if isinstance(event, Event) and self._worth_a_line(event):
+                    remedy = f"; {event.remedy}" if event.remedy else ""
+                    show.say(f"{event.severity.value}: {event.source}: {event.text}{remedy}")
             dead = self._children.deaths()
             for child in dead:
                 print(child.death_notice(), file=sys.stderr)
@@ -142,6 +147,14 @@ class Supervisor:
                 self._tell_waits(seen)
                 return True
         return False
+
+    def _worth_a_line(self, event: Event) -> bool:
+        """Every alarm, and a warning unless the same one was shown a moment ago."""
+        now, kind = time.monotonic(), (event.source, event.code)
+        repeated = now - self._warned.get(kind, -math.inf) < QUIET_S
+        if event.severity is Severity.WARNING and not repeated:
+            self._warned[kind] = now
+        return event.severity is Severity.ALARM or (event.severity is Severity.WARNING and not repeated)
 
     def _all_done(self, seen: Snapshot, run: Orders) -> bool:
         return run.obeyed >= set(self._settings.robots) and all(
