@@ -9,7 +9,7 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from cell.config.settings import CellSettings, PoseSettings
+from cell.config.settings import CellSettings, RobotSettings
 from cell.core import Answer, Ask, Effect, Ended, Publish, Shutdown
 from cell.geometry.pose import pose_from
 from cell.net.calls import Calls
@@ -43,7 +43,7 @@ def run_agent(
     """
     settings = cell.robots[robot]
     link = Link("peer", connect=(cell.manager_endpoint, cell.gateways[settings.gateway].endpoint), gossip=True)
-    base = _pose(settings.base)
+    base = base_pose(settings)
     limits = Limits.of(model.description)
     boot = new_boot()
     core = AgentCore(cell, robot, lambda cycle_s: Planner(model, limits, base, cycle_s), program, boot)
@@ -148,5 +148,6 @@ class _Shell:
         return []
 
 
-def _pose(settings: PoseSettings) -> NDArray[np.float64]:
-    return pose_from(np.array(settings.position_m), np.array(settings.quaternion_xyzw))
+def base_pose(robot: RobotSettings) -> NDArray[np.float64]:
+    """Pose of a robot's base in world `(4, 4)`."""
+    return pose_from(np.array(robot.base.position_m), np.array(robot.base.quaternion_xyzw))

@@ -1,4 +1,4 @@
-"""The smallest world an agent lives in: a gateway that plays blocks exactly, and a manager that can be told what to say."""
+"""The smallest world an agent lives in: a gateway that plays blocks exactly, and a manager that says what it is told."""
 
 from dataclasses import replace
 from pathlib import Path
