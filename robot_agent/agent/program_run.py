@@ -76,15 +76,16 @@ class ProgramRun:
 
     def follow(self, playing: SentBlock, tick: int) -> None:
         """Note the line of the motion that is played at a tick."""
-        if self.running and tick >= self.resume_tick and playing.planned.line > 0:
-            self.line = playing.planned.line
+        line = playing.planned.line_at(float(playing.segment.tau[playing.index(tick)]))
+        if self.running and tick >= self.resume_tick and line > 0:
+            self.line = line
 
     def why_idle(self, tick: int, cycle_s: float) -> str:
         """Why a robot at rest does not move although its program runs; empty when that is not the program's doing."""
         if tick < self.resume_tick:
             return f"WAIT, {(self.resume_tick - tick) * cycle_s:.1f} s left"
         if isinstance(self.lookahead.head, Waiting):
-            return f"line {self.lookahead.head.step.line} is being planned"
+            return f"line {self.lookahead.head.line} is being planned"
         return ""
 
     @property

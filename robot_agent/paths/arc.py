@@ -7,6 +7,7 @@ import numpy as np
 
 from robot_agent.paths.caps import Caps
 from robot_agent.paths.curves import Circle, Numbers
+from robot_agent.paths.orientation import axis_angle, turned
 
 _COLLINEAR = 1e-6
 """Relative: below this the radius says more about rounding than about the points."""
@@ -60,3 +61,13 @@ class CircleGeometry:
         v = np.cross(normal / np.linalg.norm(normal), u)
         angles = [math.atan2(float(p @ v), float(p @ u)) % math.tau for p in (via - centre, target - centre)]
         return cls(Circle(centre, u, v, radius, angles[1]), *angles)
+
+
+def evenly_turned(start: Numbers, via: Numbers, target: Numbers) -> Numbers:
+    """The via pose `(4, 4)` with the orientation that an even turn from `start` to `target` has there."""
+    geometry = CircleGeometry.through(start[:3, 3], via[:3, 3], target[:3, 3])
+    share = 0.5 if geometry is None else geometry.via_rad / geometry.target_rad
+    axis, angle = axis_angle(target[:3, :3] @ start[:3, :3].T)
+    pose = via.copy()
+    pose[:3, :3] = turned(axis, np.array(share * angle)) @ start[:3, :3]
+    return pose

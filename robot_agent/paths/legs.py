@@ -9,12 +9,11 @@ import numpy as np
 from robot_agent.paths.arc import Arc, CircleGeometry
 from robot_agent.paths.curves import Curve, Numbers, Straight, bezier
 from robot_agent.paths.errors import PathError
-from robot_agent.paths.line import Line
+from robot_agent.paths.line import Line, LineGeometry
 from robot_agent.paths.orientation import Turn, axis_angle
 from robot_agent.paths.spline import Spline, control_points
 
 _SAME_PLACE_M = 1e-9
-_SAME_ORIENTATION_RAD = 1e-9
 
 FlangeMove = Line | Arc | Spline
 
@@ -55,13 +54,22 @@ def legs(blocks: Sequence[tuple[int, FlangeMove]], start: Numbers, tangent: Numb
             first, pose = last, _end_pose(blocks[last][1])
         else:
             made += _line(index, block, pose) if isinstance(block, Line) else _arc(index, block, pose)
-            pose = _end_pose(block) if not isinstance(block, Arc) else _arc_end(made, block)
+            pose = end_of(block, pose)
         first += 1
     return made
 
 
-def end_pose(leg: Leg) -> Numbers:
-    """The pose `(4, 4)` at the end of a leg."""
+def end_of(block: FlangeMove, start: Numbers) -> Numbers:
+    """The pose `(4, 4)` in which a block ends that begins in `start`."""
+    if isinstance(block, Arc) and block.angle_rad is not None:
+        try:
+            return _leg_end(_arc(0, block, start)[0])
+        except PathError:
+            return start  # planning refuses this arc and names its line
+    return _end_pose(block)
+
+
+def _leg_end(leg: Leg) -> Numbers:
     pose = np.eye(4)
     length = np.array(leg.curve.length_m)
     pose[:3, :3], pose[:3, 3] = leg.turns[-1].at(length), leg.curve.at(length)[0]
@@ -72,23 +80,17 @@ def _end_pose(block: FlangeMove) -> Numbers:
     return np.asarray(block.poses[-1] if isinstance(block, Spline) else block.target_pose, dtype=np.float64)
 
 
-def _arc_end(made: list[Leg], block: Arc) -> Numbers:
-    return _end_pose(block) if block.angle_rad is None else end_pose(made[-1])
-
-
 def _line(index: int, block: Line, start: Numbers) -> list[Leg]:
-    way = block.target_pose[:3, 3] - start[:3, 3]
-    length = float(np.linalg.norm(way))
-    axis, angle = axis_angle(block.target_pose[:3, :3] @ start[:3, :3].T)
-    if length > _SAME_PLACE_M:
-        turn = Turn(start[:3, :3], axis, angle / length, 0.0)
-        curve = Straight(start[:3, 3], way / length, length)
-        return [Leg(index, curve, (turn,), (length,), False, False, block.round_m)]
-    if angle > _SAME_ORIENTATION_RAD:
-        turn = Turn(start[:3, :3], axis, 1.0, 0.0)
-        curve = Straight(start[:3, 3], np.zeros(3), angle)
-        return [Leg(index, curve, (turn,), (angle,), True, False, 0.0)]
-    return []
+    line = LineGeometry.between(start, block.target_pose)
+    if line.is_empty:
+        return []
+    length = line.length_m
+    if length == 0.0:
+        still = Straight(start[:3, 3], np.zeros(3), line.angle)
+        return [Leg(index, still, (Turn(start[:3, :3], line.axis, 1.0, 0.0),), (line.angle,), True, False, 0.0)]
+    turn = Turn(start[:3, :3], line.axis, line.angle / length, 0.0)
+    curve = Straight(start[:3, 3], line.displacement / length, length)
+    return [Leg(index, curve, (turn,), (length,), False, False, block.round_m)]
 
 
 def _arc(index: int, block: Arc, start: Numbers) -> list[Leg]:

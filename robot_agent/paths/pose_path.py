@@ -12,9 +12,9 @@ TANGENT_RAD = 2e-3
 """Directions that differ by less are one: blending takes care of the rest."""
 BLEND_TOLERANCE_M = 1e-4
 """How far blending a step of the curvature may leave the programmed curve."""
-_SHARPEST_RAD = np.radians(170.0)
+_SHARPEST_RAD = np.radians(150.0)
+"""A corner that turns back more than this is not rounded: its edge would be so tight that stopping is faster."""
 _LONGEST_BLEND_M = 0.05
-_LONGEST_TURN_WINDOW_M = 0.05
 _CURVATURE_STEP = 1e-6
 _KINK_RAD = 1e-9
 _STEP_M = 2e-5
@@ -172,7 +172,7 @@ class _Assembly:
             begins = end
             if last <= first and (len(self._turns) > known or end < leg.ends_m[-1]):
                 continue
-            half = min(0.4 * (last - first), _LONGEST_TURN_WINDOW_M)
+            half = (last - first) / 2.0
             if self._turns and len(self._windows) < len(self._turns):
                 wide = min(half, self._sections[-1])
                 border = offset_m + first

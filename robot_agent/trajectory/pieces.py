@@ -100,9 +100,12 @@ class Pieces:
 
     def peaks(self) -> NDArray[np.float64]:
         """Largest magnitude `(3, n)` of velocity, acceleration and jerk, looked at in five places of each piece."""
+        return np.asarray(self.peaks_of_pieces().max(axis=1))
+
+    def peaks_of_pieces(self) -> NDArray[np.float64]:
+        """As `peaks`, for each piece `(3, p, n)`."""
         x = np.diff(self.knots)[:, None, None] * np.linspace(0.0, 1.0, 5)[:, None]
-        peaks: NDArray[np.float64] = np.abs(_derivatives(self.coefficients[:, None], x)).max(axis=(1, 2))
-        return peaks
+        return np.asarray(np.abs(_derivatives(self.coefficients[:, None], x)).max(axis=2))
 
     def _locate(self, t: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         t = np.asarray(t, dtype=np.float64)

@@ -21,12 +21,13 @@ from robot_agent.trajectory.band import solve_banded
 
 Numbers = NDArray[np.float64]
 
-PLACES = np.array([0.0, 0.5, 1.0])
+PLACES = np.linspace(0.0, 1.0, 5)
 """Where in each interval the limits are kept."""
-_WEIGHTS = np.array([1.0, 4.0, 1.0]) / 6.0
+_WEIGHTS = np.array([7.0, 32.0, 12.0, 32.0, 7.0]) / 90.0
+"""Boole's rule."""
 _STAGES = (1.0, 6.0, 36.0, 200.0)
 """Weight of the duration against the barrier, in numbers of limits per duration."""
-_NEWTON_STEPS = 12
+_NEWTON_STEPS = 40
 _DECREMENT = 0.05
 """Of the barrier's value per limit row, below which a stage is done."""
 
@@ -93,16 +94,25 @@ class Retiming:
         self._weights = _WEIGHTS * h
         self._limits = self._intervals * len(PLACES) * (4 * rows + 2)
 
-    def solve(self) -> Numbers:
-        """Coefficients `(intervals + 2,)` of y."""
-        c = np.full(self._intervals + 2, 0.8 * self._uniform())
-        for stage in _STAGES:
+    def solve(self, near: Numbers | None = None) -> Numbers:
+        """Coefficients `(intervals + 2,)` of y. `near`: a solution of almost the same limits, to begin with."""
+        c = np.full(self._intervals + 2, 0.8 * self._uniform()) if near is None else self._inside(near)
+        for stage in _STAGES[near is not None :]:
             weight = stage * self._limits / self._duration(c)
             for _ in range(_NEWTON_STEPS):
                 c, decrement = self._newton(c, weight)
                 if decrement < _DECREMENT * self._intervals:
                     break
         return c
+
+    def _inside(self, c: Numbers) -> Numbers:
+        """`c`, slowed down all along until it keeps the limits with some room."""
+        z = self._local(c)
+        left_a, left_j, left_v = self._slacks(z)
+        acceleration, speed = float(1.0 - left_a.min()), float(1.0 - left_v.min())
+        jerk = float((1.0 - left_j * np.sqrt(z[..., 0])[..., None]).max())
+        slower: Numbers = c * 0.8 / max(1.0, acceleration, speed, jerk ** (2.0 / 3.0))
+        return slower
 
     def _uniform(self) -> float:
         """The largest y that is the same everywhere."""

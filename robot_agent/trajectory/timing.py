@@ -16,11 +16,13 @@ from robot_agent.trajectory.retiming import PLACES, Derivatives, Retiming, basis
 _GRID_STEP = 0.005
 _FEWEST, _MOST = 160, 2400
 _FEWEST_INTERVALS, _MOST_INTERVALS = 16, 1200
+_SHORTEST_PIECE = 0.02
+"""Of an interval."""
 _CHECKED = np.linspace(0.0, 1.0, 9)
 """Places in each interval at which a solution is looked at again."""
 _ATTEMPTS = 3
-_ACCEPTED = 1.01
-"""An excess over a limit that a slower clock may take away; more is solved again with tighter limits there."""
+_ACCEPTED = 1.003
+"""Slowing down all of the motion by so much is better than solving it again with tighter limits here and there."""
 _EXACT = 2e-7
 """Largest distance [rad or m] of the joints over time from the joints along the path."""
 _GAUSS_X, _GAUSS_W = (values / 2.0 for values in np.polynomial.legendre.leggauss(5))
@@ -39,27 +41,32 @@ def fastest(path: JointPath, limits: Limits) -> Timed:
     """Joints over time along `path`, from rest to rest."""
     bounds = PathLimits(path, limits)
     grid = np.linspace(0.0, path.length, int(np.clip(math.ceil(path.length / _GRID_STEP), _FEWEST, _MOST)) + 1)
-    when = times(grid, fastest_speeds(grid, bounds.rows(grid)))
-    base = Base(grid, when, _interval(limits, float(when[-1])))
+    squared = fastest_speeds(grid, bounds.rows(grid))
+    when = times(grid, squared)
+    h = _interval(limits, float(when[-1]))
+    base = Base(_along(grid, squared, when, np.arange(round(float(when[-1]) / h) + 1) * h), h)
     coarse, fine = _derivatives(base, bounds, PLACES), _derivatives(base, bounds, _CHECKED)
+    best: Timed | None = None
+    rate: Numbers | None = None
     for _ in range(_ATTEMPTS):
-        rate = Retiming(coarse, base.h).solve()
-        excess = excesses(fine, rate, base.h)
-        if excess.max() <= _ACCEPTED:
+        rate = Retiming(coarse, base.h).solve(rate)
+        timed, interval = _over_time(path, base, rate)
+        excess = np.maximum(excesses(fine, rate, base.h), _excesses_of(timed.pieces, interval, limits))
+        k = max(1.0, float((excess.max(axis=1) ** (1.0 / np.arange(1.0, 4.0))).max()))
+        if best is None or timed.pieces.duration_s * k < best.pieces.duration_s:
+            best = Timed(timed.pieces.slower(1.0 / k), timed.times * k, timed.parameters)
+        if k <= _ACCEPTED:
             break
-        coarse = coarse.tightened(_spread(np.maximum(excess, 1.0)))
-    pieces, t, s = _over_time(path, base, rate)
-    allowed = np.stack([limits.velocity, limits.acceleration, limits.jerk])
-    measured = (pieces.peaks() / allowed).max(axis=1)
-    worst = np.maximum(measured, excess.max(axis=1)) ** (1.0 / np.arange(1.0, 4.0))
-    k = 1.0 / max(1.0, float(worst.max()))
-    return Timed(pieces.slower(k), t / k, s)
+        coarse = coarse.tightened(np.maximum(excess, 1.0))
+    return timed if best is None else best
 
 
-def _spread(excess: Numbers) -> Numbers:
-    """Each interval's excess `(3, intervals)` for its neighbours too: what a limit does reaches over the border."""
-    wide = np.pad(excess, ((0, 0), (1, 1)), mode="edge")
-    return np.maximum(np.maximum(wide[:, :-2], wide[:, 2:]), excess)
+def _excesses_of(pieces: Pieces, interval: NDArray[np.intp], limits: Limits) -> Numbers:
+    """As `excesses`, for the joints' pieces themselves, each in its `interval`."""
+    allowed = np.stack([limits.velocity, limits.acceleration, limits.jerk])[:, None]
+    share = (pieces.peaks_of_pieces() / allowed).max(axis=2)
+    first = np.searchsorted(interval, np.arange(interval[-1] + 1))
+    return np.asarray(np.maximum.reduceat(share, first, axis=1))
 
 
 def _interval(limits: Limits, duration_s: float) -> float:
@@ -69,17 +76,26 @@ def _interval(limits: Limits, duration_s: float) -> float:
     return duration_s / float(count)
 
 
+def _along(grid: Numbers, squared: Numbers, when: Numbers, t: Numbers) -> Numbers:
+    """Parameters `(k,)` at times `t` `(k,)`, the acceleration constant between points of the grid."""
+    k = np.clip(np.searchsorted(when, t, side="right") - 1, 0, len(grid) - 2)
+    after = np.minimum(t, when[-1]) - when[k]
+    acceleration = np.diff(squared)[k] / (2.0 * np.diff(grid)[k])
+    return np.asarray(np.minimum(grid[k] + after * (np.sqrt(squared[k]) + after * acceleration / 2.0), grid[-1]))
+
+
 class Base:
     """A smooth motion s(tau), at rest at both ends: the cubic B-spline whose control points a faster motion passes."""
 
-    def __init__(self, grid: Numbers, when: Numbers, h: float) -> None:
+    def __init__(self, points: Numbers, h: float) -> None:
+        """`points` are passed at intervals of `h` [s]."""
         self.h = h
-        inner = np.interp(np.arange(round(float(when[-1]) / h) + 1) * h, when, grid)
+        first, last = points[0], points[-1]
         # halfway between neighbours: softer than the steps of the acceleration, so that the rate need not mend them
-        inner = (np.append(grid[0], inner) + np.append(inner, grid[-1])) / 2.0
-        self._points = np.concatenate([np.full(2, grid[0]), inner, np.full(2, grid[-1])])
+        inner = (np.append(first, points) + np.append(points, last)) / 2.0
+        self._points = np.concatenate([np.full(2, first), inner, np.full(2, last)])
         self.intervals = len(self._points) - 3
-        self._last = float(grid[-1])
+        self._last = float(last)
 
     def at(self, interval: NDArray[np.intp], place: Numbers) -> Numbers:
         """s and three derivatives `(4, k)` in intervals `(k,)` at places `(k,)` in 0 to 1."""
@@ -116,23 +132,40 @@ def _derivatives(base: Base, bounds: PathLimits, places: Numbers) -> Derivatives
     return Derivatives(one, two, three, four, five, fastest_y.reshape(shape))
 
 
-def _over_time(path: JointPath, base: Base, c: Numbers) -> tuple[Pieces, Numbers, Numbers]:
-    """Quintic pieces over time through exact states, fine enough to be the path."""
+def _over_time(path: JointPath, base: Base, c: Numbers) -> tuple[Timed, NDArray[np.intp]]:
+    """Quintic pieces through exact states, fine enough to be the path, and the interval `(pieces,)` each lies in."""
     law = _Law(path, base, c)
-    parts = np.full(base.intervals, 2)
+    places = _with_knots(np.arange(2 * base.intervals + 1) / 2.0, base, path.pieces.knots[1:-1])
     for _ in range(6):
-        interval, place = _places(parts)
-        width = 1.0 / parts[interval]
-        t = np.append(0.0, np.cumsum(law.time(interval, place, width)))
-        state, s = law.state(np.append(interval, base.intervals - 1), np.append(place, 1.0))
+        interval = np.minimum(places.astype(np.intp), base.intervals - 1)
+        place, width = places - interval, np.diff(places)
+        t = np.append(0.0, np.cumsum(law.time(interval[:-1], place[:-1], width)))
+        state, s = law.state(interval, place)
         pieces = Pieces.through(t, *state)
-        to_middle = t[:-1] + law.time(interval, place, width / 2.0)
-        away = np.abs(pieces.position(to_middle) - law.state(interval, place + width / 2.0)[0][0]).max(axis=1)
-        worst = np.maximum.reduceat(away, np.cumsum(parts) - parts)
-        if worst.max() <= _EXACT:
+        to_middle = t[:-1] + law.time(interval[:-1], place[:-1], width / 2.0)
+        there = law.state(interval[:-1], place[:-1] + width / 2.0)[0][0]
+        away = np.abs(pieces.position(to_middle) - there).max(axis=1) > _EXACT
+        if not away.any():
             break
-        parts = np.where(worst > _EXACT, 2 * parts, parts)
-    return pieces, t, s
+        places = np.sort(np.concatenate([places, (places[:-1] + width / 2.0)[away]]))
+    return Timed(pieces, t, s), interval[:-1]
+
+
+def _with_knots(places: Numbers, base: Base, knots: Numbers) -> Numbers:
+    """Places, counted in intervals, and those at which the path passes its knots, where its third derivative jumps."""
+    interval = np.minimum(places.astype(np.intp), base.intervals - 1)
+    s = base.at(interval, places - interval)[0]
+    rising = np.append(True, np.diff(s) > 0.0)
+    at = np.interp(knots, s[rising], places[rising])
+    for _ in range(4):
+        interval = np.minimum(at.astype(np.intp), base.intervals - 1)
+        value, slope = base.at(interval, at - interval)[:2]
+        at = np.clip(at - (value - knots) / np.maximum(slope * base.h, 1e-9), 0.0, base.intervals)
+    at = np.sort(at)
+    apart = (np.abs(2.0 * at - np.rint(2.0 * at)) > 2.0 * _SHORTEST_PIECE) & (
+        np.diff(at, prepend=-1.0) > _SHORTEST_PIECE
+    )
+    return np.sort(np.concatenate([places, at[apart]]))
 
 
 class _Law:
@@ -162,10 +195,3 @@ class _Law:
         weights = basis(place, self._base.h)
         window = self._c[interval[..., None] + np.arange(3)]
         return (weights[..., 0, :] * window).sum(axis=-1), (weights[..., 1, :] * window).sum(axis=-1)
-
-
-def _places(parts: NDArray[np.intp]) -> tuple[NDArray[np.intp], Numbers]:
-    """Interval and place in it of every piece's beginning."""
-    interval = np.repeat(np.arange(len(parts)), parts)
-    number = np.arange(len(interval)) - np.repeat(np.cumsum(parts) - parts, parts)
-    return interval, number / parts[interval]
