@@ -105,9 +105,6 @@ def _arc(index: int, block: Arc, start: Numbers) -> list[Leg]:
     circle = type(base)(base.centre, base.u, base.v, base.radius_m, angle)
     rotations = [pose[:3, :3] for pose in (start, block.via_pose, block.target_pose)]
     borders = [0.0, geometry.via_rad, geometry.target_rad]
-    if not borders[1] < borders[2]:
-        reason = "the via point of the arc lies behind its target"
-        raise PathError(index, reason, "exchange via point and target, or give the angle of the arc")
     turns, ends = _turns_around(rotations, borders, angle, base.radius_m)
     return [Leg(index, circle, turns, ends, False, False, block.round_m)]
 

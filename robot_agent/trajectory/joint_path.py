@@ -33,6 +33,11 @@ class Stretch:
     rotation_rad_s: float
     on_path: bool
 
+    @property
+    def capped(self) -> bool:
+        """Whether the flange has a cap of its own."""
+        return min(self.speed_m_s, self.rotation_rad_s) < np.inf
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class JointPath:

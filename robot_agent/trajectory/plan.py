@@ -136,7 +136,7 @@ class _Paths:
             return None
         length = float(np.linalg.norm(travel / self._limits.velocity))
         stretch = _stretch(length, index, block, block.speed, on_path=False)
-        pieces = self._straight(start, travel, length, capped=np.isfinite(stretch.speed_m_s + stretch.rotation_rad_s))
+        pieces = self._straight(start, travel, length, capped=stretch.capped)
         return JointPath(pieces, (stretch,), np.zeros((0, 2)), (), (length, 0.0), block.round_m)
 
     def _straight(self, start: NDArray[np.float64], travel: NDArray[np.float64], length: float, capped: bool) -> Pieces:

@@ -1,6 +1,7 @@
 """Paths whose limits are the same all along: one profile of the distance is the fastest timing."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 
@@ -11,6 +12,7 @@ from robot_agent.trajectory.s_curve import SCurve, s_curve
 from robot_agent.trajectory.timing import Timed
 
 _NO_ZONE_S = 1e-12
+_STRAIGHT = 1e-9
 _EVEN = 1e-6
 """Relative: a flange that turns this evenly along its way keeps one profile."""
 _PIECE_S = 0.008
@@ -22,12 +24,17 @@ _EXACT = 2e-7
 
 def single(path: JointPath, limits: Limits) -> Timed | None:
     """The S-curve along `path` where no other timing is faster; None where the limits change along the path."""
-    if len(path.stretches) != 1:
-        return None
     stretch = path.stretches[0]
-    if not stretch.on_path:
-        return None if np.isfinite(stretch.speed_m_s + stretch.rotation_rad_s) else _joint_move(path, limits)
-    return _flange_move(path, limits)
+    if any(replace(each, end=stretch.end, block=stretch.block) != stretch for each in path.stretches):
+        return None
+    if stretch.on_path:
+        return _flange_move(path, limits)
+    return None if stretch.capped or not _is_straight(path) else _joint_move(path, limits)
+
+
+def _is_straight(path: JointPath) -> bool:
+    tangents = path.pieces.shape(path.pieces.knots)[1, :, : path.joints]
+    return bool(np.ptp(tangents, axis=0).max() < _STRAIGHT)
 
 
 def _joint_move(path: JointPath, limits: Limits) -> Timed:

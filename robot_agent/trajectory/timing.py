@@ -10,6 +10,7 @@ from robot_agent.trajectory.joint_path import JointPath, Numbers
 from robot_agent.trajectory.limits import Limits
 from robot_agent.trajectory.path_limits import PathLimits
 from robot_agent.trajectory.pieces import Pieces
+from robot_agent.trajectory.rate_law import sample_times
 from robot_agent.trajectory.reachable import fastest_speeds, times
 from robot_agent.trajectory.retiming import PLACES, Derivatives, Retiming, basis, excesses
 
@@ -44,7 +45,7 @@ def fastest(path: JointPath, limits: Limits) -> Timed:
     squared = fastest_speeds(grid, bounds.rows(grid))
     when = times(grid, squared)
     h = _interval(limits, float(when[-1]))
-    base = Base(_along(grid, squared, when, np.arange(round(float(when[-1]) / h) + 1) * h), h)
+    base = Base(_along(grid, squared, when, sample_times(round(float(when[-1]) / h) + 1, h)), h)
     coarse, fine = _derivatives(base, bounds, PLACES), _derivatives(base, bounds, _CHECKED)
     best: Timed | None = None
     rate: Numbers | None = None

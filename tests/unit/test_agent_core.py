@@ -286,3 +286,21 @@ def test_the_zone_rule_is_the_managers_own() -> None:
         for q in world.played[::5]
     ]
     assert any(inside)
+
+
+def test_moves_that_join_are_planned_and_played_as_one_motion_without_a_stop() -> None:
+    world = running(
+        "MJ J1=20 J2=-20 J3=30 J5=60 F=60\nML Y=200 R=40\nML Z=1900 R=40\nMC QY=250 QZ=1850 Y=300\nHOME\nEND"
+    )
+    until(world, ended(world))
+    joined = next(planned for planned in world.planned if len(planned.lines) > 1)
+    assert joined.lines == (2, 3, 4)
+    assert len(joined.motion.rests) == 2
+    assert [joined.line_at(float(tau)) for tau in joined.motion.ends - 1e-3] == [2, 3, 4]
+    assert distance_to_plan(world) < 1e-5
+
+
+def test_mistake_in_one_of_the_moves_that_join_is_named_with_its_line() -> None:
+    world = running("MJ J1=20 J2=-20 J3=30 J5=60 F=60\nML Y=200 R=40\nML X=9000\nHOME\nEND")
+    until(world, lambda: world.state.program.state is ProgramState.FAILED)
+    assert world.state.program.line == 3

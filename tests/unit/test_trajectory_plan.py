@@ -213,7 +213,7 @@ def test_line_of_a_gantry_keeps_its_axes_limits() -> None:
     path = replace(limits.path, speed_m_s=10.0, acceleration_m_s2=100.0, jerk_m_s3=1e4)
     motion = plan(model, Sequence([Line(target, None, 1)]), replace(limits, path=path), start=np.zeros(3))
     np.testing.assert_allclose(motion.q(np.array(motion.duration_s)), target[:3, 3], atol=1e-12)
-    assert motion.pieces.peaks()[0, 1] <= 1.0
+    assert motion.pieces.peaks()[0, 1] <= 1.0 + 1e-9
     np.testing.assert_allclose(motion.q(motion.grid) @ [1, 0.25, -1], 0.0, atol=1e-12)
 
 
