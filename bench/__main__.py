@@ -16,7 +16,7 @@ from ruckig import InputParameter, Ruckig, Trajectory
 from cell.messages import SetpointBlock
 from cell.net.codec import decode, encode
 from robot_agent.kinematics import Model, load_model
-from robot_agent.paths import JointMove, Line, Sequence
+from robot_agent.paths import Arc, JointMove, Line, Sequence, Spline
 from robot_agent.trajectory import Governor, Limits, Motion, plan, s_curve
 
 MODEL = Path(__file__).parents[1] / "cell_configs" / "models" / "six_axis.yaml"
@@ -116,13 +116,58 @@ def motions(model: Model, limits: Limits) -> list[tuple[str, float, float, str]]
     ]
 
 
+def mixed(model: Model) -> Sequence:
+    """About ten seconds of joint moves, lines, an arc and a spline, most of them joined."""
+    start = model.home
+    here = model.forward(start)
+
+    def at(*offset_m: float) -> np.ndarray:
+        pose = here.copy()
+        pose[:3, 3] += offset_m
+        return pose
+
+    return Sequence(
+        [
+            Line(at(0, 0.3, 0), 0.4, 1, round_m=0.05),
+            Line(at(0, 0.3, -0.3), 0.4, 2, round_m=0.05),
+            Line(at(-0.2, 0, -0.3), 0.4, 3, round_m=0.05),
+            Arc(at(-0.1, -0.1, -0.3), at(0, 0, -0.3), 4, speed_m_s=0.4),
+            JointMove(start + np.radians([30, 10, 10, 0, -10, 20]), 0.6, 5, round_m=0.05),
+            JointMove(start + np.radians([-10, -5, 5, 20, -10, 20]), 0.6, 6),
+            Line(here, 0.4, 7),
+            Spline(np.array([at(0.1, 0.2, 0.1), at(0, 0.4, -0.1), at(-0.2, 0.2, 0)]), 8, speed_m_s=0.4),
+            Line(here, 0.3, 9),
+        ]
+    )
+
+
+def mixed_motion(model: Model, limits: Limits) -> list[tuple[str, float, float, str]]:
+    """Planning ten seconds of mixed moves, and the slowest one of a hundred segments on the way through them."""
+    moves = mixed(model)
+    motion = plan(model, moves, limits, start=model.home, cycle_s=CYCLE_S)
+    per_s = median_s(lambda: plan(model, moves, limits, start=model.home, cycle_s=CYCLE_S), 7) / motion.duration_s
+    governor = Governor(motion, limits, CYCLE_S, NOMINAL_S)
+    segment, times = governor.rest(0.0), []
+    while segment.stop_tau < motion.duration_s:
+        start = time.perf_counter()
+        segment = governor.next(segment, round(BLOCK_PERIOD_S / CYCLE_S), [], [])
+        times.append(time.perf_counter() - start)
+    slowest = float(np.quantile(times, 0.99))
+    return [
+        ("plan 10 s of a mixed sequence", 10.0 * per_s, 10.0 * per_s / 0.05, "of 50 ms"),
+        ("governor on the way through it, p99", slowest, slowest / BLOCK_PERIOD_S, "of the 20 ms it has"),
+    ]
+
+
 def main() -> None:
     """Measure and print."""
     model = load_model(MODEL)
     lower, upper = model.description.limits.position.T
     q = np.random.default_rng(1).uniform(lower, upper, (POSES, model.n))
     table = Table("what", "median", "ratio", "to")
-    for what, seconds, ratio, to in [*kinematics(model, q), profile(), *motions(model, Limits.of(model.description))]:
+    limits = Limits.of(model.description)
+    rows = [*kinematics(model, q), profile(), *motions(model, limits), *mixed_motion(model, limits)]
+    for what, seconds, ratio, to in rows:
         table.add_row(what, f"{1e3 * seconds:.3f} ms", f"{ratio:.3g}", to)
     Console().print(table)
 

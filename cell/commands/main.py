@@ -2,7 +2,7 @@
 
 import typer
 
-from cell.commands import check, estop, manager, reset, robot, schema, status, up, zone
+from cell.commands import check, estop, manager, plot, reset, robot, schema, status, up, zone
 from cell.commands.errors import run_app
 
 FILE = "cell_configs/two_arms/cell.yaml"
@@ -25,6 +25,10 @@ zones = typer.Typer(
 
 app.command("check", epilog=f"Example: cell check {FILE}")(check.check)
 app.command("schema", epilog="Example: cell schema cell > cell.schema.json")(schema.schema)
+app.command(
+    "plot",
+    epilog="Example: cell plot cell_configs/two_arms/programs/left.prog --model cell_configs/models/six_axis.yaml",
+)(plot.plot)
 app.command("up", epilog=f"Example: cell up {FILE} --until-done")(up.up)
 app.command("status", epilog=f"Example: cell status -f {FILE}")(status.status)
 app.command("manager", epilog=f"Example: cell manager {FILE}")(manager.manager)
