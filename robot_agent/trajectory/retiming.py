@@ -150,13 +150,30 @@ class Retiming:
         gradient, hessian = self._derivatives(c, weight)
         step = -solve_banded(hessian, gradient)
         slope = float(gradient @ step)
-        merit, share = self._merit(c, weight), 1.0
+        merit, share = self._merit(c, weight), self._room(c, step)
         for _ in range(30):
             ahead = c + share * step
             if self._merit(ahead, weight) <= merit + 0.1 * share * slope:
                 return ahead, -slope
             share *= 0.5
         return c, 0.0
+
+    def _room(self, c: Numbers, step: Numbers) -> float:
+        """How much of a step, at most all of it, stays inside the limits; those of jerk to first order."""
+        z, dz = self._local(c), self._local(step)
+        left_a, left_j, left_v = self._slacks(z)
+        by_a = (self._acceleration @ dz[..., :2, None])[..., 0]
+        by_j = (self._jerk @ dz[..., None])[..., 0]
+        less = (0.5 * z[..., 0] ** -1.5 * dz[..., 0])[..., None]
+        used = (
+            (by_a / left_a[0]).max(),
+            (-by_a / left_a[1]).max(),
+            ((less + by_j) / left_j[0]).max(),
+            ((less - by_j) / left_j[1]).max(),
+            (dz[..., 0] / (self._fastest * left_v)).max(),
+            (-dz[..., 0] / z[..., 0]).max(),
+        )
+        return 1.0 / max(1.0, float(max(used)) / 0.95)
 
     def _derivatives(self, c: Numbers, weight: float) -> tuple[Numbers, Numbers]:
         """Gradient `(m,)` and the lower bands `(3, m)` of the Hessian."""
