@@ -36,10 +36,10 @@ class Leg:
     round_m: float | None
 
 
-def legs(blocks: Sequence[tuple[int, FlangeMove]], start: Numbers, tangent: Numbers | None) -> list[Leg]:
+def legs(blocks: Sequence[tuple[int, FlangeMove]], start: Numbers) -> list[Leg]:
     """The legs of consecutive blocks (index, move) from flange pose `start` `(4, 4)`; empty moves have none.
 
-    `tangent` `(3,)` is the direction in which the flange arrives, if it does. Raises PathError.
+    Raises PathError.
     """
     made: list[Leg] = []
     pose, first = start, 0
@@ -49,8 +49,8 @@ def legs(blocks: Sequence[tuple[int, FlangeMove]], start: Numbers, tangent: Numb
             last = first
             while last + 1 < len(blocks) and isinstance(blocks[last + 1][1], Spline):
                 last += 1
-            ahead = legs(blocks[last + 1 : last + 2], _end_pose(blocks[last][1]), None)
-            made += _spline(blocks[first : last + 1], pose, _arrival(made, tangent), _departure(ahead))
+            ahead = legs(blocks[last + 1 : last + 2], _end_pose(blocks[last][1]))
+            made += _spline(blocks[first : last + 1], pose, _arrival(made), _departure(ahead))
             first, pose = last, _end_pose(blocks[last][1])
         else:
             made += _line(index, block, pose) if isinstance(block, Line) else _arc(index, block, pose)
@@ -155,11 +155,11 @@ def _spline(
     return made
 
 
-def _arrival(made: list[Leg], tangent: Numbers | None) -> Numbers | None:
-    if not made:
-        return tangent
-    last = made[-1]
-    return None if last.on_the_spot else last.curve.at(np.array(last.curve.length_m))[1]
+def _arrival(made: list[Leg]) -> Numbers | None:
+    if not made or made[-1].on_the_spot:
+        return None
+    curve = made[-1].curve
+    return np.asarray(curve.at(np.array(curve.length_m))[1])
 
 
 def _departure(ahead: list[Leg]) -> Numbers | None:

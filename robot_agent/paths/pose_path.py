@@ -41,10 +41,6 @@ class PosePath:
     block_ends_m: Numbers
     """`(len(blocks),)` where each block ends."""
     blends: tuple[Blend, ...]
-    stops: bool
-    """The robot has to stop at the end although the next path may go on in the same direction."""
-    round_m: float
-    """Round edge with a joint move that follows."""
 
     @property
     def length_m(self) -> float:
@@ -147,11 +143,14 @@ class _Assembly:
                     self._windows.append(Window(before, self._at))
         self._ends[self._legs[-1].block] = self._at
         orientation = Orientation(tuple(self._turns), tuple(self._windows))
-        last_leg = self._legs[-1]
         return PosePath(
-            tuple(self._curves), np.array(self._starts), orientation, tuple(self._ends),
-            np.array(list(self._ends.values())), tuple(self._blends), last_leg.round_m == 0.0, last_leg.round_m or 0.0,
-        )  # fmt: skip
+            tuple(self._curves),
+            np.array(self._starts),
+            orientation,
+            tuple(self._ends),
+            np.array(list(self._ends.values())),
+            tuple(self._blends),
+        )
 
     def _body(self, number: int) -> Trimmed:
         curve = self._legs[number].curve

@@ -93,7 +93,7 @@ class _Paths:
         for index, block in blocks:
             self._check_poses(index, block)
         try:
-            return pose_paths(legs(blocks, self._model.forward(q), None))
+            return pose_paths(legs(blocks, self._model.forward(q)))
         except PathError as error:
             raise PlanError(error.block, self._blocks[error.block].line, error.reason, error.hint) from error
 

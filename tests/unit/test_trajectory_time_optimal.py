@@ -79,7 +79,7 @@ def test_flange_stays_on_the_commanded_geometry(seed: int) -> None:
     moves = sequence(seed, 4, joint_moves=False)
     motion = plan(MODEL, moves, LIMITS, start=START)
     blocks: list[tuple[int, FlangeMove]] = list(enumerate(moves.blocks))  # type: ignore[arg-type]
-    paths = pose_paths(legs(blocks, MODEL.forward(START), None))
+    paths = pose_paths(legs(blocks, MODEL.forward(START)))
     places = [path.poses(np.linspace(0, path.length_m, int(path.length_m / 2e-4)))[:, :3, 3] for path in paths]
     curve = np.concatenate(places)
     start, way = curve[:-1], np.diff(curve, axis=0)
