@@ -67,8 +67,8 @@ class RobotEntry(BaseModel):
     """The axes of one robot."""
 
     model_config = STRICT
-    axes: Annotated[dict[AxisName, AxisEntry], Field(min_length=1)] = Field(
-        description="axes by name, in the joints' order"
+    axes: dict[AxisName, AxisEntry] = Field(
+        description="axes by name, in the joints' order", json_schema_extra={"minProperties": 1}
     )
 
 
@@ -85,7 +85,9 @@ class DrivesFile(BaseModel):
     tpdo_timeout_s: Seconds = Field(description="silence of a node's TPDO that stops its robot")
     boot_timeout_s: Seconds = Field(description="time for a node's boot-up after its reset")
     simulated_lag_s: float = Field(ge=0, description="lag of a simulated drive behind its set points")
-    robots: Annotated[dict[Name, RobotEntry], Field(min_length=1)] = Field(description="robots on this bus by name")
+    robots: dict[Name, RobotEntry] = Field(
+        description="robots on this bus by name", json_schema_extra={"minProperties": 1}
+    )
 
     def settings(self, name: str) -> GatewaySettings:
         """The same in SI for the gateway `name`; only for a file without problems."""

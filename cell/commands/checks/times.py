@@ -21,7 +21,7 @@ def check_times(readings: Readings) -> Iterator[Problem]:
 
 def _cycles(readings: Readings) -> Iterator[Problem]:
     times = readings.cell.times
-    for gateway, _, drives in readings.usable_drives():
+    for gateway, _, drives in readings.named.usable_drives():
         lead = LEAD_CYCLES * drives.cycle_s
         if times.lead_s < lead:
             allowed = f"{lead:g} or more, {LEAD_CYCLES} cycles of gateway {gateway}"
@@ -41,7 +41,7 @@ def _estop(readings: Readings) -> Iterator[Problem]:
     times = readings.cell.times
     ramps = [
         (_ramp_s(joint, model), robot, name)
-        for robot, _, model in readings.usable_models()
+        for robot, _, model in readings.named.usable_models()
         for name, joint in model.joints.items()
     ]
     if not ramps:
