@@ -142,12 +142,12 @@ class LiveCell:
                 process.signal(signal.SIGKILL)
                 process.wait(10.0)
         # The children of a killed `cell up` end by themselves, through their pipe; none may stay.
-        for pid in list(self._pids(str(self.folder))):
+        for pid in self.pids():
             os.kill(pid, signal.SIGCONT)
         try:
-            wait_until(lambda: not list(self._pids(str(self.folder))), 15.0, "the end of the children of `cell up`")
+            wait_until(lambda: not self.pids(), 25.0, "the end of the children of `cell up`")
         except AssertionError:
-            for pid in self._pids(str(self.folder)):
+            for pid in self.pids():
                 os.kill(pid, signal.SIGKILL)
             raise
 
@@ -183,6 +183,15 @@ class LiveCell:
         found = list(self._pids(str(self.folder), *words, "--parent-pipe"))
         assert len(found) == 1, f"{len(found)} processes with {words}"
         return found[0]
+
+    def pids(self) -> list[int]:
+        """All running processes of this cell."""
+        return list(self._pids(str(self.folder)))
+
+    def kill(self, pid: int) -> None:
+        """SIGKILL one process of this cell."""
+        assert pid in self.pids()
+        os.kill(pid, signal.SIGKILL)
 
     @staticmethod
     def _pids(*words: str) -> Iterator[int]:
