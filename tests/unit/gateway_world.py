@@ -91,7 +91,7 @@ class FakeDrive:
         self.target = self.position = round((settings.simulated_start - settings.offset) * settings.counts_per_unit)
         self.heartbeat_due = 0.0
 
-    def take(self, frame: CanFrame, now: float) -> list[CanFrame]:
+    def take(self, frame: CanFrame) -> list[CanFrame]:
         if not self.alive:
             return []
         if frame.id == 0x000 and frame.data[1] in (0, self.id):
@@ -195,7 +195,7 @@ class World:
                 case Frame(frame):
                     self.frames.append(frame)
                     for drive in self.drives.values():
-                        self._back += drive.take(frame, self.now)
+                        self._back += drive.take(frame)
                 case Sdo():
                     self._back.append(self.drives[effect.node_id].sdo(effect))
                 case Publish(DriveFeedback() as feedback):
