@@ -145,6 +145,44 @@ def test_fault_reset_needs_a_rising_edge() -> None:
     assert bench.sent_on(0x080 + NODE)[-1] == bytes(8)
 
 
+def test_set_point_from_before_enabling_is_forgotten() -> None:
+    bench = enabled()
+    bench.send(0x200 + NODE, struct.pack("<Hi", ENABLE, START + 30))
+    bench.send(0x080, b"")
+    for word in (0x07, ENABLE):
+        bench.write(0x6040, 0, word, 2)
+    bench.wait(0.01)
+    assert (bench.node.state, bench.node.position) == (S.OPERATION_ENABLED, START)
+
+
+@pytest.mark.parametrize("command", [0x02, 0x81, 0x82])
+def test_master_that_leaves_in_motion_stops_the_axis(command: int) -> None:
+    bench = enabled()
+    bench.drive(0.2, SPEED)
+    bench.nmt(command)
+    bench.wait(0.2)
+    position = bench.node.position
+    bench.wait(0.1)
+    assert bench.node.state is not S.OPERATION_ENABLED
+    assert bench.node.position == position
+
+
+def test_stop_of_the_network_brakes_like_6007h_says() -> None:
+    bench = enabled()
+    bench.write(0x6007, 0, 3, 2)
+    bench.drive(0.2, SPEED)
+    bench.nmt(0x02)
+    assert bench.node.state is S.QUICK_STOP_ACTIVE
+
+
+def test_reset_of_the_communication_brakes_like_6007h_says() -> None:
+    bench = enabled()
+    bench.write(0x6007, 0, 3, 2)
+    bench.drive(0.2, SPEED)
+    bench.nmt(0x82)
+    assert bench.node.state is S.QUICK_STOP_ACTIVE
+
+
 def test_losing_the_voltage_in_motion_lets_the_brake_stop_the_axis() -> None:
     bench = enabled()
     bench.drive(0.2, SPEED)
