@@ -79,6 +79,7 @@ def test_quick_stop_with_option_two_ends_disabled() -> None:
     bench.drive(0.2, SPEED)
     until(bench, S.QUICK_STOP_ACTIVE, QUICK_STOP_WORD)
     until(bench, S.SWITCH_ON_DISABLED, QUICK_STOP_WORD)
+    assert bench.read(0x606C, signed=True) == 0
 
 
 def test_enable_ends_a_quick_stop_that_stays() -> None:
@@ -95,6 +96,20 @@ def test_missing_set_points_are_a_fault_that_brakes_first() -> None:
     bench.wait(0.3, lambda: seen.add(bench.node.state))
     assert bench.sent_on(0x080 + NODE) == [bytes.fromhex("0087210000000000")]
     assert seen == {S.OPERATION_ENABLED, S.FAULT_REACTION_ACTIVE, S.FAULT}
+
+
+def test_fault_reaction_brakes_with_6085h_and_ends_at_standstill() -> None:
+    bench = enabled()
+    bench.drive(0.4, SPEED)
+    start = bench.node.position
+    bench.node.raise_emergency(0x4310)
+    waited = 0
+    while bench.node.state is S.FAULT_REACTION_ACTIVE:
+        bench.wait(0.001)
+        waited += 1
+    assert bench.read(0x606C, signed=True) == 0
+    assert waited == pytest.approx(1000 * SPEED / QUICK_STOP, abs=6)
+    assert bench.node.position - start == pytest.approx(SPEED**2 / (2 * QUICK_STOP), rel=0.15)
 
 
 def test_sync_without_set_points_is_a_fault() -> None:
