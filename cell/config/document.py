@@ -130,4 +130,4 @@ def value_text(value: Value) -> str:
         return "a list" if value else "an empty list"
     if isinstance(value, str):
         return repr(value if len(value) <= 60 else f"{value[:60]}...")
-    return f"{value:g}" if isinstance(value, float) else str(value)
+    return str(value)

@@ -95,8 +95,9 @@ def _problem(detail: ErrorDetails, path: KeyPath, document: Document, schema: ty
     if detail["loc"][-1:] == ("[key]",):
         return document.problem(path, f"the name {value_text(path[-1])}", _allowed(detail), at_key=True)
     found = document.found(path)
-    if kind in ("too_short", "too_long"):
-        found = f"{detail['ctx']['actual_length']} entries"
+    value = document.value(path)
+    if kind in ("too_short", "too_long") and isinstance(value, dict | list) and value:
+        found = f"{len(value)} entries"
     return document.problem(path, found, _allowed(detail))
 
 

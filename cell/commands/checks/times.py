@@ -47,10 +47,10 @@ def _estop(readings: Readings) -> Iterator[Problem]:
     if not ramps:
         return
     ramp_s, robot, joint = max(ramps)
-    least = times.nominal_s + ramp_s
+    least = math.ceil(1000 * (times.nominal_s + ramp_s)) / 1000
     if times.estop_delay_s < least:
         ramp = f"the longest ramp, {ramp_s:.3g} of {robot}.{joint}"
-        allowed = f"{least:.3g} or more: nominal_s, {times.nominal_s:g}, and {ramp}"
+        allowed = f"{least:g} or more: nominal_s, {times.nominal_s:g}, and {ramp}"
         yield readings.document.problem(("times", "estop_delay_s"), f"{times.estop_delay_s:g}", allowed)
 
 
