@@ -48,14 +48,14 @@ def _nodes(value: object) -> list[object]:
 def _spoil(tree: object, rng: random.Random) -> None:
     """Drop, rename or replace one thing anywhere."""
     node = rng.choice(_nodes(tree))
-    key = rng.choice(list(node) if isinstance(node, dict) else list(range(len(node))))  # type: ignore[call-overload]
+    key = rng.choice(list(node) if isinstance(node, dict) else list(range(len(node))))
     match rng.choice(("drop", "rename", "replace")):
         case "drop":
-            del node[key]  # type: ignore[attr-defined]
+            del node[key]
         case "rename" if isinstance(node, dict):
             node[rng.choice(["", "x", "Ä", f"{key}2", "J9", "0"])] = node.pop(key)
         case _:
-            node[key] = rng.choice(ODD_VALUES)  # type: ignore[index]
+            node[key] = rng.choice(ODD_VALUES)
 
 
 @settings(max_examples=50, deadline=None)
