@@ -183,7 +183,8 @@ class Supervisor:
         return [text, *lines] if (text := latched_stop(seen)) else lines
 
     def _tell_waits(self, seen: Snapshot) -> None:
-        """How long each robot stood still for each zone."""
+        """How long everything took, and how long each robot stood still for each zone."""
+        print(f"all programs are done after {time.monotonic() - self._started:.1f} s")
         for name in self._settings.robots:
             waited = seen.robots[name].waited_s
             for zone in self._settings.zones:
@@ -191,6 +192,8 @@ class Supervisor:
 
     def _bring_to_rest(self, session: CellSession, view: CellView) -> None:
         """Halt what runs, and wait until nothing moves; a robot that is silent is left to its own deadlines."""
+        if self._stop.is_set():
+            self._console.print("stopping in order; Ctrl-C once more hurries", highlight=False)
         deadline = time.monotonic() + REST_TIMEOUT_S
         with Orders(session, Halt()) as halt:
             while not self._hurry.is_set() and time.monotonic() < deadline:
