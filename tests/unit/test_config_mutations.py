@@ -1,6 +1,7 @@
 """However a good configuration is spoilt: problems with an address, never another exception."""
 
 import random
+import re
 from pathlib import Path
 
 import pytest
@@ -19,6 +20,10 @@ ODD_VALUES = [
     0,
     3,
     10**30,
+    10**400,
+    1e308,
+    5e-324,
+    1e9,
     1.5,
     float("nan"),
     float("inf"),
@@ -95,3 +100,20 @@ def test_a_hole_in_the_text_gives_problems_and_nothing_else(copy: Copy, name: st
     finally:
         file.write_text(good)
     assert bundle is not None or problems
+
+
+NUMBERS = ["1e308", "-1e308", "5e-324", "1" + "0" * 400, "1e9", "-1e9", "1e-9", "0", "-0.0"]
+
+
+@pytest.mark.parametrize("name", [CELL, ROBOT, DRIVES])
+def test_no_number_is_too_large_or_too_small_to_be_judged(copy: Copy, name: str) -> None:
+    file = copy.folder / name
+    good = file.read_text()
+    numbers = [match.span(1) for match in re.finditer(r"(?<=[\[:,] )(-?\d+(?:\.\d+)?)(?=[\],}\s])", good)]
+    try:
+        for index, (start, end) in enumerate(numbers):
+            file.write_text(good[:start] + NUMBERS[index % len(NUMBERS)] + good[end:])
+            bundle, problems = check_cell(copy.cell)
+            assert bundle is not None or problems
+    finally:
+        file.write_text(good)
