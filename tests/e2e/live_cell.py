@@ -210,7 +210,14 @@ class LiveCell:
 
     def client(self) -> CellSession:
         """A client session at the rendezvous; open it in a `with` block once the manager listens."""
-        link = Link("client", connect=(self.settings.manager_endpoint,), open_timeout_s=10.0)
+        return self._client(self.settings.manager_endpoint)
+
+    def client_of(self, gateway: str) -> CellSession:
+        """A client session at a gateway, for what happens while there is no manager."""
+        return self._client(self.settings.gateways[gateway].endpoint)
+
+    def _client(self, endpoint: str) -> CellSession:
+        link = Link("client", connect=(endpoint,), open_timeout_s=10.0)
         return CellSession(self.settings.name, link, "test", new_boot(), new_boot())
 
 

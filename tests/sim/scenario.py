@@ -1,6 +1,6 @@
 """One seeded run of the cell: weather, kills and restarts, an operator, and the invariants at every step.
 
-Replay one seed:  python -m tests.sim.scenario SEED [--loss 0.2] [--faults]
+Replay one seed of the tests:  python -m tests.sim.scenario SEED [--faults EVERY_S] --longest S
 """
 
 import argparse
@@ -11,6 +11,10 @@ from tests.sim.network import Weather
 from tests.sim.operator import PatientOperator
 from tests.sim.world import World, load_bundle
 
+BAD = Weather(loss=0.05)
+"""Programs must end in this weather."""
+WORSE = Weather(loss=0.2, double=0.05, late=0.05)
+"""Nothing may be unsafe in this one."""
 _COME_TO_REST_S = 3.0
 
 
@@ -87,11 +91,11 @@ def run_scenario(seed: int, weather: Weather, longest_s: float, trouble_every_s:
 def _main() -> None:
     parser = argparse.ArgumentParser(description="replay one seed of the cell simulation")
     parser.add_argument("seed", type=int)
-    parser.add_argument("--loss", type=float, default=0.05)
-    parser.add_argument("--faults", action="store_true", help="kill and freeze agents and manager")
+    parser.add_argument("--faults", type=float, metavar="EVERY_S", help="20 %% loss, and trouble so often")
     parser.add_argument("--longest", type=float, default=60.0, help="seconds of cell time")
     options = parser.parse_args()
-    outcome = run_scenario(options.seed, Weather(options.loss), options.longest, 4.0 if options.faults else None)
+    weather = BAD if options.faults is None else WORSE
+    outcome = run_scenario(options.seed, weather, options.longest, options.faults)
     for event in outcome.world.seen.events:
         print(f"{event.source:16s} {event.code:16s} {event.text}")
     print(

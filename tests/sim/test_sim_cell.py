@@ -1,11 +1,8 @@
 """The whole cell on virtual time: programs end on a bad network, and nothing is ever unsafe on a worse one."""
 
 import pytest
-from tests.sim.network import Weather
-from tests.sim.scenario import run_scenario
 
-BAD = Weather(loss=0.05)
-WORSE = Weather(loss=0.2, double=0.05, late=0.05)
+from tests.sim.scenario import BAD, WORSE, run_scenario
 
 
 @pytest.mark.parametrize("seed", range(3))

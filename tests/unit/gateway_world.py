@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from cell.config.settings import Times
-from cell.core import Answer, Publish, Request
+from cell.core import Answer, Ended, Publish, Request
 from cell.messages import (
     AxisStatus,
     Call,
@@ -23,7 +23,7 @@ from drive_gateway.canopen.frame import CanFrame
 from drive_gateway.canopen.sdo import Sdo, SdoDone
 from drive_gateway.config.settings import AxisSettings, BusSettings, GatewaySettings, RobotDrives
 from drive_gateway.gateway.core import GatewayCore
-from drive_gateway.gateway.effects import Finished, Frame
+from drive_gateway.gateway.effects import Frame
 
 CYCLE_S = 0.004
 TIMES = Times()
@@ -207,7 +207,7 @@ class World:
                 case Answer(request_id, reply):
                     assert isinstance(reply, Reply)
                     self.replies[request_id] = reply
-                case Finished():
+                case Ended():
                     self.finished = True
         for drive in self.drives.values():
             self._back += drive.beat(self.now)

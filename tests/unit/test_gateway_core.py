@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from gateway_world import CYCLE_S, TIMES, World, axis, block, gateway_settings, s_motion
 
+from cell.core import Shutdown
 from cell.messages import (
     AxisStatus,
     Claim,
@@ -21,7 +22,6 @@ from cell.messages import (
 )
 from drive_gateway.canopen.frame import CanFrame
 from drive_gateway.config.settings import RobotDrives
-from drive_gateway.gateway.effects import Shutdown
 
 S = AxisStatus
 ENABLED = (S.OPERATION_ENABLED,) * 2
