@@ -1,13 +1,13 @@
 """The checks of the simulation can fail: each is shown a cell in which one safeguard is taken away."""
 
 import pytest
+
+from cell.manager.core import ManagerCore
+from robot_agent.agent.zone_claims import ZoneClaims
 from tests.sim import invariants
 from tests.sim.invariants import Broken
 from tests.sim.network import Weather
 from tests.sim.scenario import run_scenario
-
-from cell.manager.core import ManagerCore
-from robot_agent.agent.zone_claims import ZoneClaims
 
 CALM = Weather(loss=0.0, double=0.0, late=0.0)
 
