@@ -61,6 +61,8 @@ class AgentCore:
         self._numbers = itertools.count(1)
         self._presence_sequence = 0
         self._body: Body | None = None
+        self._stopped_by = ""
+        """Why the mode is FAULT or ESTOP."""
         self._stepped_at = 0.0
         self._leaving = False
 
@@ -144,8 +146,10 @@ class AgentCore:
             self.mode = Mode.DISABLED
         if not feedback.enabled:
             self.executive = None
-            if self.mode in (Mode.READY, Mode.RUNNING, Mode.HALTED):
-                self._stop(Mode.FAULT, "the drives were switched off")
+            if self.link.switching_off:
+                self.mode = Mode.DISABLED
+            elif self.mode in (Mode.READY, Mode.RUNNING, Mode.HALTED):
+                self._stop(Mode.FAULT, "the gateway has switched the drives off")
             return
         if self.executive is None:
             standing = planner.standstill(feedback.commanded, self.zones.geometry or ())
@@ -158,7 +162,7 @@ class AgentCore:
     def _stop(self, mode: Mode, why: str) -> None:
         if self.mode is mode:
             return
-        self.mode = mode
+        self.mode, self._stopped_by = mode, why
         self.run.fail(why)
         if mode is Mode.FAULT:
             self.report.event(Severity.ALARM, "fault", why, f"find the cause, then `cell reset {self._robot}`")
@@ -277,9 +281,8 @@ class AgentCore:
 
     def _state(self, feedback: DriveFeedback, planner: Planner, now: float) -> Publish:
         waiting_for = self._why_idle(feedback, planner.cycle_s, now)
-        alarms = (self.run.error,) if self.run.error else ()
-        if self.estop is not None:
-            alarms = (f"emergency stop by {self.estop.by}: {self.estop.reason}",)
+        alarm = self._stopped_by if self.mode in (Mode.FAULT, Mode.ESTOP) else self.run.error
+        alarms = (alarm,) if alarm else ()
         zones = tuple(sorted(self.zones.holds))
         state = self.report.state(self.mode, self.run, feedback, self.executive, planner, zones, waiting_for, alarms)
         self.operator.sent_state(state.sequence, now)

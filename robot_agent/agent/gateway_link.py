@@ -4,7 +4,7 @@ import math
 from dataclasses import dataclass
 
 from cell.core import Ask, AskDone, Effect
-from cell.messages import Call, Claim, ClaimGrant, Command, DriveFeedback, Release, Reply
+from cell.messages import Call, Claim, ClaimGrant, Command, DisableDrives, DriveFeedback, Release, Reply
 from cell.net.freshness import NewestOf
 
 _ASK_TIMEOUT_S = 3.0
@@ -85,6 +85,11 @@ class GatewayLink:
         ask = self._ask(command)
         self._switching[ask.ask_id] = Switching(request_id, call_id, command)
         return ask
+
+    @property
+    def switching_off(self) -> bool:
+        """Whether a call to switch the drives off is under way."""
+        return any(isinstance(switching.command, DisableDrives) for switching in self._switching.values())
 
     def done(self, outcome: AskDone) -> tuple[Switching, bool, str] | None:
         """Take an outcome; for a switching call return it, whether it worked, and what the gateway said."""

@@ -11,6 +11,7 @@ from cell.geometry import capsules_touch_box
 from cell.geometry.occupied import body_touches_box
 from cell.messages import (
     Continue,
+    Disable,
     Enable,
     Estop,
     Halt,
@@ -293,3 +294,14 @@ def test_the_zone_rule_is_the_managers_own() -> None:
         for q in world.played[::5]
     ]
     assert any(inside)
+
+
+def test_disabling_is_no_fault_even_when_the_feedback_is_faster_than_the_answer() -> None:
+    world = enabled(SHORT)
+    world.answers_held = True
+    world.call(Disable())
+    world.run(0.1)
+    assert world.state.mode is Mode.DISABLED
+    world.release_answers()
+    world.run(0.1)
+    assert world.state.mode is Mode.DISABLED
