@@ -3,6 +3,7 @@
 import getpass
 import os
 import socket
+import sys
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
@@ -10,7 +11,7 @@ from pathlib import Path
 
 from cell.commands.errors import CommandError
 from cell.commands.view import CellView, Snapshot, echo, names
-from cell.config import load_cell
+from cell.config import ConfigError, load_cell
 from cell.config.settings import CellSettings
 from cell.messages import Command, Heard, Reply
 from cell.net.errors import CallError, Unreachable
@@ -35,6 +36,26 @@ def existing(file: Path) -> Path:
 def read_cell(file: Path) -> CellSettings:
     """The settings in `file`. Raises `CommandError` when there is none, `ConfigError` with all of its problems."""
     return load_cell(existing(file))
+
+
+def checked_cell(file: Path) -> CellSettings:
+    """The settings of a cell that is about to run: whatever `cell check` refuses is refused, its warnings are shown.
+
+    Raises `CommandError` when there is no such file, `ConfigError` with all of its problems.
+    """
+    from cell.commands.checks import check_cell
+
+    bundle, problems = check_cell(existing(file))
+    if bundle is None:
+        raise ConfigError(tuple(problems))
+    for problem in problems:
+        print(problem, file=sys.stderr)
+    return bundle.cell
+
+
+def process_cell(file: Path, parent_pipe: int | None) -> CellSettings:
+    """The settings for one process of a cell; a process that `cell up` starts need not check the cell once more."""
+    return checked_cell(file) if parent_pipe is None else read_cell(file)
 
 
 def operator_name() -> str:

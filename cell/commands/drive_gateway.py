@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 
-from cell.commands.connection import read_cell
+from cell.commands.connection import process_cell
 from cell.commands.errors import CommandError, run_app
 from cell.commands.options import (
     CellFileArgument,
@@ -55,29 +55,25 @@ def run(
     """
     from cell.net.options import Link
     from drive_gateway.config import load_drives
-    from drive_gateway.errors import GatewayError
     from drive_gateway.gateway.shell import run_gateway
 
-    settings = _settings(file, gateway)
+    settings = _settings(file, gateway, parent_pipe)
     mine = settings.gateways[gateway]
     drives = load_drives(mine.drives, gateway)
     options = zenoh_options(mode, connect, listen, config, cfg)
     link = Link("peer", listen=(mine.endpoint,), connect=(settings.manager_endpoint,))
 
     def body(_folder: Path, stop: threading.Event) -> int:
-        try:
-            return run_gateway(
-                drives,
-                settings.times,
-                cell=settings.name,
-                digest=settings.digest,
-                link=link,
-                stop=stop,
-                simulate=simulate,
-                zenoh_options=options,
-            )
-        except GatewayError as error:
-            raise CommandError(str(error)) from error
+        return run_gateway(
+            drives,
+            settings.times,
+            cell=settings.name,
+            digest=settings.digest,
+            link=link,
+            stop=stop,
+            simulate=simulate,
+            zenoh_options=options,
+        )
 
     run_process(f"gateway-{gateway}", settings, state_dir, parent_pipe, body)
 
@@ -94,23 +90,19 @@ def simulate(
     The bus must be one that several processes can share, for example socketcan (vcan) or udp_multicast.
     """
     from drive_gateway.config import load_drives
-    from drive_gateway.errors import GatewayError
     from drive_gateway.sim.shell import run_simulated_drives
 
-    settings = _settings(file, gateway)
+    settings = _settings(file, gateway, parent_pipe)
     drives = load_drives(settings.gateways[gateway].drives, gateway)
 
     def body(_folder: Path, stop: threading.Event) -> int:
-        try:
-            return run_simulated_drives(drives, stop)
-        except GatewayError as error:
-            raise CommandError(str(error)) from error
+        return run_simulated_drives(drives, stop)
 
     run_process(f"drives-{gateway}", settings, state_dir, parent_pipe, body)
 
 
-def _settings(file: Path, gateway: str) -> CellSettings:
-    settings = read_cell(file)
+def _settings(file: Path, gateway: str, parent_pipe: int | None) -> CellSettings:
+    settings = process_cell(file, parent_pipe)
     if gateway not in settings.gateways:
         raise CommandError(f"no gateway {gateway!r} in {file}; its gateways are: {names(settings.gateways)}")
     return settings

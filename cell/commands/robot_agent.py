@@ -6,7 +6,7 @@ from pathlib import Path
 
 import typer
 
-from cell.commands.connection import read_cell
+from cell.commands.connection import process_cell
 from cell.commands.errors import CommandError, run_app
 from cell.commands.options import (
     CellFileArgument,
@@ -49,7 +49,7 @@ def robot_agent(
     from robot_agent.kinematics import KinematicsError, load_model
     from robot_agent.language import ProgramError, parse_program
 
-    settings = read_cell(file)
+    settings = process_cell(file, parent_pipe)
     if robot not in settings.robots:
         raise CommandError(f"no robot {robot!r} in {file}; its robots are: {names(settings.robots)}")
     mine = settings.robots[robot]
