@@ -55,7 +55,7 @@ class DriveGroup:
         self._units = AxisUnits(axes)
         self._window: Floats = np.array([axis.following_window for axis in axes])
         self._rest = RestDetector(axes)
-        self._following = FollowingMonitor(axes, settings.cycle_s)
+        self._following = FollowingMonitor(axes, settings.overrun_limit_s)
         self._sent: deque[Floats] = deque([self.position] * 3, maxlen=3)
         self._order: StopOrder | None = None
         self._stopped_by = 0.0
