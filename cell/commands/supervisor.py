@@ -26,7 +26,7 @@ REST_TIMEOUT_S = 6.0
 QUIET_S = 10.0
 """The same warning of the same source is shown this often at most."""
 ENABLED = frozenset({Mode.READY, Mode.RUNNING, Mode.HALTED})
-STUCK = frozenset({Mode.FAULT, Mode.ESTOP, Mode.OFF_PATH})
+STUCK = frozenset({Mode.FAULT, Mode.ESTOP})
 
 
 class Supervisor:
