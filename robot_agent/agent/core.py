@@ -94,8 +94,9 @@ class AgentCore:
     def step(self, now: float) -> list[Effect]:
         """Everything due at `now`; see `cell.core`."""
         feedback = self.link.owned
-        if self._leaving and (feedback is None or self.executive is None or self.executive.at_rest(feedback.tick)):
-            return [*self.operator.refuse_all("the agent is being stopped"), *self.link.release(), Ended()]
+        if self._leaving and self._may_leave(feedback, now):
+            effects = [*self.operator.refuse_all("the agent is being stopped"), *self.link.release()]
+            return effects if self.link.releasing else [*effects, Ended()]
         effects = self.link.claim_if_due(now)
         if feedback is None or self.link.grant is None:
             self._without_claim()
@@ -109,6 +110,15 @@ class AgentCore:
         effects += self.run.lookahead.fill(self.zones.geometry)
         effects.append(self._state(feedback, self._planner, now))
         return effects + self.report.take_events()
+
+    def _may_leave(self, feedback: DriveFeedback | None, now: float) -> bool:
+        """At rest; or cut off from the drives for longer than all that was sent lasts: nobody here can do more."""
+        if feedback is None or self.executive is None:
+            return True
+        tick = feedback.tick
+        if self.link.age(now) > self._cell.times.feedback_lost_s:
+            tick += int(self.link.age(now) / self.executive.cycle_s)
+        return self.executive.at_rest(tick)
 
     def _situation(self, feedback: DriveFeedback, planner: Planner) -> Situation:
         state = self.zones.state
@@ -284,7 +294,9 @@ class AgentCore:
         alarm = self._stopped_by if self.mode in (Mode.FAULT, Mode.ESTOP) else self.run.error
         alarms = (alarm,) if alarm else ()
         zones = tuple(sorted(self.zones.holds))
-        state = self.report.state(self.mode, self.run, feedback, self.executive, planner, zones, waiting_for, alarms)
+        lost = self.link.age(now) > self._cell.times.feedback_lost_s
+        heard = None if lost else feedback
+        state = self.report.state(self.mode, self.run, heard, self.executive, planner, zones, waiting_for, alarms)
         self.operator.sent_state(state.sequence, now)
         return Publish(state)
 

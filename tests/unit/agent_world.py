@@ -14,7 +14,7 @@ from cell.config.settings import (
     RobotSettings,
     Times,
 )
-from cell.core import Answer, Ask, AskDone, Effect, Publish, Request
+from cell.core import Answer, Ask, AskDone, Effect, Ended, Publish, Request
 from cell.messages import (
     AxisStatus,
     Call,
@@ -85,6 +85,7 @@ class AgentWorld:
         self.presences: list[Presence] = []
         self.blocks: list[SetpointBlock] = []
         self.planned: list[Planned] = []
+        self.ended = False
         self.answers_held = False
         self._answers: list[AskDone] = []
         self._calls = 0
@@ -174,6 +175,8 @@ class AgentWorld:
                 self._answers.append(AskDone(ask_id, self._gateway_says(id, command)))
                 if not self.answers_held:
                     self.release_answers()
+            case Ended():
+                self.ended = True
             case Answer(request_id, Reply() as reply):
                 self.replies[request_id] = reply
             case Plan(request):
