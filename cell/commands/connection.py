@@ -131,7 +131,7 @@ def connect(file: Path, endpoints: list[str] | None) -> Iterator[Operator]:
         except Unreachable as error:
             raise CommandError(
                 f"nobody of cell {settings.name} answers at {names(connect_to)}",
-                f"start the cell with: cell up {file}, or the manager alone with: cell manager {file}",
+                f"start the cell with: cell up {file}, or, when only its manager is gone: cell manager {file}",
             ) from error
         yield Operator(file, settings, session, CellView(session, settings))
 
@@ -146,4 +146,4 @@ def report(who: str, reply: Reply) -> None:
     """Print a reply; a refusal becomes a `CommandError`."""
     if not reply.ok:
         raise CommandError(f"{who} refuses: {reply.text}")
-    print(f"{who}: {reply.text}")
+    print(reply.text if reply.text.startswith(who) else f"{who}: {reply.text}")

@@ -45,7 +45,7 @@ class Show:
             return
         self._due = now + PERIOD_S
         if self._live is not None:
-            self._live.update(cell_table(self._settings, seen), refresh=True)
+            self._live.update(cell_table(self._settings, seen, self._console.width), refresh=True)
             return
         for robot in self._settings.robots:
             line = robot_line(robot, seen.robots.get(robot))
