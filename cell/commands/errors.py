@@ -7,7 +7,9 @@ from collections.abc import Callable
 from pathlib import Path
 
 from cell.config import ConfigError
+from cell.manager.journal import JournalError
 from cell.net.errors import NetError
+from drive_gateway.errors import GatewayError
 
 
 class CommandError(Exception):
@@ -48,11 +50,19 @@ def run_app(app: Callable[[], None], command: str) -> None:
         print(f"{command}: the configuration is refused", *error.problems, sep="\n  ", file=sys.stderr)
         print("  next: correct it; all problems of a cell at once: cell check FILE", file=sys.stderr)
         sys.exit(1)
-    except NetError as error:
+    except (NetError, JournalError, GatewayError) as error:
         print(f"{command}: {error}", file=sys.stderr)
         sys.exit(1)
     except Exception as error:
-        path = _log_folder / f"internal-error-{command}.log"
-        path.write_text("".join(traceback.format_exception(error)), encoding="utf-8")
-        print(f"{command}: internal error, please report it with the file {path}: {error!r}", file=sys.stderr)
+        print(f"{command}: internal error, please report it{_kept(command, error)}: {error!r}", file=sys.stderr)
         sys.exit(1)
+
+
+def _kept(command: str, error: Exception) -> str:
+    """Write the traceback to a file; ` with the file ...`, or nothing when there is no room for one."""
+    path = _log_folder / f"internal-error-{command}.log"
+    try:
+        path.write_text("".join(traceback.format_exception(error)), encoding="utf-8")
+    except OSError:
+        return ""
+    return f" with the file {path}"

@@ -8,6 +8,7 @@ import numpy as np
 from cell.config.settings import CellSettings, OnManagerReturn
 from cell.core import AskDone, Effect, Ended, Frozen, Publish, Request, Shutdown
 from cell.messages import (
+    AxisStatus,
     Body,
     DriveFeedback,
     Estop,
@@ -60,6 +61,8 @@ class AgentCore:
         self._numbers = itertools.count(1)
         self._presence_sequence = 0
         self._body: Body | None = None
+        self._stopped_by = ""
+        """Why the mode is FAULT or ESTOP."""
         self._stepped_at = 0.0
         self._leaving = False
 
@@ -91,8 +94,9 @@ class AgentCore:
     def step(self, now: float) -> list[Effect]:
         """Everything due at `now`; see `cell.core`."""
         feedback = self.link.owned
-        if self._leaving and (feedback is None or self.executive is None or self.executive.at_rest(feedback.tick)):
-            return [*self.operator.refuse_all("the agent is being stopped"), *self.link.release(), Ended()]
+        if self._leaving and self._may_leave(feedback, now):
+            effects = [*self.operator.refuse_all("the agent is being stopped"), *self.link.release()]
+            return effects if self.link.releasing else [*effects, Ended()]
         effects = self.link.claim_if_due(now)
         if feedback is None or self.link.grant is None:
             self._without_claim()
@@ -106,6 +110,15 @@ class AgentCore:
         effects += self.run.lookahead.fill(self.zones.geometry)
         effects.append(self._state(feedback, self._planner, now))
         return effects + self.report.take_events()
+
+    def _may_leave(self, feedback: DriveFeedback | None, now: float) -> bool:
+        """At rest; or cut off from the drives for longer than all that was sent lasts: nobody here can do more."""
+        if feedback is None or self.executive is None:
+            return True
+        tick = feedback.tick
+        if self.link.age(now) > self._cell.times.feedback_lost_s:
+            tick += int(self.link.age(now) / self.executive.cycle_s)
+        return self.executive.at_rest(tick)
 
     def _situation(self, feedback: DriveFeedback, planner: Planner) -> Situation:
         state = self.zones.state
@@ -143,8 +156,10 @@ class AgentCore:
             self.mode = Mode.DISABLED
         if not feedback.enabled:
             self.executive = None
-            if self.mode in (Mode.READY, Mode.RUNNING, Mode.HALTED):
-                self._stop(Mode.FAULT, "the drives were switched off")
+            if self.link.switching_off:
+                self.mode = Mode.DISABLED
+            elif self.mode in (Mode.READY, Mode.RUNNING, Mode.HALTED):
+                self._stop(Mode.FAULT, "the gateway has switched the drives off")
             return
         if self.executive is None:
             standing = planner.standstill(feedback.commanded, self.zones.geometry or ())
@@ -157,7 +172,7 @@ class AgentCore:
     def _stop(self, mode: Mode, why: str) -> None:
         if self.mode is mode:
             return
-        self.mode = mode
+        self.mode, self._stopped_by = mode, why
         self.run.fail(why)
         if mode is Mode.FAULT:
             self.report.event(Severity.ALARM, "fault", why, f"find the cause, then `cell reset {self._robot}`")
@@ -167,6 +182,9 @@ class AgentCore:
     def _move(self, feedback: DriveFeedback, planner: Planner, now: float) -> list[Effect]:
         """The next presence and, behind it, the next block."""
         executive = self.executive
+        if executive is None and self._body is None and AxisStatus.SILENT in feedback.axes:
+            # The drives have not been heard yet. To the manager a robot that never reported is as good as anywhere.
+            return [Publish(self._sign_of_life(feedback, planner))]
         if executive is None:
             body = self._standing_body(feedback, planner)
             self.zones.update_holds(now, self.zones.touched(body), set())
@@ -273,9 +291,12 @@ class AgentCore:
 
     def _state(self, feedback: DriveFeedback, planner: Planner, now: float) -> Publish:
         waiting_for = self._why_idle(feedback, planner.cycle_s, now)
-        alarms = tuple(text for text in (self.estop.reason if self.estop else "", self.run.error) if text)
+        alarm = self._stopped_by if self.mode in (Mode.FAULT, Mode.ESTOP) else self.run.error
+        alarms = (alarm,) if alarm else ()
         zones = tuple(sorted(self.zones.holds))
-        state = self.report.state(self.mode, self.run, feedback, self.executive, planner, zones, waiting_for, alarms)
+        lost = self.link.age(now) > self._cell.times.feedback_lost_s
+        heard = None if lost else feedback
+        state = self.report.state(self.mode, self.run, heard, self.executive, planner, zones, waiting_for, alarms)
         self.operator.sent_state(state.sequence, now)
         return Publish(state)
 

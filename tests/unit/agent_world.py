@@ -1,4 +1,4 @@
-"""The smallest world an agent lives in: a gateway that plays blocks exactly, and a manager that says what it is told."""
+"""The smallest world an agent lives in: a gateway that plays blocks exactly, a manager that says what it is told."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -14,7 +14,7 @@ from cell.config.settings import (
     RobotSettings,
     Times,
 )
-from cell.core import Answer, Ask, AskDone, Effect, Publish, Request
+from cell.core import Answer, Ask, AskDone, Effect, Ended, Publish, Request
 from cell.messages import (
     AxisStatus,
     Call,
@@ -77,11 +77,17 @@ class AgentWorld:
         self.feedback_lost = False
         self.manager_silent = False
         self.zone = ZoneStatus(ZoneState.FREE, None, None, (), 1, 0.0)
+        self.granting = False
+        self._tokens = 0
+        self._granted_at = 0
         self.replies: dict[str, Reply] = {}
         self.states: list[RobotState] = []
         self.presences: list[Presence] = []
         self.blocks: list[SetpointBlock] = []
         self.planned: list[Planned] = []
+        self.ended = False
+        self.answers_held = False
+        self._answers: list[AskDone] = []
         self._calls = 0
         self._sequence = 0
 
@@ -114,7 +120,14 @@ class AgentWorld:
         self.now += STEP_S
 
     def grant(self) -> None:
-        self.zone = ZoneStatus(ZoneState.GRANTED, "left", Token(5, 1), (), 1, 0.0)
+        """From now on the manager gives the zone to whoever wants it, and frees it when it is given up."""
+        self.granting = True
+        self.zone = ZoneStatus(ZoneState.FREE, None, None, (), 1, 0.0)
+
+    def release_answers(self) -> None:
+        """Let the gateway's answers to the agent's calls arrive."""
+        while self._answers:
+            self.agent.receive(self._answers.pop(0), self.now)
 
     def _play(self) -> None:
         self.tick += 1
@@ -132,7 +145,19 @@ class AgentWorld:
             self.commanded, np.zeros(6), self.commanded, axes,
         )  # fmt: skip
 
+    def _grant_or_free(self, presence: Presence) -> None:
+        """The manager's rule in short: grant what is wanted, free what a presence that knows of it does not hold."""
+        knows = presence.heard is not None and presence.heard.sequence > self._granted_at
+        if self.zone.holder is None and "handover" in presence.wants:
+            self._tokens += 1
+            self.zone = ZoneStatus(ZoneState.GRANTED, "left", Token(5, self._tokens), (), 1, 0.0)
+            self._granted_at = self._sequence
+        elif self.zone.holder == "left" and knows and not presence.holds:
+            self.zone = ZoneStatus(ZoneState.FREE, None, None, (), 1, 0.0)
+
     def _manager(self) -> None:
+        if self.granting and self.presences:
+            self._grant_or_free(self.presences[-1])
         heard = {"left": Heard("boot", self.presences[-1].sequence)} if self.presences else {}
         self.agent.receive(ZONE, self.now)
         state = ManagerState("test", "m", 5, self._sequence, self.now, "digest", heard, {"handover": self.zone})
@@ -147,7 +172,11 @@ class AgentWorld:
             case Publish(RobotState() as state):
                 self.states.append(state)
             case Ask(ask_id, _, Call(id=id, command=command)):
-                self.agent.receive(AskDone(ask_id, self._gateway_says(id, command)), self.now)
+                self._answers.append(AskDone(ask_id, self._gateway_says(id, command)))
+                if not self.answers_held:
+                    self.release_answers()
+            case Ended():
+                self.ended = True
             case Answer(request_id, Reply() as reply):
                 self.replies[request_id] = reply
             case Plan(request):

@@ -5,12 +5,13 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from cell.config.settings import OnManagerReturn
-from cell.core import Ask, Frozen, Publish
+from cell.config.settings import OnManagerReturn, Times
+from cell.core import Ask, Frozen, Publish, Shutdown
 from cell.geometry import capsules_touch_box
 from cell.geometry.occupied import body_touches_box
 from cell.messages import (
     Continue,
+    Disable,
     Enable,
     Estop,
     Halt,
@@ -21,6 +22,7 @@ from cell.messages import (
     ResetRobot,
     Run,
     SetpointBlock,
+    Token,
     ZoneState,
     ZoneStatus,
 )
@@ -121,12 +123,8 @@ def test_it_stops_in_front_of_a_zone_that_is_not_granted_and_says_who_holds_it()
 
 def test_a_free_zone_costs_no_stop() -> None:
     world = running(INTO_ZONE)
-    for _ in range(2000):
-        if world.zone.state is ZoneState.FREE and "handover" in world.presences[-1].wants:
-            world.grant()
-        world.step()
-        if ended(world)():
-            break
+    world.grant()
+    until(world, ended(world))
     rates = [s.governor.rate for s in world.states if s.governor and 0.0 < s.governor.tau_s < s.governor.duration_s]
     assert min(rates) > 0.999
     assert world.state.waited_s == {}
@@ -142,6 +140,16 @@ def test_a_zone_is_given_up_once_the_body_is_outside_for_good() -> None:
         if body_touches_box(presence.body, box):
             assert "handover" in presence.holds
     assert "handover" not in world.presences[-1].holds
+
+
+def test_a_grant_that_was_given_up_once_is_never_used_again() -> None:
+    world = running(SHORT)
+    world.zone = ZoneStatus(ZoneState.GRANTED, "left", Token(5, 1), (), 1, 0.0)
+    world.run(0.1)
+    assert world.presences[-1].holds == {}
+    assert not world.agent.zones.permitted("handover", world.now)
+    world.agent.zones.update_holds(world.now, inside=set(), needed={"handover"})
+    assert world.agent.zones.holds == {}
 
 
 def test_the_published_body_covers_where_the_robot_goes() -> None:
@@ -304,3 +312,41 @@ def test_mistake_in_one_of_the_moves_that_join_is_named_with_its_line() -> None:
     world = running("MJ J1=20 J2=-20 J3=30 J5=60 F=60\nML Y=200 R=40\nML X=9000\nHOME\nEND")
     until(world, lambda: world.state.program.state is ProgramState.FAILED)
     assert world.state.program.line == 3
+
+
+def test_disabling_is_no_fault_even_when_the_feedback_is_faster_than_the_answer() -> None:
+    world = enabled(SHORT)
+    world.answers_held = True
+    world.call(Disable())
+    world.run(0.1)
+    assert world.state.mode is Mode.DISABLED
+    world.release_answers()
+    world.run(0.1)
+    assert world.state.mode is Mode.DISABLED
+
+
+def test_an_agent_that_is_stopped_ends_when_its_gateway_has_taken_the_robot_back() -> None:
+    world = running(SHORT)
+    world.agent.receive(Shutdown(), world.now)
+    world.answers_held = True
+    world.run(2.0)
+    assert not world.ended
+    world.release_answers()
+    world.run(0.1)
+    assert world.ended
+
+
+def test_an_agent_without_its_gateway_leaves_once_everything_sent_is_played() -> None:
+    world = running(SHORT)
+    world.feedback_lost = True
+    world.agent.receive(Shutdown(), world.now)
+    world.run(2.0)
+    assert world.ended
+
+
+def test_nothing_is_said_about_a_robot_whose_drives_are_not_heard() -> None:
+    world = running(SHORT)
+    world.feedback_lost = True
+    world.run(Times().feedback_lost_s + 0.1)
+    assert world.state.mode is Mode.FAULT
+    assert (world.state.tcp_speed_m_s, world.state.tcp_position_m, world.state.governor) == (None, None, None)

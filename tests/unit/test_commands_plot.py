@@ -6,7 +6,7 @@ import pytest
 from typer.testing import CliRunner
 
 from cell.commands.errors import CommandError
-from cell.commands.main import app
+from cell.commands.cell_command import app
 
 ROOT = Path(__file__).parents[2]
 MODEL = str(ROOT / "cell_configs" / "models" / "six_axis.yaml")
