@@ -2,11 +2,23 @@
 
 from pathlib import Path
 
+from robot_agent.kinematics.cobot import Cobot
+from robot_agent.kinematics.delta import Delta
+from robot_agent.kinematics.gantry import Gantry
 from robot_agent.kinematics.model import Model
+from robot_agent.kinematics.palletizer import Palletizer
+from robot_agent.kinematics.scara import Scara
 from robot_agent.kinematics.six_axis import SixAxis
 from robot_agent.model import Family, RobotDescription, load_description
 
-FAMILIES: dict[Family, type[Model]] = {Family.SIX_AXIS: SixAxis}
+FAMILIES: dict[Family, type[Model]] = {
+    Family.SIX_AXIS: SixAxis,
+    Family.COBOT: Cobot,
+    Family.SCARA: Scara,
+    Family.PALLETIZER: Palletizer,
+    Family.DELTA: Delta,
+    Family.GANTRY: Gantry,
+}
 
 
 def model_of(description: RobotDescription) -> Model:

@@ -12,14 +12,12 @@ from functools import cached_property
 import numpy as np
 
 from cell.geometry.arrays import Array, Flags
+from robot_agent.kinematics.triangle import beyond_reach, elbow_triangle
 
-LENGTHS = ("a1z", "a2x", "a2z", "a3z", "a4x", "a4z", "a5x", "a6x")
 SINGULAR_SINE = 1e-10
 """Below this sine of J5 the axes 4 and 6 are one line."""
 SINGULAR_RADIUS_M = 1e-10
 """A wrist this close to axis 1 leaves J1 free."""
-REACH_TOLERANCE_M = 1e-10
-"""A wrist this far outside still counts as the stretched or folded arm."""
 ELBOW_SIGN = np.array([1.0, -1.0, -1.0, 1.0])[:, None]
 """Sign of the elbow triangle for FRONT/UP, FRONT/DOWN, BACK/UP, BACK/DOWN; UP is the elbow that lies above the line
 from joint 2 to the wrist."""
@@ -96,9 +94,8 @@ def solve_arm(rows: Array, g: Lengths, held_j1: Array) -> Arm:
     mirror = np.where(singular, 1.0, -1.0)
     along = np.stack([radius, -radius]) - g.a2x
     up = wz - (g.a1z + g.a2z)
-    sums, differences = g.a3z + g.forearm, abs(g.a3z - g.forearm)
     span = np.hypot(along, up)
-    beta, gamma = _elbow_triangle(span, g.a3z, g.forearm)
+    beta, gamma = elbow_triangle(span, g.a3z, g.forearm)
     direction = np.arctan2(up, along)
     rest = np.arctan2(g.a4x + g.a5x, g.a4z)
     return Arm(
@@ -107,7 +104,7 @@ def solve_arm(rows: Array, g: Lengths, held_j1: Array) -> Arm:
         sin1=np.stack([sin1, mirror * sin1]),
         j2=np.pi / 2 - _twice(direction) - ELBOW_SIGN * _twice(beta),
         j3=np.pi - rest - ELBOW_SIGN * _twice(gamma),
-        excess=_beyond(span - sums) - _beyond(differences - span),
+        excess=beyond_reach(span, g.a3z, g.forearm),
         singular=singular,
     )
 
@@ -139,22 +136,6 @@ def solve_wrist(rows: Array, arm: Arm, held_j4: Array) -> Wrist:
         ),
         singular=singular,
     )
-
-
-def _elbow_triangle(span: Array, upper: float, fore: float) -> tuple[Array, Array]:
-    """Angles at joint 2 and at the elbow of the triangle (upper arm, forearm, span to the wrist), 0 to pi.
-
-    Heron's product keeps the sine exact for the stretched and the folded arm, where an arccosine has half the digits;
-    the angle at joint 2 follows from the one at the elbow, so their errors cancel in the position of the wrist.
-    """
-    product = (upper + fore - span) * (upper + fore + span) * (span + upper - fore) * (span - upper + fore)
-    sine = np.sqrt(np.maximum(product, 0)) / (2 * upper * fore)
-    cosine = (upper * upper + fore * fore - span * span) / (2 * upper * fore)
-    return np.arctan2(fore * sine, upper - fore * cosine), np.arctan2(sine, cosine)
-
-
-def _beyond(distance: Array) -> Array:
-    return np.where(distance > REACH_TOLERANCE_M, distance, 0.0)
 
 
 def _twice(values: Array) -> Array:
