@@ -12,10 +12,10 @@ from cell.geometry.arrays import Array, Flags
 from robot_agent.kinematics import choice, tracking
 from robot_agent.kinematics.coupling import Coupling
 from robot_agent.kinematics.errors import BadInput, BadModel, Violation
-from robot_agent.kinematics.problems import body_problems, family_problems
+from robot_agent.kinematics.problems import body_problems, coupling_problems, family_problems
 from robot_agent.kinematics.singularity import SingularityDistance
 from robot_agent.kinematics.solutions import Solutions
-from robot_agent.model.description import JointLimits, RobotDescription
+from robot_agent.model.description import CapsuleBody, JointLimits, RobotDescription
 from robot_agent.model.families import SHAPES
 
 
@@ -31,6 +31,8 @@ class Model(ABC):
     def __init__(self, description: RobotDescription) -> None:
         self.description = description
         self.link_names: tuple[str, ...] = self._link_names(description)
+        self.body: tuple[CapsuleBody, ...] = _body(description, len(self.link_names) - 1)
+        """All capsules, those of the mounted tool included."""
         problems = tuple(self._problems(description))
         if problems:
             raise BadModel(description.name, problems)
@@ -41,11 +43,10 @@ class Model(ABC):
         self.linear: Flags = np.array(description.linear or (False,) * self.n)
         """`(n,)`: whether each joint slides."""
         self.coupling = Coupling.of(description.coupling, self.n)
-        body = description.body
-        self.capsule_radii: Array = np.array([c.radius_m for c in body], dtype=float)
+        self.capsule_radii: Array = np.array([c.radius_m for c in self.body], dtype=float)
         """`(c,)` [m]."""
-        self._capsule_links = np.array([c.link for c in body], dtype=int)
-        self._capsule_ends = np.array([(c.start_m, c.end_m) for c in body], dtype=float).reshape(-1, 2, 3)
+        self._capsule_links = np.array([c.link for c in self.body], dtype=int)
+        self._capsule_ends = np.array([(c.start_m, c.end_m) for c in self.body], dtype=float).reshape(-1, 2, 3)
 
     @property
     @abstractmethod
@@ -189,7 +190,7 @@ class Model(ABC):
     def body_reach(self, links: Array) -> float:
         """A bound [m] for all capsules, from bounds of the distances of the links' origins `(links,)` from the base."""
         reach = float(links[-1])
-        for capsule in self.description.body:
+        for capsule in self.body:
             for end in (capsule.start_m, capsule.end_m):
                 reach = max(reach, float(links[capsule.link] + np.linalg.norm(end) + capsule.radius_m))
         return reach
@@ -217,4 +218,11 @@ class Model(ABC):
     def _problems(self, description: RobotDescription) -> Iterator[str]:
         """Everything that makes the description no robot of its family."""
         yield from family_problems(description)
-        yield from body_problems(description, len(self.link_names))
+        yield from body_problems(self.body, len(self.link_names))
+        yield from coupling_problems(description)
+
+
+def _body(description: RobotDescription, flange: int) -> tuple[CapsuleBody, ...]:
+    tool = description.tool
+    mounted = () if tool is None else tool.capsules
+    return (*description.capsules, *(CapsuleBody(flange, c.start_m, c.end_m, c.radius_m) for c in mounted))

@@ -5,7 +5,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from robot_agent.kinematics.errors import BadModel
-from robot_agent.model.description import RobotDescription
+from robot_agent.model.description import CapsuleBody, RobotDescription
 from robot_agent.model.families import SHAPES
 
 
@@ -39,13 +39,17 @@ def checked_lengths(description: RobotDescription, positive: tuple[str, ...] = (
     return description.geometry
 
 
-def body_problems(description: RobotDescription, links: int) -> Iterator[str]:
-    """Capsules, tools and coupling against joints and links."""
-    if not description.body:
+def body_problems(body: tuple[CapsuleBody, ...], links: int) -> Iterator[str]:
+    """Capsules against links."""
+    if not body:
         yield "found no capsules, allowed at least one: a robot without a body would be nowhere"
-    for i, capsule in enumerate(description.body):
+    for i, capsule in enumerate(body):
         if capsule.link not in range(links):
             yield f"capsule {i} is on link {capsule.link}, allowed 0 to {links - 1}"
+
+
+def coupling_problems(description: RobotDescription) -> Iterator[str]:
+    """The coupling against the number of joints, and against what a gear can do."""
     coupling, count = description.coupling, len(description.joint_names)
     if coupling is None:
         return

@@ -85,7 +85,7 @@ class SixAxis(SerialModel):
         wrist = elbow + g.forearm
         start = (0.0, abs(g.a1z), shoulder, elbow, elbow + float(np.hypot(g.a4x, g.a4z)), wrist, wrist)
         reach = 0.0
-        for capsule in self.description.body:
+        for capsule in self.body:
             for end in (capsule.start_m, capsule.end_m):
                 # Axis 6 runs through the wrist centre, so flange and tool stay at one distance from it.
                 point = np.add(end, (g.a6x, 0, 0)) if capsule.link == 6 else np.array(end)

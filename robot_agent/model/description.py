@@ -55,6 +55,15 @@ class CapsuleBody:
     radius_m: float
 
 
+@dataclass(frozen=True, slots=True)
+class Capsule:
+    """Everything within `radius_m` of the line from `start_m` to `end_m`."""
+
+    start_m: tuple[float, float, float]
+    end_m: tuple[float, float, float]
+    radius_m: float
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Tool:
     """What is mounted on a flange."""
@@ -67,8 +76,8 @@ class Tool:
     """Centre of mass in the flange frame."""
     inertia_kg_m2: NDArray[np.float64]
     """`(3, 3)` about the centre of mass, along the axes of the flange frame."""
-    capsules: tuple[CapsuleBody, ...]
-    """Its body in the flange frame; `link` is the flange."""
+    capsules: tuple[Capsule, ...]
+    """Its body in the flange frame."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -105,8 +114,3 @@ class RobotDescription:
     @property
     def tool(self) -> Tool | None:
         return None if self.mounted is None else self.tools[self.mounted]
-
-    @property
-    def body(self) -> tuple[CapsuleBody, ...]:
-        """All capsules, those of the mounted tool included."""
-        return self.capsules if self.tool is None else (*self.capsules, *self.tool.capsules)

@@ -46,7 +46,7 @@ def check_cell(path: str | Path) -> tuple[CellBundle | None, list[Problem]]:
 def _bundle(settings: CellSettings, readings: Readings) -> CellBundle:
     return CellBundle(
         cell=settings,
-        models={robot: model.description() for robot, _, model in readings.usable_models()},
+        models={robot: model.description(document.file.parent) for robot, document, model in readings.usable_models()},
         gateways={gateway: drives.settings(gateway) for gateway, _, drives in readings.usable_drives()},
     )
 
