@@ -75,4 +75,7 @@ def _bus_cells(gateway: GatewaySettings) -> tuple[str, ...]:
 
 
 def _table(title: str, *headings: str) -> Table:
-    return Table(*headings, title=title or None, title_justify="left", box=SIMPLE)
+    table = Table(title=title or None, title_justify="left", box=SIMPLE, padding=(0, 1, 0, 0))
+    for heading in headings:
+        table.add_column(heading, overflow="fold")
+    return table

@@ -55,7 +55,7 @@ def run(
     """
     from cell.net.options import Link
     from drive_gateway.config import load_drives
-    from drive_gateway.gateway.bus import GatewayError
+    from drive_gateway.errors import GatewayError
     from drive_gateway.gateway.shell import run_gateway
 
     settings = _settings(file, gateway)
@@ -94,7 +94,7 @@ def simulate(
     The bus must be one that several processes can share, for example socketcan (vcan) or udp_multicast.
     """
     from drive_gateway.config import load_drives
-    from drive_gateway.gateway.bus import GatewayError
+    from drive_gateway.errors import GatewayError
     from drive_gateway.sim.shell import run_simulated_drives
 
     settings = _settings(file, gateway)

@@ -7,7 +7,9 @@ from collections.abc import Callable
 from pathlib import Path
 
 from cell.config import ConfigError
+from cell.manager.journal import JournalError
 from cell.net.errors import NetError
+from drive_gateway.errors import GatewayError
 
 
 class CommandError(Exception):
@@ -48,7 +50,7 @@ def run_app(app: Callable[[], None], command: str) -> None:
         print(f"{command}: the configuration is refused", *error.problems, sep="\n  ", file=sys.stderr)
         print("  next: correct it; all problems of a cell at once: cell check FILE", file=sys.stderr)
         sys.exit(1)
-    except NetError as error:
+    except (NetError, JournalError, GatewayError) as error:
         print(f"{command}: {error}", file=sys.stderr)
         sys.exit(1)
     except Exception as error:

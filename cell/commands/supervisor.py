@@ -62,15 +62,13 @@ class Supervisor:
                 return False
             view = CellView(session, self._settings)
             events = session.queue("event/**")
-            try:
-                with Show(self._settings, self._console) as show:
-                    if not self._bring_up(session, view, show):
-                        return False
-                    with Orders(session, Run()) as run:
-                        return self._watch(view, events, show, run if start_programs else None, until_done)
-            finally:
-                self._bring_to_rest(session, view)
-                self._children.stop_in_order()
+            with Show(self._settings, self._console) as show:
+                if not self._bring_up(session, view, show):
+                    return False
+                # Only now is it certain that these robots are ours to command; before, agents brake by themselves.
+                stack.callback(self._bring_to_rest, session, view)
+                run = stack.enter_context(Orders(session, Run()))
+                return self._watch(view, events, show, run if start_programs else None, until_done)
 
     def _connect(self, stack: ExitStack) -> CellSession | None:
         """A client session, as soon as the manager listens; None when stopped before."""
@@ -90,19 +88,26 @@ class Supervisor:
             raise CommandError("\n".join(child.death_notice() for child in dead), "look above; the rest was stopped")
 
     def _bring_up(self, session: CellSession, view: CellView, show: Show) -> bool:
-        """Enable every robot; False when stopped before. Raises `CommandError` when that takes too long."""
+        """Enable every robot; False when stopped before. Raises `CommandError` when that takes too long.
+
+        Under an emergency stop that an earlier run left behind nothing is enabled; the cell is up for `cell reset`.
+        """
         deadline = self._started + START_TIMEOUT_S
         with Orders(session, Enable()) as enable:
             while not self._stop.wait(POLL_S):
                 self._no_deaths()
                 seen = view.look()
                 show.update(seen)
-                ready = [state for state in seen.robots.values() if state.mode in ENABLED]
-                if len(ready) == len(self._settings.robots):
+                if stop_text := latched_stop(seen):
+                    show.say(
+                        f"{stop_text}; nothing is enabled; when the cause is gone: cell reset, then cell enable ROBOT"
+                    )
+                    return True
+                if sum(state.mode in ENABLED for state in seen.robots.values()) == len(self._settings.robots):
                     show.say(f"all robots enabled after {time.monotonic() - self._started:.1f} s")
                     return True
                 for state in seen.robots.values():
-                    if state.mode is Mode.DISABLED:
+                    if state.mode is Mode.DISABLED and seen.manager is not None:
                         enable.give(state)
                 if time.monotonic() > deadline:
                     missing = "\n".join(self._missing(seen, enable.problems))
@@ -129,24 +134,29 @@ class Supervisor:
         while not self._stop.wait(POLL_S):
             seen = view.look()
             show.update(seen)
-            for event in events.take():
-                if isinstance(event, Event) and self._worth_a_line(event):
-                    remedy = f"; {event.remedy}" if event.remedy else ""
-                    show.say(f"{event.severity.value}: {event.source}: {event.text}{remedy}")
+            self._tell_events(events, show)
             dead = self._children.deaths()
             for child in dead:
                 print(child.death_notice(), file=sys.stderr)
+            trouble = self._trouble(seen)
+            if self._children.all_dead() or (until_done and (dead or trouble)):
+                print(*trouble, sep="\n", end="\n" if trouble else "", file=sys.stderr)
+                return False
+            if trouble:
+                run = None  # after a fault or an emergency stop nothing runs again without an operator
             for state in seen.robots.values():
                 if run is not None and state.mode is Mode.READY and state.program.state is not ProgramState.RUNNING:
                     run.give(state)
-            if self._children.all_dead():
-                return False
-            if until_done and (dead or self._trouble(seen)):
-                return False
             if until_done and run is not None and self._all_done(seen, run):
                 self._tell_waits(seen)
                 return True
         return False
+
+    def _tell_events(self, events: Inbox, show: Show) -> None:
+        for event in events.take():
+            if isinstance(event, Event) and self._worth_a_line(event):
+                remedy = f"; {event.remedy}" if event.remedy else ""
+                show.say(f"{event.severity.value}: {event.source}: {event.text}{remedy}")
 
     def _worth_a_line(self, event: Event) -> bool:
         """Every alarm, and a warning unless the same one was shown a moment ago."""
@@ -162,20 +172,19 @@ class Supervisor:
             for name in self._settings.robots
         )
 
-    def _trouble(self, seen: Snapshot) -> bool:
-        """Say which robots cannot end their programs any more."""
-        stuck = [s for s in seen.robots.values() if s.mode in STUCK or s.program.state is ProgramState.FAILED]
-        for state in stuck:
-            print(
-                f"robot {state.robot}: {state.mode.value}, program {state.program.state.value} "
-                f"at line {state.program.line}: {why(state) or state.program.text}\n"
-                f"  next: look at the cause, then: cell up {self._settings.file} --until-done",
-                file=sys.stderr,
-            )
-        return bool(stuck)
+    def _trouble(self, seen: Snapshot) -> list[str]:
+        """What keeps programs from ending, one line each."""
+        lines = [
+            f"robot {state.robot}: {state.mode.value}, program {state.program.state.value} "
+            f"at line {state.program.line}: {why(state) or state.program.text}"
+            for state in seen.robots.values()
+            if state.mode in STUCK or state.program.state is ProgramState.FAILED
+        ]
+        return [text, *lines] if (text := latched_stop(seen)) else lines
 
     def _tell_waits(self, seen: Snapshot) -> None:
-        """How long each robot stood still for each zone."""
+        """How long everything took, and how long each robot stood still for each zone."""
+        print(f"all programs are done after {time.monotonic() - self._started:.1f} s")
         for name in self._settings.robots:
             waited = seen.robots[name].waited_s
             for zone in self._settings.zones:
@@ -183,6 +192,8 @@ class Supervisor:
 
     def _bring_to_rest(self, session: CellSession, view: CellView) -> None:
         """Halt what runs, and wait until nothing moves; a robot that is silent is left to its own deadlines."""
+        if self._stop.is_set():
+            self._console.print("stopping in order; Ctrl-C once more hurries", highlight=False)
         deadline = time.monotonic() + REST_TIMEOUT_S
         with Orders(session, Halt()) as halt:
             while not self._hurry.is_set() and time.monotonic() < deadline:
@@ -197,3 +208,9 @@ class Supervisor:
 
 def _moves(state: RobotState) -> bool:
     return state.mode is Mode.RUNNING or not at_rest(state)
+
+
+def latched_stop(seen: Snapshot) -> str:
+    """Who set the cell's emergency stop and why, for people; empty when there is none."""
+    estop = seen.manager.estop if seen.manager is not None else None
+    return f"emergency stop by {estop.by}: {estop.reason}" if estop is not None and estop.active else ""

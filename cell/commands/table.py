@@ -51,9 +51,9 @@ def program_text(state: RobotState) -> str:
 
 def why(state: RobotState) -> str:
     """Why the robot does not move as planned: alarms first, then the program's error, then what it waits for."""
-    if state.alarms:
-        return "; ".join(state.alarms)
-    return state.program.error or state.waiting_for
+    longest_first = sorted(dict.fromkeys(state.alarms), key=len, reverse=True)
+    told = [alarm for i, alarm in enumerate(longest_first) if not any(alarm in longer for longer in longest_first[:i])]
+    return "; ".join(told) or state.program.error or state.waiting_for
 
 
 def robot_line(robot: str, state: RobotState | None) -> str:

@@ -10,6 +10,7 @@ from rich.console import Console
 
 from cell.commands.children import Children, programs
 from cell.commands.connection import existing
+from cell.commands.endpoints import refuse_taken
 from cell.commands.options import CellFileArgument, StateDirOption
 from cell.commands.state_dir import Lock, state_folder
 from cell.commands.stop import stop_event
@@ -47,9 +48,11 @@ def up(
     def say(text: str) -> None:
         console.print(text, markup=False, highlight=False, soft_wrap=True)
 
-    with Lock(folder, "cell-up"), Children(programs(settings, state_dir, not real), logs, hurry, say) as children:
-        supervisor = Supervisor(settings, children, console, stop, hurry)
-        done = supervisor.run(start_programs=run or until_done, until_done=until_done)
+    with Lock(folder, "cell-up"):
+        refuse_taken(settings)
+        with Children(programs(settings, state_dir, not real), logs, hurry, say) as children:
+            supervisor = Supervisor(settings, children, console, stop, hurry)
+            done = supervisor.run(start_programs=run or until_done, until_done=until_done)
     if until_done and not done:
         raise typer.Exit(INTERRUPTED if stop.is_set() else 1)
 

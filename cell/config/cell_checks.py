@@ -35,6 +35,9 @@ def _endpoints(document: Document, cell: CellFile) -> Iterator[Problem]:
 
 def _names(document: Document, cell: CellFile) -> Iterator[Problem]:
     gateways, robots = document.keys(("gateways",)), document.keys(("robots",))
+    for key, names in (("robots", robots), ("gateways", gateways)):
+        if not names:
+            yield document.problem((key,), "an empty mapping", "one or more")
     for name, robot in cell.robots.items():
         if robot.gateway not in gateways:
             allowed = f"one of {', '.join(gateways)}"

@@ -5,7 +5,7 @@ from typing import Annotated
 
 from pydantic import BaseModel, Field
 
-from cell.config.document import Naming
+from cell.config.document import Document
 from cell.config.fields import Endpoint, FileName, Name, Pose
 from cell.config.settings import (
     CellSettings,
@@ -81,10 +81,10 @@ class CellFile(BaseModel):
     cell: Name = Field(description="the cell's name")
     units: Units = Field(description="units of lengths and angles: {length: mm, angle: deg}")
     manager: ManagerEntry = Field(description="the cell manager: {endpoint: tcp/HOST:PORT}")
-    robots: Annotated[dict[Name, RobotEntry], Field(min_length=1, max_length=16)] = Field(
-        description="1 to 16 robots by name"
+    robots: Annotated[dict[Name, RobotEntry], Field(max_length=16)] = Field(
+        description="1 to 16 robots by name", json_schema_extra={"minProperties": 1}
     )
-    gateways: Annotated[dict[Name, GatewayEntry], Field(min_length=1)] = Field(description="gateways by name")
+    gateways: dict[Name, GatewayEntry] = Field(description="gateways by name", json_schema_extra={"minProperties": 1})
     zones: dict[Name, ZoneEntry] = Field(default={}, description="exclusive zones by name")
     times: TimesEntry = Field(TimesEntry.model_construct(), description="deadlines in seconds")
     on_manager_return: Annotated[OnManagerReturn, Field(strict=False)] = Field(
@@ -92,20 +92,24 @@ class CellFile(BaseModel):
         description="what a robot does that stopped because the manager was silent: continue, or wait for an operator",
     )
 
-    def settings(self, here: Naming, digest: str) -> CellSettings:
-        """The settings; file names become absolute, as seen from the file `here`."""
+    def settings(self, document: Document, digest: str) -> CellSettings:
+        """The settings; file names become absolute, as seen from the cell file."""
         return CellSettings(
             name=self.cell,
-            file=here.document.file,
+            file=document.file,
             manager_endpoint=self.manager.endpoint,
             robots={
                 name: RobotSettings(
-                    name, here.file(robot.model), robot.gateway, robot.base.settings(), here.file(robot.program)
+                    name,
+                    document.beside(robot.model),
+                    robot.gateway,
+                    robot.base.settings(),
+                    document.beside(robot.program),
                 )
                 for name, robot in self.robots.items()
             },
             gateways={
-                name: GatewayEndpoint(name, gateway.endpoint, here.file(gateway.drives))
+                name: GatewayEndpoint(name, gateway.endpoint, document.beside(gateway.drives))
                 for name, gateway in self.gateways.items()
             },
             zones={

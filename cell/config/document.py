@@ -3,7 +3,6 @@
 import os
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Self
 
 from cell.config.problem import KeyPath, Problem, Severity, path_text
 from cell.config.yaml_tree import Place, Places, Value, parse
@@ -51,6 +50,10 @@ class Document:
         """The value at `path` as the file says it, for a problem's text."""
         return value_text(self.value(path))
 
+    def beside(self, name: str) -> Path:
+        """The file `name`, relative to this one, as absolute path."""
+        return Path(os.path.normpath(self.file.parent / name))
+
     def _place(self, path: KeyPath, at_key: bool) -> Place:
         for length in range(len(path), -1, -1):
             places = self.places.get(path[:length])
@@ -66,13 +69,10 @@ class Naming:
     document: Document
     path: KeyPath
 
-    @classmethod
-    def of(cls, document: Document, *path: str) -> Self:
-        return cls(document, path)
-
-    def file(self, name: str) -> Path:
-        """`name`, relative to the naming file, as absolute path."""
-        return Path(os.path.normpath(self.document.file.parent / name))
+    def file(self) -> Path | None:
+        """The named file as absolute path; None where there is no name."""
+        name = self.document.value(self.path)
+        return self.document.beside(name) if isinstance(name, str) and name else None
 
 
 def read_text(file: Path, named_by: Naming | None = None) -> str | Problem:
@@ -130,4 +130,4 @@ def value_text(value: Value) -> str:
         return "a list" if value else "an empty list"
     if isinstance(value, str):
         return repr(value if len(value) <= 60 else f"{value[:60]}...")
-    return f"{value:g}" if isinstance(value, float) else str(value)
+    return str(value)

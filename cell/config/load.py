@@ -1,15 +1,18 @@
 """From the cell file to settings, or to all of its problems."""
 
+import dataclasses
 from pathlib import Path
 
 from cell.config.cell_checks import check_cell_file
 from cell.config.cell_file import CellFile
 from cell.config.digest import digest_of
 from cell.config.document import Document, Naming, read_document, read_text
-from cell.config.problem import ConfigError, Problem, refuses
+from cell.config.problem import ConfigError, Problem, path_text, refuses
 from cell.config.reading import Reading, read
 from cell.config.settings import CellSettings
 from cell.config.yaml_tree import Value
+
+_STAND_INS = {"cell": "unnamed", "manager": {"endpoint": "tcp/unknown:1"}}
 
 
 def load_cell(path: str | Path) -> CellSettings:
@@ -30,7 +33,7 @@ def load_cell(path: str | Path) -> CellSettings:
 
 def read_cell(path: Path) -> Reading[CellFile]:
     """The cell file, read and checked in itself."""
-    reading = read(path, CellFile)
+    reading = read(path, CellFile, _STAND_INS)
     if reading.document is not None and reading.content is not None:
         reading.problems += check_cell_file(reading.document, reading.content)
     return reading
@@ -39,33 +42,36 @@ def read_cell(path: Path) -> Reading[CellFile]:
 def cell_settings(reading: Reading[CellFile]) -> tuple[CellSettings | None, list[Problem]]:
     """The settings, with the digest over all named files, and all problems; None with an error."""
     document, cell, problems = reading.document, reading.content, list(reading.problems)
-    if document is None or cell is None:
+    if document is None:
         return None, problems
-    files, found = _named_files(document, cell)
+    files, found = _named_files(document)
     problems += found
-    if refuses(problems):
+    if cell is None or refuses(problems):
         return None, problems
-    here = Naming(document, ())
-    settings = cell.settings(here, digest="")
-    return cell.settings(here, digest_of(settings, files)), problems
+    settings = cell.settings(document, digest="")
+    return dataclasses.replace(settings, digest=digest_of(settings, files)), problems
 
 
-def _named_files(document: Document, cell: CellFile) -> tuple[dict[str, Value], list[Problem]]:
+def _named_files(document: Document) -> tuple[dict[str, Value], list[Problem]]:
     """The content of every named file by its place in the cell file, and what cannot be read of them."""
-    yaml_files = {f"robots.{name}.model": ("robots", name, "model") for name in cell.robots}
-    yaml_files |= {f"gateways.{name}.drives": ("gateways", name, "drives") for name in cell.gateways}
+    robots, gateways = document.keys(("robots",)), document.keys(("gateways",))
+    paths = [("robots", name, "model") for name in robots] + [("gateways", name, "drives") for name in gateways]
     files: dict[str, Value] = {}
     problems: list[Problem] = []
-    for key, path in yaml_files.items():
+    for path in paths:
         naming = Naming(document, path)
-        named, found = read_document(naming.file(str(document.value(path))), naming)
+        if (file := naming.file()) is None:
+            continue
+        named, found = read_document(file, naming)
         problems += found
-        files[key] = named.data if named is not None else None
-    for name, robot in cell.robots.items():
-        naming = Naming.of(document, "robots", name, "program")
-        text = read_text(naming.file(robot.program), naming)
+        files[path_text(path)] = named.data if named is not None else None
+    for name in robots:
+        naming = Naming(document, ("robots", name, "program"))
+        if (file := naming.file()) is None:
+            continue
+        text = read_text(file, naming)
         if isinstance(text, Problem):
             problems.append(text)
         else:
-            files[f"robots.{name}.program"] = text
+            files[path_text(naming.path)] = text
     return files, list(dict.fromkeys(problems))

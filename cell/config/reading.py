@@ -1,8 +1,9 @@
 """What reading a configuration file gives: its document, its value, its problems."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Generic, TypeVar
+from typing import Any, Generic, TypeVar
 
 from pydantic import BaseModel
 
@@ -23,12 +24,15 @@ class Reading(Generic[F]):
     problems: list[Problem] = field(default_factory=list)
 
 
-def read(file: Path, schema: type[F], named_by: Naming | None = None) -> Reading[F]:
-    """Read the YAML file against its schema; `named_by` is the value that named it, for a file that is missing."""
+def read(file: Path, schema: type[F], stand_ins: Mapping[str, Any], named_by: Naming | None = None) -> Reading[F]:
+    """Read the YAML file against its schema.
+
+    `stand_ins`: see `cell.config.validation`; `named_by`: the value that named the file, for one that is missing.
+    """
     document, problems = read_document(file, named_by)
     if document is None:
         return Reading(None, None, problems)
-    content, found = validate(document, schema)
+    content, found = validate(document, schema, stand_ins)
     return Reading(document, content, problems + found)
 
 

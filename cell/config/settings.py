@@ -60,7 +60,7 @@ class Times:
     """Age limit, by echo, of an operator's call."""
     nominal_s: float = 0.12
     """Length of the nominal part of a set-point block, before its ramp."""
-    lead_s: float = 0.02
+    lead_s: float = 0.032
     """How far ahead of the feedback's tick a new block joins."""
     feedback_lost_s: float = 0.25
     """Silence of drive feedback that is a fault."""

@@ -45,10 +45,23 @@ def _angle(value: float, info: ValidationInfo) -> float:
     return value * info.context.angle if isinstance(info.context, ToSI) else value
 
 
-Length = Annotated[float, AfterValidator(_length)]
+def _not_tiny(value: float) -> float:
+    if value < SMALLEST:
+        raise ValueError(f"{SMALLEST:g} or more")
+    return value
+
+
+# Bounds far beyond any machine, so that no product or square of values leaves the range of a float.
+LARGEST = 1e9
+SMALLEST = 1e-9
+Number = Annotated[float, Field(ge=-LARGEST, le=LARGEST)]
+"""A number without a unit, or with one that depends on other values of the file."""
+Positive = Annotated[float, Field(gt=0, le=LARGEST), AfterValidator(_not_tiny)]
+
+Length = Annotated[Number, AfterValidator(_length)]
 """A length, or a speed, acceleration or jerk along a path, in the file's unit; SI after validation."""
-Angle = Annotated[float, AfterValidator(_angle)]
+Angle = Annotated[Number, AfterValidator(_angle)]
 """An angle, or an angular speed, acceleration or jerk, in the file's unit; SI after validation."""
-PositiveLength = Annotated[float, Field(gt=0), AfterValidator(_length)]
-PositiveAngle = Annotated[float, Field(gt=0), AfterValidator(_angle)]
-Seconds = Annotated[float, Field(gt=0)]
+PositiveLength = Annotated[Positive, AfterValidator(_length)]
+PositiveAngle = Annotated[Positive, AfterValidator(_angle)]
+Seconds = Annotated[float, Field(gt=0, le=3600), AfterValidator(_not_tiny)]

@@ -2,6 +2,7 @@
 
 import types
 import typing
+from collections.abc import Mapping
 from typing import Annotated, Any, TypeVar
 
 from pydantic import BaseModel, ValidationError
@@ -15,8 +16,6 @@ from cell.config.yaml_tree import Value
 M = TypeVar("M", bound=BaseModel)
 
 _ALLOWED = {
-    "missing": "a value: the key is required",
-    "extra_forbidden": "no such key",
     "string_type": "text",
     "string_pattern_mismatch": "text matching {pattern}",
     "string_too_short": "text that is not empty",
@@ -29,8 +28,8 @@ _ALLOWED = {
     "greater_than_equal": "{ge:g} or more",
     "less_than": "less than {lt:g}",
     "less_than_equal": "{le:g} or less",
-    "too_short": "at least {min_length} entries",
-    "too_long": "at most {max_length} entries",
+    "too_short": "{min_length} or more",
+    "too_long": "{max_length} or less",
     "literal_error": "{expected}",
     "enum": "{expected}",
     "dict_type": "a mapping of names to values",
@@ -40,11 +39,12 @@ _ALLOWED = {
 }
 
 
-def validate(document: Document, schema: type[M]) -> tuple[M | None, list[Problem]]:
+def validate(document: Document, schema: type[M], stand_ins: Mapping[str, Any]) -> tuple[M | None, list[Problem]]:
     """The validated value in SI units and all problems.
 
     With problems the value is what is left when everything wrong is taken out: unknown keys, and entries of mappings
-    and optional keys that are wrong inside. It is good for further checks only. None when a required part is wrong.
+    and optional keys that are wrong inside. It is good for further checks only. `stand_ins` replace required top-level
+    keys on which no further check depends; None when another required part is wrong.
     """
     data = _with_tuples(document.data)
     si = ToSI.of(document.value(("units",)))
@@ -64,7 +64,7 @@ def validate(document: Document, schema: type[M]) -> tuple[M | None, list[Proble
             problems.setdefault((path, problem.found), problem)
             if known is None or problem.allowed not in known.allowed:
                 problems[(path, problem.found)] = problem
-            removable = _remove(data, path, schema) and removable
+            removable = _remove(data, path, schema, stand_ins) and removable
         if not removable:
             return None, list(problems.values())
 
@@ -83,22 +83,27 @@ def _path(detail: ErrorDetails, document: Document) -> KeyPath:
 
 def _problem(detail: ErrorDetails, path: KeyPath, document: Document, schema: type[BaseModel]) -> Problem:
     kind = detail["type"]
+    if kind == "missing" and isinstance(path[-1], int):
+        values = document.value(path[:-1])
+        count = len(values) if isinstance(values, list) else 0
+        return document.problem(path[:-1], f"{count} values", _description(schema, path[:-1]) or "more")
     if kind == "missing":
-        return document.problem(path, "nothing", _description(schema, path) or _ALLOWED["missing"])
+        return document.problem(path, "nothing", _description(schema, path) or "a value")
     if kind == "extra_forbidden":
         names = ", ".join(_fields(schema, path[:-1])) or "none"
         return document.problem(path, f"unknown key {path[-1]!r}", f"one of {names}", at_key=True)
     if detail["loc"][-1:] == ("[key]",):
         return document.problem(path, f"the name {value_text(path[-1])}", _allowed(detail), at_key=True)
     found = document.found(path)
-    if kind in ("too_short", "too_long"):
-        found = f"{detail['ctx']['actual_length']} entries"
+    value = document.value(path)
+    if kind in ("too_short", "too_long") and isinstance(value, dict | list) and value:
+        found = f"{len(value)} entries"
     return document.problem(path, found, _allowed(detail))
 
 
 def _allowed(detail: ErrorDetails) -> str:
     template = _ALLOWED.get(detail["type"])
-    return template.format(**detail.get("ctx", {})) if template else detail["msg"]
+    return template.format(**detail.get("ctx", {})).replace("^", "").replace("$", "") if template else detail["msg"]
 
 
 def _with_tuples(value: Value) -> Any:
@@ -108,7 +113,7 @@ def _with_tuples(value: Value) -> Any:
     return tuple(map(_with_tuples, value)) if isinstance(value, list) else value
 
 
-def _remove(data: Any, path: KeyPath, schema: type[BaseModel]) -> bool:
+def _remove(data: Any, path: KeyPath, schema: type[BaseModel], stand_ins: Mapping[str, Any]) -> bool:
     """Take out the innermost part around `path` that the schema can do without; False when there is none."""
     for length in range(len(path), 0, -1):
         parent, key = _descend(data, path[: length - 1]), path[length - 1]
@@ -121,6 +126,9 @@ def _remove(data: Any, path: KeyPath, schema: type[BaseModel]) -> bool:
         if _is_optional(schema, path[:length]):
             del parent[key]
             return True
+    if path and path[0] in stand_ins and isinstance(data, dict):
+        data[path[0]] = stand_ins[str(path[0])]
+        return True
     return False
 
 

@@ -105,12 +105,12 @@ class _Tree:
             if tag == f"{_CORE}bool":
                 return text.lower() == "true"
             if tag == f"{_CORE}int":
-                return int(text, 0) if text.lstrip("+-")[:2] in ("0x", "0o") else int(text)
+                return _whole(text)
             if tag == f"{_CORE}float":
                 return _SPECIAL[text.lower()] if text.lower() in _SPECIAL else float(text)
         except ValueError:
             pass
-        found = f"{tag.removeprefix(_CORE)} {text!r}"
+        found = f"{tag.removeprefix(_CORE)} {text[:40]!r}"
         self._report(_place(node.start_mark), path, found, "text, a number, true or false")
         return None
 
@@ -121,6 +121,14 @@ class _Tree:
 
 def _place(mark: StreamMark | None) -> Place:
     return (mark.line + 1, mark.column + 1) if mark is not None else (1, 1)
+
+
+def _whole(text: str) -> int:
+    """Raises ValueError for what does not fit into 64 bits as well; nothing in a cell is that large."""
+    number = int(text, 0) if text.lstrip("+-")[:2] in ("0x", "0o") else int(text)
+    if number.bit_length() > 63:
+        raise ValueError(text)
+    return number
 
 
 def _one_line(text: str) -> str:

@@ -19,6 +19,7 @@ def check_drives_file(document: Document, drives: DrivesFile) -> list[Problem]:
     """All contradictions inside the drives file."""
     return [
         *_interface(document, drives),
+        *_empty(document, drives),
         *_nodes(document, drives),
         *_load(document, drives),
         *_times(document, drives),
@@ -31,6 +32,13 @@ def _interface(document: Document, drives: DrivesFile) -> Iterator[Problem]:
     if drives.bus.interface not in VALID_INTERFACES:
         known = ", ".join(sorted(VALID_INTERFACES))
         yield document.problem(("bus", "interface"), repr(drives.bus.interface), f"one of python-can's: {known}")
+
+
+def _empty(document: Document, drives: DrivesFile) -> Iterator[Problem]:
+    mappings: list[KeyPath] = [("robots",), *(("robots", robot, "axes") for robot in drives.robots)]
+    for path in mappings:
+        if not document.keys(path):
+            yield document.problem(path, "an empty mapping", "one or more")
 
 
 def _nodes(document: Document, drives: DrivesFile) -> Iterator[Problem]:

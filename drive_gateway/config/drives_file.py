@@ -33,8 +33,8 @@ class AxisEntry(BaseModel):
 
     model_config = STRICT
     node: int = Field(ge=1, le=127, description="CANopen node-ID, 1 to 127")
-    gear: float = Field(gt=0, description="motor turns per turn of the axis")
-    counts_per_turn: int = Field(gt=0, description="encoder counts per motor turn")
+    gear: float = Field(ge=1e-3, le=1e6, description="motor turns per turn of the axis")
+    counts_per_turn: int = Field(gt=0, le=2**40, description="encoder counts per motor turn")
     direction: Literal[1, -1] = Field(description="1, or -1 when the motor turns against the axis")
     offset: Angle = Field(description="axis position at encoder count zero")
     speed: PositiveAngle = Field(description="set points above this are refused")
@@ -67,8 +67,8 @@ class RobotEntry(BaseModel):
     """The axes of one robot."""
 
     model_config = STRICT
-    axes: Annotated[dict[AxisName, AxisEntry], Field(min_length=1)] = Field(
-        description="axes by name, in the joints' order"
+    axes: dict[AxisName, AxisEntry] = Field(
+        description="axes by name, in the joints' order", json_schema_extra={"minProperties": 1}
     )
 
 
@@ -84,8 +84,10 @@ class DrivesFile(BaseModel):
     heartbeat_timeout_s: Seconds = Field(description="silence of a heartbeat that is a fault (1016h)")
     tpdo_timeout_s: Seconds = Field(description="silence of a node's TPDO that stops its robot")
     boot_timeout_s: Seconds = Field(description="time for a node's boot-up after its reset")
-    simulated_lag_s: float = Field(ge=0, description="lag of a simulated drive behind its set points")
-    robots: Annotated[dict[Name, RobotEntry], Field(min_length=1)] = Field(description="robots on this bus by name")
+    simulated_lag_s: float = Field(ge=0, le=1, description="lag of a simulated drive behind its set points")
+    robots: dict[Name, RobotEntry] = Field(
+        description="robots on this bus by name", json_schema_extra={"minProperties": 1}
+    )
 
     def settings(self, name: str) -> GatewaySettings:
         """The same in SI for the gateway `name`; only for a file without problems."""

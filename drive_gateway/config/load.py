@@ -24,7 +24,7 @@ def load_drives(path: str | Path, name: str) -> GatewaySettings:
 
 def read_drives(path: Path, named_by: Naming | None = None) -> Reading[DrivesFile]:
     """The drives file, read and checked in itself."""
-    reading = read(path, DrivesFile, named_by)
+    reading = read(path, DrivesFile, {}, named_by)
     if reading.document is not None and reading.content is not None:
         reading.problems += check_drives_file(reading.document, reading.content)
     return reading

@@ -10,14 +10,11 @@ import can
 
 from drive_gateway.canopen.frame import CanFrame
 from drive_gateway.config.settings import BusSettings
+from drive_gateway.errors import GatewayError
 
 _POLL_S = 0.1
 """The reader looks this often whether it should end; it waits for nothing else."""
 _LOG = logging.getLogger("drive_gateway.bus")
-
-
-class GatewayError(Exception):
-    """Root of what can stop a gateway from running."""
 
 
 class BusError(GatewayError):

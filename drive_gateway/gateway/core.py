@@ -5,7 +5,7 @@ sent in the cycle of SYNC `tick` acts at SYNC `tick + 1`, so a block may still c
 """
 
 from cell.config.settings import Times
-from cell.core import Effect, Publish, Request
+from cell.core import Effect, Ended, Publish, Request, Shutdown
 from cell.messages.commands import (
     Call,
     Claim,
@@ -25,7 +25,7 @@ from drive_gateway.canopen.frame import CanFrame
 from drive_gateway.canopen.nmt import SYNC_FRAME, NmtCommand, NmtState, heartbeat_frame, nmt_frame
 from drive_gateway.canopen.sdo import SdoDone
 from drive_gateway.config.settings import GatewaySettings
-from drive_gateway.gateway.effects import Finished, Frame, Shutdown
+from drive_gateway.gateway.effects import Frame
 from drive_gateway.gateway.estop import EstopLatch
 from drive_gateway.gateway.event_log import EventLog
 from drive_gateway.gateway.group import StopOrder
@@ -133,7 +133,7 @@ class GatewayCore:
             effects.append(Publish(self._state()))
         if self._closing_since is not None and self._all_off():
             effects += [Frame(nmt_frame(NmtCommand.ENTER_PRE_OPERATIONAL, number)) for number in self._nodes]
-            effects.append(Finished())
+            effects.append(Ended())
         return effects
 
     # Messages

@@ -11,13 +11,3 @@ class Frame(Effect):
     """Send a frame now, in the order of the effects."""
 
     frame: CanFrame
-
-
-@dataclass(frozen=True, slots=True)
-class Finished(Effect):
-    """After `Shutdown`: the drives are off and the nodes pre-operational, the loop may end."""
-
-
-@dataclass(frozen=True, slots=True)
-class Shutdown:
-    """Message to the core: let the robots come to rest, switch their drives off and leave the bus."""

@@ -73,7 +73,10 @@ class Robot:
 
     def step(self, now: float, tick: int, order: StopOrder | None) -> list[Effect]:
         """One cycle; the feedback comes last."""
-        if self.claims.expire(self.group.at_rest, now):
+        if not self.group.measured:
+            # Without feedback the owner has nothing to answer: its silence says nothing yet.
+            self.claims.alive(self.claims.owner, now)
+        elif self.claims.expire(self.group.at_rest, now):
             self.group.playout.own(0)
             self._log.warn("claim_ended", f"{self.name}: its owner fell silent", "start the robot's agent again")
         commanded_before = self.group.commanded

@@ -8,7 +8,7 @@ from contextlib import ExitStack
 from threading import Event
 
 from cell.config.settings import Times
-from cell.core import Answer, Effect, Publish
+from cell.core import Answer, Effect, Ended, Publish, Shutdown
 from cell.messages.event import Event as CellEvent
 from cell.messages.event import Severity
 from cell.net.calls import Calls
@@ -22,7 +22,7 @@ from drive_gateway.canopen.sdo import Sdo
 from drive_gateway.config.settings import GatewaySettings
 from drive_gateway.gateway.bus import BusPort
 from drive_gateway.gateway.core import GatewayCore
-from drive_gateway.gateway.effects import Finished, Frame, Shutdown
+from drive_gateway.gateway.effects import Frame
 from drive_gateway.gateway.sdo_workers import SdoWorkers
 from drive_gateway.sim.shell import SimulatedDrives
 
@@ -122,7 +122,7 @@ class _Shell:
                 self.workers.submit(effect)
             case Answer():
                 self._calls.answer(effect)
-            case Finished():
+            case Ended():
                 self.exit_code = 0
                 self.ended.set()
 

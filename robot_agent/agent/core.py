@@ -8,6 +8,7 @@ import numpy as np
 from cell.config.settings import CellSettings, OnManagerReturn
 from cell.core import AskDone, Effect, Ended, Frozen, Publish, Request, Shutdown
 from cell.messages import (
+    AxisStatus,
     Body,
     DriveFeedback,
     Estop,
@@ -167,6 +168,9 @@ class AgentCore:
     def _move(self, feedback: DriveFeedback, planner: Planner, now: float) -> list[Effect]:
         """The next presence and, behind it, the next block."""
         executive = self.executive
+        if executive is None and self._body is None and AxisStatus.SILENT in feedback.axes:
+            # The drives have not been heard yet. To the manager a robot that never reported is as good as anywhere.
+            return [Publish(self._sign_of_life(feedback, planner))]
         if executive is None:
             body = self._standing_body(feedback, planner)
             self.zones.update_holds(now, self.zones.touched(body), set())
@@ -273,7 +277,9 @@ class AgentCore:
 
     def _state(self, feedback: DriveFeedback, planner: Planner, now: float) -> Publish:
         waiting_for = self._why_idle(feedback, planner.cycle_s, now)
-        alarms = tuple(text for text in (self.estop.reason if self.estop else "", self.run.error) if text)
+        alarms = (self.run.error,) if self.run.error else ()
+        if self.estop is not None:
+            alarms = (f"emergency stop by {self.estop.by}: {self.estop.reason}",)
         zones = tuple(sorted(self.zones.holds))
         state = self.report.state(self.mode, self.run, feedback, self.executive, planner, zones, waiting_for, alarms)
         self.operator.sent_state(state.sequence, now)

@@ -40,10 +40,13 @@ class GatewayLink:
         self.feedback: DriveFeedback | None = None
 
     def heard(self, feedback: DriveFeedback, now: float) -> None:
-        """Take the newest feedback; one of a restarted gateway ends the claim."""
+        """Take the newest feedback; one of a restarted gateway, or of one that knows another owner, ends the claim."""
         if not self._newest.accept(feedback.boot, feedback.sequence):
             return
-        if self.grant is not None and feedback.boot != self.grant.gateway_boot:
+        grant = self.grant
+        if grant is not None and (
+            feedback.boot != grant.gateway_boot or (feedback.tick > grant.tick and feedback.owner != grant.owner)
+        ):
             self.lose_claim()
         self.feedback = feedback
         self._heard_at = now

@@ -23,6 +23,8 @@ class ProgramRun:
         self.waited_s: dict[str, float] = {}
         self.resume_tick = 0
         """A programmed pause lasts until this tick."""
+        self._pause = (0, 0)
+        """Line of the newest pause and the tick at which it begins."""
 
     @property
     def running(self) -> bool:
@@ -32,7 +34,7 @@ class ProgramRun:
         """Begin at the first line; the robot stands at `q` `(n,)`."""
         self.state, self.error, self.line = ProgramState.RUNNING, "", 0
         self.waited_s = {}
-        self.resume_tick = 0
+        self.resume_tick, self._pause = 0, (0, 0)
         self.lookahead.start(self._program, q)
 
     def fail(self, why: str) -> None:
@@ -57,11 +59,11 @@ class ProgramRun:
         """Take the steps that are no motions, once the motion before them has ended."""
         if not self.running or not executive.at_motion_end:
             return
-        rest_tick = max(executive.timeline.newest.rest_tick, self.resume_tick)
+        rest_tick = max(executive.timeline.rest_tick, self.resume_tick)
         head = self.lookahead.head
         if isinstance(head, Pause):
             self.resume_tick = rest_tick + round(head.duration_s / cycle_s)
-            self.line = head.line
+            self._pause = (head.line, rest_tick)
             self.lookahead.advance()
         elif tick >= rest_tick:
             match head:
@@ -75,13 +77,18 @@ class ProgramRun:
                     pass
 
     def follow(self, playing: SentBlock, tick: int) -> None:
-        """Note the line of the motion that is played at a tick."""
-        if self.running and tick >= self.resume_tick and playing.planned.line > 0:
+        """Note the line of the motion or the pause that is played at a tick."""
+        if not self.running:
+            return
+        line, begin = self._pause
+        if line > 0 and max(begin, playing.first_tick) <= tick and playing.first_tick < self.resume_tick:
+            self.line = line
+        elif playing.planned.line > 0:
             self.line = playing.planned.line
 
     def why_idle(self, tick: int, cycle_s: float) -> str:
         """Why a robot at rest does not move although its program runs; empty when that is not the program's doing."""
-        if tick < self.resume_tick:
+        if self._pause[1] <= tick < self.resume_tick:
             return f"WAIT, {(self.resume_tick - tick) * cycle_s:.1f} s left"
         if isinstance(self.lookahead.head, Waiting):
             return f"line {self.lookahead.head.step.line} is being planned"

@@ -58,6 +58,17 @@ class Timeline:
         """The newest block that the gateway has accepted."""
         return self._accepted[-1]
 
+    @property
+    def rest_tick(self) -> int:
+        """The first tick from which on all accepted blocks stand; many blocks in a row may only repeat that."""
+        blocks = reversed(self._accepted)
+        later = next(blocks)
+        for block in blocks:
+            if later.segment.rest_index > 0 or block.rest_tick > later.first_tick:
+                break
+            later = block
+        return later.rest_tick
+
     def sent(self, block: SentBlock) -> None:
         self._open.append(block)
 

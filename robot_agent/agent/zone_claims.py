@@ -19,11 +19,20 @@ class ZoneClaims:
         self._geometry: dict[str, ZoneGeometry] = {}
         self.state: ManagerState | None = None
         self.holds: dict[str, Token] = {}
+        self._given_up: dict[str, Token] = {}
 
     # Freshness
 
     def sent_presence(self, sequence: int, now: float) -> None:
+        """A presence with the present `holds` is sent.
+
+        It frees every zone that the state it echoes grants to this robot and that it does not hold. The manager may
+        give such a zone to another as soon as it hears this, so that grant is dead from here on.
+        """
         self._sent.record(sequence, now)
+        for name, status in self.state.zones.items() if self.state is not None else ():
+            if status.holder == self._robot and status.token is not None and name not in self.holds:
+                self._given_up[name] = status.token
 
     def forget_echoes(self) -> None:
         """After a freeze: nothing that answers an older presence counts as young."""
@@ -77,10 +86,10 @@ class ZoneClaims:
         if self.state is None or not self.fresh(now):
             return
         for name, status in self.state.zones.items():
-            mine = status.holder == self._robot and status.token is not None
-            if mine and status.token is not None and name in inside | needed:
-                self.holds[name] = status.token
-            elif name not in inside and (not mine or name not in needed):
+            token = status.token if status.holder == self._robot else None
+            if token is not None and token != self._given_up.get(name) and name in inside | needed:
+                self.holds[name] = token
+            elif name not in inside and (token is None or name not in needed):
                 self.holds.pop(name, None)
 
     def permitted(self, zone: str, now: float) -> bool:

@@ -42,6 +42,7 @@ class Model(ABC):
         self.home: Array = np.asarray(description.home, dtype=float)
         self.linear: Flags = np.array(description.linear or (False,) * self.n)
         """`(n,)`: whether each joint slides."""
+        self.linear_names = tuple(name for name, slides in zip(self.joint_names, self.linear, strict=True) if slides)
         self.coupling = Coupling.of(description.coupling, self.n)
         self.capsule_radii: Array = np.array([c.radius_m for c in self.body], dtype=float)
         """`(c,)` [m]."""

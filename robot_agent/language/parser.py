@@ -2,7 +2,7 @@
 
 import math
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from dataclasses import dataclass
 
 from robot_agent.language.program import (
@@ -43,19 +43,21 @@ class _Mistake(Exception):
         self.column, self.found, self.allowed = column, found, allowed
 
 
-def parse_program(text: str, name: str, joint_names: tuple[str, ...]) -> Program:
+def parse_program(text: str, name: str, joint_names: tuple[str, ...], linear: Collection[str] = frozenset()) -> Program:
     """Parse a program.
 
-    `joint_names` are the joints that `MJ` may name; joint values are degrees (rotary joints), lengths millimetres,
-    speeds percent of the joint limits (`MJ`, `HOME`) or mm/s (`ML`). Raises `ProgramError` with every mistake.
+    `joint_names` are the joints that `MJ` may name; joint values are degrees, or millimetres for the joints in
+    `linear`, lengths millimetres, speeds percent of the joint limits (`MJ`, `HOME`) or mm/s (`ML`). Raises
+    `ProgramError` with every mistake.
     """
-    return _Parser(name, joint_names).parse(text)
+    return _Parser(name, joint_names, linear).parse(text)
 
 
 class _Parser:
-    def __init__(self, name: str, joint_names: tuple[str, ...]) -> None:
+    def __init__(self, name: str, joint_names: tuple[str, ...], linear: Collection[str]) -> None:
         self._name = name
         self._joints = joint_names
+        self._linear = linear
         self._problems: list[ProgramProblem] = []
         self._labels: dict[str, int] = {}
         self._jumps: list[tuple[int, int, _Word, int | None]] = []
@@ -100,8 +102,11 @@ class _Parser:
         speed = self._percent(named.pop("F", None), words[0])
         if not named:
             raise _Mistake(words[0].column, "MJ without a joint", f"at least one of {', '.join(self._joints)}")
-        joints = tuple(math.radians(named[joint][0]) if joint in named else None for joint in self._joints)
+        joints = tuple(self._joint(joint, named[joint][0]) if joint in named else None for joint in self._joints)
         self._statements.append(MoveJoints(line, joints, speed))
+
+    def _joint(self, name: str, value: float) -> float:
+        return value / 1000.0 if name in self._linear else math.radians(value)
 
     def _move_line(self, line: int, words: list[_Word]) -> None:
         named = self._numbers(words, (*_COORDINATES, "F"))

@@ -6,7 +6,7 @@ import numpy as np
 from pydantic import BaseModel, Field
 
 from cell.config.fields import Pose
-from cell.config.units import STRICT, Length, PositiveLength
+from cell.config.units import STRICT, Length, Number, PositiveLength
 from cell.geometry import from_xyz_abc
 from robot_agent.model.description import Capsule, CapsuleBody, Tool
 
@@ -43,9 +43,9 @@ class ToolEntry(BaseModel):
 
     model_config = STRICT
     tcp: Pose = Field(description="pose of the TCP in the flange frame: X, Y, Z, A, B, C")
-    mass_kg: float = Field(0.0, ge=0, description="mass [kg]")
+    mass_kg: Number = Field(0.0, ge=0, description="mass [kg]")
     centre: Point = Field((0.0, 0.0, 0.0), description="centre of mass in the flange frame: [x, y, z]")
-    inertia_kg_m2: tuple[float, float, float, float, float, float] = Field(
+    inertia_kg_m2: tuple[Number, Number, Number, Number, Number, Number] = Field(
         (0.0, 0.0, 0.0, 0.0, 0.0, 0.0),
         description="about the centre of mass, along the flange's axes: [xx, yy, zz, xy, xz, yz] in kg m^2",
     )

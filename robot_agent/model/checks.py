@@ -25,15 +25,20 @@ def check_robot_file(document: Document, robot: RobotFile) -> list[Problem]:
     ]
 
 
-def _joints(document: Document, robot: RobotFile) -> Iterator[Problem]:
-    shape = SHAPES.get(robot.family)
-    count = len(document.keys(("joints",)))
+def expected_joints(document: Document, robot: RobotFile) -> tuple[str, ...]:
+    """The names that the joints of this robot should have, whatever the file says."""
+    count, shape = len(document.keys(("joints",))), SHAPES.get(robot.family)
     if shape is None:
-        yield from _complete(document, ("joints",), tuple(f"J{i + 1}" for i in range(count)))
-        return
-    expected = shape.joint_names(count if shape.fewest <= count <= len(shape.linear) else None)
+        return tuple(f"J{i + 1}" for i in range(count))
+    return shape.joint_names(count if shape.fewest <= count <= len(shape.linear) else None)
+
+
+def _joints(document: Document, robot: RobotFile) -> Iterator[Problem]:
+    expected = expected_joints(document, robot)
     yield from _complete(document, ("joints",), expected)
-    for name, linear in zip(expected, shape.linear, strict=False):
+    if robot.family not in SHAPES:
+        return
+    for name, linear in zip(expected, SHAPES[robot.family].linear, strict=False):
         joint = robot.joints.get(name)
         if joint is not None and joint.linear != linear:
             path = ("joints", name, "type")

@@ -26,6 +26,11 @@ class ClosedFormFile(RobotFile, Generic[G]):
 
     geometry: G = Field(description="the family's lengths, each by its name")
 
+    @classmethod
+    def stand_in_geometry(cls) -> dict[str, Any]:
+        kind = cls.model_fields["geometry"].annotation
+        return dict.fromkeys(kind.model_fields, 1) if isinstance(kind, type) and issubclass(kind, BaseModel) else {}
+
     def lengths(self) -> dict[str, float]:
         return self.geometry.model_dump()
 
@@ -58,6 +63,10 @@ class UrdfFile(RobotFile):
     """Any other open chain: its joints from a URDF, everything that URDF lacks from here."""
 
     geometry: UrdfGeometry = Field(description="where the chain is: {file: NAME.urdf, flange: LINK}")
+
+    @classmethod
+    def stand_in_geometry(cls) -> dict[str, Any]:
+        return {"file": "unnamed.urdf"}
 
     def urdf(self) -> UrdfSource:
         return UrdfSource(Path(self.geometry.file), self.geometry.flange)

@@ -12,6 +12,18 @@ from robot_agent.model.family_files import file_type
 from robot_agent.model.robot_file import RobotFile
 
 URDF = ".urdf"
+_STAND_INS = {
+    "name": "unnamed",
+    "path": {
+        "speed": 1,
+        "acceleration": 1,
+        "jerk": 1,
+        "angular_speed": 1,
+        "angular_acceleration": 1,
+        "angular_jerk": 1,
+    },
+    "capsules": ({"link": 0, "start": (0, 0, 0), "end": (0, 0, 0), "radius": 1},),
+}
 
 
 def load_description(path: str | Path) -> RobotDescription:
@@ -33,7 +45,8 @@ def read_robot(path: Path, named_by: Naming | None = None) -> Reading[RobotFile]
     document, problems = read_document(path, named_by)
     if document is None:
         return Reading(None, None, problems)
-    content, found = validate(document, file_type(document))
+    schema = file_type(document)
+    content, found = validate(document, schema, {**_STAND_INS, "geometry": schema.stand_in_geometry()})
     problems += found
     if content is not None:
         problems += check_robot_file(document, content)

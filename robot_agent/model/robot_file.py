@@ -6,7 +6,7 @@ from typing import Annotated, Any, Literal
 import numpy as np
 from pydantic import BaseModel, Field, ValidationInfo, field_validator
 
-from cell.config.units import STRICT, PositiveAngle, PositiveLength, ToSI, Units
+from cell.config.units import STRICT, Number, Positive, PositiveAngle, PositiveLength, ToSI, Units
 from robot_agent.model.body_file import CapsuleEntry, ToolEntry
 from robot_agent.model.description import (
     Family,
@@ -17,7 +17,6 @@ from robot_agent.model.description import (
 )
 
 JointName = Annotated[str, Field(pattern=r"^J[1-9]$", description="a joint, J1, J2, ... from the base on")]
-Positive = Annotated[float, Field(gt=0)]
 
 
 class JointEntry(BaseModel):
@@ -25,7 +24,7 @@ class JointEntry(BaseModel):
 
     model_config = STRICT
     type: Literal["rotary", "linear"] = Field("rotary", description="rotary, or linear for a joint that slides")
-    position: tuple[float, float] = Field(description="lower and upper limit: [lower, upper]")
+    position: tuple[Number, Number] = Field(description="lower and upper limit: [lower, upper]")
     speed: Positive = Field(description="largest speed")
     acceleration: Positive = Field(description="largest planned acceleration")
     jerk: Positive = Field(description="largest planned jerk")
@@ -70,14 +69,14 @@ class RobotFile(BaseModel):
     )
     units: Units = Field(description="units of lengths and angles: {length: mm, angle: deg}")
     joints: dict[JointName, JointEntry] = Field(description="limits of the joints J1, J2, ... in this order")
-    coupling: dict[JointName, dict[JointName, float]] = Field(
+    coupling: dict[JointName, dict[JointName, Number]] = Field(
         {}, description="mechanical coupling: J5: {J4: 0.02} turns J5 by 0.02 of what axis 4 turns"
     )
     ramp_factor: float = Field(
         ge=1.25, le=4, description="braking ramps may use this many times acceleration and jerk; 1.25 to 4"
     )
     path: PathEntry = Field(description="default and largest speeds along a path")
-    home: dict[JointName, float] = Field(description="home position of every joint")
+    home: dict[JointName, Number] = Field(description="home position of every joint")
     capsules: Annotated[tuple[CapsuleEntry, ...], Field(min_length=1)] = Field(description="the robot's body")
     tools: dict[str, ToolEntry] = Field({}, description="tools that the robot can carry, by name")
     tool: str | None = Field(None, description="the tool on the flange; left out: none")
@@ -87,6 +86,11 @@ class RobotFile(BaseModel):
     def _home_in_si(cls, home: dict[str, float], info: ValidationInfo) -> dict[str, float]:
         joints = info.data.get("joints", {})
         return {name: in_si(value, name in joints and joints[name].linear, info) for name, value in home.items()}
+
+    @classmethod
+    def stand_in_geometry(cls) -> dict[str, Any]:
+        """A geometry in place of one that is wrong, so that the rest of the file can be checked."""
+        return {}
 
     def lengths(self) -> dict[str, float]:
         """The family's lengths [m] by name."""

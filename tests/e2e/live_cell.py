@@ -142,12 +142,12 @@ class LiveCell:
                 process.signal(signal.SIGKILL)
                 process.wait(10.0)
         # The children of a killed `cell up` end by themselves, through their pipe; none may stay.
-        for pid in list(self._pids(str(self.folder))):
+        for pid in self.pids():
             os.kill(pid, signal.SIGCONT)
         try:
-            wait_until(lambda: not list(self._pids(str(self.folder))), 15.0, "the end of the children of `cell up`")
+            wait_until(lambda: not self.pids(), 25.0, "the end of the children of `cell up`")
         except AssertionError:
-            for pid in self._pids(str(self.folder)):
+            for pid in self.pids():
                 os.kill(pid, signal.SIGKILL)
             raise
 
@@ -184,6 +184,15 @@ class LiveCell:
         assert len(found) == 1, f"{len(found)} processes with {words}"
         return found[0]
 
+    def pids(self) -> list[int]:
+        """All running processes of this cell."""
+        return list(self._pids(str(self.folder)))
+
+    def kill(self, pid: int) -> None:
+        """SIGKILL one process of this cell."""
+        assert pid in self.pids()
+        os.kill(pid, signal.SIGKILL)
+
     @staticmethod
     def _pids(*words: str) -> Iterator[int]:
         for entry in Path("/proc").iterdir():
@@ -201,7 +210,14 @@ class LiveCell:
 
     def client(self) -> CellSession:
         """A client session at the rendezvous; open it in a `with` block once the manager listens."""
-        link = Link("client", connect=(self.settings.manager_endpoint,), open_timeout_s=10.0)
+        return self._client(self.settings.manager_endpoint)
+
+    def client_of(self, gateway: str) -> CellSession:
+        """A client session at a gateway, for what happens while there is no manager."""
+        return self._client(self.settings.gateways[gateway].endpoint)
+
+    def _client(self, endpoint: str) -> CellSession:
+        link = Link("client", connect=(endpoint,), open_timeout_s=10.0)
         return CellSession(self.settings.name, link, "test", new_boot(), new_boot())
 
 

@@ -1,13 +1,82 @@
 """`cell up`: a whole cell from one command, and its end."""
 
 import re
+import signal
 
-from live_cell import LiveCell
+from live_cell import LiveCell, Recorder, wait_until
+
+from cell.messages import ManagerState, Mode, RobotState
+
+UP_S = 60.0
+LINE = "handover"
 
 
 def test_both_programs_run_to_their_end(live: LiveCell) -> None:
     up = live.up("--until-done")
-    assert up.wait(90.0) == 0, up.output
+    assert up.wait(120.0) == 0, up.output
     assert re.search(r"all robots enabled after \d+\.\d s", up.output)
     for robot in live.settings.robots:
-        assert re.search(rf"robot {robot} waited \d+\.\d s for zone", up.output)
+        assert re.search(rf"robot {robot} waited \d+\.\d s for zone {LINE}", up.output)
+
+
+def test_ctrl_c_brakes_on_the_path_before_anything_ends(live: LiveCell) -> None:
+    up = live.up("--until-done")
+    up.wait_for_output("all robots enabled", UP_S)
+    with live.client() as session:
+        states = Recorder(session, "robot/*/state")
+        states.wait_for(RobotState, lambda state: (state.tcp_speed_m_s or 0.0) > 0.3, 30.0, "a robot that moves fast")
+        up.signal(signal.SIGINT)
+        for robot in live.settings.robots:
+            states.wait_for(
+                RobotState,
+                lambda state, name=robot: state.robot == name and state.mode is Mode.HALTED and not state.tcp_speed_m_s,
+                10.0,
+                f"{robot} halted at rest",
+            )
+        assert up.wait(30.0) == 130
+    assert "was killed" not in up.output
+
+
+def test_ctrl_c_is_the_ordinary_end_of_a_cell_that_stays(live: LiveCell) -> None:
+    up = live.up()
+    up.wait_for_output("all robots enabled", UP_S)
+    up.signal(signal.SIGTERM)
+    assert up.wait(30.0) == 0, up.output
+
+
+def test_children_end_when_cell_up_is_killed(live: LiveCell) -> None:
+    up = live.up("--run")
+    up.wait_for_output("all robots enabled", UP_S)
+    agent = live.pid_of("robot_agent", "left")
+    up.signal(signal.SIGKILL)
+    up.wait(5.0)
+    wait_until(lambda: agent not in live.pids(), 20.0, "the end of the agent")
+
+
+def test_a_second_cell_up_is_told_who_runs(live: LiveCell) -> None:
+    first = live.up()
+    first.wait_for_output("all robots enabled", UP_S)
+    second = live.up()
+    assert second.wait(30.0) == 1
+    assert f"process {first.pid}" in second.output
+    assert "next: " in second.output
+
+
+def test_an_endpoint_in_use_is_said_with_who_answers_there(live: LiveCell) -> None:
+    live.manager()
+    with live.client() as session:
+        Recorder(session, "manager/state").wait_for(ManagerState, lambda _: True, 30.0, "the manager")
+    up = live.start("cell", "up", str(live.file), "--state-dir", str(live.folder / "other"))
+    assert up.wait(60.0) == 1
+    assert live.settings.manager_endpoint in up.output
+    assert "manager" in up.output
+    assert "Traceback" not in up.output
+
+
+def test_a_dead_agent_ends_a_run_until_done(live: LiveCell) -> None:
+    up = live.up("--until-done")
+    up.wait_for_output("all robots enabled", UP_S)
+    live.kill(live.pid_of("robot_agent", "left"))
+    assert up.wait(40.0) == 1
+    assert "robot left was killed by signal 9" in up.output
+    assert f"start it again with: robot-agent {live.file} left" in up.output

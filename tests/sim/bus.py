@@ -1,11 +1,11 @@
-"""The CAN bus of one simulated gateway: real frames between the gateway's core and the simulated drives, no wire time."""
+"""The CAN bus of one simulated gateway: real frames between its core and the simulated drives, no wire time."""
 
 from collections.abc import Callable
 
 from drive_gateway.canopen.frame import CanFrame
 from drive_gateway.canopen.sdo import Sdo, SdoDone
 from drive_gateway.config.settings import GatewaySettings
-from drive_gateway.sim.node import SimulatedNode
+from drive_gateway.sim.shell import simulated_nodes
 
 _ABORT = 0x80
 
@@ -15,11 +15,7 @@ class Bus:
 
     def __init__(self, settings: GatewaySettings, deliver: Callable[[object], None]) -> None:
         self._deliver = deliver
-        self.nodes = {
-            axis.node_id: SimulatedNode(axis, settings.cycle_s, settings.simulated_lag_s)
-            for drives in settings.robots.values()
-            for axis in drives.axes
-        }
+        self.nodes = {node.node_id: node for node in simulated_nodes(settings)}
 
     def send(self, frame: CanFrame, now: float) -> None:
         """A frame of the gateway."""

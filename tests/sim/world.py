@@ -1,4 +1,4 @@
-"""The cell of `cell_configs/two_arms` in one process: manager, agents, gateways and drives, wired over a bad network."""
+"""The cell of `cell_configs/two_arms` in one process: manager, agents, gateways, drives, wired over a bad network."""
 
 import random
 from collections.abc import Callable

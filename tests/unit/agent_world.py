@@ -1,4 +1,4 @@
-"""The smallest world an agent lives in: a gateway that plays blocks exactly, and a manager that says what it is told."""
+"""The smallest world an agent lives in: a gateway that plays blocks exactly, a manager that says what it is told."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -77,6 +77,9 @@ class AgentWorld:
         self.feedback_lost = False
         self.manager_silent = False
         self.zone = ZoneStatus(ZoneState.FREE, None, None, (), 1, 0.0)
+        self.granting = False
+        self._tokens = 0
+        self._granted_at = 0
         self.replies: dict[str, Reply] = {}
         self.states: list[RobotState] = []
         self.presences: list[Presence] = []
@@ -114,7 +117,9 @@ class AgentWorld:
         self.now += STEP_S
 
     def grant(self) -> None:
-        self.zone = ZoneStatus(ZoneState.GRANTED, "left", Token(5, 1), (), 1, 0.0)
+        """From now on the manager gives the zone to whoever wants it, and frees it when it is given up."""
+        self.granting = True
+        self.zone = ZoneStatus(ZoneState.FREE, None, None, (), 1, 0.0)
 
     def _play(self) -> None:
         self.tick += 1
@@ -132,7 +137,19 @@ class AgentWorld:
             self.commanded, np.zeros(6), self.commanded, axes,
         )  # fmt: skip
 
+    def _grant_or_free(self, presence: Presence) -> None:
+        """The manager's rule in short: grant what is wanted, free what a presence that knows of it does not hold."""
+        knows = presence.heard is not None and presence.heard.sequence > self._granted_at
+        if self.zone.holder is None and "handover" in presence.wants:
+            self._tokens += 1
+            self.zone = ZoneStatus(ZoneState.GRANTED, "left", Token(5, self._tokens), (), 1, 0.0)
+            self._granted_at = self._sequence
+        elif self.zone.holder == "left" and knows and not presence.holds:
+            self.zone = ZoneStatus(ZoneState.FREE, None, None, (), 1, 0.0)
+
     def _manager(self) -> None:
+        if self.granting and self.presences:
+            self._grant_or_free(self.presences[-1])
         heard = {"left": Heard("boot", self.presences[-1].sequence)} if self.presences else {}
         self.agent.receive(ZONE, self.now)
         state = ManagerState("test", "m", 5, self._sequence, self.now, "digest", heard, {"handover": self.zone})

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from cell.config.settings import Times
-from cell.core import Answer, Publish, Request
+from cell.core import Answer, Ended, Publish, Request
 from cell.messages import (
     AxisStatus,
     Call,
@@ -23,7 +23,7 @@ from drive_gateway.canopen.frame import CanFrame
 from drive_gateway.canopen.sdo import Sdo, SdoDone
 from drive_gateway.config.settings import AxisSettings, BusSettings, GatewaySettings, RobotDrives
 from drive_gateway.gateway.core import GatewayCore
-from drive_gateway.gateway.effects import Finished, Frame
+from drive_gateway.gateway.effects import Frame
 
 CYCLE_S = 0.004
 TIMES = Times()
@@ -91,7 +91,7 @@ class FakeDrive:
         self.target = self.position = round((settings.simulated_start - settings.offset) * settings.counts_per_unit)
         self.heartbeat_due = 0.0
 
-    def take(self, frame: CanFrame, now: float) -> list[CanFrame]:
+    def take(self, frame: CanFrame) -> list[CanFrame]:
         if not self.alive:
             return []
         if frame.id == 0x000 and frame.data[1] in (0, self.id):
@@ -195,7 +195,7 @@ class World:
                 case Frame(frame):
                     self.frames.append(frame)
                     for drive in self.drives.values():
-                        self._back += drive.take(frame, self.now)
+                        self._back += drive.take(frame)
                 case Sdo():
                     self._back.append(self.drives[effect.node_id].sdo(effect))
                 case Publish(DriveFeedback() as feedback):
@@ -207,7 +207,7 @@ class World:
                 case Answer(request_id, reply):
                     assert isinstance(reply, Reply)
                     self.replies[request_id] = reply
-                case Finished():
+                case Ended():
                     self.finished = True
         for drive in self.drives.values():
             self._back += drive.beat(self.now)

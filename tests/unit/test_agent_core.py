@@ -21,6 +21,7 @@ from cell.messages import (
     ResetRobot,
     Run,
     SetpointBlock,
+    Token,
     ZoneState,
     ZoneStatus,
 )
@@ -121,12 +122,8 @@ def test_it_stops_in_front_of_a_zone_that_is_not_granted_and_says_who_holds_it()
 
 def test_a_free_zone_costs_no_stop() -> None:
     world = running(INTO_ZONE)
-    for _ in range(2000):
-        if world.zone.state is ZoneState.FREE and "handover" in world.presences[-1].wants:
-            world.grant()
-        world.step()
-        if ended(world)():
-            break
+    world.grant()
+    until(world, ended(world))
     rates = [s.governor.rate for s in world.states if s.governor and 0.0 < s.governor.tau_s < s.governor.duration_s]
     assert min(rates) > 0.999
     assert world.state.waited_s == {}
@@ -142,6 +139,16 @@ def test_a_zone_is_given_up_once_the_body_is_outside_for_good() -> None:
         if body_touches_box(presence.body, box):
             assert "handover" in presence.holds
     assert "handover" not in world.presences[-1].holds
+
+
+def test_a_grant_that_was_given_up_once_is_never_used_again() -> None:
+    world = running(SHORT)
+    world.zone = ZoneStatus(ZoneState.GRANTED, "left", Token(5, 1), (), 1, 0.0)
+    world.run(0.1)
+    assert world.presences[-1].holds == {}
+    assert not world.agent.zones.permitted("handover", world.now)
+    world.agent.zones.update_holds(world.now, inside=set(), needed={"handover"})
+    assert world.agent.zones.holds == {}
 
 
 def test_the_published_body_covers_where_the_robot_goes() -> None:

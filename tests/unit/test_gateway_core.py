@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from gateway_world import CYCLE_S, TIMES, World, axis, block, gateway_settings, s_motion
 
+from cell.core import Shutdown
 from cell.messages import (
     AxisStatus,
     Claim,
@@ -21,7 +22,6 @@ from cell.messages import (
 )
 from drive_gateway.canopen.frame import CanFrame
 from drive_gateway.config.settings import RobotDrives
-from drive_gateway.gateway.effects import Shutdown
 
 S = AxisStatus
 ENABLED = (S.OPERATION_ENABLED,) * 2
@@ -288,7 +288,7 @@ def test_disabling_goes_down_step_by_step_and_is_refused_in_motion() -> None:
 def test_a_drive_that_stays_off_is_named_in_the_answer() -> None:
     world = World()
     world.ready()
-    world.drives[2]._next = lambda word: S.SWITCH_ON_DISABLED  # no enable input
+    world.drives[2]._next = lambda _word: S.SWITCH_ON_DISABLED  # no enable input
     owner = world.claim()
     reply = world.ask(EnableDrives("left", owner))
     assert not reply.ok
@@ -324,7 +324,7 @@ def test_a_drive_that_faults_without_a_word_stops_the_robot() -> None:
 def test_a_drive_that_switches_itself_off_stops_the_robot() -> None:
     world, _ = moving_world()
     world.drives[1].status = S.SWITCH_ON_DISABLED
-    world.drives[1]._next = lambda word: S.SWITCH_ON_DISABLED
+    world.drives[1]._next = lambda _word: S.SWITCH_ON_DISABLED
     stopped_by(world, "left_enabled")
     assert quick_stopped(world, 2)
 
@@ -339,13 +339,13 @@ def test_a_silent_tpdo_stops_the_robot() -> None:
 
 def test_a_lost_heartbeat_stops_the_robot() -> None:
     world, _ = moving_world()
-    world.drives[1].beat = lambda now: []
+    world.drives[1].beat = lambda _now: []
     stopped_by(world, "heartbeat_lost")
 
 
 def test_an_unexpected_boot_up_stops_the_robot() -> None:
     world, _ = moving_world()
-    world.tell(*world.drives[1].take(CanFrame(0, b"\x82\x01"), world.now))
+    world.tell(*world.drives[1].take(CanFrame(0, b"\x82\x01")))
     stopped_by(world, "unexpected_boot")
 
 

@@ -130,6 +130,19 @@ def test_the_same_boot_that_returns_outside_without_its_token_frees_the_zone(hel
     assert held.zone.state is ZoneState.FREE
 
 
+def test_a_holder_that_returns_without_having_heard_its_grant_still_blocks_the_zone(world: World) -> None:
+    world.left.wants = True
+    old_echo = world.left.heard
+    world.run(0.01)
+    world.manager.receive(TokenGone("robot", "left", "b1"), world.now)
+    world.left.silent = True
+    world.run(0.01)
+    world.left.silent, world.left.wants = False, False
+    world.left.heard, world.left.holds = old_echo, {}
+    world.run(0.01)
+    assert (world.zone.state, world.zone.holder) == (ZoneState.ORPHANED, "left")
+
+
 def test_a_new_boot_inside_does_not_own_the_zone_until_an_operator_says_so(held: World) -> None:
     held.left.restart("b2")
     held.run(0.5)

@@ -6,7 +6,7 @@ from pathlib import Path
 from cell.commands.checks.buses import check_buses
 from cell.commands.checks.drives import check_drives
 from cell.commands.checks.programs import check_programs
-from cell.commands.checks.readings import Readings, read_named_files
+from cell.commands.checks.readings import NamedFiles, Readings, read_named_files
 from cell.commands.checks.times import check_times
 from cell.config.load import cell_settings, read_cell
 from cell.config.problem import Problem, refuses
@@ -32,22 +32,24 @@ def check_cell(path: str | Path) -> tuple[CellBundle | None, list[Problem]]:
     """
     reading = read_cell(Path(path))
     settings, problems = cell_settings(reading)
-    if reading.document is None or reading.content is None:
-        return None, _in_order(problems)
-    readings = read_named_files(reading.document, reading.content)
-    problems += readings.problems()
-    problems += [*check_drives(readings), *check_times(readings), *check_buses(readings), *check_programs(readings)]
+    if reading.document is None:
+        return None, problems
+    named = read_named_files(reading.document)
+    problems += [*named.problems(), *check_programs(reading.document, named)]
+    if reading.content is not None:
+        readings = Readings(reading.document, reading.content, named)
+        problems += [*check_drives(readings), *check_times(readings), *check_buses(readings)]
     problems = _in_order(problems)
     if settings is None or refuses(problems):
         return None, problems
-    return _bundle(settings, readings), problems
+    return _bundle(settings, named), problems
 
 
-def _bundle(settings: CellSettings, readings: Readings) -> CellBundle:
+def _bundle(settings: CellSettings, named: NamedFiles) -> CellBundle:
     return CellBundle(
         cell=settings,
-        models={robot: model.description(document.file.parent) for robot, document, model in readings.usable_models()},
-        gateways={gateway: drives.settings(gateway) for gateway, _, drives in readings.usable_drives()},
+        models={robot: model.description(document.file.parent) for robot, document, model in named.usable_models()},
+        gateways={gateway: drives.settings(gateway) for gateway, _, drives in named.usable_drives()},
     )
 
 

@@ -11,8 +11,9 @@ from drive_gateway.cia402.preparation import interpolation_period
 def check_buses(readings: Readings) -> Iterator[Problem]:
     """A bus has one master, and its cycle is one that a drive can be told."""
     masters: dict[tuple[object, ...], str] = {}
-    for gateway, document, drives in readings.usable_drives():
-        host = host_and_port(readings.cell.gateways[gateway].endpoint)[0]
+    for gateway, document, drives in readings.named.usable_drives():
+        entry = readings.cell.gateways.get(gateway)
+        host = host_and_port(entry.endpoint)[0] if entry is not None else gateway
         options = tuple(sorted((key, str(value)) for key, value in drives.bus.options.items()))
         other = masters.setdefault((host, drives.bus.interface, drives.bus.channel, options), gateway)
         if other != gateway:

@@ -19,18 +19,18 @@ MARGIN = 1.05
 def check_drives(readings: Readings) -> Iterator[Problem]:
     """Each robot is driven by its gateway and no other, axis by axis within what its drives can do."""
     for robot, entry in readings.cell.robots.items():
-        reading = readings.drives.get(entry.gateway)
+        reading = readings.named.drives.get(entry.gateway)
         if reading is None or reading.document is None or reading.content is None:
             continue
         driven = reading.document.keys(("robots",))
         if robot not in driven:
             found = f"{entry.gateway!r}, which drives {', '.join(driven)}"
             yield readings.document.problem(("robots", robot, "gateway"), found, f"the gateway that drives {robot}")
-    for gateway, document, drives in readings.usable_drives():
+    for gateway, document, drives in readings.named.usable_drives():
         for robot in drives.robots:
             yield from _owner(readings, gateway, document, robot)
-    models = {robot: model for robot, _, model in readings.usable_models()}
-    for gateway, document, drives in readings.usable_drives():
+    models = {robot: model for robot, _, model in readings.named.usable_models()}
+    for gateway, document, drives in readings.named.usable_drives():
         for robot in readings.robots_of(gateway):
             if robot in drives.robots and robot in models:
                 yield from _robot(document, robot, drives.robots[robot].axes, models[robot])

@@ -21,7 +21,7 @@ def check_times(readings: Readings) -> Iterator[Problem]:
 
 def _cycles(readings: Readings) -> Iterator[Problem]:
     times = readings.cell.times
-    for gateway, _, drives in readings.usable_drives():
+    for gateway, _, drives in readings.named.usable_drives():
         lead = LEAD_CYCLES * drives.cycle_s
         if times.lead_s < lead:
             allowed = f"{lead:g} or more, {LEAD_CYCLES} cycles of gateway {gateway}"
@@ -41,16 +41,16 @@ def _estop(readings: Readings) -> Iterator[Problem]:
     times = readings.cell.times
     ramps = [
         (_ramp_s(joint, model), robot, name)
-        for robot, _, model in readings.usable_models()
+        for robot, _, model in readings.named.usable_models()
         for name, joint in model.joints.items()
     ]
     if not ramps:
         return
     ramp_s, robot, joint = max(ramps)
-    least = times.nominal_s + ramp_s
+    least = math.ceil(1000 * (times.nominal_s + ramp_s)) / 1000
     if times.estop_delay_s < least:
         ramp = f"the longest ramp, {ramp_s:.3g} of {robot}.{joint}"
-        allowed = f"{least:.3g} or more: nominal_s, {times.nominal_s:g}, and {ramp}"
+        allowed = f"{least:g} or more: nominal_s, {times.nominal_s:g}, and {ramp}"
         yield readings.document.problem(("times", "estop_delay_s"), f"{times.estop_delay_s:g}", allowed)
 
 

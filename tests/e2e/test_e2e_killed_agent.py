@@ -1,0 +1,151 @@
+"""An agent dies in the middle of a line: what its robot does is read off the CAN bus."""
+
+import re
+import signal
+
+import numpy as np
+from can_recorder import CanRecorder, Cycle
+from live_cell import LiveCell, Process, Recorder, wait_until
+from numpy.typing import NDArray
+
+from cell.messages import ManagerState, Mode, ProgramState, RobotState, ZoneState
+from drive_gateway.config import load_drives
+from robot_agent.kinematics import Model, load_model
+from robot_agent.language import MoveJoints, MoveLine, parse_program
+
+LINE_INTO_ZONE = 8
+ON_LINE_M = 10e-6
+
+
+def start_on_multicast(live: LiveCell) -> dict[str, Process]:
+    """Every process by its own command, the left bus on UDP multicast so that the test can listen."""
+    drives = live.file.parent / "left_drives.yaml"
+    bus = "bus: {interface: udp_multicast, channel: 239.74.163.2, bitrate: 1000000, options: {port: %d, hop_limit: 0}}"
+    port = 20000 + int(live.settings.manager_endpoint.rpartition(":")[2]) % 20000
+    drives.write_text(re.sub(r"^bus: .*$", bus % port, drives.read_text(), flags=re.MULTILINE))
+    processes = {
+        "manager": live.manager(),
+        "left_bus": live.gateway("left_bus"),
+        "right_bus": live.gateway("right_bus"),
+    }
+    return processes | {"left": live.agent("left"), "right": live.agent("right")}
+
+
+def test_the_robot_stays_on_its_line_and_its_zone_stays_blocked_until_adopted(live: LiveCell) -> None:
+    processes = start_on_multicast(live)
+    left = live.settings.robots["left"]
+    gateway = load_drives(live.file.parent / "left_drives.yaml", "left_bus")
+    model = load_model(left.model)
+    with CanRecorder(gateway) as bus, live.client() as session:
+        robots, manager = Recorder(session, "robot/*/state"), Recorder(session, "manager/state")
+        enable_and_run(live, robots)
+        robots.wait_for(
+            RobotState,
+            lambda s: s.robot == "left" and s.program.line == LINE_INTO_ZONE and inside_at_speed(s),
+            60.0,
+            "left on its line inside the zone",
+        )
+        manager.take()
+        processes["left"].signal(signal.SIGKILL)
+        orphaned = manager.wait_for(
+            ManagerState, lambda s: s.zones["handover"].state is ZoneState.ORPHANED, 5.0, "the orphaned zone"
+        )
+        assert orphaned.zones["handover"].holder == "left"
+        old_token = orphaned.zones["handover"].token
+        assert old_token is not None
+        wait_until(lambda: at_rest(bus.cycles()), 10.0, "set points at rest")
+
+        last_line = set_points_behind_the_start_of_the_line(bus.cycles(), model, left.program.read_text())
+        assert len(last_line) > 20
+        assert distance_from_line(last_line, model, left.program.read_text()).max() < ON_LINE_M
+
+        robots.take()
+        robots.wait_for(RobotState, lambda s: "orphaned" in s.waiting_for, 60.0, "right, waiting for the zone")
+        adopt_and_finish(live, robots, manager, old_token_text=str(old_token))
+        follows_its_set_points(bus.cycles())
+
+
+def inside_at_speed(state: RobotState) -> bool:
+    """The flange is past the zone's near side (X -450 mm) and moves fast."""
+    assert state.tcp_position_m is not None
+    return "handover" in state.zones and state.tcp_position_m[0] > -0.45 and (state.tcp_speed_m_s or 0.0) > 0.3
+
+
+def enable_and_run(live: LiveCell, robots: Recorder) -> None:
+    for robot in live.settings.robots:
+        robots.wait_for(
+            RobotState, lambda s, r=robot: s.robot == r and s.mode is Mode.DISABLED, 60.0, f"{robot} claimed"
+        )
+        assert live.order("enable", robot).exit_code() == 0
+    for robot in live.settings.robots:
+        assert live.order("run", robot).exit_code() == 0
+
+
+def adopt_and_finish(live: LiveCell, robots: Recorder, manager: Recorder, old_token_text: str) -> None:
+    """A new agent stands in the zone; it may adopt it and only then move."""
+    live.agent("left")
+    robots.take()
+    robots.wait_for(RobotState, lambda s: s.robot == "left" and s.mode is Mode.READY, 60.0, "the new agent of left")
+    adopted = live.order("zone", "adopt", "handover", "left")
+    assert adopted.exit_code() == 0, adopted.output
+    state = manager.wait_for(
+        ManagerState,
+        lambda s: s.zones["handover"].holder == "left" and s.zones["handover"].state is ZoneState.OCCUPIED,
+        5.0,
+        "the adopted zone",
+    )
+    assert state.zones["handover"].token is not None
+    assert str(state.zones["handover"].token) != old_token_text
+    assert live.order("run", "left").exit_code() == 0
+    done: set[str] = set()
+
+    def all_done(message: RobotState) -> bool:
+        if message.program.state is ProgramState.DONE:
+            done.add(message.robot)
+        return done == set(live.settings.robots)
+
+    robots.wait_for(RobotState, all_done, 90.0, "the end of both programs")
+
+
+def at_rest(cycles: list[Cycle]) -> bool:
+    tail = np.array([cycle.commanded for cycle in cycles[-25:]])
+    return len(tail) == 25 and not np.isnan(tail).any() and not np.diff(tail, axis=0).any()
+
+
+def set_points_behind_the_start_of_the_line(cycles: list[Cycle], model: Model, program: str) -> NDArray[np.float64]:
+    """All complete set points after the robot stood for the last time at the start of its line, `(m, n)`."""
+    start, _ = line_in(program, model)
+    points = np.array([cycle.commanded for cycle in cycles if not np.isnan(cycle.commanded).any()])
+    standing = np.linalg.norm(model.forward(points)[:, :3, 3] - start, axis=1) < ON_LINE_M
+    return points[int(np.flatnonzero(standing)[-1]) :]
+
+
+def distance_from_line(points: NDArray[np.float64], model: Model, program: str) -> NDArray[np.float64]:
+    """`(m,)` [m] distance of the flange from the programmed segment."""
+    start, end = line_in(program, model)
+    way = end - start
+    positions = model.forward(points)[:, :3, 3]
+    share = np.clip((positions - start) @ way / (way @ way), 0.0, 1.0)
+    return np.linalg.norm(positions - start - share[:, None] * way, axis=1)
+
+
+def line_in(program: str, model: Model) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Start and end [m] of the line into the zone, from the program text itself."""
+    statements = {statement.line: statement for statement in parse_program(program, "p", model.joint_names).statements}
+    before, line = statements[LINE_INTO_ZONE - 1], statements[LINE_INTO_ZONE]
+    assert isinstance(before, MoveJoints)
+    assert isinstance(line, MoveLine)
+    start = model.forward(np.array(before.joints, dtype=float))[:3, 3]
+    return start, np.array(line.position_m, dtype=float)
+
+
+def follows_its_set_points(cycles: list[Cycle]) -> None:
+    """Every axis goes where the frames tell it to, a few cycles late."""
+    whole = [c for c in cycles if not np.isnan(c.commanded).any() and not np.isnan(c.measured).any()]
+    commanded = np.array([c.commanded for c in whole])
+    measured = np.array([c.measured for c in whole])
+    assert np.ptp(commanded, axis=0).min() > 0.05, "the program moves every axis"
+    for delay in range(1, 6):
+        if np.abs(measured[delay:] - commanded[:-delay]).max() < 0.02:
+            return
+    raise AssertionError("an axis does not follow its set points")

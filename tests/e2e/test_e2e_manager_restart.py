@@ -1,0 +1,85 @@
+"""The manager dies in the middle of the demo and comes back: the robots wait on their paths and then go on."""
+
+import signal
+
+from live_cell import LiveCell, Process, Recorder
+
+from cell.geometry import Box
+from cell.geometry.occupied import body_touches_box
+from cell.messages import ManagerState, Mode, Presence, ProgramState, RobotState, Token
+
+
+def start_all(live: LiveCell) -> dict[str, Process]:
+    processes = {"manager": live.manager()}
+    processes |= {gateway: live.gateway(gateway) for gateway in live.settings.gateways}
+    return processes | {robot: live.agent(robot) for robot in live.settings.robots}
+
+
+def enable_and_run(live: LiveCell) -> None:
+    with live.client() as session:
+        robots = Recorder(session, "robot/*/state")
+        for robot in live.settings.robots:
+            robots.wait_for(RobotState, lambda s, r=robot: s.robot == r and s.mode is Mode.DISABLED, 60.0, robot)
+            assert live.order("enable", robot).exit_code() == 0
+    for robot in live.settings.robots:
+        assert live.order("run", robot).exit_code() == 0
+
+
+def wait_until_inside(live: LiveCell) -> Token:
+    """Wait until a robot is in the zone at speed; the token under which it is there."""
+    with live.client() as session:
+        everything = Recorder(session, "robot/*/state", "manager/state")
+        state = everything.wait_for(
+            RobotState, lambda s: "handover" in s.zones and (s.tcp_speed_m_s or 0.0) > 0.2, 60.0, "a robot in the zone"
+        )
+        manager = everything.wait_for(ManagerState, lambda s: s.zones["handover"].token is not None, 5.0, "its token")
+        assert manager.zones["handover"].holder == state.robot
+        token = manager.zones["handover"].token
+        assert token is not None
+        return token
+
+
+def test_both_robots_brake_on_their_paths_and_both_programs_end_after_the_manager_is_back(live: LiveCell) -> None:
+    processes = start_all(live)
+    enable_and_run(live)
+    (zone,) = live.settings.zones.values()
+    box = Box.at(zone.size_m, zone.pose.position_m, zone.pose.quaternion_xyzw)
+    old_token = wait_until_inside(live)
+    processes["manager"].signal(signal.SIGKILL)
+    processes["manager"].wait(5.0)
+    # Agents and gateways are linked to each other: one of those links shows what happens without a manager.
+    with live.client_of("left_bus") as session:
+        states = Recorder(session, "robot/*/state")
+        standing: set[str] = set()
+
+        def all_stand(state: RobotState) -> bool:
+            if state.waiting_for == "the manager is silent" and not state.tcp_speed_m_s:
+                assert state.mode is Mode.RUNNING
+                standing.add(state.robot)
+            return "left" in standing
+
+        states.wait_for(RobotState, all_stand, 10.0, "left at rest on its path")
+    live.manager()
+    done: set[str] = set()
+    inside = dict.fromkeys(live.settings.robots, False)
+    with live.client() as session:
+        everything = Recorder(session, "robot/*/state", "robot/*/presence", "manager/state")
+
+        def look(message: object) -> None:
+            match message:
+                case RobotState(robot=robot, program=program) if program.state is ProgramState.DONE:
+                    done.add(robot)
+                case Presence(robot=robot, body=body) if body.known:
+                    inside[robot] = body_touches_box(body, box)
+                    assert not all(inside.values()), "both bodies are in the zone"
+                case ManagerState(zones=zones):
+                    token = zones["handover"].token
+                    assert token is None or token >= old_token, "tokens only grow"
+
+        def all_done(_: RobotState) -> bool:
+            for message in everything.messages:
+                look(message)
+            everything.messages.clear()
+            return done == set(live.settings.robots)
+
+        everything.wait_for(RobotState, all_done, 90.0, "the end of both programs")

@@ -1,0 +1,75 @@
+"""Orders of an operator to a running cell, as commands."""
+
+from live_cell import LiveCell, Recorder
+
+from cell.messages import Mode, RobotState
+
+
+def moving(state: RobotState) -> bool:
+    return (state.tcp_speed_m_s or 0.0) > 0.2
+
+
+def test_an_emergency_stop_needs_a_reset_and_an_operators_run(live: LiveCell) -> None:
+    live.up("--run").wait_for_output("all robots enabled", 60.0)
+    with live.client() as session:
+        states = Recorder(session, "robot/left/state")
+        states.wait_for(RobotState, moving, 30.0, "left moves")
+        stop = live.order("estop", "--reason", "trial")
+        assert stop.exit_code() == 0, stop.output
+        for who in ("robot left", "robot right", "gateway left_bus", "gateway right_bus"):
+            assert f"confirmed: {who}" in stop.output
+        assert live.order("run", "left").exit_code() == 1
+        reset = live.order("reset")
+        assert reset.exit_code() == 0, reset.output
+        states.wait_for(RobotState, lambda state: state.mode is Mode.DISABLED, 10.0, "left disabled")
+        enable = live.order("enable", "left")
+        assert enable.exit_code() == 0, enable.output
+        states.wait_for(RobotState, lambda state: state.mode is Mode.READY, 10.0, "left ready, nothing runs by itself")
+        assert live.order("run", "left").exit_code() == 0
+        states.wait_for(RobotState, moving, 30.0, "left moves again")
+
+
+def test_an_emergency_stop_reaches_everyone_without_a_manager(live: LiveCell) -> None:
+    live.up("--run").wait_for_output("all robots enabled", 60.0)
+    live.kill(live.pid_of("cell.commands.main", "manager"))
+    stop = live.order("estop")
+    assert stop.exit_code() == 0, stop.output
+    assert "the manager does not confirm" in stop.output
+    assert "never replaces a hard-wired emergency stop" in stop.output
+
+
+def test_a_halted_robot_stays_on_its_path_and_goes_on(live: LiveCell) -> None:
+    live.up("--run").wait_for_output("all robots enabled", 60.0)
+    with live.client() as session:
+        states = Recorder(session, "robot/left/state")
+        states.wait_for(RobotState, moving, 30.0, "left moves")
+        assert live.order("halt", "left").exit_code() == 0
+        at_rest = states.wait_for(
+            RobotState, lambda state: state.mode is Mode.HALTED and not state.tcp_speed_m_s, 10.0, "left halted at rest"
+        )
+        assert live.order("continue", "left").exit_code() == 0
+        states.wait_for(
+            RobotState,
+            lambda state: moving(state) and state.program.line >= at_rest.program.line,
+            30.0,
+            "left goes on from its line",
+        )
+
+
+def test_status_shows_everyone_and_names_who_is_silent(live: LiveCell) -> None:
+    live.up().wait_for_output("all robots enabled", 60.0)
+    good = live.order("status")
+    assert good.exit_code() == 0, good.output
+    live.kill(live.pid_of("robot_agent", "right"))
+    bad = live.order("status")
+    assert bad.exit_code() == 1
+    assert "silent: robot right" in bad.output
+
+
+def test_wrong_names_are_answered_with_the_right_ones(live: LiveCell) -> None:
+    live.up().wait_for_output("all robots enabled", 60.0)
+    robot = live.order("run", "lefty")
+    assert "its robots are: left, right" in robot.output
+    zone = live.order("zone", "clear", "attic")
+    assert "its zones are: handover" in zone.output
+    assert robot.exit_code() == zone.exit_code() == 1

@@ -1,0 +1,47 @@
+"""A copy of the example cell in a folder of the test's own, to be spoilt; and small files of any content."""
+
+import shutil
+from pathlib import Path
+
+CONFIGS = Path(__file__).parents[2] / "cell_configs"
+TWO_ARMS = CONFIGS / "two_arms" / "cell.yaml"
+CELL = "two_arms/cell.yaml"
+ROBOT = "models/six_axis.yaml"
+DRIVES = "two_arms/left_drives.yaml"
+
+
+class Copy:
+    """`cell_configs` below `folder`, with changes."""
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder / "cell_configs"
+        shutil.copytree(CONFIGS, self.folder, ignore=shutil.ignore_patterns(".zencell"))
+        self.cell = self.folder / CELL
+        self.robot = self.folder / ROBOT
+        self.drives = self.folder / DRIVES
+
+    def change(self, name: str, old: str, new: str) -> "Copy":
+        """Replace the one place in the file `name` that says `old`."""
+        file = self.folder / name
+        text = file.read_text()
+        assert text.count(old) == 1, f"{name} says {old!r} {text.count(old)} times"
+        file.write_text(text.replace(old, new))
+        return self
+
+    def add(self, name: str, line: str) -> "Copy":
+        """Add a line at the end of the file `name`."""
+        file = self.folder / name
+        file.write_text(f"{file.read_text()}{line}\n")
+        return self
+
+    def place(self, name: str, at: str) -> str:
+        """`file:line:column` of the one place in the file `name` that reads like `at`, counted at its mark `§`."""
+        text, before = (self.folder / name).read_text(), at.split("§")[0]
+        context = at.replace("§", "")
+        assert text.count(context) == 1, f"{name} says {context!r} {text.count(context)} times"
+        lines = text[: text.index(context) + len(before)].split("\n")
+        return f"{name}:{len(lines)}:{len(lines[-1]) + 1}"
+
+    def shown(self, problem: object) -> str:
+        """A problem's line without this folder."""
+        return str(problem).replace(f"{self.folder}/", "")

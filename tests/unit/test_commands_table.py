@@ -1,0 +1,53 @@
+"""What the table says about a robot, a zone and a gateway."""
+
+import dataclasses
+
+from cell.commands.table import robot_line, why, zone_line
+from cell.commands.view import at_rest
+from cell.messages import GovernorStatus, Mode, ProgramState, ProgramStatus, RobotState, ZoneState, ZoneStatus
+
+RUNNING = RobotState(
+    robot="left",
+    boot="b",
+    sequence=1,
+    mode=Mode.RUNNING,
+    program=ProgramStatus("left.prog", ProgramState.RUNNING, 8, "ML X=1650"),
+    joints=(0.0,) * 6,
+    tcp_position_m=(1.0, 0.0, 0.5),
+    tcp_quaternion_xyzw=(0.0, 0.0, 0.0, 1.0),
+    tcp_speed_m_s=0.25,
+    governor=GovernorStatus(1.0, 0.4, 2.0, ""),
+)
+
+
+def test_a_robot_that_waits_says_for_what() -> None:
+    waiting = dataclasses.replace(RUNNING, waiting_for="zone handover: held by right")
+    assert robot_line("left", waiting) == "left: running, line 8 ML X=1650, waits: zone handover: held by right"
+
+
+def test_a_silent_robot_is_called_silent() -> None:
+    assert robot_line("left", None) == "left: silent"
+
+
+def test_an_alarm_goes_before_what_is_waited_for_and_is_said_once() -> None:
+    alarmed = dataclasses.replace(RUNNING, waiting_for="a zone", alarms=("door open", "emergency stop: door open"))
+    assert why(alarmed) == "emergency stop: door open"
+
+
+def test_a_zone_names_its_holder_its_queue_and_its_reason() -> None:
+    zone = ZoneStatus(ZoneState.ORPHANED, "left", None, ("right",), 1, 0.0, "left is silent")
+    assert zone_line("handover", zone) == "zone handover: orphaned by left, next right (left is silent)"
+
+
+def test_a_hand_that_turns_in_place_is_not_at_rest() -> None:
+    assert not at_rest(dataclasses.replace(RUNNING, tcp_speed_m_s=0.0))
+
+
+def test_path_time_that_stands_still_is_rest() -> None:
+    stopped = GovernorStatus(0.0, 0.4, 2.0, "halted")
+    assert at_rest(dataclasses.replace(RUNNING, tcp_speed_m_s=0.0, governor=stopped))
+
+
+def test_the_end_of_a_motion_is_rest() -> None:
+    ended = GovernorStatus(1.0, 2.0, 2.0, "")
+    assert at_rest(dataclasses.replace(RUNNING, tcp_speed_m_s=0.0, governor=ended))

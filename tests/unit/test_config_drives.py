@@ -1,0 +1,87 @@
+"""The file of a bus and its drives: SI settings of a good one, all problems of a bad one."""
+
+import math
+from pathlib import Path
+
+import pytest
+
+from cell.config import ConfigError
+from drive_gateway.config import BusSettings, load_drives
+from tests.unit.config_world import CONFIGS, DRIVES, Copy
+
+
+def lines(copy: Copy) -> list[str]:
+    with pytest.raises(ConfigError) as caught:
+        load_drives(copy.drives, "left_bus")
+    return [copy.shown(problem) for problem in caught.value.problems]
+
+
+def test_the_settings_are_in_si_and_count_through_the_gear() -> None:
+    gateway = load_drives(CONFIGS / DRIVES, "left_bus")
+    assert gateway.name == "left_bus"
+    assert gateway.bus == BusSettings("virtual", "two_arms_left", 1_000_000, {})
+    axes = gateway.robots["left"].axes
+    assert [axis.name for axis in axes] == ["J1", "J2", "J3", "J4", "J5", "J6"]
+    assert axes[0].counts_per_unit == pytest.approx(131072 * 180 / (2 * math.pi))
+    assert axes[2].counts_per_unit == pytest.approx(-131072 * 190 / (2 * math.pi))
+    assert axes[4].offset == pytest.approx(math.radians(15))
+    assert axes[5].acceleration == pytest.approx(math.radians(990))
+
+
+def test_options_of_the_bus_go_through_as_they_are(tmp_path: Path) -> None:
+    copy = Copy(tmp_path).change(
+        DRIVES, "bitrate: 1000000}\n\ncycle", "bitrate: 1000000, options: {port: 4, fd: no, f: false}}\n\ncycle"
+    )
+    assert load_drives(copy.drives, "left_bus").bus.options == {"port": 4, "fd": "no", "f": False}
+
+
+def test_an_option_that_is_a_list_is_refused_once_with_all_that_is_allowed(tmp_path: Path) -> None:
+    copy = Copy(tmp_path).change(
+        DRIVES, "bitrate: 1000000}\n\ncycle", "bitrate: 1000000, options: {port: [4]}}\n\ncycle"
+    )
+    place = copy.place(DRIVES, "port: §[4]")
+    allowed = "text or a whole number or a number or true or false"
+    assert lines(copy) == [f"{place}: bus.options.port: found a list, allowed {allowed}"]
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "at", "problem"),
+    [
+        ("channel: two_arms_left, bitrate: 1000000", "channel: two_arms_left, bitrate: 9600", "§9600",
+         "bus.bitrate: found 9600, allowed 10000, 20000, 50000, 125000, 250000, 500000, 800000 or 1000000"),
+        ("node: 3", "node: 2", "node: §2, gear: 190",
+         "robots.left.axes.J3.node: found 2, the Node-ID of left.J2 too, allowed each Node-ID once"),
+        ("node: 3", "node: 128", "§128", "robots.left.axes.J3.node: found 128, allowed 127 or less"),
+        ("node: 3", "node: 3.0", "§3.0", "robots.left.axes.J3.node: found 3.0, allowed a whole number"),
+        ("cycle_s: 0.004", "cycle_s: 0.002", "cycle_s: §0.002",
+         "cycle_s: found a bus load of 82 % (6 nodes every 2 ms at 1000 kbit/s: 72 % with worst-case stuffing, and 10 "
+         "% kept for SDO and EMCY), allowed up to 80 %"),
+        ("overrun_limit_s: 0.2", "overrun_limit_s: 0.003", "§0.003",
+         "overrun_limit_s: found 0.003, allowed cycle_s, 0.004, or more"),
+        ("heartbeat_timeout_s: 0.5", "heartbeat_timeout_s: 0.3", "heartbeat_timeout_s: §0.3",
+         "heartbeat_timeout_s: found 0.3, allowed more than 0.3: heartbeat_producer_s, 0.1, and overrun_limit_s, 0.2, "
+         "by which the gateway may be late"),
+        ("heartbeat_timeout_s: 0.5", "heartbeat_timeout_s: 66", "§66",
+         "heartbeat_timeout_s: found 66, allowed 0.001 to 65.535, 16 bits of milliseconds"),
+        ("tpdo_timeout_s: 0.3", "tpdo_timeout_s: 0.007", "§0.007",
+         "tpdo_timeout_s: found 0.007, allowed 0.008 or more, two cycles"),
+        ("boot_timeout_s: 5", "boot_timeout_s: 0.1", "boot_timeout_s: §0.1",
+         "boot_timeout_s: found 0.1, allowed more than heartbeat_producer_s, 0.1"),
+        ("simulated_lag_s: 0.008", "simulated_lag_s: 0.0115", "quick_stop: 1300, following_window: §3",
+         "robots.left.axes.J6.following_window: found 3, allowed more than 3.036: simulated drives lag by speed times "
+         "simulated_lag_s"),
+        ("quick_stop: 600", "quick_stop: 462", "quick_stop: §462",
+         "robots.left.axes.J1.quick_stop: found 462, allowed more than this axis' acceleration, 462"),
+        ("quick_stop: 600", "quick_stop: 1e5", "§1e5",
+         "robots.left.axes.J1.quick_stop: found 100000.0, allowed 65536 or less, 32 bits of encoder counts"),
+        ("robots:\n  left:\n    axes:", "robots: {}\nwas:\n  left:\n    axes:", "robots: §{}",
+         "robots: found an empty mapping, allowed one or more"),
+        ("direction: 1, offset: 0, speed: 121", "direction: 0, offset: 0, speed: 121", "direction: §0",
+         "robots.left.axes.J1.direction: found 0, allowed 1 or -1"),
+        ("interface: virtual", "interface: token_ring", "§token_ring", "bus.interface: found 'token_ring', allowed "
+         "one of python-can's: "),
+    ],
+)  # fmt: skip
+def test_each_mistake_is_one_line_at_its_place(tmp_path: Path, old: str, new: str, at: str, problem: str) -> None:
+    copy = Copy(tmp_path).change(DRIVES, old, new)
+    assert any(line.startswith(f"{copy.place(DRIVES, at)}: {problem}") for line in lines(copy))

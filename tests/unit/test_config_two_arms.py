@@ -1,0 +1,99 @@
+"""The example cell does what it shows: both programs can be planned, meet in the zone, and else keep away from it."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import pytest
+
+from cell.commands.checks import check_cell
+from cell.geometry import Box, capsule_box_distance, pose_from, transform_points
+from cell.messages import ZoneGeometry
+from robot_agent.agent.planning import Planned, Planner, PlanRequest
+from robot_agent.kinematics import Model, model_of
+from robot_agent.language import Finished, Interpreter, JointStep, LineStep, Pause, parse_program
+from robot_agent.trajectory import Limits
+from tests.unit.config_world import TWO_ARMS
+
+ROBOTS = ("left", "right")
+REST_DISTANCE_M = 0.1
+SAMPLE_S = 0.02
+
+
+@dataclass(frozen=True)
+class Rehearsal:
+    """One robot's program, planned to its end: joints every 20 ms `(m, 6)`, and what follows from them `(m,)`."""
+
+    model: Model
+    q: np.ndarray
+    duration_s: float
+    zone_distance_m: np.ndarray
+    """Of the body from the zone; negative inside."""
+    forward_m: np.ndarray
+    """How far the body comes forward, along the base's X."""
+
+
+@pytest.fixture(scope="module", params=ROBOTS)
+def rehearsal(request: pytest.FixtureRequest) -> Rehearsal:
+    bundle, _ = check_cell(TWO_ARMS)
+    assert bundle is not None
+    robot, model = bundle.cell.robots[request.param], model_of(bundle.models[request.param])
+    base = pose_from(np.array(robot.base.position_m), np.array(robot.base.quaternion_xyzw))
+    q, duration_s = _play(model, robot.program.read_text(), base)
+    zone = bundle.cell.zones["handover"]
+    box = Box.at(zone.size_m, zone.pose.position_m, zone.pose.quaternion_xyzw)
+    body = model.capsules(q)
+    distance = capsule_box_distance(transform_points(base, body), model.capsule_radii, box).min(axis=-1)
+    forward = (body[..., 0].max(axis=-1) + model.capsule_radii).max(axis=-1)
+    return Rehearsal(model, q, duration_s, distance, forward)
+
+
+def _play(model: Model, text: str, base: np.ndarray) -> tuple[np.ndarray, float]:
+    """Joints along the whole program, from home, and its duration without waiting for anyone."""
+    planner = Planner(model, Limits.of(model.description), base, cycle_s=0.004)
+    interpreter = Interpreter(parse_program(text, "program", model.joint_names))
+    no_zones: tuple[ZoneGeometry, ...] = ()
+    samples, at, duration_s = [model.home[None]], model.home, 0.0
+    while not isinstance(step := interpreter.next(), Finished):
+        if isinstance(step, Pause):
+            duration_s += step.duration_s
+            continue
+        assert isinstance(step, JointStep | LineStep)
+        planned = planner.plan(PlanRequest(0, step, at, no_zones))
+        assert isinstance(planned, Planned), planned
+        motion = planned.motion
+        samples.append(motion.q(np.append(np.arange(0, motion.duration_s, SAMPLE_S), motion.duration_s)))
+        at = samples[-1][-1]
+        duration_s += motion.duration_s
+    return np.concatenate(samples), duration_s
+
+
+def test_a_program_takes_10_to_14_seconds(rehearsal: Rehearsal) -> None:
+    assert 10 < rehearsal.duration_s < 14
+
+
+def test_it_visits_the_zone_twice(rehearsal: Rehearsal) -> None:
+    inside = rehearsal.zone_distance_m < 0
+    assert np.count_nonzero(np.diff(inside.astype(int)) == 1) == 2
+
+
+def test_it_starts_and_ends_at_home_well_outside_the_zone(rehearsal: Rehearsal) -> None:
+    assert rehearsal.q[-1] == pytest.approx(rehearsal.model.home)
+    assert rehearsal.zone_distance_m[[0, -1]].min() > REST_DISTANCE_M
+
+
+def test_simulated_drives_start_at_home() -> None:
+    bundle, _ = check_cell(TWO_ARMS)
+    assert bundle is not None
+    for name, model in bundle.models.items():
+        drives = bundle.gateways[bundle.cell.robots[name].gateway].robots[name]
+        assert [axis.simulated_start for axis in drives.axes] == pytest.approx(model.home)
+
+
+def test_outside_the_zone_each_arm_stays_on_its_own_side(rehearsal: Rehearsal) -> None:
+    outside = rehearsal.zone_distance_m > 0
+    assert rehearsal.forward_m[outside].max() < 1.35
+    assert rehearsal.forward_m.max() < 2.25
+
+
+def test_the_wrist_stays_away_from_its_singularity(rehearsal: Rehearsal) -> None:
+    assert np.degrees(rehearsal.q[:, 4]).min() > 20

@@ -1,0 +1,82 @@
+"""The robot file: SI description of a good one, all problems of a bad one."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from cell.config import ConfigError
+from robot_agent.kinematics import load_model
+from robot_agent.model import Family, load_description
+from tests.unit.config_world import CONFIGS, ROBOT, Copy
+
+SIX_AXIS = CONFIGS / ROBOT
+FK_OF_THE_BOOK = {
+    (0, 0, 0, 0, 0, 0): (1755, 0, 2660),
+    (90, 0, 0, 0, 0, 0): (0, 1755, 2660),
+    (130, -60, 30, 60, -90, 60): (11.8, 314.7, 2740.3),
+    (-46, 46, 46, 46, 46, 46): (962.3, -814.8, 810.6),
+}
+
+
+def test_the_description_is_in_si() -> None:
+    robot = load_description(SIX_AXIS)
+    assert (robot.name, robot.family) == ("BOOK6", Family.SIX_AXIS)
+    assert robot.geometry["a3z"] == 1.1
+    assert robot.joint_names == ("J1", "J2", "J3", "J4", "J5", "J6")
+    assert robot.limits.position[1] == pytest.approx(np.radians([-95, 130]))
+    assert robot.limits.jerk[0] == pytest.approx(np.radians(2800))
+    assert (robot.path.speed_m_s, robot.path.angular_speed_rad_s) == (1.5, pytest.approx(np.radians(150)))
+    assert robot.capsules[2].end_m == (0.0, 0.0, 1.1)
+
+
+@pytest.mark.parametrize(("joints", "position_mm"), FK_OF_THE_BOOK.items())
+def test_the_books_poses_lie_inside_the_limits_and_come_out_as_printed(
+    joints: tuple[float, ...], position_mm: tuple[float, ...]
+) -> None:
+    model = load_model(SIX_AXIS)
+    q = np.radians(joints)
+    assert ((model.limits.position[:, 0] <= q) & (q <= model.limits.position[:, 1])).all()
+    assert 1000 * model.forward(q)[:3, 3] == pytest.approx(position_mm, abs=0.05)
+
+
+def test_neighbouring_capsules_of_the_arm_touch_at_home() -> None:
+    model = load_model(SIX_AXIS)
+    share = np.linspace(0, 1, 101)[:, None]
+    axes = [start + share * (end - start) for start, end in model.capsules(model.home)]
+    for i in range(len(axes) - 1):
+        distance = np.linalg.norm(axes[i][:, None] - axes[i + 1][None], axis=-1).min()
+        assert distance < model.capsule_radii[i] + model.capsule_radii[i + 1]
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "at", "problem"),
+    [
+        ("family: six_axis", "family: seven_axis", "§seven_axis",
+         "family: found 'seven_axis', allowed 'six_axis'"),
+        ("  a3z: 1100", "  a3z: -1100", "§-1100", "geometry.a3z: found -1100, allowed more than 0"),
+        ("  a4x: 766\n", "", "§geometry:", "geometry.a4x: found nothing, allowed axis 3 to axis 4, along X"),
+        ("J1: {position: [-180, 180]", "J1: {position: [180, -180]", "§[180, -180]",
+         "joints.J1.position: found 180 to -180, allowed a lower limit below the upper one"),
+        ("speed: 110,", "speed: 0,", "§0, acceleration: 280", "joints.J1.speed: found 0, allowed more than 0"),
+        ("  J6: {position", "  J7: {position", "§joints:\n",
+         "joints: found J1, J2, J3, J4, J5, J7, allowed each of J1, J2, J3, J4, J5, J6"),
+        ("ramp_factor: 1.5", "ramp_factor: 1", "ramp_factor: §1", "ramp_factor: found 1, allowed 1.25 or more"),
+        ("J5: 90, J6", "J5: 190, J6", "§190, J6", "home.J5: found 190, allowed -125 to 125, the limits of J5"),
+        ("J5: 90, J6: 0", "J5: 90", "§home:", "home: found J1, J2, J3, J4, J5, allowed each of J1, J2, J3, J4, J5, J6"),
+        ("link: 6,", "link: 7,", "link: §7", "capsules[6].link: found 7, allowed 0 (base) to 6 (flange)"),
+        ("radius: 110", "radius: 0", "radius: §0", "capsules[5].radius: found 0, allowed more than 0"),
+    ],
+)  # fmt: skip
+def test_each_mistake_is_one_line_at_its_place(tmp_path: Path, old: str, new: str, at: str, problem: str) -> None:
+    copy = Copy(tmp_path).change(ROBOT, old, new)
+    with pytest.raises(ConfigError) as caught:
+        load_description(copy.robot)
+    assert f"{copy.place(ROBOT, at)}: {problem}" in [copy.shown(problem) for problem in caught.value.problems]
+
+
+def test_joints_in_another_order_are_refused(tmp_path: Path) -> None:
+    copy = Copy(tmp_path).change(ROBOT, "  J1: {position", "  J0: {position")
+    copy.change(ROBOT, "  J2: {position", "  J1: {position").change(ROBOT, "  J0: {position", "  J2: {position")
+    with pytest.raises(ConfigError, match="joints: found the order J2, J1, J3, J4, J5, J6, allowed the order J1, J2"):
+        load_description(copy.robot)
