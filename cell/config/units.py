@@ -58,6 +58,12 @@ Number = Annotated[float, Field(ge=-LARGEST, le=LARGEST)]
 """A number without a unit, or with one that depends on other values of the file."""
 Positive = Annotated[float, Field(gt=0, le=LARGEST), AfterValidator(_not_tiny)]
 
+
+def in_si(value: float, linear: bool, info: ValidationInfo) -> float:
+    """What is a length where a joint or an axis slides, and an angle where it turns, in m or rad."""
+    return _length(value, info) if linear else _angle(value, info)
+
+
 Length = Annotated[Number, AfterValidator(_length)]
 """A length, or a speed, acceleration or jerk along a path, in the file's unit; SI after validation."""
 Angle = Annotated[Number, AfterValidator(_angle)]

@@ -1,10 +1,12 @@
 """From joints to poses and back, closed form, all branches, batched. SI units and radians, poses of the flange in the
 robot's base frame."""
 
+from robot_agent.kinematics.coupling import Coupling
 from robot_agent.kinematics.errors import (
     BadInput,
     BadModel,
     KinematicsError,
+    OpenMechanism,
     Reason,
     TrackError,
     UnknownName,
@@ -12,15 +14,19 @@ from robot_agent.kinematics.errors import (
 )
 from robot_agent.kinematics.loader import load_model, model_of
 from robot_agent.kinematics.model import Model
+from robot_agent.kinematics.singularity import SingularityDistance
 from robot_agent.kinematics.six_axis import SixAxis
 from robot_agent.kinematics.solutions import Solutions
 
 __all__ = [
     "BadInput",
     "BadModel",
+    "Coupling",
     "KinematicsError",
     "Model",
+    "OpenMechanism",
     "Reason",
+    "SingularityDistance",
     "SixAxis",
     "Solutions",
     "TrackError",

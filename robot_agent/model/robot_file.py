@@ -6,7 +6,7 @@ from typing import Annotated, Any, Literal
 import numpy as np
 from pydantic import BaseModel, Field, ValidationInfo, field_validator
 
-from cell.config.units import STRICT, Number, Positive, PositiveAngle, PositiveLength, ToSI, Units
+from cell.config.units import STRICT, Number, Positive, PositiveAngle, PositiveLength, Units, in_si
 from robot_agent.model.body_file import CapsuleEntry, ToolEntry
 from robot_agent.model.description import (
     Family,
@@ -136,11 +136,3 @@ class RobotFile(BaseModel):
             mounted=self.tool,
             urdf=None if urdf is None else UrdfSource(folder / urdf.file, urdf.flange),
         )
-
-
-def in_si(value: float, linear: bool, info: ValidationInfo) -> float:
-    """A joint's value in the file's unit as rad or m."""
-    units = info.context
-    if not isinstance(units, ToSI):
-        return value
-    return value / units.per_metre if linear else value * units.angle
