@@ -31,7 +31,7 @@ def solve(model: Model, pose: Array, near: Array | None, branch: str | None, pre
     allowed = _allowed(model.branches, branch)
     usable = allowed & solutions.valid & solutions.in_limits
     if not usable.any():
-        raise Unreachable(pose, why(model, solutions, allowed), branch)
+        raise Unreachable(pose, model.explain(pose, solutions, allowed), branch)
     away = np.where(usable[:, None], np.abs(solutions.joints - wanted), np.inf)
     first = np.rint(np.sqrt((away[:, named] ** 2).sum(axis=-1)) / TIE_RAD)
     rest = (away[:, ~named] ** 2).sum(axis=-1)
@@ -41,7 +41,7 @@ def solve(model: Model, pose: Array, near: Array | None, branch: str | None, pre
 
 def why(model: Model, solutions: Solutions, allowed: Flags | None = None) -> Violation:
     """What rules out every allowed branch `(k,)` of one pose: a joint limit where one is in reach, else the reach."""
-    if solutions.tilt_rad > 0 and solutions.complete:
+    if solutions.tilt_rad > 0:
         return Violation(Reason.TILTED, tilt_rad=float(solutions.tilt_rad))
     slots = np.ones(len(solutions.branches), dtype=bool) if allowed is None else allowed
     in_reach = np.flatnonzero(slots & solutions.valid)
@@ -54,9 +54,7 @@ def why(model: Model, solutions: Solutions, allowed: Flags | None = None) -> Vio
             return violation
     excess = solutions.excess_m[slots]
     least = float(excess[np.argmin(np.abs(excess))])
-    if solutions.complete:
-        return reach_violation(least)
-    return Violation(Reason.NOT_FOUND, excess_m=least, tilt_rad=float(solutions.tilt_rad))
+    return reach_violation(least)
 
 
 def limit_violation(model: Model, joints: Array) -> Violation | None:

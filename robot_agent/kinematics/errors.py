@@ -32,6 +32,18 @@ class BadInput(KinematicsError, ValueError):
         super().__init__(f"{what}: found {found}, allowed {allowed}")
 
 
+class NotInUrdf(KinematicsError):
+    """A bare URDF was asked for what URDF does not have."""
+
+    def __init__(self, file: str, what: str) -> None:
+        self.file = file
+        self.what = what
+        super().__init__(
+            f"{file}: a URDF says nothing about {what!r}; write a robot file of family urdf that names it and adds "
+            "limits, home position and capsules"
+        )
+
+
 class UnknownName(KinematicsError):
     """A branch or joint that this robot does not have."""
 

@@ -30,24 +30,32 @@ class Model(ABC):
 
     def __init__(self, description: RobotDescription) -> None:
         self.description = description
-        self.link_names: tuple[str, ...] = self._link_names(description)
-        self.body: tuple[CapsuleBody, ...] = _body(description, len(self.link_names) - 1)
+        self.link_names: tuple[str, ...] = self._link_names()
+        self.body: tuple[CapsuleBody, ...] = self._whole_body()
         """All capsules, those of the mounted tool included."""
-        problems = tuple(self._problems(description))
+        problems = tuple(self._problems())
         if problems:
             raise BadModel(description.name, problems)
         self.n = len(description.joint_names)
         self.joint_names: tuple[str, ...] = description.joint_names
         self.limits: JointLimits = description.limits
-        self.home: Array = np.asarray(description.home, dtype=float)
         self.linear: Flags = np.array(description.linear or (False,) * self.n)
         """`(n,)`: whether each joint slides."""
         self.linear_names = tuple(name for name, slides in zip(self.joint_names, self.linear, strict=True) if slides)
         self.coupling = Coupling.of(description.coupling, self.n)
-        self.capsule_radii: Array = np.array([c.radius_m for c in self.body], dtype=float)
-        """`(c,)` [m]."""
+        self._capsule_radii = np.array([c.radius_m for c in self.body], dtype=float)
         self._capsule_links = np.array([c.link for c in self.body], dtype=int)
         self._capsule_ends = np.array([(c.start_m, c.end_m) for c in self.body], dtype=float).reshape(-1, 2, 3)
+
+    @property
+    def home(self) -> Array:
+        """`(n,)` joints of the home position."""
+        return self.description.home
+
+    @property
+    def capsule_radii(self) -> Array:
+        """`(c,)` [m]."""
+        return self._capsule_radii
 
     @property
     @abstractmethod
@@ -121,7 +129,12 @@ class Model(ABC):
     def why_unreachable(self, pose: Array) -> Violation | None:
         """What keeps the flange from one pose `(4, 4)`; None when the robot reaches it."""
         solutions = self.inverse(self._one_pose(pose))
-        return None if solutions.in_limits.any() else choice.why(self, solutions)
+        return None if solutions.in_limits.any() else self.explain(pose, solutions)
+
+    def explain(self, pose: Array, solutions: Solutions, allowed: Flags | None = None) -> Violation:
+        """Why none of the allowed branches `(k,)` brings the flange to one pose; all branches when not given."""
+        self._one_pose(pose)
+        return choice.why(self, solutions, allowed)
 
     def continuous(self, joints: Array) -> Array:
         """Joints along a path `(m, n)`, each at its own turn -> the same poses without jumps by whole turns."""
@@ -213,17 +226,16 @@ class Model(ABC):
             raise BadInput("pose", f"shape {pose.shape}", "(4, 4)")
         return pose
 
-    def _link_names(self, description: RobotDescription) -> tuple[str, ...]:
-        return SHAPES[description.family].links
+    def _link_names(self) -> tuple[str, ...]:
+        return SHAPES[self.description.family].links
 
-    def _problems(self, description: RobotDescription) -> Iterator[str]:
+    def _whole_body(self) -> tuple[CapsuleBody, ...]:
+        tool, flange = self.description.tool, len(self.link_names) - 1
+        mounted = () if tool is None else tool.capsules
+        return (*self.description.capsules, *(CapsuleBody(flange, c.start_m, c.end_m, c.radius_m) for c in mounted))
+
+    def _problems(self) -> Iterator[str]:
         """Everything that makes the description no robot of its family."""
-        yield from family_problems(description)
+        yield from family_problems(self.description)
         yield from body_problems(self.body, len(self.link_names))
-        yield from coupling_problems(description)
-
-
-def _body(description: RobotDescription, flange: int) -> tuple[CapsuleBody, ...]:
-    tool = description.tool
-    mounted = () if tool is None else tool.capsules
-    return (*description.capsules, *(CapsuleBody(flange, c.start_m, c.end_m, c.radius_m) for c in mounted))
+        yield from coupling_problems(self.description)
