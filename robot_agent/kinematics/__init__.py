@@ -15,6 +15,7 @@ from robot_agent.kinematics.errors import (
 )
 from robot_agent.kinematics.loader import load_model, model_of
 from robot_agent.kinematics.model import Model
+from robot_agent.kinematics.mounting import Carrier, Fixed, LinearTrack, Turntable, flange_in_base, tcp_in_world
 from robot_agent.kinematics.singularity import SingularityDistance
 from robot_agent.kinematics.six_axis import SixAxis
 from robot_agent.kinematics.solutions import Solutions
@@ -22,8 +23,11 @@ from robot_agent.kinematics.solutions import Solutions
 __all__ = [
     "BadInput",
     "BadModel",
+    "Carrier",
     "Coupling",
+    "Fixed",
     "KinematicsError",
+    "LinearTrack",
     "Model",
     "NotInUrdf",
     "OpenMechanism",
@@ -32,8 +36,11 @@ __all__ = [
     "SixAxis",
     "Solutions",
     "TrackError",
+    "Turntable",
     "UnknownName",
     "Unreachable",
+    "flange_in_base",
     "load_model",
     "model_of",
+    "tcp_in_world",
 ]
