@@ -6,8 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cell.core import Effect
-from cell.geometry.pose import from_xyz_abc
 from cell.messages import ZoneGeometry
+from robot_agent.agent.targets import joint_target, line_target
 from robot_agent.kinematics import Model
 from robot_agent.language import JointStep, LineStep
 from robot_agent.paths import JointMove, Line, Sequence
@@ -82,27 +82,13 @@ class Planner:
         block: JointMove | Line
         step = request.step
         if isinstance(step, JointStep):
-            target = self.model.home if step.joints is None else _keep(step.joints, request.start)
-            block = JointMove(target, step.speed, step.line)
+            block = JointMove(joint_target(step, request.start, self.model.home), step.speed, step.line)
         else:
-            block = Line(self._line_target(step, request.start), step.speed_m_s, step.line)
+            block = Line(line_target(step, self.model.forward(request.start)), step.speed_m_s, step.line)
         return plan(self.model, Sequence([block]), self.limits, start=request.start, cycle_s=self.cycle_s)
-
-    def _line_target(self, step: LineStep, start: NDArray[np.float64]) -> NDArray[np.float64]:
-        present = self.model.forward(start)
-        position = _keep(step.position_m, present[:3, 3])
-        target = present.copy()
-        if step.orientation_abc is not None:
-            target = from_xyz_abc(np.concatenate([position, step.orientation_abc]))
-        target[:3, 3] = position
-        return target
 
     def _with_body(self, id: int, line: int, motion: Motion, zones: tuple[ZoneGeometry, ...]) -> Planned:
         taus = motion.grid
         body = sweep(self.model, self.pose_world_base, motion.q(taus))
         crossed = tuple(c for zone in zones for c in crossings(body, taus, zone, ZONE_MARGIN_M))
         return Planned(id, line, motion, body, crossed, {zone.zone: zone.version for zone in zones})
-
-
-def _keep(named: tuple[float | None, ...], present: NDArray[np.float64]) -> NDArray[np.float64]:
-    return np.array([now if value is None else value for value, now in zip(named, present, strict=True)])

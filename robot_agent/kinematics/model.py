@@ -27,6 +27,8 @@ class Model(ABC):
 
     branches: ClassVar[tuple[str, ...]]
     """Names of the solution branches, in the order of the slots of `Solutions`."""
+    closed_form: ClassVar[bool] = True
+    """Whether `inverse` finds all solutions that there are."""
 
     def __init__(self, description: RobotDescription) -> None:
         self.description = description

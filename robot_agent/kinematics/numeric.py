@@ -36,6 +36,7 @@ class NumericModel(SerialModel):
     """See the module. The slots of `Solutions` are sorted by distance from `near`; they are no lasting branches."""
 
     branches: ClassVar[tuple[str, ...]] = tuple(f"S{i + 1}" for i in range(SLOTS))
+    closed_form: ClassVar[bool] = False
 
     def __init__(self, description: RobotDescription) -> None:
         if description.urdf is None:

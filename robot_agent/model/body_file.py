@@ -6,7 +6,7 @@ import numpy as np
 from pydantic import BaseModel, Field
 
 from cell.config.fields import Pose
-from cell.config.units import STRICT, Length, Number, PositiveLength
+from cell.config.units import LARGEST, STRICT, Length, Number, PositiveLength
 from cell.geometry import from_xyz_abc
 from robot_agent.model.description import Capsule, CapsuleBody, Tool
 
@@ -43,7 +43,7 @@ class ToolEntry(BaseModel):
 
     model_config = STRICT
     tcp: Pose = Field(description="pose of the TCP in the flange frame: X, Y, Z, A, B, C")
-    mass_kg: Number = Field(0.0, ge=0, description="mass [kg]")
+    mass_kg: Annotated[float, Field(ge=0, le=LARGEST)] = Field(0.0, description="mass [kg]")
     centre: Point = Field((0.0, 0.0, 0.0), description="centre of mass in the flange frame: [x, y, z]")
     inertia_kg_m2: tuple[Number, Number, Number, Number, Number, Number] = Field(
         (0.0, 0.0, 0.0, 0.0, 0.0, 0.0),
