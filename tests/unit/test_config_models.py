@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from cell.commands.checks import check_cell
-from cell.config import ConfigError
+from cell.config import ConfigError, load_cell
 from robot_agent.kinematics import load_model
 from robot_agent.model import Family
 from tests.unit.config_world import CELL, CONFIGS, Copy
@@ -96,11 +96,20 @@ def test_what_is_wrong_is_named_with_what_is_allowed(
     assert problem in problems(copy, f"models/{name}.yaml")
 
 
+def test_the_chain_of_a_robot_counts_for_the_digest_of_its_cell(tmp_path: Path) -> None:
+    copy = Copy(tmp_path)
+    copy.cell.write_text(copy.cell.read_text().replace("../models/six_axis.yaml", "../models/painter.yaml"))
+    before = load_cell(copy.cell).digest
+    copy.change("models/painter.urdf", '<origin xyz="0 0 0.55"/>', '<origin xyz="0 0 0.56"/>')
+    assert load_cell(copy.cell).digest != before
+
+
 def test_a_bare_urdf_is_no_robot_of_a_cell(tmp_path: Path) -> None:
     copy = Copy(tmp_path)
     copy.cell.write_text(copy.cell.read_text().replace("../models/six_axis.yaml", "../models/painter.urdf", 1))
     _, found = check_cell(copy.cell)
-    assert next(copy.shown(problem) for problem in found if "robots.left" in problem.path) == (
+    (problem,) = found
+    assert copy.shown(problem) == (
         f"{copy.place(CELL, '§../models/painter.urdf')}: robots.left.model: found painter.urdf: a URDF, which has no "
         "acceleration, jerk, home position and capsules, allowed a robot file of family urdf that names it and adds "
         "them"

@@ -2,8 +2,7 @@ import fcl
 import numpy as np
 import pytest
 
-from cell.geometry import WrongShape
-from cell.geometry.segment import segment_distance
+from cell.geometry import WrongShape, segment_distance
 
 RNG = np.random.default_rng(2)
 

@@ -7,9 +7,8 @@ import numpy as np
 
 from cell.commands.checks.readings import Readings
 from cell.config.problem import Problem
-from cell.geometry import pose_from, transform_points
+from cell.geometry import pose_from, segment_distance, transform_points
 from cell.geometry.arrays import Array
-from cell.geometry.segment import segment_distance
 from robot_agent.kinematics import Model
 
 
