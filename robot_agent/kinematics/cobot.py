@@ -80,9 +80,9 @@ class Cobot(SerialModel):
         along = (ahead[:, 3] - g["a5y"] * ahead[:, 1])[:, None] - g["a4z"] * z4_ahead
         up = rows[2, 3] - g["a5y"] * rows[2, 1] - g["a4z"] * z4_up - g["a1z"]
         span = np.hypot(along, up)
-        beta, gamma = elbow_triangle(span, g["a2x"], g["a3x"])
-        j2 = -np.arctan2(up, along)[:, None] - ELBOW_SIGN * beta[:, None]
-        j3 = ELBOW_SIGN * (np.pi - gamma)[:, None]
+        triangle = elbow_triangle(span, g["a2x"], g["a3x"])
+        j2 = -np.arctan2(up, along)[:, None] - ELBOW_SIGN * triangle.at_joint[:, None]
+        j3 = ELBOW_SIGN * (np.pi - triangle.at_elbow)[:, None]
         j4 = np.arctan2(-x4_up, x4_ahead)[:, None] - j2 - j3
         excess = np.where(inside_cylinder < 0, inside_cylinder, beyond_reach(span, g["a2x"], g["a3x"]))
         slots = (2, 2, 2, rows.shape[2])

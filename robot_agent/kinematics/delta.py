@@ -19,7 +19,7 @@ from robot_agent.kinematics.model import Model
 from robot_agent.kinematics.problems import checked_lengths
 from robot_agent.kinematics.singularity import SingularityDistance
 from robot_agent.kinematics.solutions import Raw, Solutions, finished
-from robot_agent.kinematics.triangle import beyond, beyond_reach, elbow_triangle
+from robot_agent.kinematics.triangle import REACH_TOLERANCE_M, beyond, beyond_reach, elbow_triangle
 from robot_agent.kinematics.upright import TILT_TOLERANCE_RAD, heading, tilt
 from robot_agent.model.description import RobotDescription
 
@@ -107,7 +107,7 @@ class Delta(Model):
         off_plane = beyond(np.abs(aside) - self._k)
         span = np.hypot(ahead, up)
         in_plane = beyond_reach(span, self._h, rod)
-        beta, _ = elbow_triangle(span, self._h, np.maximum(rod, np.finfo(float).tiny * 1e20))
+        beta = elbow_triangle(span, self._h, np.maximum(rod, REACH_TOLERANCE_M)).at_joint
         # Of the two elbows the one that lies farther out.
         j = np.arctan2(-up, ahead) + np.where(up > 0, beta, -beta)
         excess = np.where(off_plane > 0, off_plane, in_plane)

@@ -59,7 +59,7 @@ class Palletizer(SerialModel):
         arm = solve_arm(np.moveaxis(flat[:, :3], 0, -1), self._arm, held[0])
         j1 = np.repeat(arm.j1, 2, axis=0)
         raw = Raw(
-            joints=(j1, arm.j2, arm.j3, heading(flat) - j1),
+            joints=(j1, arm.j2.reshape(4, -1), arm.j3.reshape(4, -1), heading(flat) - j1),
             excess_m=np.repeat(arm.excess, 2, axis=0),
             singular=arm.singular,
             tilt_rad=tilt(flat),

@@ -48,9 +48,9 @@ class Scara(SerialModel):
         x, y, z = flat[:, :3, 3].T
         span = np.hypot(x, y)
         on_axis = span < SINGULAR_RADIUS_M
-        beta, gamma = elbow_triangle(span, g["a1x"], g["a2x"])
-        j1 = np.where(on_axis, held[0], np.arctan2(y, x)) - ELBOW_SIGN * beta
-        j2 = ELBOW_SIGN * (np.pi - gamma)
+        triangle = elbow_triangle(span, g["a1x"], g["a2x"])
+        j1 = np.where(on_axis, held[0], np.arctan2(y, x)) - ELBOW_SIGN * triangle.at_joint
+        j2 = ELBOW_SIGN * (np.pi - triangle.at_elbow)
         j4, j3 = self._spindle(heading(flat) - j1 - j2, z - g["a1z"] - g["a2z"], held[3])
         raw = Raw(
             joints=(j1, j2, j3, j4),

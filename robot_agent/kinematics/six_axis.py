@@ -16,7 +16,7 @@ from robot_agent.kinematics.errors import BadModel
 from robot_agent.kinematics.problems import checked_lengths
 from robot_agent.kinematics.serial import SerialModel
 from robot_agent.kinematics.singularity import SingularityDistance
-from robot_agent.kinematics.six_axis_inverse import Lengths, solve_arm, solve_wrist
+from robot_agent.kinematics.six_axis_inverse import Arm, Lengths, Wrist, solve_arm, solve_wrist
 from robot_agent.kinematics.solutions import Solutions
 from robot_agent.kinematics.turns import nearest_turn
 from robot_agent.model.description import RobotDescription
@@ -56,22 +56,39 @@ class SixAxis(SerialModel):
         rows = np.ascontiguousarray(poses[..., :3, :].reshape(-1, 12).T).reshape(3, 4, -1)
         arm = solve_arm(rows, self._lengths, held[0])
         wrist = solve_wrist(rows, arm, held[3])
-        count = rows.shape[2]
-        joints, in_limits = np.empty((count, 4, 2, 6)), np.ones((count, 4, 2), dtype=bool)
-        for i, angles in enumerate((arm.j1, arm.j2, arm.j3, *wrist.angles)):
-            turned, inside = nearest_turn(angles, held[i], *self.limits.position[i])
-            # (2 or 4 or 4 x 2 distinct values, pose) into the eight slots of each pose.
-            joints[..., i] = _into_slots(turned)
-            in_limits &= _into_slots(inside)
-        valid = np.repeat((arm.excess == 0).T, 2, axis=-1)
-        joints[~valid] = np.nan
-        shape = (*leading, 8)
+        return self._in_slots(arm, wrist, held, leading)
+
+    def _in_slots(self, arm: Arm, wrist: Wrist, held: Array, leading: tuple[int, ...]) -> Solutions:
+        """As `solutions.finished`; each angle is brought to its turn once, not once for every slot that has it."""
+        count = arm.j1.shape[1]
+        joints, inside = np.empty((6, 2, 2, 2, count)), np.ones((2, 2, 2, count), dtype=bool)
+        valid = arm.excess == 0
+        missing = np.where(valid, 0.0, np.nan)[:, None]
+        negative = np.stack([wrist.j4 + wrist.half_turn, -wrist.j5, wrist.j6 + wrist.half_turn])
+        negative[1][wrist.singular] *= -1
+        positive = (wrist.j4, wrist.j5, wrist.j6)
+        for i, angles in enumerate((arm.j1[:, None, None], arm.j2[:, :, None], arm.j3[:, :, None])):
+            turned, fits = nearest_turn(angles, held[i], *self.limits.position[i])
+            np.add(turned, missing[:, :, None], out=joints[i])
+            inside &= fits
+        for i, both in enumerate(zip(positive, negative, strict=True), 3):
+            for slot, angles in enumerate(both):
+                turned, fits = nearest_turn(angles, held[i], *self.limits.position[i])
+                np.add(turned, missing, out=joints[i, :, :, slot])
+                inside[:, :, slot] &= fits
+        inside &= valid[:, None, None]
+        singular = (wrist.singular | arm.singular) & valid[:, None]
+
+        def slots(values: np.ndarray) -> np.ndarray:
+            """`(2, 1 or 2, 1 or 2, p)` -> `(..., 8)`."""
+            return np.broadcast_to(values, (2, 2, 2, count)).reshape(8, count).T.reshape(*leading, 8)
+
         return Solutions(
-            joints=joints.reshape(*shape, 6),
-            valid=np.repeat(valid, 2, axis=-1).reshape(shape),
-            in_limits=(in_limits & valid[..., None]).reshape(shape),
-            singular=np.repeat((wrist.singular | arm.singular).T & valid, 2, axis=-1).reshape(shape),
-            excess_m=np.repeat(arm.excess.T, 4, axis=-1).reshape(shape),
+            joints=joints.reshape(6, 8, count).transpose(2, 1, 0).reshape(*leading, 8, 6),
+            valid=slots(valid[:, None, None]),
+            in_limits=slots(inside),
+            singular=slots(singular[:, :, None]),
+            excess_m=slots(arm.excess[:, None, None]),
             branches=self.branches,
             complete=True,
             tilt_rad=np.zeros(leading),
@@ -91,15 +108,6 @@ class SixAxis(SerialModel):
                 point = np.add(end, (g.a6x, 0, 0)) if capsule.link == 6 else np.array(end)
                 reach = max(reach, start[capsule.link] + float(np.linalg.norm(point)) + capsule.radius_m)
         return reach
-
-
-def _into_slots(values: np.ndarray) -> np.ndarray:
-    """`(2, p)` FRONT/BACK, `(4, p)` with elbow, or `(4, 2, p)` with wrist -> broadcasting with `(p, 4, 2)`."""
-    if values.ndim == 3:
-        return np.moveaxis(values, -1, 0)
-    if len(values) == 2:
-        return np.repeat(values.T, 2, axis=-1)[..., None]
-    return values.T[..., None]
 
 
 def _lengths(description: RobotDescription) -> Lengths:

@@ -14,9 +14,10 @@ def nearest_turn(angles: Array, near: Array | float, lower: Array | float, upper
 
     Returns the angles and whether a turn inside the limits exists; without one, the turn nearest to `near`.
     """
-    least = np.ceil((lower - LIMIT_TOLERANCE_RAD - angles) / TURN)
-    most = np.floor((upper + LIMIT_TOLERANCE_RAD - angles) / TURN)
-    wished = np.rint((near - angles) / TURN)
+    turn = angles * (1 / TURN)
+    least = np.ceil((lower - LIMIT_TOLERANCE_RAD) / TURN - turn)
+    most = np.floor((upper + LIMIT_TOLERANCE_RAD) / TURN - turn)
+    wished = np.rint(near / TURN - turn)
     inside = least <= most
     turns = np.where(inside, np.minimum(np.maximum(wished, least), most), wished)
     return angles + TURN * turns, inside
