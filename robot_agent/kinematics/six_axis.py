@@ -17,6 +17,7 @@ from robot_agent.kinematics.problems import checked_lengths
 from robot_agent.kinematics.serial import SerialModel
 from robot_agent.kinematics.singularity import SingularityDistance
 from robot_agent.kinematics.six_axis_inverse import Arm, Lengths, Wrist, solve_arm, solve_wrist
+from robot_agent.kinematics.six_axis_single import Ranges, solve_one
 from robot_agent.kinematics.solutions import Solutions
 from robot_agent.kinematics.turns import nearest_turn
 from robot_agent.model.description import RobotDescription
@@ -36,6 +37,7 @@ class SixAxis(SerialModel):
         self._lengths = _lengths(description)
         offsets = [(along_x, 0.0, along_z) for along_x, along_z in self._lengths.offsets]
         super().__init__(description, Chain(tuple(map(Step, AXES, offsets))))
+        self._ranges: Ranges = [(lower, upper) for lower, upper in self.limits.position.tolist()]
 
     def singularity(self, q: Array) -> SingularityDistance:
         q, g = self.check_joints(q), self._lengths
@@ -52,11 +54,26 @@ class SixAxis(SerialModel):
         poses = check_poses(poses, "poses")
         leading = poses.shape[:-2]
         held = self.held(near, leading)
+        if not leading:
+            return self._single(poses, held[:, 0])
         # (row, column, pose), so that each element is one contiguous array over all poses.
         rows = np.ascontiguousarray(poses[..., :3, :].reshape(-1, 12).T).reshape(3, 4, -1)
         arm = solve_arm(rows, self._lengths, held[0])
         wrist = solve_wrist(rows, arm, held[3])
         return self._in_slots(arm, wrist, held, leading)
+
+    def _single(self, pose: Array, held: Array) -> Solutions:
+        slots = solve_one(pose.tolist(), self._lengths, held.tolist(), self._ranges)
+        return Solutions(
+            joints=np.array(slots.joints),
+            valid=np.array(slots.valid),
+            in_limits=np.array(slots.in_limits),
+            singular=np.array(slots.singular),
+            excess_m=np.array(slots.excess_m),
+            branches=self.branches,
+            complete=True,
+            tilt_rad=np.zeros(()),
+        )
 
     def _in_slots(self, arm: Arm, wrist: Wrist, held: Array, leading: tuple[int, ...]) -> Solutions:
         """As `solutions.finished`; each angle is brought to its turn once, not once for every slot that has it."""
@@ -65,7 +82,8 @@ class SixAxis(SerialModel):
         valid = arm.excess == 0
         missing = np.where(valid, 0.0, np.nan)[:, None]
         negative = np.stack([wrist.j4 + wrist.half_turn, -wrist.j5, wrist.j6 + wrist.half_turn])
-        negative[1][wrist.singular] *= -1
+        if wrist.singular.any():
+            negative[1][wrist.singular] *= -1
         positive = (wrist.j4, wrist.j5, wrist.j6)
         for i, angles in enumerate((arm.j1[:, None, None], arm.j2[:, :, None], arm.j3[:, :, None])):
             turned, fits = nearest_turn(angles, held[i], *self.limits.position[i])
