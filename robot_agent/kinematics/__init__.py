@@ -16,6 +16,7 @@ from robot_agent.kinematics.errors import (
 from robot_agent.kinematics.loader import load_model, model_of
 from robot_agent.kinematics.model import Model
 from robot_agent.kinematics.mounting import Carrier, Fixed, LinearTrack, Turntable, flange_in_base, tcp_in_world
+from robot_agent.kinematics.numeric import BareUrdf, NumericModel
 from robot_agent.kinematics.singularity import SingularityDistance
 from robot_agent.kinematics.six_axis import SixAxis
 from robot_agent.kinematics.solutions import Solutions
@@ -23,6 +24,7 @@ from robot_agent.kinematics.solutions import Solutions
 __all__ = [
     "BadInput",
     "BadModel",
+    "BareUrdf",
     "Carrier",
     "Coupling",
     "Fixed",
@@ -30,6 +32,7 @@ __all__ = [
     "LinearTrack",
     "Model",
     "NotInUrdf",
+    "NumericModel",
     "OpenMechanism",
     "Reason",
     "SingularityDistance",
