@@ -54,7 +54,15 @@ def run_app(app: Callable[[], None], command: str) -> None:
         print(f"{command}: {error}", file=sys.stderr)
         sys.exit(1)
     except Exception as error:
-        path = _log_folder / f"internal-error-{command}.log"
-        path.write_text("".join(traceback.format_exception(error)), encoding="utf-8")
-        print(f"{command}: internal error, please report it with the file {path}: {error!r}", file=sys.stderr)
+        print(f"{command}: internal error, please report it{_kept(command, error)}: {error!r}", file=sys.stderr)
         sys.exit(1)
+
+
+def _kept(command: str, error: Exception) -> str:
+    """Write the traceback to a file; ` with the file ...`, or nothing when there is no room for one."""
+    path = _log_folder / f"internal-error-{command}.log"
+    try:
+        path.write_text("".join(traceback.format_exception(error)), encoding="utf-8")
+    except OSError:
+        return ""
+    return f" with the file {path}"

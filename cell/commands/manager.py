@@ -3,8 +3,7 @@
 import threading
 from pathlib import Path
 
-from cell.commands.connection import read_cell
-from cell.commands.errors import CommandError
+from cell.commands.connection import process_cell
 from cell.commands.options import (
     CellFileArgument,
     CfgOption,
@@ -33,16 +32,12 @@ def manager(
 
     It listens at the manager's endpoint of the cell file, which is where everybody else finds the cell.
     """
-    from cell.manager.journal import JournalError
     from cell.manager.shell import run_manager
 
-    settings = read_cell(file)
+    settings = process_cell(file, parent_pipe)
     options = zenoh_options(mode, connect, listen, config, cfg)
 
     def body(folder: Path, stop: threading.Event) -> int:
-        try:
-            return run_manager(settings, options, folder, stop)
-        except JournalError as error:
-            raise CommandError(str(error)) from error
+        return run_manager(settings, options, folder, stop)
 
     run_process("manager", settings, state_dir, parent_pipe, body)

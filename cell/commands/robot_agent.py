@@ -1,78 +1,11 @@
-"""The command `robot-agent`: the process of one robot."""
+"""Entry point of the command `robot-agent`."""
 
-import sys
-import threading
-from pathlib import Path
-
-import typer
-
-from cell.commands.connection import read_cell
-from cell.commands.errors import CommandError, run_app
-from cell.commands.options import (
-    CellFileArgument,
-    CfgOption,
-    ConfigOption,
-    ConnectOption,
-    ListenOption,
-    ModeOption,
-    ParentPipeOption,
-    RobotArgument,
-    StateDirOption,
-    zenoh_options,
-)
-from cell.commands.process import run_process
-from cell.commands.view import names
-
-app = typer.Typer(
-    add_completion=False, pretty_exceptions_enable=False, context_settings={"help_option_names": ["-h", "--help"]}
-)
-
-
-@app.command(epilog="Example: robot-agent cell_configs/two_arms/cell.yaml left")
-def robot_agent(
-    file: CellFileArgument,
-    robot: RobotArgument,
-    mode: ModeOption = None,
-    connect: ConnectOption = None,
-    listen: ListenOption = None,
-    config: ConfigOption = None,
-    cfg: CfgOption = None,
-    state_dir: StateDirOption = None,
-    parent_pipe: ParentPipeOption = None,
-) -> None:
-    """Run the agent of one robot, until Ctrl-C or SIGTERM; then the robot brakes on its path before the agent ends.
-
-    It claims the robot's drives from its gateway and obeys the operator's commands; nothing moves before
-    `cell enable ROBOT` and `cell run ROBOT`.
-    """
-    from robot_agent.agent.shell import run_agent
-    from robot_agent.kinematics import KinematicsError, load_model
-    from robot_agent.language import ProgramError, parse_program
-
-    settings = read_cell(file)
-    if robot not in settings.robots:
-        raise CommandError(f"no robot {robot!r} in {file}; its robots are: {names(settings.robots)}")
-    mine = settings.robots[robot]
-    try:
-        model = load_model(mine.model)
-        text = mine.program.read_text(encoding="utf-8")
-        program = parse_program(text, mine.program.name, model.joint_names, model.linear_names)
-    except (KinematicsError, ProgramError) as error:
-        raise CommandError(str(error), f"correct it, then: cell check {file}") from error
-    options = zenoh_options(mode, connect, listen, config, cfg)
-
-    def say(text: str) -> None:
-        print(text, file=sys.stderr)
-
-    def body(_folder: Path, stop: threading.Event) -> int:
-        return run_agent(settings, robot, model, program, options, stop, say)
-
-    run_process(f"robot-{robot}", settings, state_dir, parent_pipe, body)
+from cell.commands.start import start
 
 
 def main() -> None:
-    """Entry point of the command `robot-agent`."""
-    run_app(lambda: app(prog_name="robot-agent"), "robot-agent")
+    """Run `robot-agent` with the words of the command line."""
+    start("cell.commands.robot_agent_command")
 
 
 if __name__ == "__main__":

@@ -1,22 +1,18 @@
 """`cell up`: start every process of a cell on this host, show it, and end it in order."""
 
-import sys
 import threading
-from pathlib import Path
 from typing import Annotated
 
 import typer
 from rich.console import Console
 
 from cell.commands.children import Children, programs
-from cell.commands.connection import existing
+from cell.commands.connection import checked_cell
 from cell.commands.endpoints import refuse_taken
 from cell.commands.options import CellFileArgument, StateDirOption
-from cell.commands.state_dir import Lock, state_folder
+from cell.commands.state_dir import Lock, make_folder, state_folder
 from cell.commands.stop import stop_event
 from cell.commands.supervisor import Supervisor
-from cell.config import ConfigError
-from cell.config.settings import CellSettings
 
 INTERRUPTED = 130
 """Exit code, by the shells' convention, of a run that was broken off by Ctrl-C."""
@@ -37,12 +33,12 @@ def up(
     Ctrl-C brakes every robot on its path, then switches the drives off and ends the processes in order. Nothing that
     dies is started again by itself.
     """
-    settings = _checked(file)
+    settings = checked_cell(file)
     hurry = threading.Event()
     stop = stop_event(hurry=hurry)
     folder = state_folder(settings.file, settings.name, state_dir)
     logs = folder / "log"
-    logs.mkdir(exist_ok=True)
+    make_folder(logs)
     console = Console()
 
     def say(text: str) -> None:
@@ -55,15 +51,3 @@ def up(
             done = supervisor.run(start_programs=run or until_done, until_done=until_done)
     if until_done and not done:
         raise typer.Exit(INTERRUPTED if stop.is_set() else 1)
-
-
-def _checked(file: Path) -> CellSettings:
-    """The cell's settings. What `cell check` refuses is refused before any process starts; its warnings are shown."""
-    from cell.commands.checks import check_cell
-
-    bundle, problems = check_cell(existing(file))
-    if bundle is None:
-        raise ConfigError(tuple(problems))
-    for problem in problems:
-        print(problem, file=sys.stderr)
-    return bundle.cell

@@ -17,8 +17,6 @@ class Mode(Enum):
     RUNNING = "running"
     HALTED = "halted"
     """The program is stopped on its path and waits for `continue`."""
-    OFF_PATH = "off_path"
-    """The robot is not where its path says; `continue` is refused."""
     FAULT = "fault"
     ESTOP = "estop"
 

@@ -38,7 +38,7 @@ def run_core(
     that starts more than a period late is told to `on_late` (lateness in s); missed cycles are left out, never caught
     up. `realtime` asks for SCHED_FIFO and does without when the process may not.
     """
-    with _steady_interpreter(), _scheduling(realtime):
+    with _steady_interpreter(), scheduling(realtime):
         due = last = time.monotonic()
         while not stop.is_set():
             now = time.monotonic()
@@ -74,7 +74,7 @@ def _steady_interpreter() -> Iterator[None]:
 
 
 @contextmanager
-def _scheduling(realtime: bool) -> Iterator[None]:
+def scheduling(realtime: bool) -> Iterator[None]:
     """SCHED_FIFO for the calling thread where the system has it and allows it."""
     policy, param = os.sched_getscheduler(0), os.sched_getparam(0)
     if realtime:

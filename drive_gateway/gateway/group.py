@@ -55,7 +55,7 @@ class DriveGroup:
         self._units = AxisUnits(axes)
         self._window: Floats = np.array([axis.following_window for axis in axes])
         self._rest = RestDetector(axes)
-        self._following = FollowingMonitor(axes, settings.cycle_s)
+        self._following = FollowingMonitor(axes, settings.overrun_limit_s)
         self._sent: deque[Floats] = deque([self.position] * 3, maxlen=3)
         self._order: StopOrder | None = None
         self._stopped_by = 0.0
@@ -235,7 +235,7 @@ class DriveGroup:
             case PowerState.ON if self.playout.state is PlayoutState.FOLLOWING:
                 self.playout.go_live()
                 self._log.info("enabled", f"{self.robot} is enabled")
-                self._answer(True, f"{self.robot} is enabled: {self.said()}")
+                self._answer(True, f"{self.robot} is enabled: {len(self.nodes)} drives hold their position")
             case PowerState.STOPPING if self._has_stopped(now):
                 self._after_stop(now)
         if self.power.late(now):
@@ -245,7 +245,7 @@ class DriveGroup:
         if self._then is not None:
             self.trouble = None
             self._log.info("disabled", f"{self.robot} is off")
-            self._answer(True, f"{self.robot} is off: {self.said()}")
+            self._answer(True, f"{self.robot} is off: {len(self.nodes)} drives without torque")
 
     def _moved(self) -> bool:
         """An axis left the position that was taken over as its target."""

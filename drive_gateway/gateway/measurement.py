@@ -38,12 +38,13 @@ class RestDetector:
 class FollowingMonitor:
     """The gateway's own look at the following error, beside the drive's (6065h, 6066h).
 
-    It waits a few cycles longer than the drive, which is meant to speak first and knows more.
+    It waits longer than the drive, which is meant to speak first and knows more: by as long as a cycle may be late,
+    because in a stalled computer a position is old before it says that an axis is blocked.
     """
 
-    def __init__(self, axes: Sequence[AxisSettings], cycle_s: float) -> None:
+    def __init__(self, axes: Sequence[AxisSettings], late_s: float) -> None:
         self._window: Floats = np.array([axis.following_window for axis in axes])
-        self._time_s = [axis.following_time_s + 5.0 * cycle_s for axis in axes]
+        self._time_s = [axis.following_time_s + late_s for axis in axes]
         self._since: dict[int, float] = {}
 
     def update(self, position: Floats, demand: Floats, now: float) -> tuple[int, float] | None:

@@ -9,6 +9,7 @@ from typing import Self
 
 import can
 
+from cell.net.runner import scheduling
 from drive_gateway.canopen.frame import CanFrame
 from drive_gateway.config.settings import GatewaySettings
 from drive_gateway.gateway.bus import BusError, open_bus
@@ -60,7 +61,9 @@ class SimulatedDrives:
 
     def _run(self, bus: can.BusABC) -> None:
         try:
-            self._serve(bus)
+            # Drives are computers of their own: they must not wait for this one more than their master does.
+            with scheduling(realtime=True):
+                self._serve(bus)
         except Exception as error:
             self.problem = f"simulated drives on {self._settings.interface} {self._settings.channel} stopped: {error!r}"
             _log.exception("%s", self.problem)

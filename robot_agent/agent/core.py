@@ -62,6 +62,8 @@ class AgentCore:
         self._numbers = itertools.count(1)
         self._presence_sequence = 0
         self._body: Body | None = None
+        self._stopped_by = ""
+        """Why the mode is FAULT or ESTOP."""
         self._stepped_at = 0.0
         self._leaving = False
 
@@ -93,8 +95,9 @@ class AgentCore:
     def step(self, now: float) -> list[Effect]:
         """Everything due at `now`; see `cell.core`."""
         feedback = self.link.owned
-        if self._leaving and (feedback is None or self.executive is None or self.executive.at_rest(feedback.tick)):
-            return [*self.operator.refuse_all("the agent is being stopped"), *self.link.release(), Ended()]
+        if self._leaving and self._may_leave(feedback, now):
+            effects = [*self.operator.refuse_all("the agent is being stopped"), *self.link.release()]
+            return effects if self.link.releasing else [*effects, Ended()]
         effects = self.link.claim_if_due(now)
         if feedback is None or self.link.grant is None:
             self._without_claim()
@@ -109,6 +112,15 @@ class AgentCore:
         effects += self.run.lookahead.fill(self.zones.geometry)
         effects.append(self._state(feedback, self._planner, now))
         return effects + self.report.take_events()
+
+    def _may_leave(self, feedback: DriveFeedback | None, now: float) -> bool:
+        """At rest; or cut off from the drives for longer than all that was sent lasts: nobody here can do more."""
+        if feedback is None or self.executive is None:
+            return True
+        tick = feedback.tick
+        if self.link.age(now) > self._cell.times.feedback_lost_s:
+            tick += int(self.link.age(now) / self.executive.cycle_s)
+        return self.executive.at_rest(tick)
 
     def _situation(self, feedback: DriveFeedback, planner: Planner) -> Situation:
         state = self.zones.state
@@ -146,8 +158,10 @@ class AgentCore:
             self.mode = Mode.DISABLED
         if not feedback.enabled:
             self.executive = None
-            if self.mode in (Mode.READY, Mode.RUNNING, Mode.HALTED):
-                self._stop(Mode.FAULT, "the drives were switched off")
+            if self.link.switching_off:
+                self.mode = Mode.DISABLED
+            elif self.mode in (Mode.READY, Mode.RUNNING, Mode.HALTED):
+                self._stop(Mode.FAULT, "the gateway has switched the drives off")
             return
         if self.executive is None:
             standing = planner.standstill(feedback.commanded, self.zones.geometry or ())
@@ -160,7 +174,7 @@ class AgentCore:
     def _stop(self, mode: Mode, why: str) -> None:
         if self.mode is mode:
             return
-        self.mode = mode
+        self.mode, self._stopped_by = mode, why
         self.run.fail(why)
         if mode is Mode.FAULT:
             self.report.event(Severity.ALARM, "fault", why, f"find the cause, then `cell reset {self._robot}`")
@@ -280,11 +294,12 @@ class AgentCore:
 
     def _state(self, feedback: DriveFeedback, planner: Planner, now: float) -> Publish:
         waiting_for = self._why_idle(feedback, planner.cycle_s, now)
-        alarms = (self.run.error,) if self.run.error else ()
-        if self.estop is not None:
-            alarms = (f"emergency stop by {self.estop.by}: {self.estop.reason}",)
+        alarm = self._stopped_by if self.mode in (Mode.FAULT, Mode.ESTOP) else self.run.error
+        alarms = (alarm,) if alarm else ()
         zones = tuple(sorted(self.zones.holds))
-        state = self.report.state(self.mode, self.run, feedback, self.executive, planner, zones, waiting_for, alarms)
+        lost = self.link.age(now) > self._cell.times.feedback_lost_s
+        heard = None if lost else feedback
+        state = self.report.state(self.mode, self.run, heard, self.executive, planner, zones, waiting_for, alarms)
         self.operator.sent_state(state.sequence, now)
         return Publish(state)
 

@@ -4,11 +4,12 @@ import math
 from dataclasses import dataclass
 
 from cell.core import Ask, AskDone, Effect
-from cell.messages import Call, Claim, ClaimGrant, Command, DriveFeedback, Release, Reply
+from cell.messages import Call, Claim, ClaimGrant, Command, DisableDrives, DriveFeedback, Release, Reply
 from cell.net.freshness import NewestOf
 
 _ASK_TIMEOUT_S = 3.0
 _CLAIM_AGAIN_S = 0.5
+_RELEASE_TIMEOUT_S = 1.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,6 +29,7 @@ class GatewayLink:
         self._claim = Claim(robot, boot, digest)
         self._asks = 0
         self._claim_ask: str | None = None
+        self._release_ask: str | None = None
         self._claim_due = -math.inf
         self._switching: dict[str, Switching] = {}
         self._newest = NewestOf()
@@ -78,13 +80,27 @@ class GatewayLink:
     def release(self) -> list[Effect]:
         """Give the robot back; the gateway also ends a claim whose owner falls silent at rest."""
         grant, self.grant = self.grant, None
-        return [] if grant is None else [self._ask(Release(self._claim.robot, grant.owner))]
+        if grant is None:
+            return []
+        ask = self._ask(Release(self._claim.robot, grant.owner), _RELEASE_TIMEOUT_S)
+        self._release_ask = ask.ask_id
+        return [ask]
+
+    @property
+    def releasing(self) -> bool:
+        """Whether the gateway has not said yet that it took the robot back."""
+        return self._release_ask is not None
 
     def switch(self, command: Command, request_id: str, call_id: str) -> Effect:
         """Ask the gateway to switch the drives for an operator's request."""
         ask = self._ask(command)
         self._switching[ask.ask_id] = Switching(request_id, call_id, command)
         return ask
+
+    @property
+    def switching_off(self) -> bool:
+        """Whether a call to switch the drives off is under way."""
+        return any(isinstance(switching.command, DisableDrives) for switching in self._switching.values())
 
     def done(self, outcome: AskDone) -> tuple[Switching, bool, str] | None:
         """Take an outcome; for a switching call return it, whether it worked, and what the gateway said."""
@@ -97,12 +113,14 @@ class GatewayLink:
             if reply is not None and reply.ok:
                 self.grant = reply.claim
             return None
+        if outcome.ask_id == self._release_ask:
+            self._release_ask = None
         switching = self._switching.pop(outcome.ask_id, None)
         if switching is None:
             return None
         return switching, reply is not None and reply.ok, text
 
-    def _ask(self, command: Command) -> Ask:
+    def _ask(self, command: Command, timeout_s: float = _ASK_TIMEOUT_S) -> Ask:
         self._asks += 1
         id = f"{self._claim.robot}-{self._claim.boot}-{self._asks}"
-        return Ask(id, self._to, Call(id, command), _ASK_TIMEOUT_S)
+        return Ask(id, self._to, Call(id, command), timeout_s)

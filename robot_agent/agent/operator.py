@@ -223,7 +223,7 @@ class Operator:
                 return f"go on with `cell continue {self._robot}`"
             case Mode.ESTOP:
                 return "clear the emergency stop with `cell reset`"
-            case Mode.FAULT | Mode.OFF_PATH:
+            case Mode.FAULT:
                 return f"acknowledge it with `cell reset {self._robot}`"
             case Mode.STARTING:
                 return "wait until its gateway has accepted it"

@@ -32,7 +32,7 @@ def test_both_robots_move_and_their_bodies_are_never_in_the_zone_together(live: 
                 assert not all(inside.values()), "both bodies are in the zone"
 
     with live.client() as session:
-        everything = Recorder(session, "robot/*/state", "robot/*/presence")
+        everything = Recorder(session, "**")
 
         def all_done(_: RobotState) -> bool:
             for message in everything.messages:

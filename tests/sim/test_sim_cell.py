@@ -5,7 +5,7 @@ import pytest
 from tests.sim.scenario import BAD, WORSE, run_scenario
 
 
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("seed", range(5))
 def test_at_5_percent_loss_all_programs_end(seed: int) -> None:
     outcome = run_scenario(seed, BAD, longest_s=60.0)
     assert outcome.all_done

@@ -14,7 +14,7 @@ from cell.config.settings import (
     RobotSettings,
     Times,
 )
-from cell.core import Answer, Ask, AskDone, Effect, Publish, Request
+from cell.core import Answer, Ask, AskDone, Effect, Ended, Publish, Request
 from cell.messages import (
     AxisStatus,
     Call,
@@ -88,6 +88,9 @@ class AgentWorld:
         self.presences: list[Presence] = []
         self.blocks: list[SetpointBlock] = []
         self.planned: list[Planned] = []
+        self.ended = False
+        self.answers_held = False
+        self._answers: list[AskDone] = []
         self._calls = 0
         self._sequence = 0
 
@@ -123,6 +126,11 @@ class AgentWorld:
         """From now on the manager gives the zone to whoever wants it, and frees it when it is given up."""
         self.granting = True
         self.zone = ZoneStatus(ZoneState.FREE, None, None, (), 1, 0.0)
+
+    def release_answers(self) -> None:
+        """Let the gateway's answers to the agent's calls arrive."""
+        while self._answers:
+            self.agent.receive(self._answers.pop(0), self.now)
 
     def _play(self) -> None:
         self.tick += 1
@@ -167,7 +175,11 @@ class AgentWorld:
             case Publish(RobotState() as state):
                 self.states.append(state)
             case Ask(ask_id, _, Call(id=id, command=command)):
-                self.agent.receive(AskDone(ask_id, self._gateway_says(id, command)), self.now)
+                self._answers.append(AskDone(ask_id, self._gateway_says(id, command)))
+                if not self.answers_held:
+                    self.release_answers()
+            case Ended():
+                self.ended = True
             case Answer(request_id, Reply() as reply):
                 self.replies[request_id] = reply
             case Plan(request):

@@ -5,12 +5,13 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from cell.config.settings import OnManagerReturn
-from cell.core import Ask, Frozen, Publish
+from cell.config.settings import OnManagerReturn, Times
+from cell.core import Ask, Frozen, Publish, Shutdown
 from cell.geometry import capsules_touch_box
 from cell.geometry.occupied import body_touches_box
 from cell.messages import (
     Continue,
+    Disable,
     Enable,
     Estop,
     Halt,
@@ -293,3 +294,41 @@ def test_the_zone_rule_is_the_managers_own() -> None:
         for q in world.played[::5]
     ]
     assert any(inside)
+
+
+def test_disabling_is_no_fault_even_when_the_feedback_is_faster_than_the_answer() -> None:
+    world = enabled(SHORT)
+    world.answers_held = True
+    world.call(Disable())
+    world.run(0.1)
+    assert world.state.mode is Mode.DISABLED
+    world.release_answers()
+    world.run(0.1)
+    assert world.state.mode is Mode.DISABLED
+
+
+def test_an_agent_that_is_stopped_ends_when_its_gateway_has_taken_the_robot_back() -> None:
+    world = running(SHORT)
+    world.agent.receive(Shutdown(), world.now)
+    world.answers_held = True
+    world.run(2.0)
+    assert not world.ended
+    world.release_answers()
+    world.run(0.1)
+    assert world.ended
+
+
+def test_an_agent_without_its_gateway_leaves_once_everything_sent_is_played() -> None:
+    world = running(SHORT)
+    world.feedback_lost = True
+    world.agent.receive(Shutdown(), world.now)
+    world.run(2.0)
+    assert world.ended
+
+
+def test_nothing_is_said_about_a_robot_whose_drives_are_not_heard() -> None:
+    world = running(SHORT)
+    world.feedback_lost = True
+    world.run(Times().feedback_lost_s + 0.1)
+    assert world.state.mode is Mode.FAULT
+    assert (world.state.tcp_speed_m_s, world.state.tcp_position_m, world.state.governor) == (None, None, None)

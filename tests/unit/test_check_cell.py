@@ -7,7 +7,7 @@ import pytest
 from cell.commands.checks import check_cell
 from cell.config import Severity, load_cell
 from robot_agent.model import load_description
-from tests.unit.config_world import CELL, DRIVES, ROBOT, TWO_ARMS, Copy
+from tests.unit.config_world import CELL, DRIVES, ROBOT, TIMES, TWO_ARMS, Copy
 
 RIGHT = "two_arms/right_drives.yaml"
 PROGRAM = "two_arms/programs/left.prog"
@@ -59,14 +59,14 @@ def test_a_good_cell_gives_everything_its_processes_need() -> None:
         (RIGHT, "two_arms_right", "two_arms_left", (RIGHT, "channel: §two_arms_left"),
          "bus.channel: found 'two_arms_left', the bus of gateway left_bus on the same host, allowed a bus of its own "
          "for gateway right_bus"),
-        (CELL, "on_manager_return: continue", "times: {lead_s: 0.005}", (CELL, "§0.005"),
+        (CELL, TIMES, "times: {lead_s: 0.005}", (CELL, "§0.005"),
          "times.lead_s: found 0.005, allowed 0.008 or more, 2 cycles of gateway left_bus"),
-        (CELL, "on_manager_return: continue", "times: {feedback_lost_s: 0.2}", (CELL, "§0.2}"),
-         "times.feedback_lost_s: found 0.2, allowed more than 0.2, by which gateway left_bus may be late "
+        (CELL, TIMES, "times: {feedback_lost_s: 0.4}", (CELL, "§0.4}"),
+         "times.feedback_lost_s: found 0.4, allowed more than 0.5, by which gateway left_bus may be late "
          "(overrun_limit_s)"),
-        (DRIVES, "cycle_s: 0.004", "cycle_s: 0.06", (CELL, "§cell: two_arms"),
-         "times.feedback_lost_s: found 0.25, allowed 0.3 or more, 5 cycles of gateway left_bus"),
-        (CELL, "on_manager_return: continue", "times: {estop_delay_s: 0.48}", (CELL, "§0.48"),
+        (DRIVES, "cycle_s: 0.004", "cycle_s: 0.18", (CELL, "feedback_lost_s: §0.8"),
+         "times.feedback_lost_s: found 0.8, allowed 0.9 or more, 5 cycles of gateway left_bus"),
+        (CELL, TIMES, "times: {estop_delay_s: 0.48}", (CELL, "§0.48"),
          "times.estop_delay_s: found 0.48, allowed 0.487 or more: nominal_s, 0.12, and the longest ramp, 0.367 of "
          "right.J6"),
         (PROGRAM, "WAIT 0.3", "WAIT soon", (PROGRAM, "WAIT §soon"), "program: found `soon`, allowed a finite number"),

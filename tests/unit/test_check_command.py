@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
-from cell.commands.main import app
+from cell.commands.cell_command import app
 from robot_agent.model import Family
 from tests.unit.config_world import CELL, TWO_ARMS, Copy
 

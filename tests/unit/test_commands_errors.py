@@ -30,3 +30,15 @@ def test_an_internal_error_goes_to_a_file(tmp_path: Path, capsys: pytest.Capture
     error = capsys.readouterr().err
     assert str(log) in error
     assert "Traceback" not in error
+
+
+def test_an_internal_error_is_said_even_where_no_file_can_be_written(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def app() -> None:
+        raise ZeroDivisionError("our mistake")
+
+    keep_tracebacks_in(tmp_path / "missing")
+    with pytest.raises(SystemExit):
+        run_app(app, "cell")
+    assert "internal error, please report it: ZeroDivisionError('our mistake')" in capsys.readouterr().err

@@ -9,10 +9,10 @@ import pytest
 import typer
 from typer.testing import CliRunner
 
-from cell.commands import drive_gateway, main, robot_agent
+from cell.commands import cell_command, drive_gateway_command, robot_agent_command
 
 ROOT = Path(__file__).parents[2]
-APPS = {"cell": main.app, "robot-agent": robot_agent.app, "drive-gateway": drive_gateway.app}
+APPS = {"cell": cell_command.app, "robot-agent": robot_agent_command.app, "drive-gateway": drive_gateway_command.app}
 MODULES = {"cell": "main", "robot-agent": "robot_agent", "drive-gateway": "drive_gateway"}
 
 
@@ -72,3 +72,19 @@ def test_a_wrong_command_line_is_exit_code_2() -> None:
     result = complaint("cell", "run")
     assert result.returncode == 2
     assert "Traceback" not in result.stderr
+
+
+@pytest.mark.parametrize("tool", MODULES)
+def test_nothing_is_imported_before_ctrl_c_is_in_good_hands(tool: str) -> None:
+    """A Ctrl-C in the most of a second that the imports take would otherwise end in a traceback."""
+    lines = f"import sys; import cell.commands.{MODULES[tool]}; print(*sorted(sys.modules))"
+    imported = subprocess.run(
+        [sys.executable, "-c", lines], cwd=ROOT, capture_output=True, text=True, timeout=60, check=True
+    ).stdout.split()
+    assert {name for name in imported if name.startswith("cell")} == {
+        "cell",
+        "cell.commands",
+        "cell.commands.start",
+        f"cell.commands.{MODULES[tool]}",
+    }
+    assert "numpy" not in imported

@@ -5,8 +5,8 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
+from cell.commands.cell_command import app
 from cell.commands.errors import CommandError
-from cell.commands.main import app
 from tests.unit.config_world import CONFIGS
 
 RUNNER = CliRunner(env={"COLUMNS": "140"})

@@ -27,3 +27,18 @@ def test_an_unwritable_folder_is_a_sentence(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("")
     with pytest.raises(CommandError, match="Not a directory"):
         state_folder(tmp_path / "cell.yaml", "c", tmp_path / "file" / "below")
+
+
+def test_a_folder_that_is_a_file_is_refused_with_the_next_step(tmp_path: Path) -> None:
+    file = tmp_path / "state"
+    file.write_text("")
+    with pytest.raises(CommandError) as error:
+        state_folder(tmp_path / "cell.yaml", "c", file)
+    assert f"{file} cannot be used to keep the state of the cell: it is a file, not a folder" in error.value.what
+    assert "--state-dir" in error.value.next_step
+
+
+def test_a_lock_that_cannot_be_made_is_refused_with_the_next_step(tmp_path: Path) -> None:
+    with pytest.raises(CommandError) as error:
+        Lock(tmp_path / "missing", "manager")
+    assert "manager.lock cannot be used" in error.value.what

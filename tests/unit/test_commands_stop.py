@@ -12,13 +12,13 @@ from cell.commands.stop import stop_event
 
 @pytest.fixture(autouse=True)
 def _handlers() -> Iterator[None]:
-    before = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
+    before = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)}
     yield
     for number, handler in before.items():
         signal.signal(number, handler)
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
 def test_a_signal_asks_to_stop(number: signal.Signals) -> None:
     stop = stop_event()
     signal.raise_signal(number)
@@ -41,3 +41,10 @@ def test_the_end_of_the_parent_asks_to_stop() -> None:
     os.close(parents)
     assert stop.wait(timeout=5.0)
     os.close(ours)
+
+
+def test_a_hang_up_that_is_ignored_stays_ignored() -> None:
+    signal.signal(signal.SIGHUP, signal.SIG_IGN)
+    stop = stop_event()
+    signal.raise_signal(signal.SIGHUP)
+    assert not stop.is_set()

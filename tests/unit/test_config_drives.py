@@ -56,14 +56,14 @@ def test_an_option_that_is_a_list_is_refused_once_with_all_that_is_allowed(tmp_p
         ("cycle_s: 0.004", "cycle_s: 0.002", "cycle_s: §0.002",
          "cycle_s: found a bus load of 82 % (6 nodes every 2 ms at 1000 kbit/s: 72 % with worst-case stuffing, and 10 "
          "% kept for SDO and EMCY), allowed up to 80 %"),
-        ("overrun_limit_s: 0.2", "overrun_limit_s: 0.003", "§0.003",
+        ("overrun_limit_s: 0.5", "overrun_limit_s: 0.003", "§0.003",
          "overrun_limit_s: found 0.003, allowed cycle_s, 0.004, or more"),
-        ("heartbeat_timeout_s: 0.5", "heartbeat_timeout_s: 0.3", "heartbeat_timeout_s: §0.3",
-         "heartbeat_timeout_s: found 0.3, allowed more than 0.3: heartbeat_producer_s, 0.1, and overrun_limit_s, 0.2, "
+        ("heartbeat_timeout_s: 1.0", "heartbeat_timeout_s: 0.6", "heartbeat_timeout_s: §0.6",
+         "heartbeat_timeout_s: found 0.6, allowed more than 0.6: heartbeat_producer_s, 0.1, and overrun_limit_s, 0.5, "
          "by which the gateway may be late"),
-        ("heartbeat_timeout_s: 0.5", "heartbeat_timeout_s: 66", "§66",
+        ("heartbeat_timeout_s: 1.0", "heartbeat_timeout_s: 66", "§66",
          "heartbeat_timeout_s: found 66, allowed 0.001 to 65.535, 16 bits of milliseconds"),
-        ("tpdo_timeout_s: 0.3", "tpdo_timeout_s: 0.007", "§0.007",
+        ("tpdo_timeout_s: 0.6", "tpdo_timeout_s: 0.007", "§0.007",
          "tpdo_timeout_s: found 0.007, allowed 0.008 or more, two cycles"),
         ("boot_timeout_s: 5", "boot_timeout_s: 0.1", "boot_timeout_s: §0.1",
          "boot_timeout_s: found 0.1, allowed more than heartbeat_producer_s, 0.1"),

@@ -6,7 +6,7 @@ import pytest
 
 from cell.config import ConfigError, load_cell
 from cell.config.settings import OnManagerReturn, Times
-from tests.unit.config_world import CELL, TWO_ARMS, Copy
+from tests.unit.config_world import CELL, TIMES, TWO_ARMS, Copy
 
 
 def lines(copy: Copy) -> list[str]:
@@ -17,7 +17,11 @@ def lines(copy: Copy) -> list[str]:
 
 def test_the_example_is_in_si_with_absolute_paths_and_defaults() -> None:
     cell = load_cell(TWO_ARMS)
-    assert (cell.name, cell.times, cell.on_manager_return) == ("two_arms", Times(), OnManagerReturn.CONTINUE)
+    assert (cell.name, cell.times, cell.on_manager_return) == (
+        "two_arms",
+        Times(feedback_lost_s=0.8, owner_silent_s=2.0),
+        OnManagerReturn.CONTINUE,
+    )
     assert cell.robots["right"].base.position_m == (1.8, 0.0, 0.0)
     assert cell.robots["right"].base.quaternion_xyzw == pytest.approx((0, 0, 1, 0))
     assert cell.zones["handover"].size_m == (0.9, 2.6, 2.6)
@@ -113,7 +117,8 @@ def test_each_mistake_is_one_line_at_its_place(tmp_path: Path, old: str, new: st
         ("{fresh_s: 0.1}", "§0.1}", "times.fresh_s: found 0.1, allowed 0.15 or more, 3 periods of the manager's state"),
         ("{command_s: 0.05}", "§0.05",
          "times.command_s: found 0.05, allowed 0.06 or more, 3 periods of a robot's state"),
-        ("{feedback_lost_s: 0.02}", "§0.02", "times.feedback_lost_s: found 0.02, allowed more than lead_s, 0.02"),
+        ("{feedback_lost_s: 0.02}", "{feedback_lost_s: §0.02}",
+         "times.feedback_lost_s: found 0.02, allowed more than lead_s, 0.032"),
         ("{owner_silent_s: 0.1}", "§0.1}", "times.owner_silent_s: found 0.1, allowed more than nominal_s, 0.12, so "
          "that lost blocks do not end a claim"),
         ("{fresh_s: -1}", "§-1}", "times.fresh_s: found -1, allowed more than 0"),
@@ -122,7 +127,7 @@ def test_each_mistake_is_one_line_at_its_place(tmp_path: Path, old: str, new: st
     ],
 )  # fmt: skip
 def test_times_that_contradict_each_other_are_refused(tmp_path: Path, times: str, at: str, problem: str) -> None:
-    copy = Copy(tmp_path).add(CELL, f"times: {times}")
+    copy = Copy(tmp_path).change(CELL, TIMES, f"times: {times}")
     assert lines(copy) == [f"{copy.place(CELL, at)}: {problem}"]
 
 

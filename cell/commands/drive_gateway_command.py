@@ -1,0 +1,113 @@
+"""The command `drive-gateway`: the process of one CAN bus, and its simulated drives."""
+
+import threading
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from cell.commands.connection import process_cell
+from cell.commands.errors import CommandError, run_app
+from cell.commands.options import (
+    CellFileArgument,
+    CfgOption,
+    ConfigOption,
+    ConnectOption,
+    ListenOption,
+    ModeOption,
+    ParentPipeOption,
+    StateDirOption,
+    zenoh_options,
+)
+from cell.commands.process import run_process
+from cell.commands.view import names
+from cell.config.settings import CellSettings
+
+app = typer.Typer(
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+    context_settings={"help_option_names": ["-h", "--help"]},
+    help="One CAN bus of a cell: its CANopen master, or simulated drives on it.",
+    epilog="Example: drive-gateway run cell_configs/two_arms/cell.yaml left_bus --simulate",
+)
+
+GatewayArgument = Annotated[str, typer.Argument(metavar="GATEWAY", help="Name of the gateway in the cell file.")]
+
+
+@app.command(epilog="Example: drive-gateway run cell_configs/two_arms/cell.yaml left_bus --simulate")
+def run(
+    file: CellFileArgument,
+    gateway: GatewayArgument,
+    simulate: Annotated[bool, typer.Option("--simulate", help="Add simulated drives on the same bus.")] = False,
+    mode: ModeOption = None,
+    connect: ConnectOption = None,
+    listen: ListenOption = None,
+    config: ConfigOption = None,
+    cfg: CfgOption = None,
+    state_dir: StateDirOption = None,
+    parent_pipe: ParentPipeOption = None,
+) -> None:
+    """Run a gateway: bring the drives of its bus up and play the set points of their robots.
+
+    Ends with Ctrl-C or SIGTERM: what was sent is played to rest, then the drives are switched off. Without `--simulate`
+    it moves real machines; an emergency stop over the network supports and never replaces a hard-wired one.
+    """
+    from cell.net.options import Link
+    from drive_gateway.config import load_drives
+    from drive_gateway.gateway.shell import run_gateway
+
+    settings = _settings(file, gateway, parent_pipe)
+    mine = settings.gateways[gateway]
+    drives = load_drives(mine.drives, gateway)
+    options = zenoh_options(mode, connect, listen, config, cfg)
+    link = Link("peer", listen=(mine.endpoint,), connect=(settings.manager_endpoint,))
+
+    def body(_folder: Path, stop: threading.Event) -> int:
+        return run_gateway(
+            drives,
+            settings.times,
+            cell=settings.name,
+            digest=settings.digest,
+            link=link,
+            stop=stop,
+            simulate=simulate,
+            zenoh_options=options,
+        )
+
+    run_process(f"gateway-{gateway}", settings, state_dir, parent_pipe, body)
+
+
+@app.command(epilog="Example: drive-gateway simulate cell_configs/two_arms/cell.yaml left_bus")
+def simulate(
+    file: CellFileArgument,
+    gateway: GatewayArgument,
+    state_dir: StateDirOption = None,
+    parent_pipe: ParentPipeOption = None,
+) -> None:
+    """Run simulated drives alone on a gateway's bus, for a gateway in another process or on another host.
+
+    The bus must be one that several processes can share, for example socketcan (vcan) or udp_multicast.
+    """
+    from drive_gateway.config import load_drives
+    from drive_gateway.sim.shell import run_simulated_drives
+
+    settings = _settings(file, gateway, parent_pipe)
+    drives = load_drives(settings.gateways[gateway].drives, gateway)
+
+    def body(_folder: Path, stop: threading.Event) -> int:
+        return run_simulated_drives(drives, stop)
+
+    run_process(f"drives-{gateway}", settings, state_dir, parent_pipe, body)
+
+
+def _settings(file: Path, gateway: str, parent_pipe: int | None) -> CellSettings:
+    settings = process_cell(file, parent_pipe)
+    if gateway not in settings.gateways:
+        raise CommandError(f"no gateway {gateway!r} in {file}; its gateways are: {names(settings.gateways)}")
+    return settings
+
+
+def main() -> None:
+    """Run the words of the command line."""
+    run_app(lambda: app(prog_name="drive-gateway"), "drive-gateway")
