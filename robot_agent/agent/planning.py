@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from cell.core import Effect
 from cell.messages import ZoneGeometry
 from robot_agent.agent.targets import joint_target, line_target
-from robot_agent.kinematics import Model
+from robot_agent.kinematics import KinematicsError, Model
 from robot_agent.language import JointStep, LineStep
 from robot_agent.paths import JointMove, Line, Sequence
 from robot_agent.trajectory import Limits, Motion, PlanError, plan
@@ -69,9 +69,11 @@ class Planner:
         """Plan a step; every failure is a `PlanFailed` that says where and why."""
         try:
             motion = self._motion(request)
+            return self._with_body(request.id, request.step.line, motion, request.zones)
         except PlanError as error:
             return PlanFailed(request.id, request.step.line, str(error))
-        return self._with_body(request.id, request.step.line, motion, request.zones)
+        except KinematicsError as error:
+            return PlanFailed(request.id, request.step.line, f"line {request.step.line}: {error}")
 
     def standstill(self, q: NDArray[np.float64], zones: tuple[ZoneGeometry, ...]) -> Planned:
         """The motion of a robot that stands at `q` `(n,)`."""

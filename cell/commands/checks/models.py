@@ -13,8 +13,11 @@ def kinematic_models(named: NamedFiles) -> tuple[dict[str, Model], list[Problem]
         if refuses(named.models[robot].problems):
             continue
         try:
-            models[robot] = model_of(file.description(document.file.parent))
+            model = model_of(file.description(document.file.parent))
+            model.forward(model.home)
         except KinematicsError as error:
             allowed = f"a robot of family {file.family.value}"
             problems.append(document.problem(("geometry",), str(error), allowed, at_key=True))
+        else:
+            models[robot] = model
     return models, problems
