@@ -2,10 +2,11 @@
 
 import typer
 
-from cell.commands import check, estop, manager, plot, reset, robot, schema, status, up, zone
+from cell.commands import check, estop, manager, model, plot, reset, robot, schema, status, up, zone
 from cell.commands.errors import run_app
 
 FILE = "cell_configs/two_arms/cell.yaml"
+MODEL = "cell_configs/models/six_axis.yaml"
 HELP = {"help_option_names": ["-h", "--help"]}
 
 app = typer.Typer(
@@ -24,6 +25,7 @@ zones = typer.Typer(
 )
 
 app.command("check", epilog=f"Example: cell check {FILE}")(check.check)
+app.command("model", epilog=f"Example: cell model {MODEL}")(model.model)
 app.command("schema", epilog="Example: cell schema cell > cell.schema.json")(schema.schema)
 app.command(
     "plot",

@@ -3,10 +3,10 @@
 import math
 from typing import Annotated, Literal
 
-from pydantic import BaseModel, Field
+from pydantic import BaseModel, Field, ValidationInfo, field_validator
 
 from cell.config.fields import Name
-from cell.config.units import STRICT, Angle, PositiveAngle, Seconds, Units
+from cell.config.units import STRICT, Number, Positive, PositiveLength, Seconds, Units, in_si
 from drive_gateway.config.settings import AxisSettings, BusSettings, GatewaySettings, RobotDrives
 
 AxisName = Annotated[str, Field(pattern=r"^J[1-9]$", description="an axis, named for its joint: J1, J2, ...")]
@@ -29,26 +29,37 @@ class BusEntry(BaseModel):
 
 
 class AxisEntry(BaseModel):
-    """One drive and its axis; angles are behind the gear."""
+    """One drive and its axis; angles and lengths are behind the gear."""
 
     model_config = STRICT
+    type: Literal["rotary", "linear"] = Field("rotary", description="rotary, or linear for an axis that slides")
     node: int = Field(ge=1, le=127, description="CANopen node-ID, 1 to 127")
-    gear: float = Field(ge=1e-3, le=1e6, description="motor turns per turn of the axis")
+    feed: PositiveLength | None = Field(None, description="way of a linear axis per turn behind the gear")
+    gear: float = Field(ge=1e-3, le=1e6, description="motor turns per turn of the axis, or of what drives a linear one")
     counts_per_turn: int = Field(gt=0, le=2**40, description="encoder counts per motor turn")
     direction: Literal[1, -1] = Field(description="1, or -1 when the motor turns against the axis")
-    offset: Angle = Field(description="axis position at encoder count zero")
-    speed: PositiveAngle = Field(description="set points above this are refused")
-    acceleration: PositiveAngle = Field(description="set points above this are refused; more than the joint's ramp")
-    quick_stop: PositiveAngle = Field(description="deceleration of the drive's own quick stop (6085h)")
-    following_window: PositiveAngle = Field(description="following error that is a fault (6065h)")
+    offset: Number = Field(description="axis position at encoder count zero")
+    speed: Positive = Field(description="set points above this are refused")
+    acceleration: Positive = Field(description="set points above this are refused; more than the joint's ramp")
+    quick_stop: Positive = Field(description="deceleration of the drive's own quick stop (6085h)")
+    following_window: Positive = Field(description="following error that is a fault (6065h)")
     following_time_s: Seconds = Field(description="how long the following error may be larger (6066h)")
-    simulated_start: Angle = Field(description="where a simulated drive stands when it is switched on")
+    simulated_start: Number = Field(description="where a simulated drive stands when it is switched on")
+
+    @field_validator("offset", "speed", "acceleration", "quick_stop", "following_window", "simulated_start")
+    @classmethod
+    def _si(cls, value: float, info: ValidationInfo) -> float:
+        return in_si(value, info.data.get("type") == "linear", info)
+
+    @property
+    def linear(self) -> bool:
+        return self.type == "linear"
 
     def settings(self, name: str) -> AxisSettings:
         return AxisSettings(
             name=name,
             node_id=self.node,
-            counts_per_unit=self.counts_per_rad(),
+            counts_per_unit=self.counts_per_unit(),
             offset=self.offset,
             speed=self.speed,
             acceleration=self.acceleration,
@@ -58,9 +69,9 @@ class AxisEntry(BaseModel):
             simulated_start=self.simulated_start,
         )
 
-    def counts_per_rad(self) -> float:
-        """Encoder counts per radian of the axis, with its sign."""
-        return self.direction * self.counts_per_turn * self.gear / (2 * math.pi)
+    def counts_per_unit(self) -> float:
+        """Encoder counts per radian, or metre, of the axis, with its sign."""
+        return self.direction * self.counts_per_turn * self.gear / (self.feed or 2 * math.pi)
 
 
 class RobotEntry(BaseModel):

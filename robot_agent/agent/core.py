@@ -20,6 +20,7 @@ from cell.messages import (
     Severity,
     ZoneGeometry,
 )
+from robot_agent.agent.axes import feedback_in_joints, samples_in_axes
 from robot_agent.agent.executive import Executive, Wishes
 from robot_agent.agent.gateway_link import GatewayLink
 from robot_agent.agent.operator import Operator, Situation
@@ -103,6 +104,7 @@ class AgentCore:
             return effects + self.operator.refuse_all("the robot's gateway has not accepted this agent yet")
         if self._planner is None or self._planner.cycle_s != self.link.grant.cycle_s:
             self._planner = self._planner_for(self.link.grant.cycle_s)
+        feedback = feedback_in_joints(self._planner.model.coupling, feedback)
         self._follow_drives(feedback, self._planner, now)
         self.mode, answers = self.operator.answer(self._situation(feedback, self._planner), now)
         effects += answers
@@ -264,10 +266,11 @@ class AgentCore:
 
     def _sign_of_life(self, feedback: DriveFeedback, planner: Planner) -> SetpointBlock:
         """A block that holds; the gateway plays none while the drives are disabled, but hears that the owner lives."""
-        position = np.repeat(feedback.commanded[None, :], _SIGN_OF_LIFE_SAMPLES, axis=0)
+        joints = np.repeat(feedback.commanded[None, :], _SIGN_OF_LIFE_SAMPLES, axis=0)
+        position, velocity = samples_in_axes(planner.model.coupling, joints, np.zeros_like(joints))
         return SetpointBlock(
             self._robot, feedback.owner, next(self._numbers), 0, feedback.tick + _STALE_CYCLES, planner.cycle_s,
-            _SIGN_OF_LIFE_SAMPLES, position, np.zeros_like(position),
+            _SIGN_OF_LIFE_SAMPLES, position, velocity,
         )  # fmt: skip
 
     def _presence(self, body: Body, wants: dict[str, float], stop_time_s: float, now: float) -> Publish:

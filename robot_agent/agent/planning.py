@@ -6,9 +6,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cell.core import Effect
-from cell.geometry.pose import from_xyz_abc
 from cell.messages import ZoneGeometry
-from robot_agent.kinematics import Model
+from robot_agent.agent.targets import joint_target, pose_target
+from robot_agent.kinematics import KinematicsError, Model
 from robot_agent.language import FlangeStep, JointStep, LineStep, MotionStep, SplineStep
 from robot_agent.paths import Arc, Block, JointMove, Line, Sequence, Spline
 from robot_agent.paths.arc import evenly_turned
@@ -82,10 +82,12 @@ class Planner:
         try:
             sequence = Sequence(self._blocks(request))
             motion = plan(self.model, sequence, self.limits, start=request.start, cycle_s=self.cycle_s)
+            lines = tuple(block.line for block in sequence.blocks)
+            return self._with_body(request.id, lines, motion, request.zones)
         except PlanError as error:
             return PlanFailed(request.id, error.line, str(error))
-        lines = tuple(block.line for block in sequence.blocks)
-        return self._with_body(request.id, lines, motion, request.zones)
+        except KinematicsError as error:
+            return PlanFailed(request.id, request.line, f"line {request.line}: {error}")
 
     def standstill(self, q: NDArray[np.float64], zones: tuple[ZoneGeometry, ...]) -> Planned:
         """The motion of a robot that stands at `q` `(n,)`."""
@@ -98,7 +100,7 @@ class Planner:
         q, pose = request.start, self.model.forward(request.start)
         for step in request.steps:
             if isinstance(step, JointStep):
-                q = self.model.home if step.joints is None else _keep(step.joints, q)
+                q = joint_target(step, q, self.model.home)
                 blocks.append(
                     JointMove(
                         q, step.speed, step.line,
@@ -120,29 +122,14 @@ class Planner:
 
 
 def _flange_block(step: FlangeStep, present: NDArray[np.float64]) -> Line | Arc | Spline:
-    target = _pose(step.position_m, step.orientation_abc, present)
+    target = pose_target(step.position_m, step.orientation_abc, present)
     rotation, edge = step.rotation_rad_s, step.round_m
     if isinstance(step, LineStep):
         flip = step.wrist_may_flip
         return Line(target, step.speed_m_s, step.line, flip, rotation_rad_s=rotation, round_m=edge)
     if isinstance(step, SplineStep):
         return Spline(target[None], step.line, step.speed_m_s, rotation_rad_s=rotation, round_m=edge)
-    via = _pose(step.via_position_m, step.via_orientation_abc, present)
+    via = pose_target(step.via_position_m, step.via_orientation_abc, present)
     if step.via_orientation_abc is None:
         via = evenly_turned(present, via, target)
     return Arc(via, target, step.line, step.angle_rad, step.speed_m_s, rotation_rad_s=rotation, round_m=edge)
-
-
-def _pose(
-    position: tuple[float | None, ...], orientation_abc: tuple[float, float, float] | None, present: NDArray[np.float64]
-) -> NDArray[np.float64]:
-    place = _keep(position, present[:3, 3])
-    pose = present.copy()
-    if orientation_abc is not None:
-        pose = from_xyz_abc(np.concatenate([place, orientation_abc]))
-    pose[:3, 3] = place
-    return pose
-
-
-def _keep(named: tuple[float | None, ...], present: NDArray[np.float64]) -> NDArray[np.float64]:
-    return np.array([now if value is None else value for value, now in zip(named, present, strict=True)])

@@ -3,6 +3,7 @@
 from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from cell.core import Publish
 from cell.geometry.pose import compose
@@ -18,6 +19,7 @@ from cell.messages import (
 from robot_agent.agent.executive import Executive
 from robot_agent.agent.planning import Planner
 from robot_agent.agent.program_run import ProgramRun
+from robot_agent.kinematics import Model, OpenMechanism
 
 
 class Reporter:
@@ -72,7 +74,7 @@ class Reporter:
 
 
 def _measured(state: RobotState, feedback: DriveFeedback, executive: Executive | None, planner: Planner) -> RobotState:
-    pose = compose(planner.pose_world_base, planner.model.forward(feedback.position))
+    pose = compose(planner.pose_world_base, _flange(planner.model, feedback.position))
     speed, governor = 0.0, None
     if executive is not None:
         block, index = executive.timeline.at(feedback.tick)
@@ -92,3 +94,11 @@ def _measured(state: RobotState, feedback: DriveFeedback, executive: Executive |
         tcp_speed_m_s=speed,
         governor=governor,
     )
+
+
+def _flange(model: Model, q: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Where the flange is at measured joints `(n,)`; at home where a mechanism that is not referenced says nonsense."""
+    try:
+        return model.forward(q)
+    except OpenMechanism:
+        return model.forward(model.home)

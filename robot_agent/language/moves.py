@@ -1,6 +1,7 @@
 """The statements that move the robot: words to moves in SI units."""
 
 import math
+from collections.abc import Collection
 
 from robot_agent.language.program import MoveArc, MoveJoints, MoveLine, MoveSpline, Orientation, Position
 from robot_agent.language.words import Mistake, Named, Word, named_numbers, percent
@@ -12,24 +13,28 @@ _VIA = ("QX", "QY", "QZ", "QA", "QB", "QC")
 _PACE = ("F", "FC", "FA", "R")
 
 
-def parse_move(line: int, words: list[Word], joint_names: tuple[str, ...]) -> Move:
+def parse_move(line: int, words: list[Word], joint_names: tuple[str, ...], linear: Collection[str]) -> Move:
     """The move of a statement whose first word is `MJ`, `ML`, `MC` or `MS`. Raises Mistake."""
     kind = words[0].text.upper()
     if kind == "MJ":
-        return _joints(line, words, joint_names)
+        return _joints(line, words, joint_names, linear)
     if kind == "ML":
         return _line(line, words)
     return _arc(line, words) if kind == "MC" else _spline(line, words)
 
 
-def _joints(line: int, words: list[Word], joint_names: tuple[str, ...]) -> MoveJoints:
+def _joints(line: int, words: list[Word], joint_names: tuple[str, ...], linear: Collection[str]) -> MoveJoints:
     named = named_numbers(words, (*joint_names, *_PACE))
     speed = percent(named.pop("F", None), words[0])
     pace = _pace(named)
     if not named:
         raise Mistake(words[0].column, "MJ without a joint", f"at least one of {', '.join(joint_names)}")
-    joints = tuple(math.radians(named[joint][0]) if joint in named else None for joint in joint_names)
+    joints = tuple(_joint(named[name][0], name in linear) if name in named else None for name in joint_names)
     return MoveJoints(line, joints, speed, *pace)
+
+
+def _joint(value: float, linear: bool) -> float:
+    return value / 1000.0 if linear else math.radians(value)
 
 
 def _line(line: int, words: list[Word]) -> MoveLine:

@@ -1,7 +1,7 @@
 """Program text to statements. All mistakes are found in one pass and reported together."""
 
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 
 from robot_agent.language.moves import parse_move
 from robot_agent.language.program import (
@@ -23,20 +23,21 @@ _MAX_WAIT_S = 3600.0
 _MAX_JUMPS = 1_000_000
 
 
-def parse_program(text: str, name: str, joint_names: tuple[str, ...]) -> Program:
+def parse_program(text: str, name: str, joint_names: tuple[str, ...], linear: Collection[str] = frozenset()) -> Program:
     """Parse a program.
 
-    `joint_names` are the joints that `MJ` may name; joint values are degrees (rotary joints), lengths millimetres,
-    speeds percent of the joint limits (`MJ`, `HOME`) or mm/s (`ML`, `MC`, `MS`). Raises `ProgramError` with every
-    mistake.
+    `joint_names` are the joints that `MJ` may name; joint values are degrees, or millimetres for the joints in
+    `linear`, lengths millimetres, speeds percent of the joint limits (`MJ`, `HOME`) or mm/s (`ML`, `MC`, `MS`). Raises
+    `ProgramError` with every mistake.
     """
-    return _Parser(name, joint_names).parse(text)
+    return _Parser(name, joint_names, linear).parse(text)
 
 
 class _Parser:
-    def __init__(self, name: str, joint_names: tuple[str, ...]) -> None:
+    def __init__(self, name: str, joint_names: tuple[str, ...], linear: Collection[str]) -> None:
         self._name = name
         self._joints = joint_names
+        self._linear = linear
         self._problems: list[ProgramProblem] = []
         self._labels: dict[str, int] = {}
         self._jumps: list[tuple[int, int, Word, int | None]] = []
@@ -79,7 +80,7 @@ class _Parser:
         kind(line, words)
 
     def _move(self, line: int, words: list[Word]) -> None:
-        self._statements.append(parse_move(line, words, self._joints))
+        self._statements.append(parse_move(line, words, self._joints, self._linear))
 
     def _home(self, line: int, words: list[Word]) -> None:
         named = named_numbers(words, ("F",))

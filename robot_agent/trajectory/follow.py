@@ -34,6 +34,8 @@ _TRACKING = {
     Reason.TOO_NEAR: _OUT_OF_REACH,
     Reason.JOINT_LIMIT: ("position", "move the line, or begin it with other joints after a joint move"),
     Reason.BRANCH_CHANGE: ("velocity", _HINT),
+    Reason.TILTED: (None, "give the target an orientation that the robot can take"),
+    Reason.NOT_FOUND: _OUT_OF_REACH,
 }
 """The limit that a path breaks where its poses have no continuous joints, and what to do."""
 

@@ -38,6 +38,7 @@ from cell.messages import (
 )
 from robot_agent.agent.core import AgentCore
 from robot_agent.agent.planning import Plan, PlanFailed, Planned, Planner
+from robot_agent.kinematics import Model
 from robot_agent.language import parse_program
 from robot_agent.trajectory import Limits
 from tests.unit.six_axis_arm import arm as model
@@ -60,8 +61,10 @@ def settings(on_manager_return: OnManagerReturn) -> CellSettings:
 class AgentWorld:
     """One agent, stepped with its gateway and manager on virtual time."""
 
-    def __init__(self, program: str, on_manager_return: OnManagerReturn = OnManagerReturn.CONTINUE) -> None:
-        arm = model()
+    def __init__(
+        self, program: str, on_manager_return: OnManagerReturn = OnManagerReturn.CONTINUE, arm: Model | None = None
+    ) -> None:
+        arm = arm or model()
         names = arm.joint_names
         self.planner = Planner(arm, Limits.of(arm.description), np.eye(4), CYCLE_S)
         parsed = parse_program(program, "left.prog", names)

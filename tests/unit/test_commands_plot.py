@@ -5,8 +5,8 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
-from cell.commands.errors import CommandError
 from cell.commands.cell_command import app
+from cell.commands.errors import CommandError
 
 ROOT = Path(__file__).parents[2]
 MODEL = str(ROOT / "cell_configs" / "models" / "six_axis.yaml")
