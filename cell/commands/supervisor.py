@@ -66,6 +66,8 @@ class Supervisor:
                 if not self._bring_up(session, view, show):
                     self._tell_stop()
                     return False
+                # Whatever was in the way while the cell came up (drives that were not there yet) is out of the way.
+                events.take()
                 # Only now is it certain that these robots are ours to command; before, agents brake by themselves.
                 stack.callback(self._bring_to_rest, session, view)
                 run = stack.enter_context(Orders(session, Run()))

@@ -96,8 +96,8 @@ class AgentCore:
         """Everything due at `now`; see `cell.core`."""
         feedback = self.link.owned
         if self._leaving and self._may_leave(feedback, now):
-            effects = [*self.operator.refuse_all("the agent is being stopped"), *self.link.release()]
-            return effects if self.link.releasing else [*effects, Ended()]
+            effects = [*self.operator.refuse_all("the agent is being stopped"), *self.link.release(now)]
+            return [*effects, Ended()] if self.link.released else effects
         effects = self.link.claim_if_due(now)
         if feedback is None or self.link.grant is None:
             self._without_claim()
@@ -117,10 +117,10 @@ class AgentCore:
         """At rest; or cut off from the drives for longer than all that was sent lasts: nobody here can do more."""
         if feedback is None or self.executive is None:
             return True
-        tick = feedback.tick
         if self.link.age(now) > self._cell.times.feedback_lost_s:
-            tick += int(self.link.age(now) / self.executive.cycle_s)
-        return self.executive.at_rest(tick)
+            tick = feedback.tick + int(self.link.age(now) / self.executive.cycle_s)
+            return tick > self.executive.timeline.played_out_tick
+        return self.executive.at_rest(feedback.tick)
 
     def _situation(self, feedback: DriveFeedback, planner: Planner) -> Situation:
         state = self.zones.state

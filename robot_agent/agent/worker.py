@@ -40,11 +40,10 @@ class PlanWorker:
     def __exit__(
         self, kind: type[BaseException] | None, value: BaseException | None, trace: TracebackType | None
     ) -> None:
+        # It holds nothing, and may be in the middle of its imports or of a plan that nobody waits for any more.
         self._here.close()
+        self._process.kill()
         self._process.join(timeout=2.0)
-        if self._process.is_alive():
-            self._process.kill()
-            self._process.join(timeout=2.0)
 
     def submit(self, request: PlanRequest) -> None:
         """Hand a request to the planning process."""

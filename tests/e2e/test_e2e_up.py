@@ -37,6 +37,20 @@ def test_ctrl_c_brakes_on_the_path_before_anything_ends(live: LiveCell) -> None:
     assert "was killed" not in up.output
 
 
+def test_a_closed_terminal_ends_the_cell_in_order(live: LiveCell) -> None:
+    up = live.up("--run")
+    up.wait_for_output("all robots enabled", UP_S)
+    with live.client() as session:
+        states = Recorder(session, "robot/*/state")
+        states.wait_for(RobotState, lambda state: (state.tcp_speed_m_s or 0.0) > 0.3, 30.0, "a robot that moves fast")
+    up.signal(signal.SIGHUP)
+    up.signal(signal.SIGINT)  # and someone is in a hurry
+    assert up.wait(30.0) == 0
+    assert live.pids() == []
+    gateway_log = (live.state_dir / "log" / "gateway-left_bus.log").read_text()
+    assert gateway_log.index("was released by its owner") < gateway_log.index("(closing)")
+
+
 def test_ctrl_c_is_the_ordinary_end_of_a_cell_that_stays(live: LiveCell) -> None:
     up = live.up()
     up.wait_for_output("all robots enabled", UP_S)

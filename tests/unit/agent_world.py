@@ -28,6 +28,7 @@ from cell.messages import (
     ManagerState,
     PlayoutState,
     Presence,
+    Release,
     Reply,
     RobotState,
     SetpointBlock,
@@ -89,6 +90,9 @@ class AgentWorld:
         self.blocks: list[SetpointBlock] = []
         self.planned: list[Planned] = []
         self.ended = False
+        self.settling = False
+        """The gateway still measures a motion, and does not take the robot back."""
+        self.asked_last: type | None = None
         self.answers_held = False
         self._answers: list[AskDone] = []
         self._calls = 0
@@ -175,6 +179,7 @@ class AgentWorld:
             case Publish(RobotState() as state):
                 self.states.append(state)
             case Ask(ask_id, _, Call(id=id, command=command)):
+                self.asked_last = type(command)
                 self._answers.append(AskDone(ask_id, self._gateway_says(id, command)))
                 if not self.answers_held:
                     self.release_answers()
@@ -197,6 +202,8 @@ class AgentWorld:
                 self.enabled = True
             case DisableDrives():
                 self.enabled = False
+            case Release() if self.settling:
+                return Reply(id, False, "left moves; release it at rest")
         return Reply(id, True, "done")
 
     def _offer(self, block: SetpointBlock) -> None:

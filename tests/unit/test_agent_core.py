@@ -19,6 +19,7 @@ from cell.messages import (
     Mode,
     Presence,
     ProgramState,
+    Release,
     ResetRobot,
     Run,
     SetpointBlock,
@@ -329,15 +330,37 @@ def test_an_agent_that_is_stopped_ends_when_its_gateway_has_taken_the_robot_back
     world = running(SHORT)
     world.agent.receive(Shutdown(), world.now)
     world.answers_held = True
-    world.run(2.0)
+    until(world, lambda: world.asked_last is Release)
     assert not world.ended
     world.release_answers()
     world.run(0.1)
     assert world.ended
 
 
+def test_a_robot_that_is_refused_because_it_still_settles_is_offered_again() -> None:
+    world = enabled(SHORT)
+    world.agent.receive(Shutdown(), world.now)
+    world.settling = True
+    world.run(0.3)
+    assert not world.ended
+    world.settling = False
+    world.run(0.1)
+    assert world.ended
+
+
+def test_a_gateway_that_does_not_answer_keeps_no_agent_from_ending() -> None:
+    world = enabled(SHORT)
+    world.agent.receive(Shutdown(), world.now)
+    world.answers_held = True
+    world.run(1.2)
+    assert world.ended
+
+
 def test_an_agent_without_its_gateway_leaves_once_everything_sent_is_played() -> None:
     world = running(SHORT)
+    until(world, lambda: (world.state.tcp_speed_m_s or 0.0) > 0.3)
+    world.lose_blocks = True
+    world.step()  # what is sent now is never heard of again
     world.feedback_lost = True
     world.agent.receive(Shutdown(), world.now)
     world.run(2.0)
