@@ -15,6 +15,8 @@ from robot_agent.language import Finished, Interpreter, JointStep, LineStep, Pro
 from robot_agent.paths import LineGeometry
 
 MOST_MOTIONS = 2000
+MOST_SAMPLES = 10_000
+"""Of one line, 50 m: a file with an absurd length must not keep its user waiting."""
 STEP_M = 0.005
 STEP_RAD = math.radians(1.0)
 
@@ -77,7 +79,7 @@ class _Walk:
             return self._whole_pose(step)
         present = self._model.forward(self.q)
         geometry = LineGeometry.between(present, line_target(step, present))
-        count = 2 + math.ceil(max(geometry.length_m / STEP_M, geometry.angle / STEP_RAD))
+        count = 2 + min(MOST_SAMPLES, math.ceil(max(geometry.length_m / STEP_M, geometry.angle / STEP_RAD)))
         try:
             self.q = self._model.track(geometry.poses(np.linspace(0.0, 1.0, count)), start=self.q)[-1]
         except TrackError as error:
