@@ -5,13 +5,20 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pytest
 
+from cell.geometry import from_xyz_abc
 from robot_agent.kinematics import Model, model_of
 from robot_agent.model.description import CapsuleBody, Family, JointLimits, PathLimits, RobotDescription
 from robot_agent.model.families import SHAPES
 
 VECTORS: dict[str, Any] = json.loads((Path(__file__).parents[1] / "vectors" / "families.json").read_text())
 CLOSED = tuple(SHAPES)
+FOUR_AXES = (Family.SCARA, Family.PALLETIZER, Family.DELTA)
+KINDS = [(family, None) for family in CLOSED] + [(Family.DELTA, 3)]
+every_kind = pytest.mark.parametrize(
+    ("family", "joints"), KINDS, ids=[f"{family.value}{joints or ''}" for family, joints in KINDS]
+)
 SLIDE_M = 0.6
 """Range of joints that slide, to either side."""
 
@@ -51,3 +58,18 @@ def random_joints(family: Family, count: int, joints: int | None = None, seed: i
         q[:, :3] = np.radians(rng.uniform(-40, 80, (count, 3)))
     q[:, linear] = rng.uniform(-SLIDE_M, SLIDE_M, (count, linear.sum()))
     return q
+
+
+def units(model: Model) -> np.ndarray:
+    """Joints in mm and deg -> SI."""
+    return np.where(model.linear, 1e-3, np.pi / 180)
+
+
+def pose_of(mm_deg: list[float]) -> np.ndarray:
+    return from_xyz_abc(np.append(np.array(mm_deg[:3]) / 1000, np.radians(mm_deg[3:])))
+
+
+def off(model: Model, found: np.ndarray, expected: np.ndarray) -> np.ndarray:
+    """Distance of joints, whole turns aside."""
+    away = found - expected
+    return abs(np.where(model.linear, away, away - 2 * np.pi * np.rint(away / (2 * np.pi))))

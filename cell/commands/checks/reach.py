@@ -14,8 +14,9 @@ from robot_agent.kinematics.turns import LIMIT_TOLERANCE_RAD
 from robot_agent.language import ArcStep, Finished, Interpreter, JointStep, LineStep, Program, ProgramFault, SplineStep
 from robot_agent.paths import LineGeometry
 
-MOST_POINTS = 20_000
 MOST_MOTIONS = 2000
+MOST_SAMPLES = 10_000
+"""Of one line, 50 m: a file with an absurd length must not keep its user waiting."""
 STEP_M = 0.005
 STEP_RAD = math.radians(1.0)
 
@@ -80,13 +81,8 @@ class _Walk:
             self.q = None
             return self._whole_pose(step)
         present = self._model.forward(self.q)
-        target = pose_target(step.position_m, step.orientation_abc, present)
-        geometry = LineGeometry.between(present, target)
-        count = 2 + math.ceil(max(geometry.length_m / STEP_M, geometry.angle / STEP_RAD))
-        if count > MOST_POINTS:
-            # Hundreds of metres: only the target is judged.
-            self.q = None
-            return str(self._model.why_unreachable(target) or "")
+        geometry = LineGeometry.between(present, pose_target(step.position_m, step.orientation_abc, present))
+        count = 2 + min(MOST_SAMPLES, math.ceil(max(geometry.length_m / STEP_M, geometry.angle / STEP_RAD)))
         try:
             self.q = self._model.track(geometry.poses(np.linspace(0.0, 1.0, count)), start=self.q)[-1]
         except TrackError as error:
