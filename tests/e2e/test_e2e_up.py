@@ -24,15 +24,23 @@ def test_ctrl_c_brakes_on_the_path_before_anything_ends(live: LiveCell) -> None:
     up.wait_for_output("all robots enabled", UP_S)
     with live.client() as session:
         states = Recorder(session, "robot/*/state")
-        states.wait_for(RobotState, lambda state: (state.tcp_speed_m_s or 0.0) > 0.3, 30.0, "a robot that moves fast")
+        robots = set(live.settings.robots)
+        running: set[str] = set()
+        halted: set[str] = set()
+
+        def all_run_and_one_is_fast(state: RobotState) -> bool:
+            if state.mode is Mode.RUNNING:
+                running.add(state.robot)
+            return running == robots and (state.tcp_speed_m_s or 0.0) > 0.3
+
+        def all_halted_at_rest(state: RobotState) -> bool:
+            if state.mode is Mode.HALTED and state.tcp_speed_m_s == 0.0:
+                halted.add(state.robot)
+            return halted == robots
+
+        states.wait_for(RobotState, all_run_and_one_is_fast, 30.0, "a robot that moves fast")
         up.signal(signal.SIGINT)
-        for robot in live.settings.robots:
-            states.wait_for(
-                RobotState,
-                lambda state, name=robot: state.robot == name and state.mode is Mode.HALTED and not state.tcp_speed_m_s,
-                10.0,
-                f"{robot} halted at rest",
-            )
+        states.wait_for(RobotState, all_halted_at_rest, 10.0, "both robots halted at rest")
         assert up.wait(30.0) == 130
     assert "was killed" not in up.output
 
