@@ -217,7 +217,7 @@ class LiveCell:
         return self._client(self.settings.gateways[gateway].endpoint)
 
     def _client(self, endpoint: str) -> CellSession:
-        link = Link("client", connect=(endpoint,), open_timeout_s=10.0)
+        link = Link("client", connect=(endpoint,), open_timeout_s=30.0)
         return CellSession(self.settings.name, link, "test", new_boot(), new_boot())
 
 
