@@ -40,7 +40,7 @@ def test_its_drives_stop_by_themselves_and_the_robot_comes_back_by_an_operators_
         notifier = can.Notifier(listener, [emergencies])
         states = Recorder(session, "robot/left/state")
         states.wait_for(RobotState, lambda state: state.mode is Mode.DISABLED, 60.0, "left claimed")
-        assert live.order("enable", "left").exit_code() == 0
+        live.obeyed("enable", "left")
         assert live.order("run", "left").exit_code() == 0
         states.wait_for(RobotState, lambda state: (state.tcp_speed_m_s or 0.0) > 0.3, 30.0, "left moves")
         gateway.signal(signal.SIGKILL)
@@ -58,9 +58,9 @@ def test_its_drives_stop_by_themselves_and_the_robot_comes_back_by_an_operators_
         notifier.stop()
         live.start("drive-gateway", *words)
         states.wait_for(RobotState, lambda state: state.tcp_position_m is not None, 30.0, "left measured again")
-        assert live.order("reset", "left").exit_code() == 0
+        live.obeyed("reset", "left")
         states.wait_for(RobotState, lambda state: state.mode is Mode.DISABLED, 10.0, "left disabled")
-        assert live.order("enable", "left").exit_code() == 0
+        live.obeyed("enable", "left")
         states.wait_for(RobotState, lambda state: state.mode is Mode.READY, 10.0, "left ready")
     for process in (agent, drives):
         process.signal(signal.SIGINT)

@@ -81,9 +81,10 @@ def enable_and_run(live: LiveCell, robots: Recorder) -> None:
         robots.wait_for(
             RobotState, lambda s, r=robot: s.robot == r and s.mode is Mode.DISABLED, 60.0, f"{robot} claimed"
         )
-        assert live.order("enable", robot).exit_code() == 0
+        live.obeyed("enable", robot)
     for robot in live.settings.robots:
-        assert live.order("run", robot).exit_code() == 0
+        started = live.order("run", robot)
+        assert started.exit_code() == 0, started.output
 
 
 def adopt_and_finish(live: LiveCell, robots: Recorder, manager: Recorder, old_token_text: str) -> None:
