@@ -154,7 +154,7 @@ class AgentCore:
             self._stop(Mode.FAULT, "the gateway reports a fault of the robot's drives")
         elif self.link.age(now) > self._cell.times.feedback_lost_s:
             self._stop(Mode.FAULT, f"no drive feedback for {self.link.age(now):.2f} s")
-        elif self.mode in (Mode.STARTING, Mode.ESTOP):
+        elif self.mode is Mode.ESTOP or (self.mode is Mode.STARTING and AxisStatus.SILENT not in feedback.axes):
             self.mode = Mode.DISABLED
         if not feedback.enabled:
             self.executive = None

@@ -79,6 +79,7 @@ class AgentWorld:
         self.block: SetpointBlock | None = None
         self.lose_blocks = False
         self.feedback_lost = False
+        self.drives_silent = False
         self.manager_silent = False
         self.zone = ZoneStatus(ZoneState.FREE, None, None, (), 1, 0.0)
         self.granting = False
@@ -144,7 +145,8 @@ class AgentWorld:
 
     def _feedback(self) -> DriveFeedback:
         self._sequence += 1
-        axes = (AxisStatus.OPERATION_ENABLED if self.enabled else AxisStatus.SWITCH_ON_DISABLED,) * 6
+        off = AxisStatus.SILENT if self.drives_silent else AxisStatus.SWITCH_ON_DISABLED
+        axes = (AxisStatus.OPERATION_ENABLED if self.enabled else off,) * 6
         state = PlayoutState.PLAYING if self.enabled else PlayoutState.FOLLOWING
         sequence = self.block.sequence if self.block is not None else 0
         return DriveFeedback(

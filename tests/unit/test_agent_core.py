@@ -373,3 +373,14 @@ def test_nothing_is_said_about_a_robot_whose_drives_are_not_heard() -> None:
     world.run(Times().feedback_lost_s + 0.1)
     assert world.state.mode is Mode.FAULT
     assert (world.state.tcp_speed_m_s, world.state.tcp_position_m, world.state.governor) == (None, None, None)
+
+
+def test_a_robot_is_still_starting_until_all_its_drives_are_heard() -> None:
+    world = AgentWorld(SHORT)
+    world.drives_silent = True
+    world.run(0.5)
+    assert world.state.mode is Mode.STARTING
+    assert world.presences == []
+    world.drives_silent = False
+    world.run(0.1)
+    assert world.state.mode is Mode.DISABLED
