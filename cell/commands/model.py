@@ -12,12 +12,13 @@ from rich.table import Table
 from cell.commands.errors import CommandError
 from cell.geometry import to_xyz_abc
 from robot_agent.kinematics import KinematicsError, Model, NotInUrdf, load_model
+from robot_agent.model import Motor
 
 
 def model(
     file: Annotated[Path, typer.Argument(metavar="FILE", help="A robot file, or a bare URDF.", show_default=False)],
 ) -> None:
-    """Print a robot: its axes and their limits, reach, home pose, branches and tools.
+    """Print a robot: its axes and their limits, motors, reach, home pose, branches and tools.
 
     Lengths are mm, angles deg. Of a bare URDF only its kinematics is known; the rest shows as "-".
     """
@@ -27,6 +28,8 @@ def model(
         raise CommandError(str(error), f"correct {file}, then: cell model {file}") from error
     console = Console()
     console.print(_axes(robot))
+    if robot.description.motors:
+        console.print(_motors(robot.description.motors))
     for name, text in _facts(robot):
         console.print(f"  [bold]{name:<12}[/bold] {text}", soft_wrap=True, highlight=False)
 
@@ -42,6 +45,24 @@ def _axes(robot: Model) -> Table:
         unit = "mm" if robot.linear[i] else "deg"
         numbers = [_number(column[i] * scale[i]) for column in columns]
         table.add_row(name, f"{'linear' if robot.linear[i] else 'rotary'} {unit}", *numbers, _coupled(robot, i))
+    return table
+
+
+def _motors(motors: dict[str, Motor]) -> Table:
+    headings = ("axis", "motor", "gear", "rated /min", "max /min", "rated Nm", "peak Nm", "peak A", "pole pairs")
+    title = "motors; torques at the shaft, currents rms"
+    table = Table(*headings, "kg cm2", "axis up to /s", "axis peak", title=title, title_justify="left", box=SIMPLE)
+    for axis, motor in motors.items():
+        linear = motor.feed_m is not None
+        gear = f"{motor.gear:g}" + (f", {1000 * motor.feed_m:g} mm" if motor.feed_m is not None else "")
+        numbers = (motor.rated_speed_rpm, motor.maximum_speed_rpm, motor.rated_torque_nm, motor.peak_torque_nm)
+        fastest = f"{1000 * motor.fastest:.0f} mm" if linear else f"{np.degrees(motor.fastest):.0f} deg"
+        peak = f"{motor.peak_torque_nm * motor.ratio:.0f} {'N' if linear else 'Nm'}"
+        rotor = f"{10_000 * motor.inertia_kg_m2:g}"
+        table.add_row(
+            axis, motor.type, gear, *map(_number, numbers), f"{motor.peak_current_a:.1f}", f"{motor.pole_pairs}",
+            rotor, fastest, peak,
+        )  # fmt: skip
     return table
 
 
@@ -69,6 +90,10 @@ def _facts(robot: Model) -> list[tuple[str, str]]:
         facts.append(("body", f"{len(robot.body)} capsules on the links {', '.join(robot.link_names)}"))
     complete = "all solutions, in closed form" if robot.closed_form else "numeric: up to so many, nearest first"
     facts.append(("branches", f"{', '.join(robot.branches)} ({complete})"))
+    sources: dict[str, list[str]] = {}
+    for axis, motor in robot.description.motors.items():
+        sources.setdefault(motor.source, []).append(axis)
+    facts += [("motors", f"{', '.join(axes)}: {source}") for source, axes in sources.items()]
     for name, tool in robot.description.tools.items():
         tcp = to_xyz_abc(tool.pose_flange_tcp) * [1000, 1000, 1000, *[180 / np.pi] * 3]
         pose = " ".join(f"{letter} {value:.1f}" for letter, value in zip("XYZABC", tcp, strict=True))

@@ -35,6 +35,7 @@ class UrdfDescription(RobotDescription):
             "tools": {},
             "mounted": None,
             "urdf": source,
+            "motors": {},
         }
         for name, value in values.items():
             object.__setattr__(self, name, value)

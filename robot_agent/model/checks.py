@@ -8,6 +8,7 @@ from cell.config.problem import KeyPath, Problem
 from robot_agent.model.description import Family
 from robot_agent.model.families import SHAPES
 from robot_agent.model.geometry import SixAxisGeometry
+from robot_agent.model.motor_checks import check_motors
 from robot_agent.model.robot_file import RobotFile
 
 
@@ -21,6 +22,7 @@ def check_robot_file(document: Document, robot: RobotFile) -> list[Problem]:
         *_limits(document, robot),
         *_home(document, robot),
         *_capsules(document, robot),
+        *_motors(document, robot),
         *_tool(document, robot),
     ]
 
@@ -99,6 +101,12 @@ def _capsules(document: Document, robot: RobotFile) -> Iterator[Problem]:
     for index, capsule in enumerate(robot.capsules):
         if capsule.link > last:
             yield document.problem(("capsules", index, "link"), f"{capsule.link}", f"0 (base) to {last} (flange)")
+
+
+def _motors(document: Document, robot: RobotFile) -> Iterator[Problem]:
+    if "motors" in document.keys(()):
+        yield from _complete(document, ("motors",), tuple(document.keys(("joints",))))
+        yield from check_motors(document, robot)
 
 
 def _tool(document: Document, robot: RobotFile) -> Iterator[Problem]:

@@ -1,5 +1,6 @@
 """A robot file as the agent uses it: SI units, every default filled in."""
 
+import math
 from dataclasses import dataclass, field
 from enum import Enum
 from pathlib import Path
@@ -81,6 +82,51 @@ class Tool:
 
 
 @dataclass(frozen=True, slots=True)
+class Motor:
+    """A rotary servomotor and the gear to its axis; torques and speeds are the shaft's."""
+
+    type: str
+    source: str
+    """Where its numbers are from."""
+    gear: float
+    """Motor turns per turn behind the gear."""
+    feed_m: float | None
+    """Way of a linear axis per turn behind the gear; None: the axis turns."""
+    pole_pairs: int
+    rated_speed_rpm: float
+    maximum_speed_rpm: float
+    rated_torque_nm: float
+    peak_torque_nm: float
+    torque_constant_nm_a: float
+    """Per ampere rms."""
+    inertia_kg_m2: float
+    """Of the rotor, brake included."""
+
+    @property
+    def ratio(self) -> float:
+        """Shaft [rad] per axis [rad or m]: axis torque [Nm], or force [N], per shaft torque."""
+        return self.gear if self.feed_m is None else 2 * math.pi * self.gear / self.feed_m
+
+    @property
+    def fastest(self) -> float:
+        """Speed of the axis [rad/s or m/s] at the maximum speed."""
+        return self.maximum_speed_rpm * math.pi / (30 * self.ratio)
+
+    @property
+    def peak_current_a(self) -> float:
+        """[A rms] at the peak torque."""
+        return self.peak_torque_nm / self.torque_constant_nm_a
+
+    def rpm(self, axis_speed: float) -> float:
+        """Shaft speed at an axis speed [rad/s or m/s]."""
+        return axis_speed * self.ratio * 30 / math.pi
+
+    def rotor_torque_nm(self, axis_acceleration: float) -> float:
+        """What the rotor alone takes at an axis acceleration [rad/s2 or m/s2]."""
+        return self.inertia_kg_m2 * self.ratio * axis_acceleration
+
+
+@dataclass(frozen=True, slots=True)
 class UrdfSource:
     """Where the chain of a robot of family `urdf` comes from."""
 
@@ -110,6 +156,8 @@ class RobotDescription:
     mounted: str | None = None
     """The tool on the flange."""
     urdf: UrdfSource | None = None
+    motors: dict[str, Motor] = field(default_factory=dict)
+    """By axis; empty where the file says nothing about motors."""
 
     @property
     def tool(self) -> Tool | None:

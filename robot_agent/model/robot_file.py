@@ -15,6 +15,7 @@ from robot_agent.model.description import (
     RobotDescription,
     UrdfSource,
 )
+from robot_agent.model.motor_file import MotorEntry
 
 JointName = Annotated[str, Field(pattern=r"^J[1-9]$", description="a joint, J1, J2, ... from the base on")]
 
@@ -74,6 +75,9 @@ class RobotFile(BaseModel):
     )
     ramp_factor: float = Field(
         ge=1.25, le=4, description="braking ramps may use this many times acceleration and jerk; 1.25 to 4"
+    )
+    motors: dict[JointName, MotorEntry] = Field(
+        {}, description="motors by axis, one for each joint; left out: nothing is known of them"
     )
     path: PathEntry = Field(description="default and largest speeds along a path")
     home: dict[JointName, Number] = Field(description="home position of every joint")
@@ -135,4 +139,5 @@ class RobotFile(BaseModel):
             tools={name: tool.tool(name) for name, tool in self.tools.items()},
             mounted=self.tool,
             urdf=None if urdf is None else UrdfSource(folder / urdf.file, urdf.flange),
+            motors={axis: motor.motor() for axis, motor in self.motors.items()},
         )

@@ -5,8 +5,8 @@ from pathlib import Path
 import pytest
 
 from cell.commands.checks import check_cell
-from cell.commands.checks.axis_needs import axis_needs
 from drive_gateway.config import load_drives
+from robot_agent.model.axis_needs import axis_needs
 from robot_agent.model.load import read_robot
 from tests.unit.config_world import CELL, CONFIGS, DRIVES, ROBOT, Copy
 

@@ -1,5 +1,6 @@
 """The robot files that come with the project, and what a robot file of each family must not say."""
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -63,8 +64,9 @@ def test_coupling_and_tools_come_from_the_file(tmp_path: Path) -> None:
 def test_a_delta_may_lack_its_fourth_axis(tmp_path: Path) -> None:
     copy = Copy(tmp_path).change("models/delta.yaml", ", J4: 0}", "}")
     text = (copy.folder / "models/delta.yaml").read_text()
-    kept = [line for line in text.splitlines() if not line.startswith("  J4:")]
-    (copy.folder / "models/delta.yaml").write_text("\n".join(kept))
+    kept, count = re.subn(r"^  J4:.*\n( {4}.*\n)*", "", text, flags=re.M)
+    assert count == 2  # its joint and its motor
+    (copy.folder / "models/delta.yaml").write_text(kept)
     assert load_model(copy.folder / "models/delta.yaml").n == 3
 
 

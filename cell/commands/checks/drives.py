@@ -1,16 +1,18 @@
 """What robots, their models and their drives say about each other."""
 
+import math
 from collections.abc import Iterator
 
 import numpy as np
 
-from cell.commands.checks.axis_needs import AxisNeed, axis_needs
 from cell.commands.checks.readings import Readings
 from cell.config.document import Document
 from cell.config.problem import KeyPath, Problem
 from cell.config.reading import declared
 from drive_gateway.cia402.units import AxisUnits
 from drive_gateway.config.drives_file import AxisEntry
+from robot_agent.model.axis_needs import AxisNeed, axis_needs
+from robot_agent.model.description import Motor
 from robot_agent.model.robot_file import RobotFile
 
 MARGIN = 1.05
@@ -60,6 +62,8 @@ def _robot(document: Document, robot: str, axes: dict[str, AxisEntry], model: Ro
     for name in joints:
         if name in axes and name in needs:
             yield from _axis(document, (*path, name), axes[name], needs[name])
+        if name in axes and name in model.motors:
+            yield from _motor(document, (*path, name), axes[name], model.motors[name].motor(), model.name)
 
 
 def _axis(document: Document, path: KeyPath, axis: AxisEntry, need: AxisNeed) -> Iterator[Problem]:
@@ -81,6 +85,21 @@ def _axis(document: Document, path: KeyPath, axis: AxisEntry, need: AxisNeed) ->
         found = document.found((*path, "simulated_start"))
         yield document.problem((*path, "simulated_start"), found, f"{low} to {high}, the limits of {name}")
     yield from _counter(document, path, axis, need)
+
+
+def _motor(document: Document, path: KeyPath, axis: AxisEntry, motor: Motor, model: str) -> Iterator[Problem]:
+    """The drive counts through the gear that the robot has, and takes no set points that its motor cannot follow."""
+    whose = f"that of the motor of {path[-1]} in the file of {model}"
+    if not math.isclose(axis.gear, motor.gear, rel_tol=1e-9):
+        yield document.problem((*path, "gear"), document.found((*path, "gear")), f"{motor.gear:g}, {whose}")
+    elif axis.linear and axis.feed is not None and motor.feed_m is not None:
+        if not math.isclose(axis.feed, motor.feed_m, rel_tol=1e-9):
+            feed = declared(document, motor.feed_m, linear=True)
+            yield document.problem((*path, "feed"), document.found((*path, "feed")), f"{feed:g}, {whose}")
+    elif axis.linear == (motor.feed_m is not None) and axis.speed > motor.fastest:
+        most = declared(document, motor.fastest, axis.linear)
+        allowed = f"{most:.4g} or less: its motor makes {motor.maximum_speed_rpm:g} turns per minute"
+        yield document.problem((*path, "speed"), document.found((*path, "speed")), allowed)
 
 
 def _counter(document: Document, path: KeyPath, axis: AxisEntry, need: AxisNeed) -> Iterator[Problem]:
