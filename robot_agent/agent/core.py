@@ -28,6 +28,7 @@ from robot_agent.agent.planning import PlanFailed, Planned, Planner
 from robot_agent.agent.program_run import ProgramRun
 from robot_agent.agent.report import Reporter
 from robot_agent.agent.zone_claims import ZoneClaims
+from robot_agent.kinematics import OpenMechanism
 from robot_agent.language import Pause, Program
 from robot_agent.trajectory import RateRequest
 from robot_agent.workspace import standing_body
@@ -164,7 +165,11 @@ class AgentCore:
                 self._stop(Mode.FAULT, "the gateway has switched the drives off")
             return
         if self.executive is None:
-            standing = planner.standstill(feedback.commanded, self.zones.geometry or ())
+            try:
+                standing = planner.standstill(feedback.commanded, self.zones.geometry or ())
+            except OpenMechanism as error:
+                self._stop(Mode.FAULT, f"the axes cannot be where the drives say: {error}")
+                return
             self.executive = Executive(planner, standing, feedback, self._cell.times, self._numbers)
         if self.mode in (Mode.DISABLED, Mode.ENABLING):
             self.mode = Mode.READY

@@ -11,8 +11,9 @@ from cell.messages import Body, DriveFeedback, SetpointBlock
 from robot_agent.agent.axes import samples_in_axes
 from robot_agent.agent.planning import Planned, Planner
 from robot_agent.agent.timeline import SentBlock, Timeline
+from robot_agent.kinematics import OpenMechanism
 from robot_agent.trajectory import Governor, Hold, RateRequest, Segment
-from robot_agent.workspace import body_message
+from robot_agent.workspace import body_message, unknown_body
 
 _MEASURED_LAG_S = 0.1
 """How far behind the commanded position the measured one is searched for."""
@@ -99,18 +100,29 @@ class Executive:
         )  # fmt: skip
 
     def body(self, feedback: DriveFeedback, candidate: SentBlock | None) -> Body:
-        """Everything between the measured position and rest, for what was sent and for `candidate`."""
-        tick, widen_m = self._measured(feedback)
+        """Everything between the measured position and rest, for what was sent and for `candidate`.
+
+        The whole reach when nobody knows where the robot is: it is not referenced, or its joints cannot be as measured.
+        """
+        measured = self._measured(feedback)
+        if measured is None:
+            return unknown_body(self._planner.model, self._planner.pose_world_base)
+        tick, widen_m = measured
         spans = self.timeline.spans(tick, candidate)
         pieces = [(span.planned.sweep, *span.samples) for span in spans]
         return body_message(self._planner.model, self._planner.pose_world_base, pieces, widen_m)
 
-    def _measured(self, feedback: DriveFeedback) -> tuple[int, float]:
+    def _measured(self, feedback: DriveFeedback) -> tuple[int, float] | None:
         """The tick whose commanded position is nearest to the measured one, and the distance of the two bodies [m]."""
+        if not feedback.referenced:
+            return None
         span = int(_MEASURED_LAG_S / self._cycle_s)
         ticks = range(feedback.tick - span, feedback.tick + 1)
         commanded = np.array([block.segment.q[i] for block, i in map(self.timeline.at, ticks)])
-        points = self._planner.model.capsules(np.vstack([commanded, feedback.position]))
+        try:
+            points = self._planner.model.capsules(np.vstack([commanded, feedback.position]))
+        except OpenMechanism:
+            return None
         distances = np.linalg.norm(points[:-1] - points[-1], axis=-1).max(axis=(1, 2))
         nearest = int(np.argmin(distances))
         return ticks[nearest], float(distances[nearest])

@@ -3,7 +3,6 @@
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cell.core import Publish
 from cell.geometry.pose import compose
@@ -19,7 +18,7 @@ from cell.messages import (
 from robot_agent.agent.executive import Executive
 from robot_agent.agent.planning import Planner
 from robot_agent.agent.program_run import ProgramRun
-from robot_agent.kinematics import Model, OpenMechanism
+from robot_agent.kinematics import OpenMechanism
 
 
 class Reporter:
@@ -74,7 +73,7 @@ class Reporter:
 
 
 def _measured(state: RobotState, feedback: DriveFeedback, executive: Executive | None, planner: Planner) -> RobotState:
-    pose = compose(planner.pose_world_base, _flange(planner.model, feedback.position))
+    """With what the feedback says; joints that are not referenced, and a TCP that cannot be, stay None."""
     speed, governor = 0.0, None
     if executive is not None:
         block, index = executive.timeline.at(feedback.tick)
@@ -84,21 +83,14 @@ def _measured(state: RobotState, feedback: DriveFeedback, executive: Executive |
         governor = GovernorStatus(
             float(segment.rate[index]), float(segment.tau[index]), motion.duration_s, segment.ruled_by
         )
+    state = replace(state, tcp_speed_m_s=speed, governor=governor)
+    if not feedback.referenced:
+        return state
+    state = replace(state, joints=tuple(feedback.position.tolist()))
+    try:
+        pose = compose(planner.pose_world_base, planner.model.forward(feedback.position))
+    except OpenMechanism:
+        return state
     x, y, z = pose[:3, 3].tolist()
     qx, qy, qz, qw = from_matrix(pose[:3, :3]).tolist()
-    return replace(
-        state,
-        joints=tuple(feedback.position.tolist()),
-        tcp_position_m=(x, y, z),
-        tcp_quaternion_xyzw=(qx, qy, qz, qw),
-        tcp_speed_m_s=speed,
-        governor=governor,
-    )
-
-
-def _flange(model: Model, q: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Where the flange is at measured joints `(n,)`; at home where a mechanism that is not referenced says nonsense."""
-    try:
-        return model.forward(q)
-    except OpenMechanism:
-        return model.forward(model.home)
+    return replace(state, tcp_position_m=(x, y, z), tcp_quaternion_xyzw=(qx, qy, qz, qw))

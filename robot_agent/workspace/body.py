@@ -10,7 +10,7 @@ from cell.geometry import transform_points
 from cell.geometry.arrays import Array
 from cell.messages import Body
 from cell.messages.presence import Capsule
-from robot_agent.kinematics import Model
+from robot_agent.kinematics import Model, OpenMechanism
 from robot_agent.workspace.sweep import Sweep
 
 BODY_GROWTH_M = 0.02
@@ -70,10 +70,22 @@ def body_message(
 
 
 def standing_body(model: Model, pose_world_base: Array, q: Array, known: bool) -> Body:
-    """The body of a robot at measured joints `q` `(n,)`; with `known` false (not referenced) its whole reach."""
+    """The body of a robot at measured joints `q` `(n,)`.
+
+    Its whole reach with `known` false (not referenced), or when its mechanism cannot be at these joints.
+    """
     if not known:
-        return Body(known=False, base=_base(pose_world_base), reach_m=model.reach_m)
-    return _message(model, pose_world_base, transform_points(pose_world_base, model.capsules(q))[None], [0.0])
+        return unknown_body(model, pose_world_base)
+    try:
+        points = model.capsules(q)
+    except OpenMechanism:
+        return unknown_body(model, pose_world_base)
+    return _message(model, pose_world_base, transform_points(pose_world_base, points)[None], [0.0])
+
+
+def unknown_body(model: Model, pose_world_base: Array) -> Body:
+    """The body of a robot that may be anywhere: its whole reach."""
+    return Body(known=False, base=_base(pose_world_base), reach_m=model.reach_m)
 
 
 def _message(model: Model, pose_world_base: Array, points: Array, growth: list[float]) -> Body:

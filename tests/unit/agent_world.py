@@ -80,6 +80,9 @@ class AgentWorld:
         self.lose_blocks = False
         self.feedback_lost = False
         self.drives_silent = False
+        self.referenced = True
+        self.measured: NDArray[np.float64] | None = None
+        """What the drives measure; None: what they are commanded."""
         self.manager_silent = False
         self.zone = ZoneStatus(ZoneState.FREE, None, None, (), 1, 0.0)
         self.granting = False
@@ -146,12 +149,13 @@ class AgentWorld:
     def _feedback(self) -> DriveFeedback:
         self._sequence += 1
         off = AxisStatus.SILENT if self.drives_silent else AxisStatus.SWITCH_ON_DISABLED
-        axes = (AxisStatus.OPERATION_ENABLED if self.enabled else off,) * 6
+        axes = (AxisStatus.OPERATION_ENABLED if self.enabled else off,) * len(self.commanded)
+        position = self.commanded if self.measured is None else self.measured
         state = PlayoutState.PLAYING if self.enabled else PlayoutState.FOLLOWING
         sequence = self.block.sequence if self.block is not None else 0
         return DriveFeedback(
-            "left", "gateway", self._sequence, self.tick, 7, sequence, state, len(self.queue), 0, True, self.enabled,
-            self.commanded, np.zeros(6), self.commanded, axes,
+            "left", "gateway", self._sequence, self.tick, 7, sequence, state, len(self.queue), 0, self.referenced,
+            self.enabled, position, np.zeros_like(position), self.commanded, axes,
         )  # fmt: skip
 
     def _grant_or_free(self, presence: Presence) -> None:
@@ -198,7 +202,7 @@ class AgentWorld:
     def _gateway_says(self, id: str, command: Command) -> Reply:
         match command:
             case Claim():
-                axes = tuple(f"J{i}" for i in range(1, 7))
+                axes = self.planner.model.joint_names
                 return Reply(id, True, "yours", ClaimGrant(7, CYCLE_S, self.tick, axes, "gateway"))
             case EnableDrives():
                 self.enabled = True

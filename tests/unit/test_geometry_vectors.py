@@ -88,8 +88,8 @@ def test_both_branches_of_2000_random_rotations_recompose() -> None:
     rotations = from_xyz_abc(np.hstack([np.zeros((2000, 3)), abc]))
     found = to_xyz_abc(rotations)
     np.testing.assert_allclose(from_xyz_abc(found), rotations, atol=1e-8)
-    other = found + [0, 0, 0, np.pi, 0, np.pi]
-    other[:, 4] = np.pi - found[:, 4]
+    a, b, c = found[:, 3:].T
+    other = np.column_stack([np.zeros((2000, 3)), a + np.pi, np.pi - b, c + np.pi])
     np.testing.assert_allclose(from_xyz_abc(other), rotations, atol=1e-8)
 
 
