@@ -73,7 +73,7 @@ def test_drives_that_hold_a_mechanism_where_it_cannot_be_are_a_fault() -> None:
     world.call(Enable())
     world.run(0.2)
     assert world.state.mode is Mode.FAULT
-    assert world.state.alarms[0].startswith("the axes cannot be where the drives say: joints[0]: found 0.00, 0.00, 0.00")
+    assert world.state.alarms[0].startswith("the axes cannot be where the drives say: joints[0]: found 0.00,")
     assert not np.diff(world.played, axis=0).any()
 
 
