@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from cell.geometry.arrays import Array, Flags
+from robot_agent.kinematics.reach import Places, placed, points, slid, turned
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -90,18 +91,18 @@ class Chain:
         sliding = np.concatenate([axes_change, np.zeros_like(axes_change)], axis=-1)
         return np.swapaxes(np.where(self._linear[:, None], sliding, turning), -1, -2)
 
-    def reaches(self, ranges: Array) -> Array:
-        """`(s + 1,)` [m] bounds of the distances of the frames' origins from the base, for coordinates in `ranges`.
+    def places(self, frame: int, at: Array, ranges: Array) -> Places:
+        """Where points `(p, 3)` [m] of a frame can be, in the base; of the last frame, points of the flange.
 
-        `ranges` `(s, 2)`. The triangle inequality, with the farthest position of each sliding step.
+        `ranges` `(s, 2)`: those of the sliding steps count, the others turn freely.
         """
-        lengths = [0.0]
-        for step, (lower, upper) in zip(self._steps, ranges, strict=True):
-            slide = max(abs(lower), abs(upper)) if step.linear else 0.0
-            lengths.append(float(np.linalg.norm(step.offset)) + slide)
-        if self._end is not None:
-            lengths[-1] += float(np.linalg.norm(self._end[:3, 3]))
-        return np.cumsum(lengths)
+        found = points(at)
+        if self._end is not None and frame == self.size:
+            found = placed(found, self._end[:3, 3], self._end[:3, :3])
+        for step, (lower, upper) in reversed(list(zip(self._steps[:frame], ranges[:frame], strict=True))):
+            found = slid(found, step.axis, lower, upper) if step.linear else turned(found, step.axis)
+            found = placed(found, np.array(step.offset), step.rotation)
+        return found
 
     def _axes_and_arms(self, frames: Array) -> tuple[Array, Array]:
         """Axes of all steps, and the way from each one's origin to the flange: `(..., s, 3)` each."""

@@ -17,6 +17,7 @@ from cell.geometry.arrays import Array
 from robot_agent.kinematics.errors import OpenMechanism
 from robot_agent.kinematics.model import Model
 from robot_agent.kinematics.problems import checked_lengths
+from robot_agent.kinematics.reach import Places, placed, points, together, turned
 from robot_agent.kinematics.singularity import SingularityDistance
 from robot_agent.kinematics.solutions import Raw, Solutions, finished
 from robot_agent.kinematics.triangle import REACH_TOLERANCE_M, beyond, beyond_reach, elbow_triangle
@@ -39,11 +40,6 @@ class Delta(Model):
         g = checked_lengths(description, positive=("h", "k"))
         self._r, self._h, self._k, self._s, self._t = (g[name] for name in ("r", "h", "k", "s", "t"))
         super().__init__(description)
-        self._reach_m = self._capsule_reach()
-
-    @property
-    def reach_m(self) -> float:
-        return self._reach_m
 
     def links(self, q: Array) -> Array:
         q = self.check_joints(q)
@@ -65,6 +61,9 @@ class Delta(Model):
         frames[..., 7, 2, 2] = 1
         frames[..., 7, :3, 3] = platform + self._t * DOWN
         return frames
+
+    def joined_links(self) -> frozenset[tuple[int, int]]:
+        return frozenset((one, other) for arm in (1, 2, 3) for one, other in ((0, arm), (arm, arm + 3), (arm + 3, 7)))
 
     def jacobian(self, q: Array) -> Array:
         q = self.check_joints(q)
@@ -164,11 +163,36 @@ class Delta(Model):
         cosines, sines = np.cos(q[..., :3, None]), np.sin(q[..., :3, None])
         return rods, self._h * (cosines * DOWN - sines * OUTWARD)
 
-    def _capsule_reach(self) -> float:
-        """Triangle inequality along an arm; the flange is no farther than the end of a rod."""
-        elbow = abs(self._r) + self._h
-        flange = elbow + self._k + abs(self._s) + abs(self._t)
-        return self.body_reach(np.array([0.0, *[abs(self._r)] * 3, *[elbow] * 3, flange]))
+    def _places(self, link: int, at: Array) -> Places:
+        """The platform is where three rods meet: in each of the hulls that rods from one circle of elbows fill."""
+        if link == 0:
+            return points(at)
+        arm = (link - 1) % 3
+        if link <= 3:
+            return self._about_arm(arm, points(at))
+        if link == 7:
+            return together(self._platforms, turned(placed(points(at), self._t * DOWN), 2))
+        return self._on_rod(arm, at)
+
+    def _about_arm(self, arm: int, places: Places) -> Places:
+        """Places on a link that turns about the axis of an arm."""
+        sideways = np.stack([OUTWARD[arm], ASIDE[arm], -DOWN], axis=-1)
+        return placed(turned(places, 1), self._r * OUTWARD[arm], sideways)
+
+    def _platforms(self, u: Array) -> Array:
+        """Smallest of the three support functions of the hulls, for the centre of the platform."""
+        elbow = points(np.array([[self._h, 0.0, 0.0]]))
+        rods = self._k * np.linalg.norm(u, axis=-1)[..., None]
+        hulls = [placed(self._about_arm(i, elbow), -self._s * OUTWARD[i])(u) + rods for i in range(3)]
+        return np.asarray(np.min(hulls, axis=0))
+
+    def _on_rod(self, arm: int, at: Array) -> Places:
+        """Between elbow and platform, and as far aside or beyond as the points are."""
+        elbow = self._about_arm(arm, points(np.array([[self._h, 0.0, 0.0]])))
+        platform = placed(self._platforms, self._s * OUTWARD[arm])
+        beyond_ends = np.maximum(np.abs(at[:, 0] - self._k / 2) - self._k / 2, 0)
+        off = np.hypot(np.linalg.norm(at[:, 1:], axis=-1), beyond_ends)
+        return lambda u: np.maximum(elbow(u), platform(u)) + off * np.linalg.norm(u, axis=-1)[..., None]
 
 
 def _turned(rotations: Array) -> Array:

@@ -8,7 +8,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from cell.geometry import check_poses
+from cell.geometry import check_poses, transform_points
 from cell.geometry.arrays import Array, Flags
 from robot_agent.kinematics import numeric_track
 from robot_agent.kinematics.bare_urdf import UrdfDescription
@@ -16,6 +16,7 @@ from robot_agent.kinematics.choice import joint_violation, reach_violation
 from robot_agent.kinematics.errors import BadInput, NotInUrdf, Reason, Violation
 from robot_agent.kinematics.least_squares import Found, least_squares
 from robot_agent.kinematics.problems import body_problems, coupling_problems, urdf_problems
+from robot_agent.kinematics.reach import Places, farthest
 from robot_agent.kinematics.serial import SerialModel
 from robot_agent.kinematics.singularity import SingularityDistance
 from robot_agent.kinematics.solutions import Solutions
@@ -43,7 +44,8 @@ class NumericModel(SerialModel):
             raise BadInput("robot description", "no URDF", "one that names the URDF of its chain")
         self._urdf: UrdfChain = read_urdf(description.urdf)
         super().__init__(description, self._urdf.chain)
-        self._length_m = max(float(self._urdf.chain.reaches(self.limits.position)[-1]), 1e-3)
+        self._flange_reach_m = float(farthest(self._places(self.n, np.zeros((1, 3))))[0])
+        self._length_m = max(self._flange_reach_m, 1e-3)
         self._starts = _spread(self.limits.position, sum(ROUNDS))
 
     def links(self, q: Array) -> Array:
@@ -88,7 +90,7 @@ class NumericModel(SerialModel):
 
     def explain(self, pose: Array, solutions: Solutions, allowed: Flags | None = None) -> Violation:
         """The reach of the whole chain, a limit without which a solution was found, or the nearest miss."""
-        excess = float(np.linalg.norm(pose[:3, 3])) - float(self._urdf.chain.reaches(self.limits.position)[-1])
+        excess = float(np.linalg.norm(pose[:3, 3])) - self._flange_reach_m
         if excess > 0:
             return reach_violation(excess)
         turns = self.limits.position.mean(axis=1)[:, None] + [-TURN, TURN]
@@ -146,6 +148,11 @@ class NumericModel(SerialModel):
         lower, upper = self.limits.position.T
         turned, inside = nearest_turn(joints, near, lower, upper)
         return np.where(self.linear, joints, turned), inside | self.linear
+
+    def _places(self, link: int, at: Array) -> Places:
+        if link == self.n:  # the chain itself ends at the flange
+            return super()._places(link, at)
+        return super()._places(link, transform_points(self._urdf.link_frames[link], at))
 
     def _link_names(self) -> tuple[str, ...]:
         return self._urdf.link_names

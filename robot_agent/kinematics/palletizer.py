@@ -13,6 +13,7 @@ from cell.geometry import check_poses
 from cell.geometry.arrays import Array
 from robot_agent.kinematics.chain import Chain, Step
 from robot_agent.kinematics.problems import checked_lengths
+from robot_agent.kinematics.reach import Places, placed, points, together, turned
 from robot_agent.kinematics.serial import SerialModel
 from robot_agent.kinematics.singularity import SingularityDistance
 from robot_agent.kinematics.six_axis_inverse import Lengths, solve_arm
@@ -50,6 +51,18 @@ class Palletizer(SerialModel):
         radius = arm.a2x + arm.a3z * np.sin(q[..., 1]) + arm.a4x * np.cos(j23)
         measures = np.abs(radius) / (abs(arm.a2x) + arm.a3z + arm.a4x), np.abs(np.cos(q[..., 2]))
         return SingularityDistance(("shoulder", "elbow"), np.stack(measures, axis=-1))
+
+    def _places(self, link: int, at: Array) -> Places:
+        """Behind the forearm nothing turns but the flange: the hand is carried along, level."""
+        if link < 4:
+            return super()._places(link, at)
+        g = self._lengths
+        forearm = placed(turned(points(np.array([[g["a3x"], 0.0, 0.0]])), 1), np.array([0.0, 0.0, g["a2z"]]))
+        hand = points(at)
+        if link == 5:
+            hand = placed(turned(hand, 2), np.array([g["a4x"], 0.0, g["a4z"]]))
+        shoulder = np.array([g["a1x"], 0.0, g["a1z"]])
+        return turned(placed(together(turned(forearm, 1), hand), shoulder), 2)
 
     def inverse(self, poses: Array, near: Array | None = None) -> Solutions:
         poses = check_poses(poses, "poses")

@@ -5,6 +5,7 @@ import numpy as np
 from cell.geometry.arrays import Array
 from robot_agent.kinematics.chain import Chain
 from robot_agent.kinematics.model import Model
+from robot_agent.kinematics.reach import Places
 from robot_agent.model.description import RobotDescription
 
 
@@ -16,11 +17,6 @@ class SerialModel(Model):
         super().__init__(description)
         self._chain = chain
         self._mixing = mixing
-        self._reach_m = self._capsule_reach()
-
-    @property
-    def reach_m(self) -> float:
-        return self._reach_m
 
     def links(self, q: Array) -> Array:
         frames = self._frames(q)
@@ -42,10 +38,8 @@ class SerialModel(Model):
     def _coordinates(self, q: Array) -> Array:
         return q if self._mixing is None else np.asarray(q @ self._mixing.T)
 
-    def _capsule_reach(self) -> float:
-        """Triangle inequality over all steps of the chain."""
+    def _places(self, link: int, at: Array) -> Places:
         lower, upper = self.limits.position.T
         mixing = np.eye(self.n) if self._mixing is None else self._mixing
         middle, half = mixing @ (lower + upper) / 2, np.abs(mixing) @ (upper - lower) / 2
-        links = self._chain.reaches(np.stack([middle - half, middle + half], axis=-1))
-        return self.body_reach(links)
+        return self._chain.places(link, at, np.stack([middle - half, middle + half], axis=-1))

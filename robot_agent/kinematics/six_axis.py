@@ -112,21 +112,6 @@ class SixAxis(SerialModel):
             tilt_rad=np.zeros(leading),
         )
 
-    def _capsule_reach(self) -> float:
-        """Triangle inequality over the pieces of the arm that do not change their length."""
-        g = self._lengths
-        shoulder = float(np.hypot(g.a2x, g.a1z + g.a2z))
-        elbow = shoulder + g.a3z
-        wrist = elbow + g.forearm
-        start = (0.0, abs(g.a1z), shoulder, elbow, elbow + float(np.hypot(g.a4x, g.a4z)), wrist, wrist)
-        reach = 0.0
-        for capsule in self.body:
-            for end in (capsule.start_m, capsule.end_m):
-                # Axis 6 runs through the wrist centre, so flange and tool stay at one distance from it.
-                point = np.add(end, (g.a6x, 0, 0)) if capsule.link == 6 else np.array(end)
-                reach = max(reach, start[capsule.link] + float(np.linalg.norm(point)) + capsule.radius_m)
-        return reach
-
 
 def _lengths(description: RobotDescription) -> Lengths:
     """The lengths of a six-axis arm, or `BadModel` with all that is wrong."""

@@ -1,19 +1,64 @@
-"""Bodies that are in each other while all robots are at home."""
+"""Bodies that are in each other while all robots are at home: two robots, or two links of one."""
 
 from collections.abc import Iterator
+from contextlib import suppress
 from itertools import combinations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from cell.commands.checks.readings import Readings
-from cell.config.problem import Problem
+from cell.config.document import Document
+from cell.config.problem import Problem, Severity
 from cell.geometry import pose_from, segment_distance, transform_points
 from cell.geometry.arrays import Array
-from robot_agent.kinematics import Model
+from robot_agent.kinematics import Model, OpenMechanism
+
+POSES = 64
+"""Joint sets by which links that touch at home only are told from those that always do."""
 
 
 def check_bodies(readings: Readings, models: dict[str, Model]) -> Iterator[Problem]:
-    """Two robots whose capsules overlap at their home positions."""
+    """Robots whose capsules overlap at their home positions, an error, and links of one that do so, a warning."""
+    for robot, document, _ in readings.named.usable_models():
+        if robot in models:
+            yield from _within(document, models[robot])
+    yield from _between(readings, models)
+
+
+def _within(document: Document, model: Model) -> Iterator[Problem]:
+    """Links of one robot that no joint holds together, in each other at home although they could be apart."""
+    links = np.array([capsule.link for capsule in model.body])
+    one, other = np.triu_indices(len(links), 1)
+    joined = model.joined_links()
+    numbers = np.sort(np.stack([links[one], links[other]]), axis=0).T.tolist()
+    apart = [first != second and (first, second) not in joined for first, second in numbers]
+    pairs = np.stack([one, other])[:, apart]
+    at_home = _gaps(model, model.home, pairs)
+    if at_home.size == 0 or at_home.min() > 0:
+        return
+    ever_apart = np.zeros(at_home.shape, dtype=bool)
+    lower, upper = model.limits.position.T
+    for q in np.random.default_rng(0).uniform(lower, upper, (POSES, model.n)):
+        with suppress(OpenMechanism):
+            ever_apart |= _gaps(model, q, pairs) > 0
+    depths: dict[str, float] = {}
+    for i in np.flatnonzero((at_home <= 0) & ever_apart):
+        names = " and ".join(_link(model, int(capsule)) for capsule in pairs[:, i])
+        depths[names] = max(depths.get(names, 0.0), -1000 * float(at_home[i]))
+    if depths:
+        found = "links deep in each other: " + ", ".join(f"{names} {depth:.0f} mm" for names, depth in depths.items())
+        allowed = "a home position at which they are apart, or slimmer capsules where the robot is slimmer"
+        yield document.problem(("home",), found, allowed, severity=Severity.WARNING, at_key=True)
+
+
+def _gaps(model: Model, q: Array, pairs: NDArray[np.intp]) -> Array:
+    """Distances [m] between the capsules of pairs `(2, p)` at joints `(n,)`; negative where they overlap."""
+    (one, other), ends, radii = pairs, model.capsules(q), model.capsule_radii
+    return np.asarray(segment_distance(ends[one], ends[other]) - radii[one] - radii[other])
+
+
+def _between(readings: Readings, models: dict[str, Model]) -> Iterator[Problem]:
     bodies = {
         robot: _at_home(readings, robot, model) for robot, model in models.items() if robot in readings.cell.robots
     }
