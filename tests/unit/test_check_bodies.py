@@ -21,8 +21,8 @@ def test_a_hand_in_the_robots_own_body_is_a_warning_told_once(tmp_path: Path) ->
     (told,) = {copy.shown(problem) for problem in problems}
     assert told.startswith(f"{copy.place(ROBOT, '§home: {J1')}: warning: home: found links deep in each other: ")
     assert told.endswith(
-        "1 and flange 183 mm, 2 and flange 133 mm, allowed a home position at which they are apart, or slimmer capsules "
-        "where the robot is slimmer"
+        "1 and flange 183 mm, 2 and flange 133 mm, allowed a home position at which they are apart, or slimmer "
+        "capsules where the robot is slimmer"
     )
 
 
