@@ -33,7 +33,7 @@ def plot(
     robot = load_model(model)
     planner = Planner(robot, Limits.of(robot.description), np.eye(4), _CYCLE_S)
     try:
-        parsed = parse_program(program.read_text(encoding="utf-8"), str(program), robot.joint_names)
+        parsed = parse_program(program.read_text(encoding="utf-8"), str(program), robot.joint_names, robot.linear_names)
     except OSError as error:
         raise CommandError(f"{program} cannot be read: {error.strerror}", "name a program file") from error
     except ProgramError as error:

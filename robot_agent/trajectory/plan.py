@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robot_agent.kinematics import Model
+from robot_agent.kinematics.choice import joint_violation
 from robot_agent.paths import JointMove, Line, PathError, Sequence
 from robot_agent.paths.legs import FlangeMove, legs
 from robot_agent.paths.pose_path import Blend, PosePath, pose_paths
@@ -170,7 +171,7 @@ class _Paths:
             name, value = self._model.joint_names[joint], block.target[joint]
             low, high = self._model.limits.position[joint]
             if not low - 1e-9 <= value <= high + 1e-9:
-                reason = f"joint {name} would go to {_shown(value)}, allowed {_shown(low)} to {_shown(high)}"
+                reason = str(joint_violation(self._model, int(joint), float(value)))
                 hint = "choose a target inside the joint's range"
                 raise PlanError(index, block.line, reason, hint, joint=name, limit="position")
 
@@ -179,7 +180,3 @@ def _stretch(end: float, index: int, block: Block, joint_speed: float, on_path: 
     speed = np.inf if block.speed_m_s is None else block.speed_m_s
     rotation = np.inf if block.rotation_rad_s is None else block.rotation_rad_s
     return Stretch(end, index, joint_speed, speed, rotation, on_path)
-
-
-def _shown(value: float) -> str:
-    return f"{np.degrees(value):.2f} deg ({value:.4f} in SI)"

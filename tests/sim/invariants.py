@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from cell.geometry import capsules_touch_box, transform_points
 from cell.messages import DriveFeedback, ZoneGeometry
+from robot_agent.agent.axes import feedback_in_joints
 from robot_agent.trajectory import Motion
 from robot_agent.workspace import zone_box
 from tests.sim.world import World
@@ -42,6 +43,7 @@ class Invariants:
 
     def look(self, feedback: DriveFeedback) -> None:
         """One cycle of one robot."""
+        feedback = feedback_in_joints(self._world.models[feedback.robot].coupling, feedback)
         if feedback.tick % _BODY_EVERY_TICKS == 0:
             self._one_body_in_a_zone(feedback)
         last = self._last.setdefault(feedback.robot, deque(maxlen=4))
@@ -67,11 +69,12 @@ class Invariants:
                 raise Broken(f"at {self._world.clock.now:.3f} s {sorted(inside)} are in zone {name} together")
 
     def _measured(self, feedback: DriveFeedback) -> NDArray[np.float64]:
-        """The simulated axes themselves, not what anyone reports of them."""
+        """The joints by the simulated axes themselves, not by what anyone reports of them."""
         gateway = f"gateway/{self._world.cell.robots[feedback.robot].gateway}"
         axes = self._world.bundle.gateways[gateway.partition("/")[2]].robots[feedback.robot].axes
         nodes = self._world.buses[gateway].nodes
-        return np.array([nodes[axis.node_id].position / axis.counts_per_unit + axis.offset for axis in axes])
+        measured = np.array([nodes[axis.node_id].position / axis.counts_per_unit + axis.offset for axis in axes])
+        return self._world.models[feedback.robot].coupling.joints(measured)
 
     def _within_limits(self, feedback: DriveFeedback, last: deque[NDArray[np.float64]]) -> None:
         if len(last) < 4:

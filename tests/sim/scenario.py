@@ -1,15 +1,16 @@
 """One seeded run of the cell: weather, kills and restarts, an operator, and the invariants at every step.
 
-Replay one seed of the tests:  python -m tests.sim.scenario SEED [--faults EVERY_S] --longest S
+Replay one seed of the tests:  python -m tests.sim.scenario SEED [--faults EVERY_S] --longest S [--cell FILE]
 """
 
 import argparse
 from dataclasses import dataclass
+from pathlib import Path
 
 from tests.sim.invariants import Invariants
 from tests.sim.network import Weather
 from tests.sim.operator import PatientOperator
-from tests.sim.world import World, load_bundle
+from tests.sim.world import TWO_ARMS, World, load_bundle
 
 BAD = Weather(loss=0.05)
 """Programs must end in this weather."""
@@ -65,13 +66,15 @@ class Trouble:
             self._world.start_agent(name)
 
 
-def run_scenario(seed: int, weather: Weather, longest_s: float, trouble_every_s: float | None = None) -> Outcome:
-    """Run the demo cell under one seed. Raises `invariants.Broken`.
+def run_scenario(
+    seed: int, weather: Weather, longest_s: float, trouble_every_s: float | None = None, cell_file: Path = TWO_ARMS
+) -> Outcome:
+    """Run a cell under one seed. Raises `invariants.Broken`.
 
-    Without trouble the run ends when both programs have ended; with trouble it lasts `longest_s`, then the network and
+    Without trouble the run ends when all programs have ended; with trouble it lasts `longest_s`, then the network and
     the machines leave the cell in peace, everything is halted and must come to rest.
     """
-    world = World(load_bundle(), seed, weather)
+    world = World(load_bundle(cell_file), seed, weather)
     invariants, operator = Invariants(world), PatientOperator(world)
     trouble = Trouble(world, trouble_every_s) if trouble_every_s is not None else None
     start = world.clock.now
@@ -93,9 +96,10 @@ def _main() -> None:
     parser.add_argument("seed", type=int)
     parser.add_argument("--faults", type=float, metavar="EVERY_S", help="20 %% loss, and trouble so often")
     parser.add_argument("--longest", type=float, default=60.0, help="seconds of cell time")
+    parser.add_argument("--cell", type=Path, default=TWO_ARMS, help="the cell file")
     options = parser.parse_args()
     weather = BAD if options.faults is None else WORSE
-    outcome = run_scenario(options.seed, weather, options.longest, options.faults)
+    outcome = run_scenario(options.seed, weather, options.longest, options.faults, options.cell)
     for event in outcome.world.seen.events:
         print(f"{event.source:16s} {event.code:16s} {event.text}")
     print(

@@ -1,4 +1,4 @@
-"""The cell of `cell_configs/two_arms` in one process: manager, agents, gateways, drives, wired over a bad network."""
+"""A cell of `cell_configs` in one process: manager, agents, gateways, drives, wired over a bad network."""
 
 import random
 from collections.abc import Callable
@@ -40,13 +40,13 @@ from tests.sim.clock import Clock
 from tests.sim.network import Network, Weather
 from tests.sim.process import Process
 
-CELL_FILE = Path(__file__).parents[2] / "cell_configs" / "two_arms" / "cell.yaml"
+TWO_ARMS = Path(__file__).parents[2] / "cell_configs" / "two_arms" / "cell.yaml"
 MANAGER_PERIOD_S = 0.01
 
 
-def load_bundle() -> CellBundle:
-    """The demo cell, as `cell up` would load it."""
-    bundle, problems = check_cell(CELL_FILE)
+def load_bundle(cell_file: Path = TWO_ARMS) -> CellBundle:
+    """A cell, as `cell up` would load it."""
+    bundle, problems = check_cell(cell_file)
     assert bundle is not None, problems
     return bundle
 
@@ -109,8 +109,9 @@ class World:
 
     def start_agent(self, robot: str) -> None:
         planner, settings = self.planners[robot], self.cell.robots[robot]
-        names = self.models[robot].joint_names
-        program = parse_program(settings.program.read_text(), settings.program.name, names)
+        model = self.models[robot]
+        text = settings.program.read_text()
+        program = parse_program(text, settings.program.name, model.joint_names, model.linear_names)
         core = AgentCore(self.cell, robot, lambda _: planner, program, self._boot(robot))
         self._start(f"robot/{robot}", core, AGENT_PERIOD_S)
 

@@ -7,7 +7,7 @@ import pytest
 from cell.commands.checks import check_cell
 from cell.config import Severity, load_cell
 from robot_agent.model import load_description
-from tests.unit.config_world import CELL, DRIVES, ROBOT, TIMES, TWO_ARMS, Copy
+from tests.unit.config_world import CELL, CONFIGS, DRIVES, ROBOT, TIMES, TWO_ARMS, Copy
 
 RIGHT = "two_arms/right_drives.yaml"
 PROGRAM = "two_arms/programs/left.prog"
@@ -29,6 +29,13 @@ def test_a_good_cell_gives_everything_its_processes_need() -> None:
         "left_bus": ["left"],
         "right_bus": ["right"],
     }
+
+
+@pytest.mark.parametrize("path", sorted(CONFIGS.glob("*/cell.yaml")), ids=lambda path: path.parent.name)
+def test_every_example_cell_is_good(path: Path) -> None:
+    bundle, problems = check_cell(path)
+    assert problems == []
+    assert bundle is not None
 
 
 @pytest.mark.parametrize(

@@ -12,10 +12,10 @@ ROOT = Path(__file__).parents[2]
 MODEL = str(ROOT / "cell_configs" / "models" / "six_axis.yaml")
 
 
-def plotted(tmp_path: Path, text: str) -> str:
+def plotted(tmp_path: Path, text: str, model: str = MODEL) -> str:
     program, page = tmp_path / "p.prog", tmp_path / "p.html"
     program.write_text(text)
-    CliRunner().invoke(app, ["plot", str(program), "--model", MODEL, "-o", str(page)], catch_exceptions=False)
+    CliRunner().invoke(app, ["plot", str(program), "--model", model, "-o", str(page)], catch_exceptions=False)
     return page.read_text()
 
 
@@ -39,3 +39,23 @@ def test_line_that_cannot_be_planned_is_named_and_what_comes_before_it_is_drawn(
     with pytest.raises(CommandError, match="line 2"):
         plotted(tmp_path, "MJ J1=10\nML X=9000")
     assert (tmp_path / "p.html").exists()
+
+
+@pytest.mark.parametrize(
+    ("name", "program", "joint"),
+    [
+        ("scara", "MJ J3=-100\nML X=400 Y=100", "J4"),
+        ("delta", "ML X=150 Z=-600", "J4"),
+        ("gantry", "MJ J1=1100 J3=400\nML Y=-200", "J6"),
+        ("palletizer", "ML X=1400 Z=1200", "J4"),
+    ],
+)
+def test_programs_of_every_kind_of_robot_are_drawn(tmp_path: Path, name: str, program: str, joint: str) -> None:
+    page = plotted(tmp_path, program, str(ROOT / "cell_configs" / "models" / f"{name}.yaml"))
+    assert joint in page
+    assert page.count("<svg") == 4
+
+
+def test_a_slide_that_would_leave_its_range_is_named_in_millimetres(tmp_path: Path) -> None:
+    with pytest.raises(CommandError, match=r"joint J3 would need 400.00 mm, allowed -150.00 to 40.00"):
+        plotted(tmp_path, "MJ J3=400", str(ROOT / "cell_configs" / "models" / "scara.yaml"))

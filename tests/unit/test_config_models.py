@@ -47,7 +47,7 @@ def test_lengths_of_slides_are_in_metres_and_turns_in_radians() -> None:
     np.testing.assert_allclose(scara.limits.position[2], [-0.15, 0.04])
     assert scara.limits.velocity[2] == pytest.approx(0.9)
     assert scara.limits.jerk[3] == pytest.approx(np.radians(160000))
-    assert scara.home[1] == pytest.approx(np.pi / 2)
+    assert scara.home[1] == pytest.approx(np.radians(140))
     assert scara.linear_names == ("J3",)
 
 
