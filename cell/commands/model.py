@@ -80,7 +80,8 @@ def _coupled(robot: Model, joint: int) -> str:
 
 
 def _facts(robot: Model) -> list[tuple[str, str]]:
-    facts = [("reach", f"{1000 * robot.reach_m:.0f} mm: nothing of it is ever farther from the base")]
+    farther = "nothing of it is ever" if robot.body else "its flange is never"
+    facts = [("reach", f"{1000 * robot.reach_m:.0f} mm: {farther} farther from the base")]
     home = _known(robot, "home")
     if not np.isnan(home).any():
         flange = to_xyz_abc(robot.forward(home)) * [1000, 1000, 1000, *[180 / np.pi] * 3]

@@ -10,6 +10,7 @@ from cell.geometry import inverse
 from cell.geometry.arrays import Array
 from robot_agent.kinematics.chain import Chain, Step
 from robot_agent.kinematics.errors import BadModel
+from robot_agent.kinematics.urdf_text import check_urdf
 from robot_agent.model.description import UrdfSource
 
 RANGE_TOLERANCE = 1e-4
@@ -42,9 +43,10 @@ def read_urdf(source: UrdfSource) -> UrdfChain:
     """The chain of a URDF.
 
     Raises:
-        BadModel: no URDF, no single flange, or a joint that neither turns about nor slides along one axis.
+        BadModel: no URDF, a closed loop, no single flange, or a joint that mimics another one or neither turns about
+            nor slides along one axis.
     """
-    model = _parsed(source.file)
+    model, mimics = _parsed(source.file)
     flange = model.frames[_flange(model, source)]
     joints: list[int] = []
     joint = flange.parentJoint
@@ -53,16 +55,28 @@ def read_urdf(source: UrdfSource) -> UrdfChain:
         joint = model.parents[joint]
     if not joints:
         raise BadModel(source.file.name, (f"no joint moves the link {flange.name}",))
+    names = [model.names[joint] for joint in joints]
+    if problems := tuple(_mimicking(name, mimics[name]) for name in names if name in mimics):
+        raise BadModel(source.file.name, problems)
     return _chain(model, joints, flange, source.file.name)
 
 
-def _parsed(file: Path) -> pin.Model:
+def _parsed(file: Path) -> tuple[pin.Model, dict[str, str]]:
+    """The model, and the joints that mimic another one."""
     if not file.is_file():
         raise BadModel(file.name, (f"found no file {file}",))
+    mimics = check_urdf(file)
     try:
-        return pin.buildModelFromUrdf(str(file))
+        return pin.buildModelFromUrdf(str(file)), mimics
     except ValueError as error:
         raise BadModel(file.name, (f"found no valid URDF: {error}",)) from error
+
+
+def _mimicking(name: str, other: str) -> str:
+    return (
+        f"joint {name} mimics {other}, allowed joints that move by themselves: make it free, and write the ratio as "
+        "coupling into the robot file"
+    )
 
 
 def _flange(model: pin.Model, source: UrdfSource) -> int:
@@ -98,7 +112,7 @@ def _chain(model: pin.Model, joints: list[int], flange: pin.Frame, file: str) ->
         kind = model.joints[joint]
         if kind.nv != 1:
             raise BadModel(file, (f"joint {model.names[joint]} moves in {kind.nv} directions, allowed 1",))
-        motion = pin.computeJointJacobian(model, data, neutral, joint)[:, kind.idx_v]
+        motion = pin.computeJointJacobian(model, data, neutral, joint).reshape(6, -1)[:, kind.idx_v]
         slides = bool(np.linalg.norm(motion[:3]) > np.linalg.norm(motion[3:]))
         along_z = _pose(_turn_z_to(motion[:3] if slides else motion[3:]))
         placed = before @ model.jointPlacements[joint].homogeneous @ along_z
