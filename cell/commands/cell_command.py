@@ -2,7 +2,7 @@
 
 import typer
 
-from cell.commands import check, estop, manager, reset, robot, schema, status, up, zone
+from cell.commands import check, drives, estop, manager, reset, robot, schema, status, up, zone
 from cell.commands.errors import run_app
 
 FILE = "cell_configs/two_arms/cell.yaml"
@@ -27,6 +27,7 @@ app.command("check", epilog=f"Example: cell check {FILE}")(check.check)
 app.command("schema", epilog="Example: cell schema cell > cell.schema.json")(schema.schema)
 app.command("up", epilog=f"Example: cell up {FILE} --until-done")(up.up)
 app.command("status", epilog=f"Example: cell status -f {FILE}")(status.status)
+app.command("drives", epilog=f"Example: cell drives -f {FILE}")(drives.drives)
 app.command("manager", epilog=f"Example: cell manager {FILE}")(manager.manager)
 app.command("enable", epilog=f"Example: cell enable left -f {FILE}")(robot.enable)
 app.command("run", epilog=f"Example: cell run left -f {FILE}")(robot.run)

@@ -151,6 +151,43 @@ class ResetDrives(Command):
 
 
 @dataclass(frozen=True, slots=True)
+class ReadObject(Command):
+    """Read an object of a node's dictionary; the reply's `data` are its bytes in hex, low byte first."""
+
+    verb: ClassVar[str] = "sdo_read"
+    node_id: int
+    index: int
+    sub: int
+
+
+@dataclass(frozen=True, slots=True)
+class WriteObject(Command):
+    """Write an object, `data` in hex, low byte first; only while the node's robot is at rest and switched off."""
+
+    verb: ClassVar[str] = "sdo_write"
+    node_id: int
+    index: int
+    sub: int
+    data: str
+
+
+@dataclass(frozen=True, slots=True)
+class ScanBus(Command):
+    """Which nodes are on the bus, configured or not; the reply's text has one line for each."""
+
+    verb: ClassVar[str] = "scan"
+
+
+@dataclass(frozen=True, slots=True)
+class RecordBus(Command):
+    """Write all frames of the next seconds to a file on the gateway's host; its suffix says the format."""
+
+    verb: ClassVar[str] = "record"
+    file: str
+    seconds: float
+
+
+@dataclass(frozen=True, slots=True)
 class Call:
     """A command with the id that makes a repeated call harmless, and the echo that makes an old one recognisable.
 
@@ -183,3 +220,5 @@ class Reply:
     ok: bool
     text: str
     claim: ClaimGrant | None = None
+    data: str = ""
+    """What was asked for, where the command says that there is something."""

@@ -115,6 +115,8 @@ def _axes(document: Document, drives: DrivesFile) -> Iterator[Problem]:
             )
             yield document.problem((*path, "following_window"), found, allowed)
         counts = abs(axis.counts_per_rad())
+        if axis.eds is not None and not document.beside(axis.eds).is_file():
+            yield document.problem((*path, "eds"), f"no file {axis.eds!r}", "an EDS or DCF file beside this one")
         for name in ("quick_stop", "following_window"):
             if getattr(axis, name) * counts > UINT32_MAX:
                 most = declared_angle(document, UINT32_MAX / counts)

@@ -1,11 +1,12 @@
 """Schema of the file of a bus and its drives, and what it says as settings."""
 
 import math
+from pathlib import Path
 from typing import Annotated, Literal
 
 from pydantic import BaseModel, Field
 
-from cell.config.fields import Name
+from cell.config.fields import FileName, Name
 from cell.config.units import STRICT, Angle, PositiveAngle, Seconds, Units
 from drive_gateway.config.settings import AxisSettings, BusSettings, GatewaySettings, RobotDrives
 
@@ -44,7 +45,9 @@ class AxisEntry(BaseModel):
     following_time_s: Seconds = Field(description="how long the following error may be larger (6066h)")
     simulated_start: Angle = Field(description="where a simulated drive stands when it is switched on")
 
-    def settings(self, name: str) -> AxisSettings:
+    eds: FileName | None = Field(default=None, description="EDS or DCF of the drive, relative to this file")
+
+    def settings(self, name: str, folder: Path = Path()) -> AxisSettings:
         return AxisSettings(
             name=name,
             node_id=self.node,
@@ -56,6 +59,7 @@ class AxisEntry(BaseModel):
             following_window=self.following_window,
             following_time_s=self.following_time_s,
             simulated_start=self.simulated_start,
+            eds="" if self.eds is None else str(folder / self.eds),
         )
 
     def counts_per_rad(self) -> float:
@@ -89,8 +93,8 @@ class DrivesFile(BaseModel):
         description="robots on this bus by name", json_schema_extra={"minProperties": 1}
     )
 
-    def settings(self, name: str) -> GatewaySettings:
-        """The same in SI for the gateway `name`; only for a file without problems."""
+    def settings(self, name: str, folder: Path = Path()) -> GatewaySettings:
+        """The same in SI for the gateway `name`, files relative to `folder`; only for a file without problems."""
         return GatewaySettings(
             name=name,
             bus=BusSettings(self.bus.interface, self.bus.channel, self.bus.bitrate, self.bus.options),
@@ -102,7 +106,7 @@ class DrivesFile(BaseModel):
             boot_timeout_s=self.boot_timeout_s,
             simulated_lag_s=self.simulated_lag_s,
             robots={
-                robot: RobotDrives(robot, tuple(axis.settings(joint) for joint, axis in entry.axes.items()))
+                robot: RobotDrives(robot, tuple(axis.settings(joint, folder) for joint, axis in entry.axes.items()))
                 for robot, entry in self.robots.items()
             },
         )

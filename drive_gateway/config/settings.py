@@ -25,6 +25,8 @@ class AxisSettings:
     """Time for which the following error may be larger (6066h)."""
     simulated_start: float
     """[rad or m] where a simulated drive stands when it is switched on."""
+    eds: str = ""
+    """File with the names and types of the node's objects; empty: plain CiA 402, as the simulated drive has them."""
 
 
 @dataclass(frozen=True, slots=True)

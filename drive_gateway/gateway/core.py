@@ -12,9 +12,13 @@ from cell.messages.commands import (
     ClaimGrant,
     DisableDrives,
     EnableDrives,
+    ReadObject,
+    RecordBus,
     Release,
     ResetDrives,
+    ScanBus,
     Who,
+    WriteObject,
 )
 from cell.messages.estop import Estop
 from cell.messages.gateway_state import BusCounters, GatewayState
@@ -25,18 +29,34 @@ from drive_gateway.canopen.frame import CanFrame
 from drive_gateway.canopen.nmt import SYNC_FRAME, NmtCommand, NmtState, heartbeat_frame, nmt_frame
 from drive_gateway.canopen.sdo import SdoDone
 from drive_gateway.config.settings import GatewaySettings
-from drive_gateway.gateway.effects import Frame
+from drive_gateway.gateway.effects import Frame, Record, RecordEnded, RecordSaid
 from drive_gateway.gateway.estop import EstopLatch
 from drive_gateway.gateway.event_log import EventLog
 from drive_gateway.gateway.group import StopOrder
 from drive_gateway.gateway.lateness import Lateness
 from drive_gateway.gateway.node import Node
+from drive_gateway.gateway.objects import ObjectAccess
 from drive_gateway.gateway.replies import Replies
 from drive_gateway.gateway.robot import Robot
+from drive_gateway.gateway.scan import Scan
 from drive_gateway.gateway.trouble import Trouble
 
 STATE_PERIOD_S = 0.2
-CALLS = tuple(command.verb for command in (Who, Claim, Release, EnableDrives, DisableDrives, ResetDrives))
+CALLS = tuple(
+    command.verb
+    for command in (
+        Who,
+        Claim,
+        Release,
+        EnableDrives,
+        DisableDrives,
+        ResetDrives,
+        ReadObject,
+        WriteObject,
+        ScanBus,
+        RecordBus,
+    )
+)
 
 
 class GatewayCore:
@@ -77,6 +97,11 @@ class GatewayCore:
         self._nodes: dict[int, Node] = {
             node.axis.node_id: node for robot in self._robots.values() for node in robot.group.nodes
         }
+        self._access = ObjectAccess(
+            {node.axis.node_id: robot.group for robot in self._robots.values() for node in robot.group.nodes}
+        )
+        self._scan = Scan(self._nodes)
+        self._records: list[Effect] = []
         self._estop = EstopLatch()
         self._replies = Replies()
         self._lateness = Lateness(settings.cycle_s)
@@ -108,6 +133,10 @@ class GatewayCore:
                 self._on_estop(message, now)
             case Request():
                 self._on_request(message)
+            case RecordSaid(call_id, ok, text):
+                self._replies.give(call_id, ok, text)
+            case RecordEnded(text):
+                self._log.info("recorded", text)
             case Shutdown():
                 self._on_shutdown(now)
 
@@ -125,7 +154,10 @@ class GatewayCore:
             # From the cycle and from nothing else: when the loop hangs, the drives must miss it.
             self._heartbeat_due = now + self._settings.heartbeat_producer_s
             effects.append(Frame(heartbeat_frame(NmtState.OPERATIONAL)))
+        effects += self._scan.step(now)
         self._confirm()
+        effects += self._records
+        self._records = []
         effects += self._log.take()
         effects += self._replies.take(now)
         if now >= self._state_due:
@@ -140,6 +172,8 @@ class GatewayCore:
 
     def _on_frame(self, frame: CanFrame, now: float) -> None:
         node = self._nodes.get(cob_id.node_id(frame.id))
+        if node is None and cob_id.function_code(frame.id) == cob_id.SDO_FROM_NODE:
+            self._scan.take(cob_id.node_id(frame.id), frame.data)
         if node is None or frame.remote:
             return
         match cob_id.function_code(frame.id):
@@ -194,6 +228,12 @@ class GatewayCore:
                     then(*self._claim(robot, command))
                 else:
                     robot.obey(command, self._now, then)
+            case ReadObject() | WriteObject() as command:
+                self._access.obey(command, lambda ok, text, data: self._replies.give(call.id, ok, text, data=data))
+            case ScanBus():
+                self._scan.begin(lambda found: then(True, self._scanned(found)))
+            case RecordBus(file, seconds):
+                self._records.append(Record(call.id, file, seconds))
             case other:
                 then(False, f"{other.verb} is no call of a gateway; it takes {', '.join(CALLS)}")
 
@@ -207,6 +247,14 @@ class GatewayCore:
         if self._closing_since is not None:
             return False, f"gateway {self._settings.name} is being stopped", None
         return robot.claim(command, self._now, self._tick)
+
+    def _scanned(self, strange: dict[int, int]) -> str:
+        lines = {number: node.said() for number, node in self._nodes.items()}
+        lines |= {
+            number: f"node {number}: not in the drives file, device type {device_type:08X}h"
+            for number, device_type in strange.items()
+        }
+        return "\n".join(lines[number] for number in sorted(lines))
 
     # State
 

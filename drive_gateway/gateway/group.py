@@ -85,8 +85,19 @@ class DriveGroup:
     def idle(self) -> bool:
         """Switched off as far as this gateway can: nothing is commanded, nothing is waited for."""
         if self.power.state is PowerState.FAULT:
-            return all(not node.operational or node.without_torque for node in self.nodes)
+            return self.idle_nodes
         return self.power.state is PowerState.OFF
+
+    @property
+    def idle_nodes(self) -> bool:
+        """Every node that can be heard says that it has no torque."""
+        return all(not node.operational or node.without_torque for node in self.nodes)
+
+    @property
+    def switched_off(self) -> bool:
+        """Off or in fault, standing as far as it is measured, and no node that can be heard has torque."""
+        standing = self._standing or not self.measured
+        return self.power.state in (PowerState.OFF, PowerState.FAULT) and standing and self.idle_nodes
 
     @property
     def secured(self) -> bool:

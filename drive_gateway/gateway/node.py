@@ -46,6 +46,11 @@ class Node:
         self._troubles: list[Trouble] = []
 
     @property
+    def kept(self) -> frozenset[tuple[int, int]]:
+        """Objects whose values are the drives file's: index and sub-index."""
+        return self._bring_up.kept
+
+    @property
     def operational(self) -> bool:
         return self._bring_up.phase is Phase.OPERATIONAL and not self._lost
 
