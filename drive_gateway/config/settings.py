@@ -4,6 +4,24 @@ from dataclasses import dataclass
 
 
 @dataclass(frozen=True, slots=True)
+class HomingSettings:
+    """How an axis finds its home point. Directions are the drive's own: those of its counts."""
+
+    method: int
+    """CiA 402 homing method (6098h)."""
+    fast: float
+    """[rad/s or m/s] towards the switch (6099h:01)."""
+    slow: float
+    """[rad/s or m/s] off the switch (6099h:02)."""
+    acceleration: float
+    """[rad/s^2 or m/s^2] (609Ah)."""
+    position: float
+    """[rad or m] axis position of the home point (607Ch)."""
+    order: int
+    """Axes of one number home together, lower numbers first."""
+
+
+@dataclass(frozen=True, slots=True)
 class AxisSettings:
     """One axis: its node, its units and its limits. Radians or metres are at the axis, behind the gear."""
 
@@ -25,6 +43,10 @@ class AxisSettings:
     """Time for which the following error may be larger (6066h)."""
     simulated_start: float
     """[rad or m] where a simulated drive stands when it is switched on."""
+    incremental: bool = False
+    """The encoder counts from zero after each power-on: the axis must home before it may be enabled."""
+    homing: HomingSettings | None = None
+    """`None`: the axis cannot home."""
     eds: str = ""
     """File with the names and types of the node's objects; empty: plain CiA 402, as the simulated drive has them."""
 

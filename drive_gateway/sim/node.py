@@ -36,7 +36,7 @@ _Handler = Callable[[bytes, float], list[CanFrame]]
 
 
 class SimulatedNode:
-    """A CANopen node with one CiA 402 drive in mode cyclic synchronous position.
+    """A CANopen node with one CiA 402 drive.
 
     `receive` takes every frame of the bus and answers; `step` must be called at least every 10 ms. The node is switched
     on by the first of these calls.
