@@ -37,12 +37,14 @@ def drives_table(settings: CellSettings, seen: Snapshot) -> Table:
     counters = [bus_line(name, seen.gateways.get(name)) for name in settings.gateways]
     table = Table(title=f"drives of cell {settings.name}", title_justify="left", caption="\n".join(counters))
     table.caption_justify = "left"
-    for heading in ("gateway", "node", "robot", "axis", "NMT", "drive", "emergency"):
+    for heading in ("gateway", "node", "robot", "axis", "NMT", "drive", "referenced", "emergency"):
         table.add_column(heading)
     for name in settings.gateways:
         gateway = seen.gateways.get(name)
         for node in gateway.nodes if gateway is not None else ():
-            table.add_row(name, str(node.node_id), node.robot, node.axis, node.nmt, drive_text(node), emergency(node))
+            reference = "yes" if node.referenced else "no: home it"
+            words = (node.nmt, drive_text(node), reference, emergency(node))
+            table.add_row(name, str(node.node_id), node.robot, node.axis, *words)
     return table
 
 

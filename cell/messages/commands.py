@@ -188,6 +188,39 @@ class RecordBus(Command):
 
 
 @dataclass(frozen=True, slots=True)
+class Home(Command):
+    """Set-up: let axes find their home points (none named: all that can), in their configured order, while held."""
+
+    verb: ClassVar[str] = "home"
+    robot: str
+    axes: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class MoveAxes(Command):
+    """Set-up: move axes by their drives' own profiles, all in the same time, while held.
+
+    `targets` are axis: rad or m, from where the axis is when `relative`. `speed` is a share (0 to 1) of what set-up may
+    use. `by_velocity` uses profile velocity, which stops by time, instead of profile position.
+    """
+
+    verb: ClassVar[str] = "move_axes"
+    robot: str
+    targets: dict[str, float]
+    relative: bool
+    speed: float
+    by_velocity: bool
+
+
+@dataclass(frozen=True, slots=True)
+class HoldSetup(Command):
+    """The operator still holds the set-up motion; the reply's `data` are `moving`, `done` or `stopped`."""
+
+    verb: ClassVar[str] = "hold_setup"
+    robot: str
+
+
+@dataclass(frozen=True, slots=True)
 class Call:
     """A command with the id that makes a repeated call harmless, and the echo that makes an old one recognisable.
 

@@ -24,6 +24,9 @@ from cell.messages import (
     EnableDrives,
     Halt,
     Heard,
+    HoldSetup,
+    Home,
+    MoveAxes,
     ReadObject,
     RecordBus,
     Release,
@@ -59,6 +62,9 @@ COMMANDS: dict[str, dict[str, type[Command]]] = {
             WriteObject,
             ScanBus,
             RecordBus,
+            Home,
+            MoveAxes,
+            HoldSetup,
         ),
     }.items()
 }

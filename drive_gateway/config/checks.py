@@ -115,6 +115,7 @@ def _axes(document: Document, drives: DrivesFile) -> Iterator[Problem]:
             )
             yield document.problem((*path, "following_window"), found, allowed)
         counts = abs(axis.counts_per_rad())
+        yield from _homing(document, path, axis)
         if axis.eds is not None and not document.beside(axis.eds).is_file():
             yield document.problem((*path, "eds"), f"no file {axis.eds!r}", "an EDS or DCF file beside this one")
         for name in ("quick_stop", "following_window"):
@@ -122,6 +123,18 @@ def _axes(document: Document, drives: DrivesFile) -> Iterator[Problem]:
                 most = declared_angle(document, UINT32_MAX / counts)
                 allowed = f"{most:g} or less, 32 bits of encoder counts"
                 yield document.problem((*path, name), document.found((*path, name)), allowed)
+
+
+def _homing(document: Document, path: KeyPath, axis: AxisEntry) -> Iterator[Problem]:
+    if axis.homing is None:
+        if axis.encoder == "incremental":
+            yield document.problem((*path, "encoder"), "incremental without homing", "homing beside it, or absolute")
+        return
+    for name, most in (("fast", axis.speed), ("slow", axis.homing.fast), ("acceleration", axis.acceleration)):
+        if getattr(axis.homing, name) > most:
+            found = document.found((*path, "homing", name))
+            allowed = f"{declared_angle(document, most):g} or less"
+            yield document.problem((*path, "homing", name), found, allowed)
 
 
 def axes_of(drives: DrivesFile) -> Iterator[tuple[KeyPath, str, AxisEntry]]:

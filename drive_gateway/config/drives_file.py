@@ -8,7 +8,7 @@ from pydantic import BaseModel, Field
 
 from cell.config.fields import FileName, Name
 from cell.config.units import STRICT, Angle, PositiveAngle, Seconds, Units
-from drive_gateway.config.settings import AxisSettings, BusSettings, GatewaySettings, RobotDrives
+from drive_gateway.config.settings import AxisSettings, BusSettings, GatewaySettings, HomingSettings, RobotDrives
 
 AxisName = Annotated[str, Field(pattern=r"^J[1-9]$", description="an axis, named for its joint: J1, J2, ...")]
 
@@ -29,6 +29,21 @@ class BusEntry(BaseModel):
     options: dict[str, str | int | float | bool] = Field(default={}, description="more options of the interface")
 
 
+class HomingEntry(BaseModel):
+    """How one axis finds its home point; directions are those of the drive's counts."""
+
+    model_config = STRICT
+    method: Literal[1, 2, 17, 18, 23, 27, 33, 34, 35, 37] = Field(description="homing method of CiA 402 (6098h)")
+    fast: PositiveAngle = Field(description="speed towards the switch")
+    slow: PositiveAngle = Field(description="speed off the switch")
+    acceleration: PositiveAngle = Field(description="acceleration while homing")
+    position: Angle = Field(description="axis position of the home point")
+    order: int = Field(default=1, ge=1, le=9, description="axes of one number home together, lower numbers first")
+
+    def settings(self) -> HomingSettings:
+        return HomingSettings(self.method, self.fast, self.slow, self.acceleration, self.position, self.order)
+
+
 class AxisEntry(BaseModel):
     """One drive and its axis; angles are behind the gear."""
 
@@ -45,6 +60,10 @@ class AxisEntry(BaseModel):
     following_time_s: Seconds = Field(description="how long the following error may be larger (6066h)")
     simulated_start: Angle = Field(description="where a simulated drive stands when it is switched on")
 
+    encoder: Literal["absolute", "incremental"] = Field(
+        default="absolute", description="incremental: the axis must home after each start of its drive"
+    )
+    homing: HomingEntry | None = Field(default=None, description="how the axis finds its home point")
     eds: FileName | None = Field(default=None, description="EDS or DCF of the drive, relative to this file")
 
     def settings(self, name: str, folder: Path = Path()) -> AxisSettings:
@@ -59,6 +78,8 @@ class AxisEntry(BaseModel):
             following_window=self.following_window,
             following_time_s=self.following_time_s,
             simulated_start=self.simulated_start,
+            incremental=self.encoder == "incremental",
+            homing=None if self.homing is None else self.homing.settings(),
             eds="" if self.eds is None else str(folder / self.eds),
         )
 

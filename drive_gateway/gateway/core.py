@@ -12,6 +12,9 @@ from cell.messages.commands import (
     ClaimGrant,
     DisableDrives,
     EnableDrives,
+    HoldSetup,
+    Home,
+    MoveAxes,
     ReadObject,
     RecordBus,
     Release,
@@ -32,7 +35,7 @@ from drive_gateway.config.settings import GatewaySettings
 from drive_gateway.gateway.effects import Frame, Record, RecordEnded, RecordSaid
 from drive_gateway.gateway.estop import EstopLatch
 from drive_gateway.gateway.event_log import EventLog
-from drive_gateway.gateway.group import StopOrder
+from drive_gateway.gateway.group import StopOrder, Then
 from drive_gateway.gateway.lateness import Lateness
 from drive_gateway.gateway.node import Node
 from drive_gateway.gateway.objects import ObjectAccess
@@ -42,6 +45,7 @@ from drive_gateway.gateway.scan import Scan
 from drive_gateway.gateway.trouble import Trouble
 
 STATE_PERIOD_S = 0.2
+RobotCommand = Claim | Release | EnableDrives | DisableDrives | ResetDrives | Home | MoveAxes | HoldSetup
 CALLS = tuple(
     command.verb
     for command in (
@@ -55,6 +59,9 @@ CALLS = tuple(
         WriteObject,
         ScanBus,
         RecordBus,
+        Home,
+        MoveAxes,
+        HoldSetup,
     )
 )
 
@@ -213,21 +220,28 @@ class GatewayCore:
             self._do(call)
 
     def _do(self, call: Call) -> None:
-        def then(ok: bool, text: str, grant: ClaimGrant | None = None) -> None:
-            self._replies.give(call.id, ok, text, grant)
+        def then(ok: bool, text: str) -> None:
+            self._replies.give(call.id, ok, text)
 
         match call.command:
             case Who():
                 then(True, f"gateway {self._settings.name}, boot {self._boot}, {self._process}")
-            case Claim() | Release() | EnableDrives() | DisableDrives() | ResetDrives() as command:
+            case (
+                Claim()
+                | Release()
+                | EnableDrives()
+                | DisableDrives()
+                | ResetDrives()
+                | Home()
+                | MoveAxes()
+                | HoldSetup() as command
+            ):
                 robot = self._robots.get(command.robot)
                 if robot is None:
                     known = ", ".join(self._robots)
                     then(False, f"no robot {command.robot} on gateway {self._settings.name}; it has {known}")
-                elif isinstance(command, Claim):
-                    then(*self._claim(robot, command))
                 else:
-                    robot.obey(command, self._now, then)
+                    self._command(robot, command, call.id, then)
             case ReadObject() | WriteObject() as command:
                 self._access.obey(command, lambda ok, text, data: self._replies.give(call.id, ok, text, data=data))
             case ScanBus():
@@ -236,6 +250,22 @@ class GatewayCore:
                 self._records.append(Record(call.id, file, seconds))
             case other:
                 then(False, f"{other.verb} is no call of a gateway; it takes {', '.join(CALLS)}")
+
+    def _command(self, robot: Robot, command: RobotCommand, call_id: str, then: Then) -> None:
+        match command:
+            case Claim():
+                self._replies.give(call_id, *self._claim(robot, command))
+            case Home() | MoveAxes():
+                others = [other.name for other in self._robots.values() if other.group.setup is not None]
+                if others:
+                    then(False, f"{others[0]} is being set up; one robot at a time")
+                else:
+                    robot.set_up(command, self._now, then)
+            case HoldSetup():
+                text, data = robot.hold(self._now)
+                self._replies.give(call_id, True, text, data=data)
+            case _:
+                robot.obey(command, self._now, then)
 
     def _claim(self, robot: Robot, command: Claim) -> tuple[bool, str, ClaimGrant | None]:
         if command.digest != self._digest:

@@ -31,6 +31,9 @@ class Node:
         self.sdo = SdoChannel(axis.node_id)
         self.counts: int | None = None
         self.counts_per_cycle = 0.0
+        self.statusword = 0
+        self.referenced = not axis.incremental
+        """The drive knows where its axis is; an incremental encoder forgets it with every start of its node."""
         self.emergency: Emergency | None = None
         self.missing_tpdos = 0
         self.told_problem = ""
@@ -77,7 +80,7 @@ class Node:
         nmt = "unknown" if self._nmt is None else self._nmt.name.lower()
         code = None if self.emergency is None else self.emergency.code
         text = "" if self.emergency is None else self.emergency.meaning
-        return NodeStatus(self.axis.node_id, self._robot, self.axis.name, nmt, self.status, code, text)
+        return NodeStatus(self.axis.node_id, self._robot, self.axis.name, nmt, self.status, code, text, self.referenced)
 
     def said(self) -> str:
         """Its state in a few words, for the answer to a call."""
@@ -99,6 +102,7 @@ class Node:
         if self.counts is not None and tick > self._tpdo_tick:
             self.counts_per_cycle = (counts - self.counts) / (tick - self._tpdo_tick)
         self._status = status
+        self.statusword = statusword
         self.counts = counts
         self._tpdo_tick = tick
         self._tpdo_at = now
@@ -167,6 +171,8 @@ class Node:
         self._nmt = None
         self._tpdo_tick = -1
         self.counts_per_cycle = 0.0
+        self.statusword = 0
+        self.referenced = not self.axis.incremental
         self.emergency = None
 
     def _watch(self, now: float, tick: int) -> None:
