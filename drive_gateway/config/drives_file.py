@@ -63,6 +63,9 @@ class AxisEntry(BaseModel):
     encoder: Literal["absolute", "incremental"] = Field(
         default="absolute", description="incremental: the axis must home after each start of its drive"
     )
+    error_control: Literal["heartbeat", "guarding"] = Field(
+        default="heartbeat", description="how node and gateway watch each other; guarding needs remote frames"
+    )
     homing: HomingEntry | None = Field(default=None, description="how the axis finds its home point")
     eds: FileName | None = Field(default=None, description="EDS or DCF of the drive, relative to this file")
 
@@ -78,6 +81,7 @@ class AxisEntry(BaseModel):
             following_window=self.following_window,
             following_time_s=self.following_time_s,
             simulated_start=self.simulated_start,
+            guarded=self.error_control == "guarding",
             incremental=self.encoder == "incremental",
             homing=None if self.homing is None else self.homing.settings(),
             eds="" if self.eds is None else str(folder / self.eds),

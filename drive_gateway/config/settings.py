@@ -47,6 +47,8 @@ class AxisSettings:
     """The encoder counts from zero after each power-on: the axis must home before it may be enabled."""
     homing: HomingSettings | None = None
     """`None`: the axis cannot home."""
+    guarded: bool = False
+    """The node is watched by node guarding instead of heartbeats, for drives that have none."""
     eds: str = ""
     """File with the names and types of the node's objects; empty: plain CiA 402, as the simulated drive has them."""
 

@@ -12,6 +12,8 @@ from drive_gateway.canopen.sdo import SdoChannel
 from drive_gateway.cia402.state_machine import decode
 from drive_gateway.config.settings import AxisSettings, GatewaySettings
 from drive_gateway.gateway.bring_up import BringUp, Phase
+from drive_gateway.gateway.effects import Frame
+from drive_gateway.gateway.guarding import Guarding
 from drive_gateway.gateway.trouble import Trouble
 
 _WITHOUT_TORQUE = {
@@ -40,6 +42,7 @@ class Node:
         self._robot = robot
         self._settings = settings
         self._bring_up = BringUp(self.label, axis, settings, self.sdo)
+        self._guarding = Guarding(axis.node_id, settings.heartbeat_producer_s) if axis.guarded else None
         self._nmt: NmtState | None = None
         self._status = AxisStatus.SILENT
         self._tpdo_tick = -1
@@ -113,9 +116,12 @@ class Node:
         if state is None:
             return
         self._nmt = state
-        self._heartbeat_at = now
         if state is NmtState.BOOT_UP:
             self._bring_up.booted()
+        elif self._guarding is not None and not self._guarding.answered(data[0]):
+            # A wrong toggle bit: an answer was lost, or it is an old one; it does not count as a sign of life.
+            return
+        self._heartbeat_at = now
         if not self.operational or state is NmtState.OPERATIONAL:
             return
         if state is NmtState.BOOT_UP:
@@ -150,6 +156,9 @@ class Node:
                 self._heartbeat_at = self._tpdo_at = now
             elif self._bring_up.phase is Phase.RESETTING and before is Phase.WAITING:
                 self._forget()
+        guard = self._guarding.poll(now) if self._guarding is not None and self._watched else None
+        if guard is not None:
+            effects = [*effects, Frame(guard)]
         request = self.sdo.poll()
         return effects if request is None else [*effects, request]
 
@@ -166,8 +175,15 @@ class Node:
     def rpdo(self, controlword: int, counts: int) -> CanFrame:
         return CanFrame(RPDO1 + self.axis.node_id, RPDO1_LAYOUT.pack(controlword, counts))
 
+    @property
+    def _watched(self) -> bool:
+        """Its guarding is configured."""
+        return self._bring_up.phase in (Phase.STARTING, Phase.OPERATIONAL)
+
     def _forget(self) -> None:
         """What was known before a reset says nothing about the node after it."""
+        if self._guarding is not None:
+            self._guarding.restart()
         self._nmt = None
         self._tpdo_tick = -1
         self.counts_per_cycle = 0.0
@@ -184,7 +200,8 @@ class Node:
             return
         silent_s = now - self._heartbeat_at
         if silent_s > self._settings.heartbeat_timeout_s:
-            self._lose("heartbeat_lost", f"sent no heartbeat for {silent_s:.3f} s", "check power and wiring")
+            silence = "sent no heartbeat" if self._guarding is None else "did not answer its guarding"
+            self._lose("heartbeat_lost", f"{silence} for {silent_s:.3f} s", "check power and wiring")
 
     def _lose(self, code: str, what: str, remedy: str) -> None:
         self._lost = True

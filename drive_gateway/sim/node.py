@@ -1,7 +1,7 @@
 """One simulated node: network states, services and their gating (CiA 301) around a simulated drive (CiA 402).
 
-Nothing here knows a clock: time is what the caller says. Node guarding by remote frames is not simulated; a node with
-guarding would answer remote frames on 700h + Node-ID.
+Nothing here knows a clock: time is what the caller says. A node that produces a heartbeat is not guarded: the two share
+an identifier.
 """
 
 from collections.abc import Callable
@@ -15,7 +15,7 @@ from drive_gateway.sim.abort import Abort, AccessRefused
 from drive_gateway.sim.dictionary import key_of, load_dictionary
 from drive_gateway.sim.drive import Drive
 from drive_gateway.sim.emergency import HEARTBEAT_LOST, PDO_TOO_SHORT, Emergencies
-from drive_gateway.sim.heartbeat import HeartbeatConsumer, HeartbeatProducer
+from drive_gateway.sim.heartbeat import GuardedLife, HeartbeatConsumer, HeartbeatProducer
 from drive_gateway.sim.objects import ALL, COMMUNICATION, Objects
 from drive_gateway.sim.pdo import ReceivePdo, TransmitPdo, receive_pdos, transmit_pdos
 from drive_gateway.sim.pdo_parameters import PdoParameters
@@ -26,6 +26,8 @@ BOOT_S = 0.02
 """From power-on or reset to the boot-up message."""
 
 _HISTORY_COUNT = key_of(0x1003)
+_GUARD_TIME = key_of(0x100C)
+_LIFE_TIME_FACTOR = key_of(0x100D)
 _CONSUMER = key_of(0x1016, 1)
 _PRODUCER = key_of(0x1017)
 _ERROR_BEHAVIOUR = key_of(0x1029, 1)
@@ -56,6 +58,7 @@ class SimulatedNode:
         self._emergencies = Emergencies(self._objects, axis.node_id)
         self._consumer = HeartbeatConsumer()
         self._producer = HeartbeatProducer()
+        self._guarded = GuardedLife()
         self._sdo = SdoServer(self._objects)
         self._drive = Drive(axis, cycle_s, lag_s, self._objects, self._emergencies, self._cause_present)
         self._parameters = PdoParameters(self._objects, lambda: self._nmt is NmtState.OPERATIONAL)
@@ -113,7 +116,10 @@ class SimulatedNode:
         if self._nmt is NmtState.BOOT_UP:
             frames += self._boot(now)
         else:
-            if self._consumer.missed(now):
+            numbers = self._objects.numbers
+            if self._consumer.missed(now) or self._guarded.missed(
+                numbers[_GUARD_TIME], numbers[_LIFE_TIME_FACTOR], now
+            ):
                 self._heartbeat_lost()
             if self._producer.due(now):
                 frames.append(self._error_control(self._nmt))
@@ -153,6 +159,7 @@ class SimulatedNode:
         for code in self._drive.faults:  # a fault outlives a reset of the communication and is told again
             self._emergencies.occur(code)
         self._consumer.configure(0)
+        self._guarded.restart()
         self._producer.configure(0, self._now)
 
     def _boot(self, now: float) -> list[CanFrame]:
@@ -188,7 +195,7 @@ class SimulatedNode:
         if state is self._nmt:
             return
         self._nmt = state
-        self._handlers = {NMT: self._on_nmt}
+        self._handlers = {NMT: self._on_nmt, ERROR_CONTROL + self.node_id: _unheard}
         self._transmit = []
         self._receive = []
         if state is NmtState.STOPPED:
@@ -240,7 +247,7 @@ class SimulatedNode:
             self._enter(after)
 
     def _cause_present(self, code: int) -> bool:
-        return code == HEARTBEAT_LOST and self._consumer.lost
+        return code == HEARTBEAT_LOST and (self._consumer.lost or self._guarded.lost)
 
     # Services
 
@@ -270,8 +277,14 @@ class SimulatedNode:
         return []
 
     def _on_remote(self, cob_id: int) -> list[CanFrame]:
-        """A remote frame asks for a TPDO; no other service of the node can be asked for."""
+        """A remote frame asks for a TPDO, or guards the node if it has no heartbeat."""
         self._drive.advance(self._now)
+        if cob_id == ERROR_CONTROL + self.node_id:
+            if self._objects.numbers[_PRODUCER]:
+                return []
+            if self._guarded.lost and HEARTBEAT_LOST not in self._drive.faults:
+                self._emergencies.vanish(HEARTBEAT_LOST)
+            return [CanFrame(cob_id, bytes((self._guarded.polled(self._nmt, self._now),)))]
         return [pdo.frame() for pdo in self._transmit if pdo.cob_id == cob_id and pdo.remote]
 
 
