@@ -256,7 +256,7 @@ class GatewayCore:
             case Claim():
                 self._replies.give(call_id, *self._claim(robot, command))
             case Home() | MoveAxes():
-                others = [other.name for other in self._robots.values() if other.group.setup is not None]
+                others = [other.name for other in self._robots.values() if other.group.setup.motion is not None]
                 if others:
                     then(False, f"{others[0]} is being set up; one robot at a time")
                 else:

@@ -1,7 +1,7 @@
 """The drives of one robot in the cycle: measure, look for troubles, go on with power, command the next sample."""
 
 from collections import deque
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,17 +10,15 @@ from numpy.typing import NDArray
 from cell.config.settings import Times
 from cell.core import Effect
 from cell.messages.drives import AxisStatus, PlayoutState
-from drive_gateway.canopen.frame import CanFrame
 from drive_gateway.cia402.units import AxisUnits
 from drive_gateway.config.settings import GatewaySettings, RobotDrives
 from drive_gateway.gateway.effects import Frame
 from drive_gateway.gateway.event_log import EventLog
 from drive_gateway.gateway.measurement import FollowingMonitor, RestDetector
-from drive_gateway.gateway.mode_keeper import ModeKeeper
 from drive_gateway.gateway.node import Node
 from drive_gateway.gateway.playout import Playout
 from drive_gateway.gateway.power import Power, PowerState
-from drive_gateway.gateway.setup_motion import SetupMotion
+from drive_gateway.gateway.setup_desk import SetupDesk
 from drive_gateway.gateway.trouble import Trouble
 
 Floats = NDArray[np.float64]
@@ -52,11 +50,7 @@ class DriveGroup:
         self.power = Power(self.nodes)
         self.trouble: Trouble | None = None
         """Why the robot is in fault."""
-        self.setup: SetupMotion | None = None
-        """Motion that the drives make by themselves, while it goes on."""
-        self.setup_ended: SetupMotion | None = None
-        """The newest one that is over."""
-        self._modes = ModeKeeper()
+        self.setup = SetupDesk(log)
         self._cycle_s = settings.cycle_s
         self._stop_time_s = times.estop_delay_s
         self._log = log
@@ -77,7 +71,7 @@ class DriveGroup:
     @property
     def referenced(self) -> bool:
         """Every axis knows where it is, and none moves by itself."""
-        return self.operational and self.setup is None and all(node.referenced for node in self.nodes)
+        return self.operational and self.setup.motion is None and all(node.referenced for node in self.nodes)
 
     @property
     def commanded(self) -> Floats:
@@ -91,7 +85,7 @@ class DriveGroup:
             case PowerState.STOPPING:
                 return False
             case PowerState.OFF | PowerState.FAULT:
-                return self.setup is None
+                return self.setup.motion is None
         return self.playout.at_rest and self._standing
 
     @property
@@ -99,7 +93,7 @@ class DriveGroup:
         """Switched off as far as this gateway can: nothing is commanded, nothing is waited for."""
         if self.power.state is PowerState.FAULT:
             return self.idle_nodes
-        return self.power.state is PowerState.OFF and self.setup is None
+        return self.power.state is PowerState.OFF and self.setup.motion is None
 
     @property
     def idle_nodes(self) -> bool:
@@ -124,7 +118,7 @@ class DriveGroup:
                 then(True, f"{self.robot} is enabled already")
             case PowerState.OFF if self._order is not None:
                 then(False, f"{self.robot} stays off: {self._order.reason}")
-            case PowerState.OFF if self.setup is not None or not self._modes.settled:
+            case PowerState.OFF if self.setup.busy:
                 then(False, f"{self.robot} is being set up; enable it when that is done")
             case PowerState.OFF if self.operational and not self.referenced:
                 names = ", ".join(node.axis.name for node in self.nodes if not node.referenced)
@@ -142,7 +136,7 @@ class DriveGroup:
     def disable(self, now: float, then: Then) -> None:
         """Switch off, only at rest: a drive that loses its torque in motion runs out uncontrolled."""
         match self.power.state:
-            case PowerState.OFF if self.setup is not None:
+            case PowerState.OFF if self.setup.motion is not None:
                 self.setup.stop("it was disabled", now)
                 then(True, f"{self.robot} stops its set-up motion and switches off")
             case PowerState.OFF:
@@ -169,17 +163,11 @@ class DriveGroup:
             case _:
                 then(False, f"{self.robot} is busy: {self.power.state.value}; ask again when that is done")
 
-    def set_up(self, motion: SetupMotion, nodes: Sequence[Node]) -> None:
-        """Let the drives make a motion of their own; only when `setup_problem` is empty."""
-        self.setup = motion
-        for node in nodes:
-            self._modes.left(node)
-
     def setup_problem(self) -> str:
         """Why the drives may not move by themselves now; empty when they may."""
         if self._order is not None:
             return f"{self.robot} stays off: {self._order.reason}"
-        if self.setup is not None or not self._modes.settled:
+        if self.setup.busy:
             return f"{self.robot} is being set up already"
         if self.power.state is PowerState.FAULT:
             return f"{self.robot} is in fault ({self._fault_text()}); reset it first"
@@ -201,10 +189,10 @@ class DriveGroup:
             return
         self.trouble = trouble
         self._answer(False, f"{self.robot}: {trouble.text}; {trouble.remedy}")
-        if self.power.state is PowerState.OFF and self.setup is None:
+        if self.power.state is PowerState.OFF and self.setup.motion is None:
             self._stand_in_fault(now)
         else:
-            self._end_setup(trouble.text, now)
+            self.setup.abandon(trouble.text, now)
             self._quick_stop(now)
 
     def step(self, now: float, tick: int, order: StopOrder | None) -> list[Effect]:
@@ -215,7 +203,7 @@ class DriveGroup:
         self._look_for_troubles(now)
         self.power.step(now)
         self._progress(now)
-        self._go_on_with_setup(now)
+        self.setup.step(now)
         if order is not None:
             self._obey(order, now)
         return self._command() + after
@@ -269,28 +257,6 @@ class DriveGroup:
         remedy = "look at the drive's display" if emergency is None else emergency.remedy
         code = None if emergency is None else emergency.code
         self.fault(Trouble("drive_fault", f"{node.label} is in fault: {reason}", remedy, node.axis.node_id, code), now)
-
-    # Set-up
-
-    def _go_on_with_setup(self, now: float) -> None:
-        if self.setup is not None:
-            self.setup.step(now)
-            if self.setup.ended:
-                self._end_setup("", now)
-        self._modes.step()
-
-    def _end_setup(self, reason: str, now: float) -> None:
-        ended, self.setup = self.setup, None
-        if ended is None:
-            return
-        if reason:
-            ended.stop(reason, now)
-        self.setup_ended = ended
-        if ended.problem:
-            text = f"{ended.what} stopped: {ended.problem}"
-            self._log.warn("setup_stopped", text, "remove the cause and begin again; axes may be unreferenced")
-        else:
-            self._log.info("setup_done", f"{ended.what} is done")
 
     # Power
 
@@ -353,8 +319,7 @@ class DriveGroup:
             self._switch_off(now)
 
     def _obey(self, order: StopOrder, now: float) -> None:
-        if self.setup is not None:
-            self.setup.stop(order.reason, now)
+        self.setup.stop(order.reason, now)
         match self.power.state:
             case PowerState.SWITCHING_ON | PowerState.HANDING_OVER | PowerState.ENABLING:
                 self._answer(False, f"{self.robot} stays off: {order.reason}")
@@ -388,16 +353,10 @@ class DriveGroup:
         self._sent.append(position)
         counts = self._units.counts(position)
         return [
-            Frame(self._rpdo(node, count))
+            Frame(self.setup.rpdo(node) or node.rpdo(self.power.controlword(node), count))
             for node, count in zip(self.nodes, counts, strict=True)
             if node.operational or node.lost
         ]
-
-    def _rpdo(self, node: Node, count: int) -> CanFrame:
-        axis = self.setup.controls(node) if self.setup is not None else None
-        if axis is not None:
-            return node.rpdo(axis.controlword, axis.target)
-        return node.rpdo(self.power.controlword(node), count)
 
     def _answer(self, ok: bool, text: str) -> None:
         then, self._then = self._then, None

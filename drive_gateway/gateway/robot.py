@@ -95,17 +95,16 @@ class Robot:
         except SetupRefused as refusal:
             then(False, str(refusal))
             return
-        self.group.set_up(motion, nodes)
+        self.group.setup.begin(motion, nodes)
         self._log.info("setup", f"{motion.what} begins; it stops when its operator lets go")
         then(True, f"{motion.what} begins")
 
     def hold(self, now: float) -> tuple[str, str]:
         """The operator holds it: what goes on, for people and in one word."""
-        group = self.group
-        if group.setup is not None:
-            group.setup.hold(now)
-            return group.setup.progress(), "moving"
-        ended = group.setup_ended
+        motion, ended = self.group.setup.motion, self.group.setup.ended
+        if motion is not None:
+            motion.hold(now)
+            return motion.progress(), "moving"
         if ended is None:
             return f"{self.name} is not being set up", "stopped"
         return (f"stopped: {ended.problem}", "stopped") if ended.problem else (f"{ended.what} is done", "done")
