@@ -7,6 +7,7 @@ from collections.abc import Callable
 
 from drive_gateway.config.settings import AxisSettings
 from drive_gateway.sim.abort import Abort, AccessRefused
+from drive_gateway.sim.axis_servo import AxisServo
 from drive_gateway.sim.dictionary import key_of
 from drive_gateway.sim.emergency import COMMUNICATION_LOST, FOLLOWING_ERROR, SETPOINTS_MISSING, Emergencies
 from drive_gateway.sim.objects import Objects
@@ -19,7 +20,7 @@ from drive_gateway.sim.power_state import (
     command_of,
     commanded,
 )
-from drive_gateway.sim.servo import Servo
+from drive_gateway.sim.servo import SPEED_RESERVE, Servo
 
 CYCLIC_SYNCHRONOUS_POSITION = 8
 
@@ -48,8 +49,6 @@ _INTERNAL_LIMIT = 1 << 11
 _FOLLOWS_COMMAND = 1 << 12
 _FOLLOWING_ERROR_BIT = 1 << 13
 
-_SPEED_RESERVE = 1.2
-"""The motor turns faster than the axis may, so that a lag can be caught up."""
 _BRAKE_FACTOR = 2.0
 """The holding brake stops the axis harder than the quick stop does."""
 _LOW, _HIGH = -(1 << 31), (1 << 31) - 1
@@ -70,6 +69,7 @@ class Drive:
         objects: the node's objects; the drive registers itself for its own.
         emergencies: where faults are told.
         cause_present: whether the cause of an error code is still there, so that the fault cannot be reset.
+        servo: the axis behind the drive; `None`: one of the fast level.
     """
 
     def __init__(
@@ -80,10 +80,11 @@ class Drive:
         objects: Objects,
         emergencies: Emergencies,
         cause_present: Callable[[int], bool],
+        servo: AxisServo | None = None,
     ) -> None:
         scale = abs(axis.counts_per_unit)
         start = (axis.simulated_start - axis.offset) * axis.counts_per_unit
-        self._servo = Servo(start, lag_s, _SPEED_RESERVE * axis.speed * scale)
+        self.servo: AxisServo = servo or Servo(start, lag_s, SPEED_RESERVE * axis.speed * scale)
         self._brake = _BRAKE_FACTOR * axis.quick_stop * scale
         self._cycle_s = cycle_s
         self._numbers = objects.numbers
@@ -105,15 +106,16 @@ class Drive:
     @property
     def position(self) -> float:
         """[counts]"""
-        return self._servo.position
+        return self.servo.position
 
     @property
     def top_speed(self) -> float:
         """[counts/s] that the axis cannot exceed."""
-        return self._servo.top_speed
+        return self.servo.top_speed
 
     def reset(self) -> None:
         """Transition 0: the drive restarts without power; the axis is where it is."""
+        self.servo.switch_on()
         self.state = DriveState.NOT_READY_TO_SWITCH_ON
         self.faults: list[int] = []
         self._before = 0
@@ -134,6 +136,9 @@ class Drive:
             end = min(self._now + self._cycle_s, now)
             step_s, self._now = end - self._now, end
             self._move(step_s)
+            if self.state is not DriveState.NOT_READY_TO_SWITCH_ON:
+                for code in self.servo.trips():
+                    self.fault(code)
             if self.state is DriveState.OPERATION_ENABLED:
                 self._watch(step_s, end)
         self._show()
@@ -187,7 +192,7 @@ class Drive:
 
     def _aim(self, target: int) -> None:
         if self.state is DriveState.OPERATION_ENABLED and self._numbers[_MODE_DISPLAY] == CYCLIC_SYNCHRONOUS_POSITION:
-            self._servo.interpolate(target, self._period_s)
+            self.servo.interpolate(target, self._period_s)
             self._setpoint_at = self._now or 0.0
 
     # States
@@ -199,7 +204,7 @@ class Drive:
 
     def _acknowledge(self) -> None:
         """Transition 15, if every cause is gone."""
-        present = [code for code in self.faults if self._cause_present(code)]
+        present = [code for code in self.faults if self._cause_present(code) or self.servo.persists(code)]
         if present:
             self._emergencies.repeat(present[-1])
             return
@@ -211,7 +216,7 @@ class Drive:
 
     def _enter(self, state: DriveState) -> None:
         if state is DriveState.OPERATION_ENABLED:
-            self._servo.hold()
+            self.servo.hold()
             self._setpoint_at = self._now or 0.0
             self._outside_s = 0.0
         self.state = state
@@ -220,15 +225,15 @@ class Drive:
     # Motion
 
     def _move(self, step_s: float) -> None:
-        servo = self._servo
+        servo = self.servo
         if self.state is DriveState.OPERATION_ENABLED:
             servo.follow(step_s)
         elif self.state in _BRAKING:
             servo.brake(step_s, self._numbers[_QUICK_STOP_DECELERATION])
             if servo.standing:
                 self._stopped()
-        elif not servo.standing:
-            servo.brake(step_s, self._brake)
+        else:
+            servo.rest(step_s, self._brake)
 
     def _stopped(self) -> None:
         """Transitions 12 and 14."""
@@ -241,7 +246,7 @@ class Drive:
         if now - self._setpoint_at > self._patience_s:
             self.fault(SETPOINTS_MISSING)
             return
-        if abs(self._servo.error) <= self._numbers[_FOLLOWING_WINDOW]:
+        if abs(self.servo.error) <= self._numbers[_FOLLOWING_WINDOW]:
             self._outside_s = 0.0
             return
         self._outside_s += step_s
@@ -250,7 +255,7 @@ class Drive:
 
     def _show(self) -> None:
         """Statusword and measurements into their objects."""
-        servo, numbers = self._servo, self._numbers
+        servo, numbers = self.servo, self._numbers
         position = _clipped(servo.position)
         word = self.state.value | _REMOTE
         if self.state is not DriveState.NOT_READY_TO_SWITCH_ON:

@@ -3,6 +3,8 @@
 import logging
 import threading
 import time
+from collections.abc import Mapping
+from dataclasses import replace
 from math import ceil
 from types import TracebackType
 from typing import Self
@@ -11,11 +13,17 @@ import can
 
 from cell.net.runner import scheduling
 from drive_gateway.canopen.frame import CanFrame
-from drive_gateway.config.settings import GatewaySettings
+from drive_gateway.config.settings import AxisSettings, GatewaySettings
+from drive_gateway.config.simulation import Level
 from drive_gateway.gateway.bus import BusError, open_bus
+from drive_gateway.sim.axis.dc_bus import DcBus
+from drive_gateway.sim.axis.full_servo import FullServo
+from drive_gateway.sim.axis.load import Load, together
 from drive_gateway.sim.node import SimulatedNode
 
 _log = logging.getLogger(__name__)
+
+Loads = Mapping[tuple[str, str], Load]
 
 STEP_S = 0.005
 """Period of the nodes' own timers, and longest wait for a frame."""
@@ -35,9 +43,9 @@ class SimulatedDrives:
         BusError: the bus cannot be opened (on entering).
     """
 
-    def __init__(self, settings: GatewaySettings) -> None:
+    def __init__(self, settings: GatewaySettings, loads: Loads | None = None) -> None:
         self._settings = settings.bus
-        self.nodes = simulated_nodes(settings)
+        self.nodes = simulated_nodes(settings, loads)
         self.problem = ""
         self.ended = threading.Event()
         self._closing = threading.Event()
@@ -87,14 +95,38 @@ class SimulatedDrives:
                     _send(bus, node.step(now))
 
 
-def simulated_nodes(settings: GatewaySettings) -> list[SimulatedNode]:
-    """One node per axis. They wait for set points as long as a cycle of this gateway may be late."""
+def simulated_nodes(settings: GatewaySettings, loads: Loads | None = None) -> list[SimulatedNode]:
+    """One node per axis. They wait for set points as long as a cycle of this gateway may be late.
+
+    `loads` are torques on axes beside those of the file, for who knows the whole robot; by robot and axis, at the full
+    level only.
+    """
     timeout = min(_LONGEST_SETPOINT_TIMEOUT, max(2, ceil(settings.overrun_limit_s / settings.cycle_s) + 1))
+    bus = DcBus(settings.simulation.dc_bus)
     return [
-        SimulatedNode(axis, settings.cycle_s, settings.simulated_lag_s, timeout)
-        for robot in settings.robots.values()
+        SimulatedNode(
+            axis,
+            settings.cycle_s,
+            settings.simulated_lag_s,
+            timeout,
+            _full_servo(settings, name, axis, bus, loads or {}),
+        )
+        for name, robot in settings.robots.items()
         for axis in robot.axes
     ]
+
+
+def _full_servo(
+    settings: GatewaySettings, robot: str, axis: AxisSettings, bus: DcBus, loads: Loads
+) -> FullServo | None:
+    """The axis at the full level, `None` at the fast one."""
+    if settings.simulation.level is Level.FAST:
+        return None
+    data = settings.simulation.axes[robot, axis.name]
+    if (robot, axis.name) in loads:
+        data = replace(data, torque=together(data.torque, loads[robot, axis.name]))
+    start = (axis.simulated_start - axis.offset) * axis.counts_per_unit
+    return FullServo(data, start, settings.simulated_lag_s, bus)
 
 
 def run_simulated_drives(settings: GatewaySettings, stop: threading.Event) -> int:
