@@ -19,6 +19,7 @@ from drive_gateway.gateway.bus import BusError, open_bus
 from drive_gateway.sim.axis.dc_bus import DcBus
 from drive_gateway.sim.axis.full_servo import FullServo
 from drive_gateway.sim.axis.load import Load, together
+from drive_gateway.sim.bus import SimulatedBus
 from drive_gateway.sim.node import SimulatedNode
 
 _log = logging.getLogger(__name__)
@@ -29,6 +30,8 @@ STEP_S = 0.005
 """Period of the nodes' own timers, and longest wait for a frame."""
 _OLDEST_S = 1.0
 """A frame that seems older was stamped by a clock that jumped."""
+_GRAIN_S = 0.0005
+"""Frames that come through the wire within this time are handed over together; their own times stay exact."""
 _CLOSE_TIMEOUT_S = 2.0
 _LONGEST_SETPOINT_TIMEOUT = 255
 
@@ -46,6 +49,7 @@ class SimulatedDrives:
     def __init__(self, settings: GatewaySettings, loads: Loads | None = None) -> None:
         self._settings = settings.bus
         self.nodes = simulated_nodes(settings, loads)
+        self._carrier = SimulatedBus(self.nodes, settings.bus.bitrate if settings.simulation.wire_time else None)
         self.problem = ""
         self.ended = threading.Event()
         self._closing = threading.Event()
@@ -81,18 +85,24 @@ class SimulatedDrives:
     def _serve(self, bus: can.BusABC) -> None:
         stepped = 0.0
         while not self._closing.is_set():
-            message = bus.recv(STEP_S)
+            message = bus.recv(self._patience(stepped + STEP_S))
             now = time.monotonic()
             if message is not None:
                 now -= _age(message)
                 if not message.is_extended_id and not message.is_error_frame:
                     frame = CanFrame(message.arbitration_id, bytes(message.data), message.is_remote_frame)
-                    for node in self.nodes:
-                        _send(bus, node.receive(frame, now))
-            if message is None or now - stepped >= STEP_S:
+                    _send(bus, self._carrier.receive(frame, now))
+            if now - stepped >= STEP_S:
                 stepped = now
-                for node in self.nodes:
-                    _send(bus, node.step(now))
+                _send(bus, self._carrier.step(now))
+            else:
+                _send(bus, self._carrier.carry(now))
+
+    def _patience(self, step_at: float) -> float:
+        """How long to wait for a frame of the master: until the nodes' timers or one of their own frames are due."""
+        arrival = self._carrier.next_at
+        due = step_at if arrival is None else min(step_at, arrival)
+        return min(max(due - time.monotonic(), _GRAIN_S), STEP_S)
 
 
 def simulated_nodes(settings: GatewaySettings, loads: Loads | None = None) -> list[SimulatedNode]:

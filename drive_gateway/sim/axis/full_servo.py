@@ -41,8 +41,8 @@ class FullServo:
         self._inertia = data.inertia
         self._hot_c = data.motor.hot_c + 1.0
         self.top_speed = data.top_speed * self._per_rad
-        self._counts = self.machine.encoder.read(self.machine.mechanics.angle)
-        self._command = Servo(float(self._counts), lag_s, self.top_speed)
+        self._counts = 0
+        self._command = Servo(0.0, lag_s, self.top_speed)
         self._implausible = _IMPLAUSIBLE * _TOO_FAST * self.top_speed * STEP_S
         self._time = self._due = 0.0
         self._since_switched_s = 0.0
@@ -51,6 +51,7 @@ class FullServo:
         self._peak_allowed = data.motor.peak_current**2
         self._voltage = 0j
         self._new: list[int] = []
+        self.switch_on()
 
     @property
     def position(self) -> float:
@@ -93,7 +94,9 @@ class FullServo:
         angle = self.machine.mechanics.angle
         self.machine.encoder.switch_on(angle)
         self._counts = self.machine.encoder.read(angle)
+        self.cascade.reset(self._counts / self._per_rad)
         self._open()
+        self.hold()
 
     def hold(self) -> None:
         """The demand becomes the position: what was commanded before is forgotten."""
