@@ -22,6 +22,6 @@ class Simulation:
     level: Level = Level.FAST
     wire_time: bool = False
     """Frames take their time on the wire and wait for each other."""
-    dc_bus: DcBusData = DcBusData()
+    dc_bus: DcBusData = field(default_factory=DcBusData)
     axes: Mapping[tuple[str, str], AxisData] = field(default_factory=dict)
     """Axes by robot and name; all of them at the full level."""

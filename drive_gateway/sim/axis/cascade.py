@@ -35,7 +35,7 @@ class Cascade:
         self._smoothing = STEP_S / (STEP_S + SPEED_FILTER_S)
         self._speed_loop = Regulator(gains.speed, gains.speed_integral, STEP_S)
         self._current_integral = 0j
-        self._angle = 0.0
+        self._angle = self._ahead_of_encoder = 0.0
         self.injected = 0.0
         """[A] added behind the speed loop: a probe for its open loop."""
         self.speed = 0.0
@@ -45,8 +45,12 @@ class Cascade:
         self.limited = False
         """Current or voltage are at their limit."""
 
-    def reset(self, angle: float) -> None:
-        """The power stage is switched on with the shaft at `angle`."""
+    def reset(self, angle: float, magnets: float) -> None:
+        """The power stage is switched on with the shaft at `angle`, as its encoder says.
+
+        The drive finds where the `magnets` really stand, which an incremental encoder does not know.
+        """
+        self._ahead_of_encoder = magnets - angle
         self._speed_loop.reset()
         self._current_integral = 0j
         self._angle = angle
@@ -71,7 +75,7 @@ class Cascade:
         return self._voltage(measured, dc_v)
 
     def _voltage(self, measured: complex, dc_v: float) -> complex:
-        electric = self._pairs * self._angle
+        electric = self._pairs * (self._angle + self._ahead_of_encoder)
         turning = self._pairs * self.speed
         current = measured * complex(cos(electric), -sin(electric))
         error = 1j * self.set_current - current

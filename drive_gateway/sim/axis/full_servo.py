@@ -94,7 +94,7 @@ class FullServo:
         angle = self.machine.mechanics.angle
         self.machine.encoder.switch_on(angle)
         self._counts = self.machine.encoder.read(angle)
-        self.cascade.reset(self._counts / self._per_rad)
+        self._reset_loop()
         self._open()
         self.hold()
 
@@ -179,7 +179,8 @@ class FullServo:
         if on and not self._powered and not self._dead:
             self._powered = True
             self._since_switched_s = 0.0
-            self.cascade.reset(self._counts / self._per_rad)
+            self._voltage = 0j
+            self._reset_loop()
             self.hold()
         elif not on and self._powered and not self.machine.brake_closed:
             self._since_switched_s = 0.0
@@ -189,6 +190,9 @@ class FullServo:
             self.machine.brake_closed = self.machine.brake_closed and not over
         elif self._powered and (over or not self.standing):
             self._open()
+
+    def _reset_loop(self) -> None:
+        self.cascade.reset(self._counts / self._per_rad, self.machine.mechanics.angle)
 
     def _open(self) -> None:
         """Bridge off, brake closed."""
@@ -200,7 +204,8 @@ class FullServo:
         if abs(counts - self._counts) > self._implausible:
             self._jumped = True
             self._open()
-            self.cascade.reset(counts / self._per_rad)
+            self._counts = counts
+            self._reset_loop()
         self._counts = counts
         self.cascade.observe(counts / self._per_rad)
 
