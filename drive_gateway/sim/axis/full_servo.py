@@ -47,7 +47,7 @@ class FullServo:
         self._time = self._due = 0.0
         self._since_switched_s = 0.0
         self._powered = self._dead = self._braking = self._jumped = False
-        self._peak = self._sum = 0.0
+        self._peak = self._sum = self._mean_speed = 0.0
         self._peak_allowed = data.motor.peak_current**2
         self._voltage = 0j
         self._new: list[int] = []
@@ -59,7 +59,8 @@ class FullServo:
 
     @property
     def velocity(self) -> float:
-        return 0.0 if self.standing else self.cascade.speed * self._per_rad
+        """Mean of the newest interval: the loop's own value is too noisy to be shown."""
+        return 0.0 if self.standing else self._mean_speed
 
     @property
     def demand(self) -> float:
@@ -161,7 +162,7 @@ class FullServo:
         if steps == 0:
             return
         self._peak = self._sum = 0.0
-        dc_v = self._bus.voltage
+        dc_v, before = self._bus.voltage, self._counts
         self._switch(command is not None, steps * STEP_S)
         for _ in range(steps):
             self._observe()
@@ -169,6 +170,7 @@ class FullServo:
                 self._drive(command, dc_v)
             else:
                 self.machine.coast()
+        self._mean_speed = (self._counts - before) / (steps * STEP_S)
         if not self._powered:
             self.hold()
         self._account(steps, dc_v)
