@@ -42,7 +42,7 @@ def _motor(document: Document, drives: DrivesFile, path: KeyPath, entry: Simulat
     fastest = drives.simulation.dc_bus.supply_v / (sqrt(3.0) * motor.emf * axis.gear)
     if axis.speed > fastest:
         found = f"{motor.name}, which turns the axis with up to {declared_angle(document, fastest):.0f}"
-        speed = document.found(("robots", *path[2:], "speed"))
+        speed = document.found(("robots", path[-2], "axes", path[-1], "speed"))
         yield document.problem((*path, "motor"), found, f"a motor that reaches the speed of this axis, {speed}")
     if entry.stiffness_nm_rad is not None:
         inertia = motor.inertia_kg_m2 * axis.gear**2

@@ -114,7 +114,7 @@ class Servo:
         speed = abs(self.velocity)
         braking_s = min(step_s, speed / deceleration)
         change = deceleration * braking_s
-        left = 0.0 if change >= speed else speed - change
+        left = 0.0 if speed <= deceleration * step_s else speed - change
         mean = 0.5 * (speed + left)
         self.position += (mean if self.velocity > 0.0 else -mean) * braking_s
         self.velocity = left if self.velocity > 0.0 else -left

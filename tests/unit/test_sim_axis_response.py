@@ -64,5 +64,5 @@ def test_measured_loop_shows_both_frequencies_of_two_masses() -> None:
 def test_step_ends_at_its_height_and_rises_with_the_bandwidth() -> None:
     step = step_response(EXACT, 0.3)
     assert step.speed[-1] == pytest.approx(1.0, rel=WITHIN)
-    assert 0.25 / 50 < 2 * step.rise_s < 0.6 / 50 * 2
+    assert 0.15 / 50 < step.rise_s < 0.35 / 50
     assert step.settled_s < 0.1
