@@ -86,7 +86,16 @@ def add_node(network: canopen.Network) -> canopen.RemoteNode:
     node = network.add_node(NODE, str(files("drive_gateway.sim") / "cia402_drive.eds"))
     node.nmt.send_command(0x81)
     node.nmt.wait_for_bootup(DEADLINE_S)
+    wait_for(lambda: _answers(node))  # the boot-up may be that of the power-on, before the reset
     return node
+
+
+def _answers(node: canopen.RemoteNode) -> bool:
+    try:
+        node.sdo.upload(0x1000, 0)
+    except canopen.SdoCommunicationError:
+        return False
+    return True
 
 
 def test_canopen_master_reads_the_identity(master: canopen.Network) -> None:
