@@ -13,6 +13,7 @@ from rich.console import Console
 from rich.table import Table
 from ruckig import InputParameter, Ruckig, Trajectory
 
+from bench.drives import simulated_drives
 from cell.messages import SetpointBlock
 from cell.net.codec import decode, encode
 from robot_agent.kinematics import Model, load_model
@@ -122,7 +123,8 @@ def main() -> None:
     lower, upper = model.description.limits.position.T
     q = np.random.default_rng(1).uniform(lower, upper, (POSES, model.n))
     table = Table("what", "median", "ratio", "to")
-    for what, seconds, ratio, to in [*kinematics(model, q), profile(), *motions(model, Limits.of(model.description))]:
+    measured = [*kinematics(model, q), profile(), *motions(model, Limits.of(model.description)), *simulated_drives()]
+    for what, seconds, ratio, to in measured:
         table.add_row(what, f"{1e3 * seconds:.3f} ms", f"{ratio:.3g}", to)
     Console().print(table)
 

@@ -102,6 +102,23 @@ def simulate(
     run_process(f"drives-{gateway}", settings, state_dir, parent_pipe, body)
 
 
+@app.command(epilog="Example: drive-gateway tune cell_configs/two_arms/cell.yaml left_bus J2")
+def tune(
+    file: CellFileArgument,
+    gateway: GatewayArgument,
+    axis: Annotated[str, typer.Argument(metavar="AXIS", help="An axis of the gateway: J1, or left.J1.")],
+) -> None:
+    """Show step and frequency response of a simulated axis, with its gain margin from the open loop.
+
+    Motor, load and servo loop are those of `simulation.axes` in the drives file. Nothing moves and no bus is opened.
+    """
+    from cell.commands.tune import show_tuning
+    from drive_gateway.config import load_drives
+
+    settings = _settings(file, gateway, None)
+    show_tuning(load_drives(settings.gateways[gateway].drives, gateway), axis)
+
+
 def _example(words: str) -> str:
     return f"Example: drive-gateway {words}"
 

@@ -9,6 +9,7 @@ from cell.config.problem import KeyPath, Problem, Severity
 from cell.config.reading import declared_angle
 from drive_gateway.config.bus_load import KEPT_FREE, REFUSE_ABOVE, WARN_ABOVE, bus_load
 from drive_gateway.config.drives_file import AxisEntry, DrivesFile
+from drive_gateway.config.simulation_checks import check_simulation
 
 UINT16_MAX = 2**16 - 1
 UINT32_MAX = 2**32 - 1
@@ -25,6 +26,7 @@ def check_drives_file(document: Document, drives: DrivesFile) -> list[Problem]:
         *_times(document, drives),
         *_milliseconds(document, drives),
         *_axes(document, drives),
+        *check_simulation(document, drives),
     ]
 
 

@@ -9,8 +9,10 @@ from pydantic import BaseModel, Field
 from cell.config.fields import FileName, Name
 from cell.config.units import STRICT, Angle, PositiveAngle, Seconds, Units
 from drive_gateway.config.settings import AxisSettings, BusSettings, GatewaySettings, HomingSettings, RobotDrives
-
-AxisName = Annotated[str, Field(pattern=r"^J[1-9]$", description="an axis, named for its joint: J1, J2, ...")]
+from drive_gateway.config.simulation import Level, Simulation
+from drive_gateway.config.simulation_entry import AxisName, SimulationEntry
+from drive_gateway.sim.axis.axis_data import AxisData
+from drive_gateway.sim.servo import SPEED_RESERVE
 
 
 class BusEntry(BaseModel):
@@ -114,6 +116,7 @@ class DrivesFile(BaseModel):
     tpdo_timeout_s: Seconds = Field(description="silence of a node's TPDO that stops its robot")
     boot_timeout_s: Seconds = Field(description="time for a node's boot-up after its reset")
     simulated_lag_s: float = Field(ge=0, le=1, description="lag of a simulated drive behind its set points")
+    simulation: SimulationEntry = Field(default=SimulationEntry(), description="how drives are simulated")
     robots: dict[Name, RobotEntry] = Field(
         description="robots on this bus by name", json_schema_extra={"minProperties": 1}
     )
@@ -134,4 +137,26 @@ class DrivesFile(BaseModel):
                 robot: RobotDrives(robot, tuple(axis.settings(joint, folder) for joint, axis in entry.axes.items()))
                 for robot, entry in self.robots.items()
             },
+            simulation=Simulation(
+                level=Level(self.simulation.level),
+                wire_time=self.simulation.wire_time,
+                dc_bus=self.simulation.dc_bus.data(),
+                axes=self.simulated_axes(),
+            ),
         )
+
+    def simulated_axes(self) -> dict[tuple[str, str], AxisData]:
+        """What the full level knows of each axis, by robot and name."""
+        found: dict[tuple[str, str], AxisData] = {}
+        for robot, entries in self.simulation.axes.items():
+            for name, entry in entries.items():
+                axis = self.robots[robot].axes[name]
+                found[robot, name] = entry.data(
+                    gear=axis.gear,
+                    direction=axis.direction,
+                    counts_per_turn=axis.counts_per_turn,
+                    offset=axis.offset,
+                    top_speed=SPEED_RESERVE * axis.speed * axis.gear,
+                    seed=axis.node,
+                )
+        return found

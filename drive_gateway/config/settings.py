@@ -1,6 +1,8 @@
 """A bus and its drives as the gateway uses them: SI units, every default filled in."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+
+from drive_gateway.config.simulation import Simulation
 
 
 @dataclass(frozen=True, slots=True)
@@ -91,3 +93,4 @@ class GatewaySettings:
     simulated_lag_s: float
     """Lag with which a simulated drive follows its set points."""
     robots: dict[str, RobotDrives]
+    simulation: Simulation = field(default_factory=Simulation)

@@ -7,6 +7,7 @@ from collections.abc import Callable
 
 from drive_gateway.config.settings import AxisSettings
 from drive_gateway.sim.abort import Abort, AccessRefused
+from drive_gateway.sim.axis_servo import AxisServo
 from drive_gateway.sim.dictionary import key_of
 from drive_gateway.sim.emergency import COMMUNICATION_LOST, FOLLOWING_ERROR, SETPOINTS_MISSING, Emergencies
 from drive_gateway.sim.objects import Objects
@@ -20,7 +21,7 @@ from drive_gateway.sim.power_state import (
     commanded,
 )
 from drive_gateway.sim.reference import Reference
-from drive_gateway.sim.servo import Servo
+from drive_gateway.sim.servo import SPEED_RESERVE, Servo
 from drive_gateway.sim.setup_modes import SETUP_MODES, SetupModes
 
 CYCLIC_SYNCHRONOUS_POSITION = 8
@@ -51,8 +52,6 @@ _INTERNAL_LIMIT = 1 << 11
 _FOLLOWS_COMMAND = 1 << 12
 _FOLLOWING_ERROR_BIT = 1 << 13
 
-_SPEED_RESERVE = 1.2
-"""The motor turns faster than the axis may, so that a lag can be caught up."""
 _BRAKE_FACTOR = 2.0
 """The holding brake stops the axis harder than the quick stop does."""
 _LOW, _HIGH = -(1 << 31), (1 << 31) - 1
@@ -73,6 +72,7 @@ class Drive:
         objects: the node's objects; the drive registers itself for its own.
         emergencies: where faults are told.
         cause_present: whether the cause of an error code is still there, so that the fault cannot be reset.
+        servo: the axis behind the drive; `None`: one of the fast level.
     """
 
     def __init__(
@@ -83,10 +83,11 @@ class Drive:
         objects: Objects,
         emergencies: Emergencies,
         cause_present: Callable[[int], bool],
+        servo: AxisServo | None = None,
     ) -> None:
         scale = abs(axis.counts_per_unit)
         start = (axis.simulated_start - axis.offset) * axis.counts_per_unit
-        self.servo = Servo(start, lag_s, _SPEED_RESERVE * axis.speed * scale)
+        self.servo: AxisServo = servo or Servo(start, lag_s, SPEED_RESERVE * axis.speed * scale)
         self._brake = _BRAKE_FACTOR * axis.quick_stop * scale
         self._cycle_s = cycle_s
         self._numbers = objects.numbers
@@ -119,6 +120,7 @@ class Drive:
 
     def reset(self) -> None:
         """Transition 0: the drive restarts without power; the axis is where it is."""
+        self.servo.switch_on()
         self._reference.switched_on(self.servo.position)
         self.state = DriveState.NOT_READY_TO_SWITCH_ON
         self.faults: list[int] = []
@@ -140,6 +142,9 @@ class Drive:
             end = min(self._now + self._cycle_s, now)
             step_s, self._now = end - self._now, end
             self._move(step_s)
+            if self.state is not DriveState.NOT_READY_TO_SWITCH_ON:
+                for code in self.servo.trips():
+                    self.fault(code)
             if self.state is DriveState.OPERATION_ENABLED:
                 self._watch(step_s, end)
         if self._numbers[_MODE] != self._numbers[_MODE_DISPLAY]:
@@ -216,7 +221,7 @@ class Drive:
 
     def _acknowledge(self) -> None:
         """Transition 15, if every cause is gone."""
-        present = [code for code in self.faults if self._cause_present(code)]
+        present = [code for code in self.faults if self._cause_present(code) or self.servo.persists(code)]
         if present:
             self._emergencies.repeat(present[-1])
             return
@@ -247,8 +252,8 @@ class Drive:
             servo.brake(step_s, self._numbers[_QUICK_STOP_DECELERATION])
             if servo.standing:
                 self._stopped()
-        elif not servo.standing:
-            servo.brake(step_s, self._brake)
+        else:
+            servo.rest(step_s, self._brake)
 
     def _stopped(self) -> None:
         """Transitions 12 and 14."""

@@ -12,10 +12,12 @@ from drive_gateway.canopen.frame import CanFrame
 from drive_gateway.canopen.nmt import NmtCommand, NmtState
 from drive_gateway.config.settings import AxisSettings
 from drive_gateway.sim.abort import Abort, AccessRefused
+from drive_gateway.sim.axis_servo import AxisServo
 from drive_gateway.sim.dictionary import key_of, load_dictionary
 from drive_gateway.sim.drive import Drive
 from drive_gateway.sim.emergency import HEARTBEAT_LOST, PDO_TOO_SHORT, Emergencies
 from drive_gateway.sim.heartbeat import GuardedLife, HeartbeatConsumer, HeartbeatProducer
+from drive_gateway.sim.late_frames import LateFrames
 from drive_gateway.sim.objects import ALL, COMMUNICATION, Objects
 from drive_gateway.sim.pdo import ReceivePdo, TransmitPdo, receive_pdos, transmit_pdos
 from drive_gateway.sim.pdo_parameters import PdoParameters
@@ -49,9 +51,17 @@ class SimulatedNode:
         lag_s: lag of the axis behind its set points [s].
         setpoint_timeout: interpolation periods without a set point that are a fault (power-on value of 2000h);
             `None`: as in the EDS.
+        servo: the axis behind the drive; `None`: one of the fast level.
     """
 
-    def __init__(self, axis: AxisSettings, cycle_s: float, lag_s: float, setpoint_timeout: int | None = None) -> None:
+    def __init__(
+        self,
+        axis: AxisSettings,
+        cycle_s: float,
+        lag_s: float,
+        setpoint_timeout: int | None = None,
+        servo: AxisServo | None = None,
+    ) -> None:
         self.node_id = axis.node_id
         self._setpoint_timeout = setpoint_timeout
         self._objects = Objects(load_dictionary(), axis.node_id)
@@ -60,7 +70,7 @@ class SimulatedNode:
         self._producer = HeartbeatProducer()
         self._guarded = GuardedLife()
         self._sdo = SdoServer(self._objects)
-        self._drive = Drive(axis, cycle_s, lag_s, self._objects, self._emergencies, self._cause_present)
+        self._drive = Drive(axis, cycle_s, lag_s, self._objects, self._emergencies, self._cause_present, servo)
         self._parameters = PdoParameters(self._objects, lambda: self._nmt is NmtState.OPERATIONAL)
         self._objects.guards[_HISTORY_COUNT] = _only_zero
         self._objects.followers[_HISTORY_COUNT] = lambda _value: self._emergencies.clear_history()
@@ -70,6 +80,7 @@ class SimulatedNode:
         self._boot_at: float | None = None
         self._restart_drive = True
         self._silent = False
+        self._late = LateFrames()
         self._nmt = NmtState.BOOT_UP
         self._receive: list[ReceivePdo] = []
         self._transmit: list[TransmitPdo] = []
@@ -89,6 +100,11 @@ class SimulatedNode:
     def position(self) -> float:
         """Where the axis is [counts]."""
         return self._drive.position
+
+    @property
+    def servo(self) -> AxisServo:
+        """The axis, for faults on command."""
+        return self._drive.servo
 
     @property
     def top_speed(self) -> float:
@@ -125,6 +141,7 @@ class SimulatedNode:
                 frames.append(self._error_control(self._nmt))
             if self._nmt is NmtState.OPERATIONAL:
                 frames += [frame for pdo in self._transmit if (frame := pdo.on_time(now)) is not None]
+                frames += self._late.due(now)
         frames = self._with_emergencies(frames)
         return [] if self._silent else frames
 
@@ -142,6 +159,10 @@ class SimulatedNode:
     def raise_emergency(self, code: int) -> None:
         """The drive finds an error: EMCY with `code`, braking, fault. Its cause is gone when the fault is reset."""
         self._drive.fault(code)
+
+    def delay_tpdos(self, late_s: float) -> None:
+        """The node measures as ever and sends what SYNC asks for `late_s` too late; 0 ends it."""
+        self._late.late_s = late_s
 
     # Network management
 
@@ -198,6 +219,7 @@ class SimulatedNode:
         self._handlers = {NMT: self._on_nmt, ERROR_CONTROL + self.node_id: _unheard}
         self._transmit = []
         self._receive = []
+        self._late.forget()
         if state is NmtState.STOPPED:
             self._drive.connection_lost()
         else:
@@ -263,7 +285,7 @@ class SimulatedNode:
         for pdo in self._receive:
             if pdo.synchronous:
                 pdo.take_over()
-        return frames
+        return self._late.passed(frames, now)
 
     def _on_rpdo(self, pdo: ReceivePdo, data: bytes, now: float) -> list[CanFrame]:
         if not pdo.fits(data):

@@ -14,6 +14,7 @@ import pytest
 from sim_drive_world import AXIS, CYCLE_S, LAG_S, NODE, START
 
 from drive_gateway.config.settings import BusSettings, GatewaySettings, RobotDrives
+from drive_gateway.config.simulation import Simulation
 from drive_gateway.gateway.bus import BusError
 from drive_gateway.sim import shell
 from drive_gateway.sim.shell import SimulatedDrives, run_simulated_drives
@@ -85,7 +86,16 @@ def add_node(network: canopen.Network) -> canopen.RemoteNode:
     node = network.add_node(NODE, str(files("drive_gateway.sim") / "cia402_drive.eds"))
     node.nmt.send_command(0x81)
     node.nmt.wait_for_bootup(DEADLINE_S)
+    wait_for(lambda: _answers(node))  # the boot-up may be that of the power-on, before the reset
     return node
+
+
+def _answers(node: canopen.RemoteNode) -> bool:
+    try:
+        node.sdo.upload(0x1000, 0)
+    except canopen.SdoCommunicationError:
+        return False
+    return True
 
 
 def test_canopen_master_reads_the_identity(master: canopen.Network) -> None:
@@ -120,6 +130,21 @@ def test_canopen_master_maps_enables_and_moves(master: canopen.Network) -> None:
     wait_for(lambda: node.tpdo[1][1].raw == START + 2000, command.cycle)
     command.word = 0x02
     wait_for(partial(command.shows, 0x07), command.cycle)
+
+
+def test_frames_come_through_a_wire_that_takes_its_time() -> None:
+    settings = replace(gateway(), simulation=Simulation(wire_time=True))
+    with SimulatedDrives(settings) as drives:
+        network = canopen.Network()
+        network.NOTIFIER_CYCLE = 0.05
+        network.connect(interface="virtual", channel=settings.bus.channel)
+        try:
+            assert add_node(network).sdo["Identity"]["Product code"].raw == 0x402
+        finally:
+            network.disconnect()
+        wire = drives._carrier.wire
+        assert wire is not None
+        assert wire.busy_s > 4 * 47 / settings.bus.bitrate
 
 
 def test_closed_drives_leave_no_thread() -> None:
