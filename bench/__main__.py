@@ -4,23 +4,24 @@ A ratio to a peer is measured in the same run, so that a slow machine does not c
 """
 
 import time
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
-import pinocchio as pin
 from rich.console import Console
 from rich.table import Table
 from ruckig import InputParameter, Ruckig, Trajectory
 
 from bench.drives import simulated_drives
+from bench.kinematics import kinematics
+from bench.timing import Row, median_s
 from cell.messages import SetpointBlock
 from cell.net.codec import decode, encode
 from robot_agent.kinematics import Model, load_model
-from robot_agent.paths import JointMove, Line, Sequence
+from robot_agent.paths import Arc, JointMove, Line, Sequence, Spline
 from robot_agent.trajectory import Governor, Limits, Motion, plan, s_curve
 
-MODEL = Path(__file__).parents[1] / "cell_configs" / "models" / "six_axis.yaml"
+MODELS = Path(__file__).parents[1] / "cell_configs" / "models"
+MODEL, NUMERIC = MODELS / "six_axis.yaml", MODELS / "painter.yaml"
 CYCLE_S = 0.004
 NOMINAL_S = 0.12
 BLOCK_PERIOD_S = 0.02
@@ -28,56 +29,7 @@ POSES = 1000
 SAMPLES = 500
 
 
-def median_s(work: Callable[[], object], repeats: int = 15) -> float:
-    """Median time of one call [s], after one call that does not count."""
-    work()
-    times = []
-    for _ in range(repeats):
-        start = time.perf_counter()
-        work()
-        times.append(time.perf_counter() - start)
-    return float(np.median(times))
-
-
-def pinocchio_model(model: Model) -> pin.Model:
-    """The same arm for Pinocchio."""
-    g = model.description.geometry
-    chain = [
-        (pin.JointModelRZ, (0, 0, g["a1z"])),
-        (pin.JointModelRY, (g["a2x"], 0, g["a2z"])),
-        (pin.JointModelRY, (0, 0, g["a3z"])),
-        (pin.JointModelRX, (g["a4x"], 0, g["a4z"])),
-        (pin.JointModelRY, (g["a5x"], 0, 0)),
-        (pin.JointModelRX, (g["a6x"], 0, 0)),
-    ]
-    peer, parent = pin.Model(), 0
-    for number, (kind, offset) in enumerate(chain, 1):
-        parent = peer.addJoint(parent, kind(), pin.SE3(np.eye(3), np.array(offset, dtype=float)), f"J{number}")
-    return peer
-
-
-def kinematics(model: Model, q: np.ndarray) -> list[tuple[str, float, float, str]]:
-    """All links of many joint sets against Pinocchio, and all branches of the inverse."""
-    peer = pinocchio_model(model)
-    data = peer.createData()
-
-    def by_pinocchio() -> list[np.ndarray]:
-        out = []
-        for joints in q:
-            pin.forwardKinematics(peer, data, joints)
-            out.append(data.oMi[6].homogeneous)
-        return out
-
-    own, theirs = median_s(lambda: model.forward(q)), median_s(by_pinocchio)
-    poses = model.forward(q)
-    inverse = median_s(lambda: model.inverse(poses))
-    return [
-        (f"forward kinematics, {POSES} joint sets", own, own / theirs, "of Pinocchio from Python"),
-        (f"inverse kinematics, all branches, {POSES} poses", inverse, inverse / POSES / CYCLE_S, "of a cycle per pose"),
-    ]
-
-
-def profile() -> tuple[str, float, float, str]:
+def profile() -> Row:
     """One jerk-limited profile from rest to rest, planned and sampled, against Ruckig."""
     request = InputParameter(1)
     request.target_position = [1.2]
@@ -90,10 +42,10 @@ def profile() -> tuple[str, float, float, str]:
         return [trajectory.at_time(t) for t in times]
 
     own = median_s(lambda: s_curve(1.2, 1.0, 4.0, 40.0).at(times), 100)
-    return f"S-curve, {SAMPLES} samples", own, own / median_s(by_ruckig, 100), "of Ruckig from Python"
+    return Row(f"S-curve, {SAMPLES} samples", own, own / median_s(by_ruckig, 100), "of Ruckig from Python")
 
 
-def motions(model: Model, limits: Limits) -> list[tuple[str, float, float, str]]:
+def motions(model: Model, limits: Limits) -> list[Row]:
     """Planning, and what the agent does every 20 ms: the next segment and its bytes."""
     start = model.home
     target = model.forward(start).copy()
@@ -110,10 +62,53 @@ def motions(model: Model, limits: Limits) -> list[tuple[str, float, float, str]]
     line_s = median_s(lambda: plan(model, line, limits, start=start, cycle_s=CYCLE_S))
     joint_s = median_s(lambda: plan(model, joint, limits, start=start, cycle_s=CYCLE_S))
     return [
-        ("plan a line of 300 mm", line_s, line_s / motion.duration_s, "of the motion's duration"),
-        ("plan a joint move", joint_s, joint_s / motion.duration_s, "of the motion's duration"),
-        ("governor: next segment with its ramp", segment, segment / BLOCK_PERIOD_S, "of the 20 ms it has"),
-        ("set-point block to bytes and back", codec, codec / BLOCK_PERIOD_S, "of the 20 ms it has"),
+        Row("plan a line of 300 mm", line_s, line_s / motion.duration_s, "of the motion's duration"),
+        Row("plan a joint move", joint_s, joint_s / motion.duration_s, "of the motion's duration"),
+        Row("governor: next segment with its ramp", segment, segment / BLOCK_PERIOD_S, "of the 20 ms it has"),
+        Row("set-point block to bytes and back", codec, codec / BLOCK_PERIOD_S, "of the 20 ms it has"),
+    ]
+
+
+def mixed(model: Model) -> Sequence:
+    """About ten seconds of joint moves, lines, an arc and a spline, most of them joined."""
+    start = model.home
+    here = model.forward(start)
+
+    def at(*offset_m: float) -> np.ndarray:
+        pose = here.copy()
+        pose[:3, 3] += offset_m
+        return pose
+
+    return Sequence(
+        [
+            Line(at(0, 0.3, 0), 0.4, 1, round_m=0.05),
+            Line(at(0, 0.3, -0.3), 0.4, 2, round_m=0.05),
+            Line(at(-0.2, 0, -0.3), 0.4, 3, round_m=0.05),
+            Arc(at(-0.1, -0.1, -0.3), at(0, 0, -0.3), 4, speed_m_s=0.4),
+            JointMove(start + np.radians([30, 10, 10, 0, -10, 20]), 0.6, 5, round_m=0.05),
+            JointMove(start + np.radians([-10, -5, 5, 20, -10, 20]), 0.6, 6),
+            Line(here, 0.4, 7),
+            Spline(np.array([at(0.1, 0.2, 0.1), at(0, 0.4, -0.1), at(-0.2, 0.2, 0)]), 8, speed_m_s=0.4),
+            Line(here, 0.3, 9),
+        ]
+    )
+
+
+def mixed_motion(model: Model, limits: Limits) -> list[Row]:
+    """Planning ten seconds of mixed moves, and the slowest one of a hundred segments on the way through them."""
+    moves = mixed(model)
+    motion = plan(model, moves, limits, start=model.home, cycle_s=CYCLE_S)
+    per_s = median_s(lambda: plan(model, moves, limits, start=model.home, cycle_s=CYCLE_S), 7) / motion.duration_s
+    governor = Governor(motion, limits, CYCLE_S, NOMINAL_S)
+    segment, times = governor.rest(0.0), []
+    while segment.stop_tau < motion.duration_s:
+        start = time.perf_counter()
+        segment = governor.next(segment, round(BLOCK_PERIOD_S / CYCLE_S), [], [])
+        times.append(time.perf_counter() - start)
+    slowest = float(np.quantile(times, 0.99))
+    return [
+        Row("plan 10 s of a mixed sequence", 10.0 * per_s, 10.0 * per_s / 0.05, "of 50 ms"),
+        Row("governor on the way through it, p99", slowest, slowest / BLOCK_PERIOD_S, "of the 20 ms it has"),
     ]
 
 
@@ -123,9 +118,11 @@ def main() -> None:
     lower, upper = model.description.limits.position.T
     q = np.random.default_rng(1).uniform(lower, upper, (POSES, model.n))
     table = Table("what", "median", "ratio", "to")
-    measured = [*kinematics(model, q), profile(), *motions(model, Limits.of(model.description)), *simulated_drives()]
-    for what, seconds, ratio, to in measured:
-        table.add_row(what, f"{1e3 * seconds:.3f} ms", f"{ratio:.3g}", to)
+    limits = Limits.of(model.description)
+    inverse = kinematics(model, load_model(NUMERIC), q)
+    own = [profile(), *motions(model, limits), *mixed_motion(model, limits)]
+    for row in [*inverse, *own, *simulated_drives()]:
+        table.add_row(*row.cells())
     Console().print(table)
 
 

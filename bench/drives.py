@@ -5,6 +5,7 @@ import time
 from dataclasses import replace
 from pathlib import Path
 
+from bench.timing import Row
 from drive_gateway.canopen.cob_id import RPDO1, SDO_TO_NODE, SYNC
 from drive_gateway.canopen.frame import CanFrame
 from drive_gateway.canopen.pdo_map import pdo_writes
@@ -60,12 +61,12 @@ class Drives:
         self._bus.step(self._now)
 
 
-def simulated_drives() -> list[tuple[str, float, float, str]]:
+def simulated_drives() -> list[Row]:
     """Both levels for the twelve axes of the example cell, wire time included."""
     return [_level(level) for level in Level]
 
 
-def _level(level: Level) -> tuple[str, float, float, str]:
+def _level(level: Level) -> Row:
     buses = []
     for side in SIDES:
         settings = load_drives(CELL / f"{side}_drives.yaml", f"{side}_bus")
@@ -77,4 +78,4 @@ def _level(level: Level) -> tuple[str, float, float, str]:
             bus.cycle(0x0F, SPEED * min(1.0, number / 100))
     used = time.process_time() - start
     slower = "" if used < SECONDS else " (slower than real time)"
-    return f"12 simulated axes, {level.value} level, per cycle", used / cycles, used / SECONDS, f"of a core{slower}"
+    return Row(f"12 simulated axes, {level.value} level, per cycle", used / cycles, used / SECONDS, f"of a core{slower}")

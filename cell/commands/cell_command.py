@@ -2,10 +2,11 @@
 
 import typer
 
-from cell.commands import check, drives, estop, manager, reset, robot, schema, set_up, status, up, zone
+from cell.commands import check, drives, estop, manager, model, plot, reset, robot, schema, set_up, status, up, zone
 from cell.commands.errors import run_app
 
 FILE = "cell_configs/two_arms/cell.yaml"
+MODEL = "cell_configs/models/six_axis.yaml"
 HELP = {"help_option_names": ["-h", "--help"]}
 
 app = typer.Typer(
@@ -24,7 +25,12 @@ zones = typer.Typer(
 )
 
 app.command("check", epilog=f"Example: cell check {FILE}")(check.check)
+app.command("model", epilog=f"Example: cell model {MODEL}")(model.model)
 app.command("schema", epilog="Example: cell schema cell > cell.schema.json")(schema.schema)
+app.command(
+    "plot",
+    epilog="Example: cell plot cell_configs/two_arms/programs/left.prog --model cell_configs/models/six_axis.yaml",
+)(plot.plot)
 app.command("up", epilog=f"Example: cell up {FILE} --until-done")(up.up)
 app.command("status", epilog=f"Example: cell status -f {FILE}")(status.status)
 app.command("drives", epilog=f"Example: cell drives -f {FILE}")(drives.drives)

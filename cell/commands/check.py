@@ -49,6 +49,8 @@ def _summary(bundle: CellBundle) -> Group:
         base = _millimetres(robot.base.position_m)
         robots.add_row(name, bundle.models[name].name, robot.gateway, base, robot.program.name)
     gateways = _table("", "gateway", "endpoint", "bus", "kbit/s", "nodes", "cycle ms", "load")
+    gateways.caption = "load: worst case of the cyclic frames, and 10 % for SDO and EMCY"
+    gateways.caption_justify = "left"
     for name, gateway in bundle.gateways.items():
         gateways.add_row(name, cell.gateways[name].endpoint, *_bus_cells(gateway))
     zones = _table("", "zone", "size mm", "centre mm", "robots")
@@ -77,5 +79,6 @@ def _bus_cells(gateway: GatewaySettings) -> tuple[str, ...]:
 def _table(title: str, *headings: str) -> Table:
     table = Table(title=title or None, title_justify="left", box=SIMPLE, padding=(0, 1, 0, 0))
     for heading in headings:
-        table.add_column(heading, overflow="fold")
+        # An address that is broken over two lines cannot be copied.
+        table.add_column(heading, overflow="fold", no_wrap=heading == "endpoint")
     return table

@@ -11,7 +11,7 @@ from pathlib import Path
 
 from cell.commands.errors import CommandError
 from cell.commands.view import CellView, Snapshot, echo, names
-from cell.config import ConfigError, load_cell
+from cell.config import ConfigError, load_cell, load_cell_alone
 from cell.config.settings import CellSettings
 from cell.messages import Command, Heard, Reply
 from cell.net.errors import CallError, Unreachable
@@ -33,9 +33,12 @@ def existing(file: Path) -> Path:
     return file.absolute()
 
 
-def read_cell(file: Path) -> CellSettings:
-    """The settings in `file`. Raises `CommandError` when there is none, `ConfigError` with all of its problems."""
-    return load_cell(existing(file))
+def running_cell(file: Path) -> CellSettings:
+    """The settings of a cell that runs, for orders to it; only the cell file itself is looked at.
+
+    Raises `CommandError` when there is no such file, `ConfigError` with all of its problems.
+    """
+    return load_cell_alone(existing(file))
 
 
 def checked_cell(file: Path) -> CellSettings:
@@ -55,7 +58,7 @@ def checked_cell(file: Path) -> CellSettings:
 
 def process_cell(file: Path, parent_pipe: int | None) -> CellSettings:
     """The settings for one process of a cell; a process that `cell up` starts need not check the cell once more."""
-    return checked_cell(file) if parent_pipe is None else read_cell(file)
+    return checked_cell(file) if parent_pipe is None else load_cell(existing(file))
 
 
 def operator_name() -> str:
@@ -130,7 +133,7 @@ class Operator:
 @contextmanager
 def connect(file: Path, endpoints: list[str] | None) -> Iterator[Operator]:
     """Connect to the running cell of `file` as a client of its rendezvous, or of `endpoints`."""
-    settings = read_cell(file)
+    settings = running_cell(file)
     connect_to = tuple(endpoints) if endpoints else (settings.manager_endpoint,)
     with ExitStack() as stack:
         try:
@@ -138,7 +141,7 @@ def connect(file: Path, endpoints: list[str] | None) -> Iterator[Operator]:
         except Unreachable as error:
             raise CommandError(
                 f"nobody of cell {settings.name} answers at {names(connect_to)}",
-                f"start the cell with: cell up {file}, or the manager alone with: cell manager {file}",
+                f"start the cell with: cell up {file}, or, when only its manager is gone: cell manager {file}",
             ) from error
         yield Operator(file, settings, session, CellView(session, settings))
 
@@ -153,4 +156,4 @@ def report(who: str, reply: Reply) -> None:
     """Print a reply; a refusal becomes a `CommandError`."""
     if not reply.ok:
         raise CommandError(f"{who} refuses: {reply.text}")
-    print(f"{who}: {reply.text}")
+    print(reply.text if reply.text.startswith(who) else f"{who}: {reply.text}")

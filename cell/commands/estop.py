@@ -10,10 +10,11 @@ from typing import Annotated
 
 import typer
 
-from cell.commands.connection import client_session, operator_name, read_cell
+from cell.commands.connection import client_session, operator_name, running_cell
 from cell.commands.errors import CommandError
 from cell.commands.options import CELL_FILE, CellFileOption, ConnectOption
 from cell.commands.view import CellView, names
+from cell.config import ConfigError
 from cell.config.settings import CellSettings
 from cell.messages import Estop, SetEstop
 from cell.net.errors import CallError, Unreachable
@@ -33,7 +34,11 @@ def estop(
 
     Works with and without a running manager. It supports and never replaces a hard-wired emergency stop.
     """
-    settings = read_cell(file)
+    try:
+        settings = running_cell(file)
+    except (CommandError, ConfigError) as error:
+        text = error.what if isinstance(error, CommandError) else f"the cell file is refused:\n  {error}"
+        raise CommandError(f"no emergency stop was sent: {text}", "use the hard-wired emergency stop") from error
     stop = Estop(id=uuid.uuid4().hex, active=True, by=operator_name(), reason=reason)
     with _doors(settings, endpoint) as sessions:
         if not sessions:

@@ -21,6 +21,8 @@ def run_process(
 ) -> None:
     """Run `body(state folder, stop event)` as the one process `part` of this cell on this host; exit with its code."""
     logging.basicConfig(level=logging.INFO, format="%(asctime)s %(levelname)s %(name)s: %(message)s")
+    # What python-can warns of (missing optional packages, buses that did not open) our own messages say better.
+    logging.getLogger("can").setLevel(logging.ERROR)
     stop = stop_event(parent_pipe)
     folder = state_folder(settings.file, settings.name, state_dir)
     with Lock(folder, part):

@@ -10,7 +10,7 @@ import typer
 from cell.config.cell_file import CellFile
 from cell.net.codec import message_schemas
 from drive_gateway.config.drives_file import DrivesFile
-from robot_agent.model.robot_file import RobotFile
+from robot_agent.model.family_files import FILES
 
 Schema = dict[str, Any]
 
@@ -26,7 +26,7 @@ class Subject(Enum):
 
 _SCHEMAS: dict[Subject, Callable[[], Schema]] = {
     Subject.CELL: CellFile.model_json_schema,
-    Subject.ROBOT: RobotFile.model_json_schema,
+    Subject.ROBOT: lambda: {"oneOf": [schema.model_json_schema() for schema in FILES.values()]},
     Subject.DRIVES: DrivesFile.model_json_schema,
     Subject.MESSAGES: message_schemas,
 }

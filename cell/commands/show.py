@@ -25,6 +25,7 @@ class Show:
         self._live = Live(console=console, auto_refresh=False) if console.is_terminal else None
         self._lines: dict[str, str] = {}
         self._due = 0.0
+        self._anyone = False
 
     def __enter__(self) -> Self:
         if self._live is not None:
@@ -38,14 +39,18 @@ class Show:
     def say(self, text: str) -> None:
         self._console.print(text, markup=False, highlight=False, soft_wrap=True)
 
-    def update(self, seen: Snapshot) -> None:
-        """Show `seen`; at most every `PERIOD_S`, so it may be called as often as the cell is looked at."""
+    def update(self, seen: Snapshot, last: bool = False) -> None:
+        """Show `seen`; at most every `PERIOD_S`, so it may be called as often as the cell is looked at.
+
+        `last` is shown in any case. A cell of which nobody was heard yet is no news.
+        """
         now = time.monotonic()
-        if now < self._due:
+        self._anyone = self._anyone or bool(seen.robots)
+        if (now < self._due and not last) or not self._anyone:
             return
         self._due = now + PERIOD_S
         if self._live is not None:
-            self._live.update(cell_table(self._settings, seen), refresh=True)
+            self._live.update(cell_table(self._settings, seen, self._console.width), refresh=True)
             return
         for robot in self._settings.robots:
             line = robot_line(robot, seen.robots.get(robot))

@@ -8,21 +8,31 @@ from cell.commands.connection import connect
 from cell.commands.errors import CommandError
 from cell.commands.options import CELL_FILE, CellFileOption, ConnectOption
 from cell.commands.table import cell_table
-from cell.commands.view import names
+from cell.commands.view import Snapshot, names
+from cell.config.settings import CellSettings
+
+NO_TERMINAL_WIDTH = 200
 
 
 def status(file: CellFileOption = Path(CELL_FILE), endpoint: ConnectOption = None) -> None:
     """Show every robot, zone and gateway of the running cell once; exit 1 when one of them is silent."""
     with connect(file, endpoint) as operator:
         seen = operator.snapshot()
-        Console().print(cell_table(operator.settings, seen))
-        silent = [f"robot {robot}" for robot in operator.settings.robots if robot not in seen.robots]
-        silent += [f"gateway {gateway}" for gateway in operator.settings.gateways if gateway not in seen.gateways]
-        if seen.manager is None:
-            silent.append("the manager")
+        console = Console()
+        width = console.width if console.is_terminal else NO_TERMINAL_WIDTH
+        console.print(cell_table(operator.settings, seen, width), soft_wrap=not console.is_terminal)
+        silent = _silent(operator.settings, seen, operator.file)
         if silent:
-            raise CommandError(
-                f"silent: {names(silent)}",
-                f"start what is missing with cell manager {file}, drive-gateway run {file} GATEWAY, "
-                f"or robot-agent {file} ROBOT",
-            )
+            raise CommandError(f"silent: {names(silent)}", f"start again what has died: {'; '.join(silent.values())}")
+
+
+def _silent(settings: CellSettings, seen: Snapshot, file: Path) -> dict[str, str]:
+    """Who does not answer, and the command that starts it."""
+    silent = {} if seen.manager is not None else {"the manager": f"cell manager {file}"}
+    for gateway in settings.gateways:
+        if gateway not in seen.gateways:
+            silent[f"gateway {gateway}"] = f"drive-gateway run {file} {gateway} (with --simulate for simulated drives)"
+    for robot in settings.robots:
+        if robot not in seen.robots:
+            silent[f"robot {robot}"] = f"robot-agent {file} {robot}"
+    return silent

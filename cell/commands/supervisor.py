@@ -64,11 +64,19 @@ class Supervisor:
             events = session.queue("event/**")
             with Show(self._settings, self._console) as show:
                 if not self._bring_up(session, view, show):
+                    self._tell_stop()
                     return False
+                # Whatever was in the way while the cell came up (drives that were not there yet) is out of the way.
+                events.take()
                 # Only now is it certain that these robots are ours to command; before, agents brake by themselves.
                 stack.callback(self._bring_to_rest, session, view)
                 run = stack.enter_context(Orders(session, Run()))
-                return self._watch(view, events, show, run if start_programs else None, until_done)
+                done = self._watch(view, events, show, run if start_programs else None, until_done)
+                show.update(done or view.look(), last=True)
+            if done is not None:
+                self._tell_waits(done)
+            self._tell_stop()
+            return done is not None
 
     def _connect(self, stack: ExitStack) -> CellSession | None:
         """A client session, as soon as the manager listens; None when stopped before."""
@@ -80,6 +88,7 @@ class Supervisor:
             except Unreachable as error:
                 if time.monotonic() > deadline:
                     raise CommandError(f"the manager does not come up: {error}") from error
+        self._tell_stop()
         return None
 
     def _no_deaths(self) -> None:
@@ -129,8 +138,10 @@ class Supervisor:
                 lines.append(f"  robot {name}: {state.mode.value} {problems.get(name, '')} {why(state)}".rstrip())
         return lines
 
-    def _watch(self, view: CellView, events: Inbox, show: Show, run: Orders | None, until_done: bool) -> bool:
-        """Show the cell until it is stopped, or done, or in trouble; return whether all programs are done."""
+    def _watch(
+        self, view: CellView, events: Inbox, show: Show, run: Orders | None, until_done: bool
+    ) -> Snapshot | None:
+        """Show the cell until it is stopped, done or in trouble; return how it was when all programs were done."""
         while not self._stop.wait(POLL_S):
             seen = view.look()
             show.update(seen)
@@ -141,16 +152,15 @@ class Supervisor:
             trouble = self._trouble(seen)
             if self._children.all_dead() or (until_done and (dead or trouble)):
                 print(*trouble, sep="\n", end="\n" if trouble else "", file=sys.stderr)
-                return False
+                return None
             if trouble:
                 run = None  # after a fault or an emergency stop nothing runs again without an operator
             for state in seen.robots.values():
                 if run is not None and state.mode is Mode.READY and state.program.state is not ProgramState.RUNNING:
                     run.give(state)
             if until_done and run is not None and self._all_done(seen, run):
-                self._tell_waits(seen)
-                return True
-        return False
+                return seen
+        return None
 
     def _tell_events(self, events: Inbox, show: Show) -> None:
         for event in events.take():
@@ -190,10 +200,12 @@ class Supervisor:
             for zone in self._settings.zones:
                 print(f"robot {name} waited {waited.get(zone, 0.0):.1f} s for zone {zone}")
 
-    def _bring_to_rest(self, session: CellSession, view: CellView) -> None:
-        """Halt what runs, and wait until nothing moves; a robot that is silent is left to its own deadlines."""
+    def _tell_stop(self) -> None:
         if self._stop.is_set():
             self._console.print("stopping in order; Ctrl-C once more hurries", highlight=False)
+
+    def _bring_to_rest(self, session: CellSession, view: CellView) -> None:
+        """Halt what runs, and wait until nothing moves; a robot that is silent is left to its own deadlines."""
         deadline = time.monotonic() + REST_TIMEOUT_S
         with Orders(session, Halt()) as halt:
             while not self._hurry.is_set() and time.monotonic() < deadline:

@@ -1,46 +1,55 @@
 """The table that `cell up` and `cell status` show, and the same as plain lines."""
 
-from rich.table import Table
+from collections.abc import Iterable
+
+from rich.text import Text
 
 from cell.commands.view import Snapshot
 from cell.config.settings import CellSettings
-from cell.messages import GatewayState, ManagerState, RobotState
+from cell.messages import GatewayState, ManagerState, Mode, RobotState, ZoneState
 from cell.messages.manager_state import ZoneStatus
 
+LONGEST_PROGRAM_TEXT = 48
+SHORTEST_PROGRAM_TEXT = 14
+ALARMED = frozenset({Mode.FAULT, Mode.ESTOP})
+_HOLDER = {ZoneState.GRANTED: " to", ZoneState.ORPHANED: ", last held by"}
 
-def cell_table(settings: CellSettings, seen: Snapshot) -> Table:
-    """One row per robot: mode, program line, TCP in mm (world), speed in mm/s, zones held, why it waits."""
-    table = Table(title=f"cell {settings.name}", title_justify="left", caption="\n".join(footer(settings, seen)))
-    table.caption_justify = "left"
-    for heading in ("robot", "mode", "line", "program"):
-        table.add_column(heading)
-    for heading in ("X mm", "Y mm", "Z mm", "mm/s"):
-        table.add_column(heading, justify="right")
-    table.add_column("zone")
-    table.add_column("waits for / alarm", min_width=24)
+
+def cell_table(settings: CellSettings, seen: Snapshot, width: int) -> Text:
+    """Two lines per robot, then zones, gateways and the manager; always the same number of lines, so nothing jumps.
+
+    The first line has mode, program line, TCP in mm (world), speed in mm/s and the zones that are held, and is cut to
+    `width` characters; the second says why the robot waits.
+    """
+    robots = max(len("robot"), *map(len, settings.robots))
+    zones = max([len("zone"), *map(len, settings.zones)])
+    numbers = "{:>8} {:>8} {:>8} {:>5}"
+    room = width - len(f"{'':{robots}}  {'':8}  {'':4}  " + numbers.format("", "", "", "") + f"   {'':{zones}}")
+    room = max(SHORTEST_PROGRAM_TEXT, min(LONGEST_PROGRAM_TEXT, room))
+
+    def row(robot: str, mode: str, line: str, program: str, xyz: Iterable[str], speed: str, held: str) -> str:
+        program = program if len(program) <= room else program[: room - 1] + "…"
+        row = f"{robot:{robots}}  {mode:8}  {line:>4}  {program:{room}} {numbers.format(*xyz, speed)}  {held}"
+        return row.rstrip()
+
+    heading = row("robot", "mode", "line", "program", ("X mm", "Y mm", "Z mm"), "mm/s", "zone")
+    text = Text.assemble((f"cell {settings.name}\n", "bold"), (heading, "underline"), "\n")
     for robot in settings.robots:
         state = seen.robots.get(robot)
-        table.add_row(
-            robot, *(_cells(state) if state is not None else ("silent", *[""] * 7, "its agent does not answer"))
-        )
-    return table
+        text.append(row(robot, *_cells(state)) + "\n", "bold red" if state is None or state.mode in ALARMED else "")
+        reason = labelled_why(state) if state is not None else "its agent does not answer"
+        text.append(f"{'':{robots}}  {reason}".rstrip() + "\n", "yellow")
+    text.append("\n".join(footer(settings, seen)))
+    return text
 
 
-def _cells(state: RobotState) -> tuple[str, ...]:
+def _cells(state: RobotState | None) -> tuple[str, str, str, Iterable[str], str, str]:
+    if state is None:
+        return "silent", "", "", ("", "", ""), "", ""
     position = state.tcp_position_m
-    x, y, z = ("-", "-", "-") if position is None else (f"{1000 * value:.1f}" for value in position)
+    xyz = ("-", "-", "-") if position is None else tuple(f"{1000 * value:.1f}" for value in position)
     speed = "-" if state.tcp_speed_m_s is None else f"{1000 * state.tcp_speed_m_s:.0f}"
-    return (
-        state.mode.value,
-        str(state.program.line),
-        program_text(state),
-        x,
-        y,
-        z,
-        speed,
-        " ".join(state.zones),
-        why(state),
-    )
+    return state.mode.value, str(state.program.line), program_text(state), xyz, speed, " ".join(state.zones)
 
 
 def program_text(state: RobotState) -> str:
@@ -56,12 +65,18 @@ def why(state: RobotState) -> str:
     return "; ".join(told) or state.program.error or state.waiting_for
 
 
+def labelled_why(state: RobotState) -> str:
+    """`why` with what it is in front of it, so that waiting does not look like an alarm."""
+    reason = why(state)
+    return f"{'alarm' if state.alarms or state.program.error else 'waits'}: {reason}" if reason else ""
+
+
 def robot_line(robot: str, state: RobotState | None) -> str:
     """A robot in one line, for output that is not a terminal; changes only when something worth a line happens."""
     if state is None:
         return f"{robot}: silent"
     text = f"{robot}: {state.mode.value}, line {state.program.line} {program_text(state)}"
-    return f"{text}, waits: {reason}" if (reason := why(state)) else text
+    return f"{text}, {reason}" if (reason := labelled_why(state)) else text
 
 
 def footer(settings: CellSettings, seen: Snapshot) -> list[str]:
@@ -86,7 +101,7 @@ def manager_line(settings: CellSettings, manager: ManagerState | None) -> str:
 def zone_line(name: str, zone: ZoneStatus) -> str:
     line = f"zone {name}: {zone.state.value}"
     if zone.holder is not None:
-        line += f" by {zone.holder}"
+        line += f"{_HOLDER.get(zone.state, ' by')} {zone.holder}"
     if zone.queue:
         line += f", next {', '.join(zone.queue)}"
     return f"{line} ({zone.reason})" if zone.reason else line

@@ -12,6 +12,8 @@ from cell.config.reading import Reading, read
 from cell.config.settings import CellSettings
 from cell.config.yaml_tree import Value
 
+_CHAIN = ".urdf"
+"""The one kind of named file that is no YAML: a robot file names it, and its text counts as it is."""
 _STAND_INS = {"cell": "unnamed", "manager": {"endpoint": "tcp/unknown:1"}}
 
 
@@ -29,6 +31,20 @@ def load_cell(path: str | Path) -> CellSettings:
     if settings is None:
         raise ConfigError(tuple(problems))
     return settings
+
+
+def load_cell_alone(path: str | Path) -> CellSettings:
+    """The settings of a cell that runs already, for who gives it orders: without the named files and without a digest.
+
+    A mistake in a robot's file, made while the cell runs, must keep no halt and no emergency stop away from it.
+
+    Raises:
+        ConfigError: with every problem of the cell file itself.
+    """
+    reading = read_cell(Path(path))
+    if reading.document is None or reading.content is None or refuses(reading.problems):
+        raise ConfigError(tuple(reading.problems))
+    return reading.content.settings(reading.document, digest="")
 
 
 def read_cell(path: Path) -> Reading[CellFile]:
@@ -60,11 +76,14 @@ def _named_files(document: Document) -> tuple[dict[str, Value], list[Problem]]:
     problems: list[Problem] = []
     for path in paths:
         naming = Naming(document, path)
-        if (file := naming.file()) is None:
+        if (file := naming.file()) is None or file.suffix == _CHAIN:
             continue
         named, found = read_document(file, naming)
         problems += found
         files[path_text(path)] = named.data if named is not None else None
+        if named is not None and (chain := Naming(named, ("geometry", "file")).file()) is not None:
+            text = read_text(chain, Naming(named, ("geometry", "file")))
+            files[f"{path_text(path)}.geometry.file"] = None if isinstance(text, Problem) else text
     for name in robots:
         naming = Naming(document, ("robots", name, "program"))
         if (file := naming.file()) is None:

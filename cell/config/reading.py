@@ -36,6 +36,7 @@ def read(file: Path, schema: type[F], stand_ins: Mapping[str, Any], named_by: Na
     return Reading(document, content, problems + found)
 
 
-def declared_angle(document: Document, angle_rad: float) -> float:
-    """An angle (or a speed or acceleration of one) in the unit that the file declares, for a problem's text."""
-    return angle_rad / ToSI.of(document.value(("units",))).angle
+def declared(document: Document, value: float, linear: bool = False) -> float:
+    """An angle or length [rad or m], or a speed or acceleration, in the unit that the file declares, for a text."""
+    units = ToSI.of(document.value(("units",)))
+    return value * units.per_metre if linear else value / units.angle

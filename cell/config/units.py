@@ -54,13 +54,20 @@ def _not_tiny(value: float) -> float:
 # Bounds far beyond any machine, so that no product or square of values leaves the range of a float.
 LARGEST = 1e9
 SMALLEST = 1e-9
-_Number = Annotated[float, Field(ge=-LARGEST, le=LARGEST)]
-_Positive = Annotated[float, Field(gt=0, le=LARGEST), AfterValidator(_not_tiny)]
+Number = Annotated[float, Field(ge=-LARGEST, le=LARGEST)]
+"""A number without a unit, or with one that depends on other values of the file."""
+Positive = Annotated[float, Field(gt=0, le=LARGEST), AfterValidator(_not_tiny)]
 
-Length = Annotated[_Number, AfterValidator(_length)]
+
+def in_si(value: float, linear: bool, info: ValidationInfo) -> float:
+    """What is a length where a joint or an axis slides, and an angle where it turns, in m or rad."""
+    return _length(value, info) if linear else _angle(value, info)
+
+
+Length = Annotated[Number, AfterValidator(_length)]
 """A length, or a speed, acceleration or jerk along a path, in the file's unit; SI after validation."""
-Angle = Annotated[_Number, AfterValidator(_angle)]
+Angle = Annotated[Number, AfterValidator(_angle)]
 """An angle, or an angular speed, acceleration or jerk, in the file's unit; SI after validation."""
-PositiveLength = Annotated[_Positive, AfterValidator(_length)]
-PositiveAngle = Annotated[_Positive, AfterValidator(_angle)]
+PositiveLength = Annotated[Positive, AfterValidator(_length)]
+PositiveAngle = Annotated[Positive, AfterValidator(_angle)]
 Seconds = Annotated[float, Field(gt=0, le=3600), AfterValidator(_not_tiny)]

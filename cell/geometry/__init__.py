@@ -1,7 +1,8 @@
 """Poses, rotations and distances: pure numpy, batched over leading dimensions, SI units and radians."""
 
 from cell.geometry.box import Box, capsule_box_distance, capsules_touch_box, point_box_distance
-from cell.geometry.errors import GeometryError, NotAPose, WrongShape
+from cell.geometry.errors import GeometryError, NoFrame, NotAPose, WrongShape
+from cell.geometry.frame import frame_from_axes, frame_from_points
 from cell.geometry.occupied import OccupiedSpace, body_touches_box
 from cell.geometry.pose import (
     check_poses,
@@ -12,10 +13,12 @@ from cell.geometry.pose import (
     to_xyz_abc,
     transform_points,
 )
+from cell.geometry.segment import segment_distance
 
 __all__ = [
     "Box",
     "GeometryError",
+    "NoFrame",
     "NotAPose",
     "OccupiedSpace",
     "WrongShape",
@@ -24,10 +27,13 @@ __all__ = [
     "capsules_touch_box",
     "check_poses",
     "compose",
+    "frame_from_axes",
+    "frame_from_points",
     "from_xyz_abc",
     "inverse",
     "point_box_distance",
     "pose_from",
+    "segment_distance",
     "to_xyz_abc",
     "transform_points",
 ]

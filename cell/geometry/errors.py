@@ -27,3 +27,13 @@ class NotAPose(GeometryError):
             f"{where}: {defect}; allowed is a right-handed rotation (R R^T = I, det R = 1) with a finite position; "
             "build poses with cell.geometry.pose or normalise the rotation first"
         )
+
+
+class NoFrame(GeometryError):
+    """Measured points that determine no frame. `index` addresses them in the batch (empty for a single frame)."""
+
+    def __init__(self, index: tuple[int, ...], defect: str, advice: str) -> None:
+        self.index = index
+        self.defect = defect
+        where = f"points[{', '.join(map(str, index))}]" if index else "points"
+        super().__init__(f"{where}: {defect}; {advice}")

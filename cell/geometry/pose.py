@@ -1,5 +1,6 @@
 """Poses as homogeneous 4x4 matrices, batched over leading dimensions: `pose_a_b` is the pose of frame b in frame a."""
 
+import math
 from functools import reduce
 
 import numpy as np
@@ -95,28 +96,53 @@ def check_poses(poses: Array, what: str = "pose") -> Array:
     poses = np.asarray(poses, dtype=float)
     if poses.shape[-2:] != (4, 4):
         raise WrongShape(what, poses.shape, "(..., 4, 4)")
-    finite = np.isfinite(poses).all(axis=(-1, -2))
+    if poses.ndim == 2 and _is_pose(poses.tolist()):
+        return poses
+    finite = np.isfinite(poses)
     if not finite.all():
-        raise NotAPose(what, _first(~finite), "a value is not finite")
-    rotation = poses[..., :3, :3]
-    gram = rotation @ np.swapaxes(rotation, -1, -2)
-    orthogonal = np.abs(gram - np.eye(3)).max(axis=(-1, -2)) < ROTATION_TOLERANCE
-    if not orthogonal.all():
-        raise NotAPose(what, _first(~orthogonal), "the axes are not orthogonal unit vectors")
-    right_handed = _determinant(rotation) > 0
-    if not right_handed.all():
-        raise NotAPose(what, _first(~right_handed), "the axes are left-handed (a mirror image)")
-    closed = (poses[..., 3, :] == (0.0, 0.0, 0.0, 1.0)).all(axis=-1)
+        raise NotAPose(what, _first(~finite.all(axis=(-1, -2))), "a value is not finite")
+    # One contiguous array per element: many times faster than products of many small matrices.
+    rotation = np.ascontiguousarray(poses[..., :3, :3].reshape(-1, 9).T).reshape(3, 3, -1)
+    leading = poses.shape[:-2]
+    defect = np.zeros(rotation.shape[-1])
+    for i in range(3):
+        for j in range(i, 3):
+            np.maximum(defect, np.abs(np.einsum("kp,kp->p", rotation[i], rotation[j]) - (i == j)), out=defect)
+    skewed = defect >= ROTATION_TOLERANCE
+    if skewed.any():
+        raise NotAPose(what, _first(skewed.reshape(leading)), "the axes are not orthogonal unit vectors")
+    mirrored = _determinant(rotation) <= 0
+    if mirrored.any():
+        raise NotAPose(what, _first(mirrored.reshape(leading)), "the axes are left-handed (a mirror image)")
+    closed = poses[..., 3, :] == (0.0, 0.0, 0.0, 1.0)
     if not closed.all():
-        raise NotAPose(what, _first(~closed), "the last row is not 0 0 0 1")
+        raise NotAPose(what, _first(~closed.all(axis=-1)), "the last row is not 0 0 0 1")
     return poses
 
 
+def _is_pose(rows: list[list[float]]) -> bool:
+    """Whether one matrix is a rigid motion, in plain floats: for a single pose many times faster than arrays."""
+    (a, b, c, x), (d, e, f, y), (g, h, i, z), last = rows
+    near = ROTATION_TOLERANCE
+    return (
+        last == [0.0, 0.0, 0.0, 1.0]
+        and abs(a * a + b * b + c * c - 1) < near
+        and abs(d * d + e * e + f * f - 1) < near
+        and abs(g * g + h * h + i * i - 1) < near
+        and abs(a * d + b * e + c * f) < near
+        and abs(a * g + b * h + c * i) < near
+        and abs(d * g + e * h + f * i) < near
+        and a * (e * i - f * h) - b * (d * i - f * g) + c * (d * h - e * g) > 0
+        and math.isfinite(x + y + z)
+    )
+
+
 def _determinant(r: Array) -> Array:
+    """Of matrices `(3, 3, p)`: `(p,)`."""
     determinant: Array = (
-        r[..., 0, 0] * (r[..., 1, 1] * r[..., 2, 2] - r[..., 1, 2] * r[..., 2, 1])
-        - r[..., 0, 1] * (r[..., 1, 0] * r[..., 2, 2] - r[..., 1, 2] * r[..., 2, 0])
-        + r[..., 0, 2] * (r[..., 1, 0] * r[..., 2, 1] - r[..., 1, 1] * r[..., 2, 0])
+        r[0, 0] * (r[1, 1] * r[2, 2] - r[1, 2] * r[2, 1])
+        - r[0, 1] * (r[1, 0] * r[2, 2] - r[1, 2] * r[2, 0])
+        + r[0, 2] * (r[1, 0] * r[2, 1] - r[1, 1] * r[2, 0])
     )
     return determinant
 

@@ -127,18 +127,18 @@ class ManagerCore:
         return Token(self._epoch, self._tokens)
 
     def _intruded(self, intrusion: Intrusion, now: float) -> None:
-        where = f"{intrusion.robot} is in zone {intrusion.zone}"
         whose = f", which belongs to {intrusion.other}" if intrusion.other else " without a grant"
+        where = f"{intrusion.robot} {'is' if intrusion.real else 'may be'} in zone {intrusion.zone}{whose}"
         if not intrusion.real:
             remedy = f"move {intrusion.robot} out, or `cell zone adopt` or `cell zone clear` {intrusion.zone}"
-            self._tell(Severity.WARNING, "zone_blocked", where + " or may be" + whose, remedy)
+            self._tell(Severity.WARNING, "zone_blocked", where, remedy)
             return
         remedy = "look at the robots, part them, then `cell reset`"
-        self._tell(Severity.ALARM, "zone_breach", where + whose, remedy)
-        self._breaches[intrusion.zone, intrusion.robot] = where + whose
+        self._tell(Severity.ALARM, "zone_breach", where, remedy)
+        self._breaches[intrusion.zone, intrusion.robot] = where
         self._protective_stops += 1
         stop_id = f"protective-{self._boot}-{self._protective_stops}"
-        self._set_estop(Estop(stop_id, True, "manager", f"protective stop: {where}{whose}"), now)
+        self._set_estop(Estop(stop_id, True, "manager", f"protective stop: {where}"), now)
 
     def _follow_changes(self, before: Mapping[str, tuple[ZoneState, str | None]], now: float) -> None:
         for name, zone in self._zones.items():
@@ -186,8 +186,10 @@ class ManagerCore:
         self._effects += effects
         if effects:
             self._tell(Severity.INFO, "estop_cleared", f"emergency stop cleared by {by}", "")
-        done = "the emergency stop is cleared" if effects else "no emergency stop was set"
-        self._latch.answer_when_confirmed(request_id, call_id, done, False, now)
+        if not effects:
+            self._effects.append(Answer(request_id, Reply(call_id, True, "no emergency stop was set")))
+            return
+        self._latch.answer_when_confirmed(request_id, call_id, "the emergency stop is cleared", False, now)
 
     def _decide(self, command: ClearZone | AdoptZone, sights: Mapping[str, dict[str, Sight]]) -> tuple[bool, str]:
         zone = self._zones.get(command.zone)
@@ -245,7 +247,7 @@ class ManagerCore:
             return ""
         if zone.awaited:
             names = ", ".join(sorted(zone.awaited))
-            return f"waiting for {names} to report since the manager started, or for `cell zone clear {zone.name}`"
+            return f"no grants before {names} reported, or `cell zone clear {zone.name}`"
         if self._latch.estop is not None:
             return "emergency stop"
         lost = [robot for robot in zone.queue if not sights[robot].known]

@@ -52,6 +52,7 @@ def run_manager(settings: CellSettings, options: ZenohOptions, state_dir: Path, 
         stored = journal.read()
         core = ManagerCore(settings, boot, journal.begin_epoch(boot), stored, os.getpid())
         session.declare_alive()
+        _LOG.info("cell %s: manager at %s, journal %s", settings.name, ", ".join(session.endpoints), journal.path)
 
         def inbox() -> Iterable[object]:
             return [*estops.take(), *states.take_new(), *tokens.take(), *calls.take()]

@@ -246,6 +246,11 @@ class CellSession:
         )
         return watch
 
+    @property
+    def endpoints(self) -> tuple[str, ...]:
+        """Where this process listens."""
+        return self._link.listen
+
     def links(self) -> int:
         """Transports that are up."""
         return len(self._open.info.transports())

@@ -6,7 +6,7 @@ from can.interfaces import VALID_INTERFACES
 
 from cell.config.document import Document
 from cell.config.problem import KeyPath, Problem, Severity
-from cell.config.reading import declared_angle
+from cell.config.reading import declared
 from drive_gateway.config.bus_load import KEPT_FREE, REFUSE_ABOVE, WARN_ABOVE, bus_load
 from drive_gateway.config.drives_file import AxisEntry, DrivesFile
 from drive_gateway.config.simulation_checks import check_simulation
@@ -105,6 +105,10 @@ def _milliseconds(document: Document, drives: DrivesFile) -> Iterator[Problem]:
 
 def _axes(document: Document, drives: DrivesFile) -> Iterator[Problem]:
     for path, _, axis in axes_of(drives):
+        if axis.linear != (axis.feed is not None):
+            feed = "no feed" if axis.feed is None else f"the feed {document.found((*path, 'feed'))}"
+            allowed = "a feed for a linear axis, none for a rotary one"
+            yield document.problem((*path, "type"), f"{axis.type} and {feed}", allowed)
         if axis.quick_stop <= axis.acceleration:
             found = document.found((*path, "quick_stop"))
             limit = document.found((*path, "acceleration"))
@@ -112,17 +116,16 @@ def _axes(document: Document, drives: DrivesFile) -> Iterator[Problem]:
         lag = axis.speed * drives.simulated_lag_s
         if axis.following_window <= lag and drives.simulated_lag_s > 0:
             found = document.found((*path, "following_window"))
-            allowed = (
-                f"more than {declared_angle(document, lag):g}: simulated drives lag by speed times simulated_lag_s"
-            )
+            least = declared(document, lag, axis.linear)
+            allowed = f"more than {least:g}: simulated drives lag by speed times simulated_lag_s"
             yield document.problem((*path, "following_window"), found, allowed)
-        counts = abs(axis.counts_per_rad())
+        counts = abs(axis.counts_per_unit())
         yield from _homing(document, path, axis)
         if axis.eds is not None and not document.beside(axis.eds).is_file():
             yield document.problem((*path, "eds"), f"no file {axis.eds!r}", "an EDS or DCF file beside this one")
         for name in ("quick_stop", "following_window"):
             if getattr(axis, name) * counts > UINT32_MAX:
-                most = declared_angle(document, UINT32_MAX / counts)
+                most = declared(document, UINT32_MAX / counts, axis.linear)
                 allowed = f"{most:g} or less, 32 bits of encoder counts"
                 yield document.problem((*path, name), document.found((*path, name)), allowed)
 
@@ -135,7 +138,7 @@ def _homing(document: Document, path: KeyPath, axis: AxisEntry) -> Iterator[Prob
     for name, most in (("fast", axis.speed), ("slow", axis.homing.fast), ("acceleration", axis.acceleration)):
         if getattr(axis.homing, name) > most:
             found = document.found((*path, "homing", name))
-            allowed = f"{declared_angle(document, most):g} or less"
+            allowed = f"{declared(document, most, axis.linear):g} or less"
             yield document.problem((*path, "homing", name), found, allowed)
 
 

@@ -4,10 +4,10 @@ import math
 from pathlib import Path
 from typing import Annotated, Literal
 
-from pydantic import BaseModel, Field
+from pydantic import BaseModel, Field, ValidationInfo, field_validator
 
 from cell.config.fields import FileName, Name
-from cell.config.units import STRICT, Angle, PositiveAngle, Seconds, Units
+from cell.config.units import STRICT, Number, Positive, PositiveLength, Seconds, Units, in_si
 from drive_gateway.config.settings import AxisSettings, BusSettings, GatewaySettings, HomingSettings, RobotDrives
 from drive_gateway.config.simulation import Level, Simulation
 from drive_gateway.config.simulation_entry import AxisName, SimulationEntry
@@ -36,32 +36,38 @@ class HomingEntry(BaseModel):
 
     model_config = STRICT
     method: Literal[1, 2, 17, 18, 23, 27, 33, 34, 35, 37] = Field(description="homing method of CiA 402 (6098h)")
-    fast: PositiveAngle = Field(description="speed towards the switch")
-    slow: PositiveAngle = Field(description="speed off the switch")
-    acceleration: PositiveAngle = Field(description="acceleration while homing")
-    position: Angle = Field(description="axis position of the home point")
+    fast: Positive = Field(description="speed towards the switch")
+    slow: Positive = Field(description="speed off the switch")
+    acceleration: Positive = Field(description="acceleration while homing")
+    position: Number = Field(description="axis position of the home point")
     order: int = Field(default=1, ge=1, le=9, description="axes of one number home together, lower numbers first")
+
+    def in_si(self, linear: bool, info: ValidationInfo) -> "HomingEntry":
+        """The same in SI: the unit depends on what kind of axis homes."""
+        names = ("fast", "slow", "acceleration", "position")
+        return self.model_copy(update={name: in_si(getattr(self, name), linear, info) for name in names})
 
     def settings(self) -> HomingSettings:
         return HomingSettings(self.method, self.fast, self.slow, self.acceleration, self.position, self.order)
 
 
 class AxisEntry(BaseModel):
-    """One drive and its axis; angles are behind the gear."""
+    """One drive and its axis; angles and lengths are behind the gear."""
 
     model_config = STRICT
+    type: Literal["rotary", "linear"] = Field("rotary", description="rotary, or linear for an axis that slides")
     node: int = Field(ge=1, le=127, description="CANopen node-ID, 1 to 127")
-    gear: float = Field(ge=1e-3, le=1e6, description="motor turns per turn of the axis")
+    feed: PositiveLength | None = Field(None, description="way of a linear axis per turn behind the gear")
+    gear: float = Field(ge=1e-3, le=1e6, description="motor turns per turn of the axis, or of what drives a linear one")
     counts_per_turn: int = Field(gt=0, le=2**40, description="encoder counts per motor turn")
     direction: Literal[1, -1] = Field(description="1, or -1 when the motor turns against the axis")
-    offset: Angle = Field(description="axis position at encoder count zero")
-    speed: PositiveAngle = Field(description="set points above this are refused")
-    acceleration: PositiveAngle = Field(description="set points above this are refused; more than the joint's ramp")
-    quick_stop: PositiveAngle = Field(description="deceleration of the drive's own quick stop (6085h)")
-    following_window: PositiveAngle = Field(description="following error that is a fault (6065h)")
+    offset: Number = Field(description="axis position at encoder count zero")
+    speed: Positive = Field(description="set points above this are refused")
+    acceleration: Positive = Field(description="set points above this are refused; more than the joint's ramp")
+    quick_stop: Positive = Field(description="deceleration of the drive's own quick stop (6085h)")
+    following_window: Positive = Field(description="following error that is a fault (6065h)")
     following_time_s: Seconds = Field(description="how long the following error may be larger (6066h)")
-    simulated_start: Angle = Field(description="where a simulated drive stands when it is switched on")
-
+    simulated_start: Number = Field(description="where a simulated drive stands when it is switched on")
     encoder: Literal["absolute", "incremental"] = Field(
         default="absolute", description="incremental: the axis must home after each start of its drive"
     )
@@ -71,11 +77,25 @@ class AxisEntry(BaseModel):
     homing: HomingEntry | None = Field(default=None, description="how the axis finds its home point")
     eds: FileName | None = Field(default=None, description="EDS or DCF of the drive, relative to this file")
 
+    @field_validator("offset", "speed", "acceleration", "quick_stop", "following_window", "simulated_start")
+    @classmethod
+    def _si(cls, value: float, info: ValidationInfo) -> float:
+        return in_si(value, info.data.get("type") == "linear", info)
+
+    @field_validator("homing")
+    @classmethod
+    def _homing_si(cls, homing: HomingEntry | None, info: ValidationInfo) -> HomingEntry | None:
+        return None if homing is None else homing.in_si(info.data.get("type") == "linear", info)
+
+    @property
+    def linear(self) -> bool:
+        return self.type == "linear"
+
     def settings(self, name: str, folder: Path = Path()) -> AxisSettings:
         return AxisSettings(
             name=name,
             node_id=self.node,
-            counts_per_unit=self.counts_per_rad(),
+            counts_per_unit=self.counts_per_unit(),
             offset=self.offset,
             speed=self.speed,
             acceleration=self.acceleration,
@@ -89,9 +109,13 @@ class AxisEntry(BaseModel):
             eds="" if self.eds is None else str(folder / self.eds),
         )
 
-    def counts_per_rad(self) -> float:
-        """Encoder counts per radian of the axis, with its sign."""
-        return self.direction * self.counts_per_turn * self.gear / (2 * math.pi)
+    def counts_per_unit(self) -> float:
+        """Encoder counts per radian, or metre, of the axis, with its sign."""
+        return self.direction * self.counts_per_turn * self.gear / (self.feed or 2 * math.pi)
+
+    def way_per_rad(self) -> float:
+        """Way of a linear axis per radian behind the gear; 1 for a rotary one."""
+        return 1.0 if self.feed is None else self.feed / (2 * math.pi)
 
 
 class RobotEntry(BaseModel):
@@ -155,8 +179,8 @@ class DrivesFile(BaseModel):
                     gear=axis.gear,
                     direction=axis.direction,
                     counts_per_turn=axis.counts_per_turn,
-                    offset=axis.offset,
-                    top_speed=SPEED_RESERVE * axis.speed * axis.gear,
+                    offset=axis.offset / axis.way_per_rad(),
+                    top_speed=SPEED_RESERVE * axis.speed * axis.gear / axis.way_per_rad(),
                     seed=axis.node,
                 )
         return found

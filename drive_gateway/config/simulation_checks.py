@@ -5,7 +5,7 @@ from math import pi, sqrt
 
 from cell.config.document import Document
 from cell.config.problem import KeyPath, Problem
-from cell.config.reading import declared_angle
+from cell.config.reading import declared
 from drive_gateway.config.drives_file import DrivesFile
 from drive_gateway.config.simulation_entry import SimulatedAxisEntry
 from drive_gateway.sim.axis.motor_data import MOTORS
@@ -39,11 +39,14 @@ def _motor(document: Document, drives: DrivesFile, path: KeyPath, entry: Simulat
     """The voltage must be enough for the speed, the steps of the simulation small enough for the stiffness."""
     axis = drives.robots[str(path[-2])].axes[str(path[-1])]
     motor = MOTORS[entry.motor]
-    fastest = drives.simulation.dc_bus.supply_v / (sqrt(3.0) * motor.emf * axis.gear)
+    fastest = drives.simulation.dc_bus.supply_v / (sqrt(3.0) * motor.emf * axis.gear) * axis.way_per_rad()
     if axis.speed > fastest:
-        found = f"{motor.name}, which turns the axis with up to {declared_angle(document, fastest):.0f}"
+        found = f"{motor.name}, which moves the axis with up to {declared(document, fastest, axis.linear):.0f}"
         speed = document.found(("robots", path[-2], "axes", path[-1], "speed"))
         yield document.problem((*path, "motor"), found, f"a motor that reaches the speed of this axis, {speed}")
+    if axis.linear and entry.gravity is not None:
+        allowed = "constant_nm for a linear axis: its weight times its feed over 2 pi"
+        yield document.problem((*path, "gravity"), "a mass on an arm", allowed, at_key=True)
     if entry.stiffness_nm_rad is not None:
         inertia = motor.inertia_kg_m2 * axis.gear**2
         per_s2 = entry.stiffness_nm_rad * (1.0 / inertia + 1.0 / entry.inertia_kg_m2)

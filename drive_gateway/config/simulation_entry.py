@@ -85,7 +85,7 @@ class SimulatedAxisEntry(BaseModel):
     def data(
         self, *, gear: float, direction: int, counts_per_turn: int, offset: float, top_speed: float, seed: int
     ) -> AxisData:
-        """With what the axis itself says: `offset` [rad] at the axis, `top_speed` [rad/s] of the shaft."""
+        """With what the axis itself says: `offset` [rad] behind the gear, `top_speed` [rad/s] of the shaft."""
         torque = constant(self.constant_nm)
         return AxisData(
             motor=MOTORS[self.motor],

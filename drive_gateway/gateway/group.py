@@ -277,7 +277,7 @@ class DriveGroup:
             case PowerState.ON if self.playout.state is PlayoutState.FOLLOWING:
                 self.playout.go_live()
                 self._log.info("enabled", f"{self.robot} is enabled")
-                self._answer(True, f"{self.robot} is enabled: {self.said()}")
+                self._answer(True, f"{self.robot} is enabled: {len(self.nodes)} drives hold their position")
             case PowerState.STOPPING if self._has_stopped(now):
                 self._after_stop(now)
         if self.power.late(now):
@@ -287,7 +287,7 @@ class DriveGroup:
         if self._then is not None:
             self.trouble = None
             self._log.info("disabled", f"{self.robot} is off")
-            self._answer(True, f"{self.robot} is off: {self.said()}")
+            self._answer(True, f"{self.robot} is off: {len(self.nodes)} drives without torque")
 
     def _moved(self) -> bool:
         """An axis left the position that was taken over as its target."""

@@ -20,6 +20,7 @@ from cell.messages import (
     Severity,
     ZoneGeometry,
 )
+from robot_agent.agent.axes import feedback_in_joints, samples_in_axes
 from robot_agent.agent.executive import Executive, Wishes
 from robot_agent.agent.gateway_link import GatewayLink
 from robot_agent.agent.operator import Operator, Situation
@@ -94,14 +95,16 @@ class AgentCore:
     def step(self, now: float) -> list[Effect]:
         """Everything due at `now`; see `cell.core`."""
         feedback = self.link.owned
-        if self._leaving and (feedback is None or self.executive is None or self.executive.at_rest(feedback.tick)):
-            return [*self.operator.refuse_all("the agent is being stopped"), *self.link.release(), Ended()]
+        if self._leaving and self._may_leave(feedback, now):
+            effects = [*self.operator.refuse_all("the agent is being stopped"), *self.link.release(now)]
+            return [*effects, Ended()] if self.link.released else effects
         effects = self.link.claim_if_due(now)
         if feedback is None or self.link.grant is None:
             self._without_claim()
             return effects + self.operator.refuse_all("the robot's gateway has not accepted this agent yet")
         if self._planner is None or self._planner.cycle_s != self.link.grant.cycle_s:
             self._planner = self._planner_for(self.link.grant.cycle_s)
+        feedback = feedback_in_joints(self._planner.model.coupling, feedback)
         self._follow_drives(feedback, self._planner, now)
         self.mode, answers = self.operator.answer(self._situation(feedback, self._planner), now)
         effects += answers
@@ -109,6 +112,15 @@ class AgentCore:
         effects += self.run.lookahead.fill(self.zones.geometry)
         effects.append(self._state(feedback, self._planner, now))
         return effects + self.report.take_events()
+
+    def _may_leave(self, feedback: DriveFeedback | None, now: float) -> bool:
+        """At rest; or cut off from the drives for longer than all that was sent lasts: nobody here can do more."""
+        if feedback is None or self.executive is None:
+            return True
+        if self.link.age(now) > self._cell.times.feedback_lost_s:
+            tick = feedback.tick + int(self.link.age(now) / self.executive.cycle_s)
+            return tick > self.executive.timeline.played_out_tick
+        return self.executive.at_rest(feedback.tick)
 
     def _situation(self, feedback: DriveFeedback, planner: Planner) -> Situation:
         state = self.zones.state
@@ -142,7 +154,7 @@ class AgentCore:
             self._stop(Mode.FAULT, "the gateway reports a fault of the robot's drives")
         elif self.link.age(now) > self._cell.times.feedback_lost_s:
             self._stop(Mode.FAULT, f"no drive feedback for {self.link.age(now):.2f} s")
-        elif self.mode in (Mode.STARTING, Mode.ESTOP):
+        elif self.mode is Mode.ESTOP or (self.mode is Mode.STARTING and AxisStatus.SILENT not in feedback.axes):
             self.mode = Mode.DISABLED
         if not feedback.enabled:
             self.executive = None
@@ -254,10 +266,11 @@ class AgentCore:
 
     def _sign_of_life(self, feedback: DriveFeedback, planner: Planner) -> SetpointBlock:
         """A block that holds; the gateway plays none while the drives are disabled, but hears that the owner lives."""
-        position = np.repeat(feedback.commanded[None, :], _SIGN_OF_LIFE_SAMPLES, axis=0)
+        joints = np.repeat(feedback.commanded[None, :], _SIGN_OF_LIFE_SAMPLES, axis=0)
+        position, velocity = samples_in_axes(planner.model.coupling, joints, np.zeros_like(joints))
         return SetpointBlock(
             self._robot, feedback.owner, next(self._numbers), 0, feedback.tick + _STALE_CYCLES, planner.cycle_s,
-            _SIGN_OF_LIFE_SAMPLES, position, np.zeros_like(position),
+            _SIGN_OF_LIFE_SAMPLES, position, velocity,
         )  # fmt: skip
 
     def _presence(self, body: Body, wants: dict[str, float], stop_time_s: float, now: float) -> Publish:
@@ -284,7 +297,9 @@ class AgentCore:
         alarm = self._stopped_by if self.mode in (Mode.FAULT, Mode.ESTOP) else self.run.error
         alarms = (alarm,) if alarm else ()
         zones = tuple(sorted(self.zones.holds))
-        state = self.report.state(self.mode, self.run, feedback, self.executive, planner, zones, waiting_for, alarms)
+        lost = self.link.age(now) > self._cell.times.feedback_lost_s
+        heard = None if lost else feedback
+        state = self.report.state(self.mode, self.run, heard, self.executive, planner, zones, waiting_for, alarms)
         self.operator.sent_state(state.sequence, now)
         return Publish(state)
 

@@ -8,6 +8,7 @@ import numpy as np
 
 from cell.config.settings import Times
 from cell.messages import Body, DriveFeedback, SetpointBlock
+from robot_agent.agent.axes import samples_in_axes
 from robot_agent.agent.planning import Planned, Planner
 from robot_agent.agent.timeline import SentBlock, Timeline
 from robot_agent.trajectory import Governor, Hold, RateRequest, Segment
@@ -91,9 +92,10 @@ class Executive:
         follows = self.timeline.newest.sequence
         self.timeline.sent(block)
         segment = block.segment
+        position, velocity = samples_in_axes(self._planner.model.coupling, segment.q, segment.qd)
         return SetpointBlock(
             self._robot, self._owner, block.sequence, follows, block.first_tick, self._cycle_s, segment.nominal,
-            segment.q, segment.qd,
+            position, velocity,
         )  # fmt: skip
 
     def body(self, feedback: DriveFeedback, candidate: SentBlock | None) -> Body:

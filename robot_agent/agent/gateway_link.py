@@ -9,6 +9,7 @@ from cell.net.freshness import NewestOf
 
 _ASK_TIMEOUT_S = 3.0
 _CLAIM_AGAIN_S = 0.5
+_RELEASE_S = 1.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,6 +29,8 @@ class GatewayLink:
         self._claim = Claim(robot, boot, digest)
         self._asks = 0
         self._claim_ask: str | None = None
+        self._release_ask: str | None = None
+        self._release_until: float | None = None
         self._claim_due = -math.inf
         self._switching: dict[str, Switching] = {}
         self._newest = NewestOf()
@@ -75,10 +78,26 @@ class GatewayLink:
         self._claim_ask = ask.ask_id
         return [ask]
 
-    def release(self) -> list[Effect]:
-        """Give the robot back; the gateway also ends a claim whose owner falls silent at rest."""
-        grant, self.grant = self.grant, None
-        return [] if grant is None else [self._ask(Release(self._claim.robot, grant.owner))]
+    def release(self, now: float) -> list[Effect]:
+        """Give the robot back; to be called until `released`.
+
+        A gateway refuses while it still measures a motion, so the robot is offered again for a second. Later the claim
+        ends by the gateway's own deadline.
+        """
+        if self._release_until is None:
+            self._release_until = now + _RELEASE_S
+        if now > self._release_until:
+            self.lose_claim()
+        if self.grant is None or self._release_ask is not None:
+            return []
+        ask = self._ask(Release(self._claim.robot, self.grant.owner), _RELEASE_S)
+        self._release_ask = ask.ask_id
+        return [ask]
+
+    @property
+    def released(self) -> bool:
+        """Whether this agent owns nothing, and has nothing to wait for."""
+        return self.grant is None
 
     def switch(self, command: Command, request_id: str, call_id: str) -> Effect:
         """Ask the gateway to switch the drives for an operator's request."""
@@ -102,12 +121,16 @@ class GatewayLink:
             if reply is not None and reply.ok:
                 self.grant = reply.claim
             return None
+        if outcome.ask_id == self._release_ask:
+            self._release_ask = None
+            if reply is None or reply.ok:
+                self.lose_claim()
         switching = self._switching.pop(outcome.ask_id, None)
         if switching is None:
             return None
         return switching, reply is not None and reply.ok, text
 
-    def _ask(self, command: Command) -> Ask:
+    def _ask(self, command: Command, timeout_s: float = _ASK_TIMEOUT_S) -> Ask:
         self._asks += 1
         id = f"{self._claim.robot}-{self._claim.boot}-{self._asks}"
-        return Ask(id, self._to, Call(id, command), _ASK_TIMEOUT_S)
+        return Ask(id, self._to, Call(id, command), timeout_s)

@@ -9,9 +9,20 @@ from numpy.typing import NDArray
 from cell.core import Effect
 from cell.messages import ZoneGeometry
 from robot_agent.agent.planning import Plan, PlanFailed, Planned, PlanRequest
-from robot_agent.language import Finished, Interpreter, JointStep, LineStep, Pause, Program, ProgramFault
+from robot_agent.language import (
+    Finished,
+    Interpreter,
+    JointStep,
+    MotionStep,
+    Pause,
+    Program,
+    ProgramFault,
+    Step,
+)
 
 _PLANNED_AHEAD = 3
+_LONGEST_CHAIN = 24
+"""Steps that are planned as one motion; a longer chain rests between its parts."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -19,7 +30,7 @@ class Waiting:
     """A motion that the worker is still planning."""
 
     id: int
-    step: JointStep | LineStep
+    line: int
 
 
 Item = Planned | PlanFailed | Waiting | Pause | Finished | ProgramFault
@@ -31,12 +42,14 @@ class Lookahead:
     def __init__(self) -> None:
         self._interpreter: Interpreter | None = None
         self._items: deque[Item] = deque()
+        self._next: Step | None = None
         self._plans = 0
         self._end = np.zeros(0)
 
     def start(self, program: Program, q: NDArray[np.float64]) -> None:
         """Begin the program with the robot at rest at `q` `(n,)`."""
         self._interpreter = Interpreter(program)
+        self._next = None
         self._items.clear()
         self._end = q
 
@@ -74,14 +87,43 @@ class Lookahead:
         if self._interpreter is None or zones is None:
             return []
         while len(self._items) < _PLANNED_AHEAD and not self._blocked():
-            step = self._interpreter.next()
-            if isinstance(step, JointStep | LineStep):
+            step = self._take(self._interpreter)
+            if isinstance(step, MotionStep):
+                steps = self._chain(self._interpreter, step)
                 self._plans += 1
-                self._items.append(Waiting(self._plans, step))
-                return [Plan(PlanRequest(self._plans, step, self._end, zones))]
+                self._items.append(Waiting(self._plans, step.line))
+                return [Plan(PlanRequest(self._plans, steps, self._end, zones))]
             self._items.append(step)
         return []
+
+    def _take(self, interpreter: Interpreter) -> Step:
+        step = self._next or interpreter.next()
+        self._next = None
+        return step
+
+    def _chain(self, interpreter: Interpreter, first: MotionStep) -> tuple[MotionStep, ...]:
+        """The steps from `first` on between which the robot may not have to stop; they are planned together."""
+        steps = [first]
+        while len(steps) < _LONGEST_CHAIN:
+            step = self._take(interpreter)
+            if not isinstance(step, MotionStep) or not _may_go_on(steps[-1], step):
+                self._next = step
+                break
+            steps.append(step)
+        return tuple(steps)
 
     def _blocked(self) -> bool:
         """Behind a motion without a plan, or behind the end, nothing can be planned."""
         return any(isinstance(item, Waiting | PlanFailed | Finished | ProgramFault) for item in self._items)
+
+
+def _may_go_on(step: MotionStep, following: MotionStep) -> bool:
+    """Whether two moves may join without a stop: by a round edge, or because they are tangential.
+
+    A joint move behind a move of the flange needs all its joints named: where the flange move leaves the others is not
+    known before it is planned.
+    """
+    to_joints, from_joints = isinstance(following, JointStep), isinstance(step, JointStep)
+    if isinstance(following, JointStep) and not from_joints and following.joints and None in following.joints:
+        return False
+    return step.round_m != 0.0 if not (from_joints or to_joints) else bool(step.round_m)

@@ -1,4 +1,4 @@
-"""From one step of a program to a planned motion with its swept body. Runs in a worker; pure, so tests call it too."""
+"""From steps of a program to a planned motion with its swept body. Runs in a worker; pure, so tests call it too."""
 
 from dataclasses import dataclass
 
@@ -6,11 +6,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cell.core import Effect
-from cell.geometry.pose import from_xyz_abc
 from cell.messages import ZoneGeometry
-from robot_agent.kinematics import Model
-from robot_agent.language import JointStep, LineStep
-from robot_agent.paths import JointMove, Line, Sequence
+from robot_agent.agent.targets import joint_target, pose_target
+from robot_agent.kinematics import KinematicsError, Model
+from robot_agent.language import FlangeStep, JointStep, LineStep, MotionStep, SplineStep
+from robot_agent.paths import Arc, Block, JointMove, Line, Sequence, Spline
+from robot_agent.paths.arc import evenly_turned
+from robot_agent.paths.legs import end_of
 from robot_agent.trajectory import Limits, Motion, PlanError, plan
 from robot_agent.workspace import Crossing, Sweep, crossings, sweep
 
@@ -20,12 +22,17 @@ ZONE_MARGIN_M = 0.03
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PlanRequest:
-    """Plan one step from rest at `start` `(n,)` to rest."""
+    """Plan consecutive steps from rest at `start` `(n,)` to rest."""
 
     id: int
-    step: JointStep | LineStep
+    steps: tuple[MotionStep, ...]
     start: NDArray[np.float64]
     zones: tuple[ZoneGeometry, ...]
+
+    @property
+    def line(self) -> int:
+        """The program line of the first step."""
+        return self.steps[0].line
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -40,11 +47,16 @@ class Planned:
     """A motion, the body it sweeps in world, and where on it the zones of the request are entered and left."""
 
     id: int
-    line: int
+    lines: tuple[int, ...]
+    """The program line of each block of the motion; 0 for none."""
     motion: Motion
     sweep: Sweep
     crossings: tuple[Crossing, ...]
     zone_versions: dict[str, int]
+
+    def line_at(self, tau: float) -> int:
+        """The program line that path time `tau` [s] lies in."""
+        return self.lines[int(self.motion.block_at(np.array(tau)))]
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,43 +78,58 @@ class Planner:
         self.cycle_s = cycle_s
 
     def plan(self, request: PlanRequest) -> Planned | PlanFailed:
-        """Plan a step; every failure is a `PlanFailed` that says where and why."""
+        """Plan steps; every failure is a `PlanFailed` that says where and why."""
         try:
-            motion = self._motion(request)
+            sequence = Sequence(self._blocks(request))
+            motion = plan(self.model, sequence, self.limits, start=request.start, cycle_s=self.cycle_s)
+            lines = tuple(block.line for block in sequence.blocks)
+            return self._with_body(request.id, lines, motion, request.zones)
         except PlanError as error:
-            return PlanFailed(request.id, request.step.line, str(error))
-        return self._with_body(request.id, request.step.line, motion, request.zones)
+            return PlanFailed(request.id, error.line, str(error))
+        except KinematicsError as error:
+            return PlanFailed(request.id, request.line, f"line {request.line}: {error}")
 
     def standstill(self, q: NDArray[np.float64], zones: tuple[ZoneGeometry, ...]) -> Planned:
         """The motion of a robot that stands at `q` `(n,)`."""
         motion = plan(self.model, Sequence([JointMove(q, 1.0, 0)]), self.limits, start=q, cycle_s=self.cycle_s)
-        return self._with_body(0, 0, motion, zones)
+        return self._with_body(0, (0,), motion, zones)
 
-    def _motion(self, request: PlanRequest) -> Motion:
-        block: JointMove | Line
-        step = request.step
-        if isinstance(step, JointStep):
-            target = self.model.home if step.joints is None else _keep(step.joints, request.start)
-            block = JointMove(target, step.speed, step.line)
-        else:
-            block = Line(self._line_target(step, request.start), step.speed_m_s, step.line)
-        return plan(self.model, Sequence([block]), self.limits, start=request.start, cycle_s=self.cycle_s)
+    def _blocks(self, request: PlanRequest) -> list[Block]:
+        """The steps with every value that they leave to where the robot comes from."""
+        blocks: list[Block] = []
+        q, pose = request.start, self.model.forward(request.start)
+        for step in request.steps:
+            if isinstance(step, JointStep):
+                q = joint_target(step, q, self.model.home)
+                blocks.append(
+                    JointMove(
+                        q, step.speed, step.line,
+                        speed_m_s=step.speed_m_s, rotation_rad_s=step.rotation_rad_s, round_m=step.round_m,
+                    )
+                )  # fmt: skip
+                pose = self.model.forward(q) if len(q) == self.model.n else pose
+            else:
+                block = _flange_block(step, pose)
+                blocks.append(block)
+                pose = end_of(block, pose)
+        return blocks
 
-    def _line_target(self, step: LineStep, start: NDArray[np.float64]) -> NDArray[np.float64]:
-        present = self.model.forward(start)
-        position = _keep(step.position_m, present[:3, 3])
-        target = present.copy()
-        if step.orientation_abc is not None:
-            target = from_xyz_abc(np.concatenate([position, step.orientation_abc]))
-        target[:3, 3] = position
-        return target
-
-    def _with_body(self, id: int, line: int, motion: Motion, zones: tuple[ZoneGeometry, ...]) -> Planned:
+    def _with_body(self, id: int, lines: tuple[int, ...], motion: Motion, zones: tuple[ZoneGeometry, ...]) -> Planned:
         taus = motion.grid
         body = sweep(self.model, self.pose_world_base, motion.q(taus))
         crossed = tuple(c for zone in zones for c in crossings(body, taus, zone, ZONE_MARGIN_M))
-        return Planned(id, line, motion, body, crossed, {zone.zone: zone.version for zone in zones})
+        return Planned(id, lines, motion, body, crossed, {zone.zone: zone.version for zone in zones})
 
 
-def _keep(named: tuple[float | None, ...], present: NDArray[np.float64]) -> NDArray[np.float64]:
-    return np.array([now if value is None else value for value, now in zip(named, present, strict=True)])
+def _flange_block(step: FlangeStep, present: NDArray[np.float64]) -> Line | Arc | Spline:
+    target = pose_target(step.position_m, step.orientation_abc, present)
+    rotation, edge = step.rotation_rad_s, step.round_m
+    if isinstance(step, LineStep):
+        flip = step.wrist_may_flip
+        return Line(target, step.speed_m_s, step.line, flip, rotation_rad_s=rotation, round_m=edge)
+    if isinstance(step, SplineStep):
+        return Spline(target[None], step.line, step.speed_m_s, rotation_rad_s=rotation, round_m=edge)
+    via = pose_target(step.via_position_m, step.via_orientation_abc, present)
+    if step.via_orientation_abc is None:
+        via = evenly_turned(present, via, target)
+    return Arc(via, target, step.line, step.angle_rad, step.speed_m_s, rotation_rad_s=rotation, round_m=edge)

@@ -81,17 +81,18 @@ class ProgramRun:
         if not self.running:
             return
         line, begin = self._pause
+        moving = playing.planned.line_at(float(playing.segment.tau[playing.index(tick)]))
         if line > 0 and max(begin, playing.first_tick) <= tick and playing.first_tick < self.resume_tick:
             self.line = line
-        elif playing.planned.line > 0:
-            self.line = playing.planned.line
+        elif moving > 0:
+            self.line = moving
 
     def why_idle(self, tick: int, cycle_s: float) -> str:
         """Why a robot at rest does not move although its program runs; empty when that is not the program's doing."""
         if self._pause[1] <= tick < self.resume_tick:
             return f"WAIT, {(self.resume_tick - tick) * cycle_s:.1f} s left"
         if isinstance(self.lookahead.head, Waiting):
-            return f"line {self.lookahead.head.step.line} is being planned"
+            return f"line {self.lookahead.head.line} is being planned"
         return ""
 
     @property

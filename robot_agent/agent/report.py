@@ -1,6 +1,9 @@
 """What the agent tells everyone: the robot's state and events."""
 
+from dataclasses import replace
+
 import numpy as np
+from numpy.typing import NDArray
 
 from cell.core import Publish
 from cell.geometry.pose import compose
@@ -16,6 +19,7 @@ from cell.messages import (
 from robot_agent.agent.executive import Executive
 from robot_agent.agent.planning import Planner
 from robot_agent.agent.program_run import ProgramRun
+from robot_agent.kinematics import Model, OpenMechanism
 
 
 class Reporter:
@@ -41,40 +45,60 @@ class Reporter:
         self,
         mode: Mode,
         run: ProgramRun,
-        feedback: DriveFeedback,
+        feedback: DriveFeedback | None,
         executive: Executive | None,
         planner: Planner,
         zones: tuple[str, ...],
         waiting_for: str,
         alarms: tuple[str, ...],
     ) -> RobotState:
-        """The robot's state at the newest feedback."""
+        """The robot's state at the newest feedback; without one nothing is said about where it is."""
         self._sequence += 1
-        pose = compose(planner.pose_world_base, planner.model.forward(feedback.position))
-        speed, governor = 0.0, None
-        if executive is not None:
-            block, index = executive.timeline.at(feedback.tick)
-            segment, motion = block.segment, block.planned.motion
-            jacobian = planner.model.jacobian(segment.q[index])
-            speed = float(np.linalg.norm(jacobian[:3] @ segment.qd[index]))
-            governor = GovernorStatus(
-                float(segment.rate[index]), float(segment.tau[index]), motion.duration_s, segment.ruled_by
-            )
-        x, y, z = pose[:3, 3].tolist()
-        qx, qy, qz, qw = from_matrix(pose[:3, :3]).tolist()
-        return RobotState(
+        state = RobotState(
             robot=self._robot,
             boot=self._boot,
             sequence=self._sequence,
             mode=mode,
             program=run.status,
-            joints=tuple(feedback.position.tolist()),
-            tcp_position_m=(x, y, z),
-            tcp_quaternion_xyzw=(qx, qy, qz, qw),
-            tcp_speed_m_s=speed,
-            governor=governor,
+            joints=None,
+            tcp_position_m=None,
+            tcp_quaternion_xyzw=None,
+            tcp_speed_m_s=None,
+            governor=None,
             zones=zones,
             waiting_for=waiting_for,
             waited_s=dict(run.waited_s),
             alarms=alarms,
         )
+        return state if feedback is None else _measured(state, feedback, executive, planner)
+
+
+def _measured(state: RobotState, feedback: DriveFeedback, executive: Executive | None, planner: Planner) -> RobotState:
+    pose = compose(planner.pose_world_base, _flange(planner.model, feedback.position))
+    speed, governor = 0.0, None
+    if executive is not None:
+        block, index = executive.timeline.at(feedback.tick)
+        segment, motion = block.segment, block.planned.motion
+        jacobian = planner.model.jacobian(segment.q[index])
+        speed = float(np.linalg.norm(jacobian[:3] @ segment.qd[index]))
+        governor = GovernorStatus(
+            float(segment.rate[index]), float(segment.tau[index]), motion.duration_s, segment.ruled_by
+        )
+    x, y, z = pose[:3, 3].tolist()
+    qx, qy, qz, qw = from_matrix(pose[:3, :3]).tolist()
+    return replace(
+        state,
+        joints=tuple(feedback.position.tolist()),
+        tcp_position_m=(x, y, z),
+        tcp_quaternion_xyzw=(qx, qy, qz, qw),
+        tcp_speed_m_s=speed,
+        governor=governor,
+    )
+
+
+def _flange(model: Model, q: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Where the flange is at measured joints `(n,)`; at home where a mechanism that is not referenced says nonsense."""
+    try:
+        return model.forward(q)
+    except OpenMechanism:
+        return model.forward(model.home)

@@ -73,6 +73,7 @@ class _Shell:
         self._session = session
         self._robot = robot
         self._gateway = cell.robots[robot].gateway
+        self._endpoint = cell.gateways[self._gateway].endpoint
         self._say = say
         self._stop = stop
         self._stopping_since: float | None = None
@@ -123,11 +124,12 @@ class _Shell:
                 self._session.declare_alive()
             if self._worker is None:
                 self._worker = self.start_worker(grant.cycle_s)
+                logging.getLogger("robot_agent").info("robot %s: taken over from %s", self._robot, self._gateway)
             return
         refusal = self._core.link.refusal
         if refusal and refusal != self._said:
             self._said = refusal
-            self._say(f"robot {self._robot}: gateway {self._gateway}: {refusal}")
+            self._say(f"robot {self._robot} waits for gateway {self._gateway} at {self._endpoint}: {refusal}")
         if not self._core.link.refused_by_gateway:
             self._refused_since = None
         elif self._refused_since is None:

@@ -69,6 +69,11 @@ class Timeline:
             later = block
         return later.rest_tick
 
+    @property
+    def played_out_tick(self) -> int:
+        """The first tick from which on nothing moves that was ever sent, whether it was accepted or not."""
+        return max(block.rest_tick for block in (self.newest, *self._open))
+
     def sent(self, block: SentBlock) -> None:
         self._open.append(block)
 

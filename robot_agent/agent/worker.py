@@ -40,11 +40,10 @@ class PlanWorker:
     def __exit__(
         self, kind: type[BaseException] | None, value: BaseException | None, trace: TracebackType | None
     ) -> None:
+        # It holds nothing, and may be in the middle of its imports or of a plan that nobody waits for any more.
         self._here.close()
+        self._process.kill()
         self._process.join(timeout=2.0)
-        if self._process.is_alive():
-            self._process.kill()
-            self._process.join(timeout=2.0)
 
     def submit(self, request: PlanRequest) -> None:
         """Hand a request to the planning process."""
@@ -63,7 +62,7 @@ class PlanWorker:
                 self._waiting.popleft()
         except (EOFError, OSError):
             text = "the planning process has died; see the agent's log, then restart the agent"
-            results.extend(PlanFailed(request.id, request.step.line, text) for request in self._waiting)
+            results.extend(PlanFailed(request.id, request.line, text) for request in self._waiting)
             self._waiting.clear()
         return results
 
@@ -80,8 +79,8 @@ def _serve(pipe: Connection, planner: Planner) -> None:
         try:
             result: Planned | PlanFailed = planner.plan(request)
         except Exception as error:  # a bug must reach the operator as a failed line, not as a robot that waits for ever
-            logging.getLogger(__name__).exception("planning line %d", request.step.line)
-            result = PlanFailed(request.id, request.step.line, f"internal error while planning: {error!r}")
+            logging.getLogger(__name__).exception("planning line %d", request.line)
+            result = PlanFailed(request.id, request.line, f"internal error while planning: {error!r}")
         try:
             pipe.send(result)
         except OSError:

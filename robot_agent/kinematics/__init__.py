@@ -1,10 +1,13 @@
 """From joints to poses and back, closed form, all branches, batched. SI units and radians, poses of the flange in the
 robot's base frame."""
 
+from robot_agent.kinematics.coupling import Coupling
 from robot_agent.kinematics.errors import (
     BadInput,
     BadModel,
     KinematicsError,
+    NotInUrdf,
+    OpenMechanism,
     Reason,
     TrackError,
     UnknownName,
@@ -12,20 +15,35 @@ from robot_agent.kinematics.errors import (
 )
 from robot_agent.kinematics.loader import load_model, model_of
 from robot_agent.kinematics.model import Model
+from robot_agent.kinematics.mounting import Carrier, Fixed, LinearTrack, Turntable, flange_in_base, tcp_in_world
+from robot_agent.kinematics.numeric import BareUrdf, NumericModel
+from robot_agent.kinematics.singularity import SingularityDistance
 from robot_agent.kinematics.six_axis import SixAxis
 from robot_agent.kinematics.solutions import Solutions
 
 __all__ = [
     "BadInput",
     "BadModel",
+    "BareUrdf",
+    "Carrier",
+    "Coupling",
+    "Fixed",
     "KinematicsError",
+    "LinearTrack",
     "Model",
+    "NotInUrdf",
+    "NumericModel",
+    "OpenMechanism",
     "Reason",
+    "SingularityDistance",
     "SixAxis",
     "Solutions",
     "TrackError",
+    "Turntable",
     "UnknownName",
     "Unreachable",
+    "flange_in_base",
     "load_model",
     "model_of",
+    "tcp_in_world",
 ]

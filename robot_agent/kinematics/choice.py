@@ -31,7 +31,7 @@ def solve(model: Model, pose: Array, near: Array | None, branch: str | None, pre
     allowed = _allowed(model.branches, branch)
     usable = allowed & solutions.valid & solutions.in_limits
     if not usable.any():
-        raise Unreachable(pose, _why(model, solutions, allowed), branch)
+        raise Unreachable(pose, model.explain(pose, solutions, allowed), branch)
     away = np.where(usable[:, None], np.abs(solutions.joints - wanted), np.inf)
     first = np.rint(np.sqrt((away[:, named] ** 2).sum(axis=-1)) / TIE_RAD)
     rest = (away[:, ~named] ** 2).sum(axis=-1)
@@ -39,15 +39,37 @@ def solve(model: Model, pose: Array, near: Array | None, branch: str | None, pre
     return best
 
 
+def why(model: Model, solutions: Solutions, allowed: Flags | None = None) -> Violation:
+    """What rules out every allowed branch `(k,)` of one pose: a joint limit where one is in reach, else the reach."""
+    if solutions.tilt_rad > 0:
+        return Violation(Reason.TILTED, tilt_rad=float(solutions.tilt_rad))
+    slots = np.ones(len(solutions.branches), dtype=bool) if allowed is None else allowed
+    in_reach = np.flatnonzero(slots & solutions.valid)
+    if in_reach.size:
+        lower, upper = model.limits.position.T
+        joints = solutions.joints[in_reach]
+        beyond = np.maximum(np.maximum(lower - joints, joints - upper), 0).sum(axis=-1)
+        violation = limit_violation(model, joints[int(np.argmin(beyond))])
+        if violation is not None:
+            return violation
+    excess = solutions.excess_m[slots]
+    least = float(excess[np.argmin(np.abs(excess))])
+    return reach_violation(least)
+
+
 def limit_violation(model: Model, joints: Array) -> Violation | None:
     """The joint of `(n,)` that is farthest outside its limits, if any is."""
     lower, upper = model.limits.position.T
     beyond = np.maximum(lower - joints, joints - upper)
     worst = int(np.argmax(beyond))
-    if beyond[worst] <= 0:
-        return None
-    limit = (float(lower[worst]), float(upper[worst]))
-    return Violation(Reason.JOINT_LIMIT, model.joint_names[worst], float(joints[worst]), limit)
+    return joint_violation(model, worst, float(joints[worst])) if beyond[worst] > 0 else None
+
+
+def joint_violation(model: Model, joint: int, value: float) -> Violation:
+    """A joint that would be at a value [rad or m] outside its limits."""
+    lower, upper = model.limits.position[joint].tolist()
+    linear = bool(model.linear[joint])
+    return Violation(Reason.JOINT_LIMIT, model.joint_names[joint], value, (lower, upper), linear=linear)
 
 
 def reach_violation(excess_m: float) -> Violation:
@@ -62,17 +84,3 @@ def _allowed(branches: tuple[str, ...], wanted: str | None) -> Flags:
     if wanted is not None and not allowed.any():
         raise UnknownName("branch", wanted, branches)
     return allowed
-
-
-def _why(model: Model, solutions: Solutions, allowed: Flags) -> Violation:
-    """The least violation among the allowed branches: a joint limit where one is in reach, else the reach."""
-    in_reach = np.flatnonzero(allowed & solutions.valid)
-    if in_reach.size:
-        lower, upper = model.limits.position.T
-        joints = solutions.joints[in_reach]
-        beyond = np.maximum(np.maximum(lower - joints, joints - upper), 0).sum(axis=-1)
-        violation = limit_violation(model, joints[int(np.argmin(beyond))])
-        if violation is not None:
-            return violation
-    excess = solutions.excess_m[allowed]
-    return reach_violation(float(excess[np.argmin(np.abs(excess))]))

@@ -32,6 +32,18 @@ class BadInput(KinematicsError, ValueError):
         super().__init__(f"{what}: found {found}, allowed {allowed}")
 
 
+class NotInUrdf(KinematicsError):
+    """A bare URDF was asked for what URDF does not have."""
+
+    def __init__(self, file: str, what: str) -> None:
+        self.file = file
+        self.what = what
+        super().__init__(
+            f"{file}: a URDF says nothing about {what!r}; write a robot file of family urdf that names it and adds "
+            "limits, home position and capsules"
+        )
+
+
 class UnknownName(KinematicsError):
     """A branch or joint that this robot does not have."""
 
@@ -49,6 +61,9 @@ class Reason(Enum):
     TOO_NEAR = "too near"
     JOINT_LIMIT = "joint limit"
     BRANCH_CHANGE = "branch change"
+    TILTED = "tilted"
+    NOT_FOUND = "not found"
+    """A numeric solver came near a pose from every start, but not to it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,20 +73,49 @@ class Violation:
     reason: Reason
     joint: str | None = None
     value: float | None = None
-    """The joint's value [rad], or its step for a branch change."""
+    """The joint's value [rad or m], or its step for a branch change."""
     limit: tuple[float, float] | None = None
-    """Lower and upper limit of the joint [rad]."""
+    """Lower and upper limit of the joint [rad or m]."""
     excess_m: float = 0.0
-    """Distance of the wrist from the nearest reachable point."""
+    """Distance of the wrist (of the flange, for a numeric solver) from the nearest reachable point."""
+    tilt_rad: float = 0.0
+    """How far the orientation is from the nearest one that the robot can take."""
+    linear: bool = False
+    """The joint slides."""
 
     def __str__(self) -> str:
-        if self.reason in (Reason.TOO_FAR, Reason.TOO_NEAR):
-            return f"the wrist would be {self.excess_m * 1000:.1f} mm {self.reason.value}"
-        value = float(np.degrees(self.value)) if self.value is not None else float("nan")
+        match self.reason:
+            case Reason.TOO_FAR | Reason.TOO_NEAR:
+                return f"the wrist would be {self.excess_m * 1000:.1f} mm {self.reason.value}"
+            case Reason.TILTED:
+                return (
+                    f"the orientation is {np.degrees(self.tilt_rad):.4f} deg away from those that a robot with so few "
+                    "joints can take"
+                )
+            case Reason.NOT_FOUND:
+                away = f"{self.excess_m * 1000:.1f} mm and {np.degrees(self.tilt_rad):.2f} deg"
+                return f"no start led to joints inside their limits; the nearest pose is {away} away"
+        value, unit = self._shown(self.value), "mm" if self.linear else "deg"
         if self.limit is not None:
-            lower, upper = np.degrees(self.limit)
-            return f"joint {self.joint} would need {value:.2f} deg, allowed {lower:.2f} to {upper:.2f}"
-        return f"joint {self.joint} would jump by {value:.2f} deg from one pose to the next, near a singularity"
+            lower, upper = map(self._shown, self.limit)
+            return f"joint {self.joint} would need {value:.2f} {unit}, allowed {lower:.2f} to {upper:.2f}"
+        return f"joint {self.joint} would jump by {value:.2f} {unit} from one pose to the next, near a singularity"
+
+    def _shown(self, value: float | None) -> float:
+        if value is None:
+            return float("nan")
+        return 1000 * value if self.linear else float(np.degrees(value))
+
+
+class OpenMechanism(KinematicsError):
+    """Joints at which the arms of a parallel robot do not meet. `index` addresses them in the batch."""
+
+    def __init__(self, index: tuple[int, ...], joints: Array) -> None:
+        self.index = index
+        self.joints = joints
+        where = f"joints[{', '.join(map(str, index))}]" if index else "joints"
+        shown = ", ".join(f"{value:.2f}" for value in np.degrees(joints))
+        super().__init__(f"{where}: found {shown} deg, where the rods are too short to meet at the platform")
 
 
 class Unreachable(KinematicsError):

@@ -1,37 +1,63 @@
 """What every robot family answers, and what follows for all of them from its links and its inverse."""
 
 from abc import ABC, abstractmethod
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from typing import ClassVar
 
 import numpy as np
 
 from cell.geometry import check_poses
-from cell.geometry.arrays import Array
+from cell.geometry import inverse as inverse_pose
+from cell.geometry.arrays import Array, Flags
 from robot_agent.kinematics import choice, tracking
-from robot_agent.kinematics.errors import BadInput
+from robot_agent.kinematics.coupling import Coupling
+from robot_agent.kinematics.errors import BadInput, BadModel, Violation
+from robot_agent.kinematics.problems import body_problems, coupling_problems, family_problems
+from robot_agent.kinematics.singularity import SingularityDistance
 from robot_agent.kinematics.solutions import Solutions
-from robot_agent.model.description import JointLimits, RobotDescription
+from robot_agent.model.description import CapsuleBody, JointLimits, RobotDescription
+from robot_agent.model.families import SHAPES
 
 
 class Model(ABC):
-    """Kinematics of one robot. Link 0 is the base, link `i` the frame behind joint `i`, the last one the flange."""
+    """Kinematics of one robot. Link 0 is the base, the last one the flange.
+
+    In families with one chain link `i` is the frame behind joint `i`; palletizer and delta have links of their own.
+    """
 
     branches: ClassVar[tuple[str, ...]]
     """Names of the solution branches, in the order of the slots of `Solutions`."""
+    closed_form: ClassVar[bool] = True
+    """Whether `inverse` finds all solutions that there are."""
 
     def __init__(self, description: RobotDescription) -> None:
         self.description = description
+        self.link_names: tuple[str, ...] = self._link_names()
+        self.body: tuple[CapsuleBody, ...] = self._whole_body()
+        """All capsules, those of the mounted tool included."""
+        problems = tuple(self._problems())
+        if problems:
+            raise BadModel(description.name, problems)
         self.n = len(description.joint_names)
         self.joint_names: tuple[str, ...] = description.joint_names
         self.limits: JointLimits = description.limits
-        self.home: Array = np.asarray(description.home, dtype=float)
-        self.capsule_radii: Array = np.array([c.radius_m for c in description.capsules], dtype=float)
+        self.linear: Flags = np.array(description.linear or (False,) * self.n)
+        """`(n,)`: whether each joint slides."""
+        self.linear_names = tuple(name for name, slides in zip(self.joint_names, self.linear, strict=True) if slides)
+        self.coupling = Coupling.of(description.coupling, self.n)
+        self._capsule_radii = np.array([c.radius_m for c in self.body], dtype=float)
+        self._capsule_links = np.array([c.link for c in self.body], dtype=int)
+        self._capsule_ends = np.array([(c.start_m, c.end_m) for c in self.body], dtype=float).reshape(-1, 2, 3)
+
+    @property
+    def home(self) -> Array:
+        """`(n,)` joints of the home position."""
+        return self.description.home
+
+    @property
+    def capsule_radii(self) -> Array:
         """`(c,)` [m]."""
-        self._capsule_links = np.array([c.link for c in description.capsules], dtype=int)
-        self._capsule_ends = np.array([(c.start_m, c.end_m) for c in description.capsules], dtype=float).reshape(
-            -1, 2, 3
-        )
+        return self._capsule_radii
 
     @property
     @abstractmethod
@@ -40,11 +66,19 @@ class Model(ABC):
 
     @abstractmethod
     def links(self, q: Array) -> Array:
-        """Joints `(..., n)` -> poses of all links in base `(..., n + 1, 4, 4)`."""
+        """Joints `(..., n)` -> poses of all links in base `(..., links, 4, 4)`; names: `link_names`."""
 
     @abstractmethod
     def jacobian(self, q: Array) -> Array:
         """Joints `(..., n)` -> `(..., 6, n)`: flange velocity per joint velocity, linear then angular, base axes."""
+
+    @abstractmethod
+    def jacobian_derivative(self, q: Array, qd: Array) -> Array:
+        """Joints and their speeds `(..., n)` -> `(..., 6, n)`: how fast the Jacobian changes."""
+
+    @abstractmethod
+    def singularity(self, q: Array) -> SingularityDistance:
+        """Joints `(..., n)` -> how far they are from each singularity of the family."""
 
     @abstractmethod
     def inverse(self, poses: Array, near: Array | None = None) -> Solutions:
@@ -72,6 +106,59 @@ class Model(ABC):
         points += frames[..., 2] * ends[..., 2, None]
         return points
 
+    def tcp(self, q: Array) -> Array:
+        """Joints `(..., n)` -> pose in base `(..., 4, 4)` of the mounted tool's TCP; without a tool, of the flange."""
+        tool = self.description.tool
+        return self.forward(q) if tool is None else np.asarray(self.forward(q) @ tool.pose_flange_tcp)
+
+    def flange_at(self, pose_base_tcp: Array) -> Array:
+        """Where the flange is, `(..., 4, 4)`, when the mounted tool's TCP is at these poses: before `inverse`."""
+        poses, tool = check_poses(pose_base_tcp, "TCP poses"), self.description.tool
+        return poses if tool is None else np.asarray(poses @ inverse_pose(tool.pose_flange_tcp))
+
+    def joints_from_axes(self, axes: Array) -> Array:
+        """Axes `(..., n)` [rad or m], motors behind their gears -> joints: before `forward`."""
+        return self.coupling.joints(self.check_joints(axes, "axes"))
+
+    def axes_from_joints(self, q: Array) -> Array:
+        """Joints `(..., n)` [rad or m] -> axes: after `inverse`."""
+        return self.coupling.axes(self.check_joints(q))
+
+    def reaches(self, poses: Array) -> Flags:
+        """Poses `(..., 4, 4)` -> `(...)`: whether some joints inside the limits bring the flange there."""
+        return np.asarray(self.inverse(poses).in_limits.any(axis=-1))
+
+    def why_unreachable(self, pose: Array) -> Violation | None:
+        """What keeps the flange from one pose `(4, 4)`; None when the robot reaches it."""
+        solutions = self.inverse(self._one_pose(pose))
+        return None if solutions.in_limits.any() else self.explain(pose, solutions)
+
+    def explain(self, pose: Array, solutions: Solutions, allowed: Flags | None = None) -> Violation:
+        """Why none of the allowed branches `(k,)` brings the flange to one pose; all branches when not given."""
+        self._one_pose(pose)
+        return choice.why(self, solutions, allowed)
+
+    def continuous(self, joints: Array) -> Array:
+        """Joints along a path `(m, n)`, each at its own turn -> the same poses without jumps by whole turns."""
+        return np.where(self.linear, joints, np.unwrap(joints, axis=0))
+
+    def bulge_m(self, q: Array) -> Array:
+        """How far, at most, an end point of a capsule leaves the chord between two samples of a path: `(m - 1,)` [m].
+
+        `q` `(m, n)`, equally spaced in path time. Joints that move evenly carry a point on arcs: its second derivative
+        is at most R (sum of joint steps)^2, with R the reach and sliding steps divided by R, so it leaves the chord by
+        an eighth of that. And joints that accelerate leave their own chords by an eighth of their second difference,
+        here taken twice for what the jerk adds, times R.
+        """
+        steps = np.diff(q, axis=0) / np.where(self.linear, self.reach_m, 1.0)
+        bends = np.zeros(max(len(q) - 1, 0))
+        if len(q) > 2:
+            second = np.abs(np.diff(steps, axis=0)).sum(axis=-1)
+            bends[:-1] = second
+            bends[1:] = np.maximum(bends[1:], second)
+        evenly = np.abs(steps).sum(axis=-1) ** 2
+        return np.asarray(self.reach_m * (evenly / 8 + bends / 4))
+
     def solve(
         self,
         pose: Array,
@@ -90,10 +177,7 @@ class Model(ABC):
             UnknownName: no such branch or joint.
             BadInput, cell.geometry.GeometryError: as `inverse`.
         """
-        pose = check_poses(pose)
-        if pose.ndim != 2:
-            raise BadInput("pose", f"shape {pose.shape}", "(4, 4)")
-        return choice.solve(self, pose, near, branch, prefer or {})
+        return choice.solve(self, self._one_pose(pose), near, branch, prefer or {})
 
     def track(self, poses: Array, start: Array) -> Array:
         """Joints `(m, n)` along a path of poses `(m, 4, 4)`: one branch, continuous, inside the limits.
@@ -118,3 +202,42 @@ class Model(ABC):
         if not np.isfinite(q).all():
             raise BadInput(what, "a value that is not finite", "finite values")
         return q
+
+    def body_reach(self, links: Array) -> float:
+        """A bound [m] for all capsules, from bounds of the distances of the links' origins `(links,)` from the base."""
+        reach = float(links[-1])
+        for capsule in self.body:
+            for end in (capsule.start_m, capsule.end_m):
+                reach = max(reach, float(links[capsule.link] + np.linalg.norm(end) + capsule.radius_m))
+        return reach
+
+    def held(self, near: Array | None, leading: tuple[int, ...]) -> Array:
+        """`near` as `(n, 1)` or `(n, poses)`; zeros when there is none."""
+        if near is None:
+            return np.zeros((self.n, 1))
+        near = self.check_joints(near, "near")
+        if near.ndim == 1:
+            return near[:, None]
+        if near.shape[:-1] != leading:
+            raise BadInput("near", f"shape {near.shape}", f"({self.n},) or {(*leading, self.n)}")
+        return np.ascontiguousarray(near.reshape(-1, self.n).T)
+
+    def _one_pose(self, pose: Array) -> Array:
+        pose = check_poses(pose)
+        if pose.ndim != 2:
+            raise BadInput("pose", f"shape {pose.shape}", "(4, 4)")
+        return pose
+
+    def _link_names(self) -> tuple[str, ...]:
+        return SHAPES[self.description.family].links
+
+    def _whole_body(self) -> tuple[CapsuleBody, ...]:
+        tool, flange = self.description.tool, len(self.link_names) - 1
+        mounted = () if tool is None else tool.capsules
+        return (*self.description.capsules, *(CapsuleBody(flange, c.start_m, c.end_m, c.radius_m) for c in mounted))
+
+    def _problems(self) -> Iterator[str]:
+        """Everything that makes the description no robot of its family."""
+        yield from family_problems(self.description)
+        yield from body_problems(self.body, len(self.link_names))
+        yield from coupling_problems(self.description)

@@ -11,18 +11,22 @@ import numpy as np
 
 from cell.geometry import check_poses
 from cell.geometry.arrays import Array
-from robot_agent.kinematics.errors import BadInput, BadModel
-from robot_agent.kinematics.model import Model
-from robot_agent.kinematics.six_axis_inverse import LENGTHS, Lengths, solve_arm, solve_wrist
+from robot_agent.kinematics.chain import Chain, Step
+from robot_agent.kinematics.errors import BadModel
+from robot_agent.kinematics.problems import checked_lengths
+from robot_agent.kinematics.serial import SerialModel
+from robot_agent.kinematics.singularity import SingularityDistance
+from robot_agent.kinematics.six_axis_inverse import Arm, Lengths, Wrist, solve_arm, solve_wrist
+from robot_agent.kinematics.six_axis_single import Ranges, solve_one
 from robot_agent.kinematics.solutions import Solutions
 from robot_agent.kinematics.turns import nearest_turn
 from robot_agent.model.description import RobotDescription
 
 AXES = (2, 1, 1, 0, 1, 0)
-"""Column of each joint's own frame that is its axis."""
+"""Axis of each joint in its own frame."""
 
 
-class SixAxis(Model):
+class SixAxis(SerialModel):
     """See the module; branches FRONT/BACK (J1) x UP/DOWN (elbow) x POSITIVE/NEGATIVE (sign of J5)."""
 
     branches: ClassVar[tuple[str, ...]] = tuple(
@@ -31,78 +35,82 @@ class SixAxis(Model):
 
     def __init__(self, description: RobotDescription) -> None:
         self._lengths = _lengths(description)
-        super().__init__(description)
-        self._reach_m = self._capsule_reach()
+        offsets = [(along_x, 0.0, along_z) for along_x, along_z in self._lengths.offsets]
+        super().__init__(description, Chain(tuple(map(Step, AXES, offsets))))
+        self._ranges: Ranges = [(lower, upper) for lower, upper in self.limits.position.tolist()]
 
-    @property
-    def reach_m(self) -> float:
-        return self._reach_m
-
-    def links(self, q: Array) -> Array:
-        q = self.check_joints(q)
-        joints = q.reshape(-1, 6).T
-        cosines, sines = np.cos(joints), np.sin(joints)
-        frames = np.zeros((joints.shape[1], 7, 4, 4))
-        frames[:, :, 3, 3] = 1
-        frames[:, 0] = np.eye(4)
-        axes = [np.tile(column[:, None], joints.shape[1]) for column in np.eye(3)]
-        origin = np.zeros((3, joints.shape[1]))
-        for i, (axis, (along_x, along_z)) in enumerate(zip(AXES, self._lengths.offsets, strict=True)):
-            origin = origin + along_x * axes[0] + along_z * axes[2]
-            second, third = (axis + 1) % 3, (axis + 2) % 3
-            u, v = axes[second], axes[third]
-            axes[second] = cosines[i] * u + sines[i] * v
-            axes[third] = cosines[i] * v - sines[i] * u
-            for column in range(3):
-                frames[:, i + 1, :3, column] = axes[column].T
-            frames[:, i + 1, :3, 3] = origin.T
-        return frames.reshape(*q.shape[:-1], 7, 4, 4)
-
-    def jacobian(self, q: Array) -> Array:
-        frames = self.links(q)[..., 1:, :3, :]
-        axes = np.stack([frames[..., i, :, axis] for i, axis in enumerate(AXES)], axis=-2)
-        arms = frames[..., -1:, :, 3] - frames[..., 3]
-        columns = np.concatenate([np.cross(axes, arms), axes], axis=-1)
-        return np.swapaxes(columns, -1, -2)
+    def singularity(self, q: Array) -> SingularityDistance:
+        q, g = self.check_joints(q), self._lengths
+        rest = np.arctan2(g.a4x + g.a5x, g.a4z)
+        wrist = g.a2x + g.a3z * np.sin(q[..., 1]) + g.forearm * np.sin(q[..., 1] + q[..., 2] + rest)
+        measures = (
+            np.abs(wrist) / (abs(g.a2x) + g.a3z + g.forearm),
+            np.abs(np.sin(q[..., 2] + rest)),
+            np.abs(np.sin(q[..., 4])),
+        )
+        return SingularityDistance(("shoulder", "elbow", "wrist"), np.stack(measures, axis=-1))
 
     def inverse(self, poses: Array, near: Array | None = None) -> Solutions:
         poses = check_poses(poses, "poses")
         leading = poses.shape[:-2]
-        held = self._held(near, leading)
+        held = self.held(near, leading)
+        if not leading:
+            return self._single(poses, held[:, 0])
         # (row, column, pose), so that each element is one contiguous array over all poses.
         rows = np.ascontiguousarray(poses[..., :3, :].reshape(-1, 12).T).reshape(3, 4, -1)
         arm = solve_arm(rows, self._lengths, held[0])
         wrist = solve_wrist(rows, arm, held[3])
-        count = rows.shape[2]
-        joints, in_limits = np.empty((count, 4, 2, 6)), np.ones((count, 4, 2), dtype=bool)
-        for i, angles in enumerate((arm.j1, arm.j2, arm.j3, *wrist.angles)):
-            turned, inside = nearest_turn(angles, held[i], *self.limits.position[i])
-            # (2 or 4 or 4 x 2 distinct values, pose) into the eight slots of each pose.
-            joints[..., i] = _into_slots(turned)
-            in_limits &= _into_slots(inside)
-        valid = np.repeat((arm.excess == 0).T, 2, axis=-1)
-        joints[~valid] = np.nan
-        shape = (*leading, 8)
+        return self._in_slots(arm, wrist, held, leading)
+
+    def _single(self, pose: Array, held: Array) -> Solutions:
+        slots = solve_one(pose.tolist(), self._lengths, held.tolist(), self._ranges)
         return Solutions(
-            joints=joints.reshape(*shape, 6),
-            valid=np.repeat(valid, 2, axis=-1).reshape(shape),
-            in_limits=(in_limits & valid[..., None]).reshape(shape),
-            singular=np.repeat((wrist.singular | arm.singular).T & valid, 2, axis=-1).reshape(shape),
-            excess_m=np.repeat(arm.excess.T, 4, axis=-1).reshape(shape),
+            joints=np.array(slots.joints),
+            valid=np.array(slots.valid),
+            in_limits=np.array(slots.in_limits),
+            singular=np.array(slots.singular),
+            excess_m=np.array(slots.excess_m),
             branches=self.branches,
             complete=True,
+            tilt_rad=np.zeros(()),
         )
 
-    def _held(self, near: Array | None, leading: tuple[int, ...]) -> Array:
-        """`near` as `(6, 1)` or `(6, poses)`."""
-        if near is None:
-            return np.zeros((6, 1))
-        near = self.check_joints(near, "near")
-        if near.ndim == 1:
-            return near[:, None]
-        if near.shape[:-1] != leading:
-            raise BadInput("near", f"shape {near.shape}", f"(6,) or {(*leading, 6)}")
-        return np.ascontiguousarray(near.reshape(-1, 6).T)
+    def _in_slots(self, arm: Arm, wrist: Wrist, held: Array, leading: tuple[int, ...]) -> Solutions:
+        """As `solutions.finished`; each angle is brought to its turn once, not once for every slot that has it."""
+        count = arm.j1.shape[1]
+        joints, inside = np.empty((6, 2, 2, 2, count)), np.ones((2, 2, 2, count), dtype=bool)
+        valid = arm.excess == 0
+        missing = np.where(valid, 0.0, np.nan)[:, None]
+        negative = np.stack([wrist.j4 + wrist.half_turn, -wrist.j5, wrist.j6 + wrist.half_turn])
+        if wrist.singular.any():
+            negative[1][wrist.singular] *= -1
+        positive = (wrist.j4, wrist.j5, wrist.j6)
+        for i, angles in enumerate((arm.j1[:, None, None], arm.j2[:, :, None], arm.j3[:, :, None])):
+            turned, fits = nearest_turn(angles, held[i], *self.limits.position[i])
+            np.add(turned, missing[:, :, None], out=joints[i])
+            inside &= fits
+        for i, both in enumerate(zip(positive, negative, strict=True), 3):
+            for slot, angles in enumerate(both):
+                turned, fits = nearest_turn(angles, held[i], *self.limits.position[i])
+                np.add(turned, missing, out=joints[i, :, :, slot])
+                inside[:, :, slot] &= fits
+        inside &= valid[:, None, None]
+        singular = (wrist.singular | arm.singular) & valid[:, None]
+
+        def slots(values: np.ndarray) -> np.ndarray:
+            """`(2, 1 or 2, 1 or 2, p)` -> `(..., 8)`."""
+            return np.broadcast_to(values, (2, 2, 2, count)).reshape(8, count).T.reshape(*leading, 8)
+
+        return Solutions(
+            joints=joints.reshape(6, 8, count).transpose(2, 1, 0).reshape(*leading, 8, 6),
+            valid=slots(valid[:, None, None]),
+            in_limits=slots(inside),
+            singular=slots(singular[:, :, None]),
+            excess_m=slots(arm.excess[:, None, None]),
+            branches=self.branches,
+            complete=True,
+            tilt_rad=np.zeros(leading),
+        )
 
     def _capsule_reach(self) -> float:
         """Triangle inequality over the pieces of the arm that do not change their length."""
@@ -112,7 +120,7 @@ class SixAxis(Model):
         wrist = elbow + g.forearm
         start = (0.0, abs(g.a1z), shoulder, elbow, elbow + float(np.hypot(g.a4x, g.a4z)), wrist, wrist)
         reach = 0.0
-        for capsule in self.description.capsules:
+        for capsule in self.body:
             for end in (capsule.start_m, capsule.end_m):
                 # Axis 6 runs through the wrist centre, so flange and tool stay at one distance from it.
                 point = np.add(end, (g.a6x, 0, 0)) if capsule.link == 6 else np.array(end)
@@ -120,30 +128,9 @@ class SixAxis(Model):
         return reach
 
 
-def _into_slots(values: np.ndarray) -> np.ndarray:
-    """`(2, p)` FRONT/BACK, `(4, p)` with elbow, or `(4, 2, p)` with wrist -> broadcasting with `(p, 4, 2)`."""
-    if values.ndim == 3:
-        return np.moveaxis(values, -1, 0)
-    if len(values) == 2:
-        return np.repeat(values.T, 2, axis=-1)[..., None]
-    return values.T[..., None]
-
-
 def _lengths(description: RobotDescription) -> Lengths:
     """The lengths of a six-axis arm, or `BadModel` with all that is wrong."""
-    given, capsules = description.geometry, description.capsules
-    problems = [f"length {name} is missing" for name in LENGTHS if name not in given]
-    problems += [f"length {name} is unknown, allowed {', '.join(LENGTHS)}" for name in given if name not in LENGTHS]
-    if len(description.joint_names) != 6:
-        problems.append(f"found {len(description.joint_names)} joints, allowed 6")
-    if not capsules:
-        problems.append("found no capsules, allowed at least one: a robot without a body would be nowhere")
-    problems += [
-        f"capsule {i} is on link {c.link}, allowed 0 to 6" for i, c in enumerate(capsules) if c.link not in range(7)
-    ]
-    if not problems:
-        lengths = Lengths(**given)
-        if lengths.a3z > 0 and lengths.forearm > 0:
-            return lengths
-        problems.append("upper arm (a3z) and forearm (a4z, a4x + a5x) must be longer than zero")
-    raise BadModel(description.name, tuple(problems))
+    lengths = Lengths(**checked_lengths(description, positive=("a3z",)))
+    if lengths.forearm > 0:
+        return lengths
+    raise BadModel(description.name, ("the forearm (a4z, a4x + a5x) must be longer than zero",))

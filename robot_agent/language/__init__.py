@@ -1,14 +1,28 @@
 """The robot language: text to statements, statements to steps. `docs/language.md` is its reference for people."""
 
-from robot_agent.language.interpreter import Finished, Interpreter, JointStep, LineStep, Pause, ProgramFault, Step
+from robot_agent.language.interpreter import (
+    ArcStep,
+    Finished,
+    FlangeStep,
+    Interpreter,
+    JointStep,
+    LineStep,
+    MotionStep,
+    Pause,
+    ProgramFault,
+    SplineStep,
+    Step,
+)
 from robot_agent.language.parser import parse_program
 from robot_agent.language.program import (
     End,
     Goto,
     Home,
     Label,
+    MoveArc,
     MoveJoints,
     MoveLine,
+    MoveSpline,
     Program,
     ProgramError,
     ProgramProblem,
@@ -17,21 +31,27 @@ from robot_agent.language.program import (
 )
 
 __all__ = [
+    "ArcStep",
     "End",
     "Finished",
+    "FlangeStep",
     "Goto",
     "Home",
     "Interpreter",
     "JointStep",
     "Label",
     "LineStep",
+    "MotionStep",
+    "MoveArc",
     "MoveJoints",
     "MoveLine",
+    "MoveSpline",
     "Pause",
     "Program",
     "ProgramError",
     "ProgramFault",
     "ProgramProblem",
+    "SplineStep",
     "Statement",
     "Step",
     "Wait",

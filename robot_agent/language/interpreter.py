@@ -2,28 +2,40 @@
 
 from dataclasses import dataclass
 
-from robot_agent.language.program import End, Goto, Home, Label, MoveJoints, MoveLine, Program, Wait
+from robot_agent.language.program import (
+    End,
+    Goto,
+    Home,
+    Label,
+    MoveArc,
+    MoveJoints,
+    MoveLine,
+    MoveSpline,
+    Program,
+    Wait,
+)
 
 _MAX_IDLE_STATEMENTS = 10_000
 
 
 @dataclass(frozen=True, slots=True)
 class JointStep:
-    """Move joints; `None` keeps a joint, `joints=None` as a whole means home."""
+    """Move joints; `None` keeps a joint, `joints=None` as a whole means home. The rest as in `MoveJoints`."""
 
     line: int
     joints: tuple[float | None, ...] | None
     speed: float
+    speed_m_s: float | None = None
+    rotation_rad_s: float | None = None
+    round_m: float | None = None
 
 
-@dataclass(frozen=True, slots=True)
-class LineStep:
-    """Move the flange on a line; see `MoveLine` for what `None` means."""
-
-    line: int
-    position_m: tuple[float | None, float | None, float | None]
-    orientation_abc: tuple[float, float, float] | None
-    speed_m_s: float | None
+LineStep = MoveLine
+ArcStep = MoveArc
+SplineStep = MoveSpline
+FlangeStep = LineStep | ArcStep | SplineStep
+MotionStep = JointStep | FlangeStep
+"""Moves of the flange are their own steps: nothing about them is left to resolve."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,7 +61,7 @@ class ProgramFault:
     text: str
 
 
-Step = JointStep | LineStep | Pause | Finished | ProgramFault
+Step = MotionStep | Pause | Finished | ProgramFault
 
 
 class Interpreter:
@@ -73,10 +85,10 @@ class Interpreter:
             line = statement.line
             self._index += 1
             match statement:
-                case MoveJoints(line, joints, speed):
-                    return JointStep(line, joints, speed)
-                case MoveLine(line, position_m, orientation_abc, speed_m_s):
-                    return LineStep(line, position_m, orientation_abc, speed_m_s)
+                case MoveJoints(line, joints, speed, speed_m_s, rotation_rad_s, round_m):
+                    return JointStep(line, joints, speed, speed_m_s, rotation_rad_s, round_m)
+                case MoveLine() | MoveArc() | MoveSpline():
+                    return statement
                 case Home(line, speed):
                     return JointStep(line, None, speed)
                 case Wait(line, duration_s):

@@ -2,6 +2,11 @@
 
 from dataclasses import dataclass
 
+Position = tuple[float | None, float | None, float | None]
+"""Coordinates [m]; `None` keeps the value."""
+Orientation = tuple[float, float, float]
+"""A, B, C [rad] with R = Rz(C) Ry(B) Rx(A)."""
+
 
 @dataclass(frozen=True, slots=True)
 class MoveJoints:
@@ -12,6 +17,12 @@ class MoveJoints:
     """Target per joint [rad or m]."""
     speed: float
     """Fraction of the joints' speed limits, above 0 to 1."""
+    speed_m_s: float | None = None
+    """Cap on the speed of the flange, on every move (`FC`)."""
+    rotation_rad_s: float | None = None
+    """Cap on the rotation of the flange, on every move (`FA`)."""
+    round_m: float | None = None
+    """Round edge towards the next move, on every move (`R`); 0: stop there, `None`: stop unless it goes straight on."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -19,12 +30,43 @@ class MoveLine:
     """`ML X=… F=…`: the flange moves on a straight line in the robot's base frame."""
 
     line: int
-    position_m: tuple[float | None, float | None, float | None]
-    """Coordinates that are not named keep their value."""
-    orientation_abc: tuple[float, float, float] | None
-    """A, B, C [rad] with R = Rz(C) Ry(B) Rx(A); `None` keeps the orientation."""
+    position_m: Position
+    orientation_abc: Orientation | None
+    """`None` keeps the orientation."""
     speed_m_s: float | None
     """`None`: the robot's configured path speed."""
+    rotation_rad_s: float | None = None
+    round_m: float | None = None
+    wrist_may_flip: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class MoveArc:
+    """`MC QX=… X=… F=…`: the flange moves on the circle through where it is, the via point Q and the target."""
+
+    line: int
+    via_position_m: Position
+    via_orientation_abc: Orientation | None
+    """`None`: turned evenly on the way to the target."""
+    position_m: Position
+    orientation_abc: Orientation | None
+    angle_rad: float | None
+    """`H`: how far to go on the circle; the target is then only a point of it."""
+    speed_m_s: float | None
+    rotation_rad_s: float | None = None
+    round_m: float | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class MoveSpline:
+    """`MS X=… F=…`: the next point of a spline; consecutive ones are one curve."""
+
+    line: int
+    position_m: Position
+    orientation_abc: Orientation | None
+    speed_m_s: float | None
+    rotation_rad_s: float | None = None
+    round_m: float | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,7 +110,7 @@ class End:
     line: int
 
 
-Statement = MoveJoints | MoveLine | Home | Wait | Label | Goto | End
+Statement = MoveJoints | MoveLine | MoveArc | MoveSpline | Home | Wait | Label | Goto | End
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,6 +1,24 @@
 """The robot file: links, limits, home position and body."""
 
-from robot_agent.model.description import CapsuleBody, Family, JointLimits, PathLimits, RobotDescription
-from robot_agent.model.load import load_description
+from robot_agent.model.description import (
+    CapsuleBody,
+    Family,
+    JointLimits,
+    PathLimits,
+    RobotDescription,
+    Tool,
+    UrdfSource,
+)
+from robot_agent.model.load import URDF, load_description
 
-__all__ = ["CapsuleBody", "Family", "JointLimits", "PathLimits", "RobotDescription", "load_description"]
+__all__ = [
+    "URDF",
+    "CapsuleBody",
+    "Family",
+    "JointLimits",
+    "PathLimits",
+    "RobotDescription",
+    "Tool",
+    "UrdfSource",
+    "load_description",
+]

@@ -6,22 +6,44 @@ from collections.abc import Iterator
 from cell.config.document import Document
 from cell.config.problem import KeyPath, Problem
 from robot_agent.model.description import Family
+from robot_agent.model.families import SHAPES
+from robot_agent.model.geometry import SixAxisGeometry
 from robot_agent.model.robot_file import RobotFile
-
-JOINTS = {Family.SIX_AXIS: ("J1", "J2", "J3", "J4", "J5", "J6")}
-"""The joints of each family, from the base on."""
 
 
 def check_robot_file(document: Document, robot: RobotFile) -> list[Problem]:
     """All contradictions inside the robot file."""
     return [
-        *_complete(document, ("joints",), JOINTS[robot.family]),
+        *_joints(document, robot),
         *_complete(document, ("home",), tuple(document.keys(("joints",)))),
         *_geometry(document, robot),
+        *_coupling(document, robot),
         *_limits(document, robot),
         *_home(document, robot),
         *_capsules(document, robot),
+        *_tool(document, robot),
     ]
+
+
+def expected_joints(document: Document, robot: RobotFile) -> tuple[str, ...]:
+    """The names that the joints of this robot should have, whatever the file says."""
+    count, shape = len(document.keys(("joints",))), SHAPES.get(robot.family)
+    if shape is None:
+        return tuple(f"J{i + 1}" for i in range(count))
+    return shape.joint_names(count if shape.fewest <= count <= len(shape.linear) else None)
+
+
+def _joints(document: Document, robot: RobotFile) -> Iterator[Problem]:
+    expected = expected_joints(document, robot)
+    yield from _complete(document, ("joints",), expected)
+    if robot.family not in SHAPES:
+        return
+    for name, linear in zip(expected, SHAPES[robot.family].linear, strict=False):
+        joint = robot.joints.get(name)
+        if joint is not None and joint.linear != linear:
+            path = ("joints", name, "type")
+            allowed = f"{'linear' if linear else 'rotary'}, as in every robot of family {robot.family.value}"
+            yield document.problem(path, joint.type, allowed)
 
 
 def _complete(document: Document, path: KeyPath, expected: tuple[str, ...]) -> Iterator[Problem]:
@@ -34,9 +56,23 @@ def _complete(document: Document, path: KeyPath, expected: tuple[str, ...]) -> I
 
 
 def _geometry(document: Document, robot: RobotFile) -> Iterator[Problem]:
-    lengths = robot.geometry
-    if math.hypot(lengths.a4z, lengths.a4x + lengths.a5x) == 0:
+    lengths = getattr(robot, "geometry", None)
+    if isinstance(lengths, SixAxisGeometry) and math.hypot(lengths.a4z, lengths.a4x + lengths.a5x) == 0:
         yield document.problem(("geometry",), "a forearm of length 0", "a4x + a5x or a4z other than 0", at_key=True)
+
+
+def _coupling(document: Document, robot: RobotFile) -> Iterator[Problem]:
+    names = document.keys(("joints",))
+    if robot.family is Family.PALLETIZER and "coupling" not in document.keys(()):
+        allowed = "coupling: {J3: {J2: -1}} for a parallelogram driven from the base, {} for a motor at the elbow"
+        yield document.problem(("coupling",), "nothing", allowed)
+    for joint, sources in robot.coupling.items():
+        before = names[: names.index(joint)] if joint in names else []
+        for source in sources:
+            if source not in before:
+                found = f"joint {joint}, coupled to axis {source}"
+                allowed = f"one of the axes before it: {', '.join(before) or 'none'}"
+                yield document.problem(("coupling", joint, source), found, allowed, at_key=True)
 
 
 def _limits(document: Document, robot: RobotFile) -> Iterator[Problem]:
@@ -57,10 +93,18 @@ def _home(document: Document, robot: RobotFile) -> Iterator[Problem]:
 
 
 def _capsules(document: Document, robot: RobotFile) -> Iterator[Problem]:
-    last = len(JOINTS[robot.family])
+    if robot.family not in SHAPES:
+        return
+    last = len(SHAPES[robot.family].links) - 1
     for index, capsule in enumerate(robot.capsules):
         if capsule.link > last:
             yield document.problem(("capsules", index, "link"), f"{capsule.link}", f"0 (base) to {last} (flange)")
+
+
+def _tool(document: Document, robot: RobotFile) -> Iterator[Problem]:
+    if robot.tool is not None and robot.tool not in document.keys(("tools",)):
+        known = ", ".join(robot.tools) or "none"
+        yield document.problem(("tool",), document.found(("tool",)), f"a tool of this file: {known}")
 
 
 def range_text(document: Document, path: KeyPath) -> str:

@@ -1,16 +1,23 @@
 """A robot file as the agent uses it: SI units, every default filled in."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import Enum
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
 
 class Family(Enum):
-    """Kinematic families; each has its own closed form."""
+    """Kinematic families; each but the last has its own closed form."""
 
     SIX_AXIS = "six_axis"
+    COBOT = "cobot"
+    SCARA = "scara"
+    PALLETIZER = "palletizer"
+    DELTA = "delta"
+    GANTRY = "gantry"
+    URDF = "urdf"
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -40,12 +47,46 @@ class PathLimits:
 
 @dataclass(frozen=True, slots=True)
 class CapsuleBody:
-    """A capsule that moves with a link. Link 0 is the base, link `n` the flange; points are in that link's frame."""
+    """A capsule that moves with a link. Link 0 is the base, the last one the flange; points are in its frame."""
 
     link: int
     start_m: tuple[float, float, float]
     end_m: tuple[float, float, float]
     radius_m: float
+
+
+@dataclass(frozen=True, slots=True)
+class Capsule:
+    """Everything within `radius_m` of the line from `start_m` to `end_m`."""
+
+    start_m: tuple[float, float, float]
+    end_m: tuple[float, float, float]
+    radius_m: float
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Tool:
+    """What is mounted on a flange."""
+
+    name: str
+    pose_flange_tcp: NDArray[np.float64]
+    """`(4, 4)`"""
+    mass_kg: float
+    centre_m: tuple[float, float, float]
+    """Centre of mass in the flange frame."""
+    inertia_kg_m2: NDArray[np.float64]
+    """`(3, 3)` about the centre of mass, along the axes of the flange frame."""
+    capsules: tuple[Capsule, ...]
+    """Its body in the flange frame."""
+
+
+@dataclass(frozen=True, slots=True)
+class UrdfSource:
+    """Where the chain of a robot of family `urdf` comes from."""
+
+    file: Path
+    flange: str | None = None
+    """The link that is the flange; None: the only link without a child."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -61,3 +102,15 @@ class RobotDescription:
     home: NDArray[np.float64]
     """`(n,)` joints of the home position."""
     capsules: tuple[CapsuleBody, ...]
+    linear: tuple[bool, ...] = ()
+    """Whether each joint slides; empty when all joints turn."""
+    coupling: NDArray[np.float64] | None = None
+    """`(n, n)` joints per axis, lower triangular: joints = coupling @ axes. None: each joint is its own axis."""
+    tools: dict[str, Tool] = field(default_factory=dict)
+    mounted: str | None = None
+    """The tool on the flange."""
+    urdf: UrdfSource | None = None
+
+    @property
+    def tool(self) -> Tool | None:
+        return None if self.mounted is None else self.tools[self.mounted]

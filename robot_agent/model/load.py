@@ -2,16 +2,18 @@
 
 from pathlib import Path
 
-from cell.config.document import Naming
-from cell.config.problem import ConfigError, refuses
-from cell.config.reading import Reading, read
+from cell.config.document import Naming, read_document
+from cell.config.problem import ConfigError, Problem, refuses
+from cell.config.reading import Reading
+from cell.config.validation import validate
 from robot_agent.model.checks import check_robot_file
 from robot_agent.model.description import RobotDescription
+from robot_agent.model.family_files import file_type
 from robot_agent.model.robot_file import RobotFile
 
+URDF = ".urdf"
 _STAND_INS = {
     "name": "unnamed",
-    "geometry": {"a1z": 0, "a2x": 0, "a2z": 0, "a3z": 1, "a4x": 1, "a4z": 0, "a5x": 0, "a6x": 0},
     "path": {
         "speed": 1,
         "acceleration": 1,
@@ -31,14 +33,29 @@ def load_description(path: str | Path) -> RobotDescription:
         ConfigError: with every problem, each at its line and column.
     """
     reading = read_robot(Path(path))
-    if reading.content is None or refuses(reading.problems):
+    if reading.document is None or reading.content is None or refuses(reading.problems):
         raise ConfigError(tuple(reading.problems))
-    return reading.content.description()
+    return reading.content.description(reading.document.file.parent)
 
 
 def read_robot(path: Path, named_by: Naming | None = None) -> Reading[RobotFile]:
-    """The robot file, read and checked in itself."""
-    reading = read(path, RobotFile, _STAND_INS, named_by)
-    if reading.document is not None and reading.content is not None:
-        reading.problems += check_robot_file(reading.document, reading.content)
-    return reading
+    """The robot file, read against the schema of its family and checked in itself."""
+    if path.suffix == URDF:
+        return Reading(None, None, [_bare_urdf(path, named_by)])
+    document, problems = read_document(path, named_by)
+    if document is None:
+        return Reading(None, None, problems)
+    schema = file_type(document)
+    content, found = validate(document, schema, {**_STAND_INS, "geometry": schema.stand_in_geometry()})
+    problems += found
+    if content is not None:
+        problems += check_robot_file(document, content)
+    return Reading(document, content, problems)
+
+
+def _bare_urdf(path: Path, named_by: Naming | None) -> Problem:
+    found = f"{path.name}: a URDF, which has no acceleration, jerk, home position and capsules"
+    allowed = "a robot file of family urdf that names it and adds them"
+    if named_by is None:
+        return Problem(path, 1, 1, "file", found, allowed)
+    return named_by.document.problem(named_by.path, found, allowed)

@@ -1,39 +1,45 @@
 """Schema of the robot file, and what it says as a description."""
 
-from typing import Annotated
+from pathlib import Path
+from typing import Annotated, Any, Literal
 
 import numpy as np
-from pydantic import BaseModel, Field
+from pydantic import BaseModel, Field, ValidationInfo, field_validator
 
-from cell.config.units import STRICT, Angle, Length, PositiveAngle, PositiveLength, Units
-from robot_agent.model.description import CapsuleBody, Family, JointLimits, PathLimits, RobotDescription
+from cell.config.units import STRICT, Number, Positive, PositiveAngle, PositiveLength, Units, in_si
+from robot_agent.model.body_file import CapsuleEntry, ToolEntry
+from robot_agent.model.description import (
+    Family,
+    JointLimits,
+    PathLimits,
+    RobotDescription,
+    UrdfSource,
+)
 
 JointName = Annotated[str, Field(pattern=r"^J[1-9]$", description="a joint, J1, J2, ... from the base on")]
-Point = tuple[Length, Length, Length]
-
-
-class Geometry(BaseModel):
-    """Lengths of a six-axis arm, named by the joint that the link leads to and the axis along which it is measured."""
-
-    model_config = STRICT
-    a1z: Length = Field(description="base to axis 1, along Z")
-    a2x: Length = Field(description="axis 1 to axis 2, along X")
-    a2z: Length = Field(description="axis 1 to axis 2, along Z")
-    a3z: PositiveLength = Field(description="upper arm: axis 2 to axis 3, along Z")
-    a4x: Length = Field(description="axis 3 to axis 4, along X")
-    a4z: Length = Field(description="axis 3 to axis 4, along Z")
-    a5x: Length = Field(description="axis 4 to the wrist centre, along X")
-    a6x: Length = Field(description="wrist centre to the flange, along X")
 
 
 class JointEntry(BaseModel):
-    """Limits of one joint; `ramp_factor` times acceleration and jerk is left for braking."""
+    """Limits of one joint: angles, or lengths where it slides; `ramp_factor` leaves more for braking."""
 
     model_config = STRICT
-    position: tuple[Angle, Angle] = Field(description="lower and upper limit: [lower, upper]")
-    speed: PositiveAngle = Field(description="largest speed")
-    acceleration: PositiveAngle = Field(description="largest planned acceleration")
-    jerk: PositiveAngle = Field(description="largest planned jerk")
+    type: Literal["rotary", "linear"] = Field("rotary", description="rotary, or linear for a joint that slides")
+    position: tuple[Number, Number] = Field(description="lower and upper limit: [lower, upper]")
+    speed: Positive = Field(description="largest speed")
+    acceleration: Positive = Field(description="largest planned acceleration")
+    jerk: Positive = Field(description="largest planned jerk")
+
+    @property
+    def linear(self) -> bool:
+        return self.type == "linear"
+
+    @field_validator("position", "speed", "acceleration", "jerk")
+    @classmethod
+    def _si(cls, value: Any, info: ValidationInfo) -> Any:
+        linear = info.data.get("type") == "linear"
+        if isinstance(value, tuple):
+            return tuple(in_si(part, linear, info) for part in value)
+        return in_si(value, linear, info)
 
 
 class PathEntry(BaseModel):
@@ -53,35 +59,61 @@ class PathEntry(BaseModel):
         )
 
 
-class CapsuleEntry(BaseModel):
-    """A capsule that moves with a link: everything within `radius` of the line from `start` to `end`."""
-
-    model_config = STRICT
-    link: int = Field(ge=0, description="0 is the base, 1 the link behind J1, ... the last one the flange")
-    start: Point = Field(description="in the link's frame: [x, y, z]")
-    end: Point = Field(description="in the link's frame: [x, y, z]")
-    radius: PositiveLength = Field(description="radius of the capsule")
-
-
 class RobotFile(BaseModel):
-    """One robot model."""
+    """What the files of all families have in common."""
 
     model_config = STRICT
     name: Annotated[str, Field(min_length=1)] = Field(description="the model's name, for people")
-    family: Annotated[Family, Field(strict=False)] = Field(description="kinematic family: six_axis")
+    family: Annotated[Family, Field(strict=False)] = Field(
+        description=f"kinematic family: {', '.join(family.value for family in Family)}"
+    )
     units: Units = Field(description="units of lengths and angles: {length: mm, angle: deg}")
-    geometry: Geometry = Field(description="the family's lengths: a1z, a2x, a2z, a3z, a4x, a4z, a5x, a6x")
     joints: dict[JointName, JointEntry] = Field(description="limits of the joints J1, J2, ... in this order")
+    coupling: dict[JointName, dict[JointName, Number]] = Field(
+        {}, description="mechanical coupling: J5: {J4: 0.02} turns J5 by 0.02 of what axis 4 turns"
+    )
     ramp_factor: float = Field(
         ge=1.25, le=4, description="braking ramps may use this many times acceleration and jerk; 1.25 to 4"
     )
     path: PathEntry = Field(description="default and largest speeds along a path")
-    home: dict[JointName, Angle] = Field(description="home position of every joint")
+    home: dict[JointName, Number] = Field(description="home position of every joint")
     capsules: Annotated[tuple[CapsuleEntry, ...], Field(min_length=1)] = Field(description="the robot's body")
+    tools: dict[str, ToolEntry] = Field({}, description="tools that the robot can carry, by name")
+    tool: str | None = Field(None, description="the tool on the flange; left out: none")
 
-    def description(self) -> RobotDescription:
-        """The same in SI; only for a file without problems."""
-        joints = list(self.joints.values())
+    @field_validator("home")
+    @classmethod
+    def _home_in_si(cls, home: dict[str, float], info: ValidationInfo) -> dict[str, float]:
+        joints = info.data.get("joints", {})
+        return {name: in_si(value, name in joints and joints[name].linear, info) for name, value in home.items()}
+
+    @classmethod
+    def stand_in_geometry(cls) -> dict[str, Any]:
+        """A geometry in place of one that is wrong, so that the rest of the file can be checked."""
+        return {}
+
+    def lengths(self) -> dict[str, float]:
+        """The family's lengths [m] by name."""
+        return {}
+
+    def urdf(self) -> UrdfSource | None:
+        """Where the chain is, as the file says it, for a family whose lengths do not."""
+        return None
+
+    def coupling_matrix(self) -> np.ndarray | None:
+        """`(n, n)` joints per axis."""
+        if not self.coupling:
+            return None
+        names = list(self.joints)
+        matrix = np.eye(len(names))
+        for joint, sources in self.coupling.items():
+            for source, ratio in sources.items():
+                matrix[names.index(joint), names.index(source)] = ratio
+        return matrix
+
+    def description(self, folder: Path) -> RobotDescription:
+        """The same in SI; only for a file without problems. Files that it names are relative to `folder`."""
+        joints, urdf = list(self.joints.values()), self.urdf()
         limits = JointLimits(
             position=np.array([joint.position for joint in joints]),
             velocity=np.array([joint.speed for joint in joints]),
@@ -92,10 +124,15 @@ class RobotFile(BaseModel):
         return RobotDescription(
             name=self.name,
             family=self.family,
-            geometry=self.geometry.model_dump(),
+            geometry=self.lengths(),
             joint_names=tuple(self.joints),
             limits=limits,
             path=self.path.limits(),
             home=np.array([self.home[joint] for joint in self.joints]),
-            capsules=tuple(CapsuleBody(c.link, c.start, c.end, c.radius) for c in self.capsules),
+            capsules=tuple(capsule.body() for capsule in self.capsules),
+            linear=tuple(joint.linear for joint in joints),
+            coupling=self.coupling_matrix(),
+            tools={name: tool.tool(name) for name, tool in self.tools.items()},
+            mounted=self.tool,
+            urdf=None if urdf is None else UrdfSource(folder / urdf.file, urdf.flange),
         )

@@ -1,7 +1,10 @@
-"""Geometry of programmed moves. The path parameter runs from 0 to 1 and is not time."""
+"""Geometry of programmed moves. The path parameter is not time."""
 
+from robot_agent.paths.arc import Arc
+from robot_agent.paths.errors import PathError
 from robot_agent.paths.joint_move import JointMove
 from robot_agent.paths.line import Line, LineGeometry
 from robot_agent.paths.sequence import Block, Sequence
+from robot_agent.paths.spline import Spline
 
-__all__ = ["Block", "JointMove", "Line", "LineGeometry", "Sequence"]
+__all__ = ["Arc", "Block", "JointMove", "Line", "LineGeometry", "PathError", "Sequence", "Spline"]

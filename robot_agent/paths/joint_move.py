@@ -5,9 +5,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from robot_agent.paths.caps import Caps
+
 
 @dataclass(frozen=True, slots=True, eq=False)
-class JointMove:
+class JointMove(Caps):
     """Move all joints to `target` `(n,)` [rad or m] in step; a full turn is a real turn, nothing is wrapped.
 
     `speed` is the fraction (0 < speed <= 1) of every joint's speed limit, `line` the program line for error messages.
@@ -16,8 +18,10 @@ class JointMove:
     target: NDArray[np.float64]
     speed: float
     line: int
+    speed_m_s: float | None = None
 
     def __post_init__(self) -> None:
+        self.check("joint", self.line, self.speed_m_s)
         if not 0.0 < self.speed <= 1.0:
             raise ValueError(f"joint move, line {self.line}: speed {self.speed} found, allowed above 0 up to 1")
 

@@ -6,26 +6,28 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
-from cell.geometry.quaternion import from_matrix
+from robot_agent.paths.caps import Caps
+from robot_agent.paths.orientation import axis_angle, turned
 
 _SAME_PLACE_M = 1e-9
 _SAME_ORIENTATION_RAD = 1e-9
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Line:
+class Line(Caps):
     """Move the flange on a straight line to `target_pose` `(4, 4)`, in the robot base.
 
     `speed_m_s` caps the speed along the line (`None`: the robot's path speed); `line` is the program line for messages.
+    `wrist_may_flip` lets J5 change its sign where the line passes a singular pose of the wrist, J4 and J6 continuous.
     """
 
     target_pose: NDArray[np.float64]
     speed_m_s: float | None
     line: int
+    wrist_may_flip: bool = False
 
     def __post_init__(self) -> None:
-        if self.speed_m_s is not None and not self.speed_m_s > 0.0:
-            raise ValueError(f"line move, line {self.line}: speed {self.speed_m_s} m/s found, allowed above 0")
+        self.check("line", self.line, self.speed_m_s)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -48,7 +50,7 @@ class LineGeometry:
     @classmethod
     def between(cls, start: NDArray[np.float64], target: NDArray[np.float64]) -> Self:
         """The line from pose `start` to pose `target`, both `(4, 4)`."""
-        axis, angle = _axis_angle(target[:3, :3] @ start[:3, :3].T)
+        axis, angle = axis_angle(target[:3, :3] @ start[:3, :3].T)
         return cls(np.array(start), target[:3, 3] - start[:3, 3], axis, angle)
 
     @property
@@ -71,26 +73,7 @@ class LineGeometry:
         """Flange poses `(..., 4, 4)` at path parameters `u` `(...)`."""
         u = np.asarray(u, dtype=np.float64)
         poses = np.zeros((*u.shape, 4, 4))
-        poses[..., :3, :3] = _turn(self.axis, self.angle * u) @ self.pose_base_start[:3, :3]
+        poses[..., :3, :3] = turned(self.axis, self.angle * u) @ self.pose_base_start[:3, :3]
         poses[..., :3, 3] = self.pose_base_start[:3, 3] + u[..., None] * self.displacement
         poses[..., 3, 3] = 1.0
         return poses
-
-
-def _axis_angle(rotation: NDArray[np.float64]) -> tuple[NDArray[np.float64], float]:
-    """Unit axis `(3,)` and angle [rad] in 0..pi of a rotation matrix `(3, 3)`."""
-    quaternion = from_matrix(rotation)
-    sine = float(np.linalg.norm(quaternion[:3]))
-    if sine == 0.0:
-        return np.array([0.0, 0.0, 1.0]), 0.0
-    return quaternion[:3] / sine, 2.0 * float(np.arctan2(sine, quaternion[3]))
-
-
-def _turn(axis: NDArray[np.float64], angle: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Rotations `(..., 3, 3)` by `angle` `(...)` about `axis` (Rodrigues)."""
-    x, y, z = axis
-    cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-    a = angle[..., None, None]
-    # 2 sin^2(a/2) is 1 - cos(a) without its cancellation near zero
-    turned: NDArray[np.float64] = np.eye(3) + np.sin(a) * cross + 2.0 * np.sin(a / 2.0) ** 2 * (cross @ cross)
-    return turned

@@ -2,10 +2,12 @@
 
 from collections.abc import Iterable
 
+from robot_agent.paths.arc import Arc
 from robot_agent.paths.joint_move import JointMove
 from robot_agent.paths.line import Line
+from robot_agent.paths.spline import Spline
 
-Block = JointMove | Line
+Block = JointMove | Line | Arc | Spline
 
 
 class Sequence:

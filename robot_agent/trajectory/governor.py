@@ -12,9 +12,9 @@ import numpy as np
 
 from robot_agent.trajectory.limits import Limits
 from robot_agent.trajectory.motion import Motion
-from robot_agent.trajectory.rate_law import RateLaw
+from robot_agent.trajectory.rate_law import RateLaw, sample_times
 from robot_agent.trajectory.rate_search import RateSearch
-from robot_agent.trajectory.sampler import Sampler, sample_times
+from robot_agent.trajectory.sampler import Sampler
 from robot_agent.trajectory.segment import RESTING_SAMPLES, PathState, Segment
 
 _AT_HOLD_S = 1e-6

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robot_agent.kinematics import Model
+from robot_agent.paths.pose_path import Blend
 from robot_agent.trajectory.pieces import Pieces
 
 
@@ -19,17 +20,16 @@ class Motion:
     model: Model
     pieces: Pieces
     ends: NDArray[np.float64]
-    """`(blocks,)` tau at which each block ends, at rest."""
+    """`(blocks,)` tau at which each block ends; with a round edge, in its middle."""
+    rests: NDArray[np.float64]
+    """Rising values of tau at which the plan itself is at rest, the start and the end among them."""
+    blends: tuple[Blend, ...]
+    """Where the path leaves the programmed curves to join two blocks smoothly, and how far."""
     cycle_s: float
 
     @property
     def duration_s(self) -> float:
         return self.pieces.duration_s
-
-    @property
-    def rests(self) -> NDArray[np.float64]:
-        """Rising values of tau at which the plan itself is at rest: the start and the end of each block."""
-        return np.unique(np.append(0.0, self.ends))
 
     @property
     def grid(self) -> NDArray[np.float64]:

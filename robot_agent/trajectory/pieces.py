@@ -1,5 +1,6 @@
 """Joints over time as polynomials between knots."""
 
+import math
 from dataclasses import dataclass
 from typing import Self
 
@@ -80,11 +81,31 @@ class Pieces:
         moving = (t >= 0.0) & (t < self.duration_s)
         return values * moving[..., None]
 
+    def shape(self, t: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Value and first to third derivative `(4, ..., n)` of the curve itself, at its ends too."""
+        c, x = self._locate(t)
+        return np.concatenate([self.position(t)[None], _derivatives(c, x)])
+
+    def part(self, first: float, last: float) -> Self:
+        """The curve from `first` to `last`; the parameter of the part begins at 0."""
+        inner = self.knots[(self.knots > first + 1e-12) & (self.knots < last - 1e-12)]
+        starts = np.concatenate([[first], inner])
+        piece = np.searchsorted(self.knots[1:-1], starts, side="right")
+        c, x = self.coefficients[piece], (starts - self.knots[piece])[:, None]
+        shifted = np.zeros_like(c)
+        for low in range(6):
+            for high in range(low, 6):
+                shifted[:, low] += math.comb(high, low) * c[:, high] * x ** (high - low)
+        return type(self)(np.concatenate([starts, [last]]) - first, shifted)
+
     def peaks(self) -> NDArray[np.float64]:
         """Largest magnitude `(3, n)` of velocity, acceleration and jerk, looked at in five places of each piece."""
+        return np.asarray(self.peaks_of_pieces().max(axis=1))
+
+    def peaks_of_pieces(self) -> NDArray[np.float64]:
+        """As `peaks`, for each piece `(3, p, n)`."""
         x = np.diff(self.knots)[:, None, None] * np.linspace(0.0, 1.0, 5)[:, None]
-        peaks: NDArray[np.float64] = np.abs(_derivatives(self.coefficients[:, None], x)).max(axis=(1, 2))
-        return peaks
+        return np.asarray(np.abs(_derivatives(self.coefficients[:, None], x)).max(axis=2))
 
     def _locate(self, t: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         t = np.asarray(t, dtype=np.float64)

@@ -1,79 +1,184 @@
-"""Planning: blocks of geometry become one motion within the limits, at rest between blocks."""
+"""Planning: blocks of geometry become one motion within the limits, without a stop where none is needed."""
+
+from itertools import groupby
 
 import numpy as np
 from numpy.typing import NDArray
 
 from robot_agent.kinematics import Model
-from robot_agent.paths import JointMove, Sequence
+from robot_agent.paths import JointMove, Line, PathError, Sequence
+from robot_agent.paths.legs import FlangeMove, legs
+from robot_agent.paths.pose_path import Blend, PosePath, pose_paths
+from robot_agent.paths.sequence import Block
 from robot_agent.trajectory.errors import PlanError
+from robot_agent.trajectory.follow import follow
+from robot_agent.trajectory.joint_path import JointPath, Stretch, connected
 from robot_agent.trajectory.limits import Limits
-from robot_agent.trajectory.line_timing import plan_line
 from robot_agent.trajectory.motion import Motion
 from robot_agent.trajectory.pieces import Pieces
-from robot_agent.trajectory.s_curve import s_curve
+from robot_agent.trajectory.profile import single
+from robot_agent.trajectory.timing import Timed, fastest
 
-_NO_ZONE_S = 1e-12
+_CAP_SAMPLES = 64
 
 
 def plan(
     model: Model, sequence: Sequence, limits: Limits, start: NDArray[np.float64], cycle_s: float = 0.004
 ) -> Motion:
-    """The motion through all blocks of `sequence` from rest at joints `start` `(n,)`, at rest after each block.
+    """The motion through all blocks of `sequence` from rest at joints `start` `(n,)` to rest.
 
-    `cycle_s` is the period of the set points. Raises PlanError with block, program line, reason and, where they apply,
-    joint, limit and pose.
+    It rests between blocks only where they do not meet tangentially and have no round edge. `cycle_s` is the period of
+    the set points. Raises PlanError with block, program line, reason and, where they apply, joint, limit and pose.
     """
-    q = np.array(start, dtype=np.float64)
-    parts: list[Pieces] = []
-    for index, block in enumerate(sequence.blocks):
-        if isinstance(block, JointMove):
-            part = _plan_joint_move(model, block, index, limits, q)
-        else:
-            part = plan_line(model, block, index, limits, q, cycle_s)
-        parts.append(part)
-        q = part.position(np.array(part.duration_s))
-    ends = np.cumsum([part.duration_s for part in parts])
-    moving = [part for part in parts if part.duration_s > 0.0] or parts[:1]
-    return Motion(model, Pieces.joined(moving), ends, cycle_s)
+    start = np.array(start, dtype=np.float64)
+    runs = _Paths(model, sequence, limits).runs(start)
+    timed = [single(run, limits) or fastest(run, limits) for run in runs]
+    return _motion(model, sequence, runs, timed, start, cycle_s)
 
 
-def _plan_joint_move(model: Model, block: JointMove, index: int, limits: Limits, start: NDArray[np.float64]) -> Pieces:
-    """One S-curve in the path parameter, its limits those of the joint that allows least."""
-    _check_shape(model, block, index)
-    travel = block.target - start
-    moving = np.abs(travel) > 1e-12
-    _check_range(model, block, index, moving)
-    if not moving.any():
-        return Pieces.standing(start)
-    reach = np.abs(travel[moving])
-    profile = s_curve(
-        1.0,
-        block.speed * float(np.min(limits.velocity[moving] / reach)),
-        float(np.min(limits.acceleration[moving] / reach)),
-        float(np.min(limits.jerk[moving] / reach)),
-    )
-    used = profile.zones > _NO_ZONE_S
-    coefficients = np.zeros((int(used.sum()), 6, model.n))
-    coefficients[:, :4] = (profile.states[used] / np.array([1.0, 1.0, 2.0, 6.0]))[..., None] * travel
-    coefficients[:, 0] += start
-    return Pieces(np.append(0.0, np.cumsum(profile.zones[used])), coefficients)
+def _motion(
+    model: Model,
+    sequence: Sequence,
+    runs: list[JointPath],
+    timed: list[Timed],
+    start: NDArray[np.float64],
+    cycle_s: float,
+) -> Motion:
+    ends, rests = np.full(len(sequence), -1.0), [0.0]
+    blends: list[Blend] = []
+    for run, time in zip(runs, timed, strict=True):
+        for stretch in run.stretches:
+            ends[stretch.block] = rests[-1] + float(np.interp(stretch.end, time.parameters, time.times))
+        rests.append(rests[-1] + time.pieces.duration_s)
+        ends[run.stretches[-1].block] = rests[-1]
+        blends += run.blends
+    pieces = Pieces.joined([time.pieces for time in timed]) if timed else Pieces.standing(start)
+    # a block of no length ends where the one before it does
+    return Motion(model, pieces, np.maximum.accumulate(np.maximum(ends, 0.0)), np.array(rests), tuple(blends), cycle_s)
 
 
-def _check_shape(model: Model, block: JointMove, index: int) -> None:
-    found = np.asarray(block.target)
-    if found.shape != (model.n,) or not np.isfinite(found).all():
-        reason = f"the target {found.tolist()} is not {model.n} finite joint values"
-        raise PlanError(index, block.line, reason, f"give one value for each of {', '.join(model.joint_names)}")
+class _Paths:
+    """From blocks to joint paths that begin and end at rest."""
+
+    def __init__(self, model: Model, sequence: Sequence, limits: Limits) -> None:
+        self._model, self._blocks, self._limits = model, sequence.blocks, limits
+
+    def runs(self, start: NDArray[np.float64]) -> list[JointPath]:
+        """The paths from rest to rest."""
+        made: list[JointPath] = []
+        for path in self._paths(start):
+            connection = connected(self._model, self._limits.velocity, made[-1], path) if made else None
+            if connection is None:
+                made.append(path)
+            else:
+                made[-1] = connection
+        return made
+
+    def _paths(self, q: NDArray[np.float64]) -> list[JointPath]:
+        made: list[JointPath] = []
+        numbered = list(enumerate(self._blocks))
+        for on_path, group in groupby(numbered, key=lambda each: not isinstance(each[1], JointMove)):
+            if on_path:
+                for path in self._flange_paths([(k, b) for k, b in group if not isinstance(b, JointMove)], q):
+                    made.append(self._follow(path, made[-1].end() if made else q))
+            else:
+                for index, block in group:
+                    if isinstance(block, JointMove):
+                        move = self._joint_move(index, block, made[-1].end() if made else q)
+                        made += [move] if move is not None else []
+            q = made[-1].end() if made else q
+        return made
+
+    def _flange_paths(self, blocks: list[tuple[int, FlangeMove]], q: NDArray[np.float64]) -> list[PosePath]:
+        for index, block in blocks:
+            self._check_poses(index, block)
+        try:
+            return pose_paths(legs(blocks, self._model.forward(q)))
+        except PathError as error:
+            raise PlanError(error.block, self._blocks[error.block].line, error.reason, error.hint) from error
+
+    def _check_poses(self, index: int, block: FlangeMove) -> None:
+        names = ("target_pose", "via_pose", "poses")
+        for pose in [np.asarray(getattr(block, name)) for name in names if hasattr(block, name)]:
+            if pose.shape[-2:] != (4, 4) or not np.isfinite(pose).all():
+                raise PlanError(index, block.line, "the target is not a finite pose", "check the target's values")
+
+    def _follow(self, path: PosePath, start: NDArray[np.float64]) -> JointPath:
+        def refuse(
+            at_m: float,
+            reason: str,
+            hint: str,
+            joint: str | None,
+            limit: str | None,
+            pose: NDArray[np.float64] | None,
+        ) -> PlanError:
+            block = path.blocks[min(int(np.searchsorted(path.block_ends_m, at_m)), len(path.blocks) - 1)]
+            return PlanError(block, self._blocks[block].line, reason, hint, joint, limit, pose)
+
+        flips = any(isinstance(b := self._blocks[k], Line) and b.wrist_may_flip for k in path.blocks)
+        made = follow(self._model, path, start, self._limits.velocity, flips, refuse)
+        ends = np.interp(path.block_ends_m, made.distance_m, made.parameter)
+        stretches = tuple(
+            _stretch(float(end), index, self._blocks[index], 1.0, on_path=True)
+            for end, index in zip(ends, path.blocks, strict=True)
+        )
+        corners = float(ends[0]), float(ends[-2]) if len(ends) > 1 else 0.0
+        curvature = np.column_stack([made.parameter, made.curvature])
+        return JointPath(made.pieces, stretches, curvature, path.blends, corners, self._blocks[path.blocks[-1]].round_m)
+
+    def _joint_move(self, index: int, block: JointMove, start: NDArray[np.float64]) -> JointPath | None:
+        """A straight line in joint space; None where it goes nowhere."""
+        self._check_target(index, block)
+        travel = block.target - start
+        moving = np.abs(travel) > 1e-12
+        self._check_range(index, block, moving)
+        if not moving.any():
+            return None
+        length = float(np.linalg.norm(travel / self._limits.velocity))
+        stretch = _stretch(length, index, block, block.speed, on_path=False)
+        pieces = self._straight(start, travel, length, capped=stretch.capped)
+        return JointPath(pieces, (stretch,), np.zeros((0, 2)), (), (length, 0.0), block.round_m)
+
+    def _straight(self, start: NDArray[np.float64], travel: NDArray[np.float64], length: float, capped: bool) -> Pieces:
+        """The joints evenly along their way; with the flange's way and turn where these have a cap."""
+        share = np.linspace(0.0, 1.0, _CAP_SAMPLES + 1 if capped else 2)
+        q, qd = start + share[:, None] * travel, np.tile(travel / length, (len(share), 1))
+        way = np.zeros((len(share), 2))
+        if capped:
+            twist = (self._model.jacobian(q) @ qd[..., None])[..., 0]
+            way = np.stack([np.linalg.norm(twist[:, :3], axis=1), np.linalg.norm(twist[:, 3:], axis=1)], axis=1)
+        step = length / (len(share) - 1)
+        covered = np.concatenate([np.zeros((1, 2)), np.cumsum(step * (way[1:] + way[:-1]) / 2.0, axis=0)])
+        change = np.gradient(way, step, axis=0)
+        return Pieces.through(
+            share * length,
+            np.column_stack([q, covered]),
+            np.column_stack([qd, way]),
+            np.column_stack([np.zeros_like(q), change]),
+        )
+
+    def _check_target(self, index: int, block: JointMove) -> None:
+        found = np.asarray(block.target)
+        if found.shape != (self._model.n,) or not np.isfinite(found).all():
+            reason = f"the target {found.tolist()} is not {self._model.n} finite joint values"
+            hint = f"give one value for each of {', '.join(self._model.joint_names)}"
+            raise PlanError(index, block.line, reason, hint)
+
+    def _check_range(self, index: int, block: JointMove, moving: NDArray[np.bool_]) -> None:
+        """Refuse targets outside the range of a joint; one that already stands outside may stay there."""
+        for joint in np.flatnonzero(moving):
+            name, value = self._model.joint_names[joint], block.target[joint]
+            low, high = self._model.limits.position[joint]
+            if not low - 1e-9 <= value <= high + 1e-9:
+                reason = f"joint {name} would go to {_shown(value)}, allowed {_shown(low)} to {_shown(high)}"
+                hint = "choose a target inside the joint's range"
+                raise PlanError(index, block.line, reason, hint, joint=name, limit="position")
 
 
-def _check_range(model: Model, block: JointMove, index: int, moving: NDArray[np.bool_]) -> None:
-    """Refuse targets outside the range of a joint; one that already stands outside may stay there."""
-    for joint in np.flatnonzero(moving):
-        name, value, (low, high) = model.joint_names[joint], block.target[joint], model.limits.position[joint]
-        if not low - 1e-9 <= value <= high + 1e-9:
-            reason = f"joint {name} would go to {_shown(value)}, allowed {_shown(low)} to {_shown(high)}"
-            hint = "choose a target inside the joint's range"
-            raise PlanError(index, block.line, reason, hint, joint=name, limit="position")
+def _stretch(end: float, index: int, block: Block, joint_speed: float, on_path: bool) -> Stretch:
+    speed = np.inf if block.speed_m_s is None else block.speed_m_s
+    rotation = np.inf if block.rotation_rad_s is None else block.rotation_rad_s
+    return Stretch(end, index, joint_speed, speed, rotation, on_path)
 
 
 def _shown(value: float) -> str:

@@ -8,6 +8,11 @@ from numpy.typing import NDArray
 Numbers = NDArray[np.float64]
 
 
+def sample_times(count: int, cycle_s: float) -> Numbers:
+    """`(count,)` [s] from 0, one cycle apart."""
+    return np.arange(count, dtype=np.float64) * cycle_s
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class RateLaw:
     """The rate as a cubic from (`rate`, `slope`) to (`target`, 0) within `duration_s`, constant after that.

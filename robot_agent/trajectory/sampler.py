@@ -6,18 +6,13 @@ import numpy as np
 
 from robot_agent.trajectory.limits import Limits
 from robot_agent.trajectory.motion import Motion
-from robot_agent.trajectory.rate_law import Numbers, RateLaw
+from robot_agent.trajectory.rate_law import Numbers, RateLaw, sample_times
 from robot_agent.trajectory.rate_search import LONGEST_S
 from robot_agent.trajectory.segment import RESTING_SAMPLES, PathState, Segment
 
 _TOLERANCE = 2e-3
 """Relative, for what lies between the points at which the search looked."""
 _ROUNDING = 1e-12
-
-
-def sample_times(count: int, cycle_s: float) -> Numbers:
-    """`(count,)` [s] from 0, one cycle apart."""
-    return np.arange(count, dtype=np.float64) * cycle_s
 
 
 class Sampler:

@@ -24,23 +24,10 @@ class Sweep:
 
 
 def sweep(model: Model, pose_world_base: Array, q: Array) -> Sweep:
-    """The swept body of a joint path `q` `(m, n)`, equally spaced in path time.
-
-    Between samples an end point leaves its chord in two ways, both bounded. Joints that move evenly carry it on arcs:
-    its second derivative is at most R (sum of joint steps)^2, with R the reach, so it leaves the chord by an eighth of
-    that. And joints that accelerate leave their own chords by an eighth of their second difference, here taken twice
-    for what the jerk adds, times R.
-    """
+    """The swept body of a joint path `q` `(m, n)`, equally spaced in path time."""
     q = np.asarray(q, dtype=float)
     if q.ndim != 2 or len(q) == 0:
         raise WrongShape("joint path", q.shape, f"(m, {model.n}) with m > 0")
     points = transform_points(pose_world_base, model.capsules(q))
     chords = np.linalg.norm(np.diff(points, axis=0), axis=-1).max(axis=-1)
-    steps = np.diff(q, axis=0)
-    bends = np.zeros(max(len(q) - 1, 0))
-    if len(q) > 2:
-        second = np.abs(np.diff(steps, axis=0)).sum(axis=-1)
-        bends[:-1] = second
-        bends[1:] = np.maximum(bends[1:], second)
-    evenly = np.abs(steps).sum(axis=-1) ** 2
-    return Sweep(points, model.capsule_radii, chords, model.reach_m * (evenly / 8 + bends / 4))
+    return Sweep(points, model.capsule_radii, chords, model.bulge_m(q))

@@ -178,6 +178,11 @@ class LiveCell:
         process.wait(timeout_s)
         return process
 
+    def obeyed(self, *words: str) -> None:
+        """Give an order once; it must be obeyed."""
+        order = self.order(*words)
+        assert order.exit_code() == 0, order.output
+
     def pid_of(self, *words: str) -> int:
         """Process id of the child of `cell up` whose command line has all these words."""
         found = list(self._pids(str(self.folder), *words, "--parent-pipe"))
@@ -217,7 +222,7 @@ class LiveCell:
         return self._client(self.settings.gateways[gateway].endpoint)
 
     def _client(self, endpoint: str) -> CellSession:
-        link = Link("client", connect=(endpoint,), open_timeout_s=10.0)
+        link = Link("client", connect=(endpoint,), open_timeout_s=30.0)
         return CellSession(self.settings.name, link, "test", new_boot(), new_boot())
 
 

@@ -17,12 +17,17 @@ LINE_INTO_ZONE = 8
 ON_LINE_M = 10e-6
 
 
-def start_on_multicast(live: LiveCell) -> dict[str, Process]:
-    """Every process by its own command, the left bus on UDP multicast so that the test can listen."""
+def move_to_multicast(live: LiveCell) -> None:
+    """Put the left bus on UDP multicast, so that other processes can be on it."""
     drives = live.file.parent / "left_drives.yaml"
     bus = "bus: {interface: udp_multicast, channel: 239.74.163.2, bitrate: 1000000, options: {port: %d, hop_limit: 0}}"
     port = 20000 + int(live.settings.manager_endpoint.rpartition(":")[2]) % 20000
     drives.write_text(re.sub(r"^bus: .*$", bus % port, drives.read_text(), flags=re.MULTILINE))
+
+
+def start_on_multicast(live: LiveCell) -> dict[str, Process]:
+    """Every process by its own command, the left bus where the test can listen."""
+    move_to_multicast(live)
     processes = {
         "manager": live.manager(),
         "left_bus": live.gateway("left_bus"),
@@ -76,9 +81,10 @@ def enable_and_run(live: LiveCell, robots: Recorder) -> None:
         robots.wait_for(
             RobotState, lambda s, r=robot: s.robot == r and s.mode is Mode.DISABLED, 60.0, f"{robot} claimed"
         )
-        assert live.order("enable", robot).exit_code() == 0
+        live.obeyed("enable", robot)
     for robot in live.settings.robots:
-        assert live.order("run", robot).exit_code() == 0
+        started = live.order("run", robot)
+        assert started.exit_code() == 0, started.output
 
 
 def adopt_and_finish(live: LiveCell, robots: Recorder, manager: Recorder, old_token_text: str) -> None:

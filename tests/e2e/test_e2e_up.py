@@ -24,17 +24,39 @@ def test_ctrl_c_brakes_on_the_path_before_anything_ends(live: LiveCell) -> None:
     up.wait_for_output("all robots enabled", UP_S)
     with live.client() as session:
         states = Recorder(session, "robot/*/state")
-        states.wait_for(RobotState, lambda state: (state.tcp_speed_m_s or 0.0) > 0.3, 30.0, "a robot that moves fast")
+        robots = set(live.settings.robots)
+        running: set[str] = set()
+        halted: set[str] = set()
+
+        def all_run_and_one_is_fast(state: RobotState) -> bool:
+            if state.mode is Mode.RUNNING:
+                running.add(state.robot)
+            return running == robots and (state.tcp_speed_m_s or 0.0) > 0.3
+
+        def all_halted_at_rest(state: RobotState) -> bool:
+            if state.mode is Mode.HALTED and state.tcp_speed_m_s == 0.0:
+                halted.add(state.robot)
+            return halted == robots
+
+        states.wait_for(RobotState, all_run_and_one_is_fast, 30.0, "a robot that moves fast")
         up.signal(signal.SIGINT)
-        for robot in live.settings.robots:
-            states.wait_for(
-                RobotState,
-                lambda state, name=robot: state.robot == name and state.mode is Mode.HALTED and not state.tcp_speed_m_s,
-                10.0,
-                f"{robot} halted at rest",
-            )
+        states.wait_for(RobotState, all_halted_at_rest, 10.0, "both robots halted at rest")
         assert up.wait(30.0) == 130
     assert "was killed" not in up.output
+
+
+def test_a_closed_terminal_ends_the_cell_in_order(live: LiveCell) -> None:
+    up = live.up("--run")
+    up.wait_for_output("all robots enabled", UP_S)
+    with live.client() as session:
+        states = Recorder(session, "robot/*/state")
+        states.wait_for(RobotState, lambda state: (state.tcp_speed_m_s or 0.0) > 0.3, 30.0, "a robot that moves fast")
+    up.signal(signal.SIGHUP)
+    up.signal(signal.SIGINT)  # and someone is in a hurry
+    assert up.wait(30.0) == 0
+    assert live.pids() == []
+    gateway_log = (live.state_dir / "log" / "gateway-left_bus.log").read_text()
+    assert gateway_log.index("was released by its owner") < gateway_log.index("(closing)")
 
 
 def test_ctrl_c_is_the_ordinary_end_of_a_cell_that_stays(live: LiveCell) -> None:

@@ -14,7 +14,7 @@ from cell.config.settings import (
     RobotSettings,
     Times,
 )
-from cell.core import Answer, Ask, AskDone, Effect, Publish, Request
+from cell.core import Answer, Ask, AskDone, Effect, Ended, Publish, Request
 from cell.messages import (
     AxisStatus,
     Call,
@@ -28,6 +28,7 @@ from cell.messages import (
     ManagerState,
     PlayoutState,
     Presence,
+    Release,
     Reply,
     RobotState,
     SetpointBlock,
@@ -38,6 +39,7 @@ from cell.messages import (
 )
 from robot_agent.agent.core import AgentCore
 from robot_agent.agent.planning import Plan, PlanFailed, Planned, Planner
+from robot_agent.kinematics import Model
 from robot_agent.language import parse_program
 from robot_agent.trajectory import Limits
 from tests.unit.six_axis_arm import arm as model
@@ -60,8 +62,10 @@ def settings(on_manager_return: OnManagerReturn) -> CellSettings:
 class AgentWorld:
     """One agent, stepped with its gateway and manager on virtual time."""
 
-    def __init__(self, program: str, on_manager_return: OnManagerReturn = OnManagerReturn.CONTINUE) -> None:
-        arm = model()
+    def __init__(
+        self, program: str, on_manager_return: OnManagerReturn = OnManagerReturn.CONTINUE, arm: Model | None = None
+    ) -> None:
+        arm = arm or model()
         names = arm.joint_names
         self.planner = Planner(arm, Limits.of(arm.description), np.eye(4), CYCLE_S)
         parsed = parse_program(program, "left.prog", names)
@@ -75,6 +79,7 @@ class AgentWorld:
         self.block: SetpointBlock | None = None
         self.lose_blocks = False
         self.feedback_lost = False
+        self.drives_silent = False
         self.manager_silent = False
         self.zone = ZoneStatus(ZoneState.FREE, None, None, (), 1, 0.0)
         self.granting = False
@@ -85,6 +90,10 @@ class AgentWorld:
         self.presences: list[Presence] = []
         self.blocks: list[SetpointBlock] = []
         self.planned: list[Planned] = []
+        self.ended = False
+        self.settling = False
+        """The gateway still measures a motion, and does not take the robot back."""
+        self.asked_last: type | None = None
         self.answers_held = False
         self._answers: list[AskDone] = []
         self._calls = 0
@@ -136,7 +145,8 @@ class AgentWorld:
 
     def _feedback(self) -> DriveFeedback:
         self._sequence += 1
-        axes = (AxisStatus.OPERATION_ENABLED if self.enabled else AxisStatus.SWITCH_ON_DISABLED,) * 6
+        off = AxisStatus.SILENT if self.drives_silent else AxisStatus.SWITCH_ON_DISABLED
+        axes = (AxisStatus.OPERATION_ENABLED if self.enabled else off,) * 6
         state = PlayoutState.PLAYING if self.enabled else PlayoutState.FOLLOWING
         sequence = self.block.sequence if self.block is not None else 0
         return DriveFeedback(
@@ -171,9 +181,12 @@ class AgentWorld:
             case Publish(RobotState() as state):
                 self.states.append(state)
             case Ask(ask_id, _, Call(id=id, command=command)):
+                self.asked_last = type(command)
                 self._answers.append(AskDone(ask_id, self._gateway_says(id, command)))
                 if not self.answers_held:
                     self.release_answers()
+            case Ended():
+                self.ended = True
             case Answer(request_id, Reply() as reply):
                 self.replies[request_id] = reply
             case Plan(request):
@@ -191,6 +204,8 @@ class AgentWorld:
                 self.enabled = True
             case DisableDrives():
                 self.enabled = False
+            case Release() if self.settling:
+                return Reply(id, False, "left moves; release it at rest")
         return Reply(id, True, "done")
 
     def _offer(self, block: SetpointBlock) -> None:

@@ -5,8 +5,8 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from cell.config.settings import OnManagerReturn
-from cell.core import Ask, Frozen, Publish
+from cell.config.settings import OnManagerReturn, Times
+from cell.core import Ask, Frozen, Publish, Shutdown
 from cell.geometry import capsules_touch_box
 from cell.geometry.occupied import body_touches_box
 from cell.messages import (
@@ -19,6 +19,7 @@ from cell.messages import (
     Mode,
     Presence,
     ProgramState,
+    Release,
     ResetRobot,
     Run,
     SetpointBlock,
@@ -296,6 +297,24 @@ def test_the_zone_rule_is_the_managers_own() -> None:
     assert any(inside)
 
 
+def test_moves_that_join_are_planned_and_played_as_one_motion_without_a_stop() -> None:
+    world = running(
+        "MJ J1=20 J2=-20 J3=30 J5=60 F=60\nML Y=200 R=40\nML Z=1900 R=40\nMC QY=250 QZ=1850 Y=300\nHOME\nEND"
+    )
+    until(world, ended(world))
+    joined = next(planned for planned in world.planned if len(planned.lines) > 1)
+    assert joined.lines == (2, 3, 4)
+    assert len(joined.motion.rests) == 2
+    assert [joined.line_at(float(tau)) for tau in joined.motion.ends - 1e-3] == [2, 3, 4]
+    assert distance_to_plan(world) < 1e-5
+
+
+def test_mistake_in_one_of_the_moves_that_join_is_named_with_its_line() -> None:
+    world = running("MJ J1=20 J2=-20 J3=30 J5=60 F=60\nML Y=200 R=40\nML X=9000\nHOME\nEND")
+    until(world, lambda: world.state.program.state is ProgramState.FAILED)
+    assert world.state.program.line == 3
+
+
 def test_disabling_is_no_fault_even_when_the_feedback_is_faster_than_the_answer() -> None:
     world = enabled(SHORT)
     world.answers_held = True
@@ -303,5 +322,65 @@ def test_disabling_is_no_fault_even_when_the_feedback_is_faster_than_the_answer(
     world.run(0.1)
     assert world.state.mode is Mode.DISABLED
     world.release_answers()
+    world.run(0.1)
+    assert world.state.mode is Mode.DISABLED
+
+
+def test_an_agent_that_is_stopped_ends_when_its_gateway_has_taken_the_robot_back() -> None:
+    world = running(SHORT)
+    world.agent.receive(Shutdown(), world.now)
+    world.answers_held = True
+    until(world, lambda: world.asked_last is Release)
+    assert not world.ended
+    world.release_answers()
+    world.run(0.1)
+    assert world.ended
+
+
+def test_a_robot_that_is_refused_because_it_still_settles_is_offered_again() -> None:
+    world = enabled(SHORT)
+    world.agent.receive(Shutdown(), world.now)
+    world.settling = True
+    world.run(0.3)
+    assert not world.ended
+    world.settling = False
+    world.run(0.1)
+    assert world.ended
+
+
+def test_a_gateway_that_does_not_answer_keeps_no_agent_from_ending() -> None:
+    world = enabled(SHORT)
+    world.agent.receive(Shutdown(), world.now)
+    world.answers_held = True
+    world.run(1.2)
+    assert world.ended
+
+
+def test_an_agent_without_its_gateway_leaves_once_everything_sent_is_played() -> None:
+    world = running(SHORT)
+    until(world, lambda: (world.state.tcp_speed_m_s or 0.0) > 0.3)
+    world.lose_blocks = True
+    world.step()  # what is sent now is never heard of again
+    world.feedback_lost = True
+    world.agent.receive(Shutdown(), world.now)
+    world.run(2.0)
+    assert world.ended
+
+
+def test_nothing_is_said_about_a_robot_whose_drives_are_not_heard() -> None:
+    world = running(SHORT)
+    world.feedback_lost = True
+    world.run(Times().feedback_lost_s + 0.1)
+    assert world.state.mode is Mode.FAULT
+    assert (world.state.tcp_speed_m_s, world.state.tcp_position_m, world.state.governor) == (None, None, None)
+
+
+def test_a_robot_is_still_starting_until_all_its_drives_are_heard() -> None:
+    world = AgentWorld(SHORT)
+    world.drives_silent = True
+    world.run(0.5)
+    assert world.state.mode is Mode.STARTING
+    assert world.presences == []
+    world.drives_silent = False
     world.run(0.1)
     assert world.state.mode is Mode.DISABLED

@@ -7,6 +7,7 @@ import pytest
 from typer.testing import CliRunner
 
 from cell.commands.cell_command import app
+from robot_agent.model import Family
 from tests.unit.config_world import CELL, TWO_ARMS, Copy
 
 RUNNER = CliRunner()
@@ -37,13 +38,20 @@ def test_a_missing_file_is_one_line_with_exit_1(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(
     ("subject", "key"),
-    [("cell", "manager"), ("robot", "geometry"), ("drives", "bus"), ("messages", "Presence")],
+    [("cell", "manager"), ("drives", "bus"), ("messages", "Presence")],
 )
 def test_a_schema_is_json_and_names_what_it_describes(subject: str, key: str) -> None:
     result = RUNNER.invoke(app, ["schema", subject])
     assert result.exit_code == 0
     schema = json.loads(result.output)
     assert key in (schema if subject == "messages" else schema["properties"])
+
+
+def test_the_schema_of_the_robot_file_has_one_choice_per_family() -> None:
+    choices = json.loads(RUNNER.invoke(app, ["schema", "robot"]).output)["oneOf"]
+    assert [choice["title"] for choice in choices][:2] == ["SixAxisFile", "CobotFile"]
+    assert len(choices) == len(Family)
+    assert all("geometry" in choice["required"] for choice in choices)
 
 
 def test_files_and_messages_refuse_unknown_keys_in_their_schemas_too() -> None:

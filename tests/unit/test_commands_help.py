@@ -88,3 +88,12 @@ def test_nothing_is_imported_before_ctrl_c_is_in_good_hands(tool: str) -> None:
         f"cell.commands.{MODULES[tool]}",
     }
     assert "numpy" not in imported
+
+
+def test_an_emergency_stop_that_cannot_be_sent_points_to_the_hard_wired_one(tmp_path: Path) -> None:
+    broken = tmp_path / "cell.yaml"
+    broken.write_text("cell: [")
+    result = complaint("cell", "estop", "-f", str(broken))
+    assert result.returncode == 1
+    assert "no emergency stop was sent" in result.stderr
+    assert "next: use the hard-wired emergency stop" in result.stderr

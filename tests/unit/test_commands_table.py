@@ -1,11 +1,14 @@
 """What the table says about a robot, a zone and a gateway."""
 
 import dataclasses
+from pathlib import Path
 
-from cell.commands.table import robot_line, why, zone_line
-from cell.commands.view import at_rest
+from cell.commands.table import cell_table, robot_line, why, zone_line
+from cell.commands.view import Snapshot, at_rest
+from cell.config import load_cell
 from cell.messages import GovernorStatus, Mode, ProgramState, ProgramStatus, RobotState, ZoneState, ZoneStatus
 
+CELL = load_cell(Path(__file__).parents[2] / "cell_configs" / "two_arms" / "cell.yaml")
 RUNNING = RobotState(
     robot="left",
     boot="b",
@@ -36,7 +39,33 @@ def test_an_alarm_goes_before_what_is_waited_for_and_is_said_once() -> None:
 
 def test_a_zone_names_its_holder_its_queue_and_its_reason() -> None:
     zone = ZoneStatus(ZoneState.ORPHANED, "left", None, ("right",), 1, 0.0, "left is silent")
-    assert zone_line("handover", zone) == "zone handover: orphaned by left, next right (left is silent)"
+    assert zone_line("handover", zone) == "zone handover: orphaned, last held by left, next right (left is silent)"
+
+
+def lines(width: int, *robots: RobotState) -> list[str]:
+    return cell_table(CELL, Snapshot(robots={state.robot: state for state in robots}), width).plain.splitlines()
+
+
+def test_no_row_is_wider_than_the_terminal() -> None:
+    program = ProgramStatus(
+        "left.prog", ProgramState.RUNNING, 1008, "ML X=-1650.5 Y=-1000.5 Z=1350.25 A=10 B=90 C=0 F=900"
+    )
+    state = dataclasses.replace(RUNNING, program=program, zones=("handover",), tcp_position_m=(-1.6505, -1.0, 1.35))
+    for width in (80, 100, 160):
+        rows = [line for line in lines(width, state) if line.startswith(("robot", "left"))]
+        assert len(rows) == 2
+        assert max(map(len, rows)) <= width
+
+
+def test_the_table_keeps_its_height_whatever_happens() -> None:
+    waiting = dataclasses.replace(RUNNING, waiting_for="zone handover: held by right")
+    assert len(lines(100)) == len(lines(100, RUNNING)) == len(lines(100, waiting))
+
+
+def test_what_is_not_known_is_shown_as_such() -> None:
+    row = next(line for line in lines(100, dataclasses.replace(RUNNING, tcp_position_m=None, tcp_speed_m_s=None))
+               if line.startswith("left"))  # fmt: skip
+    assert row.split()[-4:] == ["-", "-", "-", "-"]
 
 
 def test_a_hand_that_turns_in_place_is_not_at_rest() -> None:

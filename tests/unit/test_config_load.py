@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from cell.config import ConfigError, load_cell
+from cell.config import ConfigError, load_cell, load_cell_alone
 from cell.config.settings import OnManagerReturn, Times
 from tests.unit.config_world import CELL, TIMES, TWO_ARMS, Copy
 
@@ -171,3 +171,17 @@ def test_a_file_that_is_not_utf_8_names_the_byte(tmp_path: Path) -> None:
 def test_a_broken_named_file_is_reported_in_that_file(tmp_path: Path) -> None:
     copy = Copy(tmp_path).change("models/six_axis.yaml", "family: six_axis", "family: [six_axis")
     assert [line.split(" ")[0] for line in lines(copy)] == [copy.place("models/six_axis.yaml", "units§: {") + ":"]
+
+
+def test_orders_need_the_cell_file_alone(tmp_path: Path) -> None:
+    copy = Copy(tmp_path)
+    copy.drives.write_text("colour: [")
+    copy.robot.unlink()
+    assert load_cell_alone(copy.cell).manager_endpoint == load_cell(TWO_ARMS).manager_endpoint
+
+
+def test_orders_are_refused_with_every_problem_of_the_cell_file(tmp_path: Path) -> None:
+    copy = Copy(tmp_path).add(CELL, "colour: red").change(CELL, "cell: two_arms", "cell: 5")
+    with pytest.raises(ConfigError) as caught:
+        load_cell_alone(copy.cell)
+    assert len(caught.value.problems) == 2

@@ -66,7 +66,7 @@ def test_file_without_a_simulation_is_good(tmp_path: Path) -> None:
         ("J1: {motor: joint-large", "J1: {motor: steam",
          "simulation.axes.left.J1.motor: found 'steam', allowed one of 83-220,"),
         ("J1: {motor: joint-large", "J1: {motor: 85-150",
-         "simulation.axes.left.J1.motor: found 85-150, which turns the axis with up to 67, allowed a motor that "
+         "simulation.axes.left.J1.motor: found 85-150, which moves the axis with up to 67, allowed a motor that "
          "reaches the speed of this axis, 121"),
         ("inertia_kg_m2: 30, coulomb_nm: 20, viscous_nm_s: 30}", "inertia_kg_m2: 0.01, stiffness_nm_rad: 1e6}",
          "simulation.axes.left.J1.stiffness_nm_rad: found a resonance at 1592 Hz, allowed up to 700 Hz"),

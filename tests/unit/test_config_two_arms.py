@@ -58,7 +58,7 @@ def _play(model: Model, text: str, base: np.ndarray) -> tuple[np.ndarray, float]
             duration_s += step.duration_s
             continue
         assert isinstance(step, JointStep | LineStep)
-        planned = planner.plan(PlanRequest(0, step, at, no_zones))
+        planned = planner.plan(PlanRequest(0, (step,), at, no_zones))
         assert isinstance(planned, Planned), planned
         motion = planned.motion
         samples.append(motion.q(np.append(np.arange(0, motion.duration_s, SAMPLE_S), motion.duration_s)))

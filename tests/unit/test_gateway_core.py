@@ -486,8 +486,19 @@ def test_a_refused_block_is_told_once_per_second() -> None:
     for sequence in range(1, 11):
         world.tell(block(owner, sequence, 1, np.tile(world.feedback.commanded, (3, 1)), np.zeros((3, 2))))
         world.cycle()
-    assert world.codes().count("block_refused") == 1
+    (told,) = (event for event in world.events if event.code == "block_refused")
+    assert told.severity is Severity.INFO, "one late block is an everyday matter"
     assert world.feedback.refused == 10
+
+
+def test_many_late_blocks_are_a_warning() -> None:
+    world = World()
+    owner = world.enabled()
+    for sequence in range(1, 300):
+        world.tell(block(owner, sequence, 1, np.tile(world.feedback.commanded, (3, 1)), np.zeros((3, 2))))
+        world.cycle()
+    told = [event.severity for event in world.events if event.code == "block_refused"]
+    assert told == [Severity.INFO, Severity.WARNING]
 
 
 def test_the_tick_counts_syncs() -> None:

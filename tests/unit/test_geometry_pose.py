@@ -101,3 +101,24 @@ def test_what_is_no_pose_is_refused_with_its_index(defect: str) -> None:
 def test_a_wrong_shape_is_refused() -> None:
     with pytest.raises(WrongShape, match=r"\(3, 3\)"):
         check_poses(np.eye(3))
+
+
+@pytest.mark.parametrize("index", [(), (1,)])
+@pytest.mark.parametrize(
+    ("spoil", "defect"),
+    [
+        ((0, 0, np.nan), "not finite"),
+        ((1, 3, np.inf), "not finite"),
+        ((0, 1, 1e-4), "not orthogonal"),
+        ((3, 0, 1e-9), "last row"),
+    ],
+)
+def test_one_pose_and_many_are_refused_alike(
+    index: tuple[int, ...], spoil: tuple[int, int, float], defect: str
+) -> None:
+    pose = np.eye(4)
+    pose[spoil[:2]] = spoil[2]
+    poses = np.stack([np.eye(4), pose]) if index else pose
+    with pytest.raises(NotAPose, match=defect) as caught:
+        check_poses(poses)
+    assert caught.value.index == index

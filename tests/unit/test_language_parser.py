@@ -7,7 +7,17 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from robot_agent.language import Goto, Home, MoveJoints, MoveLine, ProgramError, Wait, parse_program
+from robot_agent.language import (
+    Goto,
+    Home,
+    MoveArc,
+    MoveJoints,
+    MoveLine,
+    MoveSpline,
+    ProgramError,
+    Wait,
+    parse_program,
+)
 
 JOINTS = ("J1", "J2", "J3", "J4", "J5", "J6")
 
@@ -30,6 +40,22 @@ def test_what_is_not_named_is_kept() -> None:
     assert line == MoveLine(1, (None, None, 1.0), None, None)
 
 
+def test_arcs_and_splines_become_si() -> None:
+    text = "MC X=2000 QX=1000 QY=-500 QA=0 QB=90 QC=0 H=-720 F=100 R=20\nMS Y=100 FC=50 FA=90"
+    arc, spline = parse_program(text, "p", JOINTS).statements
+    via = ((1.0, -0.5, None), (0.0, math.pi / 2, 0.0))
+    assert arc == MoveArc(1, *via, (2.0, None, None), None, -4 * math.pi, 0.1, None, 0.02)
+    assert spline == MoveSpline(2, (None, 0.1, None), None, 0.05, math.pi / 2, None)
+
+
+def test_caps_and_round_edges_go_with_every_move() -> None:
+    joints, line = parse_program(
+        "MJ J1=0 F=50 FC=200 FA=30 R=40\nML X=1 F=300 FC=200 R=0 FLIP=1", "p", JOINTS
+    ).statements
+    assert joints == MoveJoints(1, (0.0, *[None] * 5), 0.5, 0.2, math.pi / 6, 0.04)
+    assert line == MoveLine(2, (0.001, None, None), None, 0.2, None, 0.0, True)
+
+
 def test_case_comments_and_blank_lines_do_not_matter() -> None:
     program = parse_program("; a comment\n\n  home f = 50 ; the rest\nwait 0.5", "p", JOINTS)
     assert program.statements == (Home(3, 0.5), Wait(4, 0.5))
@@ -46,15 +72,22 @@ def test_a_jump_points_behind_its_label_even_when_the_label_comes_later() -> Non
 @pytest.mark.parametrize(
     ("text", "problem"),
     [
-        ("FLY X=1", "1:1: found `FLY`, allowed one of MJ, ML, HOME, WAIT, LABEL, GOTO, END"),
+        ("FLY X=1", "1:1: found `FLY`, allowed one of MJ, ML, MC, MS, HOME, WAIT, LABEL, GOTO, END"),
         ("MJ", "1:1: found MJ without a joint, allowed at least one of J1, J2, J3, J4, J5, J6"),
-        ("MJ J7=1", "1:4: found `J7=1`, allowed NAME=value with a name out of J1, J2, J3, J4, J5, J6, F"),
+        ("MJ J7=1", "1:4: found `J7=1`, allowed NAME=value with a name out of J1, J2, J3, J4, J5, J6, F, FC, FA, R"),
         ("MJ J1=1 J1=2", "1:9: found J1 a second time, allowed each name once"),
         ("MJ J1=north", "1:4: found `north`, allowed a finite number"),
         ("MJ J1=inf", "1:4: found `inf`, allowed a finite number"),
         ("MJ J1=1 F=0", "1:9: found F=0, allowed above 0 to 100 percent for MJ"),
         ("ML X=1 B=90", "1:8: found only B, allowed all of A, B, C, or none to keep the orientation"),
         ("ML X=1 F=-5", "1:8: found F=-5, allowed a speed above 0 in mm/s"),
+        ("ML X=1 FA=0", "1:8: found FA=0, allowed a speed above 0 in deg/s"),
+        ("ML X=1 R=-1", "1:8: found R=-1, allowed a round edge from 0 in mm; 0 stops"),
+        ("ML X=1 FLIP=2", "1:8: found FLIP=2, allowed 1: the wrist may pass its singular pose, or 0"),
+        ("MC X=1", "1:1: found MC without a via point, allowed at least one of QX, QY, QZ"),
+        ("MC QX=1", "1:1: found MC without a coordinate, allowed at least one of X, Y, Z, A, B, C"),
+        ("MC QX=1 X=2 H=0", "1:13: found H=0, allowed degrees of the circle to go, any but 0; negative is backwards"),
+        ("MS F=10", "1:1: found MS without a coordinate, allowed at least one of X, Y, Z, A, B, C"),
         ("WAIT", "1:1: found 0 words behind WAIT, allowed a time in seconds"),
         ("WAIT -1", "1:6: found WAIT -1, allowed 0 to 3600 s"),
         ("GOTO a\nLABEL b", "1:6: found unknown label `a`, allowed a label of this program: b"),

@@ -53,7 +53,7 @@ def test_neighbouring_capsules_of_the_arm_touch_at_home() -> None:
     ("old", "new", "at", "problem"),
     [
         ("family: six_axis", "family: seven_axis", "§seven_axis",
-         "family: found 'seven_axis', allowed 'six_axis'"),
+         "family: found 'seven_axis', allowed 'six_axis', 'cobot', 'scara', 'palletizer', 'delta', 'gantry' or 'urdf'"),
         ("  a3z: 1100", "  a3z: -1100", "§-1100", "geometry.a3z: found -1100, allowed more than 0"),
         ("  a4x: 766\n", "", "§geometry:", "geometry.a4x: found nothing, allowed axis 3 to axis 4, along X"),
         ("J1: {position: [-180, 180]", "J1: {position: [180, -180]", "§[180, -180]",

@@ -1,6 +1,7 @@
 """The governor under every kind of command: on the path, inside the limits, never past a hold, always able to stop."""
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -34,7 +35,19 @@ MIXED = plan(
     LIMITS,
     start=START,
 )
-MOTIONS = [LONG, JOINTS, MIXED]
+ROUNDED = plan(
+    ARM,
+    Sequence(
+        [
+            replace(line((0.0, 0.3, 0.0)), round_m=0.06),
+            replace(line((0.0, 0.3, -0.3)), round_m=0.06),
+            JointMove(START + 0.3, 0.8, 3),
+        ]
+    ),
+    LIMITS,
+    start=START,
+)
+MOTIONS = [LONG, JOINTS, MIXED, ROUNDED]
 
 
 class Drive:
@@ -133,7 +146,7 @@ def test_any_commands_keep_path_limits_and_holds(motion: Motion, commands: list[
     np.testing.assert_allclose(drive.played[-1], motion.q(np.array(motion.duration_s)), atol=1e-9)
 
 
-@pytest.mark.parametrize("motion", MOTIONS, ids=["line", "joints", "mixed"])
+@pytest.mark.parametrize("motion", MOTIONS, ids=["line", "joints", "mixed", "rounded"])
 def test_undisturbed_motion_takes_exactly_its_planned_time(motion: Motion) -> None:
     drive = Drive(motion)
     drive.run_to_end()

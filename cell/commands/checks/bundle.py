@@ -3,8 +3,10 @@
 from dataclasses import dataclass
 from pathlib import Path
 
+from cell.commands.checks.bodies import check_bodies
 from cell.commands.checks.buses import check_buses
 from cell.commands.checks.drives import check_drives
+from cell.commands.checks.models import kinematic_models
 from cell.commands.checks.programs import check_programs
 from cell.commands.checks.readings import NamedFiles, Readings, read_named_files
 from cell.commands.checks.times import check_times
@@ -35,10 +37,12 @@ def check_cell(path: str | Path) -> tuple[CellBundle | None, list[Problem]]:
     if reading.document is None:
         return None, problems
     named = read_named_files(reading.document)
-    problems += [*named.problems(), *check_programs(reading.document, named)]
+    models, unfit = kinematic_models(named)
+    problems += [*named.problems(), *unfit, *check_programs(reading.document, named, models)]
     if reading.content is not None:
         readings = Readings(reading.document, reading.content, named)
         problems += [*check_drives(readings), *check_times(readings), *check_buses(readings)]
+        problems += check_bodies(readings, models)
     problems = _in_order(problems)
     if settings is None or refuses(problems):
         return None, problems
@@ -48,7 +52,7 @@ def check_cell(path: str | Path) -> tuple[CellBundle | None, list[Problem]]:
 def _bundle(settings: CellSettings, named: NamedFiles) -> CellBundle:
     return CellBundle(
         cell=settings,
-        models={robot: model.description() for robot, _, model in named.usable_models()},
+        models={robot: model.description(document.file.parent) for robot, document, model in named.usable_models()},
         gateways={gateway: drives.settings(gateway) for gateway, _, drives in named.usable_drives()},
     )
 

@@ -4,13 +4,14 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from cell.commands.checks.axis_needs import AxisNeed, axis_needs
 from cell.commands.checks.readings import Readings
 from cell.config.document import Document
 from cell.config.problem import KeyPath, Problem
-from cell.config.reading import declared_angle
+from cell.config.reading import declared
 from drive_gateway.cia402.units import AxisUnits
 from drive_gateway.config.drives_file import AxisEntry
-from robot_agent.model.robot_file import JointEntry, RobotFile
+from robot_agent.model.robot_file import RobotFile
 
 MARGIN = 1.05
 """How far a drive's limits lie above its joint's, so that rounding never makes a gateway refuse a block."""
@@ -55,41 +56,42 @@ def _robot(document: Document, robot: str, axes: dict[str, AxisEntry], model: Ro
     if names != joints:
         found = f"the axes {', '.join(names)}"
         yield document.problem(path, found, f"the joints of {model.name}, in order: {', '.join(joints)}", at_key=True)
+    needs = axis_needs(model)
     for name in joints:
-        if name in axes:
-            yield from _axis(document, (*path, name), axes[name], model.joints[name], model.ramp_factor)
+        if name in axes and name in needs:
+            yield from _axis(document, (*path, name), axes[name], needs[name])
 
 
-def _axis(
-    document: Document, path: KeyPath, axis: AxisEntry, joint: JointEntry, ramp_factor: float
-) -> Iterator[Problem]:
-    name = path[-1]
+def _axis(document: Document, path: KeyPath, axis: AxisEntry, need: AxisNeed) -> Iterator[Problem]:
+    name, linear = path[-1], axis.linear
+    if linear != need.linear:
+        yield document.problem((*path, "type"), axis.type, f"{'linear' if need.linear else 'rotary'}, as joint {name}")
+        return
     # A tolerance of the last digits: 1.05 times 110 deg/s is not exactly 115.5 in binary.
-    if axis.speed < MARGIN * joint.speed * (1 - 1e-9):
-        least = declared_angle(document, MARGIN * joint.speed)
+    if axis.speed < MARGIN * need.speed * (1 - 1e-9):
+        least = declared(document, MARGIN * need.speed, linear)
         allowed = f"{least:g} or more, {MARGIN:g} times the speed of {name}"
         yield document.problem((*path, "speed"), document.found((*path, "speed")), allowed)
-    ramp = ramp_factor * joint.acceleration
-    if axis.acceleration < MARGIN * ramp * (1 - 1e-9):
-        least = declared_angle(document, MARGIN * ramp)
+    if axis.acceleration < MARGIN * need.ramp * (1 - 1e-9):
+        least = declared(document, MARGIN * need.ramp, linear)
         allowed = f"{least:g} or more, {MARGIN:g} times the ramp of {name} (ramp_factor times its acceleration)"
         yield document.problem((*path, "acceleration"), document.found((*path, "acceleration")), allowed)
-    low, high = (f"{declared_angle(document, limit):g}" for limit in joint.position)
-    if not joint.position[0] <= axis.simulated_start <= joint.position[1]:
+    low, high = (f"{declared(document, limit, linear):g}" for limit in need.position)
+    if not need.position[0] <= axis.simulated_start <= need.position[1]:
         found = document.found((*path, "simulated_start"))
         yield document.problem((*path, "simulated_start"), found, f"{low} to {high}, the limits of {name}")
-    yield from _counter(document, path, axis, joint)
+    yield from _counter(document, path, axis, need)
 
 
-def _counter(document: Document, path: KeyPath, axis: AxisEntry, joint: JointEntry) -> Iterator[Problem]:
-    """The drive's 32-bit position must not wrap within the joint's limits, following error included."""
+def _counter(document: Document, path: KeyPath, axis: AxisEntry, need: AxisNeed) -> Iterator[Problem]:
+    """The drive's 32-bit position must not wrap within the axis' limits, following error included."""
     units = AxisUnits([axis.settings(str(path[-1]))])
     lowest, highest = float(units.lowest[0]), float(units.highest[0])
-    low, high = np.array(joint.position) + np.array([-1, 1]) * axis.following_window
+    low, high = np.array(need.position) + np.array([-1, 1]) * axis.following_window
     if lowest <= low and high <= highest:
         return
-    fits = " to ".join(f"{declared_angle(document, bound):g}" for bound in (lowest, highest))
-    needed = " to ".join(f"{declared_angle(document, bound):g}" for bound in (low, high))
+    fits = " to ".join(f"{declared(document, bound, axis.linear):g}" for bound in (lowest, highest))
+    needed = " to ".join(f"{declared(document, bound, axis.linear):g}" for bound in (low, high))
     found = f"{axis.gear:g} times {axis.counts_per_turn} counts per turn: 32 bits reach from {fits}"
     allowed = f"a counter that reaches from {needed}, the limits of {path[-1]} and its following error"
     yield document.problem((*path, "gear"), found, allowed)

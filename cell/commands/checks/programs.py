@@ -3,27 +3,39 @@
 from collections.abc import Iterator
 from pathlib import Path
 
+from cell.commands.checks.reach import unreachable_lines
 from cell.commands.checks.readings import NamedFiles
 from cell.config.document import Document, Naming, read_text
 from cell.config.problem import Problem
-from robot_agent.language import ProgramError, parse_program
-from robot_agent.model.checks import JOINTS
+from robot_agent.kinematics import Model
+from robot_agent.language import Program, ProgramError, parse_program
+from robot_agent.model.checks import expected_joints
 
 
-def check_programs(document: Document, named: NamedFiles) -> Iterator[Problem]:
-    """Every mistake in every program, at its line and column; what cannot be read is found with the cell file."""
-    for robot, _, model in named.usable_models():
+def check_programs(document: Document, named: NamedFiles, models: dict[str, Model]) -> Iterator[Problem]:
+    """Every mistake in every program, at its line and column; what cannot be read is found with the cell file.
+
+    Where there is a robot's kinematics, also what the program tells it to do and it cannot reach.
+    """
+    for robot, model_document, model in named.usable_models():
         naming = Naming(document, ("robots", robot, "program"))
         if (file := naming.file()) is None:
             continue
         text = read_text(file, naming)
         if not isinstance(text, Problem):
-            yield from _program(text, file, JOINTS[model.family])
+            joints = expected_joints(model_document, model)
+            linear = {name for name, joint in model.joints.items() if joint.linear}
+            try:
+                program = parse_program(text, file.name, joints, linear)
+            except ProgramError as error:
+                for problem in error.problems:
+                    yield Problem(file, problem.line, problem.column, "program", problem.found, problem.allowed)
+                continue
+            if robot in models:
+                yield from _reach(models[robot], program, file)
 
 
-def _program(text: str, file: Path, joints: tuple[str, ...]) -> Iterator[Problem]:
-    try:
-        parse_program(text, file.name, joints)
-    except ProgramError as error:
-        for problem in error.problems:
-            yield Problem(file, problem.line, problem.column, "program", problem.found, problem.allowed)
+def _reach(model: Model, program: Program, file: Path) -> Iterator[Problem]:
+    for line, why in unreachable_lines(model, program):
+        found = f"{program.text_of(line)!r}: {why}"
+        yield Problem(file, line, 1, "program", found, f"what {model.description.name} reaches from where it is then")

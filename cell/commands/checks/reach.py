@@ -1,0 +1,102 @@
+"""Whether a robot reaches what its program says, as far as that can be told before it runs."""
+
+import math
+from collections.abc import Iterator
+
+import numpy as np
+
+from cell.geometry import from_xyz_abc
+from cell.geometry.arrays import Array
+from robot_agent.agent.targets import joint_target, pose_target
+from robot_agent.kinematics import KinematicsError, Model, TrackError
+from robot_agent.kinematics.choice import joint_violation
+from robot_agent.kinematics.turns import LIMIT_TOLERANCE_RAD
+from robot_agent.language import ArcStep, Finished, Interpreter, JointStep, LineStep, Program, ProgramFault, SplineStep
+from robot_agent.paths import LineGeometry
+
+MOST_MOTIONS = 2000
+MOST_SAMPLES = 10_000
+"""Of one line, 50 m: a file with an absurd length must not keep its user waiting."""
+STEP_M = 0.005
+STEP_RAD = math.radians(1.0)
+
+
+def unreachable_lines(model: Model, program: Program) -> Iterator[tuple[int, str]]:
+    """Program lines that lead out of reach or out of the limits, each once, and why.
+
+    The program is walked as it would run. Where the robot is before its first motion nobody knows: until the first
+    HOME, or MJ that names all joints, and behind arcs and splines, only targets with all six coordinates are judged.
+    """
+    walk, seen, told = _Walk(model), set[tuple[int, bytes]](), set[int]()
+    interpreter, since_new = Interpreter(program), 0
+    for _ in range(MOST_MOTIONS):
+        step = interpreter.next()
+        if isinstance(step, Finished | ProgramFault):
+            return
+        if isinstance(step, ArcStep | SplineStep):
+            walk.q = None
+        if not isinstance(step, JointStep | LineStep):
+            continue
+        place = step.line, b"" if walk.q is None else np.round(walk.q, 6).tobytes()
+        since_new = since_new + 1 if place in seen else 0
+        if since_new > len(program.statements):
+            return
+        if place in seen:
+            walk.q = walk.ends[place]
+            continue
+        seen.add(place)
+        problem = walk.joints(step) if isinstance(step, JointStep) else walk.line(step)
+        walk.ends[place] = walk.q
+        if problem and step.line not in told:
+            told.add(step.line)
+            yield step.line, problem
+
+
+class _Walk:
+    """One robot on its way through a program."""
+
+    def __init__(self, model: Model) -> None:
+        self._model = model
+        self.q: Array | None = None
+        """Joints, as long as they are known."""
+        self.ends: dict[tuple[int, bytes], Array | None] = {}
+        """Joints behind a step, by its place."""
+
+    def joints(self, step: JointStep) -> str:
+        """Move joints; returns what is wrong."""
+        named = step.joints
+        if named is None or None not in named or self.q is not None:
+            start = self._model.home if self.q is None else self.q
+            self.q = joint_target(step, start, self._model.home)
+        for i, value in enumerate(named or ()):
+            low, high = self._model.limits.position[i]
+            if value is not None and not low - LIMIT_TOLERANCE_RAD <= value <= high + LIMIT_TOLERANCE_RAD:
+                self.q = None
+                return str(joint_violation(self._model, i, value))
+        return ""
+
+    def line(self, step: LineStep) -> str:
+        """Move on a line; returns what is wrong."""
+        if self.q is None or step.wrist_may_flip:
+            self.q = None
+            return self._whole_pose(step)
+        present = self._model.forward(self.q)
+        geometry = LineGeometry.between(present, pose_target(step.position_m, step.orientation_abc, present))
+        count = 2 + min(MOST_SAMPLES, math.ceil(max(geometry.length_m / STEP_M, geometry.angle / STEP_RAD)))
+        try:
+            self.q = self._model.track(geometry.poses(np.linspace(0.0, 1.0, count)), start=self.q)[-1]
+        except TrackError as error:
+            self.q = None
+            x, y, z = 1000 * error.pose[:3, 3]
+            return f"at X {x:.1f} Y {y:.1f} Z {z:.1f} mm {error.violation}"
+        except KinematicsError as error:
+            self.q = None
+            return str(error)
+        return ""
+
+    def _whole_pose(self, step: LineStep) -> str:
+        if None in step.position_m or step.orientation_abc is None:
+            return ""
+        pose = from_xyz_abc(np.array([*step.position_m, *step.orientation_abc], dtype=float))
+        violation = self._model.why_unreachable(pose)
+        return "" if violation is None else str(violation)

@@ -1,0 +1,81 @@
+"""`cell model`: a robot in numbers, as its file describes it."""
+
+from pathlib import Path
+from typing import Annotated
+
+import numpy as np
+import typer
+from rich.box import SIMPLE
+from rich.console import Console
+from rich.table import Table
+
+from cell.commands.errors import CommandError
+from cell.geometry import to_xyz_abc
+from robot_agent.kinematics import KinematicsError, Model, NotInUrdf, load_model
+
+
+def model(
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="A robot file, or a bare URDF.", show_default=False)],
+) -> None:
+    """Print a robot: its axes and their limits, reach, home pose, branches and tools.
+
+    Lengths are mm, angles deg. Of a bare URDF only its kinematics is known; the rest shows as "-".
+    """
+    try:
+        robot = load_model(file)
+    except KinematicsError as error:
+        raise CommandError(str(error), f"correct {file}, then: cell model {file}") from error
+    console = Console()
+    console.print(_axes(robot))
+    for name, text in _facts(robot):
+        console.print(f"  [bold]{name:<12}[/bold] {text}", soft_wrap=True, highlight=False)
+
+
+def _axes(robot: Model) -> Table:
+    title = f"{robot.description.name}, family {robot.description.family.value}"
+    headings = ("joint", "type", "from", "to", "speed /s", "acceleration /s2", "jerk /s3", "home", "coupled to")
+    table = Table(*headings, title=title, title_justify="left", box=SIMPLE)
+    scale = np.where(robot.linear, 1000.0, 180.0 / np.pi)
+    columns = [robot.limits.position[:, 0], robot.limits.position[:, 1], robot.limits.velocity]
+    columns += [_known(robot, what) for what in ("acceleration", "jerk", "home")]
+    for i, name in enumerate(robot.joint_names):
+        unit = "mm" if robot.linear[i] else "deg"
+        numbers = [_number(column[i] * scale[i]) for column in columns]
+        table.add_row(name, f"{'linear' if robot.linear[i] else 'rotary'} {unit}", *numbers, _coupled(robot, i))
+    return table
+
+
+def _known(robot: Model, what: str) -> np.ndarray:
+    """A value per joint; NaN where the robot's file does not say it."""
+    try:
+        return np.asarray(robot.home if what == "home" else getattr(robot.limits, what))
+    except NotInUrdf:
+        return np.full(robot.n, np.nan)
+
+
+def _coupled(robot: Model, joint: int) -> str:
+    ratios = robot.coupling.joints_per_axis[joint]
+    return ", ".join(f"{ratios[i]:+g} {robot.joint_names[i]}" for i in range(joint) if ratios[i] != 0)
+
+
+def _facts(robot: Model) -> list[tuple[str, str]]:
+    facts = [("reach", f"{1000 * robot.reach_m:.0f} mm: nothing of it is ever farther from the base")]
+    home = _known(robot, "home")
+    if not np.isnan(home).any():
+        flange = to_xyz_abc(robot.forward(home)) * [1000, 1000, 1000, *[180 / np.pi] * 3]
+        near = robot.singularity(home)
+        facts.append(("home", " ".join(f"{name} {value:.1f}" for name, value in zip("XYZABC", flange, strict=True))))
+        facts.append(("", f"{float(near.nearest):.2f} away from singular ({near.name}); 0 is singular, 1 the farthest"))
+        facts.append(("body", f"{len(robot.body)} capsules on the links {', '.join(robot.link_names)}"))
+    complete = "all solutions, in closed form" if robot.closed_form else "numeric: up to so many, nearest first"
+    facts.append(("branches", f"{', '.join(robot.branches)} ({complete})"))
+    for name, tool in robot.description.tools.items():
+        tcp = to_xyz_abc(tool.pose_flange_tcp) * [1000, 1000, 1000, *[180 / np.pi] * 3]
+        pose = " ".join(f"{letter} {value:.1f}" for letter, value in zip("XYZABC", tcp, strict=True))
+        mounted = ", mounted" if name == robot.description.mounted else ""
+        facts.append(("tool", f"{name}: TCP {pose}, {tool.mass_kg:g} kg{mounted}"))
+    return facts
+
+
+def _number(value: float) -> str:
+    return "-" if np.isnan(value) else f"{round(value, 2):.10g}"

@@ -1,0 +1,81 @@
+"""`cell plot`: what one program does with one robot, as a page of curves."""
+
+from pathlib import Path
+from typing import Annotated
+
+import numpy as np
+import typer
+
+from cell.commands.errors import CommandError
+from cell.commands.plot_page import Chart, page
+from robot_agent.agent.dry_run import dry_run
+from robot_agent.agent.planning import Planned, Planner
+from robot_agent.kinematics import Model, load_model
+from robot_agent.language import ProgramError, parse_program
+from robot_agent.trajectory import Limits
+
+_CYCLE_S = 0.004
+
+
+def plot(
+    program: Annotated[Path, typer.Argument(metavar="PROGRAM", help="The program.", show_default=False)],
+    model: Annotated[Path, typer.Option("--model", metavar="FILE", help="The robot file.", show_default=False)],
+    output: Annotated[Path, typer.Option("-o", "--output", metavar="FILE", help="The page to write.")] = Path(
+        "plot.html"
+    ),
+    longest_s: Annotated[float, typer.Option("--longest", help="Cut off endless programs [s].", min=0.1)] = 120.0,
+) -> None:
+    """Plan a program from the robot's home and draw it: path, speed, and joint speeds against their limits.
+
+    Pauses are left out, and nothing of a cell is needed: no zones, no gateway. Exits with 1 where a move cannot be
+    planned; the page then shows the motion up to there.
+    """
+    robot = load_model(model)
+    planner = Planner(robot, Limits.of(robot.description), np.eye(4), _CYCLE_S)
+    try:
+        parsed = parse_program(program.read_text(encoding="utf-8"), str(program), robot.joint_names)
+    except OSError as error:
+        raise CommandError(f"{program} cannot be read: {error.strerror}", "name a program file") from error
+    except ProgramError as error:
+        raise CommandError(f"the program is refused\n{error}", "correct it; docs/language.md") from error
+    motions, failed = dry_run(planner, parsed, longest_s)
+    motions = [planned for planned in motions if planned.motion.duration_s > 0.0]
+    if motions:
+        output.write_text(_page(program.name, robot, motions), encoding="utf-8")
+        typer.echo(f"{output}: {sum(each.motion.duration_s for each in motions):.2f} s in {len(motions)} motions")
+    if failed is not None:
+        raise CommandError(f"{program}: {failed.text}", "correct that line; what comes before it is drawn")
+    if not motions:
+        raise CommandError(f"{program} moves nothing", "name a program with a move")
+
+
+def _page(name: str, model: Model, motions: list[Planned]) -> str:
+    starts = np.append(0.0, np.cumsum([planned.motion.duration_s for planned in motions]))
+    grids = [planned.motion.grid for planned in motions]
+    t = np.concatenate([start + grid for start, grid in zip(starts, grids, strict=False)])
+    q, qd = (
+        np.concatenate([getattr(planned.motion, what)(grid) for planned, grid in zip(motions, grids, strict=True)])
+        for what in ("q", "qd")
+    )
+    place = 1000.0 * model.forward(q)[:, :3, 3]
+    speed = 1000.0 * np.concatenate(
+        [planned.motion.tcp_speed(grid) for planned, grid in zip(motions, grids, strict=True)]
+    )
+    limits = model.limits.velocity
+    share = 100.0 * qd / limits
+    marks = tuple(float(start) for start in starts)
+    joints = [(joint, t, share[:, k]) for k, joint in enumerate(model.joint_names)]
+    x, y, z = place.T
+    charts = [
+        Chart("Path from above", "X mm", "Y mm", [("flange", x, y)], equal=True),
+        Chart("Path from the side", "X mm", "Z mm", [("flange", x, z)], equal=True),
+        Chart("Speed of the flange", "s", "mm/s", [("flange", t, speed)], marks),
+        Chart("Joint speeds in percent of their limits", "s", "%", joints, marks, (-100.0, 100.0)),
+    ]
+    blends = [blend.deviation_m for planned in motions for blend in planned.motion.blends]
+    summary = [
+        f"{starts[-1]:.3f} s in {len(motions)} motions, pauses left out; vertical lines are where a motion ends",
+        f"largest flange speed {speed.max():.1f} mm/s, largest joint speed {np.abs(share).max():.1f} % of its limit",
+        f"largest deviation where blocks are blended {1e6 * max(blends, default=0.0):.0f} um",
+    ]
+    return page(name, summary, charts)

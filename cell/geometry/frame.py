@@ -1,0 +1,82 @@
+"""Frames from measured points: columns of a rotation are the axes of the new frame, as seen from the old one."""
+
+import numpy as np
+
+from cell.geometry.arrays import Array
+from cell.geometry.errors import NoFrame, WrongShape
+
+SHORTEST_M = 1e-3
+"""Points nearer to each other than this say nothing about a direction."""
+SMALLEST_ANGLE = np.radians(1.0)
+"""Directions nearer to one line than this span no plane."""
+LARGEST_SKEW = np.radians(5.0)
+"""Measured axes farther from a right angle than this are a mistake of whoever measured them."""
+
+
+def frame_from_points(origin: Array, on_x: Array, in_xy: Array) -> Array:
+    """Pose `(..., 4, 4)` of the frame with this origin, this point on +X, and this one in the XY plane beyond +Y.
+
+    Points are `(..., 3)` [m], in the frame in which the pose is wanted.
+
+    Raises:
+        WrongShape: other shapes.
+        NoFrame: a value is not finite, two points are nearly one, or all three nearly in one line.
+    """
+    origin, on_x, in_xy = _points(origin, on_x, in_xy)
+    return _frame(origin, on_x - origin, in_xy - origin)
+
+
+def frame_from_axes(origin: Array, x_from: Array, x_to: Array, y_from: Array, y_to: Array) -> Array:
+    """Pose `(..., 4, 4)` of the frame with this origin and axes that point from one measured point to another.
+
+    X is taken exactly; Y is turned within the plane of both until it is perpendicular to X.
+
+    Raises:
+        WrongShape, NoFrame: as `frame_from_points`; also when the axes are more than 5 degrees from a right angle.
+    """
+    origin, x_from, x_to, y_from, y_to = _points(origin, x_from, x_to, y_from, y_to)
+    x_way, y_way = x_to - x_from, y_to - y_from
+    pose = _frame(origin, x_way, y_way)
+    skew = np.arcsin(np.clip(np.abs((_unit(x_way) * _unit(y_way)).sum(axis=-1)), 0, 1))
+    if (skew > LARGEST_SKEW).any():
+        worst = _first(skew > LARGEST_SKEW)
+        found = f"the axes are {90 - np.degrees(skew[worst]):.1f} deg apart"
+        raise NoFrame(worst, found, f"measure them again: allowed is up to {np.degrees(LARGEST_SKEW):.0f} deg from 90")
+    return pose
+
+
+def _points(*points: Array) -> tuple[Array, ...]:
+    arrays = [np.asarray(point, dtype=float) for point in points]
+    for array in arrays:
+        if array.shape[-1:] != (3,):
+            raise WrongShape("points", array.shape, "(..., 3)")
+    arrays = list(np.broadcast_arrays(*arrays))
+    finite = np.isfinite(np.stack(arrays)).all(axis=(0, -1))
+    if not finite.all():
+        raise NoFrame(_first(~finite), "a value is not finite", "measure the point again")
+    return tuple(arrays)
+
+
+def _frame(origin: Array, x_way: Array, y_way: Array) -> Array:
+    short = np.minimum(np.linalg.norm(x_way, axis=-1), np.linalg.norm(y_way, axis=-1)) < SHORTEST_M
+    if short.any():
+        raise NoFrame(_first(short), "two points are less than 1 mm apart", "measure points farther from each other")
+    x = _unit(x_way)
+    normal = np.cross(x, _unit(y_way))
+    flat = np.linalg.norm(normal, axis=-1) < np.sin(SMALLEST_ANGLE)
+    if flat.any():
+        raise NoFrame(_first(flat), "the points lie in one line", "measure a point farther aside")
+    z = _unit(normal)
+    pose = np.zeros((*origin.shape[:-1], 4, 4))
+    pose[..., :3, 0], pose[..., :3, 1], pose[..., :3, 2] = x, np.cross(z, x), z
+    pose[..., :3, 3] = origin
+    pose[..., 3, 3] = 1
+    return pose
+
+
+def _unit(ways: Array) -> Array:
+    return np.asarray(ways / np.linalg.norm(ways, axis=-1, keepdims=True))
+
+
+def _first(flags: Array) -> tuple[int, ...]:
+    return tuple(int(i) for i in np.argwhere(flags)[0])

@@ -1,0 +1,189 @@
+"""Delta robot: three arms at 0, 120 and 240 degrees carry a platform; a fourth axis, if there is one, turns the flange.
+
+Lengths: r from the centre to the arms' axes, h the arms, k the rods, s from the centre of the platform to the rods, t
+from there down to the flange. Positive joints turn the arms down. Frigeni, appendix, with (A-115) to (A-117) corrected
+and the root of (A-108) checked: rods longer than arms do not always meet.
+
+Only assemblies with the elbows outside and the platform below them count: to any other the mechanism would have to pass
+through a singular pose.
+"""
+
+from typing import ClassVar
+
+import numpy as np
+
+from cell.geometry import check_poses
+from cell.geometry.arrays import Array
+from robot_agent.kinematics.errors import OpenMechanism
+from robot_agent.kinematics.model import Model
+from robot_agent.kinematics.problems import checked_lengths
+from robot_agent.kinematics.singularity import SingularityDistance
+from robot_agent.kinematics.solutions import Raw, Solutions, finished
+from robot_agent.kinematics.triangle import REACH_TOLERANCE_M, beyond, beyond_reach, elbow_triangle
+from robot_agent.kinematics.upright import TILT_TOLERANCE_RAD, heading, tilt
+from robot_agent.model.description import RobotDescription
+
+PHI = np.radians([0.0, 120.0, 240.0])
+OUTWARD = np.stack([np.cos(PHI), np.sin(PHI), np.zeros(3)], axis=-1)
+"""`(3, 3)`: a row for each arm."""
+ASIDE = np.stack([-np.sin(PHI), np.cos(PHI), np.zeros(3)], axis=-1)
+DOWN = np.array([0.0, 0.0, -1.0])
+
+
+class Delta(Model):
+    """See the module; one branch, the elbows outside."""
+
+    branches: ClassVar[tuple[str, ...]] = ("OUT",)
+
+    def __init__(self, description: RobotDescription) -> None:
+        g = checked_lengths(description, positive=("h", "k"))
+        self._r, self._h, self._k, self._s, self._t = (g[name] for name in ("r", "h", "k", "s", "t"))
+        super().__init__(description)
+        self._reach_m = self._capsule_reach()
+
+    @property
+    def reach_m(self) -> float:
+        return self._reach_m
+
+    def links(self, q: Array) -> Array:
+        q = self.check_joints(q)
+        arms, elbows, platform = self._assembly(q)
+        frames = np.zeros((*q.shape[:-1], 8, 4, 4))
+        frames[..., 3, 3] = 1
+        frames[..., 0, :, :] = np.eye(4)
+        rods = platform[..., None, :] + self._s * OUTWARD - elbows
+        for first, origins, along in ((1, self._r * OUTWARD, arms), (4, elbows, rods / self._k)):
+            across = np.cross(along, ASIDE)
+            across /= np.linalg.norm(across, axis=-1, keepdims=True)
+            columns = np.stack([along, np.cross(across, along), across], axis=-1)
+            frames[..., first : first + 3, :3, :3] = columns
+            frames[..., first : first + 3, :3, 3] = origins
+        turn = q[..., 3] if self.n == 4 else np.zeros(q.shape[:-1])
+        frames[..., 7, 0, 0] = frames[..., 7, 1, 1] = np.cos(turn)
+        frames[..., 7, 1, 0] = np.sin(turn)
+        frames[..., 7, 0, 1] = -frames[..., 7, 1, 0]
+        frames[..., 7, 2, 2] = 1
+        frames[..., 7, :3, 3] = platform + self._t * DOWN
+        return frames
+
+    def jacobian(self, q: Array) -> Array:
+        q = self.check_joints(q)
+        rods, swings = self._rods_and_swings(q)
+        result = np.zeros((*q.shape[:-1], 6, self.n))
+        result[..., :3, :3] = _solve(rods, _diagonal((rods * swings).sum(axis=-1)))
+        if self.n == 4:
+            result[..., 5, 3] = 1
+        return result
+
+    def jacobian_derivative(self, q: Array, qd: Array) -> Array:
+        q, speeds = self.check_joints(q), self.check_joints(qd, "joint speeds")[..., :3]
+        rods, swings = self._rods_and_swings(q)
+        jacobian = _solve(rods, _diagonal((rods * swings).sum(axis=-1)))
+        rod_speeds = (jacobian @ speeds[..., None])[..., None, :, 0] - swings * speeds[..., None]
+        # The swing is perpendicular to the arm and turns with it, towards the arm's axis.
+        swing_speeds = -self._h * self._arms(q) * speeds[..., None]
+        right = _diagonal((rod_speeds * swings + rods * swing_speeds).sum(axis=-1)) - rod_speeds @ jacobian
+        result = np.zeros((*q.shape[:-1], 6, self.n))
+        result[..., :3, :3] = _solve(rods, right)
+        return result
+
+    def singularity(self, q: Array) -> SingularityDistance:
+        rods, swings = self._rods_and_swings(self.check_joints(q))
+        stretched = np.abs((rods * swings).sum(axis=-1)) / (self._h * self._k)
+        flat = np.abs(np.linalg.det(rods / self._k))
+        return SingularityDistance(
+            ("arm 1", "arm 2", "arm 3", "platform"), np.concatenate([stretched, flat[..., None]], axis=-1)
+        )
+
+    def inverse(self, poses: Array, near: Array | None = None) -> Solutions:
+        poses = check_poses(poses, "poses")
+        leading = poses.shape[:-2]
+        held = self.held(near, leading)
+        flat = poses.reshape(-1, 4, 4)
+        platform = flat[:, :3, 3] - self._t * DOWN
+        out, aside, up = OUTWARD @ platform.T, ASIDE @ platform.T, platform[:, 2]
+        ahead = out + self._s - self._r
+        rod = np.sqrt(np.maximum((self._k - aside) * (self._k + aside), 0))
+        off_plane = beyond(np.abs(aside) - self._k)
+        span = np.hypot(ahead, up)
+        in_plane = beyond_reach(span, self._h, rod)
+        beta = elbow_triangle(span, self._h, np.maximum(rod, REACH_TOLERANCE_M)).at_joint
+        # Of the two elbows the one that lies farther out.
+        j = np.arctan2(-up, ahead) + np.where(up > 0, beta, -beta)
+        excess = np.where(off_plane > 0, off_plane, in_plane)
+        worst = np.take_along_axis(excess, np.abs(excess).argmax(axis=0)[None], axis=0)[0]
+        raw = Raw(
+            joints=(*j, heading(flat))[: self.n],
+            excess_m=worst,
+            singular=np.zeros(len(flat), dtype=bool),
+            tilt_rad=tilt(flat) if self.n == 4 else _turned(flat),
+        )
+        return finished(self, raw, held, leading)
+
+    def bulge_m(self, q: Array) -> Array:
+        """As for every model, from the second differences of the points: closed chains have no bound by the reach."""
+        bends = np.zeros(max(len(q) - 1, 0))
+        if len(q) > 2:
+            second = np.linalg.norm(np.diff(self.capsules(q), n=2, axis=0), axis=-1).max(axis=(1, 2))
+            bends[:-1] = second
+            bends[1:] = np.maximum(bends[1:], second)
+        return bends / 4
+
+    def _arms(self, q: Array) -> Array:
+        """Unit vectors along the arms `(..., 3, 3)`, one row each."""
+        cosines, sines = np.cos(q[..., :3, None]), np.sin(q[..., :3, None])
+        return np.asarray(cosines * OUTWARD + sines * DOWN)
+
+    def _assembly(self, q: Array) -> tuple[Array, Array, Array]:
+        """Arms `(..., 3, 3)`, elbows `(..., 3, 3)` [m], and the centre of the platform `(..., 3)` [m].
+
+        The centre has the distance k from each elbow moved inwards by s: it is on the line through the centre of the
+        circle through these three points, along the circle's axis, below.
+        """
+        arms = self._arms(q)
+        elbows = self._r * OUTWARD + self._h * arms
+        centres = elbows - self._s * OUTWARD
+        u, v = centres[..., 1, :] - centres[..., 0, :], centres[..., 2, :] - centres[..., 0, :]
+        normal = np.cross(u, v)
+        square = (normal**2).sum(axis=-1, keepdims=True)
+        uu, vv = (u**2).sum(axis=-1, keepdims=True), (v**2).sum(axis=-1, keepdims=True)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            to_middle = np.cross(uu * v - vv * u, normal) / (2 * square)
+            below = self._k**2 - (to_middle**2).sum(axis=-1, keepdims=True)
+            apart = ~(below[..., 0] >= 0)
+        if apart.any():
+            index = tuple(int(i) for i in np.argwhere(apart)[0]) if apart.ndim else ()
+            raise OpenMechanism(index, q[index])
+        direction = normal * np.where(normal[..., 2:] > 0, -1, 1) / np.sqrt(square)
+        return arms, elbows, centres[..., 0, :] + to_middle + np.sqrt(below) * direction
+
+    def _rods_and_swings(self, q: Array) -> tuple[Array, Array]:
+        """Rods from elbow to platform, and elbow velocity per joint velocity: `(..., 3, 3)` [m], a row per arm."""
+        _, elbows, platform = self._assembly(q)
+        rods = platform[..., None, :] + self._s * OUTWARD - elbows
+        cosines, sines = np.cos(q[..., :3, None]), np.sin(q[..., :3, None])
+        return rods, self._h * (cosines * DOWN - sines * OUTWARD)
+
+    def _capsule_reach(self) -> float:
+        """Triangle inequality along an arm; the flange is no farther than the end of a rod."""
+        elbow = abs(self._r) + self._h
+        flange = elbow + self._k + abs(self._s) + abs(self._t)
+        return self.body_reach(np.array([0.0, *[abs(self._r)] * 3, *[elbow] * 3, flange]))
+
+
+def _turned(rotations: Array) -> Array:
+    """Angle [rad] of rotations `(p, 4, 4)`: a platform without a fourth axis does not turn at all."""
+    r = rotations[:, :3, :3]
+    skew = np.stack([r[:, 2, 1] - r[:, 1, 2], r[:, 0, 2] - r[:, 2, 0], r[:, 1, 0] - r[:, 0, 1]], axis=-1)
+    angle = np.arctan2(np.linalg.norm(skew, axis=-1), np.trace(r, axis1=1, axis2=2) - 1)
+    return np.where(angle > TILT_TOLERANCE_RAD, angle, 0.0)
+
+
+def _diagonal(values: Array) -> Array:
+    return values[..., None] * np.eye(3)
+
+
+def _solve(rods: Array, right: Array) -> Array:
+    """The platform's velocities from those along the rods; the least ones where the rods lie in one plane."""
+    flat = np.abs(np.linalg.det(rods)) < 1e-12 * np.prod(np.linalg.norm(rods, axis=-1), axis=-1)
+    return np.asarray(np.linalg.pinv(rods) @ right if flat.any() else np.linalg.solve(rods, right))

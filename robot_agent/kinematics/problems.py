@@ -1,0 +1,78 @@
+"""What makes a description no robot of its family."""
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from robot_agent.kinematics.errors import BadModel
+from robot_agent.kinematics.urdf import UrdfChain
+from robot_agent.model.description import CapsuleBody, RobotDescription
+from robot_agent.model.families import SHAPES
+
+
+def family_problems(description: RobotDescription) -> Iterator[str]:
+    """Lengths and joints against those of the family."""
+    shape, given = SHAPES[description.family], description.geometry
+    yield from (f"length {name} is missing" for name in shape.lengths if name not in given)
+    yield from (
+        f"length {name} is unknown, allowed {', '.join(shape.lengths)}" for name in given if name not in shape.lengths
+    )
+    count, most = len(description.joint_names), len(shape.linear)
+    if not shape.fewest <= count <= most:
+        allowed = f"{shape.fewest} to {most}" if shape.fewest < most else f"{most}"
+        yield f"found {count} joints, allowed {allowed}"
+    elif (description.linear or (False,) * count) != shape.linear[:count]:
+        yield "the joints that slide are not those of the family"
+
+
+def checked_lengths(description: RobotDescription, positive: tuple[str, ...] = ()) -> dict[str, float]:
+    """The lengths [m] of a robot of a family with a closed form; those named `positive` are longer than zero.
+
+    Raises:
+        BadModel: lengths or joints are not those of the family.
+    """
+    problems = tuple(family_problems(description))
+    problems += tuple(
+        f"length {name} must be longer than zero" for name in positive if description.geometry.get(name, 1.0) <= 0
+    )
+    if problems:
+        raise BadModel(description.name, problems)
+    return description.geometry
+
+
+def body_problems(body: tuple[CapsuleBody, ...], links: int) -> Iterator[str]:
+    """Capsules against links."""
+    if not body:
+        yield "found no capsules, allowed at least one: a robot without a body would be nowhere"
+    for i, capsule in enumerate(body):
+        if capsule.link not in range(links):
+            yield f"capsule {i} is on link {capsule.link}, allowed 0 to {links - 1}"
+
+
+def urdf_problems(description: RobotDescription, chain: UrdfChain) -> Iterator[str]:
+    """The joints of a robot file against those of the URDF that it names."""
+    count, names = len(description.joint_names), chain.joint_names
+    if count != len(names):
+        yield f"found {count} joints, the URDF has {len(names)}: {', '.join(names)}"
+        return
+    slides = description.linear or (False,) * count
+    for i, (joint, name) in enumerate(zip(description.joint_names, names, strict=True)):
+        if slides[i] != chain.linear[i]:
+            yield f"joint {joint} is {_kind(slides[i])}, in the URDF {name} is {_kind(chain.linear[i])}"
+        elif not chain.contains(i, *description.limits.position[i]):
+            yield f"the range of joint {joint} is larger than that of {name} in the URDF"
+
+
+def _kind(linear: bool) -> str:
+    return "linear" if linear else "rotary"
+
+
+def coupling_problems(description: RobotDescription) -> Iterator[str]:
+    """The coupling against the number of joints, and against what a gear can do."""
+    coupling, count = description.coupling, len(description.joint_names)
+    if coupling is None:
+        return
+    if coupling.shape != (count, count):
+        yield f"the coupling has the shape {coupling.shape}, allowed {(count, count)}"
+    elif np.triu(coupling, 1).any() or not np.diag(coupling).all():
+        yield "the coupling is not lower triangular without a zero on its diagonal: axes only move joints behind them"

@@ -1,0 +1,149 @@
+"""A URDF as a chain of joints, read by Pinocchio."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pinocchio as pin
+
+from cell.geometry import inverse
+from cell.geometry.arrays import Array
+from robot_agent.kinematics.chain import Chain, Step
+from robot_agent.kinematics.errors import BadModel
+from robot_agent.model.description import UrdfSource
+
+RANGE_TOLERANCE = 1e-4
+"""Degrees of a robot file against rounded radians of a URDF [rad or m]."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class UrdfChain:
+    """The joints from the root of a URDF to its flange."""
+
+    chain: Chain
+    link_frames: Array
+    """`(n + 1, 4, 4)`: poses of the links in the frames of the chain; the last one is the flange."""
+    joint_names: tuple[str, ...]
+    link_names: tuple[str, ...]
+    linear: tuple[bool, ...]
+    position: Array
+    """`(n, 2)` [rad or m]; a joint that turns without end has a turn to either side."""
+    endless: tuple[bool, ...]
+    velocity: Array
+    """`(n,)` [rad/s or m/s]."""
+
+    def contains(self, joint: int, lower: float, upper: float) -> bool:
+        """Whether the URDF lets a joint move from `lower` to `upper` [rad or m]."""
+        least, most = self.position[joint]
+        return self.endless[joint] or bool(least - RANGE_TOLERANCE <= lower and upper <= most + RANGE_TOLERANCE)
+
+
+def read_urdf(source: UrdfSource) -> UrdfChain:
+    """The chain of a URDF.
+
+    Raises:
+        BadModel: no URDF, no single flange, or a joint that neither turns about nor slides along one axis.
+    """
+    model = _parsed(source.file)
+    flange = model.frames[_flange(model, source)]
+    joints: list[int] = []
+    joint = flange.parentJoint
+    while joint:
+        joints.insert(0, joint)
+        joint = model.parents[joint]
+    if not joints:
+        raise BadModel(source.file.name, (f"no joint moves the link {flange.name}",))
+    return _chain(model, joints, flange, source.file.name)
+
+
+def _parsed(file: Path) -> pin.Model:
+    if not file.is_file():
+        raise BadModel(file.name, (f"found no file {file}",))
+    try:
+        return pin.buildModelFromUrdf(str(file))
+    except ValueError as error:
+        raise BadModel(file.name, (f"found no valid URDF: {error}",)) from error
+
+
+def _flange(model: pin.Model, source: UrdfSource) -> int:
+    """Number of the frame of the flange."""
+    links = {i: frame.name for i, frame in enumerate(model.frames) if frame.type == pin.FrameType.BODY}
+    if source.flange is not None:
+        named = [i for i, name in links.items() if name == source.flange]
+        if not named:
+            raise BadModel(
+                source.file.name, (f"found no link {source.flange!r}, its links: {', '.join(links.values())}",)
+            )
+        return named[0]
+    parents: set[int] = set()
+    for link in links:
+        frame = model.frames[link].parentFrame
+        while frame not in parents and frame != 0:
+            parents.add(frame)
+            frame = model.frames[frame].parentFrame
+    ends = [link for link in links if link not in parents]
+    if len(ends) == 1:
+        return ends[0]
+    names = ", ".join(links[link] for link in ends)
+    raise BadModel(source.file.name, (f"found {len(ends)} links without a child ({names}): name one as the flange",))
+
+
+def _chain(model: pin.Model, joints: list[int], flange: pin.Frame, file: str) -> UrdfChain:
+    data, neutral = model.createData(), pin.neutral(model)
+    steps: list[Step] = []
+    frames = [np.eye(4)]
+    before = np.eye(4)
+    linear, position = [], []
+    for joint in joints:
+        kind = model.joints[joint]
+        if kind.nv != 1:
+            raise BadModel(file, (f"joint {model.names[joint]} moves in {kind.nv} directions, allowed 1",))
+        motion = pin.computeJointJacobian(model, data, neutral, joint)[:, kind.idx_v]
+        slides = bool(np.linalg.norm(motion[:3]) > np.linalg.norm(motion[3:]))
+        along_z = _pose(_turn_z_to(motion[:3] if slides else motion[3:]))
+        placed = before @ model.jointPlacements[joint].homogeneous @ along_z
+        steps.append(Step(2, tuple(placed[:3, 3].tolist()), slides, placed[:3, :3]))
+        before = inverse(along_z)
+        frames.append(before)
+        linear.append(slides)
+        position.append(_range(model, kind))
+    frames[-1] = before @ flange.placement.homogeneous
+    links = [model.frames[1].name, *(_child(model, joint) for joint in joints[:-1]), flange.name]
+    return UrdfChain(
+        chain=Chain(tuple(steps), frames[-1]),
+        link_frames=np.array(frames),
+        joint_names=tuple(model.names[joint] for joint in joints),
+        link_names=tuple(links),
+        linear=tuple(linear),
+        position=np.array(position),
+        endless=tuple(model.joints[joint].nq == 2 for joint in joints),
+        velocity=np.array([model.velocityLimit[model.joints[joint].idx_v] for joint in joints]),
+    )
+
+
+def _range(model: pin.Model, kind: pin.JointModel) -> tuple[float, float]:
+    if kind.nq == 2:  # Pinocchio keeps cosine and sine of a joint that turns without end
+        return -2 * np.pi, 2 * np.pi
+    return float(model.lowerPositionLimit[kind.idx_q]), float(model.upperPositionLimit[kind.idx_q])
+
+
+def _child(model: pin.Model, joint: int) -> str:
+    """Name of the link that a joint moves."""
+    for frame in model.frames:
+        if frame.type == pin.FrameType.BODY and frame.parentJoint == joint:
+            return str(frame.name)
+    return str(model.names[joint])
+
+
+def _turn_z_to(axis: Array) -> Array:
+    """A rotation `(3, 3)` whose third column is the axis `(3,)`."""
+    z = axis / np.linalg.norm(axis)
+    x = np.cross(np.eye(3)[int(np.argmin(np.abs(z)))], z)
+    x /= np.linalg.norm(x)
+    return np.stack([x, np.cross(z, x), z], axis=-1)
+
+
+def _pose(rotation: Array) -> Array:
+    pose = np.eye(4)
+    pose[:3, :3] = rotation
+    return pose

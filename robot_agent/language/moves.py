@@ -1,0 +1,102 @@
+"""The statements that move the robot: words to moves in SI units."""
+
+import math
+from collections.abc import Collection
+
+from robot_agent.language.program import MoveArc, MoveJoints, MoveLine, MoveSpline, Orientation, Position
+from robot_agent.language.words import Mistake, Named, Word, named_numbers, percent
+
+Move = MoveJoints | MoveLine | MoveArc | MoveSpline
+
+_COORDINATES = ("X", "Y", "Z", "A", "B", "C")
+_VIA = ("QX", "QY", "QZ", "QA", "QB", "QC")
+_PACE = ("F", "FC", "FA", "R")
+
+
+def parse_move(line: int, words: list[Word], joint_names: tuple[str, ...], linear: Collection[str]) -> Move:
+    """The move of a statement whose first word is `MJ`, `ML`, `MC` or `MS`. Raises Mistake."""
+    kind = words[0].text.upper()
+    if kind == "MJ":
+        return _joints(line, words, joint_names, linear)
+    if kind == "ML":
+        return _line(line, words)
+    return _arc(line, words) if kind == "MC" else _spline(line, words)
+
+
+def _joints(line: int, words: list[Word], joint_names: tuple[str, ...], linear: Collection[str]) -> MoveJoints:
+    named = named_numbers(words, (*joint_names, *_PACE))
+    speed = percent(named.pop("F", None), words[0])
+    pace = _pace(named)
+    if not named:
+        raise Mistake(words[0].column, "MJ without a joint", f"at least one of {', '.join(joint_names)}")
+    joints = tuple(_joint(named[name][0], name in linear) if name in named else None for name in joint_names)
+    return MoveJoints(line, joints, speed, *pace)
+
+
+def _joint(value: float, linear: bool) -> float:
+    return value / 1000.0 if linear else math.radians(value)
+
+
+def _line(line: int, words: list[Word]) -> MoveLine:
+    named = named_numbers(words, (*_COORDINATES, *_PACE, "FLIP"))
+    flip = named.pop("FLIP", None)
+    if flip is not None and flip[0] not in (0.0, 1.0):
+        raise Mistake(flip[1].column, f"FLIP={flip[0]:g}", "1: the wrist may pass its singular pose, or 0")
+    pace = _pace(named)
+    position, orientation = _target(named, words[0])
+    return MoveLine(line, position, orientation, *pace, wrist_may_flip=flip is not None and flip[0] == 1.0)
+
+
+def _arc(line: int, words: list[Word]) -> MoveArc:
+    named = named_numbers(words, (*_COORDINATES, *_VIA, "H", *_PACE))
+    pace = _pace(named)
+    angle = named.pop("H", None)
+    if angle is not None and angle[0] == 0.0:
+        raise Mistake(angle[1].column, "H=0", "degrees of the circle to go, any but 0; negative is backwards")
+    via = {name[1:]: named.pop(name) for name in _VIA if name in named}
+    if not any(axis in via for axis in "XYZ"):
+        raise Mistake(words[0].column, "MC without a via point", f"at least one of {', '.join(_VIA[:3])}")
+    via_position, via_orientation = _target(via, words[0])
+    position, orientation = _target(named, words[0])
+    radians = None if angle is None else math.radians(angle[0])
+    return MoveArc(line, via_position, via_orientation, position, orientation, radians, *pace)
+
+
+def _spline(line: int, words: list[Word]) -> MoveSpline:
+    named = named_numbers(words, (*_COORDINATES, *_PACE))
+    pace = _pace(named)
+    return MoveSpline(line, *_target(named, words[0]), *pace)
+
+
+def _pace(named: Named) -> tuple[float | None, float | None, float | None]:
+    """Takes speed [m/s], rotation [rad/s] and round edge [m] out of the named values; F and FC are both mm/s here."""
+    speeds = []
+    for name, unit in (("F", "mm/s"), ("FC", "mm/s"), ("FA", "deg/s")):
+        value = named.pop(name, None)
+        if value is not None and value[0] <= 0:
+            raise Mistake(value[1].column, f"{name}={value[0]:g}", f"a speed above 0 in {unit}")
+        speeds.append(None if value is None else value[0])
+    edge = named.pop("R", None)
+    if edge is not None and edge[0] < 0:
+        raise Mistake(edge[1].column, f"R={edge[0]:g}", "a round edge from 0 in mm; 0 stops")
+    feed, linear, angular = speeds
+    path = min((speed for speed in (feed, linear) if speed is not None), default=None)
+    return (
+        None if path is None else path / 1000.0,
+        None if angular is None else math.radians(angular),
+        None if edge is None else edge[0] / 1000.0,
+    )
+
+
+def _target(named: Named, head: Word) -> tuple[Position, Orientation | None]:
+    """Position [m] and orientation [rad] out of X, Y, Z, A, B, C."""
+    if not named:
+        allowed = f"at least one of {', '.join(_COORDINATES)}"
+        raise Mistake(head.column, f"{head.text.upper()} without a coordinate", allowed)
+    angles = [axis for axis in "ABC" if axis in named]
+    if angles and len(angles) < 3:
+        word = named[angles[0]][1]
+        raise Mistake(word.column, f"only {' '.join(angles)}", "all of A, B, C, or none to keep the orientation")
+    x, y, z = (named[axis][0] / 1000.0 if axis in named else None for axis in "XYZ")
+    a, b, c = (math.radians(named[axis][0]) if angles else 0.0 for axis in "ABC")
+    return (x, y, z), (a, b, c) if angles else None

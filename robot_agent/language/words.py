@@ -1,0 +1,64 @@
+"""The words of a statement, and what is wrong with one."""
+
+import math
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True, slots=True)
+class Word:
+    """A word, or NAME=value, and the column where it begins."""
+
+    text: str
+    column: int
+
+    @property
+    def pair(self) -> tuple[str, str] | None:
+        """Name in upper case and value; None for a plain word."""
+        name, equals, value = self.text.partition("=")
+        return (name.strip().upper(), value.strip()) if equals else None
+
+
+class Mistake(Exception):
+    """What was found at a column of the present line, and what is allowed."""
+
+    def __init__(self, column: int, found: str, allowed: str) -> None:
+        super().__init__(found)
+        self.column, self.found, self.allowed = column, found, allowed
+
+
+Named = dict[str, tuple[float, Word]]
+"""Values by name, each with its word."""
+
+
+def number(text: str, word: Word) -> float:
+    """A finite number, or Mistake."""
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not math.isfinite(value):
+        raise Mistake(word.column, f"`{text}`", "a finite number")
+    return value
+
+
+def named_numbers(words: list[Word], allowed: tuple[str, ...]) -> Named:
+    """The `NAME=value` words behind the first by name, each name once and out of `allowed`."""
+    named: Named = {}
+    for word in words[1:]:
+        if word.pair is None or word.pair[0] not in {name.upper() for name in allowed}:
+            raise Mistake(word.column, f"`{word.text}`", f"NAME=value with a name out of {', '.join(allowed)}")
+        name, value = word.pair
+        if name in named:
+            raise Mistake(word.column, f"{name} a second time", "each name once")
+        named[name] = (number(value, word), word)
+    return named
+
+
+def percent(feed: tuple[float, Word] | None, head: Word) -> float:
+    """A speed in percent as a fraction; 1 when none is given."""
+    if feed is None:
+        return 1.0
+    value, word = feed
+    if not 0 < value <= 100:
+        raise Mistake(word.column, f"F={value:g}", f"above 0 to 100 percent for {head.text.upper()}")
+    return value / 100.0

@@ -1,0 +1,182 @@
+"""Curves of the flange's position, by their own length: equal steps of the parameter are equal distances.
+
+Every curve has a `length_m` and answers `at(distance_m)`, distances `(...)` from its beginning, with position, unit
+tangent and curvature vector `(3, ..., 3)` [m, 1, 1/m].
+"""
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+Numbers = NDArray[np.float64]
+
+_CELLS = 48
+_NEWTON_STEPS = 4
+_GAUSS_X, _GAUSS_W = (values / 2.0 for values in np.polynomial.legendre.leggauss(6))
+_SMALLEST_SPEED = 1e-12
+
+
+class Curve(Protocol):
+    """A curve of known length."""
+
+    @property
+    def length_m(self) -> float: ...
+
+    def at(self, distance_m: Numbers) -> Numbers: ...
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Straight:
+    """A straight line from `start` `(3,)` along the unit vector `direction` `(3,)`."""
+
+    start: Numbers
+    direction: Numbers
+    length_m: float
+
+    def at(self, distance_m: Numbers) -> Numbers:
+        """See the module."""
+        distance = np.asarray(distance_m, dtype=np.float64)[..., None]
+        tangent = np.broadcast_to(self.direction, (*distance.shape[:-1], 3))
+        return np.stack([self.start + distance * self.direction, tangent, np.zeros_like(tangent)])
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Circle:
+    """A circular arc about `centre` `(3,)`: from `centre + radius_m * u` towards `v`, both `(3,)` unit vectors.
+
+    `angle_rad` is signed and may be several turns.
+    """
+
+    centre: Numbers
+    u: Numbers
+    v: Numbers
+    radius_m: float
+    angle_rad: float
+
+    @property
+    def length_m(self) -> float:
+        return self.radius_m * abs(self.angle_rad)
+
+    def at(self, distance_m: Numbers) -> Numbers:
+        """See the module."""
+        sign = math.copysign(1.0, self.angle_rad)
+        phi = sign * np.asarray(distance_m, dtype=np.float64)[..., None] / self.radius_m
+        outwards = np.cos(phi) * self.u + np.sin(phi) * self.v
+        tangent = sign * (np.cos(phi) * self.v - np.sin(phi) * self.u)
+        return np.stack([self.centre + self.radius_m * outwards, tangent, -outwards / self.radius_m])
+
+
+@dataclass(frozen=True, eq=False)
+class Polynomial:
+    """A polynomial curve, `coefficients` `(degree + 1, 3)` of the powers of u in 0 to 1, mapped to its length.
+
+    The length is integrated by six-point Gauss in cells; u of a length follows by Newton from its cell.
+    """
+
+    coefficients: Numbers
+
+    @cached_property
+    def length_m(self) -> float:
+        return float(self._starts[-1])
+
+    @cached_property
+    def _starts(self) -> Numbers:
+        edges = np.arange(_CELLS) / _CELLS
+        return np.append(0.0, np.cumsum(self._distance(edges, np.full(_CELLS, 1.0 / _CELLS))))
+
+    def parameter(self, distance_m: Numbers) -> Numbers:
+        """u `(...)` at `distance_m` `(...)`."""
+        distance = np.clip(np.asarray(distance_m, dtype=np.float64), 0.0, self.length_m)
+        cell = np.clip(np.searchsorted(self._starts, distance, side="right") - 1, 0, _CELLS - 1)
+        missing = distance - self._starts[cell]
+        edge = cell / _CELLS
+        step = missing / np.maximum(self._starts[cell + 1] - self._starts[cell], _SMALLEST_SPEED) / _CELLS
+        for _ in range(_NEWTON_STEPS):
+            speed = np.maximum(np.linalg.norm(self.derivative(edge + step, 1), axis=-1), _SMALLEST_SPEED)
+            step = step - (self._distance(edge, step) - missing) / speed
+        return edge + step
+
+    def derivative(self, u: Numbers, order: int) -> Numbers:
+        """The `order`-th derivative by u `(..., 3)` at u `(...)`; 0 is the position."""
+        c, u = self.coefficients, np.asarray(u, dtype=np.float64)[..., None]
+        value = np.zeros((*u.shape[:-1], 3))
+        for power in range(len(c) - 1, order - 1, -1):
+            value = value * u + math.perm(power, order) * c[power]
+        return value
+
+    def at(self, distance_m: Numbers) -> Numbers:
+        """See the module."""
+        u = self.parameter(distance_m)
+        first, second = self.derivative(u, 1), self.derivative(u, 2)
+        square = np.maximum((first * first).sum(axis=-1, keepdims=True), _SMALLEST_SPEED**2)
+        tangent = first / np.sqrt(square)
+        bent = second - tangent * (tangent * second).sum(axis=-1, keepdims=True)
+        return np.stack([self.derivative(u, 0), tangent, bent / square])
+
+    def _distance(self, u: Numbers, step: Numbers) -> Numbers:
+        places = u[..., None] + step[..., None] * (0.5 + _GAUSS_X)
+        distance: Numbers = step * (np.linalg.norm(self.derivative(places, 1), axis=-1) @ _GAUSS_W)
+        return distance
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Trimmed:
+    """The part of `curve` from distance `first_m` to `last_m`."""
+
+    curve: Curve
+    first_m: float
+    last_m: float
+
+    @property
+    def length_m(self) -> float:
+        return self.last_m - self.first_m
+
+    def at(self, distance_m: Numbers) -> Numbers:
+        """See the module."""
+        return self.curve.at(self.first_m + np.asarray(distance_m, dtype=np.float64))
+
+
+def bezier(points: Numbers) -> Polynomial:
+    """The Bezier curve with control points `(degree + 1, 3)` [m]."""
+    degree = len(points) - 1
+    rows = np.zeros((degree + 1, degree + 1))
+    for k in range(degree + 1):
+        for power in range(k, degree + 1):
+            sign = (-1.0) ** (power - k)
+            rows[power, k] = sign * math.comb(degree, k) * math.comb(degree - k, power - k)
+    return Polynomial(rows @ np.asarray(points, dtype=np.float64))
+
+
+def hermite(first: Numbers, last: Numbers) -> Numbers:
+    """Coefficients `(6, d)` over u in 0 to 1 of the quintic between two ends.
+
+    `first` and `last` `(3, d)` are value, first and second derivative by u there.
+    """
+    position = last[0] - (first[0] + first[1] + first[2] / 2.0)
+    velocity = last[1] - (first[1] + first[2])
+    acceleration = last[2] - first[2]
+    return np.stack(
+        [
+            first[0],
+            first[1],
+            first[2] / 2.0,
+            10.0 * position - 4.0 * velocity + acceleration / 2.0,
+            -15.0 * position + 7.0 * velocity - acceleration,
+            6.0 * position - 3.0 * velocity + acceleration / 2.0,
+        ]
+    )
+
+
+def joining(first: Numbers, last: Numbers, scale_m: float) -> Polynomial:
+    """The smooth curve from state `first` to state `last` `(3, 3)` as `at` gives them: same place, tangent, curvature.
+
+    `scale_m` is the length of the derivative by u at both ends. With twice the distance to the corner of two straight
+    lines it is the quartic round edge of Frigeni, Industrial Robotics Control, (5-33); for curved neighbours the book's
+    control points would not even keep the tangents.
+    """
+    scale = np.array([1.0, scale_m, scale_m**2])[:, None]
+    return Polynomial(hermite(first * scale, last * scale))

@@ -1,0 +1,166 @@
+"""From moves of the flange to legs: one curve each, with the turns of the orientation along it."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from robot_agent.paths.arc import Arc, CircleGeometry
+from robot_agent.paths.curves import Curve, Numbers, Straight, bezier
+from robot_agent.paths.errors import PathError
+from robot_agent.paths.line import Line, LineGeometry
+from robot_agent.paths.orientation import Turn, axis_angle
+from robot_agent.paths.spline import Spline, control_points
+
+_SAME_PLACE_M = 1e-9
+
+FlangeMove = Line | Arc | Spline
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Leg:
+    """A part of block `block`: a curve and its turns, anchored by distance from the leg's beginning.
+
+    A turn on the spot has no curve of its own: its `curve` stands still and its distance is the angle [rad].
+    """
+
+    block: int
+    curve: Curve
+    turns: tuple[Turn, ...]
+    ends_m: tuple[float, ...]
+    """Where each turn ends; the last at the end of the curve."""
+    on_the_spot: bool
+    smooth: bool
+    """A spline, which has no corners to round."""
+    round_m: float | None
+
+
+def legs(blocks: Sequence[tuple[int, FlangeMove]], start: Numbers) -> list[Leg]:
+    """The legs of consecutive blocks (index, move) from flange pose `start` `(4, 4)`; empty moves have none.
+
+    Raises PathError.
+    """
+    made: list[Leg] = []
+    pose, first = start, 0
+    while first < len(blocks):
+        index, block = blocks[first]
+        if isinstance(block, Spline):
+            last = first
+            while last + 1 < len(blocks) and isinstance(blocks[last + 1][1], Spline):
+                last += 1
+            ahead = legs(blocks[last + 1 : last + 2], _end_pose(blocks[last][1]))
+            made += _spline(blocks[first : last + 1], pose, _arrival(made), _departure(ahead))
+            first, pose = last, _end_pose(blocks[last][1])
+        else:
+            made += _line(index, block, pose) if isinstance(block, Line) else _arc(index, block, pose)
+            pose = end_of(block, pose)
+        first += 1
+    return made
+
+
+def end_of(block: FlangeMove, start: Numbers) -> Numbers:
+    """The pose `(4, 4)` in which a block ends that begins in `start`."""
+    if isinstance(block, Arc) and block.angle_rad is not None:
+        try:
+            return _leg_end(_arc(0, block, start)[0])
+        except PathError:
+            return start  # planning refuses this arc and names its line
+    return _end_pose(block)
+
+
+def _leg_end(leg: Leg) -> Numbers:
+    pose = np.eye(4)
+    length = np.array(leg.curve.length_m)
+    pose[:3, :3], pose[:3, 3] = leg.turns[-1].at(length), leg.curve.at(length)[0]
+    return pose
+
+
+def _end_pose(block: FlangeMove) -> Numbers:
+    return np.asarray(block.poses[-1] if isinstance(block, Spline) else block.target_pose, dtype=np.float64)
+
+
+def _line(index: int, block: Line, start: Numbers) -> list[Leg]:
+    line = LineGeometry.between(start, block.target_pose)
+    if line.is_empty:
+        return []
+    length = line.length_m
+    if length == 0.0:
+        still = Straight(start[:3, 3], np.zeros(3), line.angle)
+        return [Leg(index, still, (Turn(start[:3, :3], line.axis, 1.0, 0.0),), (line.angle,), True, False, 0.0)]
+    turn = Turn(start[:3, :3], line.axis, line.angle / length, 0.0)
+    curve = Straight(start[:3, 3], line.displacement / length, length)
+    return [Leg(index, curve, (turn,), (length,), False, False, block.round_m)]
+
+
+def _arc(index: int, block: Arc, start: Numbers) -> list[Leg]:
+    points = [pose[:3, 3] for pose in (start, block.via_pose, block.target_pose)]
+    geometry = CircleGeometry.through(*points)
+    if geometry is None:
+        places = "; ".join(" ".join(f"{1000.0 * value:.3f}" for value in point) for point in points)
+        reason = f"start, via point and target of the arc, at {places} mm, lie on one line or coincide"
+        raise PathError(index, reason, "move the via point away from the line, or use a line")
+    angle = geometry.target_rad if block.angle_rad is None else block.angle_rad
+    base = geometry.circle
+    circle = type(base)(base.centre, base.u, base.v, base.radius_m, angle)
+    rotations = [pose[:3, :3] for pose in (start, block.via_pose, block.target_pose)]
+    borders = [0.0, geometry.via_rad, geometry.target_rad]
+    turns, ends = _turns_around(rotations, borders, angle, base.radius_m)
+    return [Leg(index, circle, turns, ends, False, False, block.round_m)]
+
+
+def _turns_around(
+    rotations: list[Numbers], borders: list[float], angle: float, radius_m: float
+) -> tuple[tuple[Turn, ...], tuple[float, ...]]:
+    """Turns from point to point of a circle, in the direction of `angle`, for as many rounds as it has."""
+    spans = [borders[1], borders[2] - borders[1], math.tau - borders[2]]
+    order = [0, 1, 2] if angle > 0.0 else [2, 1, 0]
+    turns: list[Turn] = []
+    ends: list[float] = []
+    done, step = 0.0, 0
+    while done < abs(angle) - 1e-12:
+        span = order[step % 3]
+        before, after = (span, (span + 1) % 3) if angle > 0.0 else ((span + 1) % 3, span)
+        axis, turn = axis_angle(rotations[after] @ rotations[before].T)
+        turns.append(Turn(rotations[before], axis, turn / (spans[span] * radius_m), done * radius_m))
+        done = min(done + spans[span], abs(angle))
+        ends.append(done * radius_m)
+        step += 1
+    return tuple(turns), tuple(ends)
+
+
+def _spline(
+    blocks: Sequence[tuple[int, FlangeMove]], start: Numbers, arrival: Numbers | None, departure: Numbers | None
+) -> list[Leg]:
+    poses = [start]
+    owners: list[tuple[int, float | None]] = [(blocks[0][0], None)]
+    for index, block in blocks:
+        if isinstance(block, Spline):
+            for pose in block.poses:
+                if np.linalg.norm(pose[:3, 3] - poses[-1][:3, 3]) > _SAME_PLACE_M:
+                    poses.append(pose)
+                    owners.append((index, block.round_m))
+    if len(poses) < 2:
+        return []
+    controls = control_points(np.array([pose[:3, 3] for pose in poses]), arrival, departure)
+    made = []
+    for number, points in enumerate(controls):
+        curve = bezier(points)
+        before, after = poses[number][:3, :3], poses[number + 1][:3, :3]
+        axis, angle = axis_angle(after @ before.T)
+        turn = Turn(before, axis, angle / curve.length_m, 0.0)
+        index, round_m = owners[number + 1]
+        stop = 0.0 if round_m == 0.0 and number == len(controls) - 1 else None
+        made.append(Leg(index, curve, (turn,), (curve.length_m,), False, True, stop))
+    return made
+
+
+def _arrival(made: list[Leg]) -> Numbers | None:
+    if not made or made[-1].on_the_spot:
+        return None
+    curve = made[-1].curve
+    return np.asarray(curve.at(np.array(curve.length_m))[1])
+
+
+def _departure(ahead: list[Leg]) -> Numbers | None:
+    return None if not ahead or ahead[0].on_the_spot else ahead[0].curve.at(np.zeros(()))[1]

@@ -1,0 +1,112 @@
+"""Orientation along a path: turns at a constant rate, one after the other, blended so that the rate never jumps."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cell.geometry.quaternion import from_matrix
+
+Numbers = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Turn:
+    """`rotation` `(3, 3)` at distance `anchor_m`, turning about `axis` `(3,)` of the base by `rate_rad_m`."""
+
+    rotation: Numbers
+    axis: Numbers
+    rate_rad_m: float
+    anchor_m: float
+
+    def at(self, distance_m: Numbers) -> Numbers:
+        """Rotations `(..., 3, 3)` at `distance_m` `(...)`; the turn goes on outside its own part of the path."""
+        return turned(self.axis, self.rate_rad_m * (np.asarray(distance_m) - self.anchor_m)) @ self.rotation
+
+    @property
+    def velocity(self) -> Numbers:
+        """`(3,)` [rad/m]"""
+        return self.rate_rad_m * self.axis
+
+
+@dataclass(frozen=True, slots=True)
+class Window:
+    """Where one turn passes into the next."""
+
+    first_m: float
+    last_m: float
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Orientation:
+    """Turns in order; `windows[k]` leads from turn k to turn k + 1 and they do not overlap.
+
+    Inside a window the orientation is the way from one turn to the other, by a share that rises with two continuous
+    derivatives. Where both turns meet inside the window the orientation is exactly theirs there: blending costs no
+    deviation at a via point.
+    """
+
+    turns: tuple[Turn, ...]
+    windows: tuple[Window, ...]
+
+    def at(self, distance_m: Numbers) -> Numbers:
+        """Rotations `(..., 3, 3)` at `distance_m` `(...)`."""
+        at = np.asarray(distance_m, dtype=np.float64)
+        middles = [(window.first_m + window.last_m) / 2.0 for window in self.windows]
+        turn = np.searchsorted(middles, at, side="right")
+        rotations = np.empty((*at.shape, 3, 3))
+        for index, each in enumerate(self.turns):
+            chosen = turn == index
+            if chosen.any():
+                rotations[chosen] = each.at(at[chosen])
+        for index, window in enumerate(self.windows):
+            inside = (at > window.first_m) & (at < window.last_m)
+            if inside.any():
+                share = smooth((at[inside] - window.first_m) / (window.last_m - window.first_m))
+                before, after = (each.at(at[inside]) for each in self.turns[index : index + 2])
+                rotations[inside] = between(before, after, share)
+        return rotations
+
+
+def smooth(x: Numbers) -> Numbers:
+    """From 0 to 1 with two derivatives that vanish at both ends."""
+    return x**3 * (10.0 - 15.0 * x + 6.0 * x * x)
+
+
+def between(before: Numbers, after: Numbers, share: Numbers) -> Numbers:
+    """Rotations `(m, 3, 3)`, `share` `(m,)` of the shortest way from `before` to `after`."""
+    way = rotation_vectors(after @ np.swapaxes(before, -1, -2)) * share[:, None]
+    angle = np.linalg.norm(way, axis=-1)
+    axes = way / np.where(angle > 0.0, angle, 1.0)[:, None]
+    x, y, z = np.moveaxis(axes, -1, 0)
+    zero = np.zeros_like(x)
+    cross = np.stack([zero, -z, y, z, zero, -x, -y, x, zero], axis=-1).reshape(*x.shape, 3, 3)
+    a = angle[:, None, None]
+    step: Numbers = np.eye(3) + np.sin(a) * cross + 2.0 * np.sin(a / 2.0) ** 2 * (cross @ cross)
+    return step @ before
+
+
+def rotation_vectors(rotations: Numbers) -> Numbers:
+    """Axis times angle [rad] `(..., 3)` of rotations `(..., 3, 3)`, the angle at most pi."""
+    quaternion = from_matrix(rotations)
+    sine = np.linalg.norm(quaternion[..., :3], axis=-1)
+    angle = 2.0 * np.arctan2(sine, quaternion[..., 3])
+    angle = np.where(angle > np.pi, angle - 2.0 * np.pi, angle)
+    return np.asarray(quaternion[..., :3] * (angle / np.where(sine > 0.0, sine, 1.0))[..., None])
+
+
+def axis_angle(rotation: Numbers) -> tuple[Numbers, float]:
+    """Unit axis `(3,)` and angle [rad] in 0 to pi of a rotation `(3, 3)`."""
+    vector = rotation_vectors(rotation)
+    angle = float(np.linalg.norm(vector))
+    return (vector / angle, angle) if angle > 0.0 else (np.array([0.0, 0.0, 1.0]), 0.0)
+
+
+def turned(axis: Numbers, angle: Numbers) -> Numbers:
+    """Rotations `(..., 3, 3)` by `angle` `(...)` about `axis` `(3,)` (Rodrigues)."""
+    x, y, z = axis
+    cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    a = np.asarray(angle)[..., None, None]
+    # 2 sin^2(a/2) is 1 - cos(a) without its cancellation near zero
+    rotation: Numbers = np.eye(3) + np.sin(a) * cross + 2.0 * np.sin(a / 2.0) ** 2 * (cross @ cross)
+    return rotation

@@ -1,0 +1,47 @@
+"""Spline: the flange on a smooth curve through points; its control points follow from the points."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from robot_agent.paths.caps import Caps
+from robot_agent.paths.curves import Numbers
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Spline(Caps):
+    """Move the flange through `poses` `(k, 4, 4)`, in the robot base, to the last of them.
+
+    Consecutive splines of a sequence are one curve. Its tangent is parallel to the chord between the neighbours of a
+    point; at its ends it is that of the line or arc before or behind it, and without one it aims at the nearest point.
+    A spline has no corners: it does not round its ends.
+    """
+
+    poses: Numbers
+    line: int
+    speed_m_s: float | None = None
+
+    def __post_init__(self) -> None:
+        self.check("spline", self.line, self.speed_m_s)
+
+
+def control_points(points: Numbers, first: Numbers | None, last: Numbers | None) -> Numbers:
+    """Control points `(k - 1, 4, 3)` of the cubic Bezier curves through `points` `(k, 3)`, no two neighbours equal.
+
+    `first` and `last` are the unit tangents `(3,)` at the ends where neighbours give them. Source: Frigeni, Industrial
+    Robotics Control, chapter 5: inner control points a third of the chord away, along the tangents.
+    """
+    chords = np.diff(points, axis=0)
+    lengths = np.linalg.norm(chords, axis=1)
+    tangents = np.empty_like(points)
+    tangents[0] = chords[0] / lengths[0] if first is None else first
+    tangents[-1] = chords[-1] / lengths[-1] if last is None else last
+    across = points[2:] - points[:-2]
+    wide = np.linalg.norm(across, axis=1)
+    turning_back = wide < 1e-9
+    across[turning_back] = chords[:-1][turning_back]
+    tangents[1:-1] = across / np.linalg.norm(across, axis=1)[:, None]
+    reach = lengths[:, None] / 3.0
+    return np.stack(
+        [points[:-1], points[:-1] + reach * tangents[:-1], points[1:] - reach * tangents[1:], points[1:]], 1
+    )

@@ -1,0 +1,35 @@
+"""Joints along a path that may change the branch where two branches meet."""
+
+import numpy as np
+
+from robot_agent.kinematics import Model, Reason, TrackError
+from robot_agent.kinematics.choice import reach_violation
+from robot_agent.kinematics.errors import Violation
+from robot_agent.trajectory.joint_path import Numbers
+
+_LARGEST_STEP_RAD = 0.5
+
+
+def any_branch(model: Model, poses: Numbers, start: Numbers) -> Numbers:
+    """Joints `(k, n)` at `poses` `(k, 4, 4)`: from pose to pose the solution that goes on best, of whatever branch.
+
+    At a singular pose of the wrist J5 passes through 0 and changes its sign while J4 and J6 go on. Raises TrackError.
+    """
+    joints, before = np.empty((len(poses), model.n)), start
+    for index, pose in enumerate(poses):
+        solutions = model.inverse(pose, near=before)
+        usable = solutions.valid & solutions.in_limits
+        if not usable.any():
+            least = int(np.argmin(np.abs(solutions.excess_m)))
+            violation = reach_violation(float(solutions.excess_m[least]))
+            raise TrackError(index, pose, violation, model.branches[least])
+        away = np.where(usable[:, None], np.abs(solutions.joints - before), np.inf).max(axis=1)
+        branch = int(np.argmin(away))
+        joints[index] = solutions.joints[branch]
+        moved = joints[index] - before
+        if index and np.abs(moved).max() > _LARGEST_STEP_RAD:
+            joint = int(np.argmax(np.abs(moved)))
+            violation = Violation(Reason.BRANCH_CHANGE, model.joint_names[joint], float(moved[joint]))
+            raise TrackError(index, pose, violation, model.branches[branch])
+        before = joints[index]
+    return joints

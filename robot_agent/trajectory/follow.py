@@ -1,0 +1,192 @@
+"""Joints along a path of the flange: as many nodes as it takes to stay on the path."""
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robot_agent.kinematics import KinematicsError, Model, Reason, TrackError
+from robot_agent.paths.pose_path import PosePath
+from robot_agent.trajectory.any_branch import any_branch
+from robot_agent.trajectory.errors import PlanError
+from robot_agent.trajectory.pieces import Pieces
+
+Numbers = NDArray[np.float64]
+Refusal = Callable[[float, str, str, str | None, str | None, Numbers | None], PlanError]
+"""Distance [m], reason, hint, joint, limit, pose -> the error to raise."""
+
+_TOLERANCE = 5e-7
+"""Largest distance [m] and angle [rad] between the joints' curve and the path."""
+_ROUNDS = 24
+_SPACING_M = 0.04
+_SPACING_RAD = 0.15
+_FINEST_M = 1e-8
+_MOST_NODES = 6000
+_STEP_RAD = 1e-5
+_NEARLY_SINGULAR = 1e5
+_HINT = "use a joint move here, or move the corner away from the singular pose"
+_OUT_OF_REACH = (None, "move the line into the robot's reach")
+_TRACKING = {
+    Reason.TOO_FAR: _OUT_OF_REACH,
+    Reason.TOO_NEAR: _OUT_OF_REACH,
+    Reason.JOINT_LIMIT: ("position", "move the line, or begin it with other joints after a joint move"),
+    Reason.BRANCH_CHANGE: ("velocity", _HINT),
+    Reason.TILTED: (None, "give the target an orientation that the robot can take"),
+    Reason.NOT_FOUND: _OUT_OF_REACH,
+}
+"""The limit that a path breaks where its poses have no continuous joints, and what to do."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Followed:
+    """`pieces` as `JointPath` has them; distance [m] and parameter of each node `(k,)`."""
+
+    pieces: Pieces
+    distance_m: Numbers
+    parameter: Numbers
+    curvature: Numbers
+    """`(k,)` [1/m] of the flange's way."""
+
+
+def follow(model: Model, path: PosePath, start: Numbers, velocity: Numbers, flips: bool, refuse: Refusal) -> Followed:
+    """Joints from `start` `(n,)` along `path`. `velocity` `(n,)` weights the parameter. Raises PlanError.
+
+    `flips` lets the wrist change its branch where two branches meet.
+    """
+    return _Follower(model, path, start, velocity, flips, refuse).run()
+
+
+class _Follower:
+    def __init__(
+        self, model: Model, path: PosePath, start: Numbers, velocity: Numbers, flips: bool, refuse: Refusal
+    ) -> None:
+        self._model, self._path, self._start = model, path, start
+        self._velocity, self._flips, self._refuse = velocity, flips, refuse
+        self._on_the_spot = bool(np.linalg.norm(path.curves[0].at(np.zeros(()))[1]) == 0.0)
+
+    def run(self) -> Followed:
+        nodes = self._first_nodes()
+        for _ in range(_ROUNDS):
+            nodes, q = self._tracked(nodes)
+            made = self._through(nodes, q)
+            wrong = self._error(made) > _TOLERANCE
+            if not wrong.any():
+                return made
+            nodes = self._between(nodes, np.flatnonzero(wrong))
+        raise self._refuse(
+            float(nodes[0]), "the joints cannot follow this path closely enough", "split the move", None, None, None
+        )
+
+    def _first_nodes(self) -> Numbers:
+        borders = self._path.borders_m
+        turned = self._path.orientation.turns
+        rate = max(turn.rate_rad_m for turn in turned)
+        parts = []
+        spacing = _SPACING_RAD if self._on_the_spot else _SPACING_M
+        for first, last in pairwise(borders):
+            steps = (last - first) * max(rate / _SPACING_RAD, 1.0 / spacing)
+            parts.append(np.linspace(first, last, max(1, math.ceil(steps)) + 1)[:-1])
+        return np.concatenate([*parts, [borders[-1]]])
+
+    def _between(self, nodes: Numbers, intervals: NDArray[np.intp]) -> Numbers:
+        return np.sort(np.concatenate([nodes, (nodes[intervals] + nodes[intervals + 1]) / 2.0]))
+
+    def _tracked(self, nodes: Numbers) -> tuple[Numbers, Numbers]:
+        """Nodes, more of them where a joint turns quickly, and the joints there."""
+        while True:
+            poses = self._path.poses(nodes)
+            try:
+                q = (
+                    any_branch(self._model, poses, self._start)
+                    if self._flips
+                    else self._model.track(poses, self._start)
+                )
+                break
+            except TrackError as error:
+                index = error.index
+                fine = index == 0 or nodes[index] - nodes[index - 1] < _FINEST_M or len(nodes) > _MOST_NODES
+                if error.reason is not Reason.BRANCH_CHANGE or fine:
+                    limit, hint = _TRACKING[error.reason]
+                    where = float(nodes[index])
+                    raise self._refuse(where, str(error.violation), hint, error.joint, limit, poses[index]) from error
+                nodes = self._between(nodes, np.array([index - 1]))
+            except KinematicsError as error:
+                raise self._refuse(0.0, str(error), _HINT, None, None, None) from error
+        if self._flips:
+            keep = self._regular(q)
+            nodes, q = nodes[keep], q[keep]
+        gap = np.abs(q[0] - self._start)
+        if gap.max() > 1e-7:
+            name = self._model.joint_names[int(np.argmax(gap))]
+            reason = f"the path would begin with a jump of joint {name}, the start is a singular pose"
+            raise self._refuse(0.0, reason, _HINT, name, "velocity", poses[0])
+        q = q.copy()
+        q[0] = self._start
+        return nodes, q
+
+    def _regular(self, q: Numbers) -> NDArray[np.bool_]:
+        """Nodes `(k,)` to keep: not those where two branches of the wrist meet, the curve runs through them anyway."""
+        regular: NDArray[np.bool_] = np.linalg.cond(self._model.jacobian(q)) < _NEARLY_SINGULAR
+        regular[[0, -1]] = True
+        return regular
+
+    def _through(self, nodes: Numbers, q: Numbers) -> Followed:
+        """The curve through exact states at the nodes, by the weighted length of the joints' way."""
+        twist, change = self._path.twists(nodes)
+        tangent, bend = self._derivatives(nodes, q, twist, change)
+        weighted, bent = tangent / self._velocity, bend / self._velocity
+        speed = np.linalg.norm(weighted, axis=1)
+        growth = (weighted * bent).sum(axis=1) / speed
+        step = np.diff(nodes)
+        lengths = step * (speed[:-1] + speed[1:]) / 2.0 + step**2 * (growth[:-1] - growth[1:]) / 12.0
+        parameter = np.append(0.0, np.cumsum(np.maximum(lengths, step * 1e-9)))
+        linear, angular = np.linalg.norm(twist[:, :3], axis=1), np.linalg.norm(twist[:, 3:], axis=1)
+        angular_growth = (twist[:, 3:] * change[:, 3:]).sum(axis=1) / np.maximum(angular, 1e-9)
+        turn = np.append(0.0, np.cumsum(step * (angular[:-1] + angular[1:]) / 2.0))
+        if self._on_the_spot:
+            turn = nodes
+        value = np.column_stack([q, np.zeros_like(nodes) if self._on_the_spot else nodes, turn])
+        first = np.column_stack([tangent, linear, angular])
+        second = np.column_stack([bend, np.zeros_like(nodes), angular_growth])
+        by_length = first / speed[:, None]
+        by_length_twice = (second - by_length * growth[:, None]) / (speed**2)[:, None]
+        curvature = np.linalg.norm(change[:, :3], axis=1)
+        return Followed(Pieces.through(parameter, value, by_length, by_length_twice), nodes, parameter, curvature)
+
+    def _error(self, made: Followed) -> Numbers:
+        """Distance [m] or angle [rad] `(k - 1,)` from the path in the middle between nodes."""
+        middle = (made.parameter[:-1] + made.parameter[1:]) / 2.0
+        place = made.pieces.position(middle)
+        distance = place[:, -1] if self._on_the_spot else place[:, -2]
+        poses = self._path.poses(distance)
+        away = self._model.forward(place[:, :-2]) - poses
+        turned = np.linalg.norm(away[:, :3, :3], axis=(1, 2)) / math.sqrt(2.0)
+        return np.asarray(np.maximum(np.linalg.norm(away[:, :3, 3], axis=1), turned))
+
+    def _derivatives(self, nodes: Numbers, q: Numbers, twist: Numbers, change: Numbers) -> tuple[Numbers, Numbers]:
+        """First and second derivative `(k, n)` of the joints by the distance.
+
+        J q' = twist and J q'' = twist' - J' q', with J' along the path from the Jacobian on both sides of each point.
+        """
+        jacobian = self._model.jacobian(q)
+        tangent = self._solve(nodes, jacobian, twist)
+        step = _STEP_RAD / np.maximum(np.abs(tangent).max(axis=1), 1e-12)[:, None]
+        ahead, behind = self._model.jacobian(q + step * tangent), self._model.jacobian(q - step * tangent)
+        drift = ((ahead - behind) @ tangent[..., None])[..., 0] / (2.0 * step)
+        return tangent, self._solve(nodes, jacobian, change - drift)
+
+    def _solve(self, nodes: Numbers, jacobian: Numbers, twist: Numbers) -> Numbers:
+        """Joint velocities `(k, n)` for twists `(k, 6)`; least squares for robots with fewer than six joints."""
+        matrix, right = jacobian, twist[..., None]
+        if self._model.n != 6:
+            transposed = np.swapaxes(jacobian, -1, -2)
+            matrix, right = transposed @ jacobian, transposed @ right
+        singular = np.linalg.cond(matrix) > 1e12
+        if singular.any():
+            where = float(nodes[int(np.argmax(singular))])
+            reason = "the path passes exactly through a singular pose, where a joint would have to turn instantly"
+            raise self._refuse(where, reason, _HINT, None, "velocity", self._path.poses(np.array([where]))[0])
+        return np.asarray(np.linalg.solve(matrix, right)[..., 0])

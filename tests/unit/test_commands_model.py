@@ -1,0 +1,38 @@
+"""`cell model` as its users see it."""
+
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner
+
+from cell.commands.cell_command import app
+from cell.commands.errors import CommandError
+from tests.unit.config_world import CONFIGS
+
+RUNNER = CliRunner(env={"COLUMNS": "140"})
+MODELS = CONFIGS / "models"
+
+
+@pytest.mark.parametrize(
+    ("name", "expected"),
+    [
+        ("six_axis.yaml", ("BOOK6, family six_axis", "reach", "FRONT/UP/POSITIVE", "all solutions", "-35", "X 880.")),
+        ("scara.yaml", ("linear mm", "-150", "RIGHT, LEFT")),
+        ("palletizer.yaml", ("-1 J2", "base, 1, 2, 3, hand, flange", "cups: TCP", "18 kg")),
+        ("painter.yaml", ("numeric", "axes")),
+        ("painter.urdf", ("axis_1", "-", "numeric")),
+    ],
+)
+def test_it_prints_axes_limits_reach_home_and_branches(name: str, expected: tuple[str, ...]) -> None:
+    result = RUNNER.invoke(app, ["model", str(MODELS / name)])
+    assert result.exit_code == 0
+    for text in expected:
+        assert text in result.output
+
+
+def test_a_file_that_is_no_robot_is_refused_with_the_next_step(tmp_path: Path) -> None:
+    (tmp_path / "bad.urdf").write_text("<robot")
+    result = RUNNER.invoke(app, ["model", str(tmp_path / "bad.urdf")])
+    assert isinstance(result.exception, CommandError)
+    assert "no valid URDF" in result.exception.what
+    assert "cell model" in result.exception.next_step

@@ -1,0 +1,41 @@
+"""`cell plot` draws a program, and names the line that cannot be planned."""
+
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner
+
+from cell.commands.cell_command import app
+from cell.commands.errors import CommandError
+
+ROOT = Path(__file__).parents[2]
+MODEL = str(ROOT / "cell_configs" / "models" / "six_axis.yaml")
+
+
+def plotted(tmp_path: Path, text: str) -> str:
+    program, page = tmp_path / "p.prog", tmp_path / "p.html"
+    program.write_text(text)
+    CliRunner().invoke(app, ["plot", str(program), "--model", MODEL, "-o", str(page)], catch_exceptions=False)
+    return page.read_text()
+
+
+def test_page_shows_path_speed_and_joint_speeds_against_their_limits(tmp_path: Path) -> None:
+    page = plotted(tmp_path, "ML Z=1800 F=300 R=30\nML Y=200\nWAIT 1\nHOME")
+    for title in ("Path from above", "Speed of the flange", "Joint speeds in percent of their limits", "J6"):
+        assert title in page
+    assert page.count("<svg") == 4
+    assert "in 2 motions" in page
+
+
+def test_endless_program_is_cut_off(tmp_path: Path) -> None:
+    program = tmp_path / "p.prog"
+    program.write_text("LABEL a\nMJ J1=10\nMJ J1=-10\nGOTO a")
+    arguments = ["plot", str(program), "--model", MODEL, "-o", str(tmp_path / "p.html"), "--longest", "3"]
+    result = CliRunner().invoke(app, arguments, catch_exceptions=False)
+    assert result.exit_code == 0
+
+
+def test_line_that_cannot_be_planned_is_named_and_what_comes_before_it_is_drawn(tmp_path: Path) -> None:
+    with pytest.raises(CommandError, match="line 2"):
+        plotted(tmp_path, "MJ J1=10\nML X=9000")
+    assert (tmp_path / "p.html").exists()

@@ -1,0 +1,161 @@
+"""Where blocks meet: what is merged, what is rounded, and where the robot has to stop."""
+
+import numpy as np
+import pytest
+from random_moves import LIMITS, MODEL, START
+
+from cell.geometry import from_xyz_abc
+from robot_agent.paths import Arc, Block, JointMove, Line, Sequence, Spline
+from robot_agent.paths.pose_path import BLEND_TOLERANCE_M
+from robot_agent.trajectory import Motion, PlanError, plan
+
+HERE = MODEL.forward(START)
+
+
+def at(x_mm: float = 0.0, y_mm: float = 0.0, z_mm: float = 0.0, turn_deg: float = 0.0) -> np.ndarray:
+    """A pose beside the start, turned about the vertical."""
+    pose = HERE.copy()
+    pose[:3, :3] = from_xyz_abc(np.array([0, 0, 0, 0, 0, np.radians(turn_deg)]))[:3, :3] @ HERE[:3, :3]
+    pose[:3, 3] += np.array([x_mm, y_mm, z_mm]) / 1000.0
+    return pose
+
+
+def planned(*blocks: Block) -> Motion:
+    return plan(MODEL, Sequence(blocks), LIMITS, start=START)
+
+
+def stops(motion: Motion) -> int:
+    """Rests between start and end."""
+    return len(motion.rests) - 2
+
+
+def test_a_sharp_corner_is_a_stop() -> None:
+    motion = planned(Line(at(y_mm=100), None, 1), Line(at(y_mm=100, z_mm=100), None, 2))
+    assert stops(motion) == 1
+    np.testing.assert_allclose(motion.pose(motion.rests[1:2])[0], at(y_mm=100), atol=1e-6)
+
+
+def test_lines_that_go_straight_on_are_one_motion_as_fast_as_one_line() -> None:
+    motion = planned(Line(at(y_mm=120), None, 1), Line(at(y_mm=300), None, 2))
+    assert stops(motion) == 0
+    assert motion.duration_s == pytest.approx(planned(Line(at(y_mm=300), None, 1)).duration_s, rel=0.03)
+    np.testing.assert_allclose(motion.pose(motion.ends[:1])[0], at(y_mm=120), atol=1e-6)
+
+
+def test_r0_stops_although_the_line_goes_straight_on() -> None:
+    assert stops(planned(Line(at(y_mm=100), None, 1, round_m=0.0), Line(at(y_mm=300), None, 2))) == 1
+
+
+def test_turning_differently_on_a_straight_line_costs_no_stop_and_no_deviation_at_the_via_point() -> None:
+    motion = planned(Line(at(y_mm=150, turn_deg=15), None, 1), Line(at(y_mm=300, turn_deg=0), None, 2))
+    assert stops(motion) == 0
+    np.testing.assert_allclose(motion.pose(motion.ends[:1])[0], at(y_mm=150, turn_deg=15), atol=1e-5)
+
+
+def test_line_into_arc_is_one_motion_whose_curvature_is_blended_within_the_tolerance() -> None:
+    arc = Arc(at(y_mm=200 + 70.710678, z_mm=29.289322), at(y_mm=300, z_mm=100), 2)
+    motion = planned(Line(at(y_mm=200), 0.3, 1), arc)
+    assert stops(motion) == 0
+    (blend,) = motion.blends
+    assert blend.block == 1
+    assert 0.0 < blend.deviation_m <= BLEND_TOLERANCE_M
+
+
+def test_round_edge_needs_no_stop_and_cuts_the_corner_as_worked() -> None:
+    motion = planned(Line(at(y_mm=200), None, 1, round_m=0.1), Line(at(y_mm=200, z_mm=200), None, 2))
+    assert stops(motion) == 0
+    place = motion.pose(np.linspace(0, motion.duration_s, 4000))[:, :3, 3]
+    nearest = np.linalg.norm(place - at(y_mm=200)[:3, 3], axis=1).min()
+    assert nearest == pytest.approx(0.0265165, abs=2e-5)
+
+
+def test_round_edge_takes_at_most_half_of_the_shorter_block() -> None:
+    motion = planned(Line(at(y_mm=60), None, 1, round_m=0.1), Line(at(y_mm=60, z_mm=300), None, 2))
+    place = motion.pose(np.linspace(0, motion.duration_s, 4000))[:, :3, 3]
+    assert np.linalg.norm(place - at(y_mm=60)[:3, 3], axis=1).min() == pytest.approx(0.0079550, abs=2e-5)
+
+
+@pytest.mark.parametrize("round_m", [0.02, 0.05])
+def test_joint_moves_and_lines_are_rounded_into_each_other(round_m: float) -> None:
+    there, target = at(y_mm=150), START + np.array([0.1, 0.1, 0.1, 0, 0.1, 0])
+    motion = planned(
+        Line(there, None, 1, round_m=round_m), JointMove(target, 1.0, 2, round_m=round_m), Line(HERE, None, 3)
+    )
+    assert stops(motion) == 0
+    place = motion.pose(np.linspace(0, motion.duration_s, 4000))[:, :3, 3]
+    assert 1e-4 < np.linalg.norm(place - there[:3, 3], axis=1).min() < round_m
+
+
+def test_joint_move_that_goes_straight_on_is_merged() -> None:
+    way = np.array([0.2, 0.1, -0.1, 0.2, 0.1, 0.3])
+    motion = planned(JointMove(START + way, 1.0, 1), JointMove(START + 2 * way, 1.0, 2))
+    assert stops(motion) == 0
+    assert motion.duration_s == pytest.approx(planned(JointMove(START + 2 * way, 1.0, 1)).duration_s, rel=0.03)
+
+
+def test_a_corner_that_turns_back_is_a_stop_even_with_a_round_edge() -> None:
+    motion = planned(Line(at(y_mm=200), None, 1, round_m=0.05), Line(at(y_mm=20, z_mm=10), None, 2))
+    assert stops(motion) == 1
+
+
+def test_splines_are_one_curve_through_their_points_and_ignore_round_edges() -> None:
+    points = [at(y_mm=100, z_mm=60), at(y_mm=200, z_mm=-40, turn_deg=10), at(y_mm=320, z_mm=20)]
+    motion = planned(*[Spline(p[None], k, round_m=0.05) for k, p in enumerate(points, 1)])
+    assert stops(motion) == 0
+    np.testing.assert_allclose(motion.pose(motion.ends)[:, :3, 3], np.array(points)[:, :3, 3], atol=BLEND_TOLERANCE_M)
+
+
+def test_spline_leaves_a_line_in_its_direction() -> None:
+    motion = planned(Line(at(y_mm=150), None, 1), Spline(np.array([at(y_mm=300, z_mm=100)]), 2))
+    assert stops(motion) == 0
+
+
+def test_arc_by_angle_goes_round_as_often_as_it_says_and_backwards() -> None:
+    via, target = at(y_mm=50, z_mm=50), at(y_mm=100)
+    motion = planned(Arc(via, target, 1, angle_rad=-4.0 * np.pi))
+    np.testing.assert_allclose(motion.pose(np.array(motion.duration_s)), HERE, atol=1e-6)
+    early = motion.pose(np.array(0.1 * motion.duration_s))[:3, 3] - HERE[:3, 3]
+    assert early[2] < 0.0  # away from the via point
+    taus = np.linspace(0, motion.duration_s, 4000)
+    way = np.linalg.norm(np.diff(motion.pose(taus)[:, :3, 3], axis=0), axis=1).sum()
+    assert way == pytest.approx(4.0 * np.pi * 0.05, rel=1e-4)
+
+
+def test_arc_passes_the_orientations_of_its_points() -> None:
+    via, target = at(y_mm=50, z_mm=50, turn_deg=12), at(y_mm=100, turn_deg=4)
+    motion = planned(Arc(via, target, 1))
+    poses = motion.pose(np.linspace(0, motion.duration_s, 6001))
+    nearest = poses[np.linalg.norm(poses[:, :3, 3] - via[:3, 3], axis=1).argmin()]
+    np.testing.assert_allclose(nearest, via, atol=2e-4)
+    np.testing.assert_allclose(poses[-1], target, atol=1e-6)
+
+
+def test_arc_without_a_circle_names_its_line() -> None:
+    with pytest.raises(PlanError, match=r"line 7.*lie on one line.*use a line") as caught:
+        planned(Line(at(z_mm=20), None, 3), Arc(at(z_mm=40), at(z_mm=60), 7))
+    assert (caught.value.block, caught.value.line) == (1, 7)
+
+
+@pytest.mark.parametrize(
+    "block",
+    [Line(at(y_mm=200), None, 1, rotation_rad_s=0.1), JointMove(START + 0.3, 1.0, 1, rotation_rad_s=0.1)],
+    ids=["line", "joint move"],
+)
+def test_caps_hold_on_every_move(block: Block) -> None:
+    target = at(y_mm=200, turn_deg=20)
+    block = Line(target, None, 1, rotation_rad_s=0.1) if isinstance(block, Line) else block
+    motion = planned(block)
+    taus = np.linspace(0, motion.duration_s, 500)
+    turn = (MODEL.jacobian(motion.q(taus))[:, 3:] @ motion.qd(taus)[..., None])[..., 0]
+    assert np.linalg.norm(turn, axis=1).max() == pytest.approx(0.1, rel=5e-3)
+
+
+def test_speed_of_a_joint_move_can_be_capped_in_metres() -> None:
+    motion = planned(JointMove(START + np.array([0.6, 0, 0, 0, 0, 0]), 1.0, 1, speed_m_s=0.2))
+    assert motion.tcp_speed(motion.grid).max() == pytest.approx(0.2, rel=5e-3)
+
+
+def test_lateral_acceleration_limits_the_speed_on_a_circle() -> None:
+    motion = planned(Arc(at(y_mm=20, z_mm=20), at(y_mm=40), 1, angle_rad=4 * np.pi))
+    most = np.sqrt(LIMITS.path.acceleration_m_s2 * 0.02)
+    assert motion.tcp_speed(motion.grid).max() <= most * 1.001
