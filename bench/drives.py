@@ -78,4 +78,6 @@ def _level(level: Level) -> Row:
             bus.cycle(0x0F, SPEED * min(1.0, number / 100))
     used = time.process_time() - start
     slower = "" if used < SECONDS else " (slower than real time)"
-    return Row(f"12 simulated axes, {level.value} level, per cycle", used / cycles, used / SECONDS, f"of a core{slower}")
+    return Row(
+        f"12 simulated axes, {level.value} level, per cycle", used / cycles, used / SECONDS, f"of a core{slower}"
+    )

@@ -9,7 +9,7 @@ from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import Protocol
 
-from cell.commands.connection import client_session, read_cell
+from cell.commands.connection import client_session, running_cell
 from cell.commands.errors import CommandError
 from cell.commands.view import names
 from cell.messages import Command, ReadObject, Reply, WriteObject
@@ -111,7 +111,7 @@ class BusLine:
 
 def drives_of(file: Path, gateway: str) -> GatewaySettings:
     """The bus and the drives of one gateway of a cell file. Raises `CommandError` when it has no such gateway."""
-    settings = read_cell(file)
+    settings = running_cell(file)
     if gateway not in settings.gateways:
         raise CommandError(f"no gateway {gateway!r} in {file}; its gateways are: {names(settings.gateways)}")
     return load_drives(settings.gateways[gateway].drives, gateway)
@@ -120,7 +120,7 @@ def drives_of(file: Path, gateway: str) -> GatewaySettings:
 @contextmanager
 def running_gateway(file: Path, gateway: str) -> Iterator[GatewayLine | None]:
     """The gateway at its endpoint in the cell file; `None` when nobody answers there."""
-    settings = read_cell(file)
+    settings = running_cell(file)
     drives_of(file, gateway)
     with ExitStack() as stack:
         try:

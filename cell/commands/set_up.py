@@ -2,6 +2,7 @@
 
 import math
 import time
+from collections.abc import Callable
 from pathlib import Path
 from typing import Annotated
 
@@ -13,7 +14,7 @@ from cell.commands.options import CELL_FILE, CellFileOption, ConnectOption, Robo
 from cell.commands.stop import stop_event
 from cell.commands.view import names
 from cell.messages import AxisStatus, Command, HoldSetup, Home, MoveAxes
-from drive_gateway.config import RobotDrives, load_drives
+from drive_gateway.config import AxisSettings, RobotDrives, load_drives
 
 HOLD_PERIOD_S = 0.1
 _TORQUE = (AxisStatus.SWITCHED_ON, AxisStatus.OPERATION_ENABLED, AxisStatus.QUICK_STOP_ACTIVE)
@@ -33,13 +34,17 @@ def home(
     knows where the robot is until it is done. Stand at the hard-wired emergency stop; Ctrl-C supports and never
     replaces it.
     """
-    _run(robot, Home(robot, tuple(axes or ())), file, endpoint)
+
+    def order(drives: RobotDrives) -> Command:
+        return Home(robot, tuple(_axis(drives, name).name for name in axes or ()))
+
+    _run(robot, order, file, endpoint)
 
 
 def move(
     robot: RobotArgument,
     targets: Annotated[
-        list[str], typer.Argument(metavar="AXIS=VALUE...", help="Position of an axis in degrees; J1=10 J2=-5.")
+        list[str], typer.Argument(metavar="AXIS=VALUE...", help="Position of an axis in degrees or mm; J1=10 J2=-5.")
     ],
     by: Annotated[bool, typer.Option("--by", help="The values are distances from where the axes are.")] = False,
     speed: Annotated[float, typer.Option("--speed", min=1, max=100, help="Percent of what set-up may use.")] = 20.0,
@@ -51,26 +56,42 @@ def move(
 ) -> None:
     """Move axes of a disabled robot by their drives' own profiles, all in the same time; Ctrl-C stops them.
 
-    This motion has no path and no zones: every other robot must be disabled. Angles are behind the gear, in degrees.
+    This motion has no path and no zones: every other robot must be disabled. Angles are behind the gear, in
+    degrees; positions of axes that slide are in mm.
     """
-    wanted = dict(_target(text) for text in targets)
-    _run(robot, MoveAxes(robot, wanted, by, speed / 100.0, velocity), file, endpoint)
+
+    def order(drives: RobotDrives) -> Command:
+        wanted = dict(target_of(drives, text) for text in targets)
+        return MoveAxes(robot, wanted, by, speed / 100.0, velocity)
+
+    _run(robot, order, file, endpoint)
 
 
-def _target(text: str) -> tuple[str, float]:
-    axis, _, value = text.partition("=")
+def _axis(drives: RobotDrives, name: str) -> AxisSettings:
+    for axis in drives.axes:
+        if axis.name == name:
+            return axis
+    known = names([axis.name for axis in drives.axes])
+    raise CommandError(f"robot {drives.robot} has no axis {name}; its axes are {known}")
+
+
+def target_of(drives: RobotDrives, text: str) -> tuple[str, float]:
+    """A word of the command line as an axis and its target [rad or m]."""
+    name, _, value = text.partition("=")
     try:
-        return axis, math.radians(float(value))
+        number = float(value)
     except ValueError:
-        raise CommandError(f"{text!r} is no target of an axis", "write for example J1=10, in degrees") from None
+        raise CommandError(f"{text!r} is no target of an axis", "write for example J1=10, in degrees or mm") from None
+    return name, number / 1000.0 if _axis(drives, name).linear else math.radians(number)
 
 
-def _run(robot: str, command: Command, file: Path, endpoint: list[str] | None) -> None:
+def _run(robot: str, order: Callable[[RobotDrives], Command], file: Path, endpoint: list[str] | None) -> None:
     stop = stop_event()
     with connect(file, endpoint) as operator:
         operator.check_robot(robot)
         gateway = operator.settings.robots[robot].gateway
-        _check_axes(operator, robot, gateway, command)
+        drives: RobotDrives = load_drives(operator.settings.gateways[gateway].drives, gateway).robots[robot]
+        command = order(drives)
         _check_others(operator, robot)
         print(f"{robot}: {operator.ask_gateway(gateway, command).text}", flush=True)
         said, state = "", "moving"
@@ -84,15 +105,6 @@ def _run(robot: str, command: Command, file: Path, endpoint: list[str] | None) -
                 print(f"{robot}: {time.strftime('%H:%M:%S')} {said}", flush=True)
         if state != "done":
             raise CommandError(f"{robot}: {said}", "remove the cause, then: cell reset; and begin again")
-
-
-def _check_axes(operator: Operator, robot: str, gateway: str, command: Command) -> None:
-    drives: RobotDrives = load_drives(operator.settings.gateways[gateway].drives, gateway).robots[robot]
-    known = [axis.name for axis in drives.axes]
-    asked = command.axes if isinstance(command, Home) else tuple(getattr(command, "targets", ()))
-    unknown = [name for name in asked if name not in known]
-    if unknown:
-        raise CommandError(f"robot {robot} has no axis {unknown[0]}; its axes are {names(known)}")
 
 
 def _check_others(operator: Operator, robot: str) -> None:

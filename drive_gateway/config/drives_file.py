@@ -103,6 +103,7 @@ class AxisEntry(BaseModel):
             following_window=self.following_window,
             following_time_s=self.following_time_s,
             simulated_start=self.simulated_start,
+            linear=self.linear,
             guarded=self.error_control == "guarding",
             incremental=self.encoder == "incremental",
             homing=None if self.homing is None else self.homing.settings(),

@@ -45,6 +45,8 @@ class AxisSettings:
     """Time for which the following error may be larger (6066h)."""
     simulated_start: float
     """[rad or m] where a simulated drive stands when it is switched on."""
+    linear: bool = False
+    """The axis slides: its units are metres."""
     incremental: bool = False
     """The encoder counts from zero after each power-on: the axis must home before it may be enabled."""
     homing: HomingSettings | None = None

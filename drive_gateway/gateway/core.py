@@ -6,23 +6,6 @@ sent in the cycle of SYNC `tick` acts at SYNC `tick + 1`, so a block may still c
 
 from cell.config.settings import Times
 from cell.core import Effect, Ended, Publish, Request, Shutdown
-from cell.messages.commands import (
-    Call,
-    Claim,
-    ClaimGrant,
-    DisableDrives,
-    EnableDrives,
-    HoldSetup,
-    Home,
-    MoveAxes,
-    ReadObject,
-    RecordBus,
-    Release,
-    ResetDrives,
-    ScanBus,
-    Who,
-    WriteObject,
-)
 from cell.messages.estop import Estop
 from cell.messages.gateway_state import BusCounters, GatewayState
 from cell.messages.setpoints import SetpointBlock
@@ -32,38 +15,18 @@ from drive_gateway.canopen.frame import CanFrame
 from drive_gateway.canopen.nmt import SYNC_FRAME, NmtCommand, NmtState, heartbeat_frame, nmt_frame
 from drive_gateway.canopen.sdo import SdoDone
 from drive_gateway.config.settings import GatewaySettings
-from drive_gateway.gateway.effects import Frame, Record, RecordEnded, RecordSaid
+from drive_gateway.gateway.calls import Calls
+from drive_gateway.gateway.effects import Frame, RecordEnded, RecordSaid
 from drive_gateway.gateway.estop import EstopLatch
 from drive_gateway.gateway.event_log import EventLog
-from drive_gateway.gateway.group import StopOrder, Then
 from drive_gateway.gateway.lateness import Lateness
 from drive_gateway.gateway.node import Node
-from drive_gateway.gateway.objects import ObjectAccess
-from drive_gateway.gateway.replies import Replies
+from drive_gateway.gateway.permits import StopOrder
 from drive_gateway.gateway.robot import Robot
 from drive_gateway.gateway.scan import Scan
 from drive_gateway.gateway.trouble import Trouble
 
 STATE_PERIOD_S = 0.2
-RobotCommand = Claim | Release | EnableDrives | DisableDrives | ResetDrives | Home | MoveAxes | HoldSetup
-CALLS = tuple(
-    command.verb
-    for command in (
-        Who,
-        Claim,
-        Release,
-        EnableDrives,
-        DisableDrives,
-        ResetDrives,
-        ReadObject,
-        WriteObject,
-        ScanBus,
-        RecordBus,
-        Home,
-        MoveAxes,
-        HoldSetup,
-    )
-)
 
 
 class GatewayCore:
@@ -94,8 +57,6 @@ class GatewayCore:
         self._settings = settings
         self._times = times
         self._boot = boot
-        self._digest = digest
-        self._process = process
         self._log = EventLog(settings.name)
         self._robots = {
             name: Robot(drives, settings, times, boot, first_owner, self._log)
@@ -104,13 +65,9 @@ class GatewayCore:
         self._nodes: dict[int, Node] = {
             node.axis.node_id: node for robot in self._robots.values() for node in robot.group.nodes
         }
-        self._access = ObjectAccess(
-            {node.axis.node_id: robot.group for robot in self._robots.values() for node in robot.group.nodes}
-        )
         self._scan = Scan(self._nodes)
-        self._records: list[Effect] = []
+        self._calls = Calls(settings.name, boot, digest, process, self._robots, self._scan)
         self._estop = EstopLatch()
-        self._replies = Replies()
         self._lateness = Lateness(settings.cycle_s)
         self._now = 0.0
         self._tick = 0
@@ -139,9 +96,9 @@ class GatewayCore:
             case Estop():
                 self._on_estop(message, now)
             case Request():
-                self._on_request(message)
-            case RecordSaid(call_id, ok, text):
-                self._replies.give(call_id, ok, text)
+                self._calls.request(message, now, self._tick)
+            case RecordSaid():
+                self._calls.recorded(message)
             case RecordEnded(text):
                 self._log.info("recorded", text)
             case Shutdown():
@@ -163,10 +120,8 @@ class GatewayCore:
             effects.append(Frame(heartbeat_frame(NmtState.OPERATIONAL)))
         effects += self._scan.step(now)
         self._confirm()
-        effects += self._records
-        self._records = []
         effects += self._log.take()
-        effects += self._replies.take(now)
+        effects += self._calls.take(now)
         if now >= self._state_due:
             self._state_due = now + STATE_PERIOD_S
             effects.append(Publish(self._state()))
@@ -203,6 +158,7 @@ class GatewayCore:
     def _on_shutdown(self, now: float) -> None:
         if self._closing_since is None:
             self._closing_since = now
+            self._calls.closing = True
             self._log.info("closing", "the gateway comes to rest and switches its drives off")
             for robot in self._robots.values():
                 robot.group.playout.closing = True
@@ -213,78 +169,6 @@ class GatewayCore:
         for robot in self._robots.values():
             if robot.group.playout.live:
                 robot.group.fault(Trouble("late_cycle", text, "take load off this host"), now)
-
-    def _on_request(self, request: Request) -> None:
-        call = request.call
-        if isinstance(call, Call) and self._replies.opened(request.request_id, call):
-            self._do(call)
-
-    def _do(self, call: Call) -> None:
-        def then(ok: bool, text: str) -> None:
-            self._replies.give(call.id, ok, text)
-
-        match call.command:
-            case Who():
-                then(True, f"gateway {self._settings.name}, boot {self._boot}, {self._process}")
-            case (
-                Claim()
-                | Release()
-                | EnableDrives()
-                | DisableDrives()
-                | ResetDrives()
-                | Home()
-                | MoveAxes()
-                | HoldSetup() as command
-            ):
-                robot = self._robots.get(command.robot)
-                if robot is None:
-                    known = ", ".join(self._robots)
-                    then(False, f"no robot {command.robot} on gateway {self._settings.name}; it has {known}")
-                else:
-                    self._command(robot, command, call.id, then)
-            case ReadObject() | WriteObject() as command:
-                self._access.obey(command, lambda ok, text, data: self._replies.give(call.id, ok, text, data=data))
-            case ScanBus():
-                self._scan.begin(lambda found: then(True, self._scanned(found)))
-            case RecordBus(file, seconds):
-                self._records.append(Record(call.id, file, seconds))
-            case other:
-                then(False, f"{other.verb} is no call of a gateway; it takes {', '.join(CALLS)}")
-
-    def _command(self, robot: Robot, command: RobotCommand, call_id: str, then: Then) -> None:
-        match command:
-            case Claim():
-                self._replies.give(call_id, *self._claim(robot, command))
-            case Home() | MoveAxes():
-                others = [other.name for other in self._robots.values() if other.group.setup.motion is not None]
-                if others:
-                    then(False, f"{others[0]} is being set up; one robot at a time")
-                else:
-                    robot.set_up(command, self._now, then)
-            case HoldSetup():
-                text, data = robot.hold(self._now)
-                self._replies.give(call_id, True, text, data=data)
-            case _:
-                robot.obey(command, self._now, then)
-
-    def _claim(self, robot: Robot, command: Claim) -> tuple[bool, str, ClaimGrant | None]:
-        if command.digest != self._digest:
-            text = (
-                f"robot {robot.name}: the agent's configuration is {command.digest}, this gateway's is {self._digest}; "
-                "start both with the same cell file"
-            )
-            return False, text, None
-        if self._closing_since is not None:
-            return False, f"gateway {self._settings.name} is being stopped", None
-        return robot.claim(command, self._now, self._tick)
-
-    def _scanned(self, strange: dict[int, int]) -> str:
-        lines = {number: node.said() for number, node in self._nodes.items()}
-        lines |= {
-            number: f"node {number}: not in the drives file, device type {device_type:08X}h"
-            for number, device_type in strange.items()
-        }
-        return "\n".join(lines[number] for number in sorted(lines))
 
     # State
 

@@ -59,5 +59,5 @@ def _write_problem(command: WriteObject, node: Node, group: DriveGroup) -> str:
     if (command.index, command.sub) in node.kept or command.index in (CONTROLWORD, TARGET_POSITION):
         return f"{command.index:04X}h:{command.sub:02X} of {node.label} is the gateway's; change it in the drives file"
     if not group.switched_off:
-        return f"{group.robot} is not at rest and switched off: {group.said()}; disable it first"
+        return f"{group.robot} is not at rest and switched off: {group.permits.said()}; disable it first"
     return ""

@@ -17,8 +17,10 @@ from cell.messages.setpoints import SetpointBlock
 from drive_gateway.config.settings import GatewaySettings, RobotDrives
 from drive_gateway.gateway.claims import ClaimBook, ClaimRefused
 from drive_gateway.gateway.event_log import EventLog
-from drive_gateway.gateway.group import DriveGroup, Floats, StopOrder, Then
+from drive_gateway.gateway.group import DriveGroup, Then
 from drive_gateway.gateway.joining import Refusal, Refused
+from drive_gateway.gateway.measurement import Floats
+from drive_gateway.gateway.permits import StopOrder
 from drive_gateway.gateway.setup_plan import SetupRefused, homing_motion, move_motion
 
 REPEAT_S = 1.0
@@ -99,7 +101,7 @@ class Robot:
 
     def set_up(self, call: Home | MoveAxes, now: float, then: Then) -> None:
         """Begin a motion of the drives' own; the operator must hold it."""
-        problem = self.group.setup_problem()
+        problem = self.group.permits.setup()
         if problem:
             then(False, problem)
             return
@@ -127,7 +129,7 @@ class Robot:
 
     def step(self, now: float, tick: int, order: StopOrder | None) -> list[Effect]:
         """One cycle; the feedback comes last."""
-        if not self.group.measured:
+        if not self.group.watch.measured:
             # Without feedback the owner has nothing to answer: its silence says nothing yet.
             self.claims.alive(self.claims.owner, now)
         elif self.claims.expire(self.group.at_rest, now):
@@ -135,7 +137,7 @@ class Robot:
             self._log.warn("claim_ended", f"{self.name}: its owner fell silent", "start the robot's agent again")
         commanded_before = self.group.commanded
         effects = self.group.step(now, tick, order)
-        if self.group.measured:
+        if self.group.watch.measured:
             effects.append(Publish(self._feedback(tick, commanded_before)))
         return effects
 
@@ -164,8 +166,8 @@ class Robot:
             refused=playout.refused,
             referenced=group.referenced,
             enabled=playout.live,
-            position=group.position,
-            velocity=group.velocity,
+            position=group.watch.position,
+            velocity=group.watch.velocity,
             commanded=commanded,
             axes=tuple(node.status for node in group.nodes),
         )

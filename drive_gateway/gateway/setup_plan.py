@@ -52,7 +52,7 @@ def move_motion(group: DriveGroup, call: MoveAxes, now: float) -> Plan:
     if lost and not call.relative:
         raise SetupRefused(f"{_names(lost)} of {group.robot} not referenced; home first, or move by a distance")
     distances = [
-        call.targets[node.axis.name] - (0.0 if call.relative else group.position[group.nodes.index(node)])
+        call.targets[node.axis.name] - (0.0 if call.relative else group.watch.position[group.nodes.index(node)])
         for node in nodes
     ]
     share = SETUP_SHARE * call.speed

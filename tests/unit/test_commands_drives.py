@@ -1,15 +1,21 @@
 """`cell drives` and the tools for one bus, as an operator reads them."""
 
+import math
+from dataclasses import replace
 from pathlib import Path
 
+import pytest
 from config_world import TWO_ARMS
 from typer.testing import CliRunner
 
 from cell.commands import drive_gateway_command
 from cell.commands.drives import drives_table
+from cell.commands.errors import CommandError
+from cell.commands.set_up import target_of
 from cell.commands.view import Snapshot
 from cell.config import load_cell
 from cell.messages import AxisStatus, BusCounters, GatewayState, NodeStatus
+from drive_gateway.config import load_drives
 
 
 def gateway(node: NodeStatus) -> GatewayState:
@@ -47,3 +53,14 @@ def test_a_virtual_bus_without_its_gateway_says_where_it_lives(tmp_path: Path) -
 def test_a_read_only_object_and_a_value_that_does_not_fit_are_refused_before_anything_is_sent() -> None:
     assert refused("write", str(TWO_ARMS), "left_bus", "1", "6041", "5") == "6041h:00 Statusword is read-only"
     assert "allowed are 0 to 255" in refused("write", str(TWO_ARMS), "left_bus", "1", "60C2:1", "300")
+
+
+def test_a_target_is_in_degrees_or_for_an_axis_that_slides_in_millimetres() -> None:
+    drives = load_drives(TWO_ARMS.parent / "left_drives.yaml", "left_bus").robots["left"]
+    sliding = replace(drives, axes=(replace(drives.axes[0], linear=True), *drives.axes[1:]))
+    assert target_of(drives, "J1=90") == ("J1", pytest.approx(math.pi / 2))
+    assert target_of(sliding, "J1=90") == ("J1", pytest.approx(0.09))
+    with pytest.raises(CommandError, match="robot left has no axis J9; its axes are J1, J2"):
+        target_of(drives, "J9=1")
+    with pytest.raises(CommandError, match="'J1' is no target"):
+        target_of(drives, "J1")
