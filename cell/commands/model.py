@@ -49,9 +49,11 @@ def _axes(robot: Model) -> Table:
 
 
 def _motors(motors: dict[str, Motor]) -> Table:
-    headings = ("axis", "motor", "gear", "rated /min", "max /min", "rated Nm", "peak Nm", "peak A", "pole pairs")
     title = "motors; torques at the shaft, currents rms"
-    table = Table(*headings, "kg cm2", "axis up to /s", "axis peak", title=title, title_justify="left", box=SIMPLE)
+    table = Table(title=title, title_justify="left", box=SIMPLE, padding=(0, 1, 0, 0))
+    headings = ("axis", "motor", "gear", "rated /min", "max /min", "rated Nm", "peak Nm", "peak A", "pole pairs")
+    for heading in (*headings, "kg cm2", "axis up to /s", "axis peak"):
+        table.add_column(heading, no_wrap=heading in ("motor", "gear", "axis up to /s", "axis peak"))
     for axis, motor in motors.items():
         linear = motor.feed_m is not None
         gear = f"{motor.gear:g}" + (f", {1000 * motor.feed_m:g} mm" if motor.feed_m is not None else "")

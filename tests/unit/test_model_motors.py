@@ -7,11 +7,14 @@ import pytest
 
 from cell.commands.checks import check_cell
 from cell.config import ConfigError
+from drive_gateway.sim.axis.dc_bus import DcBusData
+from drive_gateway.sim.axis.motor_data import MOTORS
 from robot_agent.model import load_description
 from tests.unit.config_world import CONFIGS, DRIVES, ROBOT, Copy
 
 MODELS = sorted((CONFIGS / "models").glob("*.yaml"))
 GANTRY = "models/gantry.yaml"
+PLACER = "mixed/placer_drives.yaml"
 PALLETIZER = "models/palletizer.yaml"
 
 
@@ -88,17 +91,35 @@ def test_a_motor_that_cannot_be_or_cannot_move_its_axis_is_refused_by_name(
 
 
 @pytest.mark.parametrize(
-    ("old", "new", "problem"),
+    ("name", "old", "new", "problem"),
     [
-        ("gear: 180", "gear: 18", "robots.left.axes.J1.gear: found 18, allowed 180, that of the motor of J1 in the "
-         "file of BOOK6"),
-        ("speed: 121", "speed: 221", "robots.left.axes.J1.speed: found 221, allowed 200 or less: its motor makes 6000 "
-         "turns per minute"),
+        (DRIVES, "gear: 180", "gear: 18", "robots.left.axes.J1.gear: found 18, allowed 180, that of the motor of J1 in "
+         "the file of BOOK6"),
+        (PLACER, "feed: 20", "feed: 25", "robots.placer.axes.J3.feed: found 25, allowed 20, that of the motor of J3 in "
+         "the file of SCARA"),
+        (PLACER, "speed: 990", "speed: 2990", "robots.placer.axes.J3.speed: found 2990, allowed 2000 or less: its "
+         "motor makes 6000 turns per minute"),
+        (DRIVES, "speed: 121", "speed: 221", "robots.left.axes.J1.speed: found 221, allowed 200 or less: its motor "
+         "makes 6000 turns per minute"),
     ],
 )  # fmt: skip
 def test_drives_count_through_the_gear_of_the_robot_and_take_no_more_than_its_motor_gives(
-    tmp_path: Path, old: str, new: str, problem: str
+    tmp_path: Path, name: str, old: str, new: str, problem: str
 ) -> None:
-    copy = Copy(tmp_path).change(DRIVES, old, new)
-    _, found = check_cell(copy.cell)
-    assert copy.shown(found[0]) == f"{copy.place(DRIVES, new.replace(': ', ': §'))}: {problem}"
+    copy = Copy(tmp_path).change(name, old, new)
+    _, found = check_cell(copy.folder / Path(name).parent / "cell.yaml")
+    assert copy.shown(found[0]) == f"{copy.place(name, new.replace(': ', ': §'))}: {problem}"
+
+
+@pytest.mark.parametrize("path", MODELS, ids=lambda path: path.stem)
+def test_motors_with_the_name_of_a_simulated_one_have_its_numbers(path: Path) -> None:
+    for motor in load_description(path).motors.values():
+        same = MOTORS.get(motor.type)
+        if same is None:
+            continue
+        assert (motor.pole_pairs, motor.rated_speed_rpm) == (same.pole_pairs, same.rated_speed_rpm)
+        assert (motor.rated_torque_nm, motor.torque_constant_nm_a) == (same.rated_torque_nm, same.torque_constant_nm_a)
+        assert motor.inertia_kg_m2 == pytest.approx(same.inertia_kg_m2)
+        assert motor.peak_torque_nm == pytest.approx(same.peak_factor * same.stall_torque_nm)
+        # The highest speed is below that at which the induced voltage is that of the DC bus.
+        assert motor.maximum_speed_rpm < 30 / np.pi * DcBusData().supply_v / (np.sqrt(3) * same.emf)

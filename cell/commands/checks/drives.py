@@ -92,11 +92,12 @@ def _motor(document: Document, path: KeyPath, axis: AxisEntry, motor: Motor, mod
     whose = f"that of the motor of {path[-1]} in the file of {model}"
     if not math.isclose(axis.gear, motor.gear, rel_tol=1e-9):
         yield document.problem((*path, "gear"), document.found((*path, "gear")), f"{motor.gear:g}, {whose}")
-    elif axis.linear and axis.feed is not None and motor.feed_m is not None:
-        if not math.isclose(axis.feed, motor.feed_m, rel_tol=1e-9):
-            feed = declared(document, motor.feed_m, linear=True)
-            yield document.problem((*path, "feed"), document.found((*path, "feed")), f"{feed:g}, {whose}")
-    elif axis.linear == (motor.feed_m is not None) and axis.speed > motor.fastest:
+    if axis.linear != (motor.feed_m is not None):
+        return
+    if axis.feed is not None and motor.feed_m is not None and not math.isclose(axis.feed, motor.feed_m, rel_tol=1e-9):
+        feed = declared(document, motor.feed_m, linear=True)
+        yield document.problem((*path, "feed"), document.found((*path, "feed")), f"{feed:g}, {whose}")
+    if axis.speed > motor.fastest:
         most = declared(document, motor.fastest, axis.linear)
         allowed = f"{most:.4g} or less: its motor makes {motor.maximum_speed_rpm:g} turns per minute"
         yield document.problem((*path, "speed"), document.found((*path, "speed")), allowed)
