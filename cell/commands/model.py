@@ -49,22 +49,27 @@ def _axes(robot: Model) -> Table:
 
 
 def _motors(motors: dict[str, Motor]) -> Table:
-    title = "motors; torques at the shaft, currents rms"
+    title = "motors: rated/maximum speed, rated/peak torque, peak current (rms); what that gives the axis at most"
     table = Table(title=title, title_justify="left", box=SIMPLE, padding=(0, 1, 0, 0))
-    headings = ("axis", "motor", "gear", "rated /min", "max /min", "rated Nm", "peak Nm", "peak A", "pole pairs")
-    for heading in (*headings, "kg cm2", "axis up to /s", "axis peak"):
-        table.add_column(heading, no_wrap=heading in ("motor", "gear", "axis up to /s", "axis peak"))
+    for heading in ("axis", "motor", "gear", "1/min", "Nm", "A", "pole pairs", "kg cm2", "axis speed", "axis torque"):
+        table.add_column(heading, overflow="fold")
     for axis, motor in motors.items():
-        linear = motor.feed_m is not None
-        gear = f"{motor.gear:g}" + (f", {1000 * motor.feed_m:g} mm" if motor.feed_m is not None else "")
-        numbers = (motor.rated_speed_rpm, motor.maximum_speed_rpm, motor.rated_torque_nm, motor.peak_torque_nm)
-        fastest = f"{1000 * motor.fastest:.0f} mm" if linear else f"{np.degrees(motor.fastest):.0f} deg"
-        peak = f"{motor.peak_torque_nm * motor.ratio:.0f} {'N' if linear else 'Nm'}"
-        rotor = f"{10_000 * motor.inertia_kg_m2:g}"
+        gear, speed, torque = f"{motor.gear:g}", f"{np.degrees(motor.fastest):.0f} deg/s", "Nm"
+        if motor.feed_m is not None:
+            gear += f", {1000 * motor.feed_m:g} mm"
+            speed, torque = f"{1000 * motor.fastest:.0f} mm/s", "N"
         table.add_row(
-            axis, motor.type, gear, *map(_number, numbers), f"{motor.peak_current_a:.1f}", f"{motor.pole_pairs}",
-            rotor, fastest, peak,
-        )  # fmt: skip
+            axis,
+            motor.type,
+            gear,
+            f"{motor.rated_speed_rpm:g}/{motor.maximum_speed_rpm:g}",
+            f"{motor.rated_torque_nm:g}/{motor.peak_torque_nm:g}",
+            f"{motor.peak_current_a:.1f}",
+            f"{motor.pole_pairs}",
+            f"{10_000 * motor.inertia_kg_m2:g}",
+            speed,
+            f"{motor.peak_torque_nm * motor.ratio:.0f} {torque}",
+        )
     return table
 
 

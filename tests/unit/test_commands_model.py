@@ -17,8 +17,20 @@ MODELS = CONFIGS / "models"
     ("name", "expected"),
     [
         ("six_axis.yaml", ("BOOK6, family six_axis", "reach", "FRONT/UP/POSITIVE", "all solutions", "-35", "X 880.")),
-        ("scara.yaml", ("linear mm", "-150", "RIGHT, LEFT")),
-        ("palletizer.yaml", ("-1 J2", "base, 1, 2, 3, hand, flange", "cups: TCP", "18 kg")),
+        ("scara.yaml", ("linear mm", "-150", "RIGHT, LEFT", "1, 20 mm", "2000 mm/s", "298 N")),
+        (
+            "palletizer.yaml",
+            (
+                "-1 J2",
+                "base, 1, 2, 3, hand, flange",
+                "cups: TCP",
+                "18 kg",
+                "84-300",
+                "48.5/207",
+                "156 deg/s",
+                "J1, J2, J3: Frigeni",
+            ),
+        ),
         ("painter.yaml", ("numeric", "axes")),
         ("painter.urdf", ("axis_1", "-", "numeric")),
     ],
