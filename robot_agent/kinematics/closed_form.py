@@ -50,7 +50,7 @@ class ClosedForm(Model):
     def inverse(self, poses: Array, near: Array | None = None) -> Solutions:
         elements = pose_elements(poses, "poses")
         leading, count = np.shape(poses)[:-2], elements.shape[-1]
-        held = self.held(near, leading)
+        held, slots = self.held(near, leading), prod(self.slots)
         # One contiguous array over all poses for each joint of each branch; the answers are views of it.
         joints = np.empty((self.n, *self.slots, count))
         valid, in_limits, singular = np.empty((3, *self.slots, count), dtype=bool)
@@ -65,10 +65,10 @@ class ClosedForm(Model):
             in_limits[..., part] = self._placed(raw, nearby, valid[..., part], out=joints[..., part])
 
         def by_pose(values: np.ndarray) -> np.ndarray:
-            return values.reshape(-1, count).T.reshape(*leading, prod(self.slots))
+            return values.reshape(slots, count).T.reshape(*leading, slots)
 
         return Solutions(
-            joints=joints.reshape(self.n, -1, count).transpose(2, 1, 0).reshape(*leading, prod(self.slots), self.n),
+            joints=joints.reshape(self.n, slots, count).transpose(2, 1, 0).reshape(*leading, slots, self.n),
             valid=by_pose(valid),
             in_limits=by_pose(in_limits),
             singular=by_pose(singular),

@@ -27,8 +27,8 @@ AXES = (2, 1, 1, 0, 1, 0)
 """Axis of each joint in its own frame."""
 NO_TURNS = [0.0] * 6
 PACKED = Struct("48d8d8?8?8?")
-"""Joints, excess, valid, in limits, singular of the eight slots of one pose: one block of memory with five arrays in it takes a
-fraction of the time of five lists made arrays."""
+"""Joints, excess, valid, in limits, singular of the eight slots of one pose: one block of memory with five arrays in it
+takes a fraction of the time of five lists made arrays."""
 
 
 class SixAxis(ClosedForm, SerialModel):

@@ -108,7 +108,8 @@ def solve_arm(rows: Array, g: Lengths, held_j1: Array) -> Arm:
     squared = along * along + up * up
     folded = squared < FOLDED_SPAN_M**2
     if folded.any():
-        along, squared = np.where(folded, FOLDED_SPAN_M, along), np.where(folded, FOLDED_SPAN_M**2, squared)
+        along = np.where(folded, FOLDED_SPAN_M, along)
+        squared = along * along + up * up
     triangle = elbow_triangle(squared, g.a3z, g.forearm)
     j23, (cos23, sin23) = np.empty((2, 2, 2, 2, len(up)))
     _up_down(np.pi / 2 - np.arctan2(up, along), SIDE * triangle.at_joint, out=j23[0])

@@ -86,7 +86,7 @@ class SingleInverse:
         """Both elbows of FRONT (side 1) or BACK (-1); `along` and `up`: from joint 2 to the wrist centre."""
         squared = along * along + up * up
         if squared < FOLDED_SPAN_M**2:
-            along, squared = FOLDED_SPAN_M, FOLDED_SPAN_M**2
+            along, squared = FOLDED_SPAN_M, FOLDED_SPAN_M**2 + up * up
         span = sqrt(squared)
         if not self._shortest - REACH_TOLERANCE_M <= span <= self._longest + REACH_TOLERANCE_M:
             slots.add_side(False, span - (self._longest if span > self._longest else self._shortest))
