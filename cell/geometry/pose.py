@@ -4,7 +4,6 @@ import math
 from functools import reduce
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from cell.geometry import quaternion
 from cell.geometry.arrays import Array
@@ -12,6 +11,10 @@ from cell.geometry.errors import NotAPose, WrongShape
 
 ROTATION_TOLERANCE = 1e-6
 """Largest defect of R R^T - I that still counts as rounding of the caller's numbers."""
+BLOCK = 1000
+"""Poses checked at once: as many as stay in the cache."""
+LAST_ROW = np.array([[0.0], [0], [0], [1]])
+"""Of every pose, as a column beside the elements of many."""
 GIMBAL_SINE = 1e-10
 """Below this cos B, A and C are one and the same rotation."""
 
@@ -94,30 +97,72 @@ def check_poses(poses: Array, what: str = "pose") -> Array:
         NotAPose: a value that is not finite, a matrix that is not a rotation, a last row other than 0 0 0 1.
     """
     poses = np.asarray(poses, dtype=float)
+    if poses.shape == (4, 4):
+        pose_rows(poses, what)
+    else:
+        pose_elements(poses, what)
+    return poses
+
+
+def pose_rows(pose: Array, what: str = "pose") -> list[list[float]]:
+    """One pose `(4, 4)` as plain floats, row by row, checked as by `check_poses`."""
+    rows: list[list[float]] = pose.tolist()
+    if not _is_pose(rows):
+        pose_elements(pose, what)
+    return rows
+
+
+def pose_elements(poses: Array, what: str = "pose") -> Array:
+    """Poses `(..., 4, 4)`, checked as by `check_poses` -> `(4, 4, p)`: one contiguous array over all poses per element.
+
+    Formulas for many poses are several times faster on these than on many small matrices.
+    """
+    poses = np.asarray(poses, dtype=float)
     if poses.shape[-2:] != (4, 4):
         raise WrongShape(what, poses.shape, "(..., 4, 4)")
-    if poses.ndim == 2 and _is_pose(poses.tolist()):
-        return poses
-    finite = np.isfinite(poses)
+    flat = poses.reshape(-1, 16)
+    elements = np.empty((16, len(flat)))
+    for start in range(0, len(flat), BLOCK):
+        block = elements[:, start : start + BLOCK]
+        block[...] = flat[start : start + BLOCK].T
+        defect = _first_defect(block.reshape(4, 4, -1))
+        if defect is not None:
+            offset, text = defect
+            index = np.unravel_index(start + offset, poses.shape[:-2])
+            raise NotAPose(what, tuple(map(int, index)), text)
+    return elements.reshape(4, 4, -1)
+
+
+def _first_defect(elements: Array) -> tuple[int, str] | None:
+    """Which of poses `(4, 4, p)` is no rigid motion, and why not."""
+    rotation = elements[:3, :3]
+    finite = np.asarray(np.isfinite(elements).all(axis=(0, 1)))
     if not finite.all():
-        raise NotAPose(what, _first(~finite.all(axis=(-1, -2))), "a value is not finite")
-    # One contiguous array per element: many times faster than products of many small matrices.
-    rotation = np.ascontiguousarray(poses[..., :3, :3].reshape(-1, 9).T).reshape(3, 3, -1)
-    leading = poses.shape[:-2]
-    defect = np.zeros(rotation.shape[-1])
-    for i in range(3):
-        for j in range(i, 3):
-            np.maximum(defect, np.abs(np.einsum("kp,kp->p", rotation[i], rotation[j]) - (i == j)), out=defect)
-    skewed = defect >= ROTATION_TOLERANCE
-    if skewed.any():
-        raise NotAPose(what, _first(skewed.reshape(leading)), "the axes are not orthogonal unit vectors")
-    mirrored = _determinant(rotation) <= 0
-    if mirrored.any():
-        raise NotAPose(what, _first(mirrored.reshape(leading)), "the axes are left-handed (a mirror image)")
-    closed = poses[..., 3, :] == (0.0, 0.0, 0.0, 1.0)
+        return int(finite.argmin()), "a value is not finite"
+    orthogonal = _skew(rotation) < ROTATION_TOLERANCE
+    if not orthogonal.all():
+        return int(orthogonal.argmin()), "the axes are not orthogonal unit vectors"
+    right_handed = _determinant(rotation) > 0
+    if not right_handed.all():
+        return int(right_handed.argmin()), "the axes are left-handed (a mirror image)"
+    closed = (elements[3] == LAST_ROW).all(axis=0)
     if not closed.all():
-        raise NotAPose(what, _first(~closed.all(axis=-1)), "the last row is not 0 0 0 1")
-    return poses
+        return int(closed.argmin()), "the last row is not 0 0 0 1"
+    return None
+
+
+def _skew(rotation: Array) -> Array:
+    """Largest element of |R R^T - I| of matrices `(3, 3, p)`: `(p,)`; not a number where it overflows."""
+    products = np.empty((6, 3, rotation.shape[-1]))
+    with np.errstate(over="ignore", invalid="ignore"):
+        np.multiply(rotation, rotation, out=products[:3])
+        np.multiply(rotation[:2], rotation[1:], out=products[3:5])
+        np.multiply(rotation[0], rotation[2], out=products[5])
+        defects = products[:, 0] + products[:, 1]
+        defects += products[:, 2]
+    defects[:3] -= 1
+    np.abs(defects, out=defects)
+    return np.asarray(defects.max(axis=0))
 
 
 def _is_pose(rows: list[list[float]]) -> bool:
@@ -145,10 +190,6 @@ def _determinant(r: Array) -> Array:
         + r[0, 2] * (r[1, 0] * r[2, 1] - r[1, 1] * r[2, 0])
     )
     return determinant
-
-
-def _first(flags: ArrayLike) -> tuple[int, ...]:
-    return tuple(int(i) for i in np.argwhere(flags)[0])
 
 
 def _assemble(leading: tuple[int, ...], rotation: Array, position: Array) -> Array:

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from itertools import compress
+from math import dist
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -19,23 +21,30 @@ TIE_RAD = 1e-6
 
 
 def solve(model: Model, pose: Array, near: Array | None, branch: str | None, prefer: Mapping[str, float]) -> Array:
-    """See `Model.solve`."""
-    wanted = np.zeros(model.n) if near is None else model.check_joints(near, "near").copy()
-    named = np.zeros(model.n, dtype=bool)
+    """See `Model.solve`. Plain floats: for a few slots of a few joints they are faster than arrays."""
+    wanted = [0.0] * model.n if near is None else model.check_one(near, "near")
     for name, value in prefer.items():
         if name not in model.joint_names:
             raise UnknownName("preferred joint", name, model.joint_names)
-        named[model.joint_names.index(name)] = True
         wanted[model.joint_names.index(name)] = value
-    solutions = model.inverse(pose, near=wanted)
-    allowed = _allowed(model.branches, branch)
-    usable = allowed & solutions.valid & solutions.in_limits
-    if not usable.any():
+    solutions = model.inverse(pose, near=np.array(wanted))
+    allowed = None if not branch else _allowed(model.branches, branch)
+    usable = solutions.in_limits if allowed is None else solutions.in_limits & allowed
+    slots, joints = np.flatnonzero(usable).tolist(), solutions.joints.tolist()
+    if not slots:
         raise Unreachable(pose, model.explain(pose, solutions, allowed), branch)
-    away = np.where(usable[:, None], np.abs(solutions.joints - wanted), np.inf)
-    first = np.rint(np.sqrt((away[:, named] ** 2).sum(axis=-1)) / TIE_RAD)
-    rest = (away[:, ~named] ** 2).sum(axis=-1)
-    best: Array = solutions.joints[np.lexsort((rest, first))[0]]
+    named = [name in prefer for name in model.joint_names]
+    others = [not preferred for preferred in named]
+
+    def away(slot: int) -> tuple[int, float]:
+        """Preferred joints first, in steps of `TIE_RAD`; the others break ties."""
+        found = joints[slot]
+        if not prefer:
+            return 0, dist(found, wanted)
+        first = dist([*compress(found, named)], [*compress(wanted, named)])
+        return round(first / TIE_RAD), dist([*compress(found, others)], [*compress(wanted, others)])
+
+    best: Array = solutions.joints[min(slots, key=away)]
     return best
 
 
@@ -77,10 +86,10 @@ def reach_violation(excess_m: float) -> Violation:
     return Violation(Reason.TOO_FAR if excess_m > 0 else Reason.TOO_NEAR, excess_m=abs(excess_m))
 
 
-def _allowed(branches: tuple[str, ...], wanted: str | None) -> Flags:
+def _allowed(branches: tuple[str, ...], wanted: str) -> Flags:
     """Branches `(k,)` that have all parts of the wanted name."""
-    parts = set(wanted.split("/")) if wanted else set()
+    parts = set(wanted.split("/"))
     allowed = np.array([parts <= set(name.split("/")) for name in branches])
-    if wanted is not None and not allowed.any():
+    if not allowed.any():
         raise UnknownName("branch", wanted, branches)
     return allowed

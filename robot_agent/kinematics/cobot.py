@@ -5,32 +5,37 @@ a3y, a4z, a5y. Frigeni, appendix, with (A-35), (A-39), (A-41) and (A-46) correct
 signed, and the elbow's sign is the other one.
 """
 
+from dataclasses import dataclass
 from itertools import product
 from typing import ClassVar
 
 import numpy as np
 
-from cell.geometry import check_poses
 from cell.geometry.arrays import Array, Flags
 from robot_agent.kinematics.chain import Chain, Step
+from robot_agent.kinematics.closed_form import ClosedForm, Raw
 from robot_agent.kinematics.problems import checked_lengths
 from robot_agent.kinematics.serial import SerialModel
 from robot_agent.kinematics.singularity import SingularityDistance
-from robot_agent.kinematics.six_axis_inverse import SINGULAR_RADIUS_M, SINGULAR_SINE
-from robot_agent.kinematics.solutions import Raw, Solutions, finished
+from robot_agent.kinematics.six_axis_inverse import SIDE, SINGULAR_RADIUS_M, SINGULAR_SINE
 from robot_agent.kinematics.triangle import beyond, beyond_reach, elbow_triangle
 from robot_agent.model.description import RobotDescription
 
 ELBOW_SIGN = np.array([[1.0, -1.0], [-1.0, 1.0]])[:, :, None, None]
 """For LEFT, RIGHT x UP, DOWN; seen from above the shoulder UP is the same elbow for both."""
 
+HALF_TURN = np.array([[0.0], [np.pi]])
+"""Of J6, for the POSITIVE and the NEGATIVE wrist."""
 
-class Cobot(SerialModel):
+
+class Cobot(ClosedForm, SerialModel):
     """See the module; branches LEFT/RIGHT (J1) x UP/DOWN (elbow) x POSITIVE/NEGATIVE (sign of J5)."""
 
     branches: ClassVar[tuple[str, ...]] = tuple(
         map("/".join, product(("LEFT", "RIGHT"), ("UP", "DOWN"), ("POSITIVE", "NEGATIVE")))
     )
+
+    slots: ClassVar[tuple[int, ...]] = (2, 2, 2)
 
     def __init__(self, description: RobotDescription) -> None:
         g = self._lengths = checked_lengths(description, positive=("a2x", "a3x"))
@@ -56,68 +61,80 @@ class Cobot(SerialModel):
         )
         return SingularityDistance(("shoulder", "elbow", "wrist"), np.stack(measures, axis=-1))
 
-    def inverse(self, poses: Array, near: Array | None = None) -> Solutions:
-        poses = check_poses(poses, "poses")
-        leading = poses.shape[:-2]
-        held = self.held(near, leading)
-        # (row, column, pose), so that each element is one contiguous array over all poses.
-        rows = np.ascontiguousarray(poses[..., :3, :].reshape(-1, 12).T).reshape(3, 4, -1)
+    def branches_of(self, elements: Array, held: Array) -> Raw:
         g = self._lengths
-        j1, on_axis, inside_cylinder = self._shoulder(rows, held[0])
-        cos1, sin1 = np.cos(j1), np.sin(j1)
-        # Rows of the pose in the plane of the arm, `(side, column, pose)`: ahead, aside, and rows[2] up.
-        ahead = cos1[:, None] * rows[0] + sin1[:, None] * rows[1]
-        aside = cos1[:, None] * rows[1] - sin1[:, None] * rows[0]
-        j5, j6, straight = _wrist(aside, held[5])
-        (c5, s5), (c6, s6) = (np.cos(j5), np.sin(j5)), (np.cos(j6), np.sin(j6))
-
-        def in_plane(row: Array) -> tuple[Array, Array]:
-            """Axes x and z of frame 4 in a row `(side or 1, column, pose)`, each `(side, wrist, pose)`."""
-            r = row[:, None]
-            return c5 * c6 * r[:, :, 0] - s5 * r[:, :, 1] + c5 * s6 * r[:, :, 2], c6 * r[:, :, 2] - s6 * r[:, :, 0]
-
-        (x4_ahead, z4_ahead), (x4_up, z4_up) = in_plane(ahead), in_plane(rows[2:])
-        along = (ahead[:, 3] - g["a5y"] * ahead[:, 1])[:, None] - g["a4z"] * z4_ahead
-        up = rows[2, 3] - g["a5y"] * rows[2, 1] - g["a4z"] * z4_up - g["a1z"]
-        span = np.hypot(along, up)
-        triangle = elbow_triangle(span, g["a2x"], g["a3x"])
-        j2 = -np.arctan2(up, along)[:, None] - ELBOW_SIGN * triangle.at_joint[:, None]
+        j1, cos1, sin1, on_axis, inside_cylinder = self._shoulder(elements, held[0])
+        # Rows of the pose in the plane of the arm, `(column, side, pose)`: ahead and aside; up is the same for both.
+        x, y, up = elements[0, :, None], elements[1, :, None], elements[2]
+        ahead, aside = cos1 * x + sin1 * y, cos1 * y - sin1 * x
+        wrist = _wrist(aside, held[5])
+        x4_ahead, z4_ahead = wrist.frame_4(ahead)
+        x4_up, z4_up = wrist.frame_4(up)
+        along = (ahead[3] - g["a5y"] * ahead[1])[:, None] - g["a4z"] * z4_ahead
+        height = up[3] - g["a5y"] * up[1] - g["a1z"] - g["a4z"] * z4_up
+        squared = along * along + height * height
+        triangle = elbow_triangle(squared, g["a2x"], g["a3x"])
+        j2 = -np.arctan2(height, along)[:, None] - ELBOW_SIGN * triangle.at_joint[:, None]
         j3 = ELBOW_SIGN * (np.pi - triangle.at_elbow)[:, None]
         j4 = np.arctan2(-x4_up, x4_ahead)[:, None] - j2 - j3
-        excess = np.where(inside_cylinder < 0, inside_cylinder, beyond_reach(span, g["a2x"], g["a3x"]))
-        slots = (2, 2, 2, rows.shape[2])
-        raw = Raw(
-            joints=[
-                np.broadcast_to(values, slots).reshape(8, -1)
-                for values in (j1[:, None, None], j2, j3, j4, j5[:, None], j6[:, None])
-            ],
-            excess_m=np.broadcast_to(excess[:, None], slots).reshape(8, -1),
-            singular=np.broadcast_to((straight | on_axis)[:, None, None], slots).reshape(8, -1),
+        excess = np.where(inside_cylinder < 0, inside_cylinder, beyond_reach(np.sqrt(squared), g["a2x"], g["a3x"]))
+        return Raw(
+            joints=(j1[:, None, None], j2, j3, j4, wrist.j5[:, None], wrist.j6[:, None]),
+            excess_m=excess[:, None],
+            singular=(wrist.straight | on_axis)[:, None, None],
         )
-        return finished(self, raw, held, leading)
 
-    def _shoulder(self, rows: Array, held_j1: Array) -> tuple[Array, Flags, Array]:
-        """J1 `(side, pose)`; whether it is free; how far [m] the wrist is inside the cylinder it cannot enter (< 0)."""
-        x, y = (rows[i, 3] - self._lengths["a5y"] * rows[i, 1] for i in (0, 1))
-        radius = np.hypot(x, y)
-        on_axis = (radius < SINGULAR_RADIUS_M) & (abs(self._aside) < SINGULAR_RADIUS_M)
-        aside = abs(self._aside)
-        opening = np.arctan2(self._aside, np.sqrt(np.maximum((radius - aside) * (radius + aside), 0)))
-        direction = np.arctan2(y, x)
-        left = np.where(on_axis, held_j1, direction - opening)
-        right = np.where(on_axis, held_j1, direction + opening + np.pi)
-        return np.stack([left, right]), on_axis, -beyond(aside - radius)
+    def _shoulder(self, elements: Array, held_j1: Array) -> tuple[Array, Array, Array, Flags, Array]:
+        """J1, its cosine and sine `(side, pose)`; whether it is free; how far [m] the wrist is inside the cylinder that
+        it cannot enter (< 0)."""
+        x, y = elements[:2, 3] - self._lengths["a5y"] * elements[:2, 1]
+        radius, aside = np.sqrt(x * x + y * y), self._aside
+        # The wrist is `ahead` in the plane of the arm and `aside` of it: J1 turns that onto (x, y).
+        ahead = SIDE * np.sqrt(np.maximum((radius - abs(aside)) * (radius + abs(aside)), 0))
+        cos1, sin1 = ahead * x + aside * y, ahead * y - aside * x
+        j1, length = np.arctan2(sin1, cos1), np.sqrt(cos1 * cos1 + sin1 * sin1)
+        length += length == 0
+        cos1, sin1 = cos1 / length, sin1 / length
+        on_axis = (radius < SINGULAR_RADIUS_M) & (abs(aside) < SINGULAR_RADIUS_M)
+        if on_axis.any():
+            j1 = np.where(on_axis, held_j1, j1)
+            cos1, sin1 = np.where(on_axis, np.cos(j1), cos1), np.where(on_axis, np.sin(j1), sin1)
+        return j1, cos1, sin1, on_axis, -beyond(abs(aside) - radius)
 
 
-def _wrist(aside: Array, held_j6: Array) -> tuple[Array, Array, Flags]:
-    """J5 and J6 `(side, wrist, pose)` from (s5 c6, c5, s5 s6), and whether J6 is free `(side, pose)`."""
-    sine = np.hypot(aside[:, 0], aside[:, 2])
-    straight = sine < SINGULAR_SINE
-    j6 = np.where(straight, held_j6, np.arctan2(aside[:, 2], aside[:, 0]))
-    j5 = np.arctan2(np.where(straight, 0.0, sine), aside[:, 1])
-    half_turn = np.where(straight, 0.0, np.pi)
-    return (
-        np.stack([j5, np.where(straight, j5, -j5)], axis=1),
-        np.stack([j6, j6 + half_turn], axis=1),
-        straight,
-    )
+@dataclass(frozen=True, slots=True, eq=False)
+class Wrist:
+    """Joints 5 and 6; both wrists have one J5 and J6 where J6 is free."""
+
+    j5: Array
+    """`(side, wrist, pose)`, POSITIVE and NEGATIVE."""
+    j6: Array
+    straight: Flags
+    """`(side, pose)`: J6 is free and holds its value."""
+    positive: tuple[Array, Array, Array, Array]
+    """Cosine and sine of J5 and of J6 `(side, pose)`, POSITIVE."""
+    sign: Array
+    """`(wrist, 1)` or `(side, wrist, pose)`: what turns the axes of frame 4 over for the NEGATIVE wrist."""
+
+    def frame_4(self, row: Array) -> tuple[Array, Array]:
+        """X and Z axis of frame 4 `(side, wrist, pose)` in a row of the pose `(column, side or none, pose)`."""
+        cos5, sin5, cos6, sin6 = self.positive
+        x = cos5 * (cos6 * row[0] + sin6 * row[2]) - sin5 * row[1]
+        z = cos6 * row[2] - sin6 * row[0]
+        return self.sign * x[:, None], self.sign * z[:, None]
+
+
+def _wrist(aside: Array, held_j6: Array) -> Wrist:
+    """From the row aside of the arm's plane, (sin J5 cos J6, cos J5, sin J5 sin J6) `(column, side, pose)`."""
+    sin5, cos5 = np.sqrt(aside[0] * aside[0] + aside[2] * aside[2]), aside[1]
+    straight = sin5 < SINGULAR_SINE
+    divisor = sin5 + straight
+    cos6, sin6, j6 = aside[0] / divisor, aside[2] / divisor, np.arctan2(aside[2], aside[0])
+    sign, half_turn = SIDE, HALF_TURN
+    if straight.any():
+        j6, sin5 = np.where(straight, held_j6, j6), np.where(straight, 0.0, sin5)
+        cos6, sin6 = np.where(straight, np.cos(j6), cos6), np.where(straight, np.sin(j6), sin6)
+        one = straight[:, None]
+        sign, half_turn = np.where(one, 1.0, SIDE), np.where(one, 0.0, HALF_TURN)
+    j5 = sign * np.arctan2(sin5, cos5)[:, None]
+    return Wrist(j5, j6[:, None] + half_turn, straight, (cos5, sin5, cos6, sin6), sign)

@@ -12,14 +12,12 @@ from typing import ClassVar
 
 import numpy as np
 
-from cell.geometry import check_poses
 from cell.geometry.arrays import Array
+from robot_agent.kinematics.closed_form import ClosedForm, Raw
 from robot_agent.kinematics.errors import OpenMechanism
-from robot_agent.kinematics.model import Model
 from robot_agent.kinematics.problems import checked_lengths
 from robot_agent.kinematics.reach import Places, placed, points, together, turned
 from robot_agent.kinematics.singularity import SingularityDistance
-from robot_agent.kinematics.solutions import Raw, Solutions, finished
 from robot_agent.kinematics.triangle import REACH_TOLERANCE_M, beyond, beyond_reach, elbow_triangle
 from robot_agent.kinematics.upright import TILT_TOLERANCE_RAD, heading, tilt
 from robot_agent.model.description import RobotDescription
@@ -31,10 +29,12 @@ ASIDE = np.stack([-np.sin(PHI), np.cos(PHI), np.zeros(3)], axis=-1)
 DOWN = np.array([0.0, 0.0, -1.0])
 
 
-class Delta(Model):
+class Delta(ClosedForm):
     """See the module; one branch, the elbows outside."""
 
     branches: ClassVar[tuple[str, ...]] = ("OUT",)
+
+    slots: ClassVar[tuple[int, ...]] = (1,)
 
     def __init__(self, description: RobotDescription) -> None:
         g = checked_lengths(description, positive=("h", "k"))
@@ -94,30 +94,25 @@ class Delta(Model):
             ("arm 1", "arm 2", "arm 3", "platform"), np.concatenate([stretched, flat[..., None]], axis=-1)
         )
 
-    def inverse(self, poses: Array, near: Array | None = None) -> Solutions:
-        poses = check_poses(poses, "poses")
-        leading = poses.shape[:-2]
-        held = self.held(near, leading)
-        flat = poses.reshape(-1, 4, 4)
-        platform = flat[:, :3, 3] - self._t * DOWN
-        out, aside, up = OUTWARD @ platform.T, ASIDE @ platform.T, platform[:, 2]
+    def branches_of(self, elements: Array, held: Array) -> Raw:  # noqa: ARG002 - no joint is ever free
+        platform = elements[:3, 3] - self._t * DOWN[:, None]
+        out, aside, up = OUTWARD @ platform, ASIDE @ platform, platform[2]
         ahead = out + self._s - self._r
         rod = np.sqrt(np.maximum((self._k - aside) * (self._k + aside), 0))
         off_plane = beyond(np.abs(aside) - self._k)
-        span = np.hypot(ahead, up)
-        in_plane = beyond_reach(span, self._h, rod)
-        beta = elbow_triangle(span, self._h, np.maximum(rod, REACH_TOLERANCE_M)).at_joint
+        squared = ahead * ahead + up * up
+        in_plane = beyond_reach(np.sqrt(squared), self._h, rod)
+        beta = elbow_triangle(squared, self._h, np.maximum(rod, REACH_TOLERANCE_M)).at_joint
         # Of the two elbows the one that lies farther out.
         j = np.arctan2(-up, ahead) + np.where(up > 0, beta, -beta)
         excess = np.where(off_plane > 0, off_plane, in_plane)
         worst = np.take_along_axis(excess, np.abs(excess).argmax(axis=0)[None], axis=0)[0]
-        raw = Raw(
-            joints=(*j, heading(flat))[: self.n],
+        return Raw(
+            joints=(*j, heading(elements))[: self.n],
             excess_m=worst,
-            singular=np.zeros(len(flat), dtype=bool),
-            tilt_rad=tilt(flat) if self.n == 4 else _turned(flat),
+            singular=np.zeros(len(up), dtype=bool),
+            tilt_rad=tilt(elements) if self.n == 4 else _turned(elements),
         )
-        return finished(self, raw, held, leading)
 
     def bulge_m(self, q: Array) -> Array:
         """As for every model, from the second differences of the points: closed chains have no bound by the reach."""
@@ -195,11 +190,11 @@ class Delta(Model):
         return lambda u: np.maximum(elbow(u), platform(u)) + off * np.linalg.norm(u, axis=-1)[..., None]
 
 
-def _turned(rotations: Array) -> Array:
-    """Angle [rad] of rotations `(p, 4, 4)`: a platform without a fourth axis does not turn at all."""
-    r = rotations[:, :3, :3]
-    skew = np.stack([r[:, 2, 1] - r[:, 1, 2], r[:, 0, 2] - r[:, 2, 0], r[:, 1, 0] - r[:, 0, 1]], axis=-1)
-    angle = np.arctan2(np.linalg.norm(skew, axis=-1), np.trace(r, axis1=1, axis2=2) - 1)
+def _turned(elements: Array) -> Array:
+    """Angle [rad] `(p,)` of poses `(4, 4, p)`: a platform without a fourth axis does not turn at all."""
+    (xx, xy, xz), (yx, yy, yz), (zx, zy, zz) = elements[:3, :3]
+    sine = np.sqrt((zy - yz) ** 2 + (xz - zx) ** 2 + (yx - xy) ** 2)
+    angle = np.arctan2(sine, xx + yy + zz - 1)
     return np.where(angle > TILT_TOLERANCE_RAD, angle, 0.0)
 
 

@@ -3,6 +3,7 @@
 from abc import ABC, abstractmethod
 from collections.abc import Iterator, Mapping
 from functools import cached_property
+from math import isfinite
 from typing import ClassVar
 
 import numpy as np
@@ -197,7 +198,10 @@ class Model(ABC):
             UnknownName: no such branch or joint.
             BadInput, cell.geometry.GeometryError: as `inverse`.
         """
-        return choice.solve(self, self._one_pose(pose), near, branch, prefer or {})
+        pose = np.asarray(pose, dtype=float)
+        if pose.ndim != 2:
+            raise BadInput("pose", f"shape {pose.shape}", "(4, 4)")
+        return choice.solve(self, pose, near, branch, prefer or {})
 
     def track(self, poses: Array, start: Array) -> Array:
         """Joints `(m, n)` along a path of poses `(m, 4, 4)`: one branch, continuous, inside the limits.
@@ -219,9 +223,19 @@ class Model(ABC):
         q = np.asarray(q, dtype=float)
         if q.shape[-1:] != (self.n,):
             raise BadInput(what, f"shape {q.shape}", f"(..., {self.n})")
-        if not np.isfinite(q).all():
+        # For one joint set plain floats are faster.
+        finite = all(map(isfinite, q.tolist())) if q.ndim == 1 else np.isfinite(q).all()
+        if not finite:
             raise BadInput(what, "a value that is not finite", "finite values")
         return q
+
+    def check_one(self, q: Array, what: str) -> list[float]:
+        """Return one joint set `(n,)` as plain floats, or raise `BadInput`."""
+        q = self.check_joints(q, what)
+        if q.ndim != 1:
+            raise BadInput(what, f"shape {q.shape}", f"({self.n},)")
+        joints: list[float] = q.tolist()
+        return joints
 
     def held(self, near: Array | None, leading: tuple[int, ...]) -> Array:
         """`near` as `(n, 1)` or `(n, poses)`; zeros when there is none."""

@@ -9,15 +9,14 @@ from typing import ClassVar
 
 import numpy as np
 
-from cell.geometry import check_poses
 from cell.geometry.arrays import Array
 from robot_agent.kinematics.chain import Chain, Step
+from robot_agent.kinematics.closed_form import ClosedForm, Raw
 from robot_agent.kinematics.problems import checked_lengths
 from robot_agent.kinematics.reach import Places, placed, points, together, turned
 from robot_agent.kinematics.serial import SerialModel
 from robot_agent.kinematics.singularity import SingularityDistance
 from robot_agent.kinematics.six_axis_inverse import Lengths, solve_arm
-from robot_agent.kinematics.solutions import Raw, Solutions, finished
 from robot_agent.kinematics.upright import heading, tilt
 from robot_agent.model.description import RobotDescription
 
@@ -25,10 +24,12 @@ MIXING = np.array([[1.0, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0], [0, -1, -1, 0], [
 """The passive wrist turns against J2 and J3."""
 
 
-class Palletizer(SerialModel):
+class Palletizer(ClosedForm, SerialModel):
     """See the module; branches FRONT/BACK (J1) x UP/DOWN (elbow). Limits usually leave FRONT/UP."""
 
     branches: ClassVar[tuple[str, ...]] = ("FRONT/UP", "FRONT/DOWN", "BACK/UP", "BACK/DOWN")
+
+    slots: ClassVar[tuple[int, ...]] = (2, 2)
 
     def __init__(self, description: RobotDescription) -> None:
         g = self._lengths = checked_lengths(description, positive=("a2z", "a3x"))
@@ -64,17 +65,12 @@ class Palletizer(SerialModel):
         shoulder = np.array([g["a1x"], 0.0, g["a1z"]])
         return turned(placed(together(turned(forearm, 1), hand), shoulder), 2)
 
-    def inverse(self, poses: Array, near: Array | None = None) -> Solutions:
-        poses = check_poses(poses, "poses")
-        leading = poses.shape[:-2]
-        held = self.held(near, leading)
-        flat = poses.reshape(-1, 4, 4)
-        arm = solve_arm(np.moveaxis(flat[:, :3], 0, -1), self._arm, held[0])
-        j1 = np.repeat(arm.j1, 2, axis=0)
-        raw = Raw(
-            joints=(j1, arm.j2.reshape(4, -1), arm.j3.reshape(4, -1), heading(flat) - j1),
-            excess_m=np.repeat(arm.excess, 2, axis=0),
+    def branches_of(self, elements: Array, held: Array) -> Raw:
+        arm = solve_arm(elements, self._arm, held[0])
+        j1 = arm.j1[:, None]
+        return Raw(
+            joints=(j1, *arm.j23, heading(elements) - j1),
+            excess_m=arm.excess[:, None],
             singular=arm.singular,
-            tilt_rad=tilt(flat),
+            tilt_rad=tilt(elements),
         )
-        return finished(self, raw, held, leading)

@@ -8,14 +8,13 @@ from typing import ClassVar
 
 import numpy as np
 
-from cell.geometry import check_poses
 from cell.geometry.arrays import Array
 from robot_agent.kinematics.chain import Chain, Step
+from robot_agent.kinematics.closed_form import ClosedForm, Raw
 from robot_agent.kinematics.problems import checked_lengths
 from robot_agent.kinematics.serial import SerialModel
 from robot_agent.kinematics.singularity import SingularityDistance
 from robot_agent.kinematics.six_axis_inverse import SINGULAR_RADIUS_M
-from robot_agent.kinematics.solutions import Raw, Solutions, finished
 from robot_agent.kinematics.triangle import beyond_reach, elbow_triangle
 from robot_agent.kinematics.turns import TURN, nearest_turn
 from robot_agent.kinematics.upright import heading, tilt
@@ -24,10 +23,12 @@ from robot_agent.model.description import RobotDescription
 ELBOW_SIGN = np.array([1.0, -1.0])[:, None]
 
 
-class Scara(SerialModel):
+class Scara(ClosedForm, SerialModel):
     """See the module; branches RIGHT (J2 positive) and LEFT."""
 
     branches: ClassVar[tuple[str, ...]] = ("RIGHT", "LEFT")
+
+    slots: ClassVar[tuple[int, ...]] = (2,)
 
     def __init__(self, description: RobotDescription) -> None:
         g = self._lengths = checked_lengths(description, positive=("a1x", "a2x"))
@@ -40,25 +41,22 @@ class Scara(SerialModel):
     def singularity(self, q: Array) -> SingularityDistance:
         return SingularityDistance(("elbow",), np.abs(np.sin(self.check_joints(q)[..., 1:2])))
 
-    def inverse(self, poses: Array, near: Array | None = None) -> Solutions:
-        poses = check_poses(poses, "poses")
-        leading = poses.shape[:-2]
-        held = self.held(near, leading)
-        flat, g = poses.reshape(-1, 4, 4), self._lengths
-        x, y, z = flat[:, :3, 3].T
-        span = np.hypot(x, y)
+    def branches_of(self, elements: Array, held: Array) -> Raw:
+        g = self._lengths
+        x, y, z = elements[:3, 3]
+        squared = x * x + y * y
+        span = np.sqrt(squared)
         on_axis = span < SINGULAR_RADIUS_M
-        triangle = elbow_triangle(span, g["a1x"], g["a2x"])
-        j1 = np.where(on_axis, held[0], np.arctan2(y, x)) - ELBOW_SIGN * triangle.at_joint
+        triangle = elbow_triangle(squared, g["a1x"], g["a2x"])
+        j1 = np.where(on_axis, held[0], np.arctan2(y, x)) - ELBOW_SIGN * np.where(on_axis, 0.0, triangle.at_joint)
         j2 = ELBOW_SIGN * (np.pi - triangle.at_elbow)
-        j4, j3 = self._spindle(heading(flat) - j1 - j2, z - g["a1z"] - g["a2z"], held[3])
-        raw = Raw(
+        j4, j3 = self._spindle(heading(elements) - j1 - j2, z - g["a1z"] - g["a2z"], held[3])
+        return Raw(
             joints=(j1, j2, j3, j4),
             excess_m=beyond_reach(span, g["a1x"], g["a2x"]),
             singular=on_axis,
-            tilt_rad=tilt(flat),
+            tilt_rad=tilt(elements),
         )
-        return finished(self, raw, held, leading)
 
     def continuous(self, joints: Array) -> Array:
         """As for every model; a turn of J4 also lifts the spindle, which J3 takes back."""

@@ -2,8 +2,11 @@
 
 After Brandstoetter, Angerer and Hofbaur, "An analytical solution of the inverse kinematics problem of industrial serial
 manipulators with an ortho-parallel basis and a spherical wrist" (2014), with two changes that keep full precision in
-singular poses: the elbow triangle is solved by Heron's formula and one angle from the other, and J6 follows from J4, so
-any J4 is consistent where only the sum or the difference of both is determined.
+singular poses: both angles of the elbow triangle come from one numerator, and J6 follows from J4, so any J4 is
+consistent where only the sum or the difference of both is determined.
+
+Sines and cosines of joints that are used further are ratios of lengths: trigonometric functions would cost more than
+all the rest.
 """
 
 from dataclasses import dataclass
@@ -12,15 +15,16 @@ from functools import cached_property
 import numpy as np
 
 from cell.geometry.arrays import Array, Flags
-from robot_agent.kinematics.triangle import Triangle, beyond_reach, elbow_triangle
+from robot_agent.kinematics.triangle import beyond_reach, elbow_triangle
 
 SINGULAR_SINE = 1e-10
 """Below this sine of J5 the axes 4 and 6 are one line."""
 SINGULAR_RADIUS_M = 1e-10
 """A wrist this close to axis 1 leaves J1 free."""
-ELBOW_SIGN = np.array([[1.0, -1.0], [-1.0, 1.0]])[..., None]
-"""Sign of the elbow triangle for FRONT, BACK x UP, DOWN; UP is the elbow that lies above the line from joint 2 to the
-wrist."""
+FOLDED_SPAN_M = 1e-12
+"""A wrist closer to joint 2 counts as this far ahead of it: then nothing divides by zero."""
+SIDE = np.array([[1.0], [-1.0]])
+"""Sign of the elbow for FRONT, BACK; UP is the elbow that lies above the line from joint 2 to the wrist."""
 
 
 @dataclass(frozen=True)
@@ -47,6 +51,11 @@ class Lengths:
         return float(np.arctan2(self.a4x + self.a5x, self.a4z))
 
     @cached_property
+    def along_forearm(self) -> tuple[float, float]:
+        """Cosine and sine of `rest`, per metre of forearm [1/m]."""
+        return self.a4z / self.forearm**2, (self.a4x + self.a5x) / self.forearm**2
+
+    @cached_property
     def offsets(self) -> tuple[tuple[float, float], ...]:
         """Origin of each joint's frame in the frame before, along X and Z [m]."""
         return (
@@ -67,9 +76,8 @@ class Arm:
     """`(2, p)` FRONT, BACK."""
     cos1: Array
     sin1: Array
-    j2: Array
-    """`(2, 2, p)`, in the order of `ELBOW_SIGN`."""
-    j3: Array
+    j23: Array
+    """`(2, 2, 2, p)`: J2 and J3 for FRONT, BACK x UP, DOWN."""
     cos23: Array
     """`(2, 2, p)` of J2 + J3."""
     sin23: Array
@@ -83,89 +91,88 @@ class Arm:
 class Wrist:
     """Joints 4 to 6 for `p` poses."""
 
-    j4: Array
-    """`(2, 2, p)` with POSITIVE J5; the NEGATIVE wrist is `(j4 + half_turn, -j5, j6 + half_turn)`."""
-    j5: Array
-    j6: Array
-    half_turn: Array
-    """`(1,)` or `(2, 2, p)`: pi, and 0 where both wrists are one."""
+    j456: Array
+    """`(3, 2, 2, 2, p)`: of each arm both wrists, POSITIVE and NEGATIVE J5."""
     singular: Flags
-    """`(2, 2, p)`: J4 is held."""
+    """`(2, 2, p)`: J4 is held and both wrists are one."""
 
 
 def solve_arm(rows: Array, g: Lengths, held_j1: Array) -> Arm:
-    """Joints 1 to 3. `rows` `(3, 4, p)`: upper rows of the poses; `held_j1` `(1,)` or `(p,)`."""
-    wx, wy, wz = rows[:, 3] - g.a6x * rows[:, 0]
-    radius = np.sqrt(wx * wx + wy * wy)
-    singular = radius < SINGULAR_RADIUS_M
-    divisor = radius + singular
-    j1, cos1, sin1 = np.empty((3, 2, len(wx)))
-    np.arctan2(wy, wx, out=j1[0])
-    np.divide(wx, divisor, out=cos1[0])
-    np.divide(wy, divisor, out=sin1[0])
-    np.add(j1[0], np.pi, out=j1[1])
-    np.negative(cos1[0], out=cos1[1])
-    np.negative(sin1[0], out=sin1[1])
-    if singular.any():
-        # On axis 1 both keep J1 where it is.
-        held = np.broadcast_to(held_j1, singular.shape)[singular]
-        j1[:, singular], cos1[:, singular], sin1[:, singular] = held, np.cos(held), np.sin(held)
-    along = np.stack([radius, -radius]) - g.a2x
-    up = wz - (g.a1z + g.a2z)
-    span = np.sqrt(along * along + up * up)
-    triangle = elbow_triangle(span, g.a3z, g.forearm)
-    cos23, sin23 = _forearm_direction(along, up, span, triangle, g)
-    direction = (np.pi / 2 - np.arctan2(up, along))[:, None]
-    return Arm(
-        j1=j1,
-        cos1=cos1,
-        sin1=sin1,
-        j2=direction - ELBOW_SIGN * triangle.at_joint[:, None],
-        j3=(np.pi - g.rest) - ELBOW_SIGN * triangle.at_elbow[:, None],
-        cos23=cos23,
-        sin23=sin23,
-        excess=beyond_reach(span, g.a3z, g.forearm),
-        singular=singular,
-    )
+    """Joints 1 to 3. `rows` `(3 or 4, 4, p)`: elements of the poses; `held_j1` `(1,)` or `(p,)`."""
+    wrist = rows[:3, 3] - g.a6x * rows[:3, 0]
+    radius = np.sqrt(wrist[0] * wrist[0] + wrist[1] * wrist[1])
+    j1, cos1, sin1, on_axis = _shoulder(wrist, radius, held_j1)
+    along = np.stack([radius, -radius])
+    along -= g.a2x
+    up = wrist[2] - (g.a1z + g.a2z)
+    squared = along * along + up * up
+    folded = squared < FOLDED_SPAN_M**2
+    if folded.any():
+        along = np.where(folded, FOLDED_SPAN_M, along)
+        squared = along * along + up * up
+    triangle = elbow_triangle(squared, g.a3z, g.forearm)
+    j23, (cos23, sin23) = np.empty((2, 2, 2, 2, len(up)))
+    _up_down(np.pi / 2 - np.arctan2(up, along), SIDE * triangle.at_joint, out=j23[0])
+    _up_down(np.pi - g.rest, SIDE * triangle.at_elbow, out=j23[1])
+    # The forearm runs from the elbow to the wrist: `share` of the span along it, and `across` of the span's length
+    # square to it. Turned back by `rest` and divided by its length it is the direction of J2 + J3 from the vertical.
+    share = 0.5 - (0.5 * (g.a3z - g.forearm) * (g.a3z + g.forearm)) / squared
+    across = (0.5 * SIDE) * triangle.area4 / squared
+    cos_rest, sin_rest = g.along_forearm
+    ahead, upward = cos_rest * along - sin_rest * up, cos_rest * up + sin_rest * along
+    _up_down(upward * share, ahead * across, out=cos23)
+    _up_down(ahead * share, -upward * across, out=sin23)
+    excess = beyond_reach(np.sqrt(squared), g.a3z, g.forearm)
+    return Arm(j1=j1, cos1=cos1, sin1=sin1, j23=j23, cos23=cos23, sin23=sin23, excess=excess, singular=on_axis)
 
 
 def solve_wrist(rows: Array, arm: Arm, held_j4: Array) -> Wrist:
     """Joints 4 to 6 from what rotation the arm leaves to them: Rx(J4) Ry(J5) Rx(J6) = (Rz(J1) Ry(J2 + J3))^T R."""
-    ahead = arm.cos1[:, None] * rows[0, :3] + arm.sin1[:, None] * rows[1, :3]
-    aside = arm.cos1[:, None] * rows[1, :3] - arm.sin1[:, None] * rows[0, :3]
-    r11 = arm.cos23 * ahead[:, None, 0] - arm.sin23 * rows[2, 0]
-    r21, r22, r23 = (aside[:, None, k] for k in range(3))
-    r31, r32, r33 = (arm.sin23 * ahead[:, None, k] + arm.cos23 * rows[2, k] for k in range(3))
-    sine = np.sqrt(r21 * r21 + r31 * r31)
-    singular = sine < SINGULAR_SINE
-    divisor = sine + singular
-    sin4, cos4 = r21 / divisor, -r31 / divisor
-    j4 = np.arctan2(r21, -r31)
-    half_turn = np.array([np.pi])
+    x, y, z = rows[0, :3, None], rows[1, :3, None], rows[2, :3, None, None]
+    ahead, aside = (arm.cos1 * x + arm.sin1 * y)[:, :, None], (arm.cos1 * y - arm.sin1 * x)[:, :, None]
+    r11 = arm.cos23 * ahead[0] - arm.sin23 * z[0]
+    r21, r22, r23 = aside
+    r31, r32, r33 = arm.sin23 * ahead + arm.cos23 * z
+    # Sine and cosine of J4 times that of J5, which cancels in J6.
+    sin4, cos4 = r21, -r31
+    sin5 = np.sqrt(r21 * r21 + r31 * r31)
+    singular = sin5 < SINGULAR_SINE
+    j456 = np.empty((3, 2, 2, 2, rows.shape[-1]))
+    (j4, j5, j6), negative = j456[:, :, :, 0], j456[:, :, :, 1]
+    np.arctan2(sin4, cos4, out=j4)
     if singular.any():
-        held = np.broadcast_to(held_j4, singular.shape)[singular]
-        j4[singular], sin4[singular], cos4[singular] = held, np.sin(held), np.cos(held)
-        half_turn = np.where(singular, 0.0, np.pi)
+        np.copyto(j4, held_j4, where=singular)
+        sin4, cos4 = np.where(singular, np.sin(j4), sin4), np.where(singular, np.cos(j4), cos4)
+        sin5 = np.where(singular, sin4 * r21 - cos4 * r31, sin5)
+    np.arctan2(sin5, r11, out=j5)
     # Second row of Rx(J4)^T R is (0, cos J6, -sin J6): well conditioned for every J5.
-    j6 = np.arctan2(-cos4 * r23 - sin4 * r33, cos4 * r22 + sin4 * r32)
-    j5 = np.arctan2(sin4 * r21 - cos4 * r31, r11)
-    return Wrist(j4=j4, j5=j5, j6=j6, half_turn=half_turn, singular=singular)
+    np.arctan2(-cos4 * r23 - sin4 * r33, cos4 * r22 + sin4 * r32, out=j6)
+    np.add(j4, np.pi, out=negative[0])
+    np.negative(j5, out=negative[1])
+    np.add(j6, np.pi, out=negative[2])
+    if singular.any():
+        np.copyto(negative, j456[:, :, :, 0], where=singular)
+    return Wrist(j456, singular)
 
 
-def _forearm_direction(along: Array, up: Array, span: Array, triangle: Triangle, g: Lengths) -> tuple[Array, Array]:
-    """Cosine and sine of J2 + J3 `(2, 2, p)`, without trigonometric functions: they cost more than all the rest.
+def _shoulder(wrist: Array, radius: Array, held_j1: Array) -> tuple[Array, Array, Array, Flags]:
+    """J1, its cosine and sine, `(2, p)`, and where the wrist is on axis 1: there both sides keep J1 where it is."""
+    on_axis = radius < SINGULAR_RADIUS_M
+    j1, cos1, sin1 = np.empty((3, 2, len(radius)))
+    np.arctan2(wrist[1], wrist[0], out=j1[0])
+    divisor = radius + on_axis
+    np.divide(wrist[0], divisor, out=cos1[0])
+    np.divide(wrist[1], divisor, out=sin1[0])
+    np.add(j1[0], np.pi, out=j1[1])
+    np.negative(cos1[0], out=cos1[1])
+    np.negative(sin1[0], out=sin1[1])
+    if on_axis.any():
+        held = np.broadcast_to(held_j1, on_axis.shape)[on_axis]
+        j1[:, on_axis], cos1[:, on_axis], sin1[:, on_axis] = held, np.cos(held), np.sin(held)
+    return j1, cos1, sin1, on_axis
 
-    J2 + J3 = K - (direction + sign * turn), with direction = atan2(up, along), turn the sum of the triangle's angles at
-    joint 2 and at the elbow, and K = 3/2 pi - rest.
-    """
-    standing = span == 0
-    divisor = span + standing
-    cos_a, sin_a = (along + standing) / divisor, up / divisor
-    cos_t = triangle.cos_joint * triangle.cos_elbow - triangle.sin_joint * triangle.sin_elbow
-    sin_t = triangle.sin_joint * triangle.cos_elbow + triangle.cos_joint * triangle.sin_elbow
-    cos_k, sin_k = float(np.cos(1.5 * np.pi - g.rest)), float(np.sin(1.5 * np.pi - g.rest))
-    # The direction is turned by K first, then by the triangle to either side.
-    cos_d, sin_d = cos_k * cos_a + sin_k * sin_a, sin_k * cos_a - cos_k * sin_a
-    cos_c, sin_s = (cos_d * cos_t)[:, None], ELBOW_SIGN * (sin_d * sin_t)[:, None]
-    sin_c, cos_s = (sin_d * cos_t)[:, None], ELBOW_SIGN * (cos_d * sin_t)[:, None]
-    return cos_c + sin_s, sin_c - cos_s
+
+def _up_down(middle: Array | float, aside: Array, out: Array) -> None:
+    """Elbow UP before the middle, DOWN behind it: two `(2, p)` -> `(2, 2, p)`."""
+    np.subtract(middle, aside, out=out[:, 0])
+    np.add(middle, aside, out=out[:, 1])

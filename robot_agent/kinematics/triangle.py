@@ -12,43 +12,41 @@ REACH_TOLERANCE_M = 1e-10
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Triangle:
-    """Angles between upper arm and span, and at the elbow, 0 to pi."""
+    """Angles between upper arm and span, and at the elbow, 0 to pi, by their tangents.
 
-    cos_joint: Array
-    sin_joint: Array
-    cos_elbow: Array
-    sin_elbow: Array
+    Both have the same numerator, so its error for the stretched and the folded arm, where it is nearly zero, turns both
+    angles alike and cancels in the position of the wrist. An arccosine would have half the digits there.
+    """
+
+    area4: Array
+    """Four times the area [m^2], by Heron's formula: 2 * upper * span * sin(joint) = 2 * upper * fore * sin(elbow)."""
+    joint: Array
+    """2 * upper * span * cos(joint) [m^2]."""
+    elbow: Array
+    """2 * upper * fore * cos(elbow) [m^2]."""
 
     @property
     def at_joint(self) -> Array:
-        return np.asarray(np.arctan2(self.sin_joint, self.cos_joint))
+        return np.asarray(np.arctan2(self.area4, self.joint))
 
     @property
     def at_elbow(self) -> Array:
-        return np.asarray(np.arctan2(self.sin_elbow, self.cos_elbow))
+        return np.asarray(np.arctan2(self.area4, self.elbow))
 
 
-def elbow_triangle(span: Array, upper: float, fore: Array | float) -> Triangle:
-    """The triangle (upper arm, forearm, span).
-
-    Heron's product keeps the sine exact for the stretched and the folded arm, where an arccosine has half the digits;
-    the angle at the joint follows from the one at the elbow, so their errors cancel in the position of the wrist.
-    """
-    product = (upper + fore - span) * (upper + fore + span) * (span + upper - fore) * (span - upper + fore)
-    sine = np.sqrt(np.maximum(product, 0)) / (2 * upper * fore)
-    cosine = (upper * upper + fore * fore - span * span) / (2 * upper * fore)
-    length = np.sqrt(sine * sine + cosine * cosine)
-    sine, cosine = sine / length, cosine / length
-    across, along = fore * sine, upper - fore * cosine
-    length = np.sqrt(across * across + along * along)
-    folded = length == 0
-    length = length + folded
-    return Triangle((along + folded) / length, across / length, cosine, sine)
+def elbow_triangle(squared: Array, upper: float, fore: Array | float) -> Triangle:
+    """The triangle (upper arm, forearm, span), from the square of the span; beyond reach it is flat."""
+    longest, shortest = (upper + fore) ** 2, (upper - fore) ** 2
+    area4 = np.asarray((longest - squared) * (squared - shortest))
+    np.maximum(area4, 0, out=area4)
+    np.sqrt(area4, out=area4)
+    return Triangle(area4, squared + (upper - fore) * (upper + fore), (upper * upper + fore * fore) - squared)
 
 
 def beyond_reach(span: Array, upper: float, fore: Array | float) -> Array:
     """How much [m] the span is too long (positive) or too short (negative) for the two links; 0 in reach."""
-    return beyond(span - (upper + fore)) - beyond(np.abs(upper - fore) - span)
+    excess = span - np.minimum(np.maximum(span, np.abs(upper - fore)), upper + fore)
+    return np.where(np.abs(excess) > REACH_TOLERANCE_M, excess, 0.0)
 
 
 def beyond(distance: Array) -> Array:

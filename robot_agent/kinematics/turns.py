@@ -14,15 +14,27 @@ def nearest_turn(angles: Array, near: Array | float, lower: Array | float, upper
 
     Returns the angles and whether a turn inside the limits exists; without one, the turn nearest to `near`.
     """
-    turn = angles * (1 / TURN)
-    least = np.ceil((lower - LIMIT_TOLERANCE_RAD) / TURN - turn)
-    most = np.floor((upper + LIMIT_TOLERANCE_RAD) / TURN - turn)
-    wished = np.rint(near / TURN - turn)
+    placed = np.asarray(near - angles)
+    placed *= 1 / TURN
+    np.rint(placed, out=placed)
+    placed *= TURN
+    placed += angles
+    inside = within(placed, lower, upper)
+    if inside.all() or not _limits_reach_beyond_half_a_turn(near, lower, upper):
+        return placed, inside
+    least = np.ceil((lower - LIMIT_TOLERANCE_RAD - placed) / TURN)
+    most = np.floor((upper + LIMIT_TOLERANCE_RAD - placed) / TURN)
     inside = least <= most
-    turns = np.where(inside, np.minimum(np.maximum(wished, least), most), wished)
-    return angles + TURN * turns, inside
+    return placed + TURN * np.where(inside, np.minimum(np.maximum(least, 0), most), 0), inside
+
+
+def _limits_reach_beyond_half_a_turn(near: Array | float, lower: Array | float, upper: Array | float) -> bool:
+    """Whether a turn other than the nearest one may lie inside the limits."""
+    return bool(np.maximum(upper - near, near - lower).max() > np.pi - LIMIT_TOLERANCE_RAD)
 
 
 def within(values: Array, lower: Array | float, upper: Array | float) -> Flags:
-    """Whether joints that slide lie inside their limits [m]."""
-    return (values >= lower - LIMIT_TOLERANCE_RAD) & (values <= upper + LIMIT_TOLERANCE_RAD)
+    """Whether joints lie inside their limits, apart from rounding [rad or m]."""
+    inside: Flags = values >= lower - LIMIT_TOLERANCE_RAD
+    inside &= values <= upper + LIMIT_TOLERANCE_RAD
+    return inside

@@ -109,3 +109,19 @@ def test_one_pose_and_many_are_refused_alike(
     with pytest.raises(NotAPose, match=defect) as caught:
         check_poses(poses)
     assert caught.value.index == index
+
+
+def test_a_defect_among_thousands_is_found_where_it_is() -> None:
+    poses = np.tile(np.eye(4), (3, 1100, 1, 1))
+    poses[2, 1007, :3, 0] *= -1
+    with pytest.raises(NotAPose, match="left-handed") as caught:
+        check_poses(poses)
+    assert caught.value.index == (2, 1007)
+
+
+@pytest.mark.parametrize("count", [None, 2])
+def test_values_whose_products_overflow_are_refused(count: int | None) -> None:
+    pose = np.eye(4)
+    pose[:2, :2] = [[1e200, 1e200], [-1e200, 1e200]]
+    with pytest.raises(NotAPose, match="not orthogonal"):
+        check_poses(pose if count is None else np.tile(pose, (count, 1, 1)))

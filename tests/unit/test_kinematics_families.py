@@ -139,3 +139,11 @@ def test_a_description_of_another_robot_is_refused(family: Family) -> None:
         model_of(described(family, linear=tuple(not slides for slides in good.linear)))
     with pytest.raises(BadModel, match="lower triangular"):
         model_of(described(family, coupling=np.triu(np.ones((len(good.linear),) * 2))))
+
+
+@every_kind
+def test_no_poses_have_no_solutions(family: Family, joints: int | None) -> None:
+    model = robot(family, joints)
+    solutions = model.inverse(np.empty((2, 0, 4, 4)))
+    assert solutions.joints.shape == (2, 0, len(model.branches), model.n)
+    assert solutions.tilt_rad.shape == (2, 0)

@@ -292,33 +292,3 @@ def test_near_must_be_one_set_of_joints_or_one_per_pose() -> None:
 def test_a_geometry_of_another_robot_is_refused(geometry: dict[str, float], problem: str) -> None:
     with pytest.raises(BadModel, match=problem):
         SixAxis(description(**geometry))
-
-
-# One pose at a time
-
-
-def test_one_pose_has_the_same_solutions_as_many() -> None:
-    near = RNG.uniform(-3, 3, (2000, 6))
-    poses = ARM.forward(JOINTS[:2000])
-    many = ARM.inverse(poses, near=near)
-    for i in range(2000):
-        one = ARM.inverse(poses[i], near=near[i])
-        np.testing.assert_allclose(one.joints, many.joints[i], atol=1e-9)
-        for name in ("valid", "in_limits", "singular"):
-            np.testing.assert_array_equal(getattr(one, name), getattr(many, name)[i])
-        np.testing.assert_allclose(one.excess_m, many.excess_m[i], atol=1e-12)
-
-
-@pytest.mark.parametrize("j5", [0.0, np.pi])
-def test_one_singular_pose_has_the_same_solutions_as_many(j5: float) -> None:
-    q = RNG.uniform(-1, 1, (50, 6))
-    q[:, 4] = j5
-    poses = np.concatenate([ARM.forward(q), from_xyz_abc(np.array([[0, 0, 2.5, 0, np.pi / 2, 0]]))])
-    near = np.concatenate([q, q[:1]])
-    many = ARM.inverse(poses, near=near)
-    for i, pose in enumerate(poses):
-        one = ARM.inverse(pose, near=near[i])
-        np.testing.assert_array_equal(one.singular, many.singular[i])
-        np.testing.assert_allclose(
-            ARM.forward(one.joints[one.valid]), np.tile(pose, (one.valid.sum(), 1, 1)), atol=1e-9
-        )
