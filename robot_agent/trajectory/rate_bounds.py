@@ -14,9 +14,9 @@ from robot_agent.trajectory.track import Track
 Row = list[list[float]]
 """For each joint A/|q'|, J/|q'|, q''/q', q'''/q'."""
 
-_STEP_S = 0.002
-_CHUNK = 128
-_MARGIN = 0.98
+_STEP_S = 0.004
+_CHUNK = 32
+_MARGINS = (0.98, 0.95, 1.0, 1.0)
 """For what lies between the steps in which the bounds are used."""
 _STANDING = 1e-7
 """[rad/s or m/s] Below this a joint counts as moving this fast: its quotients stay finite."""
@@ -46,5 +46,5 @@ class RateBounds:
         size = np.abs(first)
         limits = self._limits
         columns = [limits.ramp_acceleration / size, limits.ramp_jerk / size, second / first, third / first]
-        rows: list[Row] = (np.stack(columns, axis=-1) * [_MARGIN, _MARGIN, 1.0, 1.0]).tolist()
+        rows: list[Row] = (np.stack(columns, axis=-1) * _MARGINS).tolist()
         return rows

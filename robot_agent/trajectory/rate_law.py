@@ -62,11 +62,14 @@ class RateLaw:
 
     def at(self, t: Numbers) -> tuple[Numbers, Numbers, Numbers]:
         """Advance of tau [s], rate and its slope at times `t` `(m,)` from 0 on."""
+        if len(self.times) == 1:
+            return self.states[0, 1] * t, np.full_like(t, self.states[0, 1]), np.zeros_like(t)
         piece = np.searchsorted(self.times, t, side="right") - 1
         x = t - self.times[piece]
-        start, rate, slope, bend = self.states[piece].T
-        advance = start + x * (rate + x * (slope / 2.0 + x * bend / 6.0))
-        rate, slope = rate + x * (slope + x * bend / 2.0), slope + x * bend
+        start, rate, slope, bend = self.states.T[:, piece]
+        gain = x * bend
+        advance = start + x * (rate + x * (slope + gain / 3.0) / 2.0)
+        rate, slope = rate + x * (slope + gain / 2.0), slope + gain
         if self.bump == 0.0:
             return advance, rate, slope
         share = np.clip(t / self.duration_s, 0.0, 1.0)
@@ -79,6 +82,8 @@ class RateLaw:
 
     def later(self, t: float) -> "RateLaw":
         """The same law from time `t` [s] on; not for a law with a bump."""
+        if len(self.times) == 1:
+            return self
         advance, _, _ = self.at(np.array([t]))
         return RateLaw(self.times - t, self.states - np.array([float(advance[0]), 0.0, 0.0, 0.0]))
 

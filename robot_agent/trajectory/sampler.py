@@ -102,11 +102,10 @@ class Sampler:
         if (rate > 1.0 + _TOLERANCE).any() or (join.cap is not None and not join.cap.kept(way, rate)):
             return None
         tau, sign = self._track.taus(way), self._track.sign
-        q, before = self._track.motion.q(tau), join.before
+        (q, qd), before = self._track.sampled(tau), join.before
         steps = np.diff(np.concatenate([before, q]), n=2, axis=0)
         if (np.abs(steps[1:]) > self._second).any() or (np.abs(np.diff(steps, axis=0)) > self._third).any():
             return None
         rate, slope = sign * rate, sign * slope
-        qd = rate[:, None] * self._track.motion.qd(tau)
         nominal = min(nominal, rest)
-        return Segment(tau, rate, slope, q, qd, nominal, who, before, self._cycle_s, law)
+        return Segment(tau, rate, slope, q, rate[:, None] * qd, nominal, who, before, self._cycle_s, law)

@@ -7,7 +7,7 @@ from robot_agent.trajectory.rate_law import RateLaw
 from robot_agent.trajectory.segment import PathState
 
 _LANDING = 0.96
-_STEPS = 20
+_STEPS = 16
 _MOST_STEPS = 200
 _SHORTEST_S, _LONGEST_S = 2e-4, 0.04
 _HALVINGS = 3
@@ -37,22 +37,25 @@ class Steering:
         sign, h = self._plan(start, target, share)
         pieces: list[tuple[float, float]] = []
         halvings = 0
-        here = self._bounds.row(way)
+        low, high = _bends(self._bounds.row(way), rate, slope)
         while way < limit and len(pieces) < _MOST_STEPS:
-            low, high = _bends(here, rate, slope)
             ahead = self._bounds.row(way + h * (rate + h * slope / 2.0))
-            low, high, least, most = _ahead(ahead, max(rate + h * (slope + h * bend / 2.0), 0.0), slope, h, low, high)
+            end = max(rate + h * (slope + h * bend / 2.0), 0.0)
+            step_low, step_high, least, most = _ahead(ahead, end, slope, h, low, high)
             if sign < 0.0:
-                drive, counter = max(share * low, (share * least - slope) / h), high
-                drive = min(drive, high)
+                drive = min(max(share * step_low, (share * least - slope) / h), step_high)
             else:
-                drive, counter = min(share * high, (share * most - slope) / h), -low
-                drive = max(drive, low)
-            then_slope, then_rate = slope + h * drive, rate + h * (slope + h * drive / 2.0)
-            then_way = way + h * (rate + h * (slope / 2.0 + h * drive / 6.0))
-            if self._can_land(then_way, then_rate, then_slope, target, sign, share * counter):
+                drive = max(min(share * step_high, (share * most - slope) / h), step_low)
+            then = PathState(
+                way + h * (rate + h * (slope / 2.0 + h * drive / 6.0)),
+                rate + h * (slope + h * drive / 2.0),
+                slope + h * drive,
+            )
+            then_low, then_high = _bends(ahead, then.rate, then.rate_dot)
+            if self._can_land(then, target, sign, share, then_high if sign < 0.0 else -then_low):
                 pieces.append((h, drive))
-                way, rate, slope, bend, here = then_way, then_rate, then_slope, drive, ahead
+                way, rate, slope, bend = then.tau, then.rate, then.rate_dot, drive
+                low, high = then_low, then_high
             elif halvings < _HALVINGS or (sign * slope <= 0.0 and h > _SHORTEST_S / 16.0):
                 h, bend = h / 2.0, 0.0
                 halvings += 1
@@ -82,16 +85,26 @@ class Steering:
             whole = 2.0 * math.sqrt(distance / bend)
         return sign, min(max(whole / _STEPS, _SHORTEST_S), _LONGEST_S)
 
-    def _can_land(self, way: float, rate: float, slope: float, target: float, sign: float, counter: float) -> bool:
-        """Whether one constant change of the slope within the bounds still leads to the target."""
-        missing = sign * (target - rate)
+    def _can_land(self, state: PathState, target: float, sign: float, share: float, counter: float) -> bool:
+        """Whether one constant change of the slope within the bounds still leads to the target.
+
+        It is looked at in its beginning, where `counter` is the bound, in its middle and in its end.
+        """
+        missing, slope = sign * (target - state.rate), sign * state.rate_dot
         if missing <= 0.0:
             return False
-        if sign * slope <= 0.0:
+        if slope <= 0.0:
             return True
-        duration = 2.0 * missing / (sign * slope)
-        low, high = _bends(self._bounds.row(way + duration * (rate + 2.0 * target) / 3.0), target, 0.0)
-        return slope * slope <= 2.0 * missing * _LANDING * min(counter, high if sign < 0.0 else -low)
+        needed = slope * slope / (2.0 * missing * share * _LANDING)
+        if needed > counter:
+            return False
+        duration = 2.0 * missing / slope
+        for left in (0.5, 0.0):
+            rate, passed = target - sign * missing * left * left, target + (state.rate - target) * (1.0 - left**3) / (3.0 * (1.0 - left))
+            low, high = _bends(self._bounds.row(state.tau + duration * (1.0 - left) * passed), rate, left * state.rate_dot)
+            if needed > (high if sign < 0.0 else -low):
+                return False
+        return True
 
 
 def _bends(row: Row, rate: float, slope: float) -> tuple[float, float]:

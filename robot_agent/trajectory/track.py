@@ -47,6 +47,17 @@ class Track:
         """A state in tau as a state of the track."""
         return PathState(self.way(state.tau), self.sign * state.rate, self.sign * state.rate_dot)
 
+    def sampled(self, taus: Numbers) -> tuple[Numbers, Numbers]:
+        """Joints and, at rate 1, their velocity, each `(m, n)` at planned times `(m,)`: the polynomials looked up once."""
+        pieces = self.motion.pieces
+        piece = np.searchsorted(pieces.knots[1:-1], taus, side="right")
+        x = (taus - pieces.knots[piece])[:, None]
+        c = pieces.coefficients[piece].transpose(1, 0, 2)
+        q, qd = c[5], 5.0 * c[5]
+        for power in (4, 3, 2, 1):
+            q, qd = q * x + c[power], qd * x + power * c[power]
+        return q * x + c[0], qd
+
     def derivatives(self, way: Numbers) -> Numbers:
         """First to third derivative `(3, m, n)` of the joints by the way `(m,)`."""
         if self.sign > 0.0:
