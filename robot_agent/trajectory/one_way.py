@@ -81,16 +81,16 @@ class OneWay:
         return join.remainder(wish.bound_by)
 
     def stop(self, join: Join, who: str) -> Segment:
-        """The fastest way to rest; the remainder of the previous segment if nothing is faster."""
+        """The fastest way to rest that ends no farther away than the remainder of the previous segment, else that."""
         start, remainder = self.start(join, 0.0), join.remainder(who)
         if remainder.rest_index == 0 or start.tau in self.track.rests:
             return self._sampler.stand(join, who)
-        limit = self.track.next_rest(start.tau)
+        limit, farthest = self.track.next_rest(start.tau), self._rests_at(remainder)
         join = replace(join, cap=None)
         for share in _SHARES:
             ramp = self._steering.change(start, 0.0, share, limit)
             braked = self._sampler.brake(join, start, ramp, 0.0, ramp, limit, who)
-            if braked is not None and braked.rest_index < remainder.rest_index:
+            if braked is not None and braked.rest_index < remainder.rest_index and self._rests_at(braked) <= farthest:
                 return braked
             if ramp.duration_s > remainder.stop_time_s:
                 break

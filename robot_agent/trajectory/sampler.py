@@ -27,6 +27,11 @@ class Join:
     cap: SpeedCap | None
 
     @property
+    def tau(self) -> float:
+        """Path time of the join."""
+        return float(self.previous.tau[min(self.index, self.previous.length - 1)])
+
+    @property
     def before(self) -> Numbers:
         """`(2, n)` the joints commanded in the two ticks before."""
         return self.previous.history(self.index)
@@ -84,7 +89,7 @@ class Sampler:
 
     def stand(self, join: Join, who: str) -> Segment:
         """Standing at the join; only where the plan itself rests."""
-        tau = np.full(RESTING_SAMPLES, join.previous.state(join.index).tau)
+        tau = np.full(RESTING_SAMPLES, join.tau)
         still, q = np.zeros(RESTING_SAMPLES), self._track.motion.q(tau)
         return Segment(tau, still, still, q, np.zeros_like(q), 0, who, join.before, self._cycle_s)
 
@@ -101,7 +106,7 @@ class Sampler:
         way, rate, slope = way[kept], np.where(moving, rate[kept], 0.0), np.where(moving, slope[kept], 0.0)
         if (rate > 1.0 + _TOLERANCE).any() or (join.cap is not None and not join.cap.kept(way, rate)):
             return None
-        tau, sign = self._track.taus(way), self._track.sign
+        tau, sign = np.append(join.tau, self._track.taus(way[1:])), self._track.sign
         (q, qd), before = self._track.sampled(tau), join.before
         steps = np.diff(np.concatenate([before, q]), n=2, axis=0)
         if (np.abs(steps[1:]) > self._second).any() or (np.abs(np.diff(steps, axis=0)) > self._third).any():
