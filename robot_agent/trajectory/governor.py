@@ -8,6 +8,7 @@ so it can be played out with no one left to ask.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Self
 
 import numpy as np
 
@@ -16,6 +17,9 @@ from robot_agent.trajectory.motion import Motion
 from robot_agent.trajectory.one_way import OneWay, Wish
 from robot_agent.trajectory.sampler import Join
 from robot_agent.trajectory.segment import RESTING_SAMPLES, Segment
+
+_SLOWEST = 1e-4
+"""A lower rate counts as 0."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -27,6 +31,11 @@ class RateRequest:
 
     rate: float
     who: str
+
+    @classmethod
+    def ending_in(cls, left_s: float, tau_left_s: float, who: str) -> Self:
+        """The rate that needs `left_s` [s] for `tau_left_s` [s] of the plan: robots asked so end together."""
+        return cls(min(1.0, tau_left_s / left_s) if left_s > 0.0 else 1.0, who)
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,7 +87,7 @@ class Governor:
         turning = (previous.stop_tau - tau) * (1.0 if backwards is None else -1.0) < 0.0
         way = self._forwards if (backwards is None) is not turning else self._backwards
         join = Join(previous, index, way.cap(cap_m_s))
-        if stop or lowest.rate == 0.0:
+        if stop or abs(lowest.rate) < _SLOWEST:
             return way.stop(join, "stop" if stop else lowest.who)
         if turning:
             return way.stop(join, "turning round" if backwards is None else backwards.who)

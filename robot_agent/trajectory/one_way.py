@@ -175,7 +175,7 @@ class OneWay:
             end = self._sampler.after(start, law, t)
             if end.rate_dot == 0.0 and end.rate > 0.0 and abs(gap) < _NEAR_S * end.rate:
                 return max(t - gap / end.rate, 0.0), ramp
-            if abs(gap) < _VERY_NEAR * abs(float(ramp.states[-2, 3])) * ramp.duration_s**3:
+            if abs(gap) < _VERY_NEAR * float(np.abs(ramp.states[:, 3]).max()) * ramp.duration_s**3:
                 return t, ramp.longer(-gap)
             if gap > 0.0:
                 high, late, early = t, gap, early / 2.0
@@ -183,9 +183,7 @@ class OneWay:
                 low, early, late = t, gap, late / 2.0
         return None
 
-    def _stop_of(
-        self, start: PathState, law: RateLaw, t: float, share: float, stop: float
-    ) -> tuple[float, RateLaw]:
+    def _stop_of(self, start: PathState, law: RateLaw, t: float, share: float, stop: float) -> tuple[float, RateLaw]:
         """How far behind way `stop` the ramp that begins on `law` at time `t` ends, and that ramp."""
         end = self._sampler.after(start, law, t)
         ramp = self._steering.change(end, 0.0, share)

@@ -60,9 +60,7 @@ class Sampler:
         missing = limit - start.tau - law.advance
         return law.duration_s + (max(missing, 0.0) / law.target if law.target > 0.0 else 0.0)
 
-    def ride(
-        self, join: Join, start: PathState, law: RateLaw, nominal: int, limit: float, who: str
-    ) -> Segment | None:
+    def ride(self, join: Join, start: PathState, law: RateLaw, nominal: int, limit: float, who: str) -> Segment | None:
         """`law` from `start` up to way `limit`, where it or the plan rests."""
         riding_s = self.riding_s(start, law, limit)
         if riding_s >= _LONGEST_S:
@@ -97,9 +95,11 @@ class Sampler:
         self, join: Join, way: Numbers, rate: Numbers, slope: Numbers, nominal: int, limit: float, who: str,
         law: RateLaw | None,
     ) -> Segment | None:  # fmt: skip
-        """The samples if the joints keep the `ramp` limits in them, the join included, and the cap; else None."""
+        """The samples if the joints keep the `ramp` limits in them, the join included, and the cap; else None. None too where nothing moves."""
         way = np.maximum.accumulate(np.minimum(way, limit))
         rest = int(np.argmax(way >= way[-1]))
+        if rest == 0:
+            return None
         kept = np.minimum(np.arange(rest + RESTING_SAMPLES), len(way) - 1)
         kept[rest:] = len(way) - 1
         moving = np.arange(len(kept)) < rest

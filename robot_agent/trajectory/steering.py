@@ -7,6 +7,8 @@ from robot_agent.trajectory.rate_law import RateLaw
 from robot_agent.trajectory.segment import PathState
 
 _LANDING = 0.96
+_LOOKED_AT = ((0.5, 7.0 / 12.0), (0.0, 1.0 / 3.0))
+"""Where a landing is looked at: the share of its time that is left, and the mean of the missing rate until there."""
 _STEPS = 16
 _MOST_STEPS = 200
 _SHORTEST_S, _LONGEST_S = 2e-4, 0.04
@@ -99,9 +101,10 @@ class Steering:
         if needed > counter:
             return False
         duration = 2.0 * missing / slope
-        for left in (0.5, 0.0):
-            rate, passed = target - sign * missing * left * left, target + (state.rate - target) * (1.0 - left**3) / (3.0 * (1.0 - left))
-            low, high = _bends(self._bounds.row(state.tau + duration * (1.0 - left) * passed), rate, left * state.rate_dot)
+        for left, mean in _LOOKED_AT:
+            rate = target + (state.rate - target) * left * left
+            way = state.tau + duration * (1.0 - left) * (target + (state.rate - target) * mean)
+            low, high = _bends(self._bounds.row(way), rate, left * state.rate_dot)
             if needed > (high if sign < 0.0 else -low):
                 return False
         return True
@@ -120,9 +123,7 @@ def _bends(row: Row, rate: float, slope: float) -> tuple[float, float]:
     return low, high
 
 
-def _ahead(
-    row: Row, rate: float, slope: float, h: float, low: float, high: float
-) -> tuple[float, float, float, float]:
+def _ahead(row: Row, rate: float, slope: float, h: float, low: float, high: float) -> tuple[float, float, float, float]:
     """The bounds after a step of `h` [s]: `low` and `high` of the slope's slope, narrowed, and those of the slope.
 
     `rate` is the one after the step, `slope` the one before it.

@@ -48,7 +48,7 @@ class Track:
         return PathState(self.way(state.tau), self.sign * state.rate, self.sign * state.rate_dot)
 
     def sampled(self, taus: Numbers) -> tuple[Numbers, Numbers]:
-        """Joints and, at rate 1, their velocity, each `(m, n)` at planned times `(m,)`: the polynomials looked up once."""
+        """Joints and, at rate 1, their velocity, each `(m, n)` at planned times `(m,)`."""
         pieces = self.motion.pieces
         piece = np.searchsorted(pieces.knots[1:-1], taus, side="right")
         x = (taus - pieces.knots[piece])[:, None]
@@ -62,8 +62,9 @@ class Track:
         """First to third derivative `(3, m, n)` of the joints by the way `(m,)`."""
         if self.sign > 0.0:
             return self.motion.pieces.derivatives(way)
-        derivatives = self.motion.pieces.derivatives(self.motion.duration_s - way)
-        return derivatives * np.array([-1.0, 1.0, -1.0])[:, None, None]
+        derivatives: Numbers = self.motion.pieces.derivatives(self.motion.duration_s - way)
+        signs: Numbers = np.array([-1.0, 1.0, -1.0])[:, None, None]
+        return derivatives * signs
 
     def next_rest(self, way: float) -> float:
         """The first rest of the plan from `way` on."""
