@@ -24,6 +24,9 @@ from cell.messages.commands import (
     ResetRobot,
     Run,
     SetEstop,
+    SetManual,
+    SetOverride,
+    Step,
     Who,
 )
 from cell.messages.common import Heard, Token, TokenGone
@@ -33,7 +36,7 @@ from cell.messages.event import Event, Severity
 from cell.messages.gateway_state import BusCounters, GatewayState, NodeStatus
 from cell.messages.manager_state import ManagerState, ZoneState, ZoneStatus
 from cell.messages.presence import Body, Presence
-from cell.messages.robot_state import GovernorStatus, Mode, ProgramState, ProgramStatus, RobotState
+from cell.messages.robot_state import GovernorStatus, Mode, PaceStatus, ProgramState, ProgramStatus, RobotState
 from cell.messages.setpoints import SetpointBlock
 from cell.messages.zone import ZoneGeometry
 
@@ -62,6 +65,7 @@ __all__ = [
     "ManagerState",
     "Mode",
     "NodeStatus",
+    "PaceStatus",
     "PlayoutState",
     "Presence",
     "ProgramState",
@@ -74,8 +78,11 @@ __all__ = [
     "RobotState",
     "Run",
     "SetEstop",
+    "SetManual",
+    "SetOverride",
     "SetpointBlock",
     "Severity",
+    "Step",
     "Token",
     "TokenGone",
     "Who",

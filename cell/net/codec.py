@@ -31,7 +31,10 @@ from cell.messages import (
     ResetRobot,
     Run,
     SetEstop,
+    SetManual,
+    SetOverride,
     SetpointBlock,
+    Step,
     Who,
 )
 from cell.net import binary
@@ -43,7 +46,7 @@ T = TypeVar("T")
 COMMANDS: dict[str, dict[str, type[Command]]] = {
     role: {kind.verb: kind for kind in (*kinds, Who)}
     for role, kinds in {
-        "robot": (Enable, Disable, Run, Halt, Continue, ResetRobot),
+        "robot": (Enable, Disable, Run, Halt, Continue, Step, SetOverride, SetManual, ResetRobot),
         "manager": (SetEstop, ResetEstop, ClearZone, AdoptZone),
         "gateway": (Claim, Release, EnableDrives, DisableDrives, ResetDrives),
     }.items()

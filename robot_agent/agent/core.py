@@ -24,12 +24,13 @@ from robot_agent.agent.axes import feedback_in_joints, samples_in_axes
 from robot_agent.agent.executive import Executive, Wishes
 from robot_agent.agent.gateway_link import GatewayLink
 from robot_agent.agent.operator import Operator, Situation
+from robot_agent.agent.pace import Pace
 from robot_agent.agent.planning import PlanFailed, Planned, Planner
 from robot_agent.agent.program_run import ProgramRun
 from robot_agent.agent.report import Reporter
 from robot_agent.agent.zone_claims import ZoneClaims
 from robot_agent.language import Pause, Program
-from robot_agent.trajectory import RateRequest
+from robot_agent.trajectory import Hold, RateRequest
 from robot_agent.workspace import standing_body
 
 _STALE_CYCLES = 5
@@ -54,7 +55,8 @@ class AgentCore:
         self.zones = ZoneClaims(robot, boot, cell.times.fresh_s)
         self.run = ProgramRun(program)
         self.report = Reporter(robot, boot)
-        self.operator = Operator(robot, boot, cell.times.command_s, self.link, self.run)
+        self.pace = Pace()
+        self.operator = Operator(robot, boot, cell.times.command_s, self.link, self.run, self.pace)
         self.mode = Mode.STARTING
         self.executive: Executive | None = None
         self.estop: Estop | None = None
@@ -214,13 +216,17 @@ class AgentCore:
         cycle_s = executive.cycle_s
         self.run.settle(executive, feedback.tick, cycle_s)
         self.run.follow(executive.timeline.at(feedback.tick)[0], feedback.tick)
+        at_rest = executive.at_rest(feedback.tick)
+        if self.mode is Mode.RUNNING and at_rest and self.pace.step_done(executive.timeline.newest):
+            self.pace.no_step()
+            self.mode = Mode.HALTED
         if self.mode is Mode.RUNNING and not self.run.running:
             self.mode = Mode.READY
             if self.run.error:
                 self.report.event(Severity.ALARM, "program", self.run.error, "correct the program, then run it again")
 
     def _wishes(self, now: float) -> Wishes:
-        requests = []
+        requests = list(self.pace.requests)
         age_s = self.zones.age(now)
         if age_s >= self._cell.times.fresh_s:
             if self.mode is Mode.RUNNING and self._cell.on_manager_return is OnManagerReturn.OPERATOR:
@@ -233,10 +239,14 @@ class AgentCore:
         return Wishes(
             requests=tuple(requests),
             stop=self.mode in (Mode.ESTOP, Mode.FAULT),
-            holds=lambda planned, tau: [hold for _, hold in self.zones.holds_on(planned, tau, now)],
-            follower=self.run.follower if self.mode is Mode.RUNNING else None,
+            holds=lambda planned, tau: [*self.pace.holds(planned, tau), *self._zone_holds(planned, now)],
+            cap_m_s=self.pace.cap_m_s,
+            follower=self.run.follower if self.mode is Mode.RUNNING and not self.pace.backwards else None,
             not_before_tick=self.run.resume_tick,
         )
+
+    def _zone_holds(self, planned: Planned, now: float) -> list[Hold]:
+        return [hold for _, hold in self.zones.holds_on(planned, now)]
 
     def _wants(self, executive: Executive, feedback: DriveFeedback) -> dict[str, float]:
         """The zones that the program crosses soon: zone to seconds until it is entered."""
@@ -299,7 +309,10 @@ class AgentCore:
         zones = tuple(sorted(self.zones.holds))
         lost = self.link.age(now) > self._cell.times.feedback_lost_s
         heard = None if lost else feedback
-        state = self.report.state(self.mode, self.run, heard, self.executive, planner, zones, waiting_for, alarms)
+        pace = self.pace.status
+        state = self.report.state(
+            self.mode, self.run, heard, self.executive, planner, pace, zones, waiting_for, alarms
+        )  # fmt: skip
         self.operator.sent_state(state.sequence, now)
         return Publish(state)
 
@@ -318,7 +331,9 @@ class AgentCore:
         motion, tau = newest.planned, newest.segment.stop_tau
         if executive.at_motion_end and self.run.follower is not None:
             motion, tau = self.run.follower, 0.0
-        blocking = self.zones.holds_on(motion, tau, now)
+        if self.pace.override <= 0.0:
+            return newest.segment.ruled_by or f"{self.pace.requests[0].who}: at the beginning of this motion"
+        blocking = [held for held in self.zones.holds_on(motion, now) if held[1].until > tau]
         if not blocking:
             return ""
         zone, hold = min(blocking, key=lambda held: held[1].tau)

@@ -25,7 +25,9 @@ class Wishes:
     requests: tuple[RateRequest, ...]
     stop: bool
     holds: Callable[[Planned, float], list[Hold]]
-    """The holds on a motion from a path time on: zones that may not be entered."""
+    """The holds on a motion that is at a path time: zones that may not be entered, the end of a step."""
+    cap_m_s: float | None = None
+    """The TCP may not be faster."""
     follower: Planned | None = None
     """The motion to begin once the present one is at rest."""
     not_before_tick: int = 0
@@ -83,7 +85,7 @@ class Executive:
             if join >= base.rest_tick:
                 previous, index = governor.rest(float(base.segment.tau[-1])), 0
             holds = wishes.holds(base.planned, previous.state(index).tau)
-            segment = governor.next(previous, index, wishes.requests, holds, wishes.stop)
+            segment = governor.next(previous, index, wishes.requests, holds, wishes.stop, wishes.cap_m_s)
             block = self._block(join, base.planned, segment)
         return block
 
@@ -123,7 +125,8 @@ class Executive:
         if start > join + self._nominal_s / self._cycle_s:
             return None
         governor = self._governor(follower)
-        segment = governor.next(governor.rest(0.0), 0, wishes.requests, wishes.holds(follower, 0.0))
+        holds = wishes.holds(follower, 0.0)
+        segment = governor.next(governor.rest(0.0), 0, wishes.requests, holds, cap_m_s=wishes.cap_m_s)
         return self._block(start, follower, segment) if segment.tau[-1] > 0.0 else None
 
     def _block(self, first_tick: int, planned: Planned, segment: Segment) -> SentBlock:

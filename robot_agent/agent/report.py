@@ -13,6 +13,7 @@ from cell.messages import (
     Event,
     GovernorStatus,
     Mode,
+    PaceStatus,
     RobotState,
     Severity,
 )
@@ -48,6 +49,7 @@ class Reporter:
         feedback: DriveFeedback | None,
         executive: Executive | None,
         planner: Planner,
+        pace: PaceStatus,
         zones: tuple[str, ...],
         waiting_for: str,
         alarms: tuple[str, ...],
@@ -65,6 +67,7 @@ class Reporter:
             tcp_quaternion_xyzw=None,
             tcp_speed_m_s=None,
             governor=None,
+            pace=pace,
             zones=zones,
             waiting_for=waiting_for,
             waited_s=dict(run.waited_s),
