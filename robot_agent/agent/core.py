@@ -216,14 +216,14 @@ class AgentCore:
         cycle_s = executive.cycle_s
         self.run.settle(executive, feedback.tick, cycle_s)
         self.run.follow(executive.timeline.at(feedback.tick)[0], feedback.tick)
-        at_rest = executive.at_rest(feedback.tick)
-        if self.mode is Mode.RUNNING and at_rest and self.pace.step_done(executive.timeline.newest):
-            self.pace.no_step()
-            self.mode = Mode.HALTED
         if self.mode is Mode.RUNNING and not self.run.running:
             self.mode = Mode.READY
             if self.run.error:
                 self.report.event(Severity.ALARM, "program", self.run.error, "correct the program, then run it again")
+        stepped = executive.at_rest(feedback.tick) and self.pace.step_done(executive.timeline.newest)
+        if self.mode is Mode.RUNNING and stepped:
+            self.pace.no_step()
+            self.mode = Mode.HALTED
 
     def _wishes(self, now: float) -> Wishes:
         requests = list(self.pace.requests)

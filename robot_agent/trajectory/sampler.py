@@ -95,7 +95,10 @@ class Sampler:
         self, join: Join, way: Numbers, rate: Numbers, slope: Numbers, nominal: int, limit: float, who: str,
         law: RateLaw | None,
     ) -> Segment | None:  # fmt: skip
-        """The samples if the joints keep the `ramp` limits in them, the join included, and the cap; else None. None too where nothing moves."""
+        """The samples if the joints keep the `ramp` limits in them, the join included, and the cap.
+
+        None where they do not, and where nothing moves.
+        """
         way = np.maximum.accumulate(np.minimum(way, limit))
         rest = int(np.argmax(way >= way[-1]))
         if rest == 0:
