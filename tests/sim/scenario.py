@@ -70,8 +70,9 @@ def run_scenario(
 ) -> Outcome:
     """Run the demo cell under one seed. Raises `invariants.Broken`.
 
-    A restless operator changes override, manual speed and step mode at random. Without trouble the run ends when both programs have ended; with trouble it lasts `longest_s`, then the network and
-    the machines leave the cell in peace, everything is halted and must come to rest.
+    Without trouble the run ends when both programs have ended; with trouble it lasts `longest_s`, then the network and
+    the machines leave the cell in peace, everything is halted and must come to rest. A restless operator changes
+    override, manual speed and step mode at random.
     """
     world = World(load_bundle(), seed, weather)
     invariants, operator = Invariants(world), (RestlessOperator if restless else PatientOperator)(world)
