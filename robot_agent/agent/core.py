@@ -30,7 +30,7 @@ from robot_agent.agent.program_run import ProgramRun
 from robot_agent.agent.report import Reporter
 from robot_agent.agent.zone_claims import ZoneClaims
 from robot_agent.language import Pause, Program
-from robot_agent.trajectory import Hold, RateRequest
+from robot_agent.trajectory import RateRequest
 from robot_agent.workspace import standing_body
 
 _STALE_CYCLES = 5
@@ -239,14 +239,14 @@ class AgentCore:
         return Wishes(
             requests=tuple(requests),
             stop=self.mode in (Mode.ESTOP, Mode.FAULT),
-            holds=lambda planned, tau: [*self.pace.holds(planned, tau), *self._zone_holds(planned, now)],
+            holds=lambda planned, segment, index: [
+                *self.pace.holds(planned, segment, index),
+                *(hold for _, hold in self.zones.holds_on(planned, now)),
+            ],
             cap_m_s=self.pace.cap_m_s,
             follower=self.run.follower if self.mode is Mode.RUNNING and not self.pace.backwards else None,
             not_before_tick=self.run.resume_tick,
         )
-
-    def _zone_holds(self, planned: Planned, now: float) -> list[Hold]:
-        return [hold for _, hold in self.zones.holds_on(planned, now)]
 
     def _wants(self, executive: Executive, feedback: DriveFeedback) -> dict[str, float]:
         """The zones that the program crosses soon: zone to seconds until it is entered."""

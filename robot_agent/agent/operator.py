@@ -144,6 +144,7 @@ class Operator:
             return _Done(self._who(), mode)
         if isinstance(command, Halt):
             if mode is Mode.RUNNING:
+                self._pace.no_step()
                 return _Done(f"{self._robot} brakes on its path; `cell continue {self._robot}` goes on", Mode.HALTED)
             return _Done(f"{self._robot} is not running a program", mode)
         age_s = self._states.age(call.heard, now)

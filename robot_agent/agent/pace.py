@@ -8,7 +8,7 @@ import numpy as np
 from cell.messages import PaceStatus
 from robot_agent.agent.planning import Planned
 from robot_agent.agent.timeline import SentBlock
-from robot_agent.trajectory import Hold, RateRequest
+from robot_agent.trajectory import Hold, RateRequest, Segment
 
 MANUAL_SPEED_M_S = 0.25
 """Reduced speed of manual operation (ISO 10218-1)."""
@@ -63,24 +63,26 @@ class Pace:
         """Go on without an end of a step."""
         self._stepping, self._end = False, None
 
-    def holds(self, planned: Planned, tau: float) -> list[Hold]:
-        """Where a step ends on a motion that is at `tau` [s]; nothing on a motion behind the one it ends on."""
+    def holds(self, planned: Planned, segment: Segment, index: int) -> list[Hold]:
+        """Where a step ends on a motion at sample `index` of `segment`; no motion behind that one is begun."""
         if not self._stepping:
             return []
         end = self._end
         if end is None or end.backwards is not self.backwards:
-            end = self._end = self._next_end(planned, tau)
+            end = self._end = self._next_end(planned, segment, index)
         if end is None:
             return []
         return [end.hold() if end.planned is planned else Hold(0.0, _STEP)]
 
-    def _next_end(self, planned: Planned, tau: float) -> _StepEnd | None:
-        """The next border of two blocks; None where only another motion has one."""
+    def _next_end(self, planned: Planned, segment: Segment, index: int) -> _StepEnd | None:
+        """The next border of two blocks that braking still allows for; None where only another motion has one."""
         borders = np.concatenate([[0.0], planned.motion.ends])
+        tau = segment.stop_tau
+        gap = _AT_END_S if tau == segment.state(index).tau else -_AT_END_S
         if self.backwards:
-            before = borders[borders < tau - _AT_END_S]
+            before = borders[borders < tau - gap]
             return _StepEnd(planned, float(before[-1]), True) if len(before) else None
-        behind = borders[borders > tau + _AT_END_S]
+        behind = borders[borders > tau + gap]
         return _StepEnd(planned, float(behind[0]), False) if len(behind) else None
 
     def step_done(self, newest: SentBlock) -> bool:

@@ -106,3 +106,15 @@ def test_manual_operation_bounds_the_speed_of_the_flange() -> None:
     speed = np.linalg.norm(np.diff(places, axis=0), axis=1) / CYCLE_S
     assert 0.2 < speed.max() <= 0.25
     assert world.state.pace.manual
+
+
+def test_a_step_asked_for_too_late_for_this_block_ends_with_the_next() -> None:
+    world = running("MJ J1=20 J2=-20 J3=30 J5=60\nML Y=100 R=20\nML Y=200 Z=1200 R=20\nML Y=300\nEND")
+    until(world, lambda: world.state.program.line == 2)
+    motion = world.agent.executive.timeline.newest.planned.motion
+    until(world, lambda: float(motion.ends[0]) - 0.05 < tau(world) < float(motion.ends[0]))
+    say(world, Step())
+    until(world, lambda: world.state.mode is Mode.HALTED)
+    assert abs(tau(world) - motion.ends[1]) < 1e-5
+    say(world, Continue())
+    until(world, ended(world))
