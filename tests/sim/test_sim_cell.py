@@ -18,9 +18,9 @@ def test_at_20_percent_loss_with_kills_and_restarts_no_invariant_breaks(seed: in
     assert outcome.kills + outcome.freezes > 0
 
 
-@pytest.mark.parametrize("seed", range(200, 202))
+@pytest.mark.parametrize("seed", [200])
 def test_an_operator_who_changes_the_pace_at_random_breaks_no_invariant(seed: int) -> None:
-    outcome = run_scenario(seed, BAD, longest_s=15.0, restless=True)
+    outcome = run_scenario(seed, BAD, longest_s=12.0, restless=True)
     assert outcome.samples > 1000
 
 
