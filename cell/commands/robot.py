@@ -1,10 +1,26 @@
-"""`cell run`, `halt`, `continue`, `enable`, `disable`: an operator's orders to one robot."""
+"""`cell run`, `halt`, `continue`, `step`, `override`, `manual`, `enable`, `disable`: orders to one robot."""
 
+from enum import Enum
 from pathlib import Path
+from typing import Annotated
+
+import typer
 
 from cell.commands.connection import connect, report
 from cell.commands.options import CELL_FILE, CellFileOption, ConnectOption, RobotArgument
-from cell.messages import Command, Continue, Disable, Enable, Halt, Run
+from cell.messages import Command, Continue, Disable, Enable, Halt, Run, SetManual, SetOverride, Step
+
+PercentArgument = Annotated[float, typer.Argument(min=-100.0, max=100.0, metavar="PERCENT", help="-100 to 100.")]
+
+
+class Switch(Enum):
+    """A word of the command line."""
+
+    ON = "on"
+    OFF = "off"
+
+
+SwitchArgument = Annotated[Switch, typer.Argument(help="on: at most 250 mm/s; off: automatic operation.")]
 
 
 def _order(robot: str, command: Command, file: Path, endpoints: list[str] | None) -> None:
@@ -25,6 +41,31 @@ def halt(robot: RobotArgument, file: CellFileOption = Path(CELL_FILE), endpoint:
 def continue_(robot: RobotArgument, file: CellFileOption = Path(CELL_FILE), endpoint: ConnectOption = None) -> None:
     """Let a halted robot go on along its path."""
     _order(robot, Continue(), file, endpoint)
+
+
+def step(robot: RobotArgument, file: CellFileOption = Path(CELL_FILE), endpoint: ConnectOption = None) -> None:
+    """Let a robot go on, or start, to the end of the present block of its program, and halt there."""
+    _order(robot, Step(), file, endpoint)
+
+
+def override(
+    robot: RobotArgument,
+    percent: PercentArgument,
+    file: CellFileOption = Path(CELL_FILE),
+    endpoint: ConnectOption = None,
+) -> None:
+    """Follow the path at a percentage of the planned speed; below 0 back along it: `override left -- -30`."""
+    _order(robot, SetOverride(percent), file, endpoint)
+
+
+def manual(
+    robot: RobotArgument,
+    switch: SwitchArgument,
+    file: CellFileOption = Path(CELL_FILE),
+    endpoint: ConnectOption = None,
+) -> None:
+    """Bound a robot's TCP to 250 mm/s (manual operation), or not. It replaces no safety-rated speed monitoring."""
+    _order(robot, SetManual(switch is Switch.ON), file, endpoint)
 
 
 def enable(robot: RobotArgument, file: CellFileOption = Path(CELL_FILE), endpoint: ConnectOption = None) -> None:

@@ -66,9 +66,21 @@ def why(state: RobotState) -> str:
 
 
 def labelled_why(state: RobotState) -> str:
-    """`why` with what it is in front of it, so that waiting does not look like an alarm."""
+    """`why` with what it is in front of it, so that waiting does not look like an alarm; then the pace."""
     reason = why(state)
-    return f"{'alarm' if state.alarms or state.program.error else 'waits'}: {reason}" if reason else ""
+    labelled = f"{'alarm' if state.alarms or state.program.error else 'waits'}: {reason}" if reason else ""
+    return "; ".join(filter(None, (labelled, pace_text(state))))
+
+
+def pace_text(state: RobotState) -> str:
+    """What an operator has set and who rules the rate of a running robot; empty when it simply follows its plan."""
+    pace, governor = state.pace, state.governor
+    parts = [f"override {100.0 * pace.override:.0f} %"] if pace.override != 1.0 else []
+    parts += ["manual"] if pace.manual else []
+    parts += ["step"] if pace.stepping else []
+    if state.mode is Mode.RUNNING and governor is not None and governor.ruled_by and not state.waiting_for:
+        parts.append(f"rate {100.0 * governor.rate:.0f} %, ruled by {governor.ruled_by}")
+    return ", ".join(parts)
 
 
 def robot_line(robot: str, state: RobotState | None) -> str:

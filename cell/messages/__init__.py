@@ -30,6 +30,9 @@ from cell.messages.commands import (
     Run,
     ScanBus,
     SetEstop,
+    SetManual,
+    SetOverride,
+    Step,
     Who,
     WriteObject,
 )
@@ -40,7 +43,7 @@ from cell.messages.event import Event, Severity
 from cell.messages.gateway_state import BusCounters, GatewayState, NodeStatus
 from cell.messages.manager_state import ManagerState, ZoneState, ZoneStatus
 from cell.messages.presence import Body, Presence
-from cell.messages.robot_state import GovernorStatus, Mode, ProgramState, ProgramStatus, RobotState
+from cell.messages.robot_state import GovernorStatus, Mode, PaceStatus, ProgramState, ProgramStatus, RobotState
 from cell.messages.setpoints import SetpointBlock
 from cell.messages.zone import ZoneGeometry
 
@@ -72,6 +75,7 @@ __all__ = [
     "Mode",
     "MoveAxes",
     "NodeStatus",
+    "PaceStatus",
     "PlayoutState",
     "Presence",
     "ProgramState",
@@ -87,8 +91,11 @@ __all__ = [
     "Run",
     "ScanBus",
     "SetEstop",
+    "SetManual",
+    "SetOverride",
     "SetpointBlock",
     "Severity",
+    "Step",
     "Token",
     "TokenGone",
     "Who",

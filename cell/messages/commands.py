@@ -55,6 +55,29 @@ class Continue(Command):
 
 
 @dataclass(frozen=True, slots=True)
+class Step(Command):
+    """Go on, or start, to the end of the present block of the program, and halt there."""
+
+    verb: ClassVar[str] = "step"
+
+
+@dataclass(frozen=True, slots=True)
+class SetOverride(Command):
+    """Follow the path at `percent` of the planned speed, -100 to 100; a negative one goes back along the path."""
+
+    verb: ClassVar[str] = "override"
+    percent: float
+
+
+@dataclass(frozen=True, slots=True)
+class SetManual(Command):
+    """Manual operation at reduced speed (TCP at most 250 mm/s), or automatic operation again."""
+
+    verb: ClassVar[str] = "manual"
+    on: bool
+
+
+@dataclass(frozen=True, slots=True)
 class ResetRobot(Command):
     """Acknowledge a fault or a cleared emergency stop; nothing moves."""
 

@@ -51,6 +51,15 @@ class GovernorStatus:
 
 
 @dataclass(frozen=True, slots=True)
+class PaceStatus:
+    """What an operator has set: share of the planned speed (-1 to 1), reduced speed, and going block by block."""
+
+    override: float = 1.0
+    manual: bool = False
+    stepping: bool = False
+
+
+@dataclass(frozen=True, slots=True)
 class RobotState:
     """The robot as its agent knows it, at about 50 Hz."""
 
@@ -67,6 +76,7 @@ class RobotState:
     tcp_speed_m_s: float | None
     """Commanded speed of the TCP."""
     governor: GovernorStatus | None
+    pace: PaceStatus = PaceStatus()
     zones: tuple[str, ...] = ()
     """Zones held."""
     waiting_for: str = ""

@@ -37,7 +37,10 @@ from cell.messages import (
     Run,
     ScanBus,
     SetEstop,
+    SetManual,
+    SetOverride,
     SetpointBlock,
+    Step,
     Who,
     WriteObject,
 )
@@ -50,7 +53,7 @@ T = TypeVar("T")
 COMMANDS: dict[str, dict[str, type[Command]]] = {
     role: {kind.verb: kind for kind in (*kinds, Who)}
     for role, kinds in {
-        "robot": (Enable, Disable, Run, Halt, Continue, ResetRobot),
+        "robot": (Enable, Disable, Run, Halt, Continue, Step, SetOverride, SetManual, ResetRobot),
         "manager": (SetEstop, ResetEstop, ClearZone, AdoptZone),
         "gateway": (
             Claim,

@@ -24,6 +24,7 @@ from robot_agent.agent.axes import feedback_in_joints, samples_in_axes
 from robot_agent.agent.executive import Executive, Wishes
 from robot_agent.agent.gateway_link import GatewayLink
 from robot_agent.agent.operator import Operator, Situation
+from robot_agent.agent.pace import Pace
 from robot_agent.agent.planning import PlanFailed, Planned, Planner
 from robot_agent.agent.program_run import ProgramRun
 from robot_agent.agent.report import Reporter
@@ -55,7 +56,8 @@ class AgentCore:
         self.zones = ZoneClaims(robot, boot, cell.times.fresh_s)
         self.run = ProgramRun(program)
         self.report = Reporter(robot, boot)
-        self.operator = Operator(robot, boot, cell.times.command_s, self.link, self.run)
+        self.pace = Pace()
+        self.operator = Operator(robot, boot, cell.times.command_s, self.link, self.run, self.pace)
         self.mode = Mode.STARTING
         self.executive: Executive | None = None
         self.estop: Estop | None = None
@@ -223,9 +225,13 @@ class AgentCore:
             self.mode = Mode.READY
             if self.run.error:
                 self.report.event(Severity.ALARM, "program", self.run.error, "correct the program, then run it again")
+        stepped = executive.at_rest(feedback.tick) and self.pace.step_done(executive.timeline.newest)
+        if self.mode is Mode.RUNNING and stepped:
+            self.pace.no_step()
+            self.mode = Mode.HALTED
 
     def _wishes(self, now: float) -> Wishes:
-        requests = []
+        requests = list(self.pace.requests)
         age_s = self.zones.age(now)
         if age_s >= self._cell.times.fresh_s:
             if self.mode is Mode.RUNNING and self._cell.on_manager_return is OnManagerReturn.OPERATOR:
@@ -238,8 +244,12 @@ class AgentCore:
         return Wishes(
             requests=tuple(requests),
             stop=self.mode in (Mode.ESTOP, Mode.FAULT),
-            holds=lambda planned, tau: [hold for _, hold in self.zones.holds_on(planned, tau, now)],
-            follower=self.run.follower if self.mode is Mode.RUNNING else None,
+            holds=lambda planned, segment, index: [
+                *self.pace.holds(planned, segment, index),
+                *(hold for _, hold in self.zones.holds_on(planned, now)),
+            ],
+            cap_m_s=self.pace.cap_m_s,
+            follower=self.run.follower if self.mode is Mode.RUNNING and not self.pace.backwards else None,
             not_before_tick=self.run.resume_tick,
         )
 
@@ -304,7 +314,10 @@ class AgentCore:
         zones = tuple(sorted(self.zones.holds))
         lost = self.link.age(now) > self._cell.times.feedback_lost_s
         heard = None if lost else feedback
-        state = self.report.state(self.mode, self.run, heard, self.executive, planner, zones, waiting_for, alarms)
+        pace = self.pace.status
+        state = self.report.state(
+            self.mode, self.run, heard, self.executive, planner, pace, zones, waiting_for, alarms
+        )  # fmt: skip
         self.operator.sent_state(state.sequence, now)
         return Publish(state)
 
@@ -323,7 +336,9 @@ class AgentCore:
         motion, tau = newest.planned, newest.segment.stop_tau
         if executive.at_motion_end and self.run.follower is not None:
             motion, tau = self.run.follower, 0.0
-        blocking = self.zones.holds_on(motion, tau, now)
+        if self.pace.override <= 0.0:
+            return newest.segment.ruled_by or f"{self.pace.requests[0].who}: at the beginning of this motion"
+        blocking = [held for held in self.zones.holds_on(motion, now) if held[1].until > tau]
         if not blocking:
             return ""
         zone, hold = min(blocking, key=lambda held: held[1].tau)

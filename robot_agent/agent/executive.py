@@ -25,8 +25,10 @@ class Wishes:
 
     requests: tuple[RateRequest, ...]
     stop: bool
-    holds: Callable[[Planned, float], list[Hold]]
-    """The holds on a motion from a path time on: zones that may not be entered."""
+    holds: Callable[[Planned, Segment, int], list[Hold]]
+    """The holds on a motion at a sample of a segment: zones that may not be entered, the end of a step."""
+    cap_m_s: float | None = None
+    """The TCP may not be faster."""
     follower: Planned | None = None
     """The motion to begin once the present one is at rest."""
     not_before_tick: int = 0
@@ -83,8 +85,8 @@ class Executive:
             previous = base.segment
             if join >= base.rest_tick:
                 previous, index = governor.rest(float(base.segment.tau[-1])), 0
-            holds = wishes.holds(base.planned, previous.state(index).tau)
-            segment = governor.next(previous, index, wishes.requests, holds, wishes.stop)
+            holds = wishes.holds(base.planned, previous, index)
+            segment = governor.next(previous, index, wishes.requests, holds, wishes.stop, wishes.cap_m_s)
             block = self._block(join, base.planned, segment)
         return block
 
@@ -135,7 +137,9 @@ class Executive:
         if start > join + self._nominal_s / self._cycle_s:
             return None
         governor = self._governor(follower)
-        segment = governor.next(governor.rest(0.0), 0, wishes.requests, wishes.holds(follower, 0.0))
+        standing = governor.rest(0.0)
+        holds = wishes.holds(follower, standing, 0)
+        segment = governor.next(standing, 0, wishes.requests, holds, cap_m_s=wishes.cap_m_s)
         return self._block(start, follower, segment) if segment.tau[-1] > 0.0 else None
 
     def _block(self, first_tick: int, planned: Planned, segment: Segment) -> SentBlock:

@@ -20,11 +20,15 @@ from cell.messages import (
     ResetDrives,
     ResetRobot,
     Run,
+    SetManual,
+    SetOverride,
+    Step,
     Who,
 )
 from cell.net.freshness import Sent
 from robot_agent.agent.executive import Executive
 from robot_agent.agent.gateway_link import GatewayLink, Switching
+from robot_agent.agent.pace import MANUAL_SPEED_M_S, Pace
 from robot_agent.agent.planning import Planner
 from robot_agent.agent.program_run import ProgramRun
 
@@ -65,12 +69,13 @@ class _Passed:
 class Operator:
     """Answers operators. A call whose echo is older than `command_s` is refused, `halt` and `who` excepted."""
 
-    def __init__(self, robot: str, boot: str, command_s: float, link: GatewayLink, run: ProgramRun) -> None:
+    def __init__(self, robot: str, boot: str, command_s: float, link: GatewayLink, run: ProgramRun, pace: Pace) -> None:
         self._robot = robot
         self._boot = boot
         self._command_s = command_s
         self._link = link
         self._run = run
+        self._pace = pace
         self._states = Sent(boot)
         self._requests: deque[Request] = deque()
         self._outcomes: deque[tuple[Switching, bool, str]] = deque()
@@ -139,6 +144,7 @@ class Operator:
             return _Done(self._who(), mode)
         if isinstance(command, Halt):
             if mode is Mode.RUNNING:
+                self._pace.no_step()
                 return _Done(f"{self._robot} brakes on its path; `cell continue {self._robot}` goes on", Mode.HALTED)
             return _Done(f"{self._robot} is not running a program", mode)
         age_s = self._states.age(call.heard, now)
@@ -157,6 +163,12 @@ class Operator:
                 return self._start(mode, situation)
             case Continue():
                 return self._continue(mode)
+            case Step():
+                return self._step(mode, situation)
+            case SetOverride(percent):
+                return self._override(percent, mode)
+            case SetManual(on):
+                return self._manual(on, mode)
             case ResetRobot():
                 return self._reset(mode, situation)
             case _:
@@ -190,19 +202,51 @@ class Operator:
             return _Refused(f"the manager refuses {self._robot}: {situation.refused_by_manager}")
         if not executive.at_rest(feedback.tick):
             return _Refused(f"{self._robot} still moves: call again when it is at rest")
+        if self._pace.backwards:
+            override = f"`cell override {self._robot} 100`"
+            return _Refused(
+                f"{self._robot} has a negative override, a program begins forwards: {override}, then run it"
+            )
         executive.stand(situation.planner.standstill(feedback.commanded, ()), feedback.tick)
         self._run.start(feedback.commanded)
+        self._pace.no_step()
         return _Done(f"{self._robot} runs {self._run.status.name} from its first line", Mode.RUNNING)
 
     def _continue(self, mode: Mode) -> _Done | _Refused:
         if mode is Mode.RUNNING:
+            self._pace.no_step()
             return _Done(f"{self._robot} is running", mode)
         if mode is not Mode.HALTED:
             return _Refused(
                 f"{self._robot} is in mode {mode.value}, only a halted program can continue"
                 f"{f' ({self._run.error})' if self._run.error else ''}: {self._way_out(mode)}"
             )
+        self._pace.no_step()
         return _Done(f"{self._robot} goes on", Mode.RUNNING)
+
+    def _step(self, mode: Mode, situation: Situation) -> _Done | _Refused:
+        if mode not in (Mode.RUNNING, Mode.HALTED):
+            started = self._start(mode, situation)
+            if isinstance(started, _Refused):
+                return started
+        self._pace.step()
+        where = "back to the beginning" if self._pace.backwards else "to the end"
+        return _Done(f"{self._robot} goes {where} of the present block and halts there", Mode.RUNNING)
+
+    def _override(self, percent: float, mode: Mode) -> _Done | _Refused:
+        if not -100.0 <= percent <= 100.0:
+            return _Refused(f"an override of {percent:g} % is not possible: -100 to 100 % are allowed")
+        self._pace.override = percent / 100.0
+        if percent < 0.0:
+            back = "no farther than this motion's beginning, and not into a zone that it has given up"
+            return _Done(f"{self._robot} goes back along its path at {-percent:g} %, {back}", mode)
+        return _Done(f"{self._robot} follows its path at {percent:g} % of the planned speed", mode)
+
+    def _manual(self, on: bool, mode: Mode) -> _Done:
+        self._pace.manual = on
+        if not on:
+            return _Done(f"{self._robot} is in automatic operation, at its planned speed", mode)
+        return _Done(f"{self._robot} is in manual operation, at most {1000.0 * MANUAL_SPEED_M_S:.0f} mm/s", mode)
 
     def _reset(self, mode: Mode, situation: Situation) -> _Done | _Refused | _Passed:
         if mode is Mode.FAULT:

@@ -12,6 +12,7 @@ from cell.messages import (
     Event,
     GovernorStatus,
     Mode,
+    PaceStatus,
     RobotState,
     Severity,
 )
@@ -47,6 +48,7 @@ class Reporter:
         feedback: DriveFeedback | None,
         executive: Executive | None,
         planner: Planner,
+        pace: PaceStatus,
         zones: tuple[str, ...],
         waiting_for: str,
         alarms: tuple[str, ...],
@@ -64,6 +66,7 @@ class Reporter:
             tcp_quaternion_xyzw=None,
             tcp_speed_m_s=None,
             governor=None,
+            pace=pace,
             zones=zones,
             waiting_for=waiting_for,
             waited_s=dict(run.waited_s),

@@ -32,7 +32,7 @@ class SentBlock:
 
 @dataclass(frozen=True, slots=True)
 class Span:
-    """A piece of one motion: everything from path time `first_tau` to `last_tau`."""
+    """A piece of one motion: everything from path time `first_tau` to `last_tau`, in whichever direction."""
 
     planned: Planned
     first_tau: float
@@ -111,7 +111,8 @@ class Timeline:
 
 def _span(block: SentBlock, from_tick: int, until_tick: int) -> Span:
     tau = block.segment.tau
-    return Span(block.planned, float(tau[block.index(from_tick)]), float(tau[block.index(until_tick)]))
+    ends = float(tau[block.index(from_tick)]), float(tau[block.index(until_tick)])
+    return Span(block.planned, min(ends), max(ends))
 
 
 def _merged(spans: list[Span]) -> list[Span]:

@@ -104,14 +104,14 @@ class ZoneClaims:
             and status.token == self.holds.get(zone)
         )
 
-    def holds_on(self, planned: Planned, tau: float, now: float) -> list[tuple[str, Hold]]:
-        """The zones on a motion from path time `tau` on that may not be entered now, with the hold before each."""
+    def holds_on(self, planned: Planned, now: float) -> list[tuple[str, Hold]]:
+        """The zones on a motion that may not be entered now, neither forwards nor backwards, with the hold for each."""
         if planned.motion.duration_s > 0.0 and not self._planned_against_present(planned):
             return [("", Hold(0.0, "the zones have changed since this motion was planned: halt and run again"))]
         return [
-            (crossing.zone, Hold(crossing.enter_tau, self.why_not(crossing.zone)))
+            (crossing.zone, Hold(crossing.enter_tau, self.why_not(crossing.zone), until=crossing.leave_tau))
             for crossing in planned.crossings
-            if crossing.leave_tau > tau and not self.permitted(crossing.zone, now)
+            if not self.permitted(crossing.zone, now)
         ]
 
     def _planned_against_present(self, planned: Planned) -> bool:

@@ -1,41 +1,50 @@
 """The governor of path time: how fast a planned motion advances, and how it comes to rest.
 
-Planned time tau advances at a rate: 1 is as planned, 0 stands. Whoever wants less than the plan asks for a lower rate
-or for a tau not to be passed; the lowest rules and the robot never leaves its path (`docs/architecture.md`, sections
-5.1 and 5.2). Every answer is a segment that ends at rest, so it can be played out with no one left to ask.
+Planned time tau advances at a rate: 1 is as planned, 0 stands, a negative one travels backwards along the path. Whoever
+wants less than the plan asks for a lower rate, or for an interval of tau not to be entered; the lowest rules and the
+robot never leaves its path (`docs/architecture.md`, sections 5.1 and 5.2). Every answer is a segment that ends at rest,
+so it can be played out with no one left to ask.
 """
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Self
 
 import numpy as np
 
 from robot_agent.trajectory.limits import Limits
 from robot_agent.trajectory.motion import Motion
-from robot_agent.trajectory.rate_law import RateLaw, sample_times
-from robot_agent.trajectory.rate_search import RateSearch
-from robot_agent.trajectory.sampler import Sampler
-from robot_agent.trajectory.segment import RESTING_SAMPLES, PathState, Segment
+from robot_agent.trajectory.one_way import OneWay, Wish
+from robot_agent.trajectory.sampler import Join
+from robot_agent.trajectory.segment import RESTING_SAMPLES, Segment
 
-_AT_HOLD_S = 1e-6
-"""A stop this close in front of a hold counts as standing at it: below 10 um at any robot's speed."""
-_HOLD_MARGIN_S = 2e-9
+_SLOWEST = 1e-4
+"""A lower rate counts as 0."""
 
 
 @dataclass(frozen=True, slots=True)
 class RateRequest:
-    """Someone's wish to go no faster than `rate` (0 to 1; 0 stops) and who that is, for people."""
+    """Someone's wish to go no faster than `rate` (-1 to 1; 0 stops) and who that is, for people.
+
+    One negative rate is enough to travel backwards; how fast is the least magnitude of all.
+    """
 
     rate: float
     who: str
 
+    @classmethod
+    def ending_in(cls, left_s: float, tau_left_s: float, who: str) -> Self:
+        """The rate that needs `left_s` [s] for `tau_left_s` [s] of the plan: robots asked so end together."""
+        return cls(min(1.0, tau_left_s / left_s) if left_s > 0.0 else 1.0, who)
+
 
 @dataclass(frozen=True, slots=True)
 class Hold:
-    """A `tau` [s] that must not be passed and who says so, for people."""
+    """An interval of tau [s], from `tau` to `until`, that must not be entered from either side, and who says so."""
 
     tau: float
     who: str
+    until: float = np.inf
 
 
 class Governor:
@@ -45,10 +54,9 @@ class Governor:
         """`cycle_s` is the period of the samples, `nominal_s` the length of a segment before its braking ramp."""
         self._motion = motion
         self._cycle_s = cycle_s
-        self._nominal = round(nominal_s / cycle_s)
-        self._rests = motion.rests
-        self._search = RateSearch(motion, limits, cycle_s)
-        self._sampler = Sampler(motion, limits, cycle_s)
+        nominal = round(nominal_s / cycle_s)
+        self._forwards = OneWay(motion, limits, cycle_s, nominal, forwards=True)
+        self._backwards = OneWay(motion, limits, cycle_s, nominal, forwards=False)
 
     def rest(self, tau: float) -> Segment:
         """Standing at `tau` [s]."""
@@ -63,89 +71,34 @@ class Governor:
         requests: Sequence[RateRequest],
         holds: Sequence[Hold],
         stop: bool = False,
+        cap_m_s: float | None = None,
     ) -> Segment:
         """The segment that joins `previous` at its sample `index` (0 or more; behind its end it stands).
 
         Towards the lowest of `requests` (1 when there is none) for the nominal part, then the fastest braking ramp
-        found within the `ramp` limits. It comes to rest at or before the nearest of `holds`, and reaches it to 2 ns of
-        tau when it has to wait there. `stop` brakes at once. When nothing better is admissible the answer is the
-        remainder of `previous`, which ends at rest. A hold that is set too near to stop for is answered by the
-        fastest stop.
+        found within the `ramp` limits. A change of direction goes through rest. It comes to rest at or before the
+        nearest of `holds`, and reaches it to 2 ns of tau when it has to wait there. `cap_m_s` bounds the speed of the
+        TCP in all of it. `stop` brakes at once. When nothing better is admissible the answer is the remainder of
+        `previous`, which ends at rest. A hold or a cap that comes too late is answered by the fastest stop.
         """
-        join = previous.state(index)
-        request = min(requests, key=lambda each: each.rate, default=RateRequest(1.0, ""))
-        hold = min(holds, key=lambda each: each.tau, default=Hold(np.inf, ""))
-        if stop or request.rate <= 0.0:
-            return self._stop(previous, index, "stop" if stop else request.who)
-        if join.tau >= self._motion.duration_s:
-            return previous.remainder(index, "")
-        if hold.tau - join.tau > _AT_HOLD_S:
-            target = min(request.rate, 1.0)
-            start = PathState(join.tau, target, 0.0) if join.tau in self._rests else join
-            laws = self._search.changes(start, target)
-            who = request.who if target < 1.0 else ""
-            free = self._onwards(previous, index, start, laws, who)
-            if free is not None and free.stop_tau <= hold.tau:
-                return free
-            if hold.tau == np.inf:
-                return previous.remainder(index, who)
-            held = self._up_to(previous, index, start, laws, hold)
-            if held is not None:
-                return held
-        if previous.stop_tau > hold.tau:
-            return self._stop(previous, index, hold.who)
-        return previous.remainder(index, hold.who)
+        lowest = min(requests, key=lambda each: abs(each.rate), default=RateRequest(1.0, ""))
+        backwards = next((each for each in requests if each.rate < 0.0), None)
+        tau = previous.state(index).tau
+        turning = (previous.stop_tau - tau) * (1.0 if backwards is None else -1.0) < 0.0
+        way = self._forwards if (backwards is None) is not turning else self._backwards
+        join = Join(previous, index, way.cap(cap_m_s))
+        if stop or abs(lowest.rate) < _SLOWEST:
+            return way.stop(join, "stop" if stop else lowest.who)
+        if turning:
+            return way.stop(join, "turning round" if backwards is None else backwards.who)
+        if join.cap is not None and not way.keeps_cap(previous, index, join.cap):
+            return way.stop(join, join.cap.who)
+        bound, bound_by = min(self._bounds(way, tau, holds), default=(np.inf, ""))
+        rate = min(abs(lowest.rate), 1.0)
+        return way.towards(join, Wish(rate, lowest.who if rate < 1.0 else "", bound, bound_by))
 
-    def _onwards(
-        self, previous: Segment, index: int, start: PathState, laws: list[RateLaw], who: str
-    ) -> Segment | None:
-        """The nominal part, then the fastest ramp, or on to where the plan itself rests if that is sooner."""
-        for law in laws:
-            end = self._sampler.after(start, law, self._nominal)
-            limit = self._next_rest(end.tau)
-            riding_s = self._sampler.riding_s(start, law, limit) - self._nominal * self._cycle_s
-            for ramp in self._search.ramps(end, limit):
-                if ramp.duration_s >= riding_s:
-                    break
-                braked = self._sampler.brake(previous, index, start, law, self._nominal, ramp, limit, who)
-                if braked is not None:
-                    return braked
-            ridden = self._sampler.ride(previous, index, start, law, self._nominal, limit, who)
-            if ridden is not None:
-                return ridden
-        return None
-
-    def _up_to(
-        self, previous: Segment, index: int, start: PathState, laws: list[RateLaw], hold: Hold
-    ) -> Segment | None:
-        """As far as `hold`, braking as late as possible; None when that is not admissible or not needed."""
-        if abs(hold.tau - previous.stop_tau) <= _AT_HOLD_S:
-            return previous.remainder(index, hold.who)
-        last_rest = float(self._rests[int(np.searchsorted(self._rests, hold.tau, side="right")) - 1])
-        for law in laws:
-            if hold.tau - last_rest <= _AT_HOLD_S and last_rest > start.tau:
-                ridden = self._sampler.ride(previous, index, start, law, self._nominal, last_rest, hold.who)
-                if ridden is not None:
-                    return ridden
-            advance, rate, slope, _ = law.at(sample_times(self._nominal + 1, self._cycle_s))
-            for nominal, ramp in self._search.stops_at(start.tau + advance, rate, slope, hold.tau - _HOLD_MARGIN_S):
-                held = self._sampler.brake(previous, index, start, law, nominal, ramp, hold.tau, hold.who)
-                if held is not None:
-                    return held
-        return None
-
-    def _stop(self, previous: Segment, index: int, who: str) -> Segment:
-        """The fastest way to rest from sample `index` of `previous`; its remainder if nothing is faster."""
-        start, remainder = previous.state(index), previous.remainder(index, who)
-        if remainder.rest_index == 0 or start.tau in self._rests:
-            return self._sampler.stand(previous, index, who)
-        limit = self._next_rest(start.tau)
-        for ramp in self._search.ramps(start, limit):
-            braked = self._sampler.brake(previous, index, start, ramp, 0, ramp, limit, who)
-            if braked is not None and braked.rest_index < remainder.rest_index:
-                return braked
-        return remainder
-
-    def _next_rest(self, tau: float) -> float:
-        """The first tau from `tau` on at which the plan itself rests."""
-        return float(self._rests[min(int(np.searchsorted(self._rests, tau)), len(self._rests) - 1)])
+    def _bounds(self, way: OneWay, tau: float, holds: Sequence[Hold]) -> list[tuple[float, str]]:
+        """The ways that must not be passed, and who says so: the near end of each interval that is not behind."""
+        if way is self._forwards:
+            return [(hold.tau, hold.who) for hold in holds if tau < hold.until]
+        return [(way.track.way(hold.until), hold.who) for hold in holds if tau > hold.tau]

@@ -1,6 +1,7 @@
-"""How the rate of path time changes from one value to another."""
+"""How the rate of path time changes: its second derivative steps between constant values."""
 
 from dataclasses import dataclass
+from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,58 +16,77 @@ def sample_times(count: int, cycle_s: float) -> Numbers:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class RateLaw:
-    """The rate as a cubic from (`rate`, `slope`) to (`target`, 0) within `duration_s`, constant after that.
+    """The rate from `times[0]` on, with a constant slope of its slope in each piece; the last piece never ends."""
 
-    The fields broadcast, so one law can stand for many candidates: `(k, 1)` fields and `(k, p)` times.
-    """
-
-    rate: Numbers
-    slope: Numbers
-    target: Numbers
-    duration_s: Numbers
+    times: Numbers
+    """`(k,)` [s] the beginnings of the pieces, the first at or before 0."""
+    states: Numbers
+    """`(k, 4)` advance of tau [s], rate, its slope [1/s] and the slope's slope [1/s^2] there."""
+    bump: float = 0.0
+    """Advance [s] added smoothly over the whole change, so that it ends at an exact tau."""
 
     @classmethod
-    def one(cls, rate: float, slope: float, target: float, duration_s: float) -> "RateLaw":
-        """A single law."""
-        return cls(np.array(rate), np.array(slope), np.array(target), np.array(duration_s))
+    def constant(cls, rate: float) -> Self:
+        """Always the same rate."""
+        return cls(np.zeros(1), np.array([[0.0, rate, 0.0, 0.0]]))
 
-    def pick(self, index: int) -> "RateLaw":
-        """Candidate `index` of many as a single law."""
-        shape = self.duration_s.shape
-        fields = (self.rate, self.slope, self.target, self.duration_s)
-        return RateLaw(*(np.broadcast_to(field, shape)[index, 0] for field in fields))
-
-    def at(self, t: Numbers) -> tuple[Numbers, Numbers, Numbers, Numbers]:
-        """Advance of tau [s], rate, its slope and the slope's slope at times `t` since the beginning."""
-        whole = self.duration_s
-        x = np.minimum(t / whole, 1.0)
-        rise, lean = self.target - self.rate, self.slope * whole
-        square, cube = 3.0 * rise - 2.0 * lean, lean - 2.0 * rise
-        advance = whole * x * (self.rate + x * (lean / 2.0 + x * (square / 3.0 + x * cube / 4.0)))
-        rate = self.rate + x * (lean + x * (square + x * cube))
-        slope = (lean + x * (2.0 * square + x * 3.0 * cube)) / whole
-        bend = (2.0 * square + x * 6.0 * cube) / whole**2
-        done = t >= whole
-        return (
-            advance + self.target * np.maximum(t - whole, 0.0),
-            np.where(done, self.target, rate),
-            np.where(done, 0.0, slope),
-            np.where(t > whole, 0.0, bend),
-        )
+    @classmethod
+    def of_pieces(cls, rate: float, slope: float, pieces: list[tuple[float, float]], target: float) -> Self:
+        """From (`rate`, `slope`) through pieces of (duration [s], slope's slope) to exactly (`target`, 0)."""
+        states, times, at, advance = [], [], 0.0, 0.0
+        for duration, bend in pieces:
+            times.append(at)
+            states.append((advance, rate, slope, bend))
+            at += duration
+            advance += duration * (rate + duration * (slope / 2.0 + duration * bend / 6.0))
+            rate += duration * (slope + duration * bend / 2.0)
+            slope += duration * bend
+        times.append(at)
+        states.append((advance, target, 0.0, 0.0))
+        return cls(np.array(times), np.array(states))
 
     @property
-    def advance(self) -> Numbers:
-        """Advance of tau [s] over the whole change."""
-        return self.duration_s * ((self.rate + self.target) / 2.0 + self.slope * self.duration_s / 12.0)
+    def duration_s(self) -> float:
+        """Until the rate is constant."""
+        return float(self.times[-1])
 
+    @property
+    def target(self) -> float:
+        """The rate at the end."""
+        return float(self.states[-1, 1])
 
-def stopping_in(rate: Numbers, slope: Numbers, distance: Numbers) -> Numbers:
-    """Duration of the law from (`rate`, `slope`) to rate 0 that advances tau by exactly `distance` (> 0).
+    @property
+    def advance(self) -> float:
+        """Advance of tau [s] until the rate is constant."""
+        return float(self.states[-1, 0]) + self.bump
 
-    The positive root of slope/12 T^2 + rate/2 T = distance; infinite where there is none.
-    """
-    half = rate / 2.0
-    under = half**2 + slope * distance / 3.0
-    divisor = half + np.sqrt(np.maximum(under, 0.0))
-    possible = (under >= 0.0) & (divisor > 1e-12)
-    return np.where(possible, 2.0 * distance / np.where(possible, divisor, 1.0), np.inf)
+    def at(self, t: Numbers) -> tuple[Numbers, Numbers, Numbers]:
+        """Advance of tau [s], rate and its slope at times `t` `(m,)` from 0 on."""
+        if len(self.times) == 1:
+            return self.states[0, 1] * t, np.full_like(t, self.states[0, 1]), np.zeros_like(t)
+        piece = np.searchsorted(self.times, t, side="right") - 1
+        x = t - self.times[piece]
+        start, rate, slope, bend = self.states.T[:, piece]
+        gain = x * bend
+        advance = start + x * (rate + x * (slope + gain / 3.0) / 2.0)
+        rate, slope = rate + x * (slope + gain / 2.0), slope + gain
+        if self.bump == 0.0:
+            return advance, rate, slope
+        share = np.clip(t / self.duration_s, 0.0, 1.0)
+        left, height = 1.0 - share, 30.0 * self.bump / self.duration_s
+        return (
+            advance + self.bump * share**3 * (10.0 - share * (15.0 - 6.0 * share)),
+            rate + height * (share * left) ** 2,
+            slope + height * 2.0 * share * left * (left - share) / self.duration_s,
+        )
+
+    def later(self, t: float) -> "RateLaw":
+        """The same law from time `t` [s] on; not for a law with a bump."""
+        if len(self.times) == 1:
+            return self
+        advance, _, _ = self.at(np.array([t]))
+        return RateLaw(self.times - t, self.states - np.array([float(advance[0]), 0.0, 0.0, 0.0]))
+
+    def longer(self, advance: float) -> "RateLaw":
+        """The same change with that much more advance of tau [s], spread over it so that both ends keep their slope."""
+        return RateLaw(self.times, self.states, self.bump + advance)

@@ -1,97 +1,119 @@
 """From rate laws to the samples on the wire, checked as the drives will see them."""
 
 import math
+from dataclasses import dataclass
 
 import numpy as np
 
 from robot_agent.trajectory.limits import Limits
-from robot_agent.trajectory.motion import Motion
 from robot_agent.trajectory.rate_law import Numbers, RateLaw, sample_times
-from robot_agent.trajectory.rate_search import LONGEST_S
 from robot_agent.trajectory.segment import RESTING_SAMPLES, PathState, Segment
+from robot_agent.trajectory.speed_cap import SpeedCap
+from robot_agent.trajectory.track import Track
 
 _TOLERANCE = 2e-3
 """Relative, for what lies between the points at which the search looked."""
 _ROUNDING = 1e-12
+_LONGEST_S = 8.0
+"""Segments that last longer are not made."""
+
+
+@dataclass(frozen=True, slots=True)
+class Join:
+    """Where a new segment begins: at sample `index` of `previous`; and the cap on its speed."""
+
+    previous: Segment
+    index: int
+    cap: SpeedCap | None
+
+    @property
+    def tau(self) -> float:
+        """Path time of the join."""
+        return float(self.previous.tau[min(self.index, self.previous.length - 1)])
+
+    @property
+    def before(self) -> Numbers:
+        """`(2, n)` the joints commanded in the two ticks before."""
+        return self.previous.history(self.index)
+
+    def remainder(self, who: str) -> Segment:
+        """No new segment: the rest of the previous one."""
+        return self.previous.remainder(self.index, who)
 
 
 class Sampler:
-    """Makes segments of one motion."""
+    """Makes segments of one track."""
 
-    def __init__(self, motion: Motion, limits: Limits, cycle_s: float) -> None:
-        self._motion = motion
+    def __init__(self, track: Track, limits: Limits, cycle_s: float) -> None:
+        self._track = track
         self._cycle_s = cycle_s
         self._second = limits.ramp_acceleration * cycle_s**2 * (1.0 + _TOLERANCE) + _ROUNDING
         self._third = limits.ramp_jerk * cycle_s**3 * (1.0 + _TOLERANCE) + _ROUNDING
 
-    def after(self, start: PathState, law: RateLaw, samples: int) -> PathState:
-        """The state on `law` that many samples after `start`, at most at the end of the motion."""
-        advance, rate, slope, _ = law.at(np.array(samples * self._cycle_s))
-        return PathState(min(start.tau + float(advance), self._motion.duration_s), float(rate), float(slope))
+    def after(self, start: PathState, law: RateLaw, t: float) -> PathState:
+        """The state on `law` at time `t` [s] after `start`, at most at the end of the track."""
+        advance, rate, slope = (float(each[0]) for each in law.at(np.array([t])))
+        return PathState(min(start.tau + advance, self._track.duration_s), rate, slope)
 
     def riding_s(self, start: PathState, law: RateLaw, limit: float) -> float:
-        """Time within which `law` reaches tau `limit`; at least the duration of the law."""
-        missing = limit - start.tau - float(law.advance)
-        return float(law.duration_s) + (max(missing, 0.0) / float(law.target) if law.target > 0.0 else 0.0)
+        """Time within which `law` reaches way `limit` [s]; at least the duration of the law."""
+        missing = limit - start.tau - law.advance
+        return law.duration_s + (max(missing, 0.0) / law.target if law.target > 0.0 else 0.0)
 
-    def ride(
-        self, previous: Segment, index: int, start: PathState, law: RateLaw, nominal: int, limit: float, who: str
-    ) -> Segment | None:
-        """`law` from sample `index` of `previous` up to tau `limit`, where it or the plan rests."""
+    def ride(self, join: Join, start: PathState, law: RateLaw, nominal: int, limit: float, who: str) -> Segment | None:
+        """`law` from `start` up to way `limit`, where it or the plan rests."""
         riding_s = self.riding_s(start, law, limit)
-        if riding_s >= LONGEST_S + nominal * self._cycle_s:
+        if riding_s >= _LONGEST_S:
             return None
         t = sample_times(max(nominal, math.ceil(riding_s / self._cycle_s)) + 1, self._cycle_s)
-        advance, rate, slope, _ = law.at(t)
-        return self._segment(previous, index, start.tau + advance, rate, slope, nominal, limit, who)
+        advance, rate, slope = law.at(t)
+        return self._segment(join, start.tau + advance, rate, slope, nominal, limit, who, law)
 
     def brake(
-        self,
-        previous: Segment,
-        index: int,
-        start: PathState,
-        law: RateLaw,
-        nominal: int,
-        ramp: RateLaw,
-        limit: float,
-        who: str,
+        self, join: Join, start: PathState, law: RateLaw, until_s: float, ramp: RateLaw, limit: float, who: str
     ) -> Segment | None:
-        """`law` for `nominal` samples, then `ramp` to rest, at tau `limit` at the latest."""
-        advance, rate, slope, _ = law.at(sample_times(nominal + 1, self._cycle_s))
-        head = start.tau + advance
-        t = sample_times(math.ceil(float(ramp.duration_s) / self._cycle_s - 1e-9) + 1, self._cycle_s)[1:]
-        more, ramp_rate, ramp_slope, _ = ramp.at(t)
-        tau = np.concatenate([head, head[-1] + more])
-        rates, slopes = np.concatenate([rate, ramp_rate]), np.concatenate([slope, ramp_slope])
-        return self._segment(previous, index, tau, rates, slopes, nominal, limit, who)
+        """`law` for `until_s` [s], then `ramp` to rest, at way `limit` [s] at the latest."""
+        whole_s = until_s + ramp.duration_s
+        if whole_s >= _LONGEST_S:
+            return None
+        t = sample_times(math.ceil(whole_s / self._cycle_s - 1e-9) + 1, self._cycle_s)
+        nominal = int(until_s / self._cycle_s + 1e-9)
+        head = np.append(t[: nominal + 1], until_s)
+        advance, rate, slope = law.at(head)
+        more, ramp_rate, ramp_slope = ramp.at(t[nominal + 1 :] - until_s)
+        way = start.tau + np.concatenate([advance[:-1], advance[-1] + more])
+        rates, slopes = np.concatenate([rate[:-1], ramp_rate]), np.concatenate([slope[:-1], ramp_slope])
+        return self._segment(join, way, rates, slopes, nominal, limit, who, law if until_s > 0.0 else None)
 
-    def stand(self, previous: Segment, index: int, who: str) -> Segment:
-        """Standing where sample `index` of `previous` is; only where the plan itself rests."""
-        tau = np.full(RESTING_SAMPLES, previous.state(index).tau)
-        still, q = np.zeros(RESTING_SAMPLES), self._motion.q(tau)
-        return Segment(tau, still, still, q, np.zeros_like(q), 0, who, previous.history(index), self._cycle_s)
+    def stand(self, join: Join, who: str) -> Segment:
+        """Standing at the join; only where the plan itself rests."""
+        tau = np.full(RESTING_SAMPLES, join.tau)
+        still, q = np.zeros(RESTING_SAMPLES), self._track.motion.q(tau)
+        return Segment(tau, still, still, q, np.zeros_like(q), 0, who, join.before, self._cycle_s)
 
     def _segment(
-        self,
-        previous: Segment,
-        index: int,
-        tau: Numbers,
-        rate: Numbers,
-        slope: Numbers,
-        nominal: int,
-        limit: float,
-        who: str,
-    ) -> Segment | None:
-        """The samples if the joints keep the `ramp` limits in them, the join included; else None."""
-        tau = np.maximum.accumulate(np.minimum(tau, limit))
-        rest = int(np.argmax(tau >= tau[-1]))
-        kept = np.minimum(np.arange(rest + RESTING_SAMPLES), len(tau) - 1)
-        kept[rest:] = len(tau) - 1
+        self, join: Join, way: Numbers, rate: Numbers, slope: Numbers, nominal: int, limit: float, who: str,
+        law: RateLaw | None,
+    ) -> Segment | None:  # fmt: skip
+        """The samples if the joints keep the `ramp` limits in them, the join included, and the cap.
+
+        None where they do not, and where nothing moves.
+        """
+        way = np.maximum.accumulate(np.minimum(way, limit))
+        rest = int(np.argmax(way >= way[-1]))
+        if rest == 0:
+            return None
+        kept = np.minimum(np.arange(rest + RESTING_SAMPLES), len(way) - 1)
+        kept[rest:] = len(way) - 1
         moving = np.arange(len(kept)) < rest
-        tau, rate, slope = tau[kept], np.where(moving, rate[kept], 0.0), np.where(moving, slope[kept], 0.0)
-        q, before = self._motion.q(tau), previous.history(index)
+        way, rate, slope = way[kept], np.where(moving, rate[kept], 0.0), np.where(moving, slope[kept], 0.0)
+        if (rate > 1.0 + _TOLERANCE).any() or (join.cap is not None and not join.cap.kept(way, rate)):
+            return None
+        tau, sign = np.append(join.tau, self._track.taus(way[1:])), self._track.sign
+        (q, qd), before = self._track.sampled(tau), join.before
         steps = np.diff(np.concatenate([before, q]), n=2, axis=0)
         if (np.abs(steps[1:]) > self._second).any() or (np.abs(np.diff(steps, axis=0)) > self._third).any():
             return None
-        qd = rate[:, None] * self._motion.qd(tau)
-        return Segment(tau, rate, slope, q, qd, min(nominal, rest), who, before, self._cycle_s)
+        rate, slope = sign * rate, sign * slope
+        nominal = min(nominal, rest)
+        return Segment(tau, rate, slope, q, rate[:, None] * qd, nominal, who, before, self._cycle_s, law)

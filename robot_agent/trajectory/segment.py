@@ -5,13 +5,18 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from robot_agent.trajectory.rate_law import RateLaw
+
 RESTING_SAMPLES = 3
 """A segment ends with at least this many equal samples, so velocity and acceleration are zero by differences too."""
 
 
 @dataclass(frozen=True, slots=True)
 class PathState:
-    """Where on the motion, and how fast planned time advances: tau [s], its rate, the rate's slope [1/s]."""
+    """Where on the motion, and how fast planned time advances: tau [s], its rate, the rate's slope [1/s].
+
+    Where the motion is travelled backwards the rate is negative.
+    """
 
     tau: float
     rate: float
@@ -28,7 +33,7 @@ class Segment:
     """
 
     tau: NDArray[np.float64]
-    """`(m,)` [s], never falling."""
+    """`(m,)` [s], never falling; never rising where the motion is travelled backwards."""
     rate: NDArray[np.float64]
     """`(m,)`"""
     rate_dot: NDArray[np.float64]
@@ -43,6 +48,8 @@ class Segment:
     before: NDArray[np.float64]
     """`(2, n)` the joints commanded in the two ticks before sample 0."""
     cycle_s: float
+    law: RateLaw | None = None
+    """How the rate changes over the nominal part, in the direction of travel; None where there is no such part."""
 
     @property
     def length(self) -> int:
@@ -82,7 +89,12 @@ class Segment:
             nominal=max(0, self.nominal - index),
             ruled_by=ruled_by,
             before=self.history(index),
+            law=self.law_from(index),
         )
+
+    def law_from(self, index: int) -> RateLaw | None:
+        """The law of the nominal part from sample `index` on; None behind its end."""
+        return None if self.law is None or index > self.nominal else self.law.later(index * self.cycle_s)
 
     def history(self, index: int) -> NDArray[np.float64]:
         """`(2, n)` the joints commanded in the two ticks before sample `index`."""

@@ -4,12 +4,16 @@ from cell.messages import (
     AdoptZone,
     Continue,
     Enable,
+    Halt,
     Mode,
     ProgramState,
     ResetEstop,
     ResetRobot,
     RobotState,
     Run,
+    SetManual,
+    SetOverride,
+    Step,
     ZoneState,
 )
 from tests.sim.world import World
@@ -60,3 +64,16 @@ class PatientOperator:
         for name, zone in manager.zones.items() if manager is not None else ():
             if zone.state is ZoneState.ORPHANED and zone.holder is not None:
                 self._world.operate("manager", AdoptZone(name, zone.holder, "operator"))
+
+
+class RestlessOperator(PatientOperator):
+    """Also changes override, manual speed and step mode at random, halts, and lets everything run now and then."""
+
+    def _serve(self, state: RobotState) -> None:
+        super()._serve(state)
+        rng, to = self._world.rng, f"robot/{state.robot}"
+        if rng.random() < 0.5:
+            forwards = [SetOverride(100.0)] if state.pace.override <= 0.0 else []
+            percent = rng.choice([100.0, 100.0, 100.0, 60.0, 20.0, 0.0, -40.0, -100.0])
+            calls = [*forwards, SetOverride(percent), SetManual(rng.random() < 0.2), Step(), Halt(), Continue()]
+            self._world.operate(to, rng.choice(calls))

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from tests.sim.invariants import Invariants
 from tests.sim.network import Weather
-from tests.sim.operator import PatientOperator
+from tests.sim.operator import PatientOperator, RestlessOperator
 from tests.sim.world import TWO_ARMS, World, load_bundle
 
 BAD = Weather(loss=0.05)
@@ -67,15 +67,21 @@ class Trouble:
 
 
 def run_scenario(
-    seed: int, weather: Weather, longest_s: float, trouble_every_s: float | None = None, cell_file: Path = TWO_ARMS
+    seed: int,
+    weather: Weather,
+    longest_s: float,
+    trouble_every_s: float | None = None,
+    restless: bool = False,
+    cell_file: Path = TWO_ARMS,
 ) -> Outcome:
     """Run a cell under one seed. Raises `invariants.Broken`.
 
     Without trouble the run ends when all programs have ended; with trouble it lasts `longest_s`, then the network and
-    the machines leave the cell in peace, everything is halted and must come to rest.
+    the machines leave the cell in peace, everything is halted and must come to rest. A restless operator changes
+    override, manual speed and step mode at random.
     """
     world = World(load_bundle(cell_file), seed, weather)
-    invariants, operator = Invariants(world), PatientOperator(world)
+    invariants, operator = Invariants(world), (RestlessOperator if restless else PatientOperator)(world)
     trouble = Trouble(world, trouble_every_s) if trouble_every_s is not None else None
     start = world.clock.now
     done = world.clock.run_until(start + longest_s, lambda: trouble is None and operator.all_done)
@@ -96,10 +102,11 @@ def _main() -> None:
     parser.add_argument("seed", type=int)
     parser.add_argument("--faults", type=float, metavar="EVERY_S", help="20 %% loss, and trouble so often")
     parser.add_argument("--longest", type=float, default=60.0, help="seconds of cell time")
+    parser.add_argument("--restless", action="store_true", help="the operator changes the pace at random")
     parser.add_argument("--cell", type=Path, default=TWO_ARMS, help="the cell file")
     options = parser.parse_args()
     weather = BAD if options.faults is None else WORSE
-    outcome = run_scenario(options.seed, weather, options.longest, options.faults, options.cell)
+    outcome = run_scenario(options.seed, weather, options.longest, options.faults, options.restless, options.cell)
     for event in outcome.world.seen.events:
         print(f"{event.source:16s} {event.code:16s} {event.text}")
     print(

@@ -18,6 +18,12 @@ def test_at_20_percent_loss_with_kills_and_restarts_no_invariant_breaks(seed: in
     assert outcome.kills + outcome.freezes > 0
 
 
+@pytest.mark.parametrize("seed", [200])
+def test_an_operator_who_changes_the_pace_at_random_breaks_no_invariant(seed: int) -> None:
+    outcome = run_scenario(seed, BAD, longest_s=12.0, restless=True)
+    assert outcome.samples > 1000
+
+
 def test_the_same_seed_gives_the_same_run() -> None:
     first, second = (run_scenario(7, WORSE, longest_s=3.0, trouble_every_s=1.0) for _ in range(2))
     assert first.world.clock.now == second.world.clock.now

@@ -1,149 +1,12 @@
-"""The governor under every kind of command: on the path, inside the limits, never past a hold, always able to stop."""
-
-from collections.abc import Callable
-from dataclasses import replace
+"""The governor: on the path, inside the limits, never past a hold, always able to stop, forwards and backwards."""
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
-from six_axis_arm import arm, description
+from governor_drive import ARM, CYCLE_S, JOINTS, LIMITS, LONG, MIXED, MOTIONS, START, STEP, Drive
+from ruckig import ControlInterface, InputParameter, Ruckig, Trajectory
 
-from robot_agent.paths import JointMove, Line, Sequence
-from robot_agent.trajectory import Governor, Hold, Limits, Motion, PathState, RateRequest, Segment, plan
-
-CYCLE_S = 0.004
-STEP = 5
-"""Samples between two calls: 20 ms."""
-ARM = arm()
-LIMITS = Limits.of(description())
-START = np.array([0.3, 0.2, 0.3, 0.1, 0.9, 0.2])
-
-
-def line(offset: tuple[float, float, float]) -> Line:
-    target = ARM.forward(START).copy()
-    target[:3, 3] += offset
-    return Line(target, None, 1)
-
-
-LONG = plan(ARM, Sequence([line((0.1, 0.6, -0.3))]), LIMITS, start=START)
-FAR = START + np.array([1.5, -0.3, 0.2, 0.5, 0.1, -0.8])
-JOINTS = plan(ARM, Sequence([JointMove(FAR, 1.0, 1)]), LIMITS, start=START)
-MIXED = plan(
-    ARM,
-    Sequence([JointMove(START + 0.4, 0.6, 1), line((0.0, 0.2, 0.1)), line((0.0, 0.2, 0.08)), JointMove(START, 1.0, 4)]),
-    LIMITS,
-    start=START,
-)
-ROUNDED = plan(
-    ARM,
-    Sequence(
-        [
-            replace(line((0.0, 0.3, 0.0)), round_m=0.06),
-            replace(line((0.0, 0.3, -0.3)), round_m=0.06),
-            JointMove(START + 0.3, 0.8, 3),
-        ]
-    ),
-    LIMITS,
-    start=START,
-)
-MOTIONS = [LONG, JOINTS, MIXED, ROUNDED]
-
-
-class Drive:
-    """Plays segments like a gateway: what was commanded, and what still is when nothing more arrives."""
-
-    def __init__(self, motion: Motion, tau: float = 0.0) -> None:
-        self.motion = motion
-        self.governor = Governor(motion, LIMITS, CYCLE_S, nominal_s=0.12)
-        self.segment = self.governor.rest(tau)
-        self.index = 0
-        self.played_tau: list[float] = []
-        self.played: list[np.ndarray] = []
-
-    def ask(self, requests: tuple[RateRequest, ...] = (), holds: tuple[Hold, ...] = (), stop: bool = False) -> Segment:
-        return self.governor.next(self.segment, self.index, requests, holds, stop)
-
-    def take(self, segment: Segment) -> None:
-        self.segment, self.index = segment, 0
-
-    def play(self, samples: int = STEP) -> None:
-        kept = np.minimum(np.arange(self.index, self.index + samples), self.segment.length - 1)
-        self.played_tau += self.segment.tau[kept].tolist()
-        self.played += list(self.segment.q[kept])
-        self.index += samples
-
-    @property
-    def tau(self) -> float:
-        return self.segment.state(self.index).tau
-
-    @property
-    def standing(self) -> bool:
-        return self.index >= self.segment.rest_index
-
-    def run(self, until: Callable[[], bool], holds: tuple[Hold, ...] = (), rate: float = 1.0) -> None:
-        for _ in range(2000):
-            if until():
-                return
-            self.take(self.ask((RateRequest(rate, "override"),), holds))
-            self.play()
-        raise AssertionError(f"stays at tau {self.tau} of {self.motion.duration_s}, ruled by {self.segment.ruled_by}")
-
-    def run_to_end(self) -> None:
-        self.run(lambda: self.tau >= self.motion.duration_s and self.standing)
-
-    def check(self) -> None:
-        self.play(4)
-        taus, q = np.array(self.played_tau), np.array(self.played)
-        assert (np.diff(taus) >= 0.0).all()
-        np.testing.assert_allclose(q, self.motion.q(taus), atol=1e-6)
-        for order, limit in enumerate((LIMITS.velocity, LIMITS.ramp_acceleration, LIMITS.ramp_jerk), 1):
-            reached = np.abs(np.diff(q, order, axis=0)).max(axis=0) / CYCLE_S**order
-            assert (reached <= 1.01 * limit).all(), (order, reached / limit)
-
-
-def assert_ends_at_rest(segment: Segment) -> None:
-    np.testing.assert_array_equal(segment.q[-3:], np.tile(segment.q[-1], (3, 1)))
-    np.testing.assert_array_equal(segment.qd[-1], 0.0)
-    assert segment.rate[-1] == 0.0
-
-
-COMMANDS = st.tuples(
-    st.sampled_from(["go", "go", "go", "rate", "halt", "hold", "hold", "lift", "stop", "lost"]),
-    st.floats(0.0, 1.0),
-    st.integers(1, 12),
-)
-
-
-@settings(max_examples=60, deadline=None)
-@given(st.sampled_from(MOTIONS), st.lists(COMMANDS, min_size=1, max_size=40))
-def test_any_commands_keep_path_limits_and_holds(motion: Motion, commands: list[tuple[str, float, int]]) -> None:
-    drive = Drive(motion)
-    rate, hold = 1.0, None
-    for kind, value, calls in commands:
-        if kind == "rate":
-            rate = max(value, 0.01)
-        elif kind == "halt":
-            rate = 0.0
-        elif kind == "go":
-            rate = 1.0
-        elif kind == "hold":
-            hold = Hold(drive.segment.stop_tau + 0.2 * value, "zone")
-        elif kind == "lift":
-            hold = None
-        for _ in range(calls if kind != "lost" else 1):
-            answer = drive.ask((RateRequest(rate, "override"),), (hold,) if hold else (), kind == "stop")
-            assert_ends_at_rest(answer)
-            np.testing.assert_array_equal(answer.q[0], drive.segment.q[min(drive.index, drive.segment.length - 1)])
-            assert hold is None or answer.stop_tau <= hold.tau
-            if kind == "lost":
-                drive.play(calls * STEP)
-            else:
-                drive.take(answer)
-                drive.play()
-    drive.run_to_end()
-    drive.check()
-    np.testing.assert_allclose(drive.played[-1], motion.q(np.array(motion.duration_s)), atol=1e-9)
+from robot_agent.paths import JointMove, Sequence
+from robot_agent.trajectory import Governor, Hold, Motion, PathState, RateRequest, plan
 
 
 @pytest.mark.parametrize("motion", MOTIONS, ids=["line", "joints", "mixed", "rounded"])
@@ -284,3 +147,147 @@ def test_remainder_of_a_segment_is_the_segment_from_there() -> None:
     np.testing.assert_array_equal(rest.q, whole.q[7:])
     np.testing.assert_array_equal(rest.before, whole.q[5:7])
     assert (rest.nominal, rest.stop_tau, rest.ruled_by) == (whole.nominal - 7, whole.stop_tau, "me")
+
+
+def backwards(rate: float = 1.0) -> tuple[RateRequest, ...]:
+    return (RateRequest(-rate, "override"),)
+
+
+def test_backwards_it_returns_along_the_same_path_to_its_beginning() -> None:
+    drive = Drive(MIXED)
+    drive.run(lambda: drive.tau > 1.0)
+    drive.run(lambda: drive.tau == 0.0 and drive.standing, rate=-1.0)
+    drive.check()
+    assert max(drive.played_tau) > 1.0
+    drive.run_to_end()
+    drive.check()
+
+
+def test_a_change_of_direction_goes_through_rest() -> None:
+    drive = Drive(LONG)
+    drive.run(lambda: drive.tau > 0.4)
+    turned = drive.ask(backwards())
+    assert turned.stop_tau == drive.ask(stop=True).stop_tau
+    drive.take(turned)
+    drive.play(turned.rest_index)
+    assert drive.ask(backwards()).stop_tau < turned.stop_tau
+
+
+def test_backwards_it_is_as_fast_as_asked() -> None:
+    drive = Drive(LONG, tau=0.6 * LONG.duration_s)
+    drive.run(lambda: drive.tau < 0.35 * LONG.duration_s, rate=-0.5)
+    assert np.diff(drive.played_tau)[-1] == pytest.approx(-0.5 * CYCLE_S)
+
+
+def test_least_of_all_rates_rules_in_the_direction_that_anyone_asks_for() -> None:
+    drive = Drive(LONG, tau=0.5)
+    assert drive.ask((*backwards(), RateRequest(0.0, "halt"))).rest_index == 0
+    assert drive.ask((*backwards(), RateRequest(0.0, "halt"))).ruled_by == "halt"
+    answer = drive.ask((*backwards(0.8), RateRequest(0.3, "manager")))
+    assert answer.rate.min() >= -0.3 - 1e-12
+    assert answer.stop_tau < 0.5
+    assert answer.ruled_by == "manager"
+
+
+def test_backing_up_stops_behind_what_was_given_up_and_goes_forwards_from_there() -> None:
+    hold = Hold(0.2 * LONG.duration_s, "zone a", until=0.4 * LONG.duration_s)
+    drive = Drive(LONG, tau=0.7 * LONG.duration_s)
+    drive.run(lambda: drive.standing and drive.tau < 0.6 * LONG.duration_s, (hold,), rate=-1.0)
+    assert min(drive.played_tau) >= hold.until
+    assert drive.tau == pytest.approx(hold.until, abs=1e-8)
+    assert drive.segment.ruled_by == "zone a"
+    drive.run(lambda: drive.tau > 0.6 * LONG.duration_s, (hold,))
+    drive.check()
+
+
+def test_inside_a_hold_nothing_moves_in_any_direction() -> None:
+    drive = Drive(LONG, tau=0.5)
+    hold = Hold(0.4, "zone a", until=0.6)
+    assert drive.ask((), (hold,)).rest_index == drive.ask(backwards(), (hold,)).rest_index == 0
+
+
+@pytest.mark.parametrize("direction", [1.0, -1.0])
+def test_speed_of_the_tcp_stays_below_its_cap_in_ramps_too(direction: float) -> None:
+    drive = Drive(MIXED, tau=0.0 if direction > 0.0 else MIXED.duration_s)
+    end = MIXED.duration_s - drive.tau
+    while drive.tau != end:
+        answer = drive.governor.next(
+            drive.segment, drive.index, (RateRequest(direction, "override"),), (), cap_m_s=0.25
+        )
+        places = ARM.forward(answer.q)[:, :3, 3]
+        assert np.linalg.norm(np.diff(places, axis=0), axis=1).max() <= 0.25 * CYCLE_S
+        drive.take(answer)
+        drive.play()
+    drive.check()
+    fast = np.linalg.norm(np.diff(ARM.forward(np.array(drive.played))[:, :3, 3], axis=0), axis=1) / CYCLE_S
+    assert (fast > 0.23).mean() > 0.5
+
+
+def test_a_cap_that_comes_in_full_motion_brakes_to_it_at_once_and_goes_on() -> None:
+    drive = Drive(LONG, tau=0.0)
+    drive.run(lambda: drive.tau > 0.4)
+    for _ in range(40):
+        drive.take(drive.governor.next(drive.segment, drive.index, (), (), cap_m_s=0.25))
+        drive.play()
+    speed = np.linalg.norm(np.diff(ARM.forward(np.array(drive.played))[:, :3, 3], axis=0), axis=1) / CYCLE_S
+    assert speed.max() > 0.5
+    assert 0.2 < speed[-1] <= 0.25
+    assert drive.segment.ruled_by == "speed of the TCP, at most 250 mm/s"
+    drive.check()
+
+
+def test_robots_asked_to_end_together_do_in_spite_of_a_halt() -> None:
+    drive, end_s = Drive(LONG), 2.5 * LONG.duration_s
+    while drive.tau < LONG.duration_s:
+        left_s = end_s - CYCLE_S * len(drive.played_tau)
+        halted = 0.5 < left_s - LONG.duration_s < 0.8
+        asked = RateRequest.ending_in(left_s, LONG.duration_s - drive.tau, "together")
+        drive.take(drive.ask((asked, *([RateRequest(0.0, "halt")] if halted else []))))
+        drive.play()
+    drive.check()
+    first_at_end = int(np.argmax(np.array(drive.played_tau) >= LONG.duration_s - 1e-9))
+    assert first_at_end * CYCLE_S == pytest.approx(end_s, abs=0.02)
+
+
+def fastest_stop_s(velocity: float, acceleration: float) -> float:
+    """Of the first joint alone, by Ruckig."""
+    request = InputParameter(1)
+    request.control_interface = ControlInterface.Velocity
+    request.current_velocity, request.current_acceleration = [velocity], [acceleration]
+    request.target_velocity = request.target_acceleration = [0.0]
+    request.max_acceleration, request.max_jerk = [LIMITS.ramp_acceleration[0]], [LIMITS.ramp_jerk[0]]
+    trajectory = Trajectory(1)
+    Ruckig(1).calculate(request, trajectory)
+    return float(trajectory.duration)
+
+
+@pytest.mark.parametrize("rate", [1.0, 0.4])
+def test_ramps_are_nearly_as_short_as_a_single_joint_allows(rate: float) -> None:
+    turn = START + np.array([1.5, 0.0, 0.0, 0.0, 0.0, 0.0])
+    motion = plan(ARM, Sequence([JointMove(turn, 1.0, 1)]), LIMITS, start=START)
+    drive, ratios = Drive(motion), []
+    while True:
+        answer = drive.ask((RateRequest(rate, "override"),))
+        tau = float(answer.tau[answer.nominal])
+        if tau > motion.duration_s - 0.15:
+            break
+        velocity, acceleration = motion.qd(np.array(tau))[0] * rate, motion.qdd(np.array(tau))[0] * rate**2
+        ramp_s = answer.stop_time_s - answer.nominal * CYCLE_S
+        ratios.append(ramp_s / fastest_stop_s(velocity, acceleration))
+        drive.take(answer)
+        drive.play()
+    assert np.median(ratios) < 1.15
+    assert max(ratios) < 1.45
+
+
+def test_stop_time_and_place_are_those_of_the_ramp_that_is_played() -> None:
+    drive = Drive(ROUNDED := MOTIONS[3])
+    for _ in range(20):
+        drive.take(drive.ask())
+        promised_s, promised_tau = drive.segment.stop_time_s, drive.segment.stop_tau
+        alone = Drive(ROUNDED)
+        alone.take(drive.segment)
+        alone.play(drive.segment.length)
+        still = np.flatnonzero((np.diff(np.array(alone.played), axis=0) != 0.0).any(axis=1))[-1] + 1
+        assert (still * CYCLE_S, alone.played_tau[-1]) == (promised_s, promised_tau)
+        drive.play()

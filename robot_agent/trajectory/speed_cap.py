@@ -1,0 +1,48 @@
+"""A bound on the speed of the TCP along one track: how fast path time may advance where."""
+
+import numpy as np
+
+from robot_agent.trajectory.rate_law import Numbers
+from robot_agent.trajectory.track import Track
+
+_STEP_S = 0.002
+_MARGIN = 0.995
+"""For what lies between the places at which the speed is looked at."""
+_REACH_S = 0.5
+"""A segment at rate 1 does not come much further than this before it rests."""
+
+
+class SpeedCap:
+    """The same for all segments of one track."""
+
+    def __init__(self, track: Track, cap_m_s: float) -> None:
+        """`cap_m_s` is above 0 [m/s]."""
+        self.cap_m_s = cap_m_s
+        steps = int(np.ceil(track.duration_s / _STEP_S)) + 1
+        way = np.minimum(np.arange(steps) * _STEP_S, track.duration_s)
+        self._speed = track.motion.tcp_speed(track.taus(way))
+
+    @property
+    def who(self) -> str:
+        """For people."""
+        return f"speed of the TCP, at most {1000.0 * self.cap_m_s:.0f} mm/s"
+
+    def kept(self, way: Numbers, rate: Numbers) -> bool:
+        """Whether the TCP stays below the cap at each way `(m,)` [s] with its rate `(m,)`."""
+        return bool((rate * self._at(way) <= self.cap_m_s).all())
+
+    def rate(self, way: float, rate: float) -> float:
+        """The largest rate that may be kept from `way` [s] on until a segment rests; `rate` is the present one."""
+        first = min(int(way / _STEP_S), len(self._speed) - 1)
+        peaks = np.maximum.accumulate(self._speed[first : first + int(_REACH_S / _STEP_S) + 1])
+        reach = np.arange(len(peaks)) * _STEP_S / _REACH_S
+        allowed = reach * peaks <= _MARGIN * self.cap_m_s
+        last = max(int(np.argmin(allowed)) - 1 if not allowed.all() else len(peaks) - 1, 0)
+        last = min(max(last, int(rate * _REACH_S / _STEP_S)), len(peaks) - 1)
+        return min(1.0, _MARGIN * self.cap_m_s / max(float(peaks[last]), 1e-9))
+
+    def _at(self, way: Numbers) -> Numbers:
+        index = np.minimum((way / _STEP_S).astype(np.int64), len(self._speed) - 1)
+        following = np.minimum(index + 1, len(self._speed) - 1)
+        speed: Numbers = np.maximum(self._speed[index], self._speed[following])
+        return speed

@@ -1,0 +1,153 @@
+"""From one rate to another as fast as the joints allow, step by step along the path."""
+
+import math
+
+from robot_agent.trajectory.rate_bounds import RateBounds, Row
+from robot_agent.trajectory.rate_law import RateLaw
+from robot_agent.trajectory.segment import PathState
+
+_LANDING = 0.96
+_LOOKED_AT = ((0.5, 7.0 / 12.0), (0.0, 1.0 / 3.0))
+"""Where a landing is looked at: the share of its time that is left, and the mean of the missing rate until there."""
+_STEPS = 16
+_MOST_STEPS = 200
+_SHORTEST_S, _LONGEST_S = 2e-4, 0.04
+_HALVINGS = 3
+_LEAST_SHARE = 0.2
+_SAME_RATE, _SAME_SLOPE = 1e-9, 1e-6
+
+
+class Steering:
+    """Along one track.
+
+    The rate's slope changes as fast as jerk and acceleration allow, until only one constant change of it back to zero
+    is left. For constant bounds that is the fastest way there is (three pieces); here the bounds are those of the place
+    and the rate of each step. No bound is certain to be kept: what is really sent is checked sample by sample.
+    """
+
+    def __init__(self, bounds: RateBounds) -> None:
+        self._bounds = bounds
+
+    def change(self, start: PathState, target: float, share: float = 1.0, limit: float = math.inf) -> RateLaw:
+        """The way from `start` to the rate `target` with a `share` (0 to 1] of what is allowed.
+
+        At way `limit` [s] the plan itself rests: the law is not worked out beyond.
+        """
+        way, rate, slope, bend = start.tau, start.rate, start.rate_dot, 0.0
+        if abs(rate - target) < _SAME_RATE and abs(slope) < _SAME_SLOPE:
+            return RateLaw.constant(target)
+        sign, h = self._plan(start, target, share)
+        pieces: list[tuple[float, float]] = []
+        halvings = 0
+        low, high = _bends(self._bounds.row(way), rate, slope)
+        while way < limit and len(pieces) < _MOST_STEPS:
+            ahead = self._bounds.row(way + h * (rate + h * slope / 2.0))
+            end = max(rate + h * (slope + h * bend / 2.0), 0.0)
+            step_low, step_high, least, most = _ahead(ahead, end, slope, h, low, high)
+            if sign < 0.0:
+                drive = min(max(share * step_low, (share * least - slope) / h), step_high)
+            else:
+                drive = max(min(share * step_high, (share * most - slope) / h), step_low)
+            then = PathState(
+                way + h * (rate + h * (slope / 2.0 + h * drive / 6.0)),
+                rate + h * (slope + h * drive / 2.0),
+                slope + h * drive,
+            )
+            then_low, then_high = _bends(ahead, then.rate, then.rate_dot)
+            if self._can_land(then, target, sign, share, then_high if sign < 0.0 else -then_low):
+                pieces.append((h, drive))
+                way, rate, slope, bend = then.tau, then.rate, then.rate_dot, drive
+                low, high = then_low, then_high
+            elif halvings < _HALVINGS or (sign * slope <= 0.0 and h > _SHORTEST_S / 16.0):
+                h, bend = h / 2.0, 0.0
+                halvings += 1
+            else:
+                break
+        missing = target - rate
+        if slope * missing > 0.0 and way < limit:
+            pieces.append((2.0 * missing / slope, -slope * slope / (2.0 * missing)))
+        return RateLaw.of_pieces(start.rate, start.rate_dot, pieces, target)
+
+    def _plan(self, start: PathState, target: float, share: float) -> tuple[float, float]:
+        """Whether the rate has to rise (1) or to fall (-1), and the length of a step [s]."""
+        rate, slope = start.rate, start.rate_dot
+        row = self._bounds.row(start.tau)
+        low, high = _bends(row, rate, slope)
+        counter = max(high if slope < 0.0 else -low, 1e-3)
+        coasted = rate + slope * abs(slope) / (2.0 * counter)
+        sign = -1.0 if target == 0.0 or coasted > target else 1.0
+        between = (rate + target) / 2.0
+        low, high = _bends(row, between, 0.0)
+        least, most = _slopes(row, between)
+        bend, steepest = max(share * (high if sign > 0.0 else -low), 1e-3), share * (most if sign > 0.0 else -least)
+        distance, steepest = abs(target - rate), max(steepest, 1e-3)
+        if distance * bend > steepest**2:
+            whole = distance / steepest + steepest / bend
+        else:
+            whole = 2.0 * math.sqrt(distance / bend)
+        return sign, min(max(whole / _STEPS, _SHORTEST_S), _LONGEST_S)
+
+    def _can_land(self, state: PathState, target: float, sign: float, share: float, counter: float) -> bool:
+        """Whether one constant change of the slope within the bounds still leads to the target.
+
+        It is looked at in its beginning, where `counter` is the bound, in its middle and in its end.
+        """
+        missing, slope = sign * (target - state.rate), sign * state.rate_dot
+        if missing <= 0.0:
+            return False
+        if slope <= 0.0:
+            return True
+        needed = slope * slope / (2.0 * missing * share * _LANDING)
+        if needed > counter:
+            return False
+        duration = 2.0 * missing / slope
+        for left, mean in _LOOKED_AT:
+            rate = target + (state.rate - target) * left * left
+            way = state.tau + duration * (1.0 - left) * (target + (state.rate - target) * mean)
+            low, high = _bends(self._bounds.row(way), rate, left * state.rate_dot)
+            if needed > (high if sign < 0.0 else -low):
+                return False
+        return True
+
+
+def _bends(row: Row, rate: float, slope: float) -> tuple[float, float]:
+    """The bounds on the slope's slope [1/s^2] at a rate and a slope: jerk."""
+    cube, cross = rate * rate * rate, 3.0 * rate * slope
+    low, high = -math.inf, math.inf
+    for _, jerk, second, third in row:
+        path = cube * third + cross * second
+        if -jerk - path > low:
+            low = -jerk - path
+        if jerk - path < high:
+            high = jerk - path
+    return low, high
+
+
+def _ahead(row: Row, rate: float, slope: float, h: float, low: float, high: float) -> tuple[float, float, float, float]:
+    """The bounds after a step of `h` [s]: `low` and `high` of the slope's slope, narrowed, and those of the slope.
+
+    `rate` is the one after the step, `slope` the one before it.
+    """
+    square = rate * rate
+    cube, cross, grown = square * rate, 3.0 * rate * slope, 3.0 * rate * h
+    least, most = -math.inf, math.inf
+    for acceleration, jerk, second, third in row:
+        path = square * second
+        if -acceleration - path > least:
+            least = -acceleration - path
+        if acceleration - path < most:
+            most = acceleration - path
+        path = cube * third + cross * second
+        share = 1.0 + grown * second
+        if share > _LEAST_SHARE:
+            if (-jerk - path) / share > low:
+                low = (-jerk - path) / share
+            if (jerk - path) / share < high:
+                high = (jerk - path) / share
+    return low, high, least, most
+
+
+def _slopes(row: Row, rate: float) -> tuple[float, float]:
+    """The bounds on the slope [1/s] at a rate: acceleration."""
+    low = max(-each[0] - rate * rate * each[2] for each in row)
+    return low, min(each[0] - rate * rate * each[2] for each in row)
