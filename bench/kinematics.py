@@ -27,6 +27,8 @@ def kinematics(model: Model, numeric: Model, q: np.ndarray) -> list[Row]:
     some = poses[:SINGLE_POSES]
     single = median_s(lambda: [model.inverse(pose) for pose in some]) / SINGLE_POSES
     single_eaik = median_s(lambda: [eaik.IK(pose) for pose in some]) / SINGLE_POSES
+    nearest = median_s(lambda: [model.solve(pose, near=start) for pose, start in zip(some, q, strict=False)])
+    nearest /= SINGLE_POSES
     clik = median_s(lambda: [clik_by_pinocchio(peer, pose, model.home) for pose in some], 5) / SINGLE_POSES
     lower, upper = numeric.limits.position.T
     reachable = numeric.forward(np.random.default_rng(2).uniform(lower, upper, (count, numeric.n)))
@@ -35,7 +37,7 @@ def kinematics(model: Model, numeric: Model, q: np.ndarray) -> list[Row]:
         forward,
         Row(f"inverse, all branches, per pose of {count}", batched, batched / batched_eaik, "of EAIK, batched"),
         Row("inverse, all branches, one pose", single, single / single_eaik, "of EAIK, one pose"),
-        Row("the same pose", single, single / clik, "of one numeric solution by Pinocchio"),
+        Row("solve: the nearest branch, one pose", nearest, nearest / clik, "of one numeric solution by Pinocchio"),
         Row(f"numeric inverse, 8 starts, per pose of {count}", iterated, iterated / clik, "of one by Pinocchio"),
     ]
 

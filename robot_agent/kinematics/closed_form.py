@@ -15,8 +15,7 @@ from robot_agent.kinematics.solutions import Solutions
 from robot_agent.kinematics.turns import nearest_turn, within
 
 BLOCK = 1000
-"""Poses at once. Fewer cost more calls; with more the intermediate results leave the cache, and the memory for them is
-fetched anew from the system each time, which takes longer than the formulas."""
+"""Poses at once: fewer cost more calls for each, with more the intermediate results leave the cache."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

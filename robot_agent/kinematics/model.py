@@ -10,7 +10,7 @@ import numpy as np
 
 from cell.geometry import check_poses
 from cell.geometry import inverse as inverse_pose
-from cell.geometry.arrays import Array, Flags
+from cell.geometry.arrays import Array, Flags, keep_freed_memory
 from robot_agent.kinematics import choice, tracking
 from robot_agent.kinematics.coupling import Coupling
 from robot_agent.kinematics.errors import BadInput, BadModel, Violation
@@ -34,6 +34,7 @@ class Model(ABC):
     """Whether `inverse` finds all solutions that there are."""
 
     def __init__(self, description: RobotDescription) -> None:
+        keep_freed_memory()
         self.description = description
         self.link_names: tuple[str, ...] = self._link_names()
         self.body: tuple[CapsuleBody, ...] = self._whole_body()

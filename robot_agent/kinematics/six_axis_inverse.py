@@ -75,7 +75,10 @@ class Arm:
     j1: Array
     """`(2, p)` FRONT, BACK."""
     cos1: Array
+    """`(p,)` of FRONT."""
     sin1: Array
+    sides: Array
+    """`(2, 1)` or `(2, p)`: sign of `cos1` and `sin1` for FRONT, BACK; both alike where J1 is held."""
     j23: Array
     """`(2, 2, 2, p)`: J2 and J3 for FRONT, BACK x UP, DOWN."""
     cos23: Array
@@ -101,7 +104,7 @@ def solve_arm(rows: Array, g: Lengths, held_j1: Array) -> Arm:
     """Joints 1 to 3. `rows` `(3 or 4, 4, p)`: elements of the poses; `held_j1` `(1,)` or `(p,)`."""
     wrist = rows[:3, 3] - g.a6x * rows[:3, 0]
     radius = np.sqrt(wrist[0] * wrist[0] + wrist[1] * wrist[1])
-    j1, cos1, sin1, on_axis = _shoulder(wrist, radius, held_j1)
+    j1, cos1, sin1, sides, on_axis = _shoulder(wrist, radius, held_j1)
     along = np.stack([radius, -radius])
     along -= g.a2x
     up = wrist[2] - (g.a1z + g.a2z)
@@ -123,13 +126,15 @@ def solve_arm(rows: Array, g: Lengths, held_j1: Array) -> Arm:
     _up_down(upward * share, ahead * across, out=cos23)
     _up_down(ahead * share, -upward * across, out=sin23)
     excess = beyond_reach(np.sqrt(squared), g.a3z, g.forearm)
-    return Arm(j1=j1, cos1=cos1, sin1=sin1, j23=j23, cos23=cos23, sin23=sin23, excess=excess, singular=on_axis)
+    return Arm(j1, cos1, sin1, sides, j23, cos23, sin23, excess, on_axis)
 
 
 def solve_wrist(rows: Array, arm: Arm, held_j4: Array) -> Wrist:
     """Joints 4 to 6 from what rotation the arm leaves to them: Rx(J4) Ry(J5) Rx(J6) = (Rz(J1) Ry(J2 + J3))^T R."""
-    x, y, z = rows[0, :3, None], rows[1, :3, None], rows[2, :3, None, None]
-    ahead, aside = (arm.cos1 * x + arm.sin1 * y)[:, :, None], (arm.cos1 * y - arm.sin1 * x)[:, :, None]
+    x, y, z = rows[0, :3], rows[1, :3], rows[2, :3, None, None]
+    # Of the plane of the arm: `(column, side, 1, p)`.
+    ahead = (arm.sides * (arm.cos1 * x + arm.sin1 * y)[:, None])[:, :, None]
+    aside = (arm.sides * (arm.cos1 * y - arm.sin1 * x)[:, None])[:, :, None]
     r11 = arm.cos23 * ahead[0] - arm.sin23 * z[0]
     r21, r22, r23 = aside
     r31, r32, r33 = arm.sin23 * ahead + arm.cos23 * z
@@ -155,21 +160,18 @@ def solve_wrist(rows: Array, arm: Arm, held_j4: Array) -> Wrist:
     return Wrist(j456, singular)
 
 
-def _shoulder(wrist: Array, radius: Array, held_j1: Array) -> tuple[Array, Array, Array, Flags]:
-    """J1, its cosine and sine, `(2, p)`, and where the wrist is on axis 1: there both sides keep J1 where it is."""
-    on_axis = radius < SINGULAR_RADIUS_M
-    j1, cos1, sin1 = np.empty((3, 2, len(radius)))
+def _shoulder(wrist: Array, radius: Array, held_j1: Array) -> tuple[Array, Array, Array, Array, Flags]:
+    """The first fields of `Arm`, and where the wrist is on axis 1: there both sides keep J1 where it is."""
+    on_axis, sides = radius < SINGULAR_RADIUS_M, SIDE
+    j1 = np.empty((2, len(radius)))
     np.arctan2(wrist[1], wrist[0], out=j1[0])
-    divisor = radius + on_axis
-    np.divide(wrist[0], divisor, out=cos1[0])
-    np.divide(wrist[1], divisor, out=sin1[0])
     np.add(j1[0], np.pi, out=j1[1])
-    np.negative(cos1[0], out=cos1[1])
-    np.negative(sin1[0], out=sin1[1])
+    cos1, sin1 = wrist[:2] / (radius + on_axis)
     if on_axis.any():
-        held = np.broadcast_to(held_j1, on_axis.shape)[on_axis]
-        j1[:, on_axis], cos1[:, on_axis], sin1[:, on_axis] = held, np.cos(held), np.sin(held)
-    return j1, cos1, sin1, on_axis
+        np.copyto(j1, held_j1, where=on_axis)
+        cos1, sin1 = np.where(on_axis, np.cos(j1[0]), cos1), np.where(on_axis, np.sin(j1[0]), sin1)
+        sides = np.where(on_axis, 1.0, SIDE)
+    return j1, cos1, sin1, sides, on_axis
 
 
 def _up_down(middle: Array | float, aside: Array, out: Array) -> None:
