@@ -73,9 +73,11 @@ def _page(name: str, model: Model, motions: list[Planned]) -> str:
         Chart("Joint speeds in percent of their limits", "s", "%", joints, marks, (-100.0, 100.0)),
     ]
     blends = [blend.deviation_m for planned in motions for blend in planned.motion.blends]
+    filtered = [planned.motion.filter_deviation_m for planned in motions]
     summary = [
         f"{starts[-1]:.3f} s in {len(motions)} motions, pauses left out; vertical lines are where a motion ends",
         f"largest flange speed {speed.max():.1f} mm/s, largest joint speed {np.abs(share).max():.1f} % of its limit",
         f"largest deviation where blocks are blended {1e6 * max(blends, default=0.0):.0f} um",
+        f"largest deviation by the filter on the axes {1e6 * max(filtered):.0f} um",
     ]
     return page(name, summary, charts)

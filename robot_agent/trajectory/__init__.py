@@ -7,6 +7,7 @@ from robot_agent.trajectory.motion import Motion
 from robot_agent.trajectory.plan import plan
 from robot_agent.trajectory.s_curve import SCurve, s_curve
 from robot_agent.trajectory.segment import PathState, Segment
+from robot_agent.trajectory.trapezoid import synchronised_trapezoids, trapezoid_in
 
 __all__ = [
     "Governor",
@@ -20,4 +21,6 @@ __all__ = [
     "Segment",
     "plan",
     "s_curve",
+    "synchronised_trapezoids",
+    "trapezoid_in",
 ]

@@ -6,7 +6,7 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
-from robot_agent.model.description import PathLimits, RobotDescription
+from robot_agent.model.description import DEFAULT_SHAPING, PathLimits, RobotDescription, Shaping
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -22,12 +22,15 @@ class Limits:
     jerk: NDArray[np.float64]
     path: PathLimits
     ramp_factor: float
+    shaping: Shaping = DEFAULT_SHAPING
+    """How motions within the limits are shaped."""
 
     @classmethod
     def of(cls, description: RobotDescription) -> Self:
         """The limits of a robot file."""
         joints = description.limits
-        return cls(joints.velocity, joints.acceleration, joints.jerk, description.path, joints.ramp_factor)
+        path, factor = description.path, joints.ramp_factor
+        return cls(joints.velocity, joints.acceleration, joints.jerk, path, factor, description.shaping)
 
     @property
     def ramp_acceleration(self) -> NDArray[np.float64]:

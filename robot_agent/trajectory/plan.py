@@ -16,8 +16,8 @@ from robot_agent.trajectory.joint_path import JointPath, Stretch, connected
 from robot_agent.trajectory.limits import Limits
 from robot_agent.trajectory.motion import Motion
 from robot_agent.trajectory.pieces import Pieces
-from robot_agent.trajectory.profile import single
-from robot_agent.trajectory.timing import Timed, fastest
+from robot_agent.trajectory.shaped import in_time
+from robot_agent.trajectory.timing import Timed
 
 _CAP_SAMPLES = 64
 
@@ -32,7 +32,7 @@ def plan(
     """
     start = np.array(start, dtype=np.float64)
     runs = _Paths(model, sequence, limits).runs(start)
-    timed = [single(run, limits) or fastest(run, limits) for run in runs]
+    timed = [in_time(model, run, limits) for run in runs]
     return _motion(model, sequence, runs, timed, start, cycle_s)
 
 
@@ -53,8 +53,9 @@ def _motion(
         ends[run.stretches[-1].block] = rests[-1]
         blends += run.blends
     pieces = Pieces.joined([time.pieces for time in timed]) if timed else Pieces.standing(start)
-    # a block of no length ends where the one before it does
-    return Motion(model, pieces, np.maximum.accumulate(np.maximum(ends, 0.0)), np.array(rests), tuple(blends), cycle_s)
+    ends = np.maximum.accumulate(np.maximum(ends, 0.0))  # a block of no length ends where the one before it does
+    deviation_m = max((time.deviation_m for time in timed), default=0.0)
+    return Motion(model, pieces, ends, np.array(rests), tuple(blends), cycle_s, deviation_m)
 
 
 class _Paths:

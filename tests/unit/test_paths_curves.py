@@ -45,6 +45,10 @@ def test_points_on_a_line_or_in_one_place_make_no_circle(target: tuple[float, ..
     assert CircleGeometry.through(np.zeros(3), np.array([100.0, 0, 0]), np.array(target)) is None
 
 
+def test_a_via_point_that_is_the_start_but_for_rounding_makes_no_circle() -> None:
+    assert CircleGeometry.through(np.zeros(3), np.array([0.0, 0.0, 3.7e-160]), np.array([0.0, 1.0, 1.0])) is None
+
+
 @settings(max_examples=150, deadline=None)
 @given(POINT, POINT, POINT)
 def test_circle_passes_its_three_points_in_their_order(first: np.ndarray, via: np.ndarray, target: np.ndarray) -> None:
