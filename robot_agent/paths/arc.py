@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from robot_agent.paths.caps import Caps
+from robot_agent.paths.caps import FlangeCaps
 from robot_agent.paths.curves import Circle, Numbers
 from robot_agent.paths.orientation import axis_angle, turned
 
@@ -15,7 +15,7 @@ _COLLINEAR = 1e-6
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Arc(Caps):
+class Arc(FlangeCaps):
     """Move the flange on the circle through its start, `via_pose` and `target_pose`, both `(4, 4)`, in the robot base.
 
     Without `angle_rad` it ends in the target. With it the arc goes on (positive: from the start towards the via point)

@@ -10,36 +10,16 @@ from robot_agent.kinematics import Model
 from robot_agent.trajectory.limits import Limits
 from robot_agent.trajectory.pieces import Pieces
 from robot_agent.trajectory.timing import Timed
+from robot_agent.trajectory.window import gaussian_weights, window_cells
 
 Numbers = NDArray[np.float64]
 
-SIGMA = 0.4
-"""Standard deviation in halves of the window; the source leaves it open."""
-_FEWEST_CELLS = 16
-_LONGEST_CELL_S = 2e-3
 _LONGEST_PIECE_S = 8e-3
 _EXACT = 2e-7
 _SAMPLES = 8
 """Per window, at which the flange is compared with where it would be without the filter."""
 _LOOKED_AT = 32
 _ROUNDING = 1e-9
-
-
-def gaussian_weights(count: int, sigma: float = SIGMA) -> Numbers:
-    """`(count,)` weights of a Gaussian window, their sum 1.
-
-    Source: Frigeni, Industrial Robotics Control, (7-54) to (7-57); (7-56) has to read f[n - i], and a window of N has
-    N + 1 weights.
-    """
-    half = (count - 1) / 2.0
-    weights = np.exp(-(((np.arange(count) - half) / (sigma * half)) ** 2) / 2.0)
-    return np.asarray(weights / weights.sum())
-
-
-def spread_s(window_s: float) -> float:
-    """A step of the acceleration by a [m/s^2] leaves the filter with a jerk of at most a divided by this time."""
-    cells = _cells(window_s)
-    return window_s / cells / float(gaussian_weights(cells).max())
 
 
 def filtered(model: Model, timed: Timed, limits: Limits) -> Timed:
@@ -59,13 +39,9 @@ def filtered(model: Model, timed: Timed, limits: Limits) -> Timed:
     return replace(timed, pieces=pieces.slower(1.0 / k), times=times, deviation_m=deviation)
 
 
-def _cells(window_s: float) -> int:
-    return max(_FEWEST_CELLS, math.ceil(window_s / _LONGEST_CELL_S))
-
-
 def _smoothed(pieces: Pieces, window_s: float) -> Pieces:
     """The filtered joints: exact values at multiples of a cell, as many of them knots as it takes."""
-    cells = _cells(window_s)
+    cells = window_cells(window_s)
     cell_s, weights = window_s / cells, gaussian_weights(cells)
     duration_s = pieces.duration_s + window_s
     count = math.ceil(duration_s / cell_s)

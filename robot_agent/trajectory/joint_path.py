@@ -32,6 +32,8 @@ class Stretch:
     speed_m_s: float
     rotation_rad_s: float
     on_path: bool
+    joint_rad_s: float = np.inf
+    """Cap on the speed of the joints that turn, the root of the sum of their squares."""
 
     @property
     def capped(self) -> bool:

@@ -24,13 +24,21 @@ class Limits:
     ramp_factor: float
     shaping: Shaping = DEFAULT_SHAPING
     """How motions within the limits are shaped."""
+    linear: tuple[bool, ...] = ()
+    """Whether each joint slides; empty when all joints turn."""
 
     @classmethod
     def of(cls, description: RobotDescription) -> Self:
         """The limits of a robot file."""
         joints = description.limits
         path, factor = description.path, joints.ramp_factor
-        return cls(joints.velocity, joints.acceleration, joints.jerk, path, factor, description.shaping)
+        shaping, linear = description.shaping, description.linear
+        return cls(joints.velocity, joints.acceleration, joints.jerk, path, factor, shaping, linear)
+
+    @property
+    def turning(self) -> NDArray[np.bool_]:
+        """`(n,)` which joints turn."""
+        return ~np.array(self.linear) if self.linear else np.ones(len(self.velocity), dtype=np.bool_)
 
     @property
     def ramp_acceleration(self) -> NDArray[np.float64]:

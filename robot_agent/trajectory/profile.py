@@ -8,8 +8,9 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from robot_agent.model.description import ProfileKind
+from robot_agent.model.description import ProfileKind, Shaping
 from robot_agent.trajectory.s_curve import s_curve
+from robot_agent.trajectory.window import spread_s
 
 Numbers = NDArray[np.float64]
 
@@ -172,3 +173,10 @@ def profile(kind: ProfileKind, distance: float, speed: float, acceleration: floa
     if kind is ProfileKind.QUINTIC:
         return Quintic.fastest(distance, speed, acceleration, jerk)
     return Ramped.fastest(kind, distance, speed, acceleration, jerk)
+
+
+def shaped_profile(shaping: Shaping, distance: float, speed: float, acceleration: float, jerk: float) -> Profile:
+    """The profile that a robot file asks for, see `profile`; a trapezoid so that the jerk is kept behind the filter."""
+    if shaping.profile is ProfileKind.TRAPEZOIDAL:  # its acceleration may step from one limit to the other
+        acceleration = min(acceleration, jerk * spread_s(shaping.filter_s) / 2.0)
+    return profile(shaping.profile, distance, speed, acceleration, jerk)

@@ -7,12 +7,13 @@ import numpy as np
 
 from robot_agent.kinematics import Model
 from robot_agent.model.description import ProfileKind
-from robot_agent.trajectory.gaussian import filtered, spread_s
+from robot_agent.trajectory.gaussian import filtered
+from robot_agent.trajectory.independent import Independent
 from robot_agent.trajectory.joint_path import JointPath, Numbers
 from robot_agent.trajectory.limits import Limits
 from robot_agent.trajectory.path_limits import PathLimits
 from robot_agent.trajectory.pieces import Pieces
-from robot_agent.trajectory.profile import Profile, profile
+from robot_agent.trajectory.profile import Profile, shaped_profile
 from robot_agent.trajectory.s_curve import SCurve
 from robot_agent.trajectory.timing import Timed, fastest
 
@@ -35,7 +36,7 @@ _PASSED = 1001
 _SHARES_OF_SPEED = 0.8 ** np.arange(12)
 
 
-def in_time(model: Model, path: JointPath, limits: Limits) -> Timed:
+def in_time(model: Model, path: JointPath | Independent, limits: Limits) -> Timed:
     """Joints over time along `path`, from rest to rest, with the profile and the filter of `limits.shaping`.
 
     An S-curve stands for the fastest timing: where the limits change along the path, of whatever shape they lead to.
@@ -43,12 +44,17 @@ def in_time(model: Model, path: JointPath, limits: Limits) -> Timed:
     limits change along it, all of it is slowed down until each of them is kept. Several moves in one motion have one
     profile where nothing changes between them, and else the fastest timing.
     """
-    timed = single(path, limits)
-    if timed is None:
-        one_move = len({each.block for each in path.stretches}) == 1 and not path.blends
-        shaped = one_move and limits.shaping.profile is not ProfileKind.S_CURVE
-        timed = _slowed(path, limits) if shaped else fastest(path, limits)
+    timed = path.in_time(model, limits) if isinstance(path, Independent) else _timed(path, limits)
     return filtered(model, timed, limits) if limits.shaping.filter_s > 0.0 else timed
+
+
+def _timed(path: JointPath, limits: Limits) -> Timed:
+    timed = single(path, limits)
+    if timed is not None:
+        return timed
+    one_move = len({each.block for each in path.stretches}) == 1 and not path.blends
+    shaped = one_move and limits.shaping.profile is not ProfileKind.S_CURVE
+    return _slowed(path, limits) if shaped else fastest(path, limits)
 
 
 def single(path: JointPath, limits: Limits) -> Timed | None:
@@ -71,10 +77,12 @@ def _joint_move(path: JointPath, limits: Limits) -> Timed:
     start, tangent = path.state(0.0)[:2]
     moving = np.abs(tangent) > 1e-12
     reach = np.abs(tangent[moving])
-    chosen = _profile(
-        limits,
+    turning = float(np.linalg.norm(tangent[limits.turning]))
+    cap = path.stretches[0].joint_rad_s / max(turning, 1e-300)
+    chosen = shaped_profile(
+        limits.shaping,
         path.length,
-        path.stretches[0].joint_speed * float(np.min(limits.velocity[moving] / reach)),
+        min(cap, path.stretches[0].joint_speed * float(np.min(limits.velocity[moving] / reach))),
         float(np.min(limits.acceleration[moving] / reach)),
         float(np.min(limits.jerk[moving] / reach)),
     )
@@ -99,7 +107,8 @@ def _flange_move(path: JointPath, limits: Limits) -> Timed | None:
         return None
     chosen = _flange_profile(path, limits, float(way), float(turn) if along else float(rates.mean() * way), bend)
     timed = _along(path, chosen, path.joints + along)
-    k = _excess(timed, limits)
+    turning = timed.pieces.derivatives(timed.times)[0][:, limits.turning]
+    k = max(_excess(timed, limits), float(np.linalg.norm(turning, axis=1).max()) / path.stretches[0].joint_rad_s)
     return Timed(timed.pieces.slower(1.0 / k), timed.times * k, timed.parameters) if k < _CLOSE else None
 
 
@@ -117,21 +126,11 @@ def _flange_profile(path: JointPath, limits: Limits, way: float, turn: float, be
     rotation = min(flange.angular_speed_rad_s, stretch.rotation_rad_s)
     angular = [rotation, flange.angular_acceleration_rad_s2, flange.angular_jerk_rad_s3]
     if way == 0.0:
-        return _profile(limits, turn, *angular)
+        return shaped_profile(limits.shaping, turn, *angular)
     bounds = [min(a, b * way / turn) if turn > 1e-12 else a for a, b in zip(linear, angular, strict=True)]
     if bend > 0.0:
         bounds[0] = min(bounds[0], math.sqrt(flange.acceleration_m_s2 / bend))
-    return _profile(limits, way, *bounds)
-
-
-def _profile(limits: Limits, way: float, speed: float, acceleration: float, jerk: float) -> Profile:
-    """The profile that the robot file names."""
-    kind = limits.shaping.profile
-    if (
-        kind is ProfileKind.TRAPEZOIDAL
-    ):  # its acceleration may step from one limit to the other, which the filter spreads
-        acceleration = min(acceleration, jerk * spread_s(limits.shaping.filter_s) / 2.0)
-    return profile(kind, way, speed, acceleration, jerk)
+    return shaped_profile(limits.shaping, way, *bounds)
 
 
 def _slowed(path: JointPath, limits: Limits) -> Timed:
@@ -148,7 +147,7 @@ def _slowed(path: JointPath, limits: Limits) -> Timed:
     way = path.length if column is None else float(path.pieces.position(np.array(path.length))[column])
     top = float((np.sqrt(rows.fastest) * rate).min())
     ramp = [float((rate / np.abs(each).max(axis=1)).min()) for each in (rows.first, rows.first_jerk)]
-    tried = [_profile(limits, way, top * share, *ramp) for share in _SHARES_OF_SPEED]
+    tried = [shaped_profile(limits.shaping, way, top * share, *ramp) for share in _SHARES_OF_SPEED]
     clocks = [_clock(path, bounds, each, column) for each in tried]
     chosen, k = min(zip(tried, clocks, strict=True), key=lambda each: each[0].duration_s * each[1])
     timed = _along(path, chosen, column)
