@@ -2,6 +2,7 @@
 
 from robot_agent.trajectory.errors import PlanError
 from robot_agent.trajectory.governor import Governor, Hold, RateRequest
+from robot_agent.trajectory.lengths import lengths
 from robot_agent.trajectory.limits import Limits
 from robot_agent.trajectory.motion import Motion
 from robot_agent.trajectory.plan import plan
@@ -19,6 +20,7 @@ __all__ = [
     "RateRequest",
     "SCurve",
     "Segment",
+    "lengths",
     "plan",
     "s_curve",
     "synchronised_trapezoids",

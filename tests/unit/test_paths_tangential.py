@@ -7,6 +7,9 @@ from hypothesis import strategies as st
 from random_moves import LIMITS, MODEL, START
 
 from cell.geometry import from_xyz_abc
+from robot_agent.agent.dry_run import dry_run
+from robot_agent.agent.planning import Planner
+from robot_agent.language import parse_program
 from robot_agent.paths import Arc, Line, Sequence, Spline
 from robot_agent.paths.orientation import axis_angle
 from robot_agent.paths.sequence import Block
@@ -101,3 +104,19 @@ def test_aligning_depends_on_the_tilt_alone_and_twice_is_once(
     np.testing.assert_allclose(once[2], rotation[2], atol=1e-12)
     np.testing.assert_allclose(aligned(once, tangent, angle), once, atol=1e-9)
     np.testing.assert_allclose(aligned(turned, tangent, angle), once, atol=1e-9)
+
+
+def test_a_program_with_tang_turns_the_tool_and_leaves_it_alone_behind_it() -> None:
+    program = """TANG 1 H=-20
+ML Y=100 F=200 R=20
+MC QX=1100 QY=150 X=1050 Y=200 F=200
+TANG 0
+ML Y=250 F=200
+"""
+    parsed = parse_program(program, "p", MODEL.joint_names)
+    motions, failed = dry_run(Planner(MODEL, LIMITS, np.eye(4), 0.004), parsed, 60.0)
+    assert failed is None
+    first, last = (planned.motion for planned in motions)
+    np.testing.assert_allclose(angles_to_the_path(first), -20.0, atol=0.1)
+    rotations = last.pose(last.grid)[:, :3, :3]
+    np.testing.assert_allclose(rotations, np.tile(rotations[0], (len(rotations), 1, 1)), atol=1e-5)

@@ -28,6 +28,8 @@ def test_weights_and_step_response_are_the_worked_ones() -> None:
     weights = gaussian_weights(11)
     np.testing.assert_allclose(weights, [*VECTORS["weights"], *VECTORS["weights"][-2::-1]], atol=1e-6)
     np.testing.assert_allclose(np.cumsum(weights), VECTORS["step"], atol=1e-6)
+    for sigma, total in VECTORS["sums"]:
+        assert 1.0 / gaussian_weights(11, sigma)[5] == pytest.approx(total, abs=1e-6)
 
 
 @pytest.mark.parametrize(("window", "deviation_mm"), VECTORS["corner"])
