@@ -52,7 +52,7 @@ def legs(blocks: Sequence[tuple[int, FlangeMove]], start: Numbers) -> list[Leg]:
         index, block = blocks[first]
         if isinstance(block, Spline):
             last = first
-            while last + 1 < len(blocks) and isinstance(blocks[last + 1][1], Spline):
+            while last + 1 < len(blocks) and _goes_on(block, blocks[last + 1][1]):
                 last += 1
             ahead = legs(blocks[last + 1 : last + 2], _end_pose(blocks[last][1]))
             group = _spline(blocks[first : last + 1], pose, _arrival(made), _departure(ahead))
@@ -69,14 +69,18 @@ def legs(blocks: Sequence[tuple[int, FlangeMove]], start: Numbers) -> list[Leg]:
     return made
 
 
+def _goes_on(spline: Spline, following: FlangeMove) -> bool:
+    return isinstance(following, Spline) and following.tangential_rad == spline.tangential_rad
+
+
 def _following(group: list[Leg], angle_rad: float, start: Numbers) -> list[Leg]:
     """Legs with a tool that follows them; what only turned has nothing to follow. Raises PathError."""
     made: list[Leg] = []
     rotation = start[:3, :3]
     for leg in group:
-        tangents = leg.curve.at(np.linspace(0.0, leg.curve.length_m, _LOOKED_AT))[1]
         if leg.on_the_spot:
             continue
+        tangents = leg.curve.at(np.linspace(0.0, leg.curve.length_m, _LOOKED_AT))[1]
         if np.abs(tangents[:, 2]).max() > STEEPEST:
             reason = "the path goes straight up or down, which gives the tool no direction to follow"
             raise PathError(leg.block, reason, "switch TANG off for this move, or let it go less steeply")
