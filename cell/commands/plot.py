@@ -12,7 +12,7 @@ from robot_agent.agent.dry_run import dry_run
 from robot_agent.agent.planning import Planned, Planner
 from robot_agent.kinematics import Model, load_model
 from robot_agent.language import ProgramError, parse_program
-from robot_agent.trajectory import Limits
+from robot_agent.trajectory import Limits, lengths
 
 _CYCLE_S = 0.004
 
@@ -73,9 +73,13 @@ def _page(name: str, model: Model, motions: list[Planned]) -> str:
         Chart("Joint speeds in percent of their limits", "s", "%", joints, marks, (-100.0, 100.0)),
     ]
     blends = [blend.deviation_m for planned in motions for blend in planned.motion.blends]
+    covered = sum(lengths(planned.motion).sum(axis=0) for planned in motions) * [1000.0, *np.degrees([1.0, 1.0])]
+    filtered = [planned.motion.filter_deviation_m for planned in motions]
     summary = [
         f"{starts[-1]:.3f} s in {len(motions)} motions, pauses left out; vertical lines are where a motion ends",
         f"largest flange speed {speed.max():.1f} mm/s, largest joint speed {np.abs(share).max():.1f} % of its limit",
+        "way of the flange {:.1f} mm, its rotation {:.1f} deg, way of the joints {:.1f} deg".format(*covered),
         f"largest deviation where blocks are blended {1e6 * max(blends, default=0.0):.0f} um",
+        f"largest deviation by the filter on the axes {1e6 * max(filtered):.0f} um",
     ]
     return page(name, summary, charts)

@@ -53,7 +53,8 @@ def validate(document: Document, schema: type[M], stand_ins: Mapping[str, Any]) 
         try:
             return schema.model_validate(data, context=si), list(problems.values())
         except ValidationError as error:
-            details = error.errors(include_url=False)
+            # a default that follows from another value is not made where that value is wrong, which is reported itself
+            details = [each for each in error.errors(include_url=False) if each["type"] != "default_factory_not_called"]
         removable = True
         for detail in details:
             path = _path(detail, document)

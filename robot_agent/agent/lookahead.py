@@ -121,9 +121,11 @@ def _may_go_on(step: MotionStep, following: MotionStep) -> bool:
     """Whether two moves may join without a stop: by a round edge, or because they are tangential.
 
     A joint move behind a move of the flange needs all its joints named: where the flange move leaves the others is not
-    known before it is planned.
+    known before it is planned. Where TANG changes, the tool may have to turn before the robot goes on.
     """
-    to_joints, from_joints = isinstance(following, JointStep), isinstance(step, JointStep)
-    if isinstance(following, JointStep) and not from_joints and following.joints and None in following.joints:
-        return False
-    return step.round_m != 0.0 if not (from_joints or to_joints) else bool(step.round_m)
+    if isinstance(following, JointStep) and not isinstance(step, JointStep):
+        incomplete = following.joints is not None and None in following.joints
+        return bool(step.pace.round_m) and not incomplete
+    if isinstance(step, JointStep) or isinstance(following, JointStep):
+        return bool(step.pace.round_m)
+    return step.pace.round_m != 0.0 and step.tangential_rad == following.tangential_rad

@@ -1,6 +1,6 @@
 """From steps of a program to a planned motion with its swept body. Runs in a worker; pure, so tests call it too."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -101,12 +101,7 @@ class Planner:
         for step in request.steps:
             if isinstance(step, JointStep):
                 q = joint_target(step, q, self.model.home)
-                blocks.append(
-                    JointMove(
-                        q, step.speed, step.line,
-                        speed_m_s=step.speed_m_s, rotation_rad_s=step.rotation_rad_s, round_m=step.round_m,
-                    )
-                )  # fmt: skip
+                blocks.append(_joint_block(step, q))
                 pose = self.model.forward(q) if len(q) == self.model.n else pose
             else:
                 block = _flange_block(step, pose)
@@ -121,15 +116,36 @@ class Planner:
         return Planned(id, lines, motion, body, crossed, {zone.zone: zone.version for zone in zones})
 
 
+def _joint_block(step: JointStep, target: NDArray[np.float64]) -> JointMove:
+    pace = step.pace
+    return JointMove(
+        target,
+        step.speed,
+        step.line,
+        synchronised=step.synchronised,
+        speed_m_s=pace.speed_m_s,
+        rotation_rad_s=pace.rotation_rad_s,
+        joint_speed_rad_s=pace.joint_speed_rad_s,
+        round_m=pace.round_m,
+    )
+
+
 def _flange_block(step: FlangeStep, present: NDArray[np.float64]) -> Line | Arc | Spline:
     target = pose_target(step.position_m, step.orientation_abc, present)
-    rotation, edge = step.rotation_rad_s, step.round_m
+    block: Line | Arc | Spline
     if isinstance(step, LineStep):
-        flip = step.wrist_may_flip
-        return Line(target, step.speed_m_s, step.line, flip, rotation_rad_s=rotation, round_m=edge)
-    if isinstance(step, SplineStep):
-        return Spline(target[None], step.line, step.speed_m_s, rotation_rad_s=rotation, round_m=edge)
-    via = pose_target(step.via_position_m, step.via_orientation_abc, present)
-    if step.via_orientation_abc is None:
-        via = evenly_turned(present, via, target)
-    return Arc(via, target, step.line, step.angle_rad, step.speed_m_s, rotation_rad_s=rotation, round_m=edge)
+        block = Line(target, step.pace.speed_m_s, step.line, step.wrist_may_flip)
+    elif isinstance(step, SplineStep):
+        block = Spline(target[None], step.line, step.pace.speed_m_s)
+    else:
+        via = pose_target(step.via_position_m, step.via_orientation_abc, present)
+        if step.via_orientation_abc is None:
+            via = evenly_turned(present, via, target)
+        block = Arc(via, target, step.line, step.angle_rad, step.pace.speed_m_s)
+    return replace(
+        block,
+        rotation_rad_s=step.pace.rotation_rad_s,
+        joint_speed_rad_s=step.pace.joint_speed_rad_s,
+        round_m=step.pace.round_m,
+        tangential_rad=step.tangential_rad,
+    )

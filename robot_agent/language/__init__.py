@@ -23,10 +23,12 @@ from robot_agent.language.program import (
     MoveJoints,
     MoveLine,
     MoveSpline,
+    Pace,
     Program,
     ProgramError,
     ProgramProblem,
     Statement,
+    Tangent,
     Wait,
 )
 
@@ -46,6 +48,7 @@ __all__ = [
     "MoveJoints",
     "MoveLine",
     "MoveSpline",
+    "Pace",
     "Pause",
     "Program",
     "ProgramError",
@@ -54,6 +57,7 @@ __all__ = [
     "SplineStep",
     "Statement",
     "Step",
+    "Tangent",
     "Wait",
     "parse_program",
 ]

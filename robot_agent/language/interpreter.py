@@ -1,8 +1,9 @@
 """Statements to steps: what the robot does next, with jumps and counters resolved. It runs ahead of the motion."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from robot_agent.language.program import (
+    FREELY,
     End,
     Goto,
     Home,
@@ -11,7 +12,9 @@ from robot_agent.language.program import (
     MoveJoints,
     MoveLine,
     MoveSpline,
+    Pace,
     Program,
+    Tangent,
     Wait,
 )
 
@@ -25,9 +28,8 @@ class JointStep:
     line: int
     joints: tuple[float | None, ...] | None
     speed: float
-    speed_m_s: float | None = None
-    rotation_rad_s: float | None = None
-    round_m: float | None = None
+    pace: Pace = FREELY
+    synchronised: bool = True
 
 
 LineStep = MoveLine
@@ -35,7 +37,7 @@ ArcStep = MoveArc
 SplineStep = MoveSpline
 FlangeStep = LineStep | ArcStep | SplineStep
 MotionStep = JointStep | FlangeStep
-"""Moves of the flange are their own steps: nothing about them is left to resolve."""
+"""Moves of the flange are their own steps; what is left to resolve is whether the tool follows the path."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,6 +73,7 @@ class Interpreter:
         self._program = program
         self._index = 0
         self._jumps_left: dict[int, int] = {}
+        self._tangential_rad: float | None = None
         self._end: Finished | ProgramFault | None = None
 
     def next(self) -> Step:
@@ -85,12 +88,14 @@ class Interpreter:
             line = statement.line
             self._index += 1
             match statement:
-                case MoveJoints(line, joints, speed, speed_m_s, rotation_rad_s, round_m):
-                    return JointStep(line, joints, speed, speed_m_s, rotation_rad_s, round_m)
+                case MoveJoints(line, joints, speed, pace, synchronised):
+                    return JointStep(line, joints, speed, pace, synchronised)
                 case MoveLine() | MoveArc() | MoveSpline():
-                    return statement
-                case Home(line, speed):
-                    return JointStep(line, None, speed)
+                    return self._flange_step(statement)
+                case Home(line, speed, pace):
+                    return JointStep(line, None, speed, pace)
+                case Tangent(line, angle_rad):
+                    self._tangential_rad = angle_rad
                 case Wait(line, duration_s):
                     return Pause(line, duration_s)
                 case Goto():
@@ -101,6 +106,15 @@ class Interpreter:
                     return self._finish(Finished(line))
         text = f"{_MAX_IDLE_STATEMENTS} statements without a motion or WAIT: put one into the loop"
         return self._finish(ProgramFault(line, text))
+
+    def _flange_step(self, move: FlangeStep) -> FlangeStep | ProgramFault:
+        """The move with what `TANG` asks for, which leaves no orientation to choose."""
+        named = move.orientation_abc or (move.via_orientation_abc if isinstance(move, MoveArc) else None)
+        if self._tangential_rad is not None and named is not None:
+            text = "A, B and C are named while TANG is on, where the tool follows the path: leave them out, or TANG 0"
+            self._end = ProgramFault(move.line, text)
+            return self._end
+        return replace(move, tangential_rad=self._tangential_rad)
 
     def _jump(self, goto: Goto) -> None:
         if goto.count is None:

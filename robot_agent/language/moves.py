@@ -3,14 +3,14 @@
 import math
 from collections.abc import Collection
 
-from robot_agent.language.program import MoveArc, MoveJoints, MoveLine, MoveSpline, Orientation, Position
+from robot_agent.language.program import MoveArc, MoveJoints, MoveLine, MoveSpline, Orientation, Pace, Position
 from robot_agent.language.words import Mistake, Named, Word, named_numbers, percent
 
 Move = MoveJoints | MoveLine | MoveArc | MoveSpline
 
 _COORDINATES = ("X", "Y", "Z", "A", "B", "C")
 _VIA = ("QX", "QY", "QZ", "QA", "QB", "QC")
-_PACE = ("F", "FC", "FA", "R")
+_PACE = ("F", "FC", "FA", "FJ", "R")
 
 
 def parse_move(line: int, words: list[Word], joint_names: tuple[str, ...], linear: Collection[str]) -> Move:
@@ -24,13 +24,17 @@ def parse_move(line: int, words: list[Word], joint_names: tuple[str, ...], linea
 
 
 def _joints(line: int, words: list[Word], joint_names: tuple[str, ...], linear: Collection[str]) -> MoveJoints:
-    named = named_numbers(words, (*joint_names, *_PACE))
+    named = named_numbers(words, (*joint_names, *_PACE, "SYNC"))
     speed = percent(named.pop("F", None), words[0])
-    pace = _pace(named)
+    synchronised = _switch(named, "SYNC", True, "1: the joints arrive together, or 0: each as fast as it can")
+    edge = named.get("R")
+    if edge is not None and edge[0] > 0.0 and not synchronised:
+        raise Mistake(edge[1].column, f"R={edge[0]:g} with SYNC=0", "R only where the joints arrive together")
+    pace = pace_of(named)
     if not named:
         raise Mistake(words[0].column, "MJ without a joint", f"at least one of {', '.join(joint_names)}")
     joints = tuple(_joint(named[name][0], name in linear) if name in named else None for name in joint_names)
-    return MoveJoints(line, joints, speed, *pace)
+    return MoveJoints(line, joints, speed, pace, synchronised)
 
 
 def _joint(value: float, linear: bool) -> float:
@@ -39,17 +43,14 @@ def _joint(value: float, linear: bool) -> float:
 
 def _line(line: int, words: list[Word]) -> MoveLine:
     named = named_numbers(words, (*_COORDINATES, *_PACE, "FLIP"))
-    flip = named.pop("FLIP", None)
-    if flip is not None and flip[0] not in (0.0, 1.0):
-        raise Mistake(flip[1].column, f"FLIP={flip[0]:g}", "1: the wrist may pass its singular pose, or 0")
-    pace = _pace(named)
-    position, orientation = _target(named, words[0])
-    return MoveLine(line, position, orientation, *pace, wrist_may_flip=flip is not None and flip[0] == 1.0)
+    flip = _switch(named, "FLIP", False, "1: the wrist may pass its singular pose, or 0")
+    pace = pace_of(named)
+    return MoveLine(line, *_target(named, words[0]), pace, wrist_may_flip=flip)
 
 
 def _arc(line: int, words: list[Word]) -> MoveArc:
     named = named_numbers(words, (*_COORDINATES, *_VIA, "H", *_PACE))
-    pace = _pace(named)
+    pace = pace_of(named)
     angle = named.pop("H", None)
     if angle is not None and angle[0] == 0.0:
         raise Mistake(angle[1].column, "H=0", "degrees of the circle to go, any but 0; negative is backwards")
@@ -59,19 +60,29 @@ def _arc(line: int, words: list[Word]) -> MoveArc:
     via_position, via_orientation = _target(via, words[0])
     position, orientation = _target(named, words[0])
     radians = None if angle is None else math.radians(angle[0])
-    return MoveArc(line, via_position, via_orientation, position, orientation, radians, *pace)
+    return MoveArc(line, via_position, via_orientation, position, orientation, radians, pace)
 
 
 def _spline(line: int, words: list[Word]) -> MoveSpline:
     named = named_numbers(words, (*_COORDINATES, *_PACE))
-    pace = _pace(named)
-    return MoveSpline(line, *_target(named, words[0]), *pace)
+    pace = pace_of(named)
+    return MoveSpline(line, *_target(named, words[0]), pace)
 
 
-def _pace(named: Named) -> tuple[float | None, float | None, float | None]:
-    """Takes speed [m/s], rotation [rad/s] and round edge [m] out of the named values; F and FC are both mm/s here."""
+def _switch(named: Named, name: str, default: bool, allowed: str) -> bool:
+    """Takes a value that is 0 or 1 out of the named ones."""
+    value = named.pop(name, None)
+    if value is None:
+        return default
+    if value[0] not in (0.0, 1.0):
+        raise Mistake(value[1].column, f"{name}={value[0]:g}", allowed)
+    return value[0] == 1.0
+
+
+def pace_of(named: Named) -> Pace:
+    """Takes the caps and the round edge out of the named values; F and FC are both mm/s here. Raises Mistake."""
     speeds = []
-    for name, unit in (("F", "mm/s"), ("FC", "mm/s"), ("FA", "deg/s")):
+    for name, unit in (("F", "mm/s"), ("FC", "mm/s"), ("FA", "deg/s"), ("FJ", "deg/s")):
         value = named.pop(name, None)
         if value is not None and value[0] <= 0:
             raise Mistake(value[1].column, f"{name}={value[0]:g}", f"a speed above 0 in {unit}")
@@ -79,11 +90,12 @@ def _pace(named: Named) -> tuple[float | None, float | None, float | None]:
     edge = named.pop("R", None)
     if edge is not None and edge[0] < 0:
         raise Mistake(edge[1].column, f"R={edge[0]:g}", "a round edge from 0 in mm; 0 stops")
-    feed, linear, angular = speeds
+    feed, linear, angular, joints = speeds
     path = min((speed for speed in (feed, linear) if speed is not None), default=None)
-    return (
+    return Pace(
         None if path is None else path / 1000.0,
         None if angular is None else math.radians(angular),
+        None if joints is None else math.radians(joints),
         None if edge is None else edge[0] / 1000.0,
     )
 

@@ -1,9 +1,10 @@
 """Program text to statements. All mistakes are found in one pass and reported together."""
 
+import math
 import re
 from collections.abc import Callable, Collection
 
-from robot_agent.language.moves import parse_move
+from robot_agent.language.moves import pace_of, parse_move
 from robot_agent.language.program import (
     End,
     Goto,
@@ -13,6 +14,7 @@ from robot_agent.language.program import (
     ProgramError,
     ProgramProblem,
     Statement,
+    Tangent,
     Wait,
 )
 from robot_agent.language.words import Mistake, Word, named_numbers, number, percent
@@ -48,6 +50,7 @@ class _Parser:
             "MC": self._move,
             "MS": self._move,
             "HOME": self._home,
+            "TANG": self._tangent,
             "WAIT": self._wait,
             "LABEL": self._label,
             "GOTO": self._goto,
@@ -83,8 +86,20 @@ class _Parser:
         self._statements.append(parse_move(line, words, self._joints, self._linear))
 
     def _home(self, line: int, words: list[Word]) -> None:
-        named = named_numbers(words, ("F",))
-        self._statements.append(Home(line, percent(named.get("F"), words[0])))
+        named = named_numbers(words, ("F", "FC", "FA", "FJ", "R"))
+        speed = percent(named.pop("F", None), words[0])
+        self._statements.append(Home(line, speed, pace_of(named)))
+
+    def _tangent(self, line: int, words: list[Word]) -> None:
+        allowed = "TANG 1, with H=degrees if wanted, or TANG 0"
+        switch = words[1].text if len(words) > 1 else ""
+        if switch not in ("0", "1"):
+            raise Mistake(words[min(1, len(words) - 1)].column, f"`{' '.join(w.text for w in words)}`", allowed)
+        named = named_numbers(words[1:], ("H",))
+        if named and switch == "0":
+            raise Mistake(named["H"][1].column, f"`{named['H'][1].text}` behind TANG 0", allowed)
+        angle = math.radians(named["H"][0]) if named else 0.0
+        self._statements.append(Tangent(line, angle if switch == "1" else None))
 
     def _wait(self, line: int, words: list[Word]) -> None:
         word = self._only_argument(words, "a time in seconds")

@@ -9,6 +9,23 @@ Orientation = tuple[float, float, float]
 
 
 @dataclass(frozen=True, slots=True)
+class Pace:
+    """What every move may be told besides its target; `None` asks for nothing. The slowest of all caps rules."""
+
+    speed_m_s: float | None = None
+    """Cap on the speed of the flange (`FC`, and `F` on its moves)."""
+    rotation_rad_s: float | None = None
+    """Cap on the rotation of the flange (`FA`)."""
+    joint_speed_rad_s: float | None = None
+    """Cap on the speed of the joints, the root of the sum of their squares (`FJ`)."""
+    round_m: float | None = None
+    """Round edge towards the next move (`R`); 0: stop there, `None`: stop unless it goes straight on."""
+
+
+FREELY = Pace()
+
+
+@dataclass(frozen=True, slots=True)
 class MoveJoints:
     """`MJ J1=… F=…`: all joints start and end together. Joints that are not named (`None`) keep their value."""
 
@@ -17,12 +34,9 @@ class MoveJoints:
     """Target per joint [rad or m]."""
     speed: float
     """Fraction of the joints' speed limits, above 0 to 1."""
-    speed_m_s: float | None = None
-    """Cap on the speed of the flange, on every move (`FC`)."""
-    rotation_rad_s: float | None = None
-    """Cap on the rotation of the flange, on every move (`FA`)."""
-    round_m: float | None = None
-    """Round edge towards the next move, on every move (`R`); 0: stop there, `None`: stop unless it goes straight on."""
+    pace: Pace = FREELY
+    synchronised: bool = True
+    """`SYNC=0`: each joint at its own speed, they start together and arrive when they do."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,11 +47,10 @@ class MoveLine:
     position_m: Position
     orientation_abc: Orientation | None
     """`None` keeps the orientation."""
-    speed_m_s: float | None
-    """`None`: the robot's configured path speed."""
-    rotation_rad_s: float | None = None
-    round_m: float | None = None
+    pace: Pace = FREELY
     wrist_may_flip: bool = False
+    tangential_rad: float | None = None
+    """`TANG`, on every move of the flange: the tool follows the direction of the path, at this angle to it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,9 +65,8 @@ class MoveArc:
     orientation_abc: Orientation | None
     angle_rad: float | None
     """`H`: how far to go on the circle; the target is then only a point of it."""
-    speed_m_s: float | None
-    rotation_rad_s: float | None = None
-    round_m: float | None = None
+    pace: Pace = FREELY
+    tangential_rad: float | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,9 +76,8 @@ class MoveSpline:
     line: int
     position_m: Position
     orientation_abc: Orientation | None
-    speed_m_s: float | None
-    rotation_rad_s: float | None = None
-    round_m: float | None = None
+    pace: Pace = FREELY
+    tangential_rad: float | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,6 +86,15 @@ class Home:
 
     line: int
     speed: float
+    pace: Pace = FREELY
+
+
+@dataclass(frozen=True, slots=True)
+class Tangent:
+    """`TANG 1 H=…`, `TANG 0`: from here on the tool follows the path at this angle [rad], or (`None`) no longer."""
+
+    line: int
+    angle_rad: float | None
 
 
 @dataclass(frozen=True, slots=True)
@@ -110,7 +130,7 @@ class End:
     line: int
 
 
-Statement = MoveJoints | MoveLine | MoveArc | MoveSpline | Home | Wait | Label | Goto | End
+Statement = MoveJoints | MoveLine | MoveArc | MoveSpline | Home | Tangent | Wait | Label | Goto | End
 
 
 @dataclass(frozen=True, slots=True)

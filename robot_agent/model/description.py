@@ -21,6 +21,20 @@ class Family(Enum):
     URDF = "urdf"
 
 
+class ProfileKind(Enum):
+    """How the way along a path grows with time."""
+
+    S_CURVE = "s_curve"
+    SINUSOIDAL = "sinusoidal"
+    BEZIER = "bezier"
+    TRAPEZOIDAL = "trapezoidal"
+    QUINTIC = "quintic"
+
+
+JERK_PER_ACCELERATION = 10.0
+"""[1/s] A jerk limit that is not given is so many times the acceleration limit: full acceleration after 0.1 s."""
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class JointLimits:
     """Limits per joint, SI. `ramp_factor` times acceleration and jerk is what a braking ramp may use (section 5.2)."""
@@ -44,6 +58,22 @@ class PathLimits:
     angular_speed_rad_s: float
     angular_acceleration_rad_s2: float
     angular_jerk_rad_s3: float
+
+
+@dataclass(frozen=True, slots=True)
+class Shaping:
+    """How motions are shaped beyond what the limits ask for."""
+
+    profile: ProfileKind = ProfileKind.S_CURVE
+    filter_s: float = 0.0
+    """Window of the filter on every axis; 0: none."""
+
+    def __post_init__(self) -> None:
+        if self.profile is ProfileKind.TRAPEZOIDAL and self.filter_s == 0.0:
+            raise ValueError("a trapezoidal profile without a filter found, allowed with a filter: its jerk has no end")
+
+
+DEFAULT_SHAPING = Shaping()
 
 
 @dataclass(frozen=True, slots=True)
@@ -158,6 +188,7 @@ class RobotDescription:
     urdf: UrdfSource | None = None
     motors: dict[str, Motor] = field(default_factory=dict)
     """By axis; empty where the file says nothing about motors."""
+    shaping: Shaping = DEFAULT_SHAPING
 
     @property
     def tool(self) -> Tool | None:

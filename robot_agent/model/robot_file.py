@@ -1,23 +1,35 @@
 """Schema of the robot file, and what it says as a description."""
 
+from collections.abc import Callable
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, Self
 
 import numpy as np
-from pydantic import BaseModel, Field, ValidationInfo, field_validator
+from pydantic import BaseModel, Field, ValidationInfo, field_validator, model_validator
 
 from cell.config.units import STRICT, Number, Positive, PositiveAngle, PositiveLength, Units, in_si
 from robot_agent.model.body_file import CapsuleEntry, ToolEntry
 from robot_agent.model.description import (
+    JERK_PER_ACCELERATION,
     Family,
     JointLimits,
     PathLimits,
+    ProfileKind,
     RobotDescription,
+    Shaping,
     UrdfSource,
 )
 from robot_agent.model.motor_file import MotorEntry
 
 JointName = Annotated[str, Field(pattern=r"^J[1-9]$", description="a joint, J1, J2, ... from the base on")]
+
+
+_DEFAULT_JERK = f"left out: {JERK_PER_ACCELERATION:g} times the acceleration per second"
+
+
+def _jerk_of(acceleration: str) -> Callable[[dict[str, Any]], float]:
+    """The default of a jerk: from the acceleration above it, which is in SI by then."""
+    return lambda above: JERK_PER_ACCELERATION * above.get(acceleration, 1.0)
 
 
 class JointEntry(BaseModel):
@@ -28,7 +40,9 @@ class JointEntry(BaseModel):
     position: tuple[Number, Number] = Field(description="lower and upper limit: [lower, upper]")
     speed: Positive = Field(description="largest speed")
     acceleration: Positive = Field(description="largest planned acceleration")
-    jerk: Positive = Field(description="largest planned jerk")
+    jerk: Positive = Field(
+        default_factory=_jerk_of("acceleration"), description=f"largest planned jerk; {_DEFAULT_JERK}"
+    )
 
     @property
     def linear(self) -> bool:
@@ -49,15 +63,43 @@ class PathEntry(BaseModel):
     model_config = STRICT
     speed: PositiveLength = Field(description="speed of the flange")
     acceleration: PositiveLength = Field(description="acceleration of the flange along its path")
-    jerk: PositiveLength = Field(description="jerk of the flange along its path")
+    jerk: PositiveLength = Field(
+        default_factory=_jerk_of("acceleration"), description=f"jerk of the flange along its path; {_DEFAULT_JERK}"
+    )
     angular_speed: PositiveAngle = Field(description="angular speed of the flange")
     angular_acceleration: PositiveAngle = Field(description="angular acceleration of the flange")
-    angular_jerk: PositiveAngle = Field(description="angular jerk of the flange")
+    angular_jerk: PositiveAngle = Field(
+        default_factory=_jerk_of("angular_acceleration"), description=f"angular jerk of the flange; {_DEFAULT_JERK}"
+    )
 
     def limits(self) -> PathLimits:
         return PathLimits(
             self.speed, self.acceleration, self.jerk, self.angular_speed, self.angular_acceleration, self.angular_jerk
         )
+
+
+class MotionEntry(BaseModel):
+    """The shape of motions; what is left out is as fast as the limits allow."""
+
+    model_config = STRICT
+    profile: Annotated[ProfileKind, Field(strict=False)] = Field(
+        ProfileKind.S_CURVE, description=f"profile of the speed: {', '.join(kind.value for kind in ProfileKind)}"
+    )
+    filter_ms: float = Field(
+        0.0,
+        ge=0,
+        le=1000,
+        description="window of the Gaussian filter on every axis [ms]; 0: none; motions last longer by it",
+    )
+
+    @model_validator(mode="after")
+    def _smooth(self) -> Self:
+        if self.profile is ProfileKind.TRAPEZOIDAL and self.filter_ms == 0.0:
+            raise ValueError("trapezoidal only together with filter_ms above 0: its acceleration steps")
+        return self
+
+    def shaping(self) -> Shaping:
+        return Shaping(self.profile, self.filter_ms / 1000.0)
 
 
 class RobotFile(BaseModel):
@@ -80,6 +122,10 @@ class RobotFile(BaseModel):
         {}, description="motors by axis, one for each joint; left out: nothing is known of them"
     )
     path: PathEntry = Field(description="default and largest speeds along a path")
+    motion: MotionEntry = Field(
+        default_factory=lambda: MotionEntry.model_validate({}),
+        description="profile and filter; left out: S-curve, no filter",
+    )
     home: dict[JointName, Number] = Field(description="home position of every joint")
     capsules: Annotated[tuple[CapsuleEntry, ...], Field(min_length=1)] = Field(description="the robot's body")
     tools: dict[str, ToolEntry] = Field({}, description="tools that the robot can carry, by name")
@@ -140,4 +186,5 @@ class RobotFile(BaseModel):
             mounted=self.tool,
             urdf=None if urdf is None else UrdfSource(folder / urdf.file, urdf.flange),
             motors={axis: motor.motor() for axis, motor in self.motors.items()},
+            shaping=self.motion.shaping(),
         )

@@ -5,16 +5,17 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from robot_agent.paths.caps import Caps
+from robot_agent.paths.caps import FlangeCaps
 from robot_agent.paths.curves import Circle, Numbers
 from robot_agent.paths.orientation import axis_angle, turned
 
+_SAME_PLACE_M = 1e-9
 _COLLINEAR = 1e-6
 """Relative: below this the radius says more about rounding than about the points."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Arc(Caps):
+class Arc(FlangeCaps):
     """Move the flange on the circle through its start, `via_pose` and `target_pose`, both `(4, 4)`, in the robot base.
 
     Without `angle_rad` it ends in the target. With it the arc goes on (positive: from the start towards the via point)
@@ -52,7 +53,8 @@ class CircleGeometry:
         """
         a, b = via - first, target - first
         normal = np.cross(a, target - via)
-        if np.linalg.norm(normal) <= _COLLINEAR * np.linalg.norm(a) * np.linalg.norm(target - via):
+        sides = [float(np.linalg.norm(each)) for each in (a, b, target - via)]
+        if min(sides) < _SAME_PLACE_M or np.linalg.norm(normal) <= _COLLINEAR * sides[0] * sides[2]:
             return None
         square = 2.0 * float(normal @ normal)
         centre = first + np.cross((a @ a) * b - (b @ b) * a, np.cross(a, b)) / square

@@ -6,20 +6,33 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class Caps:
-    """A cap on the flange's rotation, and what happens where the move meets the next one. `None`: nothing is asked.
+    """Caps on the flange's rotation and the joints' speed, and what happens where the move meets the next one.
 
+    `None`: nothing is asked.
     Each move names its cap on the speed, `speed_m_s`, itself. The slower of all caps and limits rules.
     """
 
     rotation_rad_s: float | None = None
+    joint_speed_rad_s: float | None = None
+    """Cap on the joints' own speed: the root of the sum of the squares, of the joints that turn."""
     round_m: float | None = None
     """`None`: stop at the end unless the next move goes on in the same direction. 0: stop in any case. More: cut the
     corner, from so far before it to so far behind it, each at most half of its move."""
 
     def check(self, kind: str, line: int, speed_m_s: float | None) -> None:
         """Raise ValueError for values that make no sense."""
-        for name, value in (("speed", speed_m_s), ("rotation", self.rotation_rad_s)):
+        caps = ("speed", speed_m_s), ("rotation", self.rotation_rad_s), ("joint speed", self.joint_speed_rad_s)
+        for name, value in caps:
             if value is not None and not value > 0.0:
                 raise ValueError(f"{kind} move, line {line}: {name} {value} found, allowed above 0")
         if self.round_m is not None and not (self.round_m >= 0.0 and math.isfinite(self.round_m)):
             raise ValueError(f"{kind} move, line {line}: round edge {self.round_m} m found, allowed from 0")
+
+
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+class FlangeCaps(Caps):
+    """The same for a move of the flange."""
+
+    tangential_rad: float | None = None
+    """The tool follows the direction of the path, at this angle to it (see `paths.tangential`); `None`: it turns from
+    orientation to orientation as programmed."""

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -12,8 +12,11 @@ from robot_agent.paths.errors import PathError
 from robot_agent.paths.line import Line, LineGeometry
 from robot_agent.paths.orientation import Turn, axis_angle
 from robot_agent.paths.spline import Spline, control_points
+from robot_agent.paths.tangential import STEEPEST, UP, aligned
 
 _SAME_PLACE_M = 1e-9
+_SAME_HEADING_RAD = 1e-9
+_LOOKED_AT = 65
 
 FlangeMove = Line | Arc | Spline
 
@@ -34,6 +37,8 @@ class Leg:
     smooth: bool
     """A spline, which has no corners to round."""
     round_m: float | None
+    tangential_rad: float | None = None
+    """The tool follows the curve at this angle; the only turn says where its tilt comes from."""
 
 
 def legs(blocks: Sequence[tuple[int, FlangeMove]], start: Numbers) -> list[Leg]:
@@ -47,16 +52,52 @@ def legs(blocks: Sequence[tuple[int, FlangeMove]], start: Numbers) -> list[Leg]:
         index, block = blocks[first]
         if isinstance(block, Spline):
             last = first
-            while last + 1 < len(blocks) and isinstance(blocks[last + 1][1], Spline):
+            while last + 1 < len(blocks) and _goes_on(block, blocks[last + 1][1]):
                 last += 1
             ahead = legs(blocks[last + 1 : last + 2], _end_pose(blocks[last][1]))
-            made += _spline(blocks[first : last + 1], pose, _arrival(made), _departure(ahead))
-            first, pose = last, _end_pose(blocks[last][1])
+            group = _spline(blocks[first : last + 1], pose, _arrival(made), _departure(ahead))
+            first, end = last, _end_pose(blocks[last][1])
         else:
-            made += _line(index, block, pose) if isinstance(block, Line) else _arc(index, block, pose)
-            pose = end_of(block, pose)
+            group = _line(index, block, pose) if isinstance(block, Line) else _arc(index, block, pose)
+            end = end_of(block, pose)
+        if block.tangential_rad is not None:
+            group = _following(group, block.tangential_rad, pose)
+            end = _leg_end(group[-1]) if group else pose
+        made += group
+        pose = end
         first += 1
     return made
+
+
+def _goes_on(spline: Spline, following: FlangeMove) -> bool:
+    return isinstance(following, Spline) and following.tangential_rad == spline.tangential_rad
+
+
+def _following(group: list[Leg], angle_rad: float, start: Numbers) -> list[Leg]:
+    """Legs with a tool that follows them; what only turned has nothing to follow. Raises PathError."""
+    made: list[Leg] = []
+    rotation = start[:3, :3]
+    for leg in group:
+        if leg.on_the_spot:
+            continue
+        tangents = leg.curve.at(np.linspace(0.0, leg.curve.length_m, _LOOKED_AT))[1]
+        if np.abs(tangents[:, 2]).max() > STEEPEST:
+            reason = "the path goes straight up or down, which gives the tool no direction to follow"
+            raise PathError(leg.block, reason, "switch TANG off for this move, or let it go less steeply")
+        followed = Turn(rotation, UP, 0.0, 0.0)
+        made.append(replace(leg, turns=(followed,), ends_m=(leg.curve.length_m,), tangential_rad=angle_rad))
+        rotation = aligned(rotation, tangents[-1], angle_rad)
+    return made
+
+
+def turn_before(leg: Leg) -> list[Leg]:
+    """The turn on the spot that brings the tool to where a tangential leg needs it; none where it is there."""
+    if leg.tangential_rad is None:
+        return []
+    place, tangent, _ = leg.curve.at(np.zeros(()))
+    rotation = leg.turns[0].rotation
+    axis, angle = axis_angle(aligned(rotation, tangent, leg.tangential_rad) @ rotation.T)
+    return [_on_the_spot(leg.block, place, rotation, axis, angle)] if angle > _SAME_HEADING_RAD else []
 
 
 def end_of(block: FlangeMove, start: Numbers) -> Numbers:
@@ -72,7 +113,10 @@ def end_of(block: FlangeMove, start: Numbers) -> Numbers:
 def _leg_end(leg: Leg) -> Numbers:
     pose = np.eye(4)
     length = np.array(leg.curve.length_m)
-    pose[:3, :3], pose[:3, 3] = leg.turns[-1].at(length), leg.curve.at(length)[0]
+    place, tangent, _ = leg.curve.at(length)
+    pose[:3, :3], pose[:3, 3] = leg.turns[-1].at(length), place
+    if leg.tangential_rad is not None:
+        pose[:3, :3] = aligned(pose[:3, :3], tangent, leg.tangential_rad)
     return pose
 
 
@@ -86,11 +130,15 @@ def _line(index: int, block: Line, start: Numbers) -> list[Leg]:
         return []
     length = line.length_m
     if length == 0.0:
-        still = Straight(start[:3, 3], np.zeros(3), line.angle)
-        return [Leg(index, still, (Turn(start[:3, :3], line.axis, 1.0, 0.0),), (line.angle,), True, False, 0.0)]
+        return [_on_the_spot(index, start[:3, 3], start[:3, :3], line.axis, line.angle)]
     turn = Turn(start[:3, :3], line.axis, line.angle / length, 0.0)
     curve = Straight(start[:3, 3], line.displacement / length, length)
     return [Leg(index, curve, (turn,), (length,), False, False, block.round_m)]
+
+
+def _on_the_spot(index: int, place: Numbers, rotation: Numbers, axis: Numbers, angle: float) -> Leg:
+    still = Straight(place, np.zeros(3), angle)
+    return Leg(index, still, (Turn(rotation, axis, 1.0, 0.0),), (angle,), True, False, 0.0)
 
 
 def _arc(index: int, block: Arc, start: Numbers) -> list[Leg]:

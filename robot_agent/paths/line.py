@@ -6,7 +6,7 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
-from robot_agent.paths.caps import Caps
+from robot_agent.paths.caps import FlangeCaps
 from robot_agent.paths.orientation import axis_angle, turned
 
 _SAME_PLACE_M = 1e-9
@@ -14,7 +14,7 @@ _SAME_ORIENTATION_RAD = 1e-9
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Line(Caps):
+class Line(FlangeCaps):
     """Move the flange on a straight line to `target_pose` `(4, 4)`, in the robot base.
 
     `speed_m_s` caps the speed along the line (`None`: the robot's path speed); `line` is the program line for messages.

@@ -9,6 +9,9 @@ from cell.geometry.quaternion import from_matrix
 
 Numbers = NDArray[np.float64]
 
+_STEP_M = 2e-5
+"""Of the differences that give the angular velocity."""
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Turn:
@@ -66,6 +69,13 @@ class Orientation:
                 before, after = (each.at(at[inside]) for each in self.turns[index : index + 2])
                 rotations[inside] = between(before, after, share)
         return rotations
+
+    def spin(self, distance_m: Numbers) -> tuple[Numbers, Numbers]:
+        """Angular velocity per distance `(k, 3)` and its derivative, at distances `(k,)`."""
+        here, ahead, behind = (self.at(distance_m + step) for step in (0.0, _STEP_M, -_STEP_M))
+        forth = rotation_vectors(ahead @ np.swapaxes(here, -1, -2))
+        back = rotation_vectors(behind @ np.swapaxes(here, -1, -2))
+        return (forth - back) / (2.0 * _STEP_M), (forth + back) / _STEP_M**2
 
 
 def smooth(x: Numbers) -> Numbers:

@@ -1,12 +1,15 @@
 """A path of the flange without a corner: curves that join smoothly, with the orientation along them."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
 from robot_agent.paths.curves import Curve, Numbers, Trimmed, joining
-from robot_agent.paths.legs import Leg
-from robot_agent.paths.orientation import Orientation, Turn, Window, rotation_vectors
+from robot_agent.paths.legs import Leg, turn_before
+from robot_agent.paths.orientation import Orientation, Turn, Window
+from robot_agent.paths.tangential import Tangential, aligned
 
 TANGENT_RAD = 2e-3
 """Directions that differ by less are one: blending takes care of the rest."""
@@ -17,8 +20,6 @@ _SHARPEST_RAD = np.radians(150.0)
 _LONGEST_BLEND_M = 0.05
 _CURVATURE_STEP = 1e-6
 _KINK_RAD = 1e-9
-_STEP_M = 2e-5
-"""Of the differences that give the angular velocity."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,7 +37,7 @@ class PosePath:
     curves: tuple[Curve, ...]
     starts_m: Numbers
     """`(curves + 1,)` where each curve begins, and the end."""
-    orientation: Orientation
+    orientation: Orientation | Tangential
     blocks: tuple[int, ...]
     block_ends_m: Numbers
     """`(len(blocks),)` where each block ends."""
@@ -66,19 +67,21 @@ class PosePath:
     def twists(self, distance_m: Numbers) -> tuple[Numbers, Numbers]:
         """Twist `(m, 6)` per distance, linear then angular in base axes, and its derivative by distance."""
         _, tangent, curvature = self._positions(distance_m)
-        here, ahead, behind = (self.orientation.at(distance_m + step) for step in (0.0, _STEP_M, -_STEP_M))
-        forth = rotation_vectors(ahead @ np.swapaxes(here, -1, -2))
-        back = rotation_vectors(behind @ np.swapaxes(here, -1, -2))
-        spin, change = (forth - back) / (2.0 * _STEP_M), (forth + back) / _STEP_M**2
+        spin, change = self.orientation.spin(distance_m)
         return np.concatenate([tangent, spin], axis=1), np.concatenate([curvature, change], axis=1)
 
     def _positions(self, distance_m: Numbers) -> Numbers:
-        index = np.clip(np.searchsorted(self.starts_m, distance_m, side="right") - 1, 0, len(self.curves) - 1)
-        states = np.empty((3, len(distance_m), 3))
-        for number in np.unique(index):
-            chosen = index == number
-            states[:, chosen] = self.curves[number].at(distance_m[chosen] - self.starts_m[number])
-        return states
+        return positions(self.curves, self.starts_m, distance_m)
+
+
+def positions(curves: Sequence[Curve], starts_m: Numbers, distance_m: Numbers) -> Numbers:
+    """Position, tangent and curvature `(3, k, 3)` at distances `(k,)` along curves that begin at `starts_m`."""
+    index = np.clip(np.searchsorted(starts_m, distance_m, side="right") - 1, 0, len(curves) - 1)
+    states = np.empty((3, len(distance_m), 3))
+    for number in np.unique(index):
+        chosen = index == number
+        states[:, chosen] = curves[number].at(distance_m[chosen] - starts_m[number])
+    return states
 
 
 def pose_paths(legs: list[Leg]) -> list[PosePath]:
@@ -87,7 +90,9 @@ def pose_paths(legs: list[Leg]) -> list[PosePath]:
     paths, first = [], 0
     for number in range(len(legs)):
         if number == len(legs) - 1 or joints[number] is None:
-            paths.append(_Assembly(legs[first : number + 1], joints[first:number]).path())
+            group = legs[first : number + 1]
+            paths += [_Assembly([turn], []).path() for turn in turn_before(group[0])]
+            paths.append(_Assembly(group, joints[first:number]).path())
             first = number + 1
     return paths
 
@@ -96,6 +101,8 @@ def _joint(legs: list[Leg], number: int) -> float | None:
     """Distance by which the corner behind a leg is cut, 0 where the legs are tangential, None where the robot stops."""
     before, after = legs[number], legs[number + 1]
     if before.on_the_spot or after.on_the_spot or before.round_m == 0.0:
+        return None
+    if before.tangential_rad != after.tangential_rad:
         return None
     ends = before.curve.at(np.array(before.curve.length_m))[1], after.curve.at(np.zeros(()))[1]
     angle = 2.0 * np.arcsin(min(1.0, float(np.linalg.norm(ends[0] - ends[1])) / 2.0))
@@ -142,15 +149,23 @@ class _Assembly:
                 if self._cuts[number + 1]:
                     self._windows.append(Window(before, self._at))
         self._ends[self._legs[-1].block] = self._at
-        orientation = Orientation(tuple(self._turns), tuple(self._windows))
         return PosePath(
             tuple(self._curves),
             np.array(self._starts),
-            orientation,
+            self._orientation(),
             tuple(self._ends),
             np.array(list(self._ends.values())),
             tuple(self._blends),
         )
+
+    def _orientation(self) -> Orientation | Tangential:
+        first = self._legs[0]
+        if first.tangential_rad is None:
+            return Orientation(tuple(self._turns), tuple(self._windows))
+        curves, starts = tuple(self._curves), np.array(self._starts)
+        tangent = curves[0].at(np.zeros(()))[1]
+        start = aligned(first.turns[0].rotation, tangent, first.tangential_rad)
+        return Tangential(start, partial(positions, curves, starts), self._at)
 
     def _body(self, number: int) -> Trimmed:
         curve = self._legs[number].curve

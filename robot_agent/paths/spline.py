@@ -4,12 +4,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from robot_agent.paths.caps import Caps
+from robot_agent.paths.caps import FlangeCaps
 from robot_agent.paths.curves import Numbers
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Spline(Caps):
+class Spline(FlangeCaps):
     """Move the flange through `poses` `(k, 4, 4)`, in the robot base, to the last of them.
 
     Consecutive splines of a sequence are one curve. Its tangent is parallel to the chord between the neighbours of a

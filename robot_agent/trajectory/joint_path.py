@@ -32,6 +32,8 @@ class Stretch:
     speed_m_s: float
     rotation_rad_s: float
     on_path: bool
+    joint_rad_s: float = np.inf
+    """Cap on the speed of the joints that turn, the root of the sum of their squares."""
 
     @property
     def capped(self) -> bool:
@@ -148,9 +150,8 @@ def _bridge(first: JointPath, second: JointPath, cut: float) -> JointPath:
     coefficients = np.zeros((1, 6, first.joints + 2))
     coefficients[0, :, : first.joints] = shape / length ** np.arange(6.0)[:, None]
     edge, after = first.stretches[-1], second.stretches[0]
-    middle = Stretch(
-        length / 2.0, edge.block, min(edge.joint_speed, after.joint_speed), np.inf, np.inf, on_path=False
-    )  # fmt: skip
+    share, cap = min(edge.joint_speed, after.joint_speed), min(edge.joint_rad_s, after.joint_rad_s)
+    middle = Stretch(length / 2.0, edge.block, share, np.inf, np.inf, on_path=False, joint_rad_s=cap)
     stretches = (middle, replace(middle, end=length, block=after.block))
     path = JointPath(
         Pieces(np.array([0.0, length]), coefficients), stretches, np.zeros((0, 2)), (), (length, 0.0), None

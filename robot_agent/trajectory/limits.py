@@ -6,7 +6,7 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
-from robot_agent.model.description import PathLimits, RobotDescription
+from robot_agent.model.description import DEFAULT_SHAPING, PathLimits, RobotDescription, Shaping
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -22,12 +22,23 @@ class Limits:
     jerk: NDArray[np.float64]
     path: PathLimits
     ramp_factor: float
+    shaping: Shaping = DEFAULT_SHAPING
+    """How motions within the limits are shaped."""
+    linear: tuple[bool, ...] = ()
+    """Whether each joint slides; empty when all joints turn."""
 
     @classmethod
     def of(cls, description: RobotDescription) -> Self:
         """The limits of a robot file."""
         joints = description.limits
-        return cls(joints.velocity, joints.acceleration, joints.jerk, description.path, joints.ramp_factor)
+        path, factor = description.path, joints.ramp_factor
+        shaping, linear = description.shaping, description.linear
+        return cls(joints.velocity, joints.acceleration, joints.jerk, path, factor, shaping, linear)
+
+    @property
+    def turning(self) -> NDArray[np.bool_]:
+        """`(n,)` which joints turn."""
+        return ~np.array(self.linear) if self.linear else np.ones(len(self.velocity), dtype=np.bool_)
 
     @property
     def ramp_acceleration(self) -> NDArray[np.float64]:

@@ -26,6 +26,8 @@ class Motion:
     blends: tuple[Blend, ...]
     """Where the path leaves the programmed curves to join two blocks smoothly, and how far."""
     cycle_s: float
+    filter_deviation_m: float = 0.0
+    """How far at most the filter on the axes takes the flange off the path."""
 
     @property
     def duration_s(self) -> float:

@@ -44,6 +44,8 @@ class PathLimits:
                 rows.append(np.concatenate([share * joints, np.minimum(own, caps) if order == 0 else own]))
             tables.append(np.array(rows))
         self._velocity, self._acceleration, self._jerk = tables
+        self._turning = np.flatnonzero(limits.turning)
+        self._joint = np.array([each.joint_rad_s for each in path.stretches])
         self._lateral = np.array([flange.acceleration_m_s2 if each.on_path else np.inf for each in path.stretches])
 
     def rows(self, at: Numbers) -> Rows:
@@ -53,6 +55,8 @@ class PathLimits:
         acceleration, jerk = self._acceleration[stretch], self._jerk[stretch]
         with np.errstate(divide="ignore"):
             fastest = ((self._velocity[stretch] / np.abs(first)) ** 2).min(axis=1)
+            turning = (first[:, self._turning] ** 2).sum(axis=1)
+            fastest = np.minimum(fastest, self._joint[stretch] ** 2 / np.maximum(turning, 1e-300))
             if len(self._path.curvature):
                 bend = np.interp(at, self._path.curvature[:, 0], self._path.curvature[:, 1])
                 way = first[:, -2] ** 2 * bend

@@ -30,15 +30,25 @@ class Pieces:
         cls, knots: NDArray[np.float64], q: NDArray[np.float64], qd: NDArray[np.float64], qdd: NDArray[np.float64]
     ) -> Self:
         """The quintic Hermite curve through states `(p + 1, n)` at `knots` `(p + 1,)`; acceleration is continuous."""
+        states = np.stack([q, qd, qdd])
+        return cls.between(knots, states[:, :-1], states[:, 1:])
+
+    @classmethod
+    def between(cls, knots: NDArray[np.float64], first: NDArray[np.float64], last: NDArray[np.float64]) -> Self:
+        """Quintic Hermite pieces, each from its state `first` to its state `last`.
+
+        Both are value, first and second derivative `(3, p, n)` at the ends of each piece.
+        """
         h = np.diff(knots)[:, None]
-        position = q[1:] - (q[:-1] + h * (qd[:-1] + h * qdd[:-1] / 2.0))
-        velocity = h * (qd[1:] - (qd[:-1] + h * qdd[:-1]))
-        acceleration = h * h * (qdd[1:] - qdd[:-1])
+        (q, qd, qdd), (q_last, qd_last, qdd_last) = first, last
+        position = q_last - (q + h * (qd + h * qdd / 2.0))
+        velocity = h * (qd_last - (qd + h * qdd))
+        acceleration = h * h * (qdd_last - qdd)
         coefficients = np.stack(
             [
-                q[:-1],
-                qd[:-1],
-                qdd[:-1] / 2.0,
+                q,
+                qd,
+                qdd / 2.0,
                 (10.0 * position - 4.0 * velocity + acceleration / 2.0) / h**3,
                 (-15.0 * position + 7.0 * velocity - acceleration) / h**4,
                 (6.0 * position - 3.0 * velocity + acceleration / 2.0) / h**5,

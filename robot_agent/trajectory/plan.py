@@ -13,12 +13,13 @@ from robot_agent.paths.pose_path import Blend, PosePath, pose_paths
 from robot_agent.paths.sequence import Block
 from robot_agent.trajectory.errors import PlanError
 from robot_agent.trajectory.follow import follow
+from robot_agent.trajectory.independent import Independent
 from robot_agent.trajectory.joint_path import JointPath, Stretch, connected
 from robot_agent.trajectory.limits import Limits
 from robot_agent.trajectory.motion import Motion
 from robot_agent.trajectory.pieces import Pieces
-from robot_agent.trajectory.profile import single
-from robot_agent.trajectory.timing import Timed, fastest
+from robot_agent.trajectory.shaped import in_time
+from robot_agent.trajectory.timing import Timed
 
 _CAP_SAMPLES = 64
 
@@ -33,14 +34,14 @@ def plan(
     """
     start = np.array(start, dtype=np.float64)
     runs = _Paths(model, sequence, limits).runs(start)
-    timed = [single(run, limits) or fastest(run, limits) for run in runs]
+    timed = [in_time(model, run, limits) for run in runs]
     return _motion(model, sequence, runs, timed, start, cycle_s)
 
 
 def _motion(
     model: Model,
     sequence: Sequence,
-    runs: list[JointPath],
+    runs: list[JointPath | Independent],
     timed: list[Timed],
     start: NDArray[np.float64],
     cycle_s: float,
@@ -54,8 +55,9 @@ def _motion(
         ends[run.stretches[-1].block] = rests[-1]
         blends += run.blends
     pieces = Pieces.joined([time.pieces for time in timed]) if timed else Pieces.standing(start)
-    # a block of no length ends where the one before it does
-    return Motion(model, pieces, np.maximum.accumulate(np.maximum(ends, 0.0)), np.array(rests), tuple(blends), cycle_s)
+    ends = np.maximum.accumulate(np.maximum(ends, 0.0))  # a block of no length ends where the one before it does
+    deviation_m = max((time.deviation_m for time in timed), default=0.0)
+    return Motion(model, pieces, ends, np.array(rests), tuple(blends), cycle_s, deviation_m)
 
 
 class _Paths:
@@ -64,19 +66,22 @@ class _Paths:
     def __init__(self, model: Model, sequence: Sequence, limits: Limits) -> None:
         self._model, self._blocks, self._limits = model, sequence.blocks, limits
 
-    def runs(self, start: NDArray[np.float64]) -> list[JointPath]:
+    def runs(self, start: NDArray[np.float64]) -> list[JointPath | Independent]:
         """The paths from rest to rest."""
-        made: list[JointPath] = []
+        made: list[JointPath | Independent] = []
         for path in self._paths(start):
-            connection = connected(self._model, self._limits.velocity, made[-1], path) if made else None
+            before = made[-1] if made else None
+            connection = None
+            if isinstance(before, JointPath) and isinstance(path, JointPath):
+                connection = connected(self._model, self._limits.velocity, before, path)
             if connection is None:
                 made.append(path)
             else:
                 made[-1] = connection
         return made
 
-    def _paths(self, q: NDArray[np.float64]) -> list[JointPath]:
-        made: list[JointPath] = []
+    def _paths(self, q: NDArray[np.float64]) -> list[JointPath | Independent]:
+        made: list[JointPath | Independent] = []
         numbered = list(enumerate(self._blocks))
         for on_path, group in groupby(numbered, key=lambda each: not isinstance(each[1], JointMove)):
             if on_path:
@@ -125,10 +130,13 @@ class _Paths:
         )
         corners = float(ends[0]), float(ends[-2]) if len(ends) > 1 else 0.0
         curvature = np.column_stack([made.parameter, made.curvature])
-        return JointPath(made.pieces, stretches, curvature, path.blends, corners, self._blocks[path.blocks[-1]].round_m)
+        last = self._blocks[path.blocks[-1]]
+        # a tool that follows the path may have to turn behind it; what is rounded there is rounded in the path already
+        round_m = 0.0 if isinstance(last, FlangeMove) and last.tangential_rad is not None else last.round_m
+        return JointPath(made.pieces, stretches, curvature, path.blends, corners, round_m)
 
-    def _joint_move(self, index: int, block: JointMove, start: NDArray[np.float64]) -> JointPath | None:
-        """A straight line in joint space; None where it goes nowhere."""
+    def _joint_move(self, index: int, block: JointMove, start: NDArray[np.float64]) -> JointPath | Independent | None:
+        """A straight line in joint space, or every joint by itself; None where it goes nowhere."""
         self._check_target(index, block)
         travel = block.target - start
         moving = np.abs(travel) > 1e-12
@@ -137,6 +145,8 @@ class _Paths:
             return None
         length = float(np.linalg.norm(travel / self._limits.velocity))
         stretch = _stretch(length, index, block, block.speed, on_path=False)
+        if not block.synchronised:
+            return Independent(start, np.asarray(block.target, dtype=np.float64), stretch)
         pieces = self._straight(start, travel, length, capped=stretch.capped)
         return JointPath(pieces, (stretch,), np.zeros((0, 2)), (), (length, 0.0), block.round_m)
 
@@ -179,4 +189,5 @@ class _Paths:
 def _stretch(end: float, index: int, block: Block, joint_speed: float, on_path: bool) -> Stretch:
     speed = np.inf if block.speed_m_s is None else block.speed_m_s
     rotation = np.inf if block.rotation_rad_s is None else block.rotation_rad_s
-    return Stretch(end, index, joint_speed, speed, rotation, on_path)
+    joints = np.inf if block.joint_speed_rad_s is None else block.joint_speed_rad_s
+    return Stretch(end, index, joint_speed, speed, rotation, on_path, joints)

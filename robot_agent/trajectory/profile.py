@@ -1,133 +1,182 @@
-"""Paths whose limits are the same all along: one profile of the distance is the fastest timing."""
+"""Profiles from rest to rest: how the way along a path grows with time. The robot file names one."""
 
 import math
-from dataclasses import replace
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
+from numpy.typing import NDArray
 
-from robot_agent.trajectory.joint_path import JointPath, Numbers
-from robot_agent.trajectory.limits import Limits
-from robot_agent.trajectory.pieces import Pieces
-from robot_agent.trajectory.s_curve import SCurve, s_curve
-from robot_agent.trajectory.timing import Timed
+from robot_agent.model.description import ProfileKind, Shaping
+from robot_agent.trajectory.s_curve import s_curve
+from robot_agent.trajectory.window import spread_s
 
-_NO_ZONE_S = 1e-12
-_STRAIGHT = 1e-9
-_EVEN = 1e-6
-"""Relative: a flange that turns this evenly along its way keeps one profile."""
-_PIECE_S = 0.008
-_SHORTEST_PIECE_S = 5e-4
-_CLOSE = 1.0005
-"""Where the joints exceed their limits by no more than this, a slower clock is better than another timing."""
-_EXACT = 2e-7
+Numbers = NDArray[np.float64]
 
 
-def single(path: JointPath, limits: Limits) -> Timed | None:
-    """The S-curve along `path` where no other timing is faster; None where the limits change along the path."""
-    stretch = path.stretches[0]
-    if any(replace(each, end=stretch.end, block=stretch.block) != stretch for each in path.stretches):
-        return None
-    if stretch.on_path:
-        return _flange_move(path, limits)
-    return None if stretch.capped or not _is_straight(path) else _joint_move(path, limits)
+class Profile(Protocol):
+    """A way over time, `at` times `(...)` [s]: position, velocity, acceleration and jerk `(4, ...)`.
+
+    Between two values of `starts`, which are rising and end with `duration_s`, all of it is smooth; at one of them `at`
+    gives what begins there.
+    """
+
+    @property
+    def starts(self) -> Numbers: ...
+
+    @property
+    def duration_s(self) -> float: ...
+
+    def at(self, t: Numbers) -> Numbers: ...
 
 
-def _is_straight(path: JointPath) -> bool:
-    tangents = path.pieces.shape(path.pieces.knots)[1, :, : path.joints]
-    return bool(np.ptp(tangents, axis=0).max() < _STRAIGHT)
+@dataclass(frozen=True, slots=True)
+class _RampShape:
+    """How the speed grows from 0 to 1 over x in 0 to 1; the largest values of its first two derivatives by x."""
+
+    at: Callable[[Numbers], list[Numbers]]
+    """Way, speed and its two derivatives at x `(...)`; the way at 1 is one half."""
+    steepest: float
+    sharpest: float
 
 
-def _joint_move(path: JointPath, limits: Limits) -> Timed:
-    """One S-curve in the parameter, its limits those of the joint that allows least."""
-    start, tangent = path.state(0.0)[:2]
-    moving = np.abs(tangent) > 1e-12
-    reach = np.abs(tangent[moving])
-    profile = s_curve(
-        path.length,
-        path.stretches[0].joint_speed * float(np.min(limits.velocity[moving] / reach)),
-        float(np.min(limits.acceleration[moving] / reach)),
-        float(np.min(limits.jerk[moving] / reach)),
-    )
-    used = profile.zones > _NO_ZONE_S
-    coefficients = np.zeros((int(used.sum()), 6, path.joints))
-    coefficients[:, :4] = (profile.states[used] / np.array([1.0, 1.0, 2.0, 6.0]))[..., None] * tangent
-    coefficients[:, 0] += start
-    pieces = Pieces(np.append(0.0, np.cumsum(profile.zones[used])), coefficients)
-    return Timed(pieces, np.array([0.0, pieces.duration_s]), np.array([0.0, path.length]))
+def _sine(x: Numbers) -> list[Numbers]:
+    turn = math.tau * x
+    way = x * x / 2.0 - np.sin(turn / 2.0) ** 2 * 2.0 / math.tau**2
+    return [way, x - np.sin(turn) / math.tau, 1.0 - np.cos(turn), math.tau * np.sin(turn)]
 
 
-def _flange_move(path: JointPath, limits: Limits) -> Timed | None:
-    """One S-curve in the flange's way, or in its turn on the spot, where the joints keep up with it."""
-    ends = path.pieces.shape(path.pieces.knots)[:2, :, path.joints :]
-    way, turn = ends[0, -1]
-    along = 0 if way > 0.0 else 1
-    rates = ends[1, :, 1] / ends[1, :, along]
-    bend = float(path.curvature[:, 1].max())
-    if along == 0 and (np.ptp(rates) * way > _EVEN or np.ptp(path.curvature[:, 1]) > _EVEN * max(1.0, bend)):
-        return None
-    profile = _profile(path, limits, float(way), float(turn) if along else float(rates.mean() * way), bend)
-    timed = _along(path, profile, path.joints + along)
-    if timed is None:
-        return None
-    allowed = np.stack([limits.velocity, limits.acceleration, limits.jerk])
-    excess = (timed.pieces.peaks() / allowed).max(axis=1)
-    k = float((np.maximum(excess, 1.0) ** (1.0 / np.arange(1.0, 4.0))).max())
-    return Timed(timed.pieces.slower(1.0 / k), timed.times * k, timed.parameters) if k < _CLOSE else None
+def _cubic(x: Numbers) -> list[Numbers]:
+    return [x**3 * (1.0 - x / 2.0), x * x * (3.0 - 2.0 * x), 6.0 * x * (1.0 - x), 6.0 - 12.0 * x]
 
 
-def _profile(path: JointPath, limits: Limits, way: float, turn: float, bend: float) -> SCurve:
-    """In the flange's way [m], or in its turn [rad] where it has no way."""
-    flange, stretch = limits.path, path.stretches[0]
-    linear = [min(flange.speed_m_s, stretch.speed_m_s), flange.acceleration_m_s2, flange.jerk_m_s3]
-    rotation = min(flange.angular_speed_rad_s, stretch.rotation_rad_s)
-    angular = [rotation, flange.angular_acceleration_rad_s2, flange.angular_jerk_rad_s3]
-    if way == 0.0:
-        return s_curve(turn, *angular)
-    bounds = [min(a, b * way / turn) if turn > 1e-12 else a for a, b in zip(linear, angular, strict=True)]
-    if bend > 0.0:
-        bounds[0] = min(bounds[0], math.sqrt(flange.acceleration_m_s2 / bend))
-    return s_curve(way, *bounds)
+def _linear(x: Numbers) -> list[Numbers]:
+    return [x * x / 2.0, x, np.ones_like(x), np.zeros_like(x)]
 
 
-def _along(path: JointPath, profile: SCurve, column: int) -> Timed | None:
-    """The joints' curve over time through exact states, its knots on the steps of the jerk."""
-    piece_s = _PIECE_S
-    for _ in range(5):
-        t = _knots(profile, piece_s)
-        state, s = _states(path, profile, t, column)
-        pieces = Pieces.through(t, *state)
-        middle = (t[:-1] + t[1:]) / 2.0
-        if np.abs(pieces.position(middle) - _states(path, profile, middle, column)[0][0]).max() <= _EXACT:
-            return Timed(pieces, t, s)
-        piece_s /= 2.0
-    return None
+_SHAPES = {
+    ProfileKind.SINUSOIDAL: _RampShape(_sine, 2.0, math.tau),
+    ProfileKind.BEZIER: _RampShape(_cubic, 1.5, 6.0),
+    ProfileKind.TRAPEZOIDAL: _RampShape(_linear, 1.0, 0.0),
+}
 
 
-def _states(path: JointPath, profile: SCurve, t: Numbers, column: int) -> tuple[Numbers, Numbers]:
-    """Joints, velocity, acceleration `(3, k, n)` and parameter `(k,)` at times `t`."""
-    distance, speed, acceleration, _ = profile.at(t)
-    knots, way = path.pieces.knots, path.pieces.position(path.pieces.knots)[:, column]
-    s = np.interp(distance, way, knots)
-    for _ in range(4):  # the way is smooth and rising between nodes, so Newton finds its parameter from there
-        here = path.pieces.shape(s)[:2, :, column]
-        s = np.clip(s + (distance - here[0]) / here[1], 0.0, path.length)
-    shape = path.pieces.shape(s)
-    q, first, second = shape[:3, :, : path.joints]
-    rate, bend = shape[1, :, column], shape[2, :, column]
-    s_dot = speed / rate
-    s_ddot = (acceleration - bend * s_dot**2) / rate
-    velocity = first * s_dot[:, None]
-    return np.stack([q, velocity, first * s_ddot[:, None] + second * (s_dot**2)[:, None]]), s
+@dataclass(frozen=True, slots=True)
+class Ramped:
+    """A ramp up to `speed`, a cruise, the same ramp down; speed and distance may be negative.
+
+    Source: Frigeni, Industrial Robotics Control, chapter 7, sinusoidal and Bezier profile; the book's distance of a
+    sinusoidal ramp (7-29) holds only where the acceleration limit is reached, here it is half the speed times the time.
+    """
+
+    kind: ProfileKind
+    """Sinusoidal, Bezier or trapezoidal. The acceleration of a trapezoid steps; its jerk is given as 0."""
+    distance: float
+    speed: float
+    ramp_s: float
+    cruise_s: float
+
+    @classmethod
+    def fastest(cls, kind: ProfileKind, distance: float, speed: float, acceleration: float, jerk: float) -> "Ramped":
+        """The fastest of its kind within the limits (> 0), which it may not reach on a short way."""
+        shape, way = _SHAPES[kind], abs(distance)
+        top = min(speed, math.sqrt(way * acceleration / shape.steepest))
+        if shape.sharpest > 0.0:
+            top = min(top, math.cbrt(way * way * jerk / shape.sharpest))
+        ramp_s = max(shape.steepest * top / acceleration, math.sqrt(shape.sharpest * top / jerk))
+        cruise_s = max(0.0, way / top - ramp_s) if top == speed else 0.0
+        return cls(kind, distance, math.copysign(top, distance), ramp_s, cruise_s)
+
+    @property
+    def duration_s(self) -> float:
+        return 2.0 * self.ramp_s + self.cruise_s
+
+    @property
+    def starts(self) -> Numbers:
+        """`(4,)` [s]"""
+        return np.array([0.0, self.ramp_s, self.ramp_s + self.cruise_s, self.duration_s])
+
+    def at(self, t: Numbers) -> Numbers:
+        """See `Profile`; at rest outside."""
+        t = np.asarray(t, dtype=np.float64)
+        if self.ramp_s == 0.0:
+            return np.zeros((4, *t.shape))
+        down, inside = t >= self.ramp_s + self.cruise_s, (t >= 0.0) & (t < self.duration_s)
+        near = np.clip(np.where(down, self.duration_s - t, t), 0.0, None)
+        ramping = near < self.ramp_s
+        ramping |= down
+        way, *speeds = _SHAPES[self.kind].at(np.minimum(near / self.ramp_s, 1.0))
+        position = self.speed * (self.ramp_s * way + np.where(ramping, 0.0, near - self.ramp_s))
+        out = np.stack(
+            [
+                np.where(down, self.distance - position, position),
+                self.speed * speeds[0] * inside,
+                self.speed / self.ramp_s * speeds[1] * np.where(down, -1.0, 1.0) * (inside & ramping),
+                self.speed / self.ramp_s**2 * speeds[2] * (inside & ramping),
+            ]
+        )
+        out[0, t >= self.duration_s] = self.distance
+        return out
 
 
-def _knots(profile: SCurve, piece_s: float) -> Numbers:
-    """Times `(p + 1,)` at most `piece_s` apart, on the jerk steps of the profile unless that makes tiny pieces."""
-    steps = profile.starts[1:-1]
-    count = max(2, math.ceil(profile.duration_s / piece_s))
-    even = np.linspace(0.0, profile.duration_s, count + 1)[1:-1]
-    far = np.abs(even[:, None] - steps).min(axis=1) >= min(_SHORTEST_PIECE_S, piece_s / 4.0)
-    kept, shortest = [0.0], min(_SHORTEST_PIECE_S, piece_s / 8.0)
-    for knot in np.sort(np.concatenate([steps, even[far]])):
-        if knot - kept[-1] >= shortest and profile.duration_s - knot >= shortest:
-            kept.append(float(knot))
-    return np.array([*kept, profile.duration_s])
+@dataclass(frozen=True, slots=True)
+class Quintic:
+    """One polynomial of fifth degree from rest to rest: the smoothest start and end, the highest speed in the middle.
+
+    Source: polynomial trajectories with position, velocity and acceleration at both ends; from rest to rest the way is
+    distance (10 u^3 - 15 u^4 + 6 u^5), whose peaks are 15/8, 10/sqrt(3) and 60 of distance / duration^order.
+    """
+
+    distance: float
+    duration_s: float
+
+    @classmethod
+    def fastest(cls, distance: float, speed: float, acceleration: float, jerk: float) -> "Quintic":
+        """The fastest within the limits (> 0)."""
+        way = abs(distance)
+        needed = 1.875 * way / speed, math.sqrt(10.0 / math.sqrt(3.0) * way / acceleration), math.cbrt(60 * way / jerk)
+        return cls(distance, max(needed))
+
+    @property
+    def starts(self) -> Numbers:
+        """`(2,)` [s]"""
+        return np.array([0.0, self.duration_s])
+
+    def at(self, t: Numbers) -> Numbers:
+        """See `Profile`; at rest outside."""
+        t = np.asarray(t, dtype=np.float64)
+        if self.duration_s == 0.0:
+            return np.zeros((4, *t.shape))
+        inside, u = (t >= 0.0) & (t < self.duration_s), np.clip(t / self.duration_s, 0.0, 1.0)
+        return np.stack(
+            [
+                self.distance * u**3 * (10.0 - u * (15.0 - 6.0 * u)),
+                self.distance / self.duration_s * 30.0 * (u * (1.0 - u)) ** 2 * inside,
+                self.distance / self.duration_s**2 * 60.0 * u * (1.0 - u) * (1.0 - 2.0 * u) * inside,
+                self.distance / self.duration_s**3 * 60.0 * (1.0 - 6.0 * u * (1.0 - u)) * inside,
+            ]
+        )
+
+
+def profile(kind: ProfileKind, distance: float, speed: float, acceleration: float, jerk: float) -> Profile:
+    """The fastest profile of a kind over `distance` (either sign) from rest to rest within three limits.
+
+    A trapezoidal profile has no jerk limit; the others keep all three. Raises ValueError for limits that are not
+    positive and finite, and for a distance that is not finite.
+    """
+    if kind is ProfileKind.S_CURVE:
+        return s_curve(distance, speed, acceleration, jerk)
+    if not (math.isfinite(distance) and all(0.0 < limit < math.inf for limit in (speed, acceleration, jerk))):
+        found = f"distance {distance}, speed {speed}, acceleration {acceleration}, jerk {jerk}"
+        raise ValueError(f"profile: {found} found, allowed finite numbers, and limits above 0")
+    if kind is ProfileKind.QUINTIC:
+        return Quintic.fastest(distance, speed, acceleration, jerk)
+    return Ramped.fastest(kind, distance, speed, acceleration, jerk)
+
+
+def shaped_profile(shaping: Shaping, distance: float, speed: float, acceleration: float, jerk: float) -> Profile:
+    """The profile that a robot file asks for, see `profile`; a trapezoid so that the jerk is kept behind the filter."""
+    if shaping.profile is ProfileKind.TRAPEZOIDAL:  # its acceleration may step from one limit to the other
+        acceleration = min(acceleration, jerk * spread_s(shaping.filter_s) / 2.0)
+    return profile(shaping.profile, distance, speed, acceleration, jerk)

@@ -1,4 +1,4 @@
-"""The jerk-limited profile from rest to rest (S-curve)."""
+"""The jerk-limited profile (S-curve), from any speed to any speed, with limits of their own in both directions."""
 
 import math
 from dataclasses import dataclass
@@ -6,7 +6,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-_JERK_SIGNS = np.array([1.0, 0.0, -1.0, 0.0, -1.0, 0.0, 1.0])
+from robot_agent.trajectory.root import root
+
+Limit = float | tuple[float, float]
+"""One magnitude for both directions, or the lowest (below 0) and the highest value (above 0)."""
+_Range = tuple[float, float]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -22,10 +26,10 @@ class SCurve:
     zones: NDArray[np.float64]
     """`(7,)` [s] durations."""
     speed: float
-    """Top speed that is reached."""
+    """The speed of zone 4: the largest one, or the lowest where the profile has to go back or to slow down."""
     acceleration: float
-    """Largest acceleration that is reached."""
-    jerk: float
+    """Largest magnitude of the acceleration that is reached."""
+    end_speed: float
     starts: NDArray[np.float64]
     """`(8,)` [s] times at which the zones begin, and the end."""
     states: NDArray[np.float64]
@@ -36,9 +40,10 @@ class SCurve:
         return float(self.starts[-1])
 
     def at(self, t: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Position, velocity, acceleration and jerk `(4, ...)` at times `t` `(...)` [s]; at rest outside the profile.
+        """Position, velocity, acceleration and jerk `(4, ...)` at times `t` `(...)` [s].
 
-        At a border between zones the jerk is that of the later zone.
+        Outside the profile it goes on at the speed of that end. At a border between zones the jerk is that of the later
+        zone.
         """
         t = np.asarray(t, dtype=np.float64)
         zone = np.clip(np.searchsorted(self.starts, t, side="right") - 1, 0, 6)
@@ -46,34 +51,105 @@ class SCurve:
         s, v, a, j = np.moveaxis(self.states[zone], -1, 0)
         position = s + x * (v + x * (a / 2.0 + x * j / 6.0))
         out = np.stack([position, v + x * (a + x * j / 2.0), a + x * j, j])
-        out[1:, (t < 0.0) | (t >= self.duration_s)] = 0.0
-        out[0, t >= self.duration_s] = self.distance
+        before, after = t < 0.0, t >= self.duration_s
+        for outside, place, speed, since in (
+            (before, 0.0, float(self.states[0, 1]), t),
+            (after, self.distance, self.end_speed, t - self.duration_s),
+        ):
+            out[0, outside], out[1, outside] = (place + speed * since)[outside], speed
+            out[2:, outside] = 0.0
         return out
 
 
-def s_curve(distance: float, speed: float, acceleration: float, jerk: float) -> SCurve:
-    """The fastest profile over `distance` (>= 0) from rest to rest within the three limits (> 0, one unit of length).
+def s_curve(
+    distance: float,
+    speed: Limit,
+    acceleration: Limit,
+    jerk: Limit,
+    start_speed: float = 0.0,
+    end_speed: float = 0.0,
+) -> SCurve:
+    """The fastest profile over `distance` (either sign) between two speeds, both without acceleration.
 
-    Raises ValueError for limits that are not positive and finite or a distance that is negative.
+    Each limit is a magnitude or a pair for both directions, all in one unit of length. Between two speeds the fastest
+    profile has one speed at which the acceleration changes its sign: above both where there is way left when the speed
+    has been changed at once, else below both. The book has only the case from rest to rest, and one magnitude each.
+
+    Raises ValueError for limits that are not finite or of the wrong sign, a distance that is not finite, and speeds at
+    the ends that are beyond the limit.
     """
-    for name, value in (("speed", speed), ("acceleration", acceleration), ("jerk", jerk)):
-        if not (value > 0.0 and math.isfinite(value)):
-            raise ValueError(f"s_curve: {name} {value} found, allowed a finite number above 0")
-    if not (distance >= 0.0 and math.isfinite(distance)):
-        raise ValueError(f"s_curve: distance {distance} found, allowed a finite number from 0")
-    top = _top_speed(distance, speed, acceleration, jerk)
-    peak = min(acceleration, math.sqrt(top * jerk))
-    build = peak / jerk
-    hold = max(0.0, top / peak - build) if peak == acceleration else 0.0
-    ramp_length = top * (2.0 * build + hold) / 2.0
-    cruise = max(0.0, distance - 2.0 * ramp_length) / top if top == speed else 0.0
-    zones = np.array([build, hold, build, cruise, build, hold, build])
-    starts = np.append(0.0, np.cumsum(zones))
-    return SCurve(distance, zones, top, peak, jerk, starts, _states(distance, zones, top, jerk))
+    ranges = [_range(*each) for each in (("speed", speed), ("acceleration", acceleration), ("jerk", jerk))]
+    speeds, accelerations, jerks = ranges
+    if not math.isfinite(distance):
+        raise ValueError(f"s_curve: distance {distance} found, allowed a finite number")
+    for name, value in (("start_speed", start_speed), ("end_speed", end_speed)):
+        if not speeds[0] <= value <= speeds[1]:
+            raise ValueError(f"s_curve: {name} {value} found, allowed {speeds[0]} to {speeds[1]}")
+    if start_speed == end_speed == 0.0 and all(-low == high for low, high in ranges):
+        top = math.copysign(_top_speed(abs(distance), speeds[1], accelerations[1], jerks[1]), distance)
+    else:
+        top = _turning_speed(distance, speeds, accelerations, jerks, start_speed, end_speed)
+    first, last = _Ramp.over(start_speed, top, accelerations, jerks), _Ramp.over(top, end_speed, accelerations, jerks)
+    rest = distance - first.way - last.way
+    cruise = max(0.0, rest / top) if top in speeds else 0.0
+    zones = np.array([*first.times, cruise, *last.times])
+    states = np.zeros((7, 4))
+    states[:3], states[4:] = first.states(0.0, start_speed), last.states(distance - last.way, top)
+    states[3] = first.way, top, 0.0, 0.0
+    peak = max(first.peak, last.peak)
+    return SCurve(distance, zones, top, peak, end_speed, np.append(0.0, np.cumsum(zones)), states)
+
+
+def _range(name: str, limit: Limit) -> _Range:
+    low, high = limit if isinstance(limit, tuple) else (-limit, limit)
+    if not (-math.inf < low < 0.0 < high < math.inf):
+        raise ValueError(
+            f"s_curve: {name} {limit} found, allowed a finite number above 0, or a pair of one below and one above 0"
+        )
+    return low, high
+
+
+@dataclass(frozen=True, slots=True)
+class _Ramp:
+    """The fastest change of the speed: jerk until the acceleration is there, a hold, jerk back to none."""
+
+    times: tuple[float, float, float]
+    sign: float
+    peak: float
+    """Magnitude of the acceleration."""
+    way: float
+
+    @classmethod
+    def over(cls, first: float, last: float, accelerations: _Range, jerks: _Range) -> "_Ramp":
+        """From speed `first` to speed `last`."""
+        sign = 1.0 if last >= first else -1.0
+        limit = accelerations[1] if sign > 0.0 else -accelerations[0]
+        build, release = (jerks[1], -jerks[0]) if sign > 0.0 else (-jerks[0], jerks[1])
+        change = abs(last - first)
+        softness = 1.0 / build + 1.0 / release
+        peak = min(limit, math.sqrt(2.0 * change / softness))
+        one, three = peak / build, peak / release
+        two = max(0.0, change / peak - peak * softness / 2.0) if peak == limit else 0.0
+        gained = peak * (one / 2.0 + two)
+        beyond = peak * (one * one / 6.0 + one * two / 2.0 + two * two / 2.0) + three * (gained + peak * three / 3.0)
+        return cls((one, two, three), sign, peak, first * (one + two + three) + sign * beyond)
+
+    def states(self, position: float, speed: float) -> NDArray[np.float64]:
+        """`(3, 4)` at the beginning of each zone, the first at `position` and `speed`."""
+        one, two, three = self.times
+        peak = self.sign * self.peak
+        build, release = (peak / time if time > 0.0 else 0.0 for time in (one, three))
+        states = np.zeros((3, 4))
+        states[0] = position, speed, 0.0, build
+        faster = speed + peak * one / 2.0
+        position += one * (speed + peak * one / 6.0)
+        states[1] = position, faster, peak, 0.0
+        states[2] = position + two * (faster + peak * two / 2.0), faster + peak * two, peak, -release
+        return states
 
 
 def _top_speed(distance: float, speed: float, acceleration: float, jerk: float) -> float:
-    """The speed that is reached: the limit, or less on a path too short for it."""
+    """From rest to rest with one magnitude each: the limit, or less on a path too short for it."""
     peak = min(acceleration, math.sqrt(speed * jerk))
     if distance >= speed * (speed / peak + peak / jerk):
         return speed
@@ -84,15 +160,16 @@ def _top_speed(distance: float, speed: float, acceleration: float, jerk: float) 
     return jerk * math.cbrt(distance / (2.0 * jerk)) ** 2
 
 
-def _states(distance: float, zones: NDArray[np.float64], top: float, jerk: float) -> NDArray[np.float64]:
-    states = np.zeros((7, 4))
-    states[:, 3] = jerk * _JERK_SIGNS
-    for k in (0, 1, 3, 4, 5):
-        x, (s, v, a, j) = zones[k], states[k]
-        states[k + 1, :3] = s + x * (v + x * (a / 2 + x * j / 6)), v + x * (a + x * j / 2), a + x * j
-        if k == 1:  # the cruise begins as far from the start as it ends from the end
-            ramp = top * (2.0 * zones[0] + zones[1]) / 2.0
-            states[3, :3] = ramp, top, 0.0
-        if k == 3:
-            states[4, :3] = distance - states[3, 0], top, 0.0
-    return states
+def _turning_speed(
+    distance: float, speeds: _Range, accelerations: _Range, jerks: _Range, first: float, last: float
+) -> float:
+    """The speed in the middle, at which the acceleration changes its sign: the limit where the path is long enough."""
+
+    def missing(top: float) -> float:
+        ways = (_Ramp.over(*pair, accelerations, jerks).way for pair in ((first, top), (top, last)))
+        return distance - sum(ways)
+
+    up = missing(max(first, last)) >= 0.0
+    near, far = (max(first, last), speeds[1]) if up else (min(first, last), speeds[0])
+    left = missing(far)
+    return far if left == 0.0 or (left > 0.0) == up else root(missing, near, far)

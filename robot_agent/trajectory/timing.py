@@ -36,6 +36,8 @@ class Timed:
     pieces: Pieces
     times: Numbers
     parameters: Numbers
+    deviation_m: float = 0.0
+    """How far a filter takes the flange off the path."""
 
 
 def fastest(path: JointPath, limits: Limits) -> Timed:

@@ -1,6 +1,8 @@
 """The interpreter: jumps, counters, the end, and loops that do nothing."""
 
-from robot_agent.language import Finished, Interpreter, Pause, ProgramFault, Step, parse_program
+import math
+
+from robot_agent.language import Finished, Interpreter, LineStep, Pause, ProgramFault, Step, parse_program
 
 
 def steps_of(text: str, count: int) -> list[Step]:
@@ -37,3 +39,18 @@ def test_a_loop_without_motion_or_pause_is_a_fault_and_not_a_hang() -> None:
     (step,) = steps_of("LABEL a\nGOTO a", 1)
     assert isinstance(step, ProgramFault)
     assert "put one into the loop" in step.text
+
+
+def test_tang_holds_for_the_moves_of_the_flange_until_it_is_switched_off() -> None:
+    steps = steps_of("ML X=1\nTANG 1 H=180\nML X=2\nMJ J1=0\nML X=3\nTANG 0\nML X=4", 5)
+    angles = [step.tangential_rad for step in steps if isinstance(step, LineStep)]
+    assert angles == [None, math.pi, math.pi, None]
+
+
+def test_an_orientation_while_the_tool_follows_the_path_is_a_fault() -> None:
+    for move in ("ML X=1 A=0 B=0 C=0", "MC X=1 QX=2 QA=0 QB=0 QC=0"):
+        _, fault, again = steps_of(f"WAIT 1\nTANG 1\n{move}\nWAIT 2", 3)
+        assert fault == again
+        assert isinstance(fault, ProgramFault)
+        assert fault.line == 3
+        assert "leave them out, or TANG 0" in fault.text

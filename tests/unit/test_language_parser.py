@@ -14,7 +14,9 @@ from robot_agent.language import (
     MoveJoints,
     MoveLine,
     MoveSpline,
+    Pace,
     ProgramError,
+    Tangent,
     Wait,
     parse_program,
 )
@@ -32,28 +34,41 @@ def test_degrees_percent_and_millimetres_become_si() -> None:
     program = parse_program("MJ J1=90 J3=-45 F=25\nML X=1500 Y=-20 Z=1000 A=0 B=90 C=180 F=250", "p", JOINTS)
     joints, line = program.statements
     assert joints == MoveJoints(1, (math.pi / 2, None, -math.pi / 4, None, None, None), 0.25)
-    assert line == MoveLine(2, (1.5, -0.02, 1.0), (0.0, math.pi / 2, math.pi), 0.25)
+    assert line == MoveLine(2, (1.5, -0.02, 1.0), (0.0, math.pi / 2, math.pi), Pace(0.25))
 
 
 def test_what_is_not_named_is_kept() -> None:
     (line,) = parse_program("ML Z=1000", "p", JOINTS).statements
-    assert line == MoveLine(1, (None, None, 1.0), None, None)
+    assert line == MoveLine(1, (None, None, 1.0), None)
 
 
 def test_arcs_and_splines_become_si() -> None:
     text = "MC X=2000 QX=1000 QY=-500 QA=0 QB=90 QC=0 H=-720 F=100 R=20\nMS Y=100 FC=50 FA=90"
     arc, spline = parse_program(text, "p", JOINTS).statements
     via = ((1.0, -0.5, None), (0.0, math.pi / 2, 0.0))
-    assert arc == MoveArc(1, *via, (2.0, None, None), None, -4 * math.pi, 0.1, None, 0.02)
-    assert spline == MoveSpline(2, (None, 0.1, None), None, 0.05, math.pi / 2, None)
+    assert arc == MoveArc(1, *via, (2.0, None, None), None, -4 * math.pi, Pace(0.1, round_m=0.02))
+    assert spline == MoveSpline(2, (None, 0.1, None), None, Pace(0.05, math.pi / 2))
 
 
 def test_caps_and_round_edges_go_with_every_move() -> None:
     joints, line = parse_program(
         "MJ J1=0 F=50 FC=200 FA=30 R=40\nML X=1 F=300 FC=200 R=0 FLIP=1", "p", JOINTS
     ).statements
-    assert joints == MoveJoints(1, (0.0, *[None] * 5), 0.5, 0.2, math.pi / 6, 0.04)
-    assert line == MoveLine(2, (0.001, None, None), None, 0.2, None, 0.0, True)
+    assert joints == MoveJoints(1, (0.0, *[None] * 5), 0.5, Pace(0.2, math.pi / 6, None, 0.04))
+    assert line == MoveLine(2, (0.001, None, None), None, Pace(0.2, round_m=0.0), True)
+
+
+def test_the_joints_may_be_capped_and_may_arrive_apart() -> None:
+    text = "MJ J1=0 SYNC=0 FJ=90\nML X=1 FJ=45\nHOME F=20 FC=100 R=30"
+    joints, line, home = parse_program(text, "p", JOINTS).statements
+    assert joints == MoveJoints(1, (0.0, *[None] * 5), 1.0, Pace(joint_speed_rad_s=math.pi / 2), synchronised=False)
+    assert line == MoveLine(2, (0.001, None, None), None, Pace(joint_speed_rad_s=math.pi / 4))
+    assert home == Home(3, 0.2, Pace(0.1, round_m=0.03))
+
+
+def test_the_tool_follows_the_path_from_tang_1_to_tang_0() -> None:
+    on, turned, off = parse_program("TANG 1\nTANG 1 H=-45\nTANG 0", "p", JOINTS).statements
+    assert (on, turned, off) == (Tangent(1, 0.0), Tangent(2, -math.pi / 4), Tangent(3, None))
 
 
 def test_case_comments_and_blank_lines_do_not_matter() -> None:
@@ -72,9 +87,12 @@ def test_a_jump_points_behind_its_label_even_when_the_label_comes_later() -> Non
 @pytest.mark.parametrize(
     ("text", "problem"),
     [
-        ("FLY X=1", "1:1: found `FLY`, allowed one of MJ, ML, MC, MS, HOME, WAIT, LABEL, GOTO, END"),
+        ("FLY X=1", "1:1: found `FLY`, allowed one of MJ, ML, MC, MS, HOME, TANG, WAIT, LABEL, GOTO, END"),
         ("MJ", "1:1: found MJ without a joint, allowed at least one of J1, J2, J3, J4, J5, J6"),
-        ("MJ J7=1", "1:4: found `J7=1`, allowed NAME=value with a name out of J1, J2, J3, J4, J5, J6, F, FC, FA, R"),
+        (
+            "MJ J7=1",
+            "1:4: found `J7=1`, allowed NAME=value with a name out of J1, J2, J3, J4, J5, J6, F, FC, FA, FJ, R, SYNC",
+        ),
         ("MJ J1=1 J1=2", "1:9: found J1 a second time, allowed each name once"),
         ("MJ J1=north", "1:4: found `north`, allowed a finite number"),
         ("MJ J1=inf", "1:4: found `inf`, allowed a finite number"),
@@ -84,6 +102,11 @@ def test_a_jump_points_behind_its_label_even_when_the_label_comes_later() -> Non
         ("ML X=1 FA=0", "1:8: found FA=0, allowed a speed above 0 in deg/s"),
         ("ML X=1 R=-1", "1:8: found R=-1, allowed a round edge from 0 in mm; 0 stops"),
         ("ML X=1 FLIP=2", "1:8: found FLIP=2, allowed 1: the wrist may pass its singular pose, or 0"),
+        ("MJ J1=1 SYNC=2", "1:9: found SYNC=2, allowed 1: the joints arrive together, or 0: each as fast as it can"),
+        ("MJ J1=1 SYNC=0 R=5", "1:16: found R=5 with SYNC=0, allowed R only where the joints arrive together"),
+        ("TANG", "1:1: found `TANG`, allowed TANG 1, with H=degrees if wanted, or TANG 0"),
+        ("TANG 2", "1:6: found `TANG 2`, allowed TANG 1, with H=degrees if wanted, or TANG 0"),
+        ("TANG 0 H=5", "1:8: found `H=5` behind TANG 0, allowed TANG 1, with H=degrees if wanted, or TANG 0"),
         ("MC X=1", "1:1: found MC without a via point, allowed at least one of QX, QY, QZ"),
         ("MC QX=1", "1:1: found MC without a coordinate, allowed at least one of X, Y, Z, A, B, C"),
         ("MC QX=1 X=2 H=0", "1:13: found H=0, allowed degrees of the circle to go, any but 0; negative is backwards"),

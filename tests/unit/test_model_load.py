@@ -7,7 +7,7 @@ import pytest
 
 from cell.config import ConfigError
 from robot_agent.kinematics import load_model
-from robot_agent.model import Family, load_description
+from robot_agent.model import Family, ProfileKind, Shaping, load_description
 from tests.unit.config_world import CONFIGS, ROBOT, Copy
 
 SIX_AXIS = CONFIGS / ROBOT
@@ -28,6 +28,21 @@ def test_the_description_is_in_si() -> None:
     assert robot.limits.jerk[0] == pytest.approx(np.radians(2800))
     assert (robot.path.speed_m_s, robot.path.angular_speed_rad_s) == (1.5, pytest.approx(np.radians(150)))
     assert robot.capsules[2].end_m == (0.0, 0.0, 1.1)
+
+
+def test_a_jerk_that_is_left_out_is_ten_times_the_acceleration(tmp_path: Path) -> None:
+    copy = Copy(tmp_path).change(ROBOT, ", jerk: 2800}", "}").change(ROBOT, "  jerk: 50000\n", "")
+    robot = load_description(copy.change(ROBOT, "  angular_jerk: 5000\n", "").robot)
+    assert robot.limits.jerk[0] == pytest.approx(10.0 * robot.limits.acceleration[0])
+    assert robot.path.jerk_m_s3 == pytest.approx(10.0 * robot.path.acceleration_m_s2)
+    assert robot.path.angular_jerk_rad_s3 == pytest.approx(10.0 * robot.path.angular_acceleration_rad_s2)
+
+
+def test_profile_and_filter_are_named_in_the_robot_file(tmp_path: Path) -> None:
+    assert load_description(SIX_AXIS).shaping == Shaping()
+    motion = "ramp_factor: 1.5\nmotion: {profile: sinusoidal, filter_ms: 25}"
+    robot = load_description(Copy(tmp_path).change(ROBOT, "ramp_factor: 1.5", motion).robot)
+    assert robot.shaping == Shaping(ProfileKind.SINUSOIDAL, 0.025)
 
 
 @pytest.mark.parametrize(("joints", "position_mm"), FK_OF_THE_BOOK.items())
@@ -64,6 +79,12 @@ def test_neighbouring_capsules_of_the_arm_touch_at_home() -> None:
         ("ramp_factor: 1.5", "ramp_factor: 1", "ramp_factor: §1", "ramp_factor: found 1, allowed 1.25 or more"),
         ("J5: 90, J6", "J5: 190, J6", "§190, J6", "home.J5: found 190, allowed -125 to 125, the limits of J5"),
         ("J5: 90, J6: 0", "J5: 90", "§home:", "home: found J1, J2, J3, J4, J5, allowed each of J1, J2, J3, J4, J5, J6"),
+        ("ramp_factor: 1.5", "ramp_factor: 1.5\nmotion: {profile: trapezoidal}", "motion: §{profile",
+         "motion: found a mapping, allowed trapezoidal only together with filter_ms above 0: its acceleration steps"),
+        ("ramp_factor: 1.5", "ramp_factor: 1.5\nmotion: {filter_ms: -5}", "filter_ms: §-5",
+         "motion.filter_ms: found -5, allowed 0 or more"),
+        ("acceleration: 280, jerk: 2800", "acceleration: -280", "acceleration: §-280",
+         "joints.J1.acceleration: found -280, allowed more than 0"),
         ("link: 6,", "link: 7,", "link: §7", "capsules[6].link: found 7, allowed 0 (base) to 6 (flange)"),
         ("radius: 110", "radius: 0", "radius: §0", "capsules[5].radius: found 0, allowed more than 0"),
     ],

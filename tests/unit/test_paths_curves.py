@@ -45,6 +45,10 @@ def test_points_on_a_line_or_in_one_place_make_no_circle(target: tuple[float, ..
     assert CircleGeometry.through(np.zeros(3), np.array([100.0, 0, 0]), np.array(target)) is None
 
 
+def test_a_via_point_that_is_the_start_but_for_rounding_makes_no_circle() -> None:
+    assert CircleGeometry.through(np.zeros(3), np.array([0.0, 0.0, 3.7e-160]), np.array([0.0, 1.0, 1.0])) is None
+
+
 @settings(max_examples=150, deadline=None)
 @given(POINT, POINT, POINT)
 def test_circle_passes_its_three_points_in_their_order(first: np.ndarray, via: np.ndarray, target: np.ndarray) -> None:
@@ -137,3 +141,41 @@ def test_trimmed_curve_is_the_same_curve_elsewhere() -> None:
     part = Trimmed(curve, 0.5, 2.0)
     assert part.length_m == 1.5
     np.testing.assert_allclose(part.at(np.array([0.0, 1.5])), curve.at(np.array([0.5, 2.0])))
+
+
+@settings(max_examples=60, deadline=None)
+@given(st.lists(POINT, min_size=3, max_size=6))
+def test_spline_passes_its_points_along_the_chords_of_their_neighbours(points: list[np.ndarray]) -> None:
+    places = np.array(points)
+    if min(np.linalg.norm(np.diff(places, axis=0), axis=1).min(), _closest_second(places)) < 0.05:
+        return
+    sections = [bezier(controls) for controls in control_points(places, None, None)]
+    for section, first, last in zip(sections, places, places[1:], strict=False):
+        np.testing.assert_allclose(section.derivative(np.array([0.0, 1.0]), 0), [first, last], atol=1e-12)
+    for number in range(1, len(places) - 1):
+        chord = places[number + 1] - places[number - 1]
+        before = sections[number - 1].at(np.array(sections[number - 1].length_m))[1]
+        after = sections[number].at(np.zeros(()))[1]
+        np.testing.assert_allclose([before, after], [chord / np.linalg.norm(chord)] * 2, atol=1e-9)
+
+
+def _closest_second(places: np.ndarray) -> float:
+    return float(np.linalg.norm(places[2:] - places[:-2], axis=1).min())
+
+
+@settings(max_examples=60, deadline=None)
+@given(st.floats(5.0, 150.0), st.floats(1e-3, 1.0))
+def test_round_edge_stays_inside_its_corner_and_is_as_tight_as_its_angle_says(turn_deg: float, cut: float) -> None:
+    turn = np.radians(turn_deg)
+    edge = joining(*corner(turn, cut), 2.0 * cut)
+    _, tangents, bends = edge.at(np.linspace(0.0, edge.length_m, 201))
+    curvature = np.linalg.norm(bends, axis=1)
+    np.testing.assert_allclose(curvature[[0, -1]], 0.0, atol=1e-6 / cut)
+    tightest = 1.5 * np.sin(turn / 2.0) / (cut * np.cos(turn / 2.0) ** 2)
+    assert curvature.max() == pytest.approx(tightest, rel=2e-3)
+    assert curvature.max() <= tightest * (1.0 + 1e-9)
+    headings = np.arctan2(tangents[:, 1], tangents[:, 0])
+    assert (np.diff(headings) > -1e-9).all()
+    assert (headings[0], headings[-1]) == pytest.approx((0.0, turn), abs=1e-6)
+    middle = edge.at(np.array(edge.length_m / 2.0))[0]
+    assert np.linalg.norm(middle) == pytest.approx(0.375 * cut * np.sin(turn / 2.0), rel=1e-6)

@@ -1,0 +1,125 @@
+"""The filter on every axis: the joints over time, smoothed by a Gaussian window, are the path that is driven."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robot_agent.kinematics import Model
+from robot_agent.trajectory.limits import Limits
+from robot_agent.trajectory.pieces import Pieces
+from robot_agent.trajectory.timing import Timed
+from robot_agent.trajectory.window import gaussian_weights, window_cells
+
+Numbers = NDArray[np.float64]
+
+_LONGEST_PIECE_S = 8e-3
+_EXACT = 2e-7
+_SAMPLES = 8
+"""Per window, at which the flange is compared with where it would be without the filter."""
+_LOOKED_AT = 32
+_ROUNDING = 1e-9
+
+
+def filtered(model: Model, timed: Timed, limits: Limits) -> Timed:
+    """`timed` behind the filter of `limits.shaping`: at rest at both ends, longer by the window, and in no phase lag.
+
+    The weights are those of a Gaussian, constant in each of the cells of the window. What leaves the filter is a mean
+    of what entered it, so no limit of a joint is exceeded; what the flange does differently is slowed down.
+    """
+    window_s = limits.shaping.filter_s
+    pieces = _smoothed(timed.pieces, window_s)
+    allowed = np.stack([limits.velocity, limits.acceleration, limits.jerk])
+    used = (pieces.peaks() / allowed).max(axis=1)
+    slower = float((np.maximum(used, 1.0) ** (1.0 / np.arange(1.0, 4.0))).max())
+    deviation, faster = _flange(model, timed.pieces, pieces, window_s)
+    k = max(slower, faster)
+    times = (timed.times + window_s / 2.0) * k
+    return replace(timed, pieces=pieces.slower(1.0 / k), times=times, deviation_m=deviation)
+
+
+def _smoothed(pieces: Pieces, window_s: float) -> Pieces:
+    """The filtered joints: exact values at multiples of a cell, as many of them knots as it takes."""
+    cells = window_cells(window_s)
+    cell_s, weights = window_s / cells, gaussian_weights(cells)
+    duration_s = pieces.duration_s + window_s
+    count = math.ceil(duration_s / cell_s)
+    t: Numbers = np.arange(count + 1, dtype=np.float64) * cell_s
+    # the mean over a cell of a derivative is the difference of what it is the derivative of
+    steps = np.diff(weights, prepend=0.0, append=0.0) / cell_s
+    parts = _integral(pieces, t), pieces.position(t) - pieces.position(np.zeros(())), pieces.derivatives(t)[0]
+    state = np.stack([_weighted(steps, each) for each in parts])
+    state[0] += pieces.position(np.zeros(()))
+    t[-1] = duration_s
+    state[:, -1] = 0.0
+    state[0, -1] = pieces.position(np.array(pieces.duration_s))
+    if t[-1] - t[-2] < 0.1 * cell_s:
+        t, state = np.delete(t, -2), np.delete(state, -2, axis=1)
+    kept = np.arange(len(t)) % max(1, math.floor(min(_LONGEST_PIECE_S, window_s / 4.0) / cell_s)) == 0
+    kept[-1] = True
+    while True:
+        made = Pieces.through(t[kept], *state[:, kept])
+        wrong = np.abs(made.position(t) - state[0]).max(axis=1) > _EXACT
+        if not (wrong & ~kept).any():
+            return made
+        kept |= wrong
+
+
+def _weighted(steps: Numbers, values: Numbers) -> Numbers:
+    """`values` `(k, n)`, 0 before the first: each joint's weighted sum over the values up to each place."""
+    return np.stack([np.convolve(each, steps)[: len(each)] for each in values.T], axis=1)
+
+
+def _integral(pieces: Pieces, t: Numbers) -> Numbers:
+    """The integral `(k, n)` from 0 to times `t` `(k,)` of the joints' way from the start."""
+    knots, powers = pieces.knots, np.arange(1.0, 7.0)[:, None]
+    coefficients = pieces.coefficients.copy()
+    coefficients[:, 0] -= pieces.position(np.zeros(()))
+    coefficients /= powers
+    h = np.diff(knots)[:, None]
+    starts = np.cumsum((coefficients * h[:, None] ** powers).sum(axis=1), axis=0)
+    starts = np.concatenate([np.zeros((1, pieces.coefficients.shape[2])), starts])
+    index = np.searchsorted(knots[1:-1], t, side="right")
+    x = (np.minimum(t, knots[-1]) - knots[index])[:, None]
+    value = np.zeros((len(t), pieces.coefficients.shape[2]))
+    for power in range(5, -1, -1):
+        value = (value + coefficients[index, power]) * x
+    way = pieces.position(np.array(pieces.duration_s)) - pieces.position(np.zeros(()))
+    return np.asarray(starts[index] + value + np.maximum(t - knots[-1], 0.0)[:, None] * way)
+
+
+def _flange(model: Model, before: Pieces, after: Pieces, window_s: float) -> tuple[float, float]:
+    """How far the filter takes the flange off its path [m], and by how much faster it makes it, at least 1.
+
+    The flange is compared with the path and with the speeds that it had within the window.
+    """
+    step = window_s / _SAMPLES
+    t: Numbers = np.arange(-_SAMPLES, math.ceil(after.duration_s / step) + 1, dtype=np.float64) * step
+    was, now = (model.forward(each.position(at))[:, :3, 3] for each, at in ((before, t - window_s / 2.0), (after, t)))
+    near = np.clip(np.arange(len(t))[:, None] + np.arange(-_SAMPLES // 2, _SAMPLES // 2 + 1), 0, len(t) - 1)
+    away = np.linalg.norm(was[near] - now[:, None], axis=2)
+    far = np.argsort(away.min(axis=1))[-_LOOKED_AT:]
+    nearest = t[near[far, away[far].argmin(axis=1)]] - window_s / 2.0
+    deviation = _distance(model, before, nearest, now[far])
+    speeds = [_speeds(model, each, at) for each, at in ((before, t - window_s / 2.0), (after, t))]
+    most = speeds[0][near].max(axis=1)
+    return deviation, float(np.max((speeds[1] + _ROUNDING) / (most + _ROUNDING), initial=1.0))
+
+
+def _speeds(model: Model, pieces: Pieces, t: Numbers) -> Numbers:
+    """Linear and angular speed of the flange `(k, 2)`."""
+    twist = (model.jacobian(pieces.position(t)) @ pieces.derivatives(t)[0][..., None])[..., 0]
+    return np.stack([np.linalg.norm(twist[:, :3], axis=1), np.linalg.norm(twist[:, 3:], axis=1)], axis=1)
+
+
+def _distance(model: Model, path: Pieces, near: Numbers, places: Numbers) -> float:
+    """Largest distance [m] of `places` `(k, 3)` from the flange's path, each nearest to it near a time `(k,)`."""
+    t = near
+    for _ in range(3):
+        q, qd = path.position(t), path.derivatives(t)[0]
+        velocity = (model.jacobian(q)[:, :3] @ qd[..., None])[..., 0]
+        missing = places - model.forward(q)[:, :3, 3]
+        square = np.maximum((velocity**2).sum(axis=1), 1e-12)
+        t = np.clip(t + (missing * velocity).sum(axis=1) / square, 0.0, path.duration_s)
+    return float(np.linalg.norm(places - model.forward(path.position(t))[:, :3, 3], axis=1).max())

@@ -1,0 +1,88 @@
+"""Joint moves in which each joint goes at its own speed: all start together, each arrives when it does."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from robot_agent.kinematics import Model
+from robot_agent.model.description import ProfileKind
+from robot_agent.paths.pose_path import Blend
+from robot_agent.trajectory.joint_path import Numbers, Stretch
+from robot_agent.trajectory.limits import Limits
+from robot_agent.trajectory.pieces import Pieces
+from robot_agent.trajectory.profile import Profile, shaped_profile
+from robot_agent.trajectory.timing import Timed
+
+_PIECE_S = 0.004
+_SHORTEST_PIECE_S = 1e-4
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Independent:
+    """Between two rests. Its path is what the joints' times make of it, so it has no parameter but the time."""
+
+    start: Numbers
+    """`(n,)` joints."""
+    target: Numbers
+    stretch: Stretch
+
+    @property
+    def stretches(self) -> tuple[Stretch, ...]:
+        return (self.stretch,)
+
+    @property
+    def blends(self) -> tuple[Blend, ...]:
+        return ()
+
+    def end(self) -> Numbers:
+        """Joints `(n,)` at the end."""
+        return self.target
+
+    def in_time(self, model: Model, limits: Limits) -> Timed:
+        """Each joint as fast as its limits allow; all of them slower where the flange or the joints have a cap."""
+        own = [self._profile(limits, joint) for joint in range(len(self.target))]
+        pieces = _exact(own) if limits.shaping.profile is ProfileKind.S_CURVE else _close(own)
+        pieces.coefficients[:, 0] += self.start
+        k = max(1.0, self._excess(model, pieces, limits))
+        return Timed(pieces.slower(1.0 / k), np.array([0.0, pieces.duration_s * k]), np.array([0.0, self.stretch.end]))
+
+    def _profile(self, limits: Limits, joint: int) -> Profile:
+        bounds = limits.velocity[joint] * self.stretch.joint_speed, limits.acceleration[joint], limits.jerk[joint]
+        return shaped_profile(limits.shaping, float(self.target[joint] - self.start[joint]), *map(float, bounds))
+
+    def _excess(self, model: Model, pieces: Pieces, limits: Limits) -> float:
+        """How much slower the clock must run so that joints, flange and caps are kept."""
+        allowed = np.stack([limits.velocity, limits.acceleration, limits.jerk])
+        used = (pieces.peaks() / allowed).max(axis=1) ** (1.0 / np.arange(1.0, 4.0))
+        t = np.append(pieces.knots, (pieces.knots[:-1] + pieces.knots[1:]) / 2.0)
+        qd = pieces.derivatives(t)[0]
+        twist = (model.jacobian(pieces.position(t)) @ qd[..., None])[..., 0]
+        caps = (
+            (twist[:, :3], self.stretch.speed_m_s),
+            (twist[:, 3:], self.stretch.rotation_rad_s),
+            (qd[:, limits.turning], self.stretch.joint_rad_s),
+        )
+        return max(float(used.max()), *(float(np.linalg.norm(rate, axis=1).max()) / cap for rate, cap in caps))
+
+
+def _exact(profiles: list[Profile]) -> Pieces:
+    """Profiles of constant jerk between their steps, `n` of them side by side."""
+    t = np.unique(np.concatenate([each.starts for each in profiles]))
+    states = np.stack([each.at(t[:-1]) for each in profiles], axis=-1)
+    coefficients = np.zeros((len(t) - 1, 6, len(profiles)))
+    coefficients[:, :4] = np.moveaxis(states, 0, 1) / np.array([1.0, 1.0, 2.0, 6.0])[:, None]
+    return Pieces(t, coefficients)
+
+
+def _close(profiles: list[Profile]) -> Pieces:
+    """Any profiles side by side, knots on their steps, at most 4 ms apart and none too close to the next."""
+    duration_s = max(each.duration_s for each in profiles)
+    even, kept = np.arange(0.0, duration_s, _PIECE_S), [0.0]
+    for knot in np.sort(np.concatenate([even, *[each.starts for each in profiles]])):
+        if min(knot - kept[-1], duration_s - knot) >= _SHORTEST_PIECE_S:
+            kept.append(float(knot))
+    t = np.array([*kept, duration_s])
+    after = np.stack([each.at(t) for each in profiles], axis=-1)[:3]
+    before = after.copy()
+    before[2] = np.stack([each.at(np.nextafter(t, -np.inf))[2] for each in profiles], axis=-1)
+    return Pieces.between(t, after[:, :-1], before[:, 1:])
