@@ -22,12 +22,20 @@ class Limits:
     jerk: NDArray[np.float64]
     path: PathLimits
     ramp_factor: float
+    acceleration_down: NDArray[np.float64] | None = None
+    """`(n,)` the largest towards lower values of each joint, where it is not the one towards higher values."""
 
     @classmethod
     def of(cls, description: RobotDescription) -> Self:
         """The limits of a robot file."""
         joints = description.limits
         return cls(joints.velocity, joints.acceleration, joints.jerk, description.path, joints.ramp_factor)
+
+    @property
+    def acceleration_bounds(self) -> NDArray[np.float64]:
+        """`(2, n)` lower and upper bound of each joint's acceleration."""
+        down = self.acceleration if self.acceleration_down is None else self.acceleration_down
+        return np.stack([-down, self.acceleration])
 
     @property
     def ramp_acceleration(self) -> NDArray[np.float64]:

@@ -13,13 +13,16 @@ from robot_agent.paths.sequence import Block
 from robot_agent.trajectory.errors import PlanError
 from robot_agent.trajectory.follow import follow
 from robot_agent.trajectory.joint_path import JointPath, Stretch, connected
+from robot_agent.trajectory.law import Timed
 from robot_agent.trajectory.limits import Limits
 from robot_agent.trajectory.motion import Motion
 from robot_agent.trajectory.pieces import Pieces
 from robot_agent.trajectory.profile import single
-from robot_agent.trajectory.timing import Timed, fastest
+from robot_agent.trajectory.timing import fastest_of
 
 _CAP_SAMPLES = 64
+_STANDING = 1e-12
+"""Squared joint speed below which the time of passing a place says nothing."""
 
 
 def plan(
@@ -32,7 +35,9 @@ def plan(
     """
     start = np.array(start, dtype=np.float64)
     runs = _Paths(model, sequence, limits).runs(start)
-    timed = [single(run, limits) or fastest(run, limits) for run in runs]
+    profiles = [single(run, limits) for run in runs]
+    rest = iter(fastest_of([run for run, known in zip(runs, profiles, strict=True) if known is None], limits))
+    timed = [known or next(rest) for known in profiles]
     return _motion(model, sequence, runs, timed, start, cycle_s)
 
 
@@ -48,13 +53,25 @@ def _motion(
     blends: list[Blend] = []
     for run, time in zip(runs, timed, strict=True):
         for stretch in run.stretches:
-            ends[stretch.block] = rests[-1] + float(np.interp(stretch.end, time.parameters, time.times))
+            ends[stretch.block] = rests[-1] + _passing(run, time, stretch.end)
         rests.append(rests[-1] + time.pieces.duration_s)
         ends[run.stretches[-1].block] = rests[-1]
         blends += run.blends
     pieces = Pieces.joined([time.pieces for time in timed]) if timed else Pieces.standing(start)
     # a block of no length ends where the one before it does
     return Motion(model, pieces, np.maximum.accumulate(np.maximum(ends, 0.0)), np.array(rests), tuple(blends), cycle_s)
+
+
+def _passing(path: JointPath, timed: Timed, parameter: float) -> float:
+    """The time [s] at which `parameter` of the path is passed: interpolated, then by Newton on the joints' way."""
+    place = path.pieces.position(np.array(parameter))[: path.joints]
+    t = float(np.interp(parameter, timed.parameters, timed.times))
+    for _ in range(2):
+        velocity = timed.pieces.derivatives(np.array(t))[0]
+        squared = float(velocity @ velocity)
+        if squared > _STANDING:
+            t += float((place - timed.pieces.position(np.array(t))) @ velocity) / squared
+    return min(max(t, 0.0), timed.pieces.duration_s)
 
 
 class _Paths:

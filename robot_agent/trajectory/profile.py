@@ -6,10 +6,10 @@ from dataclasses import replace
 import numpy as np
 
 from robot_agent.trajectory.joint_path import JointPath, Numbers
+from robot_agent.trajectory.law import Timed
 from robot_agent.trajectory.limits import Limits
 from robot_agent.trajectory.pieces import Pieces
 from robot_agent.trajectory.s_curve import SCurve, s_curve
-from robot_agent.trajectory.timing import Timed
 
 _NO_ZONE_S = 1e-12
 _STRAIGHT = 1e-9
