@@ -12,7 +12,7 @@ from robot_agent.trajectory.affine import Numbers
 class Base:
     """s(tau) as a cubic B-spline with control points `points` `(intervals + 3,)`, rising, and intervals of `h` [s].
 
-    It ends at rest; speed and acceleration at its start are what its first three control points say.
+    Three equal control points at either end let it rest there.
     """
 
     points: Numbers
@@ -21,7 +21,7 @@ class Base:
     @classmethod
     def rising(cls, points: Numbers, h: float) -> "Base":
         """With control points that never fall."""
-        return cls(np.append(points[:2], np.minimum(np.maximum.accumulate(points[2:]), points[-1])), h)
+        return cls(np.minimum(np.maximum.accumulate(points), points[-1]), h)
 
     @property
     def intervals(self) -> int:

@@ -51,6 +51,16 @@ class Followed:
     curvature: Numbers
     """`(k,)` [1/m] of the flange's way."""
 
+    def passing(self, distance_m: Numbers) -> Numbers:
+        """Parameters `(m,)` at which distances `(m,)` [m, or rad on the spot] are passed."""
+        at = np.interp(distance_m, self.distance_m, self.parameter)
+        joints = self.pieces.coefficients.shape[2] - 2
+        column = joints if self.pieces.position(self.parameter[-1:])[0, joints] > 0.0 else joints + 1
+        for _ in range(4):  # both rise smoothly between nodes, so Newton finds the place from there
+            distance, rate = self.pieces.shape(at)[:2, :, column]
+            at = np.clip(at - (distance - distance_m) / np.maximum(rate, 1e-9), 0.0, self.parameter[-1])
+        return at
+
 
 def follow(model: Model, path: PosePath, start: Numbers, velocity: Numbers, flips: bool, refuse: Refusal) -> Followed:
     """Joints from `start` `(n,)` along `path`. `velocity` `(n,)` weights the parameter. Raises PlanError.

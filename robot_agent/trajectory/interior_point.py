@@ -41,7 +41,6 @@ class Search:
     def __init__(self, limited: Limited, c: Numbers) -> None:
         self.c, self.limited = c, limited
         self._weights = limited.h[:, None] * _WEIGHTS
-        self._fixed = 2 if limited.moving else 0
         counts = np.diff(np.append(limited.starts, len(c)))
         self._path_of = np.repeat(np.arange(len(counts)), counts)
         uses = limited.use(c)
@@ -195,7 +194,6 @@ class Search:
         whole[:-2] += window[0]
         whole[1:-1] += window[1]
         whole[2:] += window[2]
-        whole[: self._fixed] = 0.0
         return whole
 
     def _hessian(self, weight: list[Numbers], y: Numbers, q: Numbers, fall: Numbers) -> Numbers:
@@ -221,9 +219,6 @@ class Search:
         bands[1, :-2] += six[3]
         bands[1, 1:-1] += six[4]
         bands[2, :-2] += six[5]
-        if self._fixed:
-            for offset in range(3):
-                bands[offset, : self._fixed] = float(offset == 0)
         return bands
 
 

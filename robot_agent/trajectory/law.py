@@ -42,28 +42,22 @@ class Law:
     base: Base
     squared: Numbers
 
-    def resampled(self, h: float, most: int, start: tuple[float, float]) -> Base:
-        """The same motion as a base with intervals of about `h` [s], at most `most`.
-
-        `start` is its speed and acceleration at the beginning, which are known exactly.
-        """
+    def resampled(self, h: float, most: int) -> Base:
+        """The same motion as a base with intervals of about `h` [s], at most `most`."""
         clock = self._clock()
         count = int(np.clip(math.ceil(clock[-1] / h), 8, most))
-        s, step = self._samples(clock, count)[0], float(clock[-1]) / count
-        return Base.rising(through(s, step, *[np.array(value) for value in start]), step)
+        return Base.rising(through(self._samples(clock, count)[0]), float(clock[-1]) / count)
 
-    def timed(self, path: JointPath, start: tuple[float, float]) -> tuple[Timed, NDArray[np.intp]]:
+    def timed(self, path: JointPath) -> tuple[Timed, NDArray[np.intp]]:
         """A cubic spline of the joints, fine enough to be the path, and the interval `(pieces,)` of each piece."""
         clock = self._clock()
         count = max(8, math.ceil(_PIECES * self.base.intervals))
-        _, tangent, bend, _ = path.pieces.shape(np.zeros(1))[:, 0, : path.joints]
-        speed, acceleration = tangent * start[0], tangent * start[1] + bend * start[0] ** 2
         for _ in range(_HALVINGS):
             s, interval = self._samples(clock, 2 * count)
             q = path.pieces.position(s)[:, : path.joints]
             step = float(clock[-1]) / count
             coefficients = np.zeros((count, 6, path.joints))
-            coefficients[:, :4] = powers(through(q[::2], step, speed, acceleration), step)
+            coefficients[:, :4] = powers(through(q[::2]), step)
             pieces = Pieces(np.arange(count + 1, dtype=np.float64) * step, coefficients)
             if np.abs(pieces.position(pieces.knots[:-1] + step / 2.0) - q[1::2]).max() < _EXACT:
                 break

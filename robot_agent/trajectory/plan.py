@@ -134,7 +134,7 @@ class _Paths:
 
         flips = any(isinstance(b := self._blocks[k], Line) and b.wrist_may_flip for k in path.blocks)
         made = follow(self._model, path, start, self._limits.velocity, flips, refuse)
-        ends = np.interp(path.block_ends_m, made.distance_m, made.parameter)
+        ends = made.passing(path.block_ends_m)
         stretches = tuple(
             _stretch(float(end), index, self._blocks[index], 1.0, on_path=True)
             for end, index in zip(ends, path.blocks, strict=True)

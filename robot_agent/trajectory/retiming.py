@@ -62,11 +62,9 @@ class Limited:
     """`(intervals,)` [s] of each interval."""
     starts: Places
     """Where each path begins among the intervals."""
-    moving: bool
-    """Whether the rate of the first interval begins with 1 and unchanged."""
 
     @classmethod
-    def of(cls, base: Base, bounds: PathLimits, moving: bool) -> "Limited":
+    def of(cls, base: Base, bounds: PathLimits) -> "Limited":
         """The limits along one path."""
         k = base.intervals
         s, *derivatives = base.at(np.arange(k)[:, None], np.broadcast_to(PLACES, (k, len(PLACES))))
@@ -95,7 +93,6 @@ class Limited:
             rule[0],
             np.full(k, h),
             np.zeros(1, dtype=np.intp),
-            moving,
         )
 
     @classmethod
@@ -115,7 +112,7 @@ class Limited:
         rows = [join("acceleration", 1, 0.0), join("above", 0, 1.0), join("below", 0, 1.0), join("jerk", 1, 0.0)]
         rows += [join("speed", 1, 0.0), join("value", 1, 1.0), join("h", 0, 0.0)]
         starts = np.cumsum([0, *[len(part.h) + 2 for part in parts[:-1]]])
-        return cls(rows[0], rows[1], rows[2], rows[3], rows[4], rows[5], rows[6], starts, parts[0].moving)
+        return cls(rows[0], rows[1], rows[2], rows[3], rows[4], rows[5], rows[6], starts)
 
     @property
     def rows(self) -> int:
@@ -134,7 +131,6 @@ class Limited:
             self.value,
             self.h,
             self.starts,
-            self.moving,
         )
 
     def use(self, c: Numbers) -> tuple[Numbers, Numbers, Numbers]:

@@ -5,28 +5,23 @@ import numpy as np
 from robot_agent.trajectory.affine import Numbers
 
 
-def through(samples: Numbers, h: float, speed: Numbers, acceleration: Numbers) -> Numbers:
-    """Control points `(m + 2, ...)` of the curve that passes `samples` `(m, ...)`, `h` apart, and ends at rest.
+def through(samples: Numbers) -> Numbers:
+    """Control points `(m + 2, ...)` of the curve from rest to rest that passes `samples` `(m, ...)`, evenly spaced.
 
-    It begins with `speed` and `acceleration` `(...)`, exactly; in between it passes the samples up to their fourth
-    difference (quasi-interpolation). Its third derivative is constant between samples.
+    It passes them up to their fourth difference (quasi-interpolation). Its third derivative is constant between them.
     """
     inner = samples[2:-2] - (samples[3:-1] - 2.0 * samples[2:-2] + samples[1:-3]) / 6.0
-    return between(inner, samples, h, speed, acceleration)
+    return _resting(inner, samples)
 
 
-def softly(samples: Numbers, h: float, speed: Numbers, acceleration: Numbers) -> Numbers:
-    """As `through`, but only close to the samples, its third derivative smaller; two or three points longer."""
-    soft = (samples[:-2] + 2.0 * samples[1:-1] + samples[2:]) / 4.0
-    return between(soft if not np.any(speed) else soft[1:], samples, h, speed, acceleration)
+def softly(samples: Numbers) -> Numbers:
+    """As `through`, but only close to the samples, its third derivative smaller, and one interval longer."""
+    return _resting((samples[:-2] + 2.0 * samples[1:-1] + samples[2:]) / 4.0, samples)
 
 
-def between(inner: Numbers, samples: Numbers, h: float, speed: Numbers, acceleration: Numbers) -> Numbers:
-    """Control points `inner` between three at both ends for the states there."""
-    bend, step = acceleration * h**2, speed * h
-    middle = samples[0] - bend / 6.0
-    first = np.stack([middle - step + bend / 2.0, middle, middle + step + bend / 2.0])
-    return np.concatenate([first, inner, np.repeat(samples[-1:], 3, axis=0)])
+def _resting(inner: Numbers, samples: Numbers) -> Numbers:
+    """Control points `inner` between three at both ends that let it rest there."""
+    return np.concatenate([np.repeat(samples[:1], 3, axis=0), inner, np.repeat(samples[-1:], 3, axis=0)])
 
 
 def powers(points: Numbers, h: float) -> Numbers:

@@ -39,26 +39,21 @@ def fastest(path: JointPath, limits: Limits) -> Timed:
     return fastest_of([path], limits)[0]
 
 
-def fastest_of(paths: list[JointPath], limits: Limits, start: tuple[float, float] = (0.0, 0.0)) -> list[Timed]:
-    """Joints over time along each of `paths`, all timed at once, from rest to rest.
-
-    The first path begins with speed and acceleration `start` by its parameter.
-    """
+def fastest_of(paths: list[JointPath], limits: Limits) -> list[Timed]:
+    """Joints over time along each of `paths`, all timed at once, from rest to rest."""
     if not paths:
         return []
-    starts = [start, *[(0.0, 0.0)] * (len(paths) - 1)]
-    bounds, moving = [PathLimits(path, limits) for path in paths], start[0] > 0.0
+    bounds = [PathLimits(path, limits) for path in paths]
     build = float((np.abs(limits.acceleration_bounds) / limits.jerk).min())
-    bases = [_first(path, bound, build / _COARSE, at) for path, bound, at in zip(paths, bounds, starts, strict=True)]
-    search = Search(coarse := _limited(bases, bounds, moving), _begin(coarse))
+    bases = [_first(path, bound, build / _COARSE) for path, bound in zip(paths, bounds, strict=True)]
+    search = Search(coarse := _limited(bases, bounds), _begin(coarse))
     search.run(gap=0.1, kept=0.5)
-    laws = _laws(bases, search.c)
-    bases = [law.resampled(build / _FINE, _MOST_INTERVALS, at) for law, at in zip(laws, starts, strict=True)]
+    bases = [law.resampled(build / _FINE, _MOST_INTERVALS) for law in _laws(bases, search.c)]
     margin = np.full((3, 1), _MARGIN)
-    search = Search(fine := _limited(bases, bounds, moving).tightened(margin), _begin(fine))
+    search = Search(fine := _limited(bases, bounds).tightened(margin), _begin(fine))
     for _ in range(_ATTEMPTS):
-        search.run(gap=0.003, kept=_MARGIN - 1.0)
-        made = [law.timed(path, at) for law, path, at in zip(_laws(bases, search.c), paths, starts, strict=True)]
+        search.run(gap=0.003, kept=(_MARGIN - 1.0) / 2.0)
+        made = [law.timed(path) for law, path in zip(_laws(bases, search.c), paths, strict=True)]
         excess = [
             _excess(timed.pieces, interval, limits, base) for (timed, interval), base in zip(made, bases, strict=True)
         ]
@@ -73,10 +68,10 @@ def _slower(timed: Timed, k: float) -> Timed:
     return Timed(timed.pieces.slower(1.0 / k), timed.times * k, timed.parameters)
 
 
-def _first(path: JointPath, bounds: PathLimits, h: float, start: tuple[float, float]) -> Base:
+def _first(path: JointPath, bounds: PathLimits, h: float) -> Base:
     """A motion that keeps the limits of speed and acceleration, nearly."""
     grid = np.linspace(0.0, path.length, int(np.clip(math.ceil(path.length / _GRID_STEP), _FEWEST, _MOST)) + 1)
-    squared = fastest_speeds(grid, bounds.rows(grid), start[0] ** 2)
+    squared = fastest_speeds(grid, bounds.rows(grid))
     when = times(grid, squared)
     count = int(np.clip(math.ceil(when[-1] / h), _FEWEST_INTERVALS, _MOST_INTERVALS))
     h = float(when[-1]) / count
@@ -85,11 +80,11 @@ def _first(path: JointPath, bounds: PathLimits, h: float, start: tuple[float, fl
     after = np.minimum(t, when[-1]) - when[k]
     acceleration = np.diff(squared)[k] / (2.0 * np.diff(grid)[k])
     s = np.minimum(grid[k] + after * (np.sqrt(squared[k]) + after * acceleration / 2.0), path.length)
-    return Base.rising(softly(s, h, *[np.array(value) for value in start]), h)
+    return Base.rising(softly(s), h)
 
 
-def _limited(bases: list[Base], bounds: list[PathLimits], moving: bool) -> Limited:
-    parts = [Limited.of(base, bound, moving) for base, bound in zip(bases, bounds, strict=True)]
+def _limited(bases: list[Base], bounds: list[PathLimits]) -> Limited:
+    parts = [Limited.of(base, bound) for base, bound in zip(bases, bounds, strict=True)]
     return parts[0] if len(parts) == 1 else Limited.joined(parts)
 
 
@@ -101,10 +96,7 @@ def _begin(limited: Limited) -> Numbers:
     low = np.pad(-np.log(most), _AROUND + 1, mode="edge")
     low = np.lib.stride_tricks.sliding_window_view(low, 2 * _AROUND + 1).min(axis=1)
     low = np.convolve(np.pad(low, _AROUND, mode="edge"), np.ones(2 * _AROUND + 1) / (2 * _AROUND + 1), mode="valid")
-    begin: Numbers = _BEGIN * np.exp(low)
-    if limited.moving:
-        begin[:2] = 1.0
-    return begin
+    return np.asarray(_BEGIN * np.exp(low))
 
 
 def _laws(bases: list[Base], rate: Numbers) -> list[Law]:

@@ -48,8 +48,9 @@ def test_joint_move_is_synchronised_inside_limits_and_ends_in_its_target(
     motion = planned(JointMove(np.array(target), speed, 1))
     assert_inside_limits(motion)
     np.testing.assert_allclose(motion.q(np.array(motion.duration_s)), target, atol=1e-12)
-    share = (motion.q(motion.grid) - START) / (np.array(target) - START)
-    np.testing.assert_allclose(share, share[:, :1] * np.ones(6), atol=1e-5)
+    travel, moved_by = np.array(target) - START, motion.q(motion.grid) - START
+    most = int(np.argmax(np.abs(travel)))
+    np.testing.assert_allclose(moved_by * travel[most], moved_by[:, most : most + 1] * travel, atol=1e-9)
 
 
 def test_joint_move_takes_as_long_as_the_slowest_joint_alone() -> None:
@@ -70,7 +71,7 @@ def test_line_stays_on_its_geometry_inside_all_limits(
     if line.length_m > 1e-4:
         along = (poses[:, :3, 3] - poses[0, :3, 3]) @ line.displacement / line.length_m**2
         np.testing.assert_allclose(poses, line.poses(along), atol=1e-6)
-        assert motion.tcp_speed(motion.grid).max() <= (speed or LIMITS.path.speed_m_s) * 1.0001
+        assert motion.tcp_speed(motion.grid).max() <= (speed or LIMITS.path.speed_m_s) * 1.001
     np.testing.assert_allclose(motion.pose(np.array(motion.duration_s)), target, atol=1e-9)
 
 
