@@ -23,7 +23,9 @@ class Limits:
     path: PathLimits
     ramp_factor: float
     acceleration_down: NDArray[np.float64] | None = None
-    """`(n,)` the largest towards lower values of each joint, where it is not the one towards higher values."""
+    """`(n,)` the largest towards lower values of each joint, where it is not the one towards higher values.
+
+    Only planning knows it; braking ramps use `acceleration` for both directions."""
 
     @classmethod
     def of(cls, description: RobotDescription) -> Self:

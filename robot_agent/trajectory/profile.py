@@ -25,6 +25,8 @@ _EXACT = 2e-7
 def single(path: JointPath, limits: Limits) -> Timed | None:
     """The S-curve along `path` where no other timing is faster; None where the limits change along the path."""
     stretch = path.stretches[0]
+    if limits.acceleration_down is not None:
+        return None
     if any(replace(each, end=stretch.end, block=stretch.block) != stretch for each in path.stretches):
         return None
     if stretch.on_path:
