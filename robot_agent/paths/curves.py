@@ -16,6 +16,8 @@ Numbers = NDArray[np.float64]
 
 _CELLS = 48
 _NEWTON_STEPS = 4
+_SMALL_STEP = 1e-8
+"""Behind it the next one would be below rounding."""
 _GAUSS_X, _GAUSS_W = (values / 2.0 for values in np.polynomial.legendre.leggauss(6))
 _SMALLEST_SPEED = 1e-12
 
@@ -97,7 +99,10 @@ class Polynomial:
         step = missing / np.maximum(self._starts[cell + 1] - self._starts[cell], _SMALLEST_SPEED) / _CELLS
         for _ in range(_NEWTON_STEPS):
             speed = np.maximum(np.linalg.norm(self.derivative(edge + step, 1), axis=-1), _SMALLEST_SPEED)
-            step = step - (self._distance(edge, step) - missing) / speed
+            change = (self._distance(edge, step) - missing) / speed
+            step = step - change
+            if np.abs(change).max(initial=0.0) < _SMALL_STEP:
+                break
         return edge + step
 
     def derivative(self, u: Numbers, order: int) -> Numbers:

@@ -7,9 +7,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robot_agent.kinematics import Model
+from robot_agent.trajectory.law import Timed
 from robot_agent.trajectory.limits import Limits
 from robot_agent.trajectory.pieces import Pieces
-from robot_agent.trajectory.timing import Timed
 from robot_agent.trajectory.window import gaussian_weights, window_cells
 
 Numbers = NDArray[np.float64]

@@ -8,10 +8,10 @@ from robot_agent.kinematics import Model
 from robot_agent.model.description import ProfileKind
 from robot_agent.paths.pose_path import Blend
 from robot_agent.trajectory.joint_path import Numbers, Stretch
+from robot_agent.trajectory.law import Timed
 from robot_agent.trajectory.limits import Limits
 from robot_agent.trajectory.pieces import Pieces
 from robot_agent.trajectory.profile import Profile, shaped_profile
-from robot_agent.trajectory.timing import Timed
 
 _PIECE_S = 0.004
 _SHORTEST_PIECE_S = 1e-4

@@ -26,6 +26,10 @@ class Limits:
     """How motions within the limits are shaped."""
     linear: tuple[bool, ...] = ()
     """Whether each joint slides; empty when all joints turn."""
+    acceleration_down: NDArray[np.float64] | None = None
+    """`(n,)` the largest towards lower values of each joint, where it is not the one towards higher values.
+
+    Only planning knows it; braking ramps use `acceleration` for both directions."""
 
     @classmethod
     def of(cls, description: RobotDescription) -> Self:
@@ -39,6 +43,12 @@ class Limits:
     def turning(self) -> NDArray[np.bool_]:
         """`(n,)` which joints turn."""
         return ~np.array(self.linear) if self.linear else np.ones(len(self.velocity), dtype=np.bool_)
+
+    @property
+    def acceleration_bounds(self) -> NDArray[np.float64]:
+        """`(2, n)` lower and upper bound of each joint's acceleration."""
+        down = self.acceleration if self.acceleration_down is None else self.acceleration_down
+        return np.stack([-down, self.acceleration])
 
     @property
     def ramp_acceleration(self) -> NDArray[np.float64]:

@@ -8,19 +8,22 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from robot_agent.trajectory.affine import Affine, Scaled
 from robot_agent.trajectory.joint_path import JointPath, Numbers
 from robot_agent.trajectory.limits import Limits
+
+_NARROW = 1e-9
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Rows:
-    """Derivatives by the parameter `(k, rows)`, divided by the limits of acceleration or, where it says so, of jerk."""
+    """The limits at `k` places of a path."""
 
-    first: Numbers
-    second: Numbers
+    affine: Scaled
     first_jerk: Numbers
     second_jerk: Numbers
     third_jerk: Numbers
+    """`(k, rows)` derivatives by the parameter, divided by the limits of jerk."""
     fastest: Numbers
     """`(k,)` bound on s_dot^2."""
 
@@ -35,7 +38,8 @@ class PathLimits:
         linear = [flange.speed_m_s, flange.acceleration_m_s2, flange.jerk_m_s3]
         angular = [flange.angular_speed_rad_s, flange.angular_acceleration_rad_s2, flange.angular_jerk_rad_s3]
         tables = []
-        for order, joints in enumerate((limits.velocity, limits.acceleration, limits.jerk)):
+        lowest, highest = limits.acceleration_bounds
+        for order, joints in ((0, limits.velocity), (1, highest), (1, -lowest), (2, limits.jerk)):
             rows = []
             for each in path.stretches:
                 own = np.array([linear[order], angular[order]]) if each.on_path else np.full(2, np.inf)
@@ -43,16 +47,25 @@ class PathLimits:
                 share = each.joint_speed if order == 0 else 1.0
                 rows.append(np.concatenate([share * joints, np.minimum(own, caps) if order == 0 else own]))
             tables.append(np.array(rows))
-        self._velocity, self._acceleration, self._jerk = tables
+        self._velocity, self._highest, self._lowest, self._jerk = tables
         self._turning = np.flatnonzero(limits.turning)
         self._joint = np.array([each.joint_rad_s for each in path.stretches])
         self._lateral = np.array([flange.acceleration_m_s2 if each.on_path else np.inf for each in path.stretches])
 
-    def rows(self, at: Numbers) -> Rows:
-        """The rows at parameters `at` `(k,)`."""
+    def rows(self, at: Numbers, around: Numbers | None = None) -> Rows:
+        """The rows at parameters `at` `(k,)`.
+
+        With `around` `(2, k)` the third derivative is its mean from the one to the other: what jerk a motion has that
+        is looked at no closer.
+        """
         _, first, second, third = self._path.pieces.shape(at)
+        if around is not None:
+            ends = self._path.pieces.shape(around)[2]
+            width = (around[1] - around[0])[:, None]
+            wide = width > _NARROW
+            third = np.where(wide, (ends[1] - ends[0]) / np.where(wide, width, 1.0), third)
         stretch = np.searchsorted(self._ends, at, side="right")
-        acceleration, jerk = self._acceleration[stretch], self._jerk[stretch]
+        jerk = self._jerk[stretch]
         with np.errstate(divide="ignore"):
             fastest = ((self._velocity[stretch] / np.abs(first)) ** 2).min(axis=1)
             turning = (first[:, self._turning] ** 2).sum(axis=1)
@@ -61,4 +74,5 @@ class PathLimits:
                 bend = np.interp(at, self._path.curvature[:, 0], self._path.curvature[:, 1])
                 way = first[:, -2] ** 2 * bend
                 fastest = np.minimum(fastest, self._lateral[stretch] / way)
-        return Rows(first / acceleration, second / acceleration, first / jerk, second / jerk, third / jerk, fastest)
+        affine = Affine(first, second, np.zeros(1), -self._lowest[stretch], self._highest[stretch])
+        return Rows(affine.scaled(), first / jerk, second / jerk, third / jerk, fastest)

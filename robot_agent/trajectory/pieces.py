@@ -77,11 +77,7 @@ class Pieces:
 
     def position(self, t: NDArray[np.float64]) -> NDArray[np.float64]:
         """`(..., n)` at times `t` `(...)`."""
-        c, x = self._locate(t)
-        value = c[..., 5, :]
-        for power in (4, 3, 2, 1, 0):
-            value = value * x + c[..., power, :]
-        return value
+        return _value(*self._locate(t))
 
     def derivatives(self, t: NDArray[np.float64]) -> NDArray[np.float64]:
         """First to third derivative `(3, ..., n)` at times `t` `(...)`; zero where the joints rest."""
@@ -94,7 +90,7 @@ class Pieces:
     def shape(self, t: NDArray[np.float64]) -> NDArray[np.float64]:
         """Value and first to third derivative `(4, ..., n)` of the curve itself, at its ends too."""
         c, x = self._locate(t)
-        return np.concatenate([self.position(t)[None], _derivatives(c, x)])
+        return np.concatenate([_value(c, x)[None], _derivatives(c, x)])
 
     def part(self, first: float, last: float) -> Self:
         """The curve from `first` to `last`; the parameter of the part begins at 0."""
@@ -110,18 +106,25 @@ class Pieces:
 
     def peaks(self) -> NDArray[np.float64]:
         """Largest magnitude `(3, n)` of velocity, acceleration and jerk, looked at in five places of each piece."""
-        return np.asarray(self.peaks_of_pieces().max(axis=1))
+        return np.asarray(np.abs(self.inside(5)).max(axis=(1, 2)))
 
-    def peaks_of_pieces(self) -> NDArray[np.float64]:
-        """As `peaks`, for each piece `(3, p, n)`."""
-        x = np.diff(self.knots)[:, None, None] * np.linspace(0.0, 1.0, 5)[:, None]
-        return np.asarray(np.abs(_derivatives(self.coefficients[:, None], x)).max(axis=2))
+    def inside(self, places: int) -> NDArray[np.float64]:
+        """Velocity, acceleration and jerk `(3, p, places, n)` in so many places of each piece, both ends included."""
+        x = np.diff(self.knots)[:, None, None] * np.linspace(0.0, 1.0, places)[:, None]
+        return _derivatives(self.coefficients[:, None], x)
 
     def _locate(self, t: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         t = np.asarray(t, dtype=np.float64)
         piece = np.searchsorted(self.knots[1:-1], t, side="right")
         x = np.clip(t, 0.0, self.knots[-1]) - self.knots[piece]
         return self.coefficients[piece], x[..., None]
+
+
+def _value(c: NDArray[np.float64], x: NDArray[np.float64]) -> NDArray[np.float64]:
+    value = c[..., 5, :]
+    for power in (4, 3, 2, 1, 0):
+        value = value * x + c[..., power, :]
+    return value
 
 
 def _derivatives(c: NDArray[np.float64], x: NDArray[np.float64]) -> NDArray[np.float64]:

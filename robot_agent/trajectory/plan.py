@@ -15,13 +15,15 @@ from robot_agent.trajectory.errors import PlanError
 from robot_agent.trajectory.follow import follow
 from robot_agent.trajectory.independent import Independent
 from robot_agent.trajectory.joint_path import JointPath, Stretch, connected
+from robot_agent.trajectory.law import Timed
 from robot_agent.trajectory.limits import Limits
 from robot_agent.trajectory.motion import Motion
 from robot_agent.trajectory.pieces import Pieces
 from robot_agent.trajectory.shaped import in_time
-from robot_agent.trajectory.timing import Timed
 
 _CAP_SAMPLES = 64
+_STANDING = 1e-12
+"""Squared joint speed below which the time of passing a place says nothing."""
 
 
 def plan(
@@ -34,7 +36,7 @@ def plan(
     """
     start = np.array(start, dtype=np.float64)
     runs = _Paths(model, sequence, limits).runs(start)
-    timed = [in_time(model, run, limits) for run in runs]
+    timed = in_time(model, runs, limits)
     return _motion(model, sequence, runs, timed, start, cycle_s)
 
 
@@ -49,8 +51,9 @@ def _motion(
     ends, rests = np.full(len(sequence), -1.0), [0.0]
     blends: list[Blend] = []
     for run, time in zip(runs, timed, strict=True):
-        for stretch in run.stretches:
-            ends[stretch.block] = rests[-1] + float(np.interp(stretch.end, time.parameters, time.times))
+        if isinstance(run, JointPath):
+            for stretch in run.stretches[:-1]:
+                ends[stretch.block] = rests[-1] + _passing(run, time, stretch.end)
         rests.append(rests[-1] + time.pieces.duration_s)
         ends[run.stretches[-1].block] = rests[-1]
         blends += run.blends
@@ -58,6 +61,18 @@ def _motion(
     ends = np.maximum.accumulate(np.maximum(ends, 0.0))  # a block of no length ends where the one before it does
     deviation_m = max((time.deviation_m for time in timed), default=0.0)
     return Motion(model, pieces, ends, np.array(rests), tuple(blends), cycle_s, deviation_m)
+
+
+def _passing(path: JointPath, timed: Timed, parameter: float) -> float:
+    """The time [s] at which `parameter` of the path is passed: interpolated, then by Newton on the joints' way."""
+    place = path.pieces.position(np.array(parameter))[: path.joints]
+    t = float(np.interp(parameter, timed.parameters, timed.times))
+    for _ in range(2):
+        velocity = timed.pieces.derivatives(np.array(t))[0]
+        squared = float(velocity @ velocity)
+        if squared > _STANDING:
+            t += float((place - timed.pieces.position(np.array(t))) @ velocity) / squared
+    return min(max(t, 0.0), timed.pieces.duration_s)
 
 
 class _Paths:
@@ -123,7 +138,7 @@ class _Paths:
 
         flips = any(isinstance(b := self._blocks[k], Line) and b.wrist_may_flip for k in path.blocks)
         made = follow(self._model, path, start, self._limits.velocity, flips, refuse)
-        ends = np.interp(path.block_ends_m, made.distance_m, made.parameter)
+        ends = made.passing(path.block_ends_m)
         stretches = tuple(
             _stretch(float(end), index, self._blocks[index], 1.0, on_path=True)
             for end, index in zip(ends, path.blocks, strict=True)

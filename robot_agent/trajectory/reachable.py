@@ -10,7 +10,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from robot_agent.trajectory.joint_path import Numbers
+from robot_agent.trajectory.affine import Numbers, Scaled
 from robot_agent.trajectory.path_limits import Rows
 
 _TINY = 1e-12
@@ -18,32 +18,34 @@ _TINY = 1e-12
 
 def fastest_speeds(at: Numbers, rows: Rows) -> Numbers:
     """Squared speeds `(k,)` at the grid `at` `(k,)`, at rest at both ends."""
-    flip = np.where(rows.first < 0.0, -1.0, 1.0)
-    p, b = rows.first * flip, rows.second * flip
-    ceiling = np.minimum(np.minimum(rows.fastest, _crossings(p, b)), _by_jerk(rows))
-    step = 2.0 * np.diff(at)
-    # backwards: x (p - 2 d b) <= H p + 2 d for every row
-    divisor = p[:-1] - step[:, None] * b[:-1]
+    affine = rows.affine
+    flip = affine.a < 0.0
+    p, b = np.abs(affine.a), np.where(flip, -affine.b, affine.b)
+    above, below = np.where(flip, affine.below, affine.above), np.where(flip, affine.above, affine.below)
+    ceiling = np.minimum(np.minimum(rows.fastest, _crossings(Scaled(p, b, above, below))), _by_jerk(rows))
+    step = 2.0 * np.diff(at)[:, None]
+    # backwards: x (p - 2 d b) <= H p + 2 d below for every row
+    divisor = p[:-1] - step * b[:-1]
     bounded = divisor > _TINY
-    slope = np.where(bounded, p[:-1] / np.where(bounded, divisor, 1.0), 0.0)
-    offset = np.where(bounded, step[:, None] / np.where(bounded, divisor, 1.0), np.inf)
-    reach = [0.0] * len(at)
-    ceilings, slopes, offsets = ceiling.tolist(), slope.tolist(), offset.tolist()
+    safe = np.where(bounded, divisor, 1.0)
+    slope = np.where(bounded, p[:-1] / safe, 0.0).tolist()
+    offset = np.where(bounded, step * below[:-1] / safe, np.inf).tolist()
+    reach, ceilings = [0.0] * len(at), ceiling.tolist()
     for k in range(len(at) - 2, -1, -1):
         ahead, least = reach[k + 1], ceilings[k]
-        for m, c in zip(slopes[k], offsets[k], strict=True):
+        for m, c in zip(slope[k], offset[k], strict=True):
             x = m * ahead + c
             if x < least:
                 least = x
         reach[k] = least
-    return np.array(_forwards(reach, p, b, step))
+    return np.array(_forwards(reach, Scaled(p, b, above, below), step))
 
 
-def _forwards(reach: list[float], p: Numbers, b: Numbers, step: Numbers) -> list[float]:
+def _forwards(reach: list[float], rows: Scaled, step: Numbers) -> list[float]:
     with np.errstate(divide="ignore"):
-        inverse = np.where(p > _TINY, 1.0 / np.maximum(p, _TINY), np.inf)
-    offset = (step[:, None] * inverse[:-1]).tolist()
-    slope = (step[:, None] * (b * np.where(p > _TINY, inverse, 0.0))[:-1]).tolist()
+        inverse = np.where(rows.a > _TINY, 1.0 / np.maximum(rows.a, _TINY), np.inf)
+    offset = (step * rows.above[:-1] * inverse[:-1]).tolist()
+    slope = (step * (rows.b * np.where(rows.a > _TINY, inverse, 0.0))[:-1]).tolist()
     x, speeds = 0.0, [0.0]
     for k in range(len(reach) - 1):
         most = reach[k + 1]
@@ -63,18 +65,19 @@ def times(at: Numbers, squared: Numbers) -> Numbers:
     return np.append(0.0, np.cumsum(lengths))
 
 
-def _crossings(p: Numbers, b: Numbers) -> Numbers:
-    """The largest squared speed `(k,)` at which some acceleration satisfies every row: |p u + b x| <= 1."""
-    with np.errstate(divide="ignore", invalid="ignore"):
-        ceiling = np.full(len(p), np.inf)
-        for one in range(p.shape[1]):
-            for other in range(one + 1):
-                # rows i and j: x |b_i p_j - b_j p_i| <= p_i + p_j
-                cross = np.abs(b[:, one] * p[:, other] - b[:, other] * p[:, one])
-                bound = (p[:, one] + p[:, other]) / cross if one != other else 1.0 / np.abs(b[:, one])
-                applies = (cross > _TINY) if one != other else (p[:, one] <= _TINY)
-                ceiling = np.where(applies, np.minimum(ceiling, bound), ceiling)
-    return ceiling
+def _crossings(rows: Scaled) -> Numbers:
+    """The largest squared speed `(k,)` at which some acceleration satisfies every row; `rows.a` is not negative."""
+    p, b = rows.a, rows.b
+    # the lower bound that row j sets is at most the upper bound of row i: x (b_i p_j - b_j p_i) <= U_i p_j + D_j p_i
+    cross = b[:, :, None] * p[:, None, :]
+    cross = cross - np.swapaxes(cross, 1, 2)
+    room = rows.above[:, :, None] * p[:, None, :] + rows.below[:, None, :] * p[:, :, None]
+    applies = cross > _TINY
+    by_pairs = np.where(applies, room / np.where(applies, cross, 1.0), np.inf).min(axis=(1, 2))
+    bound = np.where(b > 0.0, rows.above, rows.below)
+    alone = (p <= _TINY) & (np.abs(b) > 0.0)
+    by_one = np.where(alone, bound / np.where(alone, np.abs(b), 1.0), np.inf).min(axis=1)
+    return np.asarray(np.minimum(by_pairs, by_one))
 
 
 def _by_jerk(rows: Rows) -> Numbers:

@@ -1,6 +1,7 @@
 """Paths that are timed by one profile: where it is the fastest timing, and where the robot file asks for its shape."""
 
 import math
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -10,12 +11,13 @@ from robot_agent.model.description import ProfileKind
 from robot_agent.trajectory.gaussian import filtered
 from robot_agent.trajectory.independent import Independent
 from robot_agent.trajectory.joint_path import JointPath, Numbers
+from robot_agent.trajectory.law import Timed
 from robot_agent.trajectory.limits import Limits
 from robot_agent.trajectory.path_limits import PathLimits
 from robot_agent.trajectory.pieces import Pieces
 from robot_agent.trajectory.profile import Profile, shaped_profile
 from robot_agent.trajectory.s_curve import SCurve
-from robot_agent.trajectory.timing import Timed, fastest
+from robot_agent.trajectory.timing import fastest_of
 
 _NO_ZONE_S = 1e-12
 _STRAIGHT = 1e-9
@@ -38,30 +40,36 @@ _PASSED = 1001
 _SHARES_OF_SPEED = 0.8 ** np.arange(12)
 
 
-def in_time(model: Model, path: JointPath | Independent, limits: Limits) -> Timed:
-    """Joints over time along `path`, from rest to rest, with the profile and the filter of `limits.shaping`.
+def in_time(model: Model, paths: Sequence[JointPath | Independent], limits: Limits) -> list[Timed]:
+    """Joints over time along each of `paths`, from rest to rest, with the profile and the filter of `limits.shaping`.
 
     An S-curve stands for the fastest timing: where the limits change along the path, of whatever shape they lead to.
     Every other profile rules a line, an arc, a joint move or a spline without via points from rest to rest: where the
     limits change along it, all of it is slowed down until each of them is kept. Several moves in one motion have one
     profile where nothing changes between them, and else the fastest timing.
     """
-    timed = path.in_time(model, limits) if isinstance(path, Independent) else _timed(path, limits)
-    return filtered(model, timed, limits) if limits.shaping.filter_s > 0.0 else timed
+    ruled = [path.in_time(model, limits) if isinstance(path, Independent) else _ruled(path, limits) for path in paths]
+    free = [path for path, timed in zip(paths, ruled, strict=True) if timed is None and isinstance(path, JointPath)]
+    rest = iter(fastest_of(free, limits))
+    timed = [known or next(rest) for known in ruled]
+    return [filtered(model, each, limits) for each in timed] if limits.shaping.filter_s > 0.0 else timed
 
 
-def _timed(path: JointPath, limits: Limits) -> Timed:
+def _ruled(path: JointPath, limits: Limits) -> Timed | None:
+    """One profile along `path`; None where the fastest timing has another shape."""
     timed = single(path, limits)
     if timed is not None:
         return timed
     one_move = len({each.block for each in path.stretches}) == 1 and not path.blends
     shaped = one_move and limits.shaping.profile is not ProfileKind.S_CURVE
-    return _slowed(path, limits) if shaped else fastest(path, limits)
+    return _slowed(path, limits) if shaped else None
 
 
 def single(path: JointPath, limits: Limits) -> Timed | None:
     """One profile along `path` where its own limits are the only ones; None where the limits change along the path."""
     stretch = path.stretches[0]
+    if limits.acceleration_down is not None:
+        return None
     if any(replace(each, end=stretch.end, block=stretch.block) != stretch for each in path.stretches):
         return None
     if stretch.on_path:
@@ -148,7 +156,8 @@ def _slowed(path: JointPath, limits: Limits) -> Timed:
     rate = np.ones_like(grid) if column is None else path.pieces.shape(grid)[1, :, column]
     way = path.length if column is None else float(path.pieces.position(np.array(path.length))[column])
     top = float((np.sqrt(rows.fastest) * rate).min())
-    ramp = [float((rate / np.abs(each).max(axis=1)).min()) for each in (rows.first, rows.first_jerk)]
+    share = np.abs(rows.affine.a) / np.minimum(rows.affine.above, rows.affine.below)
+    ramp = [float((rate / each.max(axis=1)).min()) for each in (share, np.abs(rows.first_jerk))]
     tried = [shaped_profile(limits.shaping, way, top * share, *ramp) for share in _SHARES_OF_SPEED]
     clocks = [_clock(path, bounds, each, column) for each in tried]
     chosen, k = min(zip(tried, clocks, strict=True), key=lambda each: each[0].duration_s * each[1])
@@ -165,7 +174,8 @@ def _clock(path: JointPath, bounds: PathLimits, chosen: Profile, column: int | N
     rows = bounds.rows(s)
     v, a, j = (each[:, None] for each in (speed, acceleration, jerk))
     by_speed = float((speed / np.sqrt(rows.fastest)).max())
-    by_acceleration = float(np.abs(rows.first * a + rows.second * v**2).max())
+    used = rows.affine.a * a + rows.affine.b * v**2
+    by_acceleration = float(np.maximum(used / rows.affine.above, -used / rows.affine.below).max())
     by_jerk = float(np.abs(rows.first_jerk * j + 3.0 * rows.second_jerk * v * a + rows.third_jerk * v**3).max())
     return max(by_speed, math.sqrt(by_acceleration), math.cbrt(by_jerk))
 

@@ -1,200 +1,125 @@
-"""From a joint path to joints over time: as fast as all limits allow."""
+"""From joint paths to joints over time: as fast as all limits allow."""
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from robot_agent.trajectory.joint_path import JointPath, Numbers
+from robot_agent.trajectory.affine import Numbers
+from robot_agent.trajectory.base import Base
+from robot_agent.trajectory.interior_point import Search
+from robot_agent.trajectory.joint_path import JointPath
+from robot_agent.trajectory.law import Law, Timed
 from robot_agent.trajectory.limits import Limits
 from robot_agent.trajectory.path_limits import PathLimits
 from robot_agent.trajectory.pieces import Pieces
-from robot_agent.trajectory.rate_law import sample_times
 from robot_agent.trajectory.reachable import fastest_speeds, times
-from robot_agent.trajectory.retiming import PLACES, Derivatives, Retiming, basis, excesses
+from robot_agent.trajectory.retiming import Limited
+from robot_agent.trajectory.spline import softly
 
 _GRID_STEP = 0.005
 _FEWEST, _MOST = 160, 2400
+_COARSE, _FINE = 2.0, 4.0
+"""Intervals per ramp of the acceleration."""
 _FEWEST_INTERVALS, _MOST_INTERVALS = 16, 1200
-_SHORTEST_PIECE = 0.02
-"""Of an interval."""
-_CHECKED = np.linspace(0.0, 1.0, 9)
-"""Places in each interval at which a solution is looked at again."""
+_BEGIN = 0.9
+"""The squared rate that the search begins with."""
+_AROUND = 3
 _ATTEMPTS = 3
-_ACCEPTED = 1.003
-"""Slowing down all of the motion by so much is better than solving it again with tighter limits here and there."""
-_EXACT = 2e-7
-"""Largest distance [rad or m] of the joints over time from the joints along the path."""
-_GAUSS_X, _GAUSS_W = (values / 2.0 for values in np.polynomial.legendre.leggauss(5))
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Timed:
-    """Joints over time, and times `(k,)` [s] at which parameters `(k,)` of the path are passed."""
-
-    pieces: Pieces
-    times: Numbers
-    parameters: Numbers
-    deviation_m: float = 0.0
-    """How far a filter takes the flange off the path."""
+_LOOKED_AT = 3
+"""Places in each piece."""
+_MARGIN = 1.001
+"""Limits are divided by it, so that the search may stop when it is so near to them."""
+_ACCEPTED = 1.004
+"""Slowing down all of a motion by so much is better than another attempt."""
 
 
 def fastest(path: JointPath, limits: Limits) -> Timed:
     """Joints over time along `path`, from rest to rest."""
-    bounds = PathLimits(path, limits)
+    return fastest_of([path], limits)[0]
+
+
+def fastest_of(paths: list[JointPath], limits: Limits) -> list[Timed]:
+    """Joints over time along each of `paths`, all timed at once, from rest to rest."""
+    if not paths:
+        return []
+    bounds = [PathLimits(path, limits) for path in paths]
+    build = float((np.abs(limits.acceleration_bounds) / limits.jerk).min())
+    bases = [_first(path, bound, build / _COARSE) for path, bound in zip(paths, bounds, strict=True)]
+    search = Search(coarse := _limited(bases, bounds), _begin(coarse))
+    search.run(gap=0.1, kept=0.5)
+    bases = [law.resampled(build / _FINE, _MOST_INTERVALS) for law in _laws(bases, search.c)]
+    margin = np.full((3, 1), _MARGIN)
+    search = Search(fine := _limited(bases, bounds).tightened(margin), _begin(fine))
+    for _ in range(_ATTEMPTS):
+        search.run(gap=0.003, kept=(_MARGIN - 1.0) / 2.0)
+        made = [law.timed(path) for law, path in zip(_laws(bases, search.c), paths, strict=True)]
+        excess = [
+            _excess(timed.pieces, interval, limits, base) for (timed, interval), base in zip(made, bases, strict=True)
+        ]
+        slower = [float((each.max(axis=1) ** (1.0 / np.arange(1.0, 4.0))).max()) for each in excess]
+        if max(slower) <= _ACCEPTED:
+            break
+        search.tighten(np.maximum(_together(excess), 1.0))
+    return [_slower(timed, max(1.0, k)) for (timed, _), k in zip(made, slower, strict=True)]
+
+
+def _slower(timed: Timed, k: float) -> Timed:
+    return Timed(timed.pieces.slower(1.0 / k), timed.times * k, timed.parameters)
+
+
+def _first(path: JointPath, bounds: PathLimits, h: float) -> Base:
+    """A motion that keeps the limits of speed and acceleration, nearly."""
     grid = np.linspace(0.0, path.length, int(np.clip(math.ceil(path.length / _GRID_STEP), _FEWEST, _MOST)) + 1)
     squared = fastest_speeds(grid, bounds.rows(grid))
     when = times(grid, squared)
-    h = _interval(limits, float(when[-1]))
-    base = Base(_along(grid, squared, when, sample_times(round(float(when[-1]) / h) + 1, h)), h)
-    coarse, fine = _derivatives(base, bounds, PLACES), _derivatives(base, bounds, _CHECKED)
-    best: Timed | None = None
-    rate: Numbers | None = None
-    for _ in range(_ATTEMPTS):
-        rate = Retiming(coarse, base.h).solve(rate)
-        timed, interval = _over_time(path, base, rate)
-        excess = np.maximum(excesses(fine, rate, base.h), _excesses_of(timed.pieces, interval, limits))
-        k = max(1.0, float((excess.max(axis=1) ** (1.0 / np.arange(1.0, 4.0))).max()))
-        if best is None or timed.pieces.duration_s * k < best.pieces.duration_s:
-            best = Timed(timed.pieces.slower(1.0 / k), timed.times * k, timed.parameters)
-        if k <= _ACCEPTED:
-            break
-        coarse = coarse.tightened(np.maximum(excess, 1.0))
-    return timed if best is None else best
-
-
-def _excesses_of(pieces: Pieces, interval: NDArray[np.intp], limits: Limits) -> Numbers:
-    """As `excesses`, for the joints' pieces themselves, each in its `interval`."""
-    allowed = np.stack([limits.velocity, limits.acceleration, limits.jerk])[:, None]
-    share = (pieces.peaks_of_pieces() / allowed).max(axis=2)
-    first = np.searchsorted(interval, np.arange(interval[-1] + 1))
-    return np.asarray(np.maximum.reduceat(share, first, axis=1))
-
-
-def _interval(limits: Limits, duration_s: float) -> float:
-    """Length of an interval of tau: a few per ramp of the acceleration."""
-    build = float((limits.acceleration / limits.jerk).min())
-    count = np.clip(math.ceil(4.0 * duration_s / build), _FEWEST_INTERVALS, _MOST_INTERVALS)
-    return duration_s / float(count)
-
-
-def _along(grid: Numbers, squared: Numbers, when: Numbers, t: Numbers) -> Numbers:
-    """Parameters `(k,)` at times `t` `(k,)`, the acceleration constant between points of the grid."""
+    count = int(np.clip(math.ceil(when[-1] / h), _FEWEST_INTERVALS, _MOST_INTERVALS))
+    h = float(when[-1]) / count
+    t = np.arange(count + 1) * h
     k = np.clip(np.searchsorted(when, t, side="right") - 1, 0, len(grid) - 2)
     after = np.minimum(t, when[-1]) - when[k]
     acceleration = np.diff(squared)[k] / (2.0 * np.diff(grid)[k])
-    return np.asarray(np.minimum(grid[k] + after * (np.sqrt(squared[k]) + after * acceleration / 2.0), grid[-1]))
+    s = np.minimum(grid[k] + after * (np.sqrt(squared[k]) + after * acceleration / 2.0), path.length)
+    return Base.rising(softly(s), h)
 
 
-class Base:
-    """A smooth motion s(tau), at rest at both ends: the cubic B-spline whose control points a faster motion passes."""
-
-    def __init__(self, points: Numbers, h: float) -> None:
-        """`points` are passed at intervals of `h` [s]."""
-        self.h = h
-        first, last = points[0], points[-1]
-        # halfway between neighbours: softer than the steps of the acceleration, so that the rate need not mend them
-        inner = (np.append(first, points) + np.append(points, last)) / 2.0
-        self._points = np.concatenate([np.full(2, first), inner, np.full(2, last)])
-        self.intervals = len(self._points) - 3
-        self._last = float(last)
-
-    def at(self, interval: NDArray[np.intp], place: Numbers) -> Numbers:
-        """s and three derivatives `(4, k)` in intervals `(k,)` at places `(k,)` in 0 to 1."""
-        u, h = place, self.h
-        c = self._points[interval[:, None] + np.arange(4)]
-        one = np.ones_like(u)
-        rows = [
-            [(1 - u) ** 3 / 6, (3 * u**3 - 6 * u**2 + 4) / 6, (-3 * u**3 + 3 * u**2 + 3 * u + 1) / 6, u**3 / 6],
-            [-((1 - u) ** 2) / 2, (3 * u**2 - 4 * u) / 2, (-3 * u**2 + 2 * u + 1) / 2, u**2 / 2],
-            [1 - u, 3 * u - 2, 1 - 3 * u, u],
-            [-one, 3 * one, -3 * one, one],
-        ]
-        out = np.stack([(c * np.stack(row, axis=-1)).sum(axis=-1) / h**order for order, row in enumerate(rows)])
-        out[0] = np.clip(out[0], 0.0, self._last)
-        return out
+def _limited(bases: list[Base], bounds: list[PathLimits]) -> Limited:
+    parts = [Limited.of(base, bound) for base, bound in zip(bases, bounds, strict=True)]
+    return parts[0] if len(parts) == 1 else Limited.joined(parts)
 
 
-def _derivatives(base: Base, bounds: PathLimits, places: Numbers) -> Derivatives:
-    interval, place = np.repeat(np.arange(base.intervals), len(places)), np.tile(places, base.intervals)
-    s, *speeds = base.at(interval, place)
-    rows = bounds.rows(s)
-    v, a, j = (each[:, None] for each in speeds)
-    with np.errstate(divide="ignore", over="ignore"):
-        fastest_y = np.minimum(rows.fastest / np.maximum(speeds[0] ** 2, 1e-300), 1e12)
-    coordinates = (
-        rows.first * v,
-        rows.second * v**2 + rows.first * a,
-        rows.first_jerk * v,
-        rows.second_jerk * v**2 + rows.first_jerk * a,
-        rows.third_jerk * v**3 + 3.0 * rows.second_jerk * v * a + rows.first_jerk * j,
-    )
-    shape = (base.intervals, len(places))
-    one, two, three, four, five = (each.reshape(*shape, -1) for each in coordinates)
-    return Derivatives(one, two, three, four, five, fastest_y.reshape(shape))
+def _begin(limited: Limited) -> Numbers:
+    """Coefficients of a squared rate that is slow where limits would be exceeded, and not much above them."""
+    c = np.ones(len(limited.h) + 2)
+    speed, acceleration, jerk = limited.excess(c)
+    most = np.maximum(np.maximum(speed**2, acceleration), np.maximum(jerk ** (2.0 / 3.0), 1.0))
+    low = np.pad(-np.log(most), _AROUND + 1, mode="edge")
+    low = np.lib.stride_tricks.sliding_window_view(low, 2 * _AROUND + 1).min(axis=1)
+    low = np.convolve(np.pad(low, _AROUND, mode="edge"), np.ones(2 * _AROUND + 1) / (2 * _AROUND + 1), mode="valid")
+    return np.asarray(_BEGIN * np.exp(low))
 
 
-def _over_time(path: JointPath, base: Base, c: Numbers) -> tuple[Timed, NDArray[np.intp]]:
-    """Quintic pieces through exact states, fine enough to be the path, and the interval `(pieces,)` each lies in."""
-    law = _Law(path, base, c)
-    places = _with_knots(np.arange(2 * base.intervals + 1) / 2.0, base, path.pieces.knots[1:-1])
-    for _ in range(6):
-        interval = np.minimum(places.astype(np.intp), base.intervals - 1)
-        place, width = places - interval, np.diff(places)
-        t = np.append(0.0, np.cumsum(law.time(interval[:-1], place[:-1], width)))
-        state, s = law.state(interval, place)
-        pieces = Pieces.through(t, *state)
-        to_middle = t[:-1] + law.time(interval[:-1], place[:-1], width / 2.0)
-        there = law.state(interval[:-1], place[:-1] + width / 2.0)[0][0]
-        away = np.abs(pieces.position(to_middle) - there).max(axis=1) > _EXACT
-        if not away.any():
-            break
-        places = np.sort(np.concatenate([places, (places[:-1] + width / 2.0)[away]]))
-    return Timed(pieces, t, s), interval[:-1]
+def _laws(bases: list[Base], rate: Numbers) -> list[Law]:
+    ends = np.cumsum([base.intervals + 2 for base in bases])
+    return [Law(base, part) for base, part in zip(bases, np.split(rate, ends[:-1]), strict=True)]
 
 
-def _with_knots(places: Numbers, base: Base, knots: Numbers) -> Numbers:
-    """Places, counted in intervals, and those at which the path passes its knots, where its third derivative jumps."""
-    interval = np.minimum(places.astype(np.intp), base.intervals - 1)
-    s = base.at(interval, places - interval)[0]
-    rising = np.append(True, np.diff(s) > 0.0)
-    at = np.interp(knots, s[rising], places[rising])
-    for _ in range(4):
-        interval = np.minimum(at.astype(np.intp), base.intervals - 1)
-        value, slope = base.at(interval, at - interval)[:2]
-        at = np.clip(at - (value - knots) / np.maximum(slope * base.h, 1e-9), 0.0, base.intervals)
-    at = np.sort(at)
-    apart = (np.abs(2.0 * at - np.rint(2.0 * at)) > 2.0 * _SHORTEST_PIECE) & (
-        np.diff(at, prepend=-1.0) > _SHORTEST_PIECE
-    )
-    return np.sort(np.concatenate([places, at[apart]]))
+def _excess(pieces: Pieces, interval: NDArray[np.intp], limits: Limits, base: Base) -> Numbers:
+    """How much of their limits of speed, acceleration and jerk the joints use at most in each interval `(3, k)`."""
+    speed, acceleration, jerk = pieces.inside(_LOOKED_AT)
+    lower, upper = limits.acceleration_bounds
+    used = [
+        np.abs(speed) / limits.velocity,
+        np.maximum(acceleration / upper, acceleration / lower),
+        np.abs(jerk) / limits.jerk,
+    ]
+    most = np.zeros((3, base.intervals))
+    for order, use in enumerate(used):
+        np.maximum.at(most[order], interval, use.max(axis=(1, 2)))
+    return most
 
 
-class _Law:
-    """s(tau) with its rate: where the joints are at a place of an interval."""
-
-    def __init__(self, path: JointPath, base: Base, c: Numbers) -> None:
-        self._path, self._base, self._c = path, base, c
-
-    def time(self, interval: NDArray[np.intp], place: Numbers, width: Numbers) -> Numbers:
-        """Time [s] from `place` of the interval on for `width` of it."""
-        places = place[:, None] + width[:, None] * (0.5 + _GAUSS_X)
-        y = self._squared_rate(interval[:, None], places)[0]
-        return np.asarray(self._base.h * width * (1.0 / np.sqrt(y) @ _GAUSS_W))
-
-    def state(self, interval: NDArray[np.intp], place: Numbers) -> tuple[Numbers, Numbers]:
-        """Joints, velocity, acceleration `(3, k, n)` and parameter `(k,)`."""
-        s, v, a, _ = self._base.at(interval, place)
-        y, growth = self._squared_rate(interval, place)
-        q, first, second, _ = self._path.pieces.shape(s)[..., : self._path.joints]
-        speed = np.sqrt(y) * v
-        acceleration = y * a + growth * v / 2.0
-        velocity = first * speed[:, None]
-        return np.stack([q, velocity, first * acceleration[:, None] + second * (speed**2)[:, None]]), s
-
-    def _squared_rate(self, interval: NDArray[np.intp], place: Numbers) -> tuple[Numbers, Numbers]:
-        """y and y' by tau."""
-        weights = basis(place, self._base.h)
-        window = self._c[interval[..., None] + np.arange(3)]
-        return (weights[..., 0, :] * window).sum(axis=-1), (weights[..., 1, :] * window).sum(axis=-1)
+def _together(excess: list[Numbers]) -> Numbers:
+    """Of all paths, as `Limited.joined` has them."""
+    parts = [each for part in excess for each in (part, np.ones((3, 2)))]
+    return np.concatenate(parts[:-1], axis=1)

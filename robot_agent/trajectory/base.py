@@ -1,0 +1,45 @@
+"""A smooth motion along a path that is given: the base whose rate is then changed until nothing can be faster."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robot_agent.trajectory.affine import Numbers
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Base:
+    """s(tau) as a cubic B-spline with control points `points` `(intervals + 3,)`, rising, and intervals of `h` [s].
+
+    Three equal control points at either end let it rest there.
+    """
+
+    points: Numbers
+    h: float
+
+    @classmethod
+    def rising(cls, points: Numbers, h: float) -> "Base":
+        """With control points that never fall."""
+        return cls(np.minimum(np.maximum.accumulate(points), points[-1]), h)
+
+    @property
+    def intervals(self) -> int:
+        return len(self.points) - 3
+
+    def at(self, interval: NDArray[np.intp], place: Numbers) -> Numbers:
+        """s and three derivatives `(4, ...)` in intervals `(...)` at places `(...)` in 0 to 1 of them."""
+        u, c = place, [self.points[interval + k] for k in range(4)]
+        v = 1.0 - u
+        one, two, three = c[1] - c[0], c[2] - c[1], c[3] - c[2]
+        bend, later = two - one, three - two
+        values = np.stack(
+            [
+                (v**3 * c[0] + (3 * u**3 - 6 * u**2 + 4) * c[1] + (3 * v**3 - 6 * v**2 + 4) * c[2] + u**3 * c[3]) / 6,
+                (v * v * one + (1.0 + 2.0 * u * v) * two + u * u * three) / (2.0 * self.h),
+                (v * bend + u * later) / self.h**2,
+                (later - bend) / self.h**3 + 0.0 * u,
+            ]
+        )
+        values[0] = np.clip(values[0], 0.0, self.points[-1])
+        return values

@@ -1,0 +1,88 @@
+"""A base motion and the rate at which it is passed: a motion over time."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robot_agent.trajectory.affine import Numbers
+from robot_agent.trajectory.base import Base
+from robot_agent.trajectory.joint_path import JointPath
+from robot_agent.trajectory.pieces import Pieces
+from robot_agent.trajectory.retiming import basis
+from robot_agent.trajectory.spline import powers, through
+
+_PARTS = 8
+"""Of an interval, between which time passes evenly enough to be interpolated."""
+_PIECES = 4
+"""Of the joints' spline per interval."""
+_HALVINGS = 5
+_EXACT = 1e-6
+"""Largest distance [rad or m] of the joints over time from the joints along the path."""
+_GAUSS_X, _GAUSS_W = (values / 2.0 for values in np.polynomial.legendre.leggauss(3))
+_PLACES = np.arange(_PARTS) / _PARTS
+_INSIDE = basis(np.add.outer(_PLACES, (0.5 + _GAUSS_X) / _PARTS).ravel())[:, 0].T
+_BEGINNING = basis(_PLACES)[:, 0].T
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Timed:
+    """Joints over time, and times `(k,)` [s] at which parameters `(k,)` of the path are passed."""
+
+    pieces: Pieces
+    times: Numbers
+    parameters: Numbers
+    deviation_m: float = 0.0
+    """How far a filter takes the flange off the path."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Law:
+    """s(t): `base` and the coefficients `(intervals + 2,)` of the squared rate y."""
+
+    base: Base
+    squared: Numbers
+
+    def resampled(self, h: float, most: int) -> Base:
+        """The same motion as a base with intervals of about `h` [s], at most `most`."""
+        clock = self._clock()
+        count = int(np.clip(math.ceil(clock[-1] / h), 8, most))
+        return Base.rising(through(self._samples(clock, count)[0]), float(clock[-1]) / count)
+
+    def timed(self, path: JointPath) -> tuple[Timed, NDArray[np.intp]]:
+        """A cubic spline of the joints, fine enough to be the path, and the interval `(pieces,)` of each piece."""
+        clock = self._clock()
+        count = max(8, math.ceil(_PIECES * self.base.intervals))
+        for _ in range(_HALVINGS):
+            s, interval = self._samples(clock, 2 * count)
+            q = path.pieces.position(s)[:, : path.joints]
+            step = float(clock[-1]) / count
+            coefficients = np.zeros((count, 6, path.joints))
+            coefficients[:, :4] = powers(through(q[::2]), step)
+            pieces = Pieces(np.arange(count + 1, dtype=np.float64) * step, coefficients)
+            if np.abs(pieces.position(pieces.knots[:-1] + step / 2.0) - q[1::2]).max() < _EXACT:
+                break
+            count *= 2
+        return Timed(pieces, pieces.knots, s[::2]), interval[:-1:2]
+
+    def _clock(self) -> Numbers:
+        """Times `(parts + 1,)` [s] at which the parts of all intervals begin, and the end."""
+        windows = np.lib.stride_tricks.sliding_window_view(self.squared, 3)
+        y = windows @ _INSIDE
+        steps = (1.0 / np.sqrt(y)).reshape(-1, len(_GAUSS_W)) @ _GAUSS_W
+        return np.append(0.0, np.cumsum(steps * self.base.h / _PARTS))
+
+    def _samples(self, clock: Numbers, count: int) -> tuple[Numbers, NDArray[np.intp]]:
+        """Parameters and intervals `(count + 1,)` at times evenly from the beginning to the end."""
+        at = np.linspace(0.0, clock[-1], count + 1)
+        part = np.clip(np.searchsorted(clock, at, side="right") - 1, 0, len(clock) - 2)
+        after, step, width = at - clock[part], np.diff(clock)[part], self.base.h / _PARTS
+        windows = np.lib.stride_tricks.sliding_window_view(self.squared, 3)
+        rate = np.sqrt((windows @ _BEGINNING).ravel())
+        first, last = rate[part], np.append(rate[1:], math.sqrt(self.squared[-2:].mean()))[part]
+        # the cubic with the rates at both ends of a part: tau by time
+        x = after / step
+        share = x * x * (3.0 - 2.0 * x) + step / width * x * (1.0 - x) * ((1.0 - x) * first - x * last)
+        interval, number = np.divmod(part, _PARTS)
+        return self.base.at(interval, (number + np.clip(share, 0.0, 1.0)) / _PARTS)[0], interval
