@@ -177,4 +177,4 @@ def test_of_a_line_that_turns_the_slower_cap_rules() -> None:
     target[:3, :3] = pose(0, 0, 0, 0, 0, 90.0)[:3, :3] @ start[:3, :3]
     target[:3, 3] += 0.0, 0.3, 0.0
     motion = planned(Line(target, 0.1, 1, rotation_rad_s=np.radians(20.0)), start=WORK)
-    assert motion.tcp_speed(np.array(motion.duration_s / 2.0)) == pytest.approx(0.3 / 4.5, rel=1e-3)
+    assert motion.tcp_speed(np.array(motion.duration_s / 2.0)) == pytest.approx(0.3 / 4.5, rel=5e-3)
