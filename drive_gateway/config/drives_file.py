@@ -35,7 +35,7 @@ class HomingEntry(BaseModel):
     """How one axis finds its home point; directions are those of the drive's counts."""
 
     model_config = STRICT
-    method: Literal[1, 2, 17, 18, 23, 27, 33, 34, 35, 37] = Field(description="homing method of CiA 402 (6098h)")
+    method: Literal[1, 2, 7, 11, 17, 18, 23, 27, 33, 34, 35, 37] = Field(description="homing method of CiA 402 (6098h)")
     fast: Positive = Field(description="speed towards the switch")
     slow: Positive = Field(description="speed off the switch")
     acceleration: Positive = Field(description="acceleration while homing")
@@ -103,6 +103,7 @@ class AxisEntry(BaseModel):
             following_window=self.following_window,
             following_time_s=self.following_time_s,
             simulated_start=self.simulated_start,
+            index_counts=self.counts_per_turn,
             linear=self.linear,
             guarded=self.error_control == "guarding",
             incremental=self.encoder == "incremental",
