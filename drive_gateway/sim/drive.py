@@ -138,6 +138,8 @@ class Drive:
         """Let time pass up to `now`: move, watch, show."""
         if self._now is None:
             self._now = now
+        if self._now >= now:
+            return
         while self._now < now:
             end = min(self._now + self._cycle_s, now)
             step_s, self._now = end - self._now, end
@@ -298,4 +300,7 @@ class Drive:
 
 def _clipped(value: float) -> int:
     """Nearest int32."""
-    return max(_LOW, min(_HIGH, round(value)))
+    nearest = round(value)
+    if _LOW <= nearest <= _HIGH:
+        return nearest
+    return _HIGH if nearest > 0 else _LOW
