@@ -65,7 +65,7 @@ def _millimetres(xyz: tuple[float, float, float]) -> str:
 
 def _bus_cells(gateway: GatewaySettings) -> tuple[str, ...]:
     nodes = sum(len(robot.axes) for robot in gateway.robots.values())
-    load = bus_load(nodes, gateway.bus.bitrate, gateway.cycle_s, gateway.heartbeat_producer_s)
+    load = bus_load(nodes, gateway.bus.bitrate, gateway.cycle_s, gateway.heartbeat_producer_s, gateway.profile_pdos)
     bus = f"{gateway.bus.interface} {gateway.bus.channel}"
     return (
         bus,

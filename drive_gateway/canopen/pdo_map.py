@@ -1,13 +1,14 @@
 """The process image on the bus, in one place: what the gateway and a drive exchange in each cycle.
 
-RPDO1 carries controlword and target position, TPDO1 statusword and actual position; both act on every SYNC. The image
-is written to a node by SDO; a node obeys what it is given and need not know this file.
+RPDO1 carries controlword and target position, TPDO1 statusword and actual position; both act on every SYNC. Where the
+drives file gives the first PDOs of its nodes to motions of their own (`profile_pdos`), the image is PDO 4. It is
+written to a node by SDO; a node obeys what it is given and need not know this file.
 """
 
 from dataclasses import dataclass
 from struct import Struct
 
-from drive_gateway.canopen.cob_id import RPDO1, TPDO1
+from drive_gateway.canopen.cob_id import PDO_STEP, RPDO1, TPDO1
 
 CONTROLWORD = 0x6040
 STATUSWORD = 0x6041
@@ -38,27 +39,26 @@ class SdoWrite:
     data: bytes
 
 
-def pdo_writes(node_id: int) -> list[SdoWrite]:
-    """The writes, in their prescribed order, that give a pre-operational node the process image."""
-    rpdo = _writes(0x1400, 0x1600, RPDO1 + node_id, RPDO1_ENTRIES)
-    return rpdo + _writes(0x1800, 0x1A00, TPDO1 + node_id, TPDO1_ENTRIES)
+def pdo_writes(node_id: int, number: int = 1) -> list[SdoWrite]:
+    """The writes, in their prescribed order, that give a pre-operational node the process image as its PDO `number`."""
+    place = number - 1
+    step = place * PDO_STEP + node_id
+    rpdo = _writes(0x1400 + place, 0x1600 + place, RPDO1 + step, RPDO1_ENTRIES)
+    return rpdo + _writes(0x1800 + place, 0x1A00 + place, TPDO1 + step, TPDO1_ENTRIES)
 
 
 def _writes(communication: int, mapping: int, cob_id: int, entries: tuple[int, ...]) -> list[SdoWrite]:
     """Disable, type, no entries, entries, count, enable: a node refuses any other order."""
     return [
-        SdoWrite(communication, 1, _u32(cob_id | DISABLED)),
-        SdoWrite(communication, 2, _u8(EVERY_SYNC)),
-        SdoWrite(mapping, 0, _u8(0)),
-        *(SdoWrite(mapping, sub, _u32(entry)) for sub, entry in enumerate(entries, start=1)),
-        SdoWrite(mapping, 0, _u8(len(entries))),
-        SdoWrite(communication, 1, _u32(cob_id)),
+        SdoWrite(communication, 1, little(cob_id | DISABLED, 4)),
+        SdoWrite(communication, 2, little(EVERY_SYNC, 1)),
+        SdoWrite(mapping, 0, little(0, 1)),
+        *(SdoWrite(mapping, sub, little(entry, 4)) for sub, entry in enumerate(entries, start=1)),
+        SdoWrite(mapping, 0, little(len(entries), 1)),
+        SdoWrite(communication, 1, little(cob_id, 4)),
     ]
 
 
-def _u8(value: int) -> bytes:
-    return value.to_bytes(1, "little")
-
-
-def _u32(value: int) -> bytes:
-    return value.to_bytes(4, "little")
+def little(value: int, size: int) -> bytes:
+    """A value as an object holds it."""
+    return value.to_bytes(size, "little")

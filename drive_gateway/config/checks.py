@@ -9,6 +9,7 @@ from cell.config.problem import KeyPath, Problem, Severity
 from cell.config.reading import declared
 from drive_gateway.config.bus_load import KEPT_FREE, REFUSE_ABOVE, WARN_ABOVE, bus_load
 from drive_gateway.config.drives_file import AxisEntry, DrivesFile
+from drive_gateway.config.profile_entry import check_profile_pdos
 from drive_gateway.config.simulation_checks import check_simulation
 
 UINT16_MAX = 2**16 - 1
@@ -26,6 +27,7 @@ def check_drives_file(document: Document, drives: DrivesFile) -> list[Problem]:
         *_times(document, drives),
         *_milliseconds(document, drives),
         *_axes(document, drives),
+        *check_profile_pdos(document, drives.profile_pdos),
         *check_simulation(document, drives),
     ]
 
@@ -53,7 +55,8 @@ def _nodes(document: Document, drives: DrivesFile) -> Iterator[Problem]:
 
 def _load(document: Document, drives: DrivesFile) -> Iterator[Problem]:
     nodes = sum(1 for _ in axes_of(drives))
-    load = bus_load(nodes, drives.bus.bitrate, drives.cycle_s, drives.heartbeat_producer_s)
+    profile_pdos = None if drives.profile_pdos is None else drives.profile_pdos.pdos()
+    load = bus_load(nodes, drives.bus.bitrate, drives.cycle_s, drives.heartbeat_producer_s, profile_pdos)
     if not load.high:
         return
     found = (

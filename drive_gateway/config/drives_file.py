@@ -8,6 +8,7 @@ from pydantic import BaseModel, Field, ValidationInfo, field_validator
 
 from cell.config.fields import FileName, Name
 from cell.config.units import STRICT, Number, Positive, PositiveLength, Seconds, Units, in_si
+from drive_gateway.config.profile_entry import ProfilePdosEntry
 from drive_gateway.config.settings import AxisSettings, BusSettings, GatewaySettings, HomingSettings, RobotDrives
 from drive_gateway.config.simulation import Level, Simulation
 from drive_gateway.config.simulation_entry import AxisName, SimulationEntry
@@ -142,6 +143,9 @@ class DrivesFile(BaseModel):
     tpdo_timeout_s: Seconds = Field(description="silence of a node's TPDO that stops its robot")
     boot_timeout_s: Seconds = Field(description="time for a node's boot-up after its reset")
     simulated_lag_s: float = Field(ge=0, le=1, description="lag of a simulated drive behind its set points")
+    profile_pdos: ProfilePdosEntry | None = Field(
+        default=None, description="PDOs for motions that the drives make by themselves; without: cyclic image and SDO"
+    )
     simulation: SimulationEntry = Field(default=SimulationEntry(), description="how drives are simulated")
     robots: dict[Name, RobotEntry] = Field(
         description="robots on this bus by name", json_schema_extra={"minProperties": 1}
@@ -169,6 +173,7 @@ class DrivesFile(BaseModel):
                 dc_bus=self.simulation.dc_bus.data(),
                 axes=self.simulated_axes(),
             ),
+            profile_pdos=None if self.profile_pdos is None else self.profile_pdos.pdos(),
         )
 
     def simulated_axes(self) -> dict[tuple[str, str], AxisData]:

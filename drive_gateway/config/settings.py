@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass, field
 
+from drive_gateway.canopen.profile_pdos import ProfilePdos
 from drive_gateway.config.simulation import Simulation
 
 
@@ -98,3 +99,10 @@ class GatewaySettings:
     """Lag with which a simulated drive follows its set points."""
     robots: dict[str, RobotDrives]
     simulation: Simulation = field(default_factory=Simulation)
+    profile_pdos: ProfilePdos | None = None
+    """PDOs for motions that the drives make by themselves; `None`: these go by the cyclic image and SDO."""
+
+    @property
+    def cyclic_pdo(self) -> int:
+        """Number of the PDOs that carry the cyclic image."""
+        return 1 if self.profile_pdos is None else 4

@@ -10,6 +10,7 @@ from enum import Enum
 from cell.core import Effect
 from drive_gateway.canopen.nmt import NmtCommand, NmtState, nmt_frame
 from drive_gateway.canopen.pdo_map import pdo_writes
+from drive_gateway.canopen.profile_pdos import profile_writes
 from drive_gateway.canopen.sdo import SdoChannel, SdoDone, abort_text
 from drive_gateway.cia402.preparation import preparations
 from drive_gateway.config.settings import AxisSettings, GatewaySettings
@@ -157,5 +158,9 @@ def _program(axis: AxisSettings, settings: GatewaySettings) -> list[_Step]:
     for item in preparations(axis, settings):
         steps.append(_Step(item.what, item.write.index, item.write.sub, item.write.data))
         steps.append(_Step(item.what, item.shown_index, item.shown_sub, None, item.write.data))
-    steps += [_Step("PDO mapping", write.index, write.sub, write.data) for write in pdo_writes(axis.node_id)]
-    return steps
+    writes = pdo_writes(axis.node_id, settings.cyclic_pdo)
+    if settings.profile_pdos is not None:
+        writes = profile_writes(axis.node_id, settings.profile_pdos) + writes
+    steps += [_Step("PDO mapping", write.index, write.sub, write.data) for write in writes]
+    linked = {(write.index, write.sub): write.data for write in writes}
+    return steps + [_Step("PDO mapping", index, sub, None, data) for (index, sub), data in linked.items()]

@@ -10,10 +10,10 @@ from cell.messages.estop import Estop
 from cell.messages.gateway_state import BusCounters, GatewayState
 from cell.messages.setpoints import SetpointBlock
 from drive_gateway.canopen import cob_id
-from drive_gateway.canopen.bus_load import cyclic_load
 from drive_gateway.canopen.frame import CanFrame
 from drive_gateway.canopen.nmt import SYNC_FRAME, NmtCommand, NmtState, heartbeat_frame, nmt_frame
 from drive_gateway.canopen.sdo import SdoDone
+from drive_gateway.config.bus_load import bus_load
 from drive_gateway.config.settings import GatewaySettings
 from drive_gateway.gateway.calls import Calls
 from drive_gateway.gateway.effects import Frame, RecordEnded, RecordSaid
@@ -76,9 +76,14 @@ class GatewayCore:
         self._heartbeat_due = 0.0
         self._confirmed: str | None = None
         self._closing_since: float | None = None
-        self._bus_load = cyclic_load(
-            len(self._nodes), settings.bus.bitrate, settings.cycle_s, settings.heartbeat_producer_s
-        )
+        self._tpdo = cob_id.TPDO1 + (settings.cyclic_pdo - 1) * cob_id.PDO_STEP
+        self._bus_load = bus_load(
+            len(self._nodes),
+            settings.bus.bitrate,
+            settings.cycle_s,
+            settings.heartbeat_producer_s,
+            settings.profile_pdos,
+        ).cyclic
 
     def receive(self, message: object, now: float) -> None:
         self._now = now
@@ -139,7 +144,7 @@ class GatewayCore:
         if node is None or frame.remote:
             return
         match cob_id.function_code(frame.id):
-            case cob_id.TPDO1:
+            case self._tpdo:
                 node.on_tpdo(frame.data, self._tick, now)
             case cob_id.ERROR_CONTROL:
                 node.on_error_control(frame.data, now)

@@ -161,7 +161,7 @@ class DriveGroup:
         self.setup.step(now)
         if order is not None:
             self._obey(order, now)
-        return self._command() + after
+        return self._command(now) + after
 
     # Power
 
@@ -252,15 +252,17 @@ class DriveGroup:
         self.playout.fail()
         self.power.enter(PowerState.FAULT, now)
 
-    def _command(self) -> list[Effect]:
+    def _command(self, now: float) -> list[Effect]:
         position, _ = self.playout.advance()
         self._sent.append(position)
         counts = self._units.counts(position)
-        return [
-            Frame(self.setup.rpdo(node) or node.rpdo(self.power.controlword(node), count))
-            for node, count in zip(self.nodes, counts, strict=True)
-            if node.operational or node.lost
-        ]
+        frames: list[Effect] = []
+        for node, count in zip(self.nodes, counts, strict=True):
+            if node.operational or node.lost:
+                own = self.setup.rpdos(node, now)
+                said = [node.rpdo(self.power.controlword(node), count)] if own is None else own
+                frames += [Frame(frame) for frame in said]
+        return frames
 
     def _answer(self, ok: bool, text: str) -> None:
         then, self._then = self._then, None

@@ -3,11 +3,12 @@
 from cell.core import Effect
 from cell.messages.drives import AxisStatus
 from cell.messages.gateway_state import NodeStatus
-from drive_gateway.canopen.cob_id import RPDO1
+from drive_gateway.canopen.cob_id import PDO_STEP, RPDO1
 from drive_gateway.canopen.emcy import NO_ERROR, Emergency, decode_emergency
 from drive_gateway.canopen.frame import CanFrame
 from drive_gateway.canopen.nmt import NmtState, decode_heartbeat
-from drive_gateway.canopen.pdo_map import RPDO1_LAYOUT, TPDO1_LAYOUT
+from drive_gateway.canopen.pdo_map import CONTROLWORD, RPDO1_LAYOUT, TARGET_POSITION, TPDO1_LAYOUT
+from drive_gateway.canopen.profile_pdos import TARGET_VELOCITY, ProfileSender
 from drive_gateway.canopen.sdo import SdoChannel
 from drive_gateway.cia402.state_machine import decode
 from drive_gateway.config.settings import AxisSettings, GatewaySettings
@@ -43,6 +44,9 @@ class Node:
         self._settings = settings
         self._bring_up = BringUp(self.label, axis, settings, self.sdo)
         self._guarding = Guarding(axis.node_id, settings.heartbeat_producer_s) if axis.guarded else None
+        self._rpdo_id = RPDO1 + (settings.cyclic_pdo - 1) * PDO_STEP + axis.node_id
+        pdos = settings.profile_pdos
+        self._profile = None if pdos is None else ProfileSender(axis.node_id, pdos)
         self._nmt: NmtState | None = None
         self._status = AxisStatus.SILENT
         self._tpdo_tick = -1
@@ -173,7 +177,19 @@ class Node:
         self._bring_up.restart(now)
 
     def rpdo(self, controlword: int, counts: int) -> CanFrame:
-        return CanFrame(RPDO1 + self.axis.node_id, RPDO1_LAYOUT.pack(controlword, counts))
+        return CanFrame(self._rpdo_id, RPDO1_LAYOUT.pack(controlword, counts))
+
+    def profile_rpdos(self, controlword: int, target: int, velocity: int, now: float) -> list[CanFrame]:
+        """What commands a motion of the drive's own in this cycle: target [counts] and velocity [counts/s]."""
+        if self._profile is None:
+            return [self.rpdo(controlword, target)]
+        values = {CONTROLWORD: controlword, TARGET_POSITION: target, TARGET_VELOCITY: velocity}
+        return self._profile.frames(values, now)
+
+    @property
+    def velocity_by_pdo(self) -> bool:
+        """Its target velocity goes by PDO, so nobody writes it by SDO."""
+        return self._profile is not None
 
     @property
     def _watched(self) -> bool:

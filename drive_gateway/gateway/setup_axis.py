@@ -63,6 +63,8 @@ class SetupAxis:
         self.stage = Stage.PREPARING
         self.problem = ""
         """Why it ended early."""
+        self.velocity = 0
+        """[counts/s] for 60FFh."""
         self._cycles = 0
         self._since = now
         self._still = 0
@@ -101,6 +103,7 @@ class SetupAxis:
         if self.stage in (Stage.STOPPING, Stage.SWITCHING_OFF, Stage.ENDED):
             return
         self.problem = problem
+        self.velocity = 0
         self._still = 0
         self._enter(Stage.STOPPING if not self.node.without_torque else Stage.SWITCHING_OFF, now)
 
@@ -188,6 +191,9 @@ class SetupAxis:
         self.node.sdo.submit(write.index, write.sub, write.data, written)
 
     def _set_velocity(self, velocity: int) -> None:
+        self.velocity = velocity
+        if self.node.velocity_by_pdo:
+            return
         data = velocity.to_bytes(4, "little", signed=True)
 
         def written(outcome: SdoDone) -> None:

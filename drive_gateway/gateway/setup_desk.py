@@ -48,10 +48,10 @@ class SetupDesk:
                 self._end()
         self._modes.step()
 
-    def rpdo(self, node: Node) -> CanFrame | None:
+    def rpdos(self, node: Node, now: float) -> list[CanFrame] | None:
         """What a drive that moves by itself is told; `None` for all others."""
         axis = None if self.motion is None else self.motion.controls(node)
-        return None if axis is None else node.rpdo(axis.controlword, axis.target)
+        return None if axis is None else node.profile_rpdos(axis.controlword, axis.target, axis.velocity, now)
 
     def _end(self) -> None:
         ended, self.motion = self.motion, None

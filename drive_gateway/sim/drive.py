@@ -41,6 +41,8 @@ _FOLLOWING_WINDOW = key_of(0x6065)
 _FOLLOWING_TIME = key_of(0x6066)
 _VELOCITY_ACTUAL = key_of(0x606C)
 _QUICK_STOP_DECELERATION = key_of(0x6085)
+_FILTER_TIME = key_of(0x2073)
+_VELOCITY_FILTERED = key_of(0x2074)
 _PERIOD_VALUE = key_of(0x60C2, 1)
 _PERIOD_EXPONENT = key_of(0x60C2, 2)
 _FOLLOWING_ERROR_ACTUAL = key_of(0x60F4)
@@ -127,6 +129,7 @@ class Drive:
         self._before = 0
         self._setpoint_at = 0.0
         self._outside_s = 0.0
+        self._filtered = 0.0
         self._set_period(0)
         self._show()
 
@@ -144,6 +147,7 @@ class Drive:
             end = min(self._now + self._cycle_s, now)
             step_s, self._now = end - self._now, end
             self._move(step_s)
+            self._filter(step_s)
             if self.state is not DriveState.NOT_READY_TO_SWITCH_ON:
                 for code in self.servo.trips():
                     self.fault(code)
@@ -257,6 +261,11 @@ class Drive:
         else:
             servo.rest(step_s, self._brake)
 
+    def _filter(self, step_s: float) -> None:
+        """The velocity for displays, a first-order lag behind the measured one; nothing is controlled by it."""
+        share = step_s / (step_s + 1e-6 * self._numbers[_FILTER_TIME])
+        self._filtered += share * (self.servo.velocity - self._filtered)
+
     def _stopped(self) -> None:
         """Transitions 12 and 14."""
         if self.state is DriveState.FAULT_REACTION_ACTIVE:
@@ -294,6 +303,7 @@ class Drive:
         numbers[STATUSWORD] = word
         numbers[POSITION_ACTUAL] = _clipped(servo.position - shift)
         numbers[_VELOCITY_ACTUAL] = _clipped(servo.velocity)
+        numbers[_VELOCITY_FILTERED] = _clipped(self._filtered)
         numbers[_POSITION_DEMAND] = _clipped(servo.demand - shift)
         numbers[_FOLLOWING_ERROR_ACTUAL] = _clipped(servo.error)
 

@@ -64,7 +64,7 @@ class Switches:
 
     @classmethod
     def of(cls, axis: AxisSettings) -> "Switches":
-        """As the configured homing expects them: its home point is the edge, or the pulse, that its method looks for."""
+        """As the configured homing expects them: its home point is the edge, or pulse, that its method looks for."""
         scale = abs(axis.counts_per_unit)
         span, width = _SPAN * scale, _HOME_WIDTH * scale
         method = METHODS[35] if axis.homing is None else METHODS[axis.homing.method]
