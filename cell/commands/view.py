@@ -64,6 +64,16 @@ def echo(state: RobotState | ManagerState) -> Heard:
     return Heard(boot=state.boot, sequence=state.sequence)
 
 
+def unreferenced(seen: Snapshot) -> dict[str, list[str]]:
+    """Axes that do not know where they are, by robot; only of gateways that have heard all of their drives."""
+    lost: dict[str, list[str]] = {}
+    for gateway in seen.gateways.values():
+        for node in gateway.nodes if gateway.ready else ():
+            if not node.referenced:
+                lost.setdefault(node.robot, []).append(node.axis)
+    return lost
+
+
 def at_rest(state: RobotState) -> bool:
     """The robot's commanded position does not change: path time stands still, or has come to the motion's end."""
     governor = state.governor

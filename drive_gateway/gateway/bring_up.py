@@ -69,8 +69,11 @@ class BringUp:
         self._deadline = now
 
     def booted(self) -> None:
-        """The node sent its boot-up."""
+        """The node sent its boot-up; a second one while it is configured: the first was that of its power-on."""
         self._booted = True
+        if self.phase is Phase.CONFIGURING:
+            self._sdo.forget()
+            self._configure()
 
     def step(self, now: float, nmt: NmtState | None, measured: bool) -> list[Effect]:
         """Do what is due; `nmt` and `measured` are the node's newest heartbeat and whether its TPDO has come."""
@@ -81,9 +84,8 @@ class BringUp:
                 self._enter(Phase.RESETTING)
                 return [Frame(nmt_frame(NmtCommand.RESET_COMMUNICATION, self._node_id))]
             case Phase.RESETTING if self._booted:
-                self._steps = deque(self._program)
                 self._enter(Phase.CONFIGURING)
-                self._ask()
+                self._configure()
             case Phase.CONFIGURING if not self._steps:
                 self._enter(Phase.STARTING)
                 return [Frame(nmt_frame(NmtCommand.START, self._node_id))]
@@ -116,6 +118,10 @@ class BringUp:
         self.phase = Phase.WAITING
         self.problem = problem
         self._deadline = self._now + RETRY_S
+
+    def _configure(self) -> None:
+        self._steps = deque(self._program)
+        self._ask()
 
     def _ask(self) -> None:
         step = self._steps[0]

@@ -83,7 +83,7 @@ class SetupAxis:
         word = controlword(self.node.status, _TARGETS.get(self.stage, AxisStatus.SWITCH_ON_DISABLED))
         homing = self.order.mode == HOMING and self.stage is Stage.MOVING
         # A set point is taken on the rising edge, when the target has arrived for sure.
-        setting = self.order.mode == PROFILE_POSITION and self.stage is Stage.STARTING and self._cycles > 3
+        setting = self.stage is Stage.STARTING and self._cycles > 3
         return word | START if homing or setting else word
 
     @property
@@ -95,8 +95,8 @@ class SetupAxis:
         """All axes are ready."""
         if self.order.mode == PROFILE_VELOCITY:
             self._set_velocity(self.order.velocity)
-        homing = self.order.mode == HOMING
-        self._enter(Stage.MOVING if homing else Stage.STARTING, now)
+        position = self.order.mode == PROFILE_POSITION
+        self._enter(Stage.STARTING if position else Stage.MOVING, now)
 
     def stop(self, problem: str, now: float) -> None:
         """Stop by a quick stop and switch off."""
@@ -119,10 +119,8 @@ class SetupAxis:
                 self._enter(Stage.READY, now)
             case Stage.STARTING | Stage.ACKNOWLEDGING | Stage.MOVING if not enabled:
                 self.stop(f"{self.node.label} left Operation Enabled, it is in {status.name}", now)
-            case Stage.STARTING if self.order.mode == PROFILE_POSITION and self._cycles > 3 and word & ACKNOWLEDGED:
+            case Stage.STARTING if self._cycles > 3 and word & ACKNOWLEDGED:
                 self._enter(Stage.ACKNOWLEDGING, now)
-            case Stage.STARTING if self.order.mode == PROFILE_VELOCITY:
-                self._enter(Stage.MOVING, now)
             case Stage.ACKNOWLEDGING if not word & ACKNOWLEDGED:
                 self._enter(Stage.MOVING, now)
             case Stage.MOVING:

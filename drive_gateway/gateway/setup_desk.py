@@ -46,7 +46,9 @@ class SetupDesk:
             self.motion.step(now)
             if self.motion.ended:
                 self._end()
-        self._modes.step()
+        else:
+            # Not earlier: before a motion its drives are off as well, and would be asked for the wrong mode.
+            self._modes.step()
 
     def rpdos(self, node: Node, now: float) -> list[CanFrame] | None:
         """What a drive that moves by itself is told; `None` for all others."""

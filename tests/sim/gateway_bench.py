@@ -73,6 +73,7 @@ class GatewayBench:
 
     def __init__(self, configuration: GatewaySettings) -> None:
         self.settings = configuration
+        self.robot = next(iter(configuration.robots))
         self.now = 10.0
         self.events: list[Event] = []
         self.frames: list[CanFrame] = []
@@ -100,24 +101,24 @@ class GatewayBench:
         self.alive = True
 
     def cycle(self, late_s: float = 0.0) -> None:
-        self.now += CYCLE_S + late_s
+        self.now += self.settings.cycle_s + late_s
         self.bus.step(self.now)
         back, self._back = self._back, []
         if not self.alive:
             return
         for message in back:
             self.core.receive(message, self.now)
-        if self.holder and round(self.now / CYCLE_S) % 25 == 0:
+        if self.holder and round(self.now / self.settings.cycle_s) % 25 == 0:
             self.request(HoldSetup(self.holder), "hold")
         for effect in self.core.step(self.now):
             self._perform(effect)
 
     def run(self, seconds: float) -> None:
-        for _ in range(round(seconds / CYCLE_S)):
+        for _ in range(round(seconds / self.settings.cycle_s)):
             self.cycle()
 
     def until(self, happened: Callable[[], bool], within_s: float = 10.0) -> None:
-        for _ in range(round(within_s / CYCLE_S)):
+        for _ in range(round(within_s / self.settings.cycle_s)):
             if happened():
                 return
             self.cycle()
@@ -145,7 +146,7 @@ class GatewayBench:
         """Give a set-up order and hold it to its end; answers `done` or `stopped`."""
         reply = self.ask(command)
         assert reply.ok, reply.text
-        self.holder, self.said = "left", ("", "moving")
+        self.holder, self.said = self.robot, ("", "moving")
         self.until(lambda: self.said[1] != "moving", within_s=60.0)
         self.holder = ""
         self.run(0.3)
@@ -153,9 +154,9 @@ class GatewayBench:
 
     def enabled(self) -> int:
         """Claim and enable; answers the owner."""
-        claim = self.ask(Claim("left", f"a{self._calls}", "d"))
+        claim = self.ask(Claim(self.robot, f"a{self._calls}", "d"))
         assert claim.claim is not None, claim.text
-        reply = self.ask(EnableDrives("left", claim.claim.owner))
+        reply = self.ask(EnableDrives(self.robot, claim.claim.owner))
         assert reply.ok, reply.text
         self.until(lambda: self.feedback is not None and self.feedback.enabled)
         return claim.claim.owner
