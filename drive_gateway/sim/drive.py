@@ -134,8 +134,9 @@ class Drive:
         self._show()
 
     def started(self) -> None:
-        """Transition 1: the self-test is done."""
-        self._enter(DriveState.SWITCH_ON_DISABLED)
+        """Transition 1: the self-test is done; a fault that it found stays."""
+        if not self.faults:
+            self._enter(DriveState.SWITCH_ON_DISABLED)
 
     def advance(self, now: float) -> None:
         """Let time pass up to `now`: move, watch, show."""

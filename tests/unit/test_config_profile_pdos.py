@@ -26,6 +26,12 @@ def test_the_gantry_cell_is_good_and_maps_what_the_thesis_maps() -> None:
     assert pdos.bits_per_s == pytest.approx(sum(frame_bits(size) for size in sizes) / 0.04)
 
 
+def test_the_tpdos_and_heartbeats_of_six_nodes_load_500_kbit_per_s_as_computed_by_hand() -> None:
+    tpdos = 6 * (frame_bits(6) + frame_bits(8)) / 0.04 / 500_000
+    assert tpdos == pytest.approx(0.075, abs=0.0015)
+    assert 6 * frame_bits(1) / 0.5 / 500_000 == pytest.approx(0.0016, abs=1e-4)
+
+
 def test_tpdo1_of_node_1_is_linked_byte_by_byte_as_in_the_thesis_with_its_period_as_event_timer_too() -> None:
     pdos = load_drives(CONFIGS / GANTRY, "gantry_bus").profile_pdos
     writes = [write for write in profile_writes(1, pdos) if write.index in (0x1800, 0x1A00)]
