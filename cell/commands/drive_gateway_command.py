@@ -107,6 +107,9 @@ def tune(
     file: CellFileArgument,
     gateway: GatewayArgument,
     axis: Annotated[str, typer.Argument(metavar="AXIS", help="An axis of the gateway: J1, or left.J1.")],
+    output: Annotated[
+        Path | None, typer.Option("-o", "--output", metavar="FILE", help="Write the curves to this HTML page too.")
+    ] = None,
 ) -> None:
     """Show step and frequency response of a simulated axis, with its gain margin from the open loop.
 
@@ -116,7 +119,7 @@ def tune(
     from drive_gateway.config import load_drives
 
     settings = _settings(file, gateway, None)
-    show_tuning(load_drives(settings.gateways[gateway].drives, gateway), axis)
+    show_tuning(load_drives(settings.gateways[gateway].drives, gateway), axis, output)
 
 
 def _example(words: str) -> str:
