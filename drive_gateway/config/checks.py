@@ -121,6 +121,7 @@ def _axes(document: Document, drives: DrivesFile) -> Iterator[Problem]:
             yield document.problem((*path, "following_window"), found, allowed)
         counts = abs(axis.counts_per_unit())
         yield from _homing(document, path, axis)
+        yield from _encoder(document, path, axis)
         if axis.eds is not None and not document.beside(axis.eds).is_file():
             yield document.problem((*path, "eds"), f"no file {axis.eds!r}", "an EDS or DCF file beside this one")
         for name in ("quick_stop", "following_window"):
@@ -140,6 +141,20 @@ def _homing(document: Document, path: KeyPath, axis: AxisEntry) -> Iterator[Prob
             found = document.found((*path, "homing", name))
             allowed = f"{declared(document, most, axis.linear):g} or less"
             yield document.problem((*path, "homing", name), found, allowed)
+
+
+def _encoder(document: Document, path: KeyPath, axis: AxisEntry) -> Iterator[Problem]:
+    check, place = axis.encoder_check, (*path, "encoder_check")
+    if axis.encoder == "incremental" and "encoder_check" in axis.model_fields_set:
+        yield document.problem(place, "a check of an incremental encoder", "encoder: absolute", at_key=True)
+    if check.window is not None:
+        half_turn = 0.5 * axis.counts_per_turn / abs(axis.counts_per_unit())
+        if check.window >= half_turn:
+            allowed = f"less than {declared(document, half_turn, axis.linear):g}, half a turn of the motor"
+            yield document.problem((*place, "window"), document.found((*place, "window")), allowed)
+    if (check.status is None) != (check.battery_mask == 0):
+        found = "no status" if check.status is None else "no battery_mask"
+        yield document.problem(place, found, "both status and battery_mask, or none", at_key=True)
 
 
 def axes_of(drives: DrivesFile) -> Iterator[tuple[KeyPath, str, AxisEntry]]:

@@ -8,7 +8,15 @@ from pydantic import BaseModel, Field, ValidationInfo, field_validator
 
 from cell.config.fields import FileName, Name
 from cell.config.units import STRICT, Number, Positive, PositiveLength, Seconds, Units, in_si
-from drive_gateway.config.settings import AxisSettings, BusSettings, GatewaySettings, HomingSettings, RobotDrives
+from drive_gateway.config.object_address import ObjectAddress, address_of
+from drive_gateway.config.settings import (
+    AxisSettings,
+    BusSettings,
+    EncoderSettings,
+    GatewaySettings,
+    HomingSettings,
+    RobotDrives,
+)
 from drive_gateway.config.simulation import Level, Simulation
 from drive_gateway.config.simulation_entry import AxisName, SimulationEntry
 from drive_gateway.sim.axis.axis_data import AxisData
@@ -51,6 +59,21 @@ class HomingEntry(BaseModel):
         return HomingSettings(self.method, self.fast, self.slow, self.acceleration, self.position, self.order)
 
 
+class EncoderCheckEntry(BaseModel):
+    """What is compared after each start of an absolute encoder's drive."""
+
+    model_config = STRICT
+    window: Positive | None = Field(
+        default=None,
+        description="how far the axis may move while its drive is off; without it a sixteenth of a motor turn",
+    )
+    serial: ObjectAddress | None = Field(default=None, description="object with the encoder's serial number")
+    status: ObjectAddress | None = Field(default=None, description="object with the encoder's status")
+    battery_mask: int = Field(
+        default=0, ge=0, lt=2**32, description="bits of the status that are set after its battery was empty"
+    )
+
+
 class AxisEntry(BaseModel):
     """One drive and its axis; angles and lengths are behind the gear."""
 
@@ -71,6 +94,9 @@ class AxisEntry(BaseModel):
     encoder: Literal["absolute", "incremental"] = Field(
         default="absolute", description="incremental: the axis must home after each start of its drive"
     )
+    encoder_check: EncoderCheckEntry = Field(
+        default=EncoderCheckEntry(), description="how an absolute encoder is checked after each start"
+    )
     error_control: Literal["heartbeat", "guarding"] = Field(
         default="heartbeat", description="how node and gateway watch each other; guarding needs remote frames"
     )
@@ -86,6 +112,13 @@ class AxisEntry(BaseModel):
     @classmethod
     def _homing_si(cls, homing: HomingEntry | None, info: ValidationInfo) -> HomingEntry | None:
         return None if homing is None else homing.in_si(info.data.get("type") == "linear", info)
+
+    @field_validator("encoder_check")
+    @classmethod
+    def _window_si(cls, check: EncoderCheckEntry, info: ValidationInfo) -> EncoderCheckEntry:
+        if check.window is None:
+            return check
+        return check.model_copy(update={"window": in_si(check.window, info.data.get("type") == "linear", info)})
 
     @property
     def linear(self) -> bool:
@@ -106,8 +139,20 @@ class AxisEntry(BaseModel):
             linear=self.linear,
             guarded=self.error_control == "guarding",
             incremental=self.encoder == "incremental",
+            absolute=self._absolute() if self.encoder == "absolute" else None,
             homing=None if self.homing is None else self.homing.settings(),
             eds="" if self.eds is None else str(folder / self.eds),
+        )
+
+    def _absolute(self) -> EncoderSettings:
+        check = self.encoder_check
+        sixteenth = self.counts_per_turn // 16
+        return EncoderSettings(
+            counts_per_turn=self.counts_per_turn,
+            window=sixteenth if check.window is None else round(check.window * abs(self.counts_per_unit())),
+            serial=address_of(check.serial),
+            status=address_of(check.status),
+            battery_mask=check.battery_mask,
         )
 
     def counts_per_unit(self) -> float:

@@ -24,6 +24,22 @@ class HomingSettings:
 
 
 @dataclass(frozen=True, slots=True)
+class EncoderSettings:
+    """How it is checked after each start that an absolute encoder still shows where its axis is."""
+
+    counts_per_turn: int
+    """Of the motor."""
+    window: int
+    """[counts] by which the axis may have moved while its drive was off; less than half a turn of the motor."""
+    serial: tuple[int, int] | None = None
+    """Index and sub-index of the encoder's serial number; `None`: the drive does not tell it."""
+    status: tuple[int, int] | None = None
+    """Index and sub-index of the encoder's status."""
+    battery_mask: int = 0
+    """Bits of the status that are set after the encoder's battery was empty."""
+
+
+@dataclass(frozen=True, slots=True)
 class AxisSettings:
     """One axis: its node, its units and its limits. Radians or metres are at the axis, behind the gear."""
 
@@ -49,6 +65,8 @@ class AxisSettings:
     """The axis slides: its units are metres."""
     incremental: bool = False
     """The encoder counts from zero after each power-on: the axis must home before it may be enabled."""
+    absolute: EncoderSettings | None = None
+    """`None`: the encoder is incremental, or believed without a check."""
     homing: HomingSettings | None = None
     """`None`: the axis cannot home."""
     guarded: bool = False

@@ -4,6 +4,7 @@ Everything has a deadline; a node that fails is tried again slowly, so a drive t
 """
 
 from collections import deque
+from collections.abc import Callable
 from dataclasses import dataclass
 from enum import Enum
 
@@ -14,6 +15,7 @@ from drive_gateway.canopen.sdo import SdoChannel, SdoDone, abort_text
 from drive_gateway.cia402.preparation import preparations
 from drive_gateway.config.settings import AxisSettings, GatewaySettings
 from drive_gateway.gateway.effects import Frame
+from drive_gateway.gateway.reference import Reference
 
 RETRY_S = 2.0
 """Pause before a node that failed is tried again."""
@@ -36,17 +38,21 @@ class _Step:
     sub: int
     data: bytes | None
     shown: bytes | None = None
+    take: Callable[[bytes], None] | None = None
+    """Who wants to know what was read."""
 
 
 class BringUp:
     """The way of one node to Operational. The node's supervisor feeds it boot-ups, heartbeats and SDO outcomes."""
 
-    def __init__(self, label: str, axis: AxisSettings, settings: GatewaySettings, sdo: SdoChannel) -> None:
+    def __init__(
+        self, label: str, axis: AxisSettings, settings: GatewaySettings, sdo: SdoChannel, reference: Reference
+    ) -> None:
         self._label = label
         self._node_id = axis.node_id
         self._timeout_s = settings.boot_timeout_s
         self._sdo = sdo
-        self._program = _program(axis, settings)
+        self._program = _program(axis, settings, reference)
         self._steps: deque[_Step] = deque()
         self._deadline = 0.0
         self._now = 0.0
@@ -132,6 +138,8 @@ class BringUp:
             self._ask()
             self._found = outcome.data
             return
+        if step.take is not None:
+            step.take(outcome.data)
         self._steps.popleft()
         if self._steps:
             self._ask()
@@ -152,10 +160,15 @@ def _number(data: bytes) -> int:
     return int.from_bytes(data, "little")
 
 
-def _program(axis: AxisSettings, settings: GatewaySettings) -> list[_Step]:
+def _program(axis: AxisSettings, settings: GatewaySettings, reference: Reference) -> list[_Step]:
     steps = [_Step("vendor in the identity object", 0x1018, 1, None)]
     for item in preparations(axis, settings):
         steps.append(_Step(item.what, item.write.index, item.write.sub, item.write.data))
         steps.append(_Step(item.what, item.shown_index, item.shown_sub, None, item.write.data))
+    encoder = axis.absolute
+    if encoder is not None and encoder.serial is not None:
+        steps.append(_Step("serial number of the encoder", *encoder.serial, None, take=reference.hear_serial))
+    if encoder is not None and encoder.status is not None:
+        steps.append(_Step("status of the encoder", *encoder.status, None, take=reference.hear_status))
     steps += [_Step("PDO mapping", write.index, write.sub, write.data) for write in pdo_writes(axis.node_id)]
     return steps

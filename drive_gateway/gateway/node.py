@@ -13,7 +13,9 @@ from drive_gateway.cia402.state_machine import decode
 from drive_gateway.config.settings import AxisSettings, GatewaySettings
 from drive_gateway.gateway.bring_up import BringUp, Phase
 from drive_gateway.gateway.effects import Frame
+from drive_gateway.gateway.encoder_record import EncoderRecord
 from drive_gateway.gateway.guarding import Guarding
+from drive_gateway.gateway.reference import Reference
 from drive_gateway.gateway.trouble import Trouble
 
 _WITHOUT_TORQUE = {
@@ -27,21 +29,22 @@ _WITHOUT_TORQUE = {
 class Node:
     """Bring-up and supervision of one node. Troubles are kept until the robot takes them with `check`."""
 
-    def __init__(self, robot: str, axis: AxisSettings, settings: GatewaySettings) -> None:
+    def __init__(
+        self, robot: str, axis: AxisSettings, settings: GatewaySettings, stored: EncoderRecord | None = None
+    ) -> None:
         self.axis = axis
         self.label = f"node {axis.node_id} ({robot} {axis.name})"
         self.sdo = SdoChannel(axis.node_id)
         self.counts: int | None = None
         self.counts_per_cycle = 0.0
         self.statusword = 0
-        self.referenced = not axis.incremental
-        """The drive knows where its axis is; an incremental encoder forgets it with every start of its node."""
+        self.reference = Reference(axis, stored)
         self.emergency: Emergency | None = None
         self.missing_tpdos = 0
         self.told_problem = ""
         self._robot = robot
         self._settings = settings
-        self._bring_up = BringUp(self.label, axis, settings, self.sdo)
+        self._bring_up = BringUp(self.label, axis, settings, self.sdo, self.reference)
         self._guarding = Guarding(axis.node_id, settings.heartbeat_producer_s) if axis.guarded else None
         self._nmt: NmtState | None = None
         self._status = AxisStatus.SILENT
@@ -83,7 +86,10 @@ class Node:
         nmt = "unknown" if self._nmt is None else self._nmt.name.lower()
         code = None if self.emergency is None else self.emergency.code
         text = "" if self.emergency is None else self.emergency.meaning
-        return NodeStatus(self.axis.node_id, self._robot, self.axis.name, nmt, self.status, code, text, self.referenced)
+        missing = self.reference.missing
+        return NodeStatus(
+            self.axis.node_id, self._robot, self.axis.name, nmt, self.status, code, text, not missing, missing
+        )
 
     def said(self) -> str:
         """Its state in a few words, for the answer to a call."""
@@ -188,7 +194,7 @@ class Node:
         self._tpdo_tick = -1
         self.counts_per_cycle = 0.0
         self.statusword = 0
-        self.referenced = not self.axis.incremental
+        self.reference.restarted()
         self.emergency = None
 
     def _watch(self, now: float, tick: int) -> None:
@@ -206,4 +212,12 @@ class Node:
     def _lose(self, code: str, what: str, remedy: str) -> None:
         self._lost = True
         self.sdo.forget()
+        if self.counts is not None:
+            self.reference.lost(self.counts, self._way_to_rest())
         self._troubles.append(Trouble(code, f"{self.label} {what}", remedy, self.axis.node_id))
+
+    def _way_to_rest(self) -> float:
+        """[counts] that a silent drive may still go: until it misses its gateway, and then its quick stop."""
+        speed = abs(self.counts_per_cycle) / self._settings.cycle_s
+        unheard_s = self._settings.heartbeat_timeout_s + self._settings.tpdo_timeout_s
+        return speed * unheard_s + speed**2 / (2.0 * self.axis.quick_stop * abs(self.axis.counts_per_unit))

@@ -48,7 +48,7 @@ def move_motion(group: DriveGroup, call: MoveAxes, now: float) -> Plan:
     nodes = _nodes(group, list(call.targets))
     if not nodes or not 0.0 < call.speed <= 1.0:
         raise SetupRefused(f"{len(nodes)} axes at speed {call.speed:g}; allowed are one or more, above 0 and up to 1")
-    lost = [node for node in nodes if not node.referenced]
+    lost = [node for node in nodes if not node.reference.known]
     if lost and not call.relative:
         raise SetupRefused(f"{_names(lost)} of {group.robot} not referenced; home first, or move by a distance")
     distances = [

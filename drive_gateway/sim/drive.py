@@ -45,6 +45,7 @@ _PERIOD_VALUE = key_of(0x60C2, 1)
 _PERIOD_EXPONENT = key_of(0x60C2, 2)
 _FOLLOWING_ERROR_ACTUAL = key_of(0x60F4)
 _STANDSTILL = key_of(0x606F)
+_ENCODER_SERIAL, _ENCODER_STATUS = key_of(0x2010, 1), key_of(0x2010, 2)
 
 _VOLTAGE_ENABLED = 1 << 4
 _REMOTE = 1 << 9
@@ -91,8 +92,8 @@ class Drive:
         self._brake = _BRAKE_FACTOR * axis.quick_stop * scale
         self._cycle_s = cycle_s
         self._numbers = objects.numbers
-        self._reference = Reference(axis)
-        self._setup = SetupModes(objects.numbers, self.servo, self._reference)
+        self.reference = Reference(axis)
+        self._setup = SetupModes(objects.numbers, self.servo, self.reference)
         self._emergencies = emergencies
         self._cause_present = cause_present
         self._now: float | None = None
@@ -121,7 +122,7 @@ class Drive:
     def reset(self) -> None:
         """Transition 0: the drive restarts without power; the axis is where it is."""
         self.servo.switch_on()
-        self._reference.switched_on(self.servo.position)
+        self.reference.switched_on(self.servo.position)
         self.state = DriveState.NOT_READY_TO_SWITCH_ON
         self.faults: list[int] = []
         self._before = 0
@@ -211,7 +212,7 @@ class Drive:
 
     def _aim(self, target: int) -> None:
         if self.state is DriveState.OPERATION_ENABLED and self._numbers[_MODE_DISPLAY] == CYCLIC_SYNCHRONOUS_POSITION:
-            self.servo.interpolate(target + self._reference.shift, self._period_s)
+            self.servo.interpolate(target + self.reference.shift, self._period_s)
             self._setpoint_at = self._now or 0.0
 
     # States
@@ -279,7 +280,7 @@ class Drive:
     def _show(self) -> None:
         """Statusword and measurements into their objects."""
         servo, numbers = self.servo, self._numbers
-        shift, mode = self._reference.shift, numbers[_MODE_DISPLAY]
+        shift, mode = self.reference.shift, numbers[_MODE_DISPLAY]
         word = self.state.value | _REMOTE
         if self.state is not DriveState.NOT_READY_TO_SWITCH_ON:
             word |= _VOLTAGE_ENABLED
@@ -292,6 +293,7 @@ class Drive:
         if FOLLOWING_ERROR in self.faults:
             word |= _FOLLOWING_ERROR_BIT
         numbers[STATUSWORD] = word
+        numbers[_ENCODER_SERIAL], numbers[_ENCODER_STATUS] = self.reference.serial, self.reference.battery_empty
         numbers[POSITION_ACTUAL] = _clipped(servo.position - shift)
         numbers[_VELOCITY_ACTUAL] = _clipped(servo.velocity)
         numbers[_POSITION_DEMAND] = _clipped(servo.demand - shift)

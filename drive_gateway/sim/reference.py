@@ -44,6 +44,10 @@ class Reference:
 
     def __init__(self, axis: AxisSettings) -> None:
         self._incremental = axis.incremental
+        self.serial = axis.node_id
+        """Of the encoder."""
+        self.battery_empty = False
+        """An absolute encoder's battery was empty while the drive was off: its turns may be wrong until it homes."""
         self.switches = Switches.of(axis)
         self.shift = 0.0
         """Place of the axis minus the position that the drive shows [counts]."""
@@ -56,3 +60,4 @@ class Reference:
     def found(self, home: float, offset: int) -> None:
         """Homing found the home point at `home` [counts of the axis itself], which is `offset` (607Ch)."""
         self.shift = home - offset
+        self.battery_empty = False
