@@ -15,6 +15,7 @@ from drive_gateway.config.settings import (
     EncoderSettings,
     GatewaySettings,
     HomingSettings,
+    IdentitySettings,
     RobotDrives,
 )
 from drive_gateway.config.simulation import Level, Simulation
@@ -59,6 +60,22 @@ class HomingEntry(BaseModel):
         return HomingSettings(self.method, self.fast, self.slow, self.acceleration, self.position, self.order)
 
 
+UInt32 = Annotated[int, Field(ge=0, lt=2**32)]
+
+
+class IdentityEntry(BaseModel):
+    """Which drive must be at this node (1018h); a node with another one is not configured."""
+
+    model_config = STRICT
+    vendor: UInt32 | None = Field(default=None, description="vendor-ID, 1018h:01")
+    product: UInt32 | None = Field(default=None, description="product code, 1018h:02")
+    revision: UInt32 | None = Field(default=None, description="revision number, 1018h:03")
+    serial: UInt32 | None = Field(default=None, description="serial number, 1018h:04")
+
+    def settings(self) -> IdentitySettings:
+        return IdentitySettings(self.vendor, self.product, self.revision, self.serial)
+
+
 class EncoderCheckEntry(BaseModel):
     """What is compared after each start of an absolute encoder's drive."""
 
@@ -97,6 +114,7 @@ class AxisEntry(BaseModel):
     encoder_check: EncoderCheckEntry = Field(
         default=EncoderCheckEntry(), description="how an absolute encoder is checked after each start"
     )
+    identity: IdentityEntry = Field(default=IdentityEntry(), description="which drive must be at this node")
     error_control: Literal["heartbeat", "guarding"] = Field(
         default="heartbeat", description="how node and gateway watch each other; guarding needs remote frames"
     )
@@ -137,6 +155,7 @@ class AxisEntry(BaseModel):
             following_time_s=self.following_time_s,
             simulated_start=self.simulated_start,
             linear=self.linear,
+            identity=self.identity.settings(),
             guarded=self.error_control == "guarding",
             incremental=self.encoder == "incremental",
             absolute=self._absolute() if self.encoder == "absolute" else None,

@@ -24,6 +24,16 @@ class HomingSettings:
 
 
 @dataclass(frozen=True, slots=True)
+class IdentitySettings:
+    """What the identity object (1018h) of the right drive says; `None` is not looked at."""
+
+    vendor: int | None = None
+    product: int | None = None
+    revision: int | None = None
+    serial: int | None = None
+
+
+@dataclass(frozen=True, slots=True)
 class EncoderSettings:
     """How it is checked after each start that an absolute encoder still shows where its axis is."""
 
@@ -69,6 +79,7 @@ class AxisSettings:
     """`None`: the encoder is incremental, or believed without a check."""
     homing: HomingSettings | None = None
     """`None`: the axis cannot home."""
+    identity: IdentitySettings = IdentitySettings()
     guarded: bool = False
     """The node is watched by node guarding instead of heartbeats, for drives that have none."""
     eds: str = ""

@@ -13,7 +13,7 @@ from drive_gateway.canopen.nmt import NmtCommand, NmtState, nmt_frame
 from drive_gateway.canopen.pdo_map import pdo_writes
 from drive_gateway.canopen.sdo import SdoChannel, SdoDone, abort_text
 from drive_gateway.cia402.preparation import preparations
-from drive_gateway.config.settings import AxisSettings, GatewaySettings
+from drive_gateway.config.settings import AxisSettings, GatewaySettings, IdentitySettings
 from drive_gateway.gateway.effects import Frame
 from drive_gateway.gateway.reference import Reference
 
@@ -38,6 +38,8 @@ class _Step:
     sub: int
     data: bytes | None
     shown: bytes | None = None
+    constant: bool = False
+    """A node that shows something else is the wrong one."""
     take: Callable[[bytes], None] | None = None
     """Who wants to know what was read."""
 
@@ -133,6 +135,12 @@ class BringUp:
             reason = outcome.problem if outcome.abort_code is None else abort_text(outcome.abort_code)
             self._fail(f"{self._label} refused {_where(step)}: {reason}")
             return
+        if step.constant and step.shown is not None and not _equal(outcome.data, step.shown):
+            self._fail(
+                f"{self._label} is another drive: {step.what} (1018h:{step.sub:02X}) is {_number(outcome.data):X}h, the "
+                f"drives file says {_number(step.shown):X}h; connect the right one, or correct the file"
+            )
+            return
         if step.shown is not None and not _equal(outcome.data, step.shown):
             # A drive may need a moment until it shows what was set; the deadline of the phase bounds the repeats.
             self._ask()
@@ -161,7 +169,7 @@ def _number(data: bytes) -> int:
 
 
 def _program(axis: AxisSettings, settings: GatewaySettings, reference: Reference) -> list[_Step]:
-    steps = [_Step("vendor in the identity object", 0x1018, 1, None)]
+    steps = _identity(axis.identity)
     for item in preparations(axis, settings):
         steps.append(_Step(item.what, item.write.index, item.write.sub, item.write.data))
         steps.append(_Step(item.what, item.shown_index, item.shown_sub, None, item.write.data))
@@ -172,3 +180,15 @@ def _program(axis: AxisSettings, settings: GatewaySettings, reference: Reference
         steps.append(_Step("status of the encoder", *encoder.status, None, take=reference.hear_status))
     steps += [_Step("PDO mapping", write.index, write.sub, write.data) for write in pdo_writes(axis.node_id)]
     return steps
+
+
+def _identity(identity: IdentitySettings) -> list[_Step]:
+    """The vendor is always read: whoever has no identity object is no CANopen node."""
+    wanted = (identity.vendor, identity.product, identity.revision, identity.serial)
+    names = ("vendor-ID", "product code", "revision number", "serial number")
+    shown = [None if value is None else value.to_bytes(4, "little") for value in wanted]
+    return [
+        _Step(name, 0x1018, sub, None, value, constant=True)
+        for sub, (name, value) in enumerate(zip(names, shown, strict=True), start=1)
+        if sub == 1 or value is not None
+    ]

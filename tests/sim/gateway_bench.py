@@ -77,6 +77,7 @@ class GatewayBench:
         self.now = 10.0
         self.events: list[Event] = []
         self.frames: list[CanFrame] = []
+        self.requests: list[Sdo] = []
         self.replies: dict[str, Reply] = {}
         self.feedback: DriveFeedback | None = None
         self.state: GatewayState | None = None
@@ -181,6 +182,7 @@ class GatewayBench:
             case StorePosition(name, record):
                 self.stored[name] = record
             case Sdo():
+                self.requests.append(effect)
                 self._back.append(self.bus.sdo(effect, self.now))
             case Publish(DriveFeedback() as feedback):
                 self.feedback = feedback
