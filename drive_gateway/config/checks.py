@@ -7,8 +7,10 @@ from can.interfaces import VALID_INTERFACES
 from cell.config.document import Document
 from cell.config.problem import KeyPath, Problem, Severity
 from cell.config.reading import declared
+from drive_gateway.cia402.units import AxisUnits
 from drive_gateway.config.bus_load import KEPT_FREE, REFUSE_ABOVE, WARN_ABOVE, bus_load
 from drive_gateway.config.drives_file import AxisEntry, DrivesFile
+from drive_gateway.config.image import image_of
 from drive_gateway.config.simulation_checks import check_simulation
 
 UINT16_MAX = 2**16 - 1
@@ -52,12 +54,12 @@ def _nodes(document: Document, drives: DrivesFile) -> Iterator[Problem]:
 
 
 def _load(document: Document, drives: DrivesFile) -> Iterator[Problem]:
-    nodes = sum(1 for _ in axes_of(drives))
-    load = bus_load(nodes, drives.bus.bitrate, drives.cycle_s, drives.heartbeat_producer_s)
+    images = [image_of(axis.settings(str(path[-1]))) for path, _, axis in axes_of(drives)]
+    load = bus_load(images, drives.bus.bitrate, drives.cycle_s, drives.heartbeat_producer_s)
     if not load.high:
         return
     found = (
-        f"a bus load of {100 * load.total:.0f} % ({nodes} nodes every {1000 * drives.cycle_s:g} ms at "
+        f"a bus load of {100 * load.total:.0f} % ({len(images)} axes every {1000 * drives.cycle_s:g} ms at "
         f"{drives.bus.bitrate // 1000} kbit/s: {100 * load.cyclic:.0f} % with worst-case stuffing, and "
         f"{100 * KEPT_FREE:.0f} % kept for SDO and EMCY)"
     )
@@ -120,6 +122,7 @@ def _axes(document: Document, drives: DrivesFile) -> Iterator[Problem]:
             allowed = f"more than {least:g}: simulated drives lag by speed times simulated_lag_s"
             yield document.problem((*path, "following_window"), found, allowed)
         counts = abs(axis.counts_per_unit())
+        yield from _limits(document, path, axis)
         yield from _homing(document, path, axis)
         yield from _encoder(document, path, axis)
         if axis.eds is not None and not document.beside(axis.eds).is_file():
@@ -141,6 +144,20 @@ def _homing(document: Document, path: KeyPath, axis: AxisEntry) -> Iterator[Prob
             found = document.found((*path, "homing", name))
             allowed = f"{declared(document, most, axis.linear):g} or less"
             yield document.problem((*path, "homing", name), found, allowed)
+
+
+def _limits(document: Document, path: KeyPath, axis: AxisEntry) -> Iterator[Problem]:
+    if axis.limits is None:
+        return
+    found = " to ".join(f"{declared(document, limit, axis.linear):g}" for limit in axis.limits)
+    if axis.limits[0] >= axis.limits[1]:
+        yield document.problem((*path, "limits"), found, "the lower one first")
+        return
+    units = AxisUnits([axis.settings(str(path[-1]))])
+    lowest, highest = float(units.int32_lowest[0]), float(units.int32_highest[0])
+    if axis.limits[0] < lowest or axis.limits[1] > highest:
+        fits = " to ".join(f"{declared(document, bound, axis.linear):g}" for bound in (lowest, highest))
+        yield document.problem((*path, "limits"), found, f"within {fits}, 32 bits of encoder counts")
 
 
 def _encoder(document: Document, path: KeyPath, axis: AxisEntry) -> Iterator[Problem]:

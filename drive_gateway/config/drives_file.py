@@ -111,8 +111,14 @@ class AxisEntry(BaseModel):
     encoder: Literal["absolute", "incremental"] = Field(
         default="absolute", description="incremental: the axis must home after each start of its drive"
     )
+    limits: tuple[Number, Number] | None = Field(
+        default=None, description="lowest and highest axis position, which the drive keeps too (607Dh)"
+    )
     encoder_check: EncoderCheckEntry = Field(
         default=EncoderCheckEntry(), description="how an absolute encoder is checked after each start"
+    )
+    feed_forward: Literal["none", "velocity"] = Field(
+        default="none", description="velocity: each sample's velocity goes to the drive as its offset (60B1h)"
     )
     identity: IdentityEntry = Field(default=IdentityEntry(), description="which drive must be at this node")
     error_control: Literal["heartbeat", "guarding"] = Field(
@@ -130,6 +136,19 @@ class AxisEntry(BaseModel):
     @classmethod
     def _homing_si(cls, homing: HomingEntry | None, info: ValidationInfo) -> HomingEntry | None:
         return None if homing is None else homing.in_si(info.data.get("type") == "linear", info)
+
+    @field_validator("limits", mode="before")
+    @classmethod
+    def _pair(cls, limits: object) -> object:
+        return tuple(limits) if isinstance(limits, list) else limits
+
+    @field_validator("limits")
+    @classmethod
+    def _limits_si(cls, limits: tuple[float, float] | None, info: ValidationInfo) -> tuple[float, float] | None:
+        if limits is None:
+            return None
+        linear = info.data.get("type") == "linear"
+        return in_si(limits[0], linear, info), in_si(limits[1], linear, info)
 
     @field_validator("encoder_check")
     @classmethod
@@ -155,6 +174,8 @@ class AxisEntry(BaseModel):
             following_time_s=self.following_time_s,
             simulated_start=self.simulated_start,
             linear=self.linear,
+            limits=self.limits,
+            velocity_offset=self.feed_forward == "velocity",
             identity=self.identity.settings(),
             guarded=self.error_control == "guarding",
             incremental=self.encoder == "incremental",

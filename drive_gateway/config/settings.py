@@ -79,6 +79,10 @@ class AxisSettings:
     """`None`: the encoder is incremental, or believed without a check."""
     homing: HomingSettings | None = None
     """`None`: the axis cannot home."""
+    limits: tuple[float, float] | None = None
+    """[rad or m] what the drive itself keeps its targets within (607Dh); a block or a set-up move beyond is refused."""
+    velocity_offset: bool = False
+    """The drive gets the velocity of each sample as feed-forward (60B1h)."""
     identity: IdentitySettings = IdentitySettings()
     guarded: bool = False
     """The node is watched by node guarding instead of heartbeats, for drives that have none."""

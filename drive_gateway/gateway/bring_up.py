@@ -10,15 +10,19 @@ from enum import Enum
 
 from cell.core import Effect
 from drive_gateway.canopen.nmt import NmtCommand, NmtState, nmt_frame
-from drive_gateway.canopen.pdo_map import pdo_writes
+from drive_gateway.canopen.pdo_map import SdoWrite, unused
 from drive_gateway.canopen.sdo import SdoChannel, SdoDone, abort_text
 from drive_gateway.cia402.preparation import preparations
+from drive_gateway.config.image import image_of
 from drive_gateway.config.settings import AxisSettings, GatewaySettings, IdentitySettings
 from drive_gateway.gateway.effects import Frame
 from drive_gateway.gateway.reference import Reference
 
 RETRY_S = 2.0
 """Pause before a node that failed is tried again."""
+
+_ABSENT = (0x06020000, 0x06090011)
+"""Abort codes: no such object, no such sub-index."""
 
 
 class Phase(Enum):
@@ -40,6 +44,8 @@ class _Step:
     shown: bytes | None = None
     constant: bool = False
     """A node that shows something else is the wrong one."""
+    optional: bool = False
+    """A node that has no such object needs no such value."""
     take: Callable[[bytes], None] | None = None
     """Who wants to know what was read."""
 
@@ -131,14 +137,14 @@ class BringUp:
 
     def _answered(self, outcome: SdoDone) -> None:
         step = self._steps[0]
-        if outcome.problem:
+        if outcome.problem and not (step.optional and outcome.abort_code in _ABSENT):
             reason = outcome.problem if outcome.abort_code is None else abort_text(outcome.abort_code)
             self._fail(f"{self._label} refused {_where(step)}: {reason}")
             return
         if step.constant and step.shown is not None and not _equal(outcome.data, step.shown):
             self._fail(
-                f"{self._label} is another drive: {step.what} (1018h:{step.sub:02X}) is {_number(outcome.data):X}h, the "
-                f"drives file says {_number(step.shown):X}h; connect the right one, or correct the file"
+                f"{self._label} is another drive: {step.what} (1018h:{step.sub:02X}) is {_number(outcome.data):X}h, "
+                f"the drives file says {_number(step.shown):X}h; connect the right one, or correct the file"
             )
             return
         if step.shown is not None and not _equal(outcome.data, step.shown):
@@ -178,8 +184,14 @@ def _program(axis: AxisSettings, settings: GatewaySettings, reference: Reference
         steps.append(_Step("serial number of the encoder", *encoder.serial, None, take=reference.hear_serial))
     if encoder is not None and encoder.status is not None:
         steps.append(_Step("status of the encoder", *encoder.status, None, take=reference.hear_status))
-    steps += [_Step("PDO mapping", write.index, write.sub, write.data) for write in pdo_writes(axis.node_id)]
+    pdos = image_of(axis).pdos
+    steps += [_Step("PDO that is not used", *_parts(write), optional=True) for write in unused(axis.node_id, pdos)]
+    steps += [_Step("PDO mapping", *_parts(write)) for pdo in pdos for write in pdo.writes()]
     return steps
+
+
+def _parts(write: SdoWrite) -> tuple[int, int, bytes]:
+    return write.index, write.sub, write.data
 
 
 def _identity(identity: IdentitySettings) -> list[_Step]:

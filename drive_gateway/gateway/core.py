@@ -12,10 +12,10 @@ from cell.messages.estop import Estop
 from cell.messages.gateway_state import BusCounters, GatewayState
 from cell.messages.setpoints import SetpointBlock
 from drive_gateway.canopen import cob_id
-from drive_gateway.canopen.bus_load import cyclic_load
 from drive_gateway.canopen.frame import CanFrame
 from drive_gateway.canopen.nmt import SYNC_FRAME, NmtCommand, NmtState, heartbeat_frame, nmt_frame
 from drive_gateway.canopen.sdo import SdoDone
+from drive_gateway.config.bus_load import bus_load
 from drive_gateway.config.settings import GatewaySettings
 from drive_gateway.gateway.calls import Calls
 from drive_gateway.gateway.effects import Frame, RecordEnded, RecordSaid
@@ -81,9 +81,8 @@ class GatewayCore:
         self._heartbeat_due = 0.0
         self._confirmed: str | None = None
         self._closing_since: float | None = None
-        self._bus_load = cyclic_load(
-            len(self._nodes), settings.bus.bitrate, settings.cycle_s, settings.heartbeat_producer_s
-        )
+        images = [node.image for node in self._nodes.values()]
+        self._bus_load = bus_load(images, settings.bus.bitrate, settings.cycle_s, settings.heartbeat_producer_s).cyclic
 
     def receive(self, message: object, now: float) -> None:
         self._now = now

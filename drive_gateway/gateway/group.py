@@ -263,13 +263,15 @@ class DriveGroup:
         self.power.enter(PowerState.FAULT, now)
 
     def _command(self) -> list[Effect]:
-        position, _ = self.playout.advance()
+        position, velocity = self.playout.advance()
         self._sent.append(position)
         counts = self._units.counts(position)
+        speeds = self._units.counts_per_s(velocity)
         return [
-            Frame(self.setup.rpdo(node) or node.rpdo(self.power.controlword(node), count))
-            for node, count in zip(self.nodes, counts, strict=True)
+            Frame(frame)
+            for node, count, speed in zip(self.nodes, counts, speeds, strict=True)
             if node.operational or node.lost
+            for frame in self.setup.command(node) or node.command(self.power.controlword(node), count, speed)
         ]
 
     def _answer(self, ok: bool, text: str) -> None:

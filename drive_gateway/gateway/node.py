@@ -3,13 +3,13 @@
 from cell.core import Effect
 from cell.messages.drives import AxisStatus
 from cell.messages.gateway_state import NodeStatus
-from drive_gateway.canopen.cob_id import RPDO1
 from drive_gateway.canopen.emcy import NO_ERROR, Emergency, decode_emergency
 from drive_gateway.canopen.frame import CanFrame
 from drive_gateway.canopen.nmt import NmtState, decode_heartbeat
-from drive_gateway.canopen.pdo_map import RPDO1_LAYOUT, TPDO1_LAYOUT
+from drive_gateway.canopen.pdo_map import STATUS
 from drive_gateway.canopen.sdo import SdoChannel
 from drive_gateway.cia402.state_machine import decode
+from drive_gateway.config.image import image_of
 from drive_gateway.config.settings import AxisSettings, GatewaySettings
 from drive_gateway.gateway.bring_up import BringUp, Phase
 from drive_gateway.gateway.effects import Frame
@@ -34,6 +34,7 @@ class Node:
     ) -> None:
         self.axis = axis
         self.label = f"node {axis.node_id} ({robot} {axis.name})"
+        self.image = image_of(axis)
         self.sdo = SdoChannel(axis.node_id)
         self.counts: int | None = None
         self.counts_per_cycle = 0.0
@@ -102,9 +103,9 @@ class Node:
 
     def on_tpdo(self, data: bytes, tick: int, now: float) -> None:
         """Statusword and position, measured at the SYNC numbered `tick`."""
-        if len(data) != TPDO1_LAYOUT.size:
+        if len(data) != STATUS.size:
             return
-        statusword, counts = TPDO1_LAYOUT.unpack(data)
+        statusword, counts = STATUS.unpack(data)
         status = decode(statusword)
         if status is None:
             return
@@ -178,8 +179,9 @@ class Node:
         self._lost = False
         self._bring_up.restart(now)
 
-    def rpdo(self, controlword: int, counts: int) -> CanFrame:
-        return CanFrame(RPDO1 + self.axis.node_id, RPDO1_LAYOUT.pack(controlword, counts))
+    def command(self, controlword: int, counts: int, counts_per_s: int = 0) -> list[CanFrame]:
+        """The command of one cycle."""
+        return self.image.frames(controlword, counts, counts_per_s)
 
     @property
     def _watched(self) -> bool:

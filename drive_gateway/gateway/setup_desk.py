@@ -48,10 +48,10 @@ class SetupDesk:
                 self._end()
         self._modes.step()
 
-    def rpdo(self, node: Node) -> CanFrame | None:
-        """What a drive that moves by itself is told; `None` for all others."""
+    def command(self, node: Node) -> list[CanFrame]:
+        """What a drive that moves by itself is told; nothing for all others."""
         axis = None if self.motion is None else self.motion.controls(node)
-        return None if axis is None else node.rpdo(axis.controlword, axis.target)
+        return [] if axis is None else node.command(axis.controlword, axis.target)
 
     def _end(self) -> None:
         ended, self.motion = self.motion, None

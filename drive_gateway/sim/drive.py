@@ -41,6 +41,7 @@ _FOLLOWING_WINDOW = key_of(0x6065)
 _FOLLOWING_TIME = key_of(0x6066)
 _VELOCITY_ACTUAL = key_of(0x606C)
 _QUICK_STOP_DECELERATION = key_of(0x6085)
+_VELOCITY_OFFSET = key_of(0x60B1)
 _PERIOD_VALUE = key_of(0x60C2, 1)
 _PERIOD_EXPONENT = key_of(0x60C2, 2)
 _FOLLOWING_ERROR_ACTUAL = key_of(0x60F4)
@@ -106,6 +107,7 @@ class Drive:
         objects.followers[_MODE] = self._set_mode
         objects.followers[CONTROLWORD] = self._obey
         objects.followers[TARGET_POSITION] = self._aim
+        objects.followers[_VELOCITY_OFFSET] = self._feed
         for key in (_PERIOD_VALUE, _PERIOD_EXPONENT, _SETPOINT_TIMEOUT):
             objects.followers[key] = self._set_period
 
@@ -214,6 +216,10 @@ class Drive:
         if self.state is DriveState.OPERATION_ENABLED and self._numbers[_MODE_DISPLAY] == CYCLIC_SYNCHRONOUS_POSITION:
             self.servo.interpolate(target + self.reference.shift, self._period_s)
             self._setpoint_at = self._now or 0.0
+
+    def _feed(self, velocity: int) -> None:
+        if self.state is DriveState.OPERATION_ENABLED and self._numbers[_MODE_DISPLAY] == CYCLIC_SYNCHRONOUS_POSITION:
+            self.servo.feed(velocity)
 
     # States
 

@@ -23,7 +23,6 @@ def stored() -> GatewayBench:
     world = GatewayBench(AXES)
     world.ready()
     owner = world.enabled()
-    world.stored.clear()
     assert world.ask(DisableDrives("left", owner)).ok
     world.until(lambda: set(world.stored) == {"left.J1", "left.J2"})
     world.alive = False
@@ -52,14 +51,14 @@ def test_a_record_holds_turns_place_in_the_turn_serial_and_calibration() -> None
 
 def test_nothing_is_stored_while_the_robot_has_torque_or_before_its_brakes_hold() -> None:
     world = GatewayBench(AXES)
-    world.ready()
-    world.stored.clear()
+    world.until(lambda: world.state is not None and world.state.ready)
     owner = world.enabled()
-    world.run(2.0)
+    world.run(0.4)
     assert not world.stored
-    world.ask(DisableDrives("left", owner))
+    assert world.ask(DisableDrives("left", owner)).ok
     world.run(0.2)
     assert not world.stored
+    world.until(lambda: set(world.stored) == {"left.J1", "left.J2"})
 
 
 def test_an_axis_that_is_where_it_was_is_referenced() -> None:

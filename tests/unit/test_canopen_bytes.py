@@ -12,7 +12,7 @@ from cell.messages import AxisStatus
 from drive_gateway.canopen.emcy import decode_emergency
 from drive_gateway.canopen.frame import CanFrame
 from drive_gateway.canopen.nmt import SYNC_FRAME, NmtCommand, NmtState, heartbeat_frame, nmt_frame
-from drive_gateway.canopen.pdo_map import RPDO1_LAYOUT, TPDO1_LAYOUT, pdo_writes
+from drive_gateway.canopen.pdo_map import COMMAND, STATUS, process_image
 from drive_gateway.canopen.sdo import ABORT_CODES, Sdo, SdoDone, abort_text
 from drive_gateway.cia402.state_machine import decode
 from drive_gateway.gateway.sdo_workers import SdoWorkers
@@ -62,8 +62,8 @@ def test_a_long_value_is_read_in_segments() -> None:
 def test_process_data_of_a_drive_at_its_target() -> None:
     bench = bench_at(400)
     assert bench.sent_on(0x181)[-1].hex(" ") == "37 06 90 01 00 00"
-    assert RPDO1_LAYOUT.pack(0x1F, 400).hex(" ") == "1f 00 90 01 00 00"
-    assert TPDO1_LAYOUT.unpack(bytes.fromhex("370690010000")) == (0x0637, 400)
+    assert COMMAND.pack(0x1F, 400).hex(" ") == "1f 00 90 01 00 00"
+    assert STATUS.unpack(bytes.fromhex("370690010000")) == (0x0637, 400)
 
 
 @pytest.mark.parametrize("vector", VECTORS["client"], **WHAT)
@@ -94,7 +94,7 @@ def test_network_management_sync_and_heartbeats() -> None:
 
 
 def test_a_pdo_is_mapped_in_the_prescribed_order() -> None:
-    writes = [write for write in pdo_writes(1) if write.index in (0x1800, 0x1A00)]
+    writes = process_image(1).status.writes()
     heads = [bytes([0x23 | 4 - len(write.data) << 2]) + write.index.to_bytes(2, "little") for write in writes]
     made = [
         (head + bytes([write.sub]) + write.data).hex(" ").upper() for head, write in zip(heads, writes, strict=True)

@@ -47,6 +47,11 @@ def test_an_eds_is_looked_for_beside_the_drives_file(tmp_path: Path) -> None:
     [
         ("encoder: incremental", "encoder: found incremental without homing, allowed homing beside it, or absolute"),
         ("eds: nowhere.eds", "eds: found no file 'nowhere.eds', allowed an EDS or DCF file beside this one"),
+        ("limits: [10, -10]", "limits: found 10 to -10, allowed the lower one first"),
+        (
+            "limits: [-40000, 10]",
+            "limits: found -40000 to 10, allowed within -32768 to 32768, 32 bits of encoder counts",
+        ),
         (
             "encoder_check: {window: 2}",
             "encoder_check.window: found 2, allowed less than 1, half a turn of the motor",
