@@ -64,7 +64,7 @@ def run(
     options = zenoh_options(mode, connect, listen, config, cfg)
     link = Link("peer", listen=(mine.endpoint,), connect=(settings.manager_endpoint,))
 
-    def body(_folder: Path, stop: threading.Event) -> int:
+    def body(folder: Path, stop: threading.Event) -> int:
         return run_gateway(
             drives,
             settings.times,
@@ -73,6 +73,7 @@ def run(
             link=link,
             stop=stop,
             simulate=simulate,
+            state_folder=folder,
             zenoh_options=options,
         )
 

@@ -5,8 +5,6 @@ SYNC = 0x080
 EMCY = 0x080
 TPDO1 = 0x180
 RPDO1 = 0x200
-PDO_STEP = 0x100
-"""From one PDO of a node to its next: TPDO2 is 280h, RPDO2 is 300h."""
 SDO_FROM_NODE = 0x580
 SDO_TO_NODE = 0x600
 ERROR_CONTROL = 0x700

@@ -49,7 +49,16 @@ def preparations(axis: AxisSettings, settings: GatewaySettings) -> list[Preparat
         _same("reaction to a lost connection", 0x6007, 0, ABORT_BY_QUICK_STOP, 2),
         _same("following-error window", 0x6065, 0, round(axis.following_window * counts), 4),
         _same("following-error time", 0x6066, 0, _milliseconds(axis.following_time_s), 2),
+        *_limits(axis),
     ]
+
+
+def _limits(axis: AxisSettings) -> list[Preparation]:
+    """In the drive's own direction: what is low for the axis may be high for its counts."""
+    if axis.limits is None:
+        return []
+    low, high = sorted(round((limit - axis.offset) * axis.counts_per_unit) for limit in axis.limits)
+    return [_same("lowest position", 0x607D, 1, low, 4), _same("highest position", 0x607D, 2, high, 4)]
 
 
 def life_time_factor(settings: GatewaySettings) -> int:

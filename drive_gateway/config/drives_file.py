@@ -1,6 +1,7 @@
 """Schema of the file of a bus and its drives, and what it says as settings."""
 
 import math
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -8,8 +9,17 @@ from pydantic import BaseModel, Field, ValidationInfo, field_validator
 
 from cell.config.fields import FileName, Name
 from cell.config.units import STRICT, Number, Positive, PositiveLength, Seconds, Units, in_si
+from drive_gateway.config.object_address import ObjectAddress, address_of
 from drive_gateway.config.profile_entry import ProfilePdosEntry
-from drive_gateway.config.settings import AxisSettings, BusSettings, GatewaySettings, HomingSettings, RobotDrives
+from drive_gateway.config.settings import (
+    AxisSettings,
+    BusSettings,
+    EncoderSettings,
+    GatewaySettings,
+    HomingSettings,
+    IdentitySettings,
+    RobotDrives,
+)
 from drive_gateway.config.simulation import Level, Simulation
 from drive_gateway.config.simulation_entry import AxisName, SimulationEntry
 from drive_gateway.sim.axis.axis_data import AxisData
@@ -52,6 +62,37 @@ class HomingEntry(BaseModel):
         return HomingSettings(self.method, self.fast, self.slow, self.acceleration, self.position, self.order)
 
 
+UInt32 = Annotated[int, Field(ge=0, lt=2**32)]
+
+
+class IdentityEntry(BaseModel):
+    """Which drive must be at this node (1018h); a node with another one is not configured."""
+
+    model_config = STRICT
+    vendor: UInt32 | None = Field(default=None, description="vendor-ID, 1018h:01")
+    product: UInt32 | None = Field(default=None, description="product code, 1018h:02")
+    revision: UInt32 | None = Field(default=None, description="revision number, 1018h:03")
+    serial: UInt32 | None = Field(default=None, description="serial number, 1018h:04")
+
+    def settings(self) -> IdentitySettings:
+        return IdentitySettings(self.vendor, self.product, self.revision, self.serial)
+
+
+class EncoderCheckEntry(BaseModel):
+    """What is compared after each start of an absolute encoder's drive."""
+
+    model_config = STRICT
+    window: Positive | None = Field(
+        default=None,
+        description="how far the axis may move while its drive is off; without it a sixteenth of a motor turn",
+    )
+    serial: ObjectAddress | None = Field(default=None, description="object with the encoder's serial number")
+    status: ObjectAddress | None = Field(default=None, description="object with the encoder's status")
+    battery_mask: int = Field(
+        default=0, ge=0, lt=2**32, description="bits of the status that are set after its battery was empty"
+    )
+
+
 class AxisEntry(BaseModel):
     """One drive and its axis; angles and lengths are behind the gear."""
 
@@ -72,6 +113,16 @@ class AxisEntry(BaseModel):
     encoder: Literal["absolute", "incremental"] = Field(
         default="absolute", description="incremental: the axis must home after each start of its drive"
     )
+    limits: tuple[Number, Number] | None = Field(
+        default=None, description="lowest and highest axis position, which the drive keeps too (607Dh)"
+    )
+    encoder_check: EncoderCheckEntry = Field(
+        default=EncoderCheckEntry(), description="how an absolute encoder is checked after each start"
+    )
+    feed_forward: Literal["none", "velocity"] = Field(
+        default="none", description="velocity: each sample's velocity goes to the drive as its offset (60B1h)"
+    )
+    identity: IdentityEntry = Field(default=IdentityEntry(), description="which drive must be at this node")
     error_control: Literal["heartbeat", "guarding"] = Field(
         default="heartbeat", description="how node and gateway watch each other; guarding needs remote frames"
     )
@@ -87,6 +138,26 @@ class AxisEntry(BaseModel):
     @classmethod
     def _homing_si(cls, homing: HomingEntry | None, info: ValidationInfo) -> HomingEntry | None:
         return None if homing is None else homing.in_si(info.data.get("type") == "linear", info)
+
+    @field_validator("limits", mode="before")
+    @classmethod
+    def _pair(cls, limits: object) -> object:
+        return tuple(limits) if isinstance(limits, list) else limits
+
+    @field_validator("limits")
+    @classmethod
+    def _limits_si(cls, limits: tuple[float, float] | None, info: ValidationInfo) -> tuple[float, float] | None:
+        if limits is None:
+            return None
+        linear = info.data.get("type") == "linear"
+        return in_si(limits[0], linear, info), in_si(limits[1], linear, info)
+
+    @field_validator("encoder_check")
+    @classmethod
+    def _window_si(cls, check: EncoderCheckEntry, info: ValidationInfo) -> EncoderCheckEntry:
+        if check.window is None:
+            return check
+        return check.model_copy(update={"window": in_si(check.window, info.data.get("type") == "linear", info)})
 
     @property
     def linear(self) -> bool:
@@ -106,10 +177,25 @@ class AxisEntry(BaseModel):
             simulated_start=self.simulated_start,
             index_counts=self.counts_per_turn,
             linear=self.linear,
+            limits=self.limits,
+            velocity_offset=self.feed_forward == "velocity",
+            identity=self.identity.settings(),
             guarded=self.error_control == "guarding",
             incremental=self.encoder == "incremental",
+            absolute=self._absolute() if self.encoder == "absolute" else None,
             homing=None if self.homing is None else self.homing.settings(),
             eds="" if self.eds is None else str(folder / self.eds),
+        )
+
+    def _absolute(self) -> EncoderSettings:
+        check = self.encoder_check
+        sixteenth = self.counts_per_turn // 16
+        return EncoderSettings(
+            counts_per_turn=self.counts_per_turn,
+            window=sixteenth if check.window is None else round(check.window * abs(self.counts_per_unit())),
+            serial=address_of(check.serial),
+            status=address_of(check.status),
+            battery_mask=check.battery_mask,
         )
 
     def counts_per_unit(self) -> float:
@@ -164,7 +250,7 @@ class DrivesFile(BaseModel):
             boot_timeout_s=self.boot_timeout_s,
             simulated_lag_s=self.simulated_lag_s,
             robots={
-                robot: RobotDrives(robot, tuple(axis.settings(joint, folder) for joint, axis in entry.axes.items()))
+                robot: RobotDrives(robot, tuple(self.axis(joint, axis, folder) for joint, axis in entry.axes.items()))
                 for robot, entry in self.robots.items()
             },
             simulation=Simulation(
@@ -173,8 +259,12 @@ class DrivesFile(BaseModel):
                 dc_bus=self.simulation.dc_bus.data(),
                 axes=self.simulated_axes(),
             ),
-            profile_pdos=None if self.profile_pdos is None else self.profile_pdos.pdos(),
         )
+
+    def axis(self, name: str, axis: AxisEntry, folder: Path = Path()) -> AxisSettings:
+        """One axis with what the whole file says of it."""
+        profile_pdos = None if self.profile_pdos is None else self.profile_pdos.pdos()
+        return replace(axis.settings(name, folder), profile_pdos=profile_pdos)
 
     def simulated_axes(self) -> dict[tuple[str, str], AxisData]:
         """What the full level knows of each axis, by robot and name."""

@@ -42,8 +42,11 @@ class ProfilePdosEntry(BaseModel):
         return tuple(all_of_them)
 
 
-def check_profile_pdos(document: Document, entry: ProfilePdosEntry | None) -> Iterator[Problem]:
-    """Whether a drive can take this mapping, and a gateway command a motion with it."""
+def check_profile_pdos(document: Document, entry: ProfilePdosEntry | None, feed_forward: bool) -> Iterator[Problem]:
+    """Whether a drive can take this mapping, and a gateway command a motion with it.
+
+    `feed_forward`: an axis of the file needs another RPDO for it.
+    """
     if entry is None:
         return
     at: KeyPath = ("profile_pdos",)
@@ -53,6 +56,9 @@ def check_profile_pdos(document: Document, entry: ProfilePdosEntry | None) -> It
         bits = bits_of(getattr(entry, name))
         if bits > MOST_BITS or bits % 8:
             yield document.problem((*at, name), f"{bits} bits", f"whole bytes, up to {MOST_BITS} bits")
+    if feed_forward and entry.rpdo3:
+        found = "rpdo3 beside the feed-forward of an axis, which needs it"
+        yield document.problem((*at, "rpdo3"), found, "rpdo1 and rpdo2 alone, or no feed_forward in this file")
     mapped = [(name, code) for name in _RPDOS for code in getattr(entry, name)]
     for name, code in mapped:
         if code not in [index << 16 | bits for index, (bits, _) in COMMANDS.items()]:

@@ -25,6 +25,32 @@ class HomingSettings:
 
 
 @dataclass(frozen=True, slots=True)
+class IdentitySettings:
+    """What the identity object (1018h) of the right drive says; `None` is not looked at."""
+
+    vendor: int | None = None
+    product: int | None = None
+    revision: int | None = None
+    serial: int | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class EncoderSettings:
+    """How it is checked after each start that an absolute encoder still shows where its axis is."""
+
+    counts_per_turn: int
+    """Of the motor."""
+    window: int
+    """[counts] by which the axis may have moved while its drive was off; less than half a turn of the motor."""
+    serial: tuple[int, int] | None = None
+    """Index and sub-index of the encoder's serial number; `None`: the drive does not tell it."""
+    status: tuple[int, int] | None = None
+    """Index and sub-index of the encoder's status."""
+    battery_mask: int = 0
+    """Bits of the status that are set after the encoder's battery was empty."""
+
+
+@dataclass(frozen=True, slots=True)
 class AxisSettings:
     """One axis: its node, its units and its limits. Radians or metres are at the axis, behind the gear."""
 
@@ -52,10 +78,19 @@ class AxisSettings:
     """The axis slides: its units are metres."""
     incremental: bool = False
     """The encoder counts from zero after each power-on: the axis must home before it may be enabled."""
+    absolute: EncoderSettings | None = None
+    """`None`: the encoder is incremental, or believed without a check."""
     homing: HomingSettings | None = None
     """`None`: the axis cannot home."""
+    limits: tuple[float, float] | None = None
+    """[rad or m] what the drive itself keeps its targets within (607Dh); a block or a set-up move beyond is refused."""
+    velocity_offset: bool = False
+    """The drive gets the velocity of each sample as feed-forward (60B1h)."""
+    identity: IdentitySettings = IdentitySettings()
     guarded: bool = False
     """The node is watched by node guarding instead of heartbeats, for drives that have none."""
+    profile_pdos: ProfilePdos | None = None
+    """PDOs for motions that the drive makes by itself; `None`: these go by the cyclic image and SDO."""
     eds: str = ""
     """File with the names and types of the node's objects; empty: plain CiA 402, as the simulated drive has them."""
 
@@ -99,10 +134,3 @@ class GatewaySettings:
     """Lag with which a simulated drive follows its set points."""
     robots: dict[str, RobotDrives]
     simulation: Simulation = field(default_factory=Simulation)
-    profile_pdos: ProfilePdos | None = None
-    """PDOs for motions that the drives make by themselves; `None`: these go by the cyclic image and SDO."""
-
-    @property
-    def cyclic_pdo(self) -> int:
-        """Number of the PDOs that carry the cyclic image."""
-        return 1 if self.profile_pdos is None else 4

@@ -4,6 +4,8 @@ Order of a cycle: SYNC first, then the RPDOs for the next SYNC; the nodes' TPDOs
 sent in the cycle of SYNC `tick` acts at SYNC `tick + 1`, so a block may still change tick `tick + 2` and later.
 """
 
+from collections.abc import Mapping
+
 from cell.config.settings import Times
 from cell.core import Effect, Ended, Publish, Request, Shutdown
 from cell.messages.estop import Estop
@@ -17,6 +19,7 @@ from drive_gateway.config.bus_load import bus_load
 from drive_gateway.config.settings import GatewaySettings
 from drive_gateway.gateway.calls import Calls
 from drive_gateway.gateway.effects import Frame, RecordEnded, RecordSaid
+from drive_gateway.gateway.encoder_record import EncoderRecord
 from drive_gateway.gateway.estop import EstopLatch
 from drive_gateway.gateway.event_log import EventLog
 from drive_gateway.gateway.lateness import Lateness
@@ -39,6 +42,7 @@ class GatewayCore:
         digest: of the configuration; a claim with another one is refused.
         first_owner: number of the first claim, larger than any that was ever given on this bus (unix seconds).
         process: what `who` tells besides role, name and boot, for people.
+        stored: where axes with absolute encoders stood when they were last off, by robot.axis.
 
     Raises:
         ValueError: the bus cycle is no interpolation period of a drive.
@@ -53,13 +57,14 @@ class GatewayCore:
         digest: str,
         first_owner: int = 1,
         process: str = "",
+        stored: Mapping[str, EncoderRecord] | None = None,
     ) -> None:
         self._settings = settings
         self._times = times
         self._boot = boot
         self._log = EventLog(settings.name)
         self._robots = {
-            name: Robot(drives, settings, times, boot, first_owner, self._log)
+            name: Robot(drives, settings, times, boot, first_owner, self._log, stored or {})
             for name, drives in settings.robots.items()
         }
         self._nodes: dict[int, Node] = {
@@ -76,14 +81,8 @@ class GatewayCore:
         self._heartbeat_due = 0.0
         self._confirmed: str | None = None
         self._closing_since: float | None = None
-        self._tpdo = cob_id.TPDO1 + (settings.cyclic_pdo - 1) * cob_id.PDO_STEP
-        self._bus_load = bus_load(
-            len(self._nodes),
-            settings.bus.bitrate,
-            settings.cycle_s,
-            settings.heartbeat_producer_s,
-            settings.profile_pdos,
-        ).cyclic
+        images = [node.image for node in self._nodes.values()]
+        self._bus_load = bus_load(images, settings.bus.bitrate, settings.cycle_s, settings.heartbeat_producer_s).cyclic
 
     def receive(self, message: object, now: float) -> None:
         self._now = now
@@ -143,9 +142,10 @@ class GatewayCore:
             self._scan.take(cob_id.node_id(frame.id), frame.data)
         if node is None or frame.remote:
             return
+        if frame.id == node.image.status.cob_id:
+            node.on_tpdo(frame.data, self._tick, now)
+            return
         match cob_id.function_code(frame.id):
-            case self._tpdo:
-                node.on_tpdo(frame.data, self._tick, now)
             case cob_id.ERROR_CONTROL:
                 node.on_error_control(frame.data, now)
             case cob_id.EMCY:
@@ -208,7 +208,7 @@ class GatewayCore:
             sequence=self._sequence,
             cycle_s=self._settings.cycle_s,
             interface=self._settings.bus.interface,
-            ready=all(node.operational for node in self._nodes.values()),
+            ready=all(node.operational and node.reference.judged for node in self._nodes.values()),
             problem="; ".join(node.problem for node in self._nodes.values() if node.problem),
             owners={name: robot.claims.boot for name, robot in self._robots.items() if robot.claims.owner},
             estop_confirmed=self._confirmed,

@@ -52,9 +52,9 @@ class Permits:
         if self._setup.busy:
             return f"{self._robot} is being set up; enable it when that is done"
         operational = all(node.operational for node in self._nodes)
-        lost = ", ".join(node.axis.name for node in self._nodes if not node.referenced)
+        lost = [node for node in self._nodes if not node.reference.known]
         if operational and lost:
-            return f"{self._robot} is not referenced ({lost}); home it first: cell home {self._robot}"
+            return f"{self._robot} is not referenced: {_missing(lost)}"
         if not operational or not self._power.all_in(AxisStatus.SWITCH_ON_DISABLED):
             return f"{self._robot} cannot be enabled, all nodes must be in SWITCH_ON_DISABLED: {self.said()}"
         return ""
@@ -74,6 +74,12 @@ class Permits:
             return f"{self._robot} must stand, all nodes in SWITCH_ON_DISABLED: {self.said()}"
         return ""
 
+    def accept(self) -> str:
+        """An operator's word about where axes are."""
+        if not (all(node.operational for node in self._nodes) and self._watch.standing and self._power.off):
+            return f"{self._robot} must stand, switched off: {self.said()}"
+        return ""
+
     def busy(self) -> str:
         return f"{self._robot} is busy: {self._power.state.value}; ask again when that is done"
 
@@ -87,3 +93,11 @@ class Permits:
     def said(self) -> str:
         """What each node says."""
         return "; ".join(node.said() for node in self._nodes)
+
+
+def _missing(nodes: Sequence[Node]) -> str:
+    """What each axis needs, axes that need the same together."""
+    names: dict[str, list[str]] = {}
+    for node in nodes:
+        names.setdefault(node.reference.missing, []).append(node.axis.name)
+    return "; ".join(f"{', '.join(axes)}: {missing}" for missing, axes in names.items())

@@ -50,10 +50,10 @@ class SetupDesk:
             # Not earlier: before a motion its drives are off as well, and would be asked for the wrong mode.
             self._modes.step()
 
-    def rpdos(self, node: Node, now: float) -> list[CanFrame] | None:
-        """What a drive that moves by itself is told; `None` for all others."""
+    def command(self, node: Node, now: float) -> list[CanFrame] | None:
+        """What a drive that moves by itself is told in this cycle; `None` for all others."""
         axis = None if self.motion is None else self.motion.controls(node)
-        return None if axis is None else node.profile_rpdos(axis.controlword, axis.target, axis.velocity, now)
+        return None if axis is None else node.command_own(axis.controlword, axis.target, axis.velocity, now)
 
     def _end(self) -> None:
         ended, self.motion = self.motion, None

@@ -43,10 +43,12 @@ _VELOCITY_ACTUAL = key_of(0x606C)
 _QUICK_STOP_DECELERATION = key_of(0x6085)
 _FILTER_TIME = key_of(0x2073)
 _VELOCITY_FILTERED = key_of(0x2074)
+_VELOCITY_OFFSET = key_of(0x60B1)
 _PERIOD_VALUE = key_of(0x60C2, 1)
 _PERIOD_EXPONENT = key_of(0x60C2, 2)
 _FOLLOWING_ERROR_ACTUAL = key_of(0x60F4)
 _STANDSTILL = key_of(0x606F)
+_ENCODER_SERIAL, _ENCODER_STATUS = key_of(0x2010, 1), key_of(0x2010, 2)
 
 _VOLTAGE_ENABLED = 1 << 4
 _REMOTE = 1 << 9
@@ -93,8 +95,8 @@ class Drive:
         self._brake = _BRAKE_FACTOR * axis.quick_stop * scale
         self._cycle_s = cycle_s
         self._numbers = objects.numbers
-        self._reference = Reference(axis)
-        self._setup = SetupModes(objects.numbers, self.servo, self._reference)
+        self.reference = Reference(axis)
+        self._setup = SetupModes(objects.numbers, self.servo, self.reference)
         self._emergencies = emergencies
         self._cause_present = cause_present
         self._now: float | None = None
@@ -107,6 +109,7 @@ class Drive:
         objects.followers[_MODE] = self._set_mode
         objects.followers[CONTROLWORD] = self._obey
         objects.followers[TARGET_POSITION] = self._aim
+        objects.followers[_VELOCITY_OFFSET] = self._feed
         for key in (_PERIOD_VALUE, _PERIOD_EXPONENT, _SETPOINT_TIMEOUT):
             objects.followers[key] = self._set_period
 
@@ -123,7 +126,7 @@ class Drive:
     def reset(self) -> None:
         """Transition 0: the drive restarts without power; the axis is where it is."""
         self.servo.switch_on()
-        self._reference.switched_on(self.servo.position)
+        self.reference.switched_on(self.servo.position)
         self.state = DriveState.NOT_READY_TO_SWITCH_ON
         self.faults: list[int] = []
         self._before = 0
@@ -216,8 +219,12 @@ class Drive:
 
     def _aim(self, target: int) -> None:
         if self.state is DriveState.OPERATION_ENABLED and self._numbers[_MODE_DISPLAY] == CYCLIC_SYNCHRONOUS_POSITION:
-            self.servo.interpolate(target + self._reference.shift, self._period_s)
+            self.servo.interpolate(target + self.reference.shift, self._period_s)
             self._setpoint_at = self._now or 0.0
+
+    def _feed(self, velocity: int) -> None:
+        if self.state is DriveState.OPERATION_ENABLED and self._numbers[_MODE_DISPLAY] == CYCLIC_SYNCHRONOUS_POSITION:
+            self.servo.feed(velocity)
 
     # States
 
@@ -289,7 +296,7 @@ class Drive:
     def _show(self) -> None:
         """Statusword and measurements into their objects."""
         servo, numbers = self.servo, self._numbers
-        shift, mode = self._reference.shift, numbers[_MODE_DISPLAY]
+        shift, mode = self.reference.shift, numbers[_MODE_DISPLAY]
         word = self.state.value | _REMOTE
         if self.state is not DriveState.NOT_READY_TO_SWITCH_ON:
             word |= _VOLTAGE_ENABLED
@@ -302,6 +309,7 @@ class Drive:
         if FOLLOWING_ERROR in self.faults:
             word |= _FOLLOWING_ERROR_BIT
         numbers[STATUSWORD] = word
+        numbers[_ENCODER_SERIAL], numbers[_ENCODER_STATUS] = self.reference.serial, self.reference.battery_empty
         numbers[POSITION_ACTUAL] = _clipped(servo.position - shift)
         numbers[_VELOCITY_ACTUAL] = _clipped(servo.velocity)
         numbers[_VELOCITY_FILTERED] = _clipped(self._filtered)

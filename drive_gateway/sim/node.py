@@ -156,6 +156,14 @@ class SimulatedNode:
         self._restart_drive = True
         self._restart()
 
+    def exchange_encoder(self, serial: int) -> None:
+        """The motor is replaced: another encoder answers."""
+        self._drive.reference.serial = serial
+
+    def empty_battery(self) -> None:
+        """The encoder's battery runs empty; it says so until it has homed."""
+        self._drive.reference.battery_empty = True
+
     def raise_emergency(self, code: int) -> None:
         """The drive finds an error: EMCY with `code`, braking, fault. Its cause is gone when the fault is reset."""
         self._drive.fault(code)

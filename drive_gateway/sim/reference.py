@@ -107,15 +107,22 @@ class Reference:
 
     def __init__(self, axis: AxisSettings) -> None:
         self._incremental = axis.incremental
+        self.serial = axis.node_id
+        """Of the encoder."""
+        self.battery_empty = False
+        """An absolute encoder's battery was empty while the drive was off: its turns may be wrong until it homes."""
         self.switches = Switches.of(axis)
+        self.known = not axis.incremental
+        """The drive knows where the axis is: limits mean something."""
         self.shift = 0.0
         """Place of the axis minus the position that the drive shows [counts]."""
 
     def switched_on(self, place: float) -> None:
         """The drive's supply returned while the axis stood at `place` [counts of the axis itself]."""
         if self._incremental:
-            self.shift = place
+            self.shift, self.known = place, False
 
     def found(self, home: float, offset: int) -> None:
         """Homing found the home point at `home` [counts of the axis itself], which is `offset` (607Ch)."""
-        self.shift = home - offset
+        self.shift, self.known = home - offset, True
+        self.battery_empty = False

@@ -103,11 +103,12 @@ class SetupModes:
         return self._target is None or abs(self._servo.position - self._target) <= self._numbers[_POSITION_WINDOW]
 
     def _take_target(self, word: int) -> None:
-        """A new set point: at once, or after the one that goes on; outside 607Dh it is moved to the limit."""
+        """A new set point: at once, or after the one that goes on; a referenced axis stops at 607Dh."""
         shown = self._numbers[_TARGET_POSITION]
         if word & _RELATIVE:
             shown += round(self._profile.position - self._reference.shift)
-        shown = max(self._numbers[_LOW], min(self._numbers[_HIGH], shown))
+        if self._reference.known:
+            shown = max(self._numbers[_LOW], min(self._numbers[_HIGH], shown))
         target = shown + self._reference.shift
         self._acknowledged = True
         travels = self._target is not None and self._profile.position != self._target

@@ -26,7 +26,8 @@ from drive_gateway.config.settings import (
     RobotDrives,
 )
 from drive_gateway.gateway.core import GatewayCore
-from drive_gateway.gateway.effects import Frame
+from drive_gateway.gateway.effects import Frame, StorePosition
+from drive_gateway.gateway.encoder_record import EncoderRecord
 from tests.sim.bus import Bus
 
 CYCLE_S = 0.004
@@ -77,9 +78,12 @@ class GatewayBench:
         self.now = 10.0
         self.events: list[Event] = []
         self.frames: list[CanFrame] = []
+        self.requests: list[Sdo] = []
         self.replies: dict[str, Reply] = {}
         self.feedback: DriveFeedback | None = None
         self.state: GatewayState | None = None
+        self.stored: dict[str, EncoderRecord] = {}
+        """What the gateway keeps over its end."""
         self.lost: Callable[[CanFrame], bool] = lambda _frame: False
         """Frames that the bus swallows, in both directions."""
         self.holder = ""
@@ -95,7 +99,9 @@ class GatewayBench:
     def restart_gateway(self) -> None:
         """A gateway's process starts, with a new boot; the drives know nothing of it."""
         self._calls += 1000
-        self.core = GatewayCore(self.settings, TIMES, boot=f"g{self._calls}", digest="d", first_owner=self._calls)
+        self.core = GatewayCore(
+            self.settings, TIMES, boot=f"g{self._calls}", digest="d", first_owner=self._calls, stored=self.stored
+        )
         self.feedback = self.state = None
         self._back = []
         self.alive = True
@@ -174,7 +180,10 @@ class GatewayBench:
                 self.frames.append(frame)
                 if not self.lost(frame):
                     self.bus.send(frame, self.now)
+            case StorePosition(name, record):
+                self.stored[name] = record
             case Sdo():
+                self.requests.append(effect)
                 self._back.append(self.bus.sdo(effect, self.now))
             case Publish(DriveFeedback() as feedback):
                 self.feedback = feedback

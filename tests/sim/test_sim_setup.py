@@ -30,7 +30,7 @@ def test_an_incremental_axis_is_not_referenced_and_not_enabled_before_it_has_hom
     assert not world.feedback.referenced
     owner = world.ask(Claim("left", "a1", "d")).claim.owner
     refused = world.ask(EnableDrives("left", owner))
-    assert refused.text == "left is not referenced (J1, J2); home it first: cell home left"
+    assert refused.text == "left is not referenced: J1, J2: its encoder is incremental; home it: cell home"
 
 
 def test_homing_in_order_lets_every_axis_know_where_it_is_and_the_robot_be_enabled() -> None:

@@ -25,8 +25,13 @@ def lines(copy: Copy) -> list[str]:
     return [copy.shown(problem) for problem in check_cell(copy.cell)[1]]
 
 
+SIMULATED_J3 = """      J3: {motor: joint-large, inertia_kg_m2: 8, coulomb_nm: 15, viscous_nm_s: 20,
+           gravity: {mass_kg: 25, length: 400, hanging: 180}}
+"""
+
+
 def test_an_axis_that_slides_counts_by_its_feed_and_speaks_metres(tmp_path: Path) -> None:
-    copy = Copy(tmp_path).change(DRIVES, J3, SLIDE)
+    copy = Copy(tmp_path).change(DRIVES, J3, SLIDE).change(DRIVES, SIMULATED_J3, "")
     axis = load_drives(copy.drives, "left_bus").robots["left"].axes[2]
     assert axis.counts_per_unit == pytest.approx(-131072 * 4 / 0.020)
     assert (axis.offset, axis.speed, axis.following_window) == pytest.approx((0.1, 0.95, 0.03))
@@ -63,3 +68,13 @@ def test_a_coupling_to_an_unknown_joint_is_told_once_and_not_judged_further(tmp_
         "coupling.J5.J7: found joint J5, coupled to axis J7, allowed one of the axes before it: J1, J2, J3, J4"
     ]
     assert CELL not in lines(copy)[0]
+
+
+def test_the_limits_of_a_drive_hold_those_of_its_joint(tmp_path: Path) -> None:
+    copy = Copy(tmp_path).change(
+        DRIVES,
+        "counts_per_turn: 131072, direction: 1, offset: 0, speed: 121",
+        "counts_per_turn: 131072, limits: [-90, 90], direction: 1, offset: 0, speed: 121",
+    )
+    found = "robots.left.axes.J1.limits: found -90 to 90, allowed a range that holds -170 to 170, the limits of J1"
+    assert any(line.endswith(found) for line in lines(copy))
