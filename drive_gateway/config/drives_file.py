@@ -16,6 +16,7 @@ from drive_gateway.config.settings import (
     GatewaySettings,
     HomingSettings,
     IdentitySettings,
+    InputSettings,
     RobotDrives,
 )
 from drive_gateway.config.simulation import Level, Simulation
@@ -76,6 +77,21 @@ class IdentityEntry(BaseModel):
         return IdentitySettings(self.vendor, self.product, self.revision, self.serial)
 
 
+Bits = Annotated[list[Annotated[int, Field(ge=0, le=31)]], Field(max_length=32)]
+
+
+class InputsEntry(BaseModel):
+    """Safety inputs at the drive; a bit that is 1 is closed, so a broken wire is open."""
+
+    model_config = STRICT
+    enable: Bits = Field(default=[], description="bits of 60FDh without which the drive does not switch on")
+    door: Bits = Field(default=[], description="bits of guard doors")
+    estop: Bits = Field(default=[], description="bits of emergency-stop buttons, which stop the whole cell")
+
+    def settings(self) -> InputSettings:
+        return InputSettings(tuple(self.enable), tuple(self.door), tuple(self.estop))
+
+
 class EncoderCheckEntry(BaseModel):
     """What is compared after each start of an absolute encoder's drive."""
 
@@ -117,6 +133,7 @@ class AxisEntry(BaseModel):
     encoder_check: EncoderCheckEntry = Field(
         default=EncoderCheckEntry(), description="how an absolute encoder is checked after each start"
     )
+    inputs: InputsEntry | None = Field(default=None, description="safety inputs at this drive")
     feed_forward: Literal["none", "velocity"] = Field(
         default="none", description="velocity: each sample's velocity goes to the drive as its offset (60B1h)"
     )
@@ -175,6 +192,7 @@ class AxisEntry(BaseModel):
             simulated_start=self.simulated_start,
             linear=self.linear,
             limits=self.limits,
+            inputs=None if self.inputs is None else self.inputs.settings(),
             velocity_offset=self.feed_forward == "velocity",
             identity=self.identity.settings(),
             guarded=self.error_control == "guarding",

@@ -156,6 +156,10 @@ class SimulatedNode:
         self._restart_drive = True
         self._restart()
 
+    def set_input(self, bit: int, closed: bool) -> None:
+        """A digital input of the drive (60FDh) opens or closes; 16 and 17 are its enable inputs."""
+        self._drive.input(bit, closed)
+
     def exchange_encoder(self, serial: int) -> None:
         """The motor is replaced: another encoder answers."""
         self._drive.reference.serial = serial

@@ -76,5 +76,5 @@ def test_the_limits_of_a_drive_hold_those_of_its_joint(tmp_path: Path) -> None:
         "counts_per_turn: 131072, direction: 1, offset: 0, speed: 121",
         "counts_per_turn: 131072, limits: [-90, 90], direction: 1, offset: 0, speed: 121",
     )
-    found = "robots.left.axes.J1.limits: found -90 to 90, allowed a range that holds -170 to 170, the limits of J1"
+    found = "robots.left.axes.J1.limits: found -90 to 90, allowed a range that holds -180 to 180, the limits of J1"
     assert any(line.endswith(found) for line in lines(copy))
