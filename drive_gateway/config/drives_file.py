@@ -77,19 +77,19 @@ class IdentityEntry(BaseModel):
         return IdentitySettings(self.vendor, self.product, self.revision, self.serial)
 
 
-Bits = Annotated[list[Annotated[int, Field(ge=0, le=31)]], Field(max_length=32)]
+Bits = Annotated[tuple[Annotated[int, Field(ge=0, le=31)], ...], Field(max_length=32)]
 
 
 class InputsEntry(BaseModel):
     """Safety inputs at the drive; a bit that is 1 is closed, so a broken wire is open."""
 
     model_config = STRICT
-    enable: Bits = Field(default=[], description="bits of 60FDh without which the drive does not switch on")
-    door: Bits = Field(default=[], description="bits of guard doors")
-    estop: Bits = Field(default=[], description="bits of emergency-stop buttons, which stop the whole cell")
+    enable: Bits = Field(default=(), description="bits of 60FDh without which the drive does not switch on")
+    door: Bits = Field(default=(), description="bits of guard doors")
+    estop: Bits = Field(default=(), description="bits of emergency-stop buttons, which stop the whole cell")
 
     def settings(self) -> InputSettings:
-        return InputSettings(tuple(self.enable), tuple(self.door), tuple(self.estop))
+        return InputSettings(self.enable, self.door, self.estop)
 
 
 class EncoderCheckEntry(BaseModel):
@@ -153,11 +153,6 @@ class AxisEntry(BaseModel):
     @classmethod
     def _homing_si(cls, homing: HomingEntry | None, info: ValidationInfo) -> HomingEntry | None:
         return None if homing is None else homing.in_si(info.data.get("type") == "linear", info)
-
-    @field_validator("limits", mode="before")
-    @classmethod
-    def _pair(cls, limits: object) -> object:
-        return tuple(limits) if isinstance(limits, list) else limits
 
     @field_validator("limits")
     @classmethod

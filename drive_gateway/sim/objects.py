@@ -21,6 +21,7 @@ class Objects:
         self._dictionary = dictionary
         self._node_id = node_id
         self.numbers: dict[int, int] = {}
+        self._saved: dict[int, int] = {}
         self.guards: dict[int, Callable[[int], None]] = {}
         self.followers: dict[int, Callable[[int], None]] = {}
         self.restore(ALL)
@@ -29,7 +30,14 @@ class Objects:
         """Power-on values for all objects in `indices`. Neither guards nor followers are called."""
         for key, entry in self._dictionary.entries.items():
             if entry.code and key >> 8 in indices:
-                self.numbers[key] = entry.default + (self._node_id if entry.relative else 0)
+                default = entry.default + (self._node_id if entry.relative else 0)
+                self.numbers[key] = self._saved.get(key, default)
+
+    def save(self) -> None:
+        """Keep the drive's parameters as power-on values. Process data are none, and communication is the master's."""
+        for key, entry in self._dictionary.entries.items():
+            if entry.code and entry.writable and not entry.mappable and key >> 8 not in COMMUNICATION:
+                self._saved[key] = self.numbers[key]
 
     def entry(self, key: int) -> Entry:
         """Raises:
