@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from drive_gateway.canopen.pdo_map import SdoWrite
+from drive_gateway.canopen.pdo_map import TARGET_POSITION, SdoWrite
 from drive_gateway.cia402.profile import Trapezoid
 from drive_gateway.config.settings import AxisSettings, HomingSettings
 
@@ -47,7 +47,9 @@ def position_order(axis: AxisSettings, target: int, motion: Trapezoid, accelerat
     """A motion to `target` [counts] at the speed of `motion`."""
     counts = abs(axis.counts_per_unit)
     speed = _u32(0x6081, 0, abs(motion.velocity) * counts)
-    return SetupOrder(PROFILE_POSITION, (speed, *_ramps(acceleration * counts)), target=target)
+    # The process image of interpolated position has another set point.
+    place = (SdoWrite(TARGET_POSITION, 0, target.to_bytes(4, "little", signed=True)),) if axis.interpolated else ()
+    return SetupOrder(PROFILE_POSITION, (*place, speed, *_ramps(acceleration * counts)), target=target)
 
 
 def velocity_order(axis: AxisSettings, motion: Trapezoid, acceleration: float) -> SetupOrder:

@@ -134,6 +134,10 @@ class AxisEntry(BaseModel):
         default=EncoderCheckEntry(), description="how an absolute encoder is checked after each start"
     )
     inputs: InputsEntry | None = Field(default=None, description="safety inputs at this drive")
+    mode: Literal["cyclic", "interpolated"] = Field(
+        default="cyclic",
+        description="mode in which blocks are played: cyclic synchronous position, or interpolated position",
+    )
     feed_forward: Literal["none", "velocity"] = Field(
         default="none", description="velocity: each sample's velocity goes to the drive as its offset (60B1h)"
     )
@@ -188,6 +192,7 @@ class AxisEntry(BaseModel):
             linear=self.linear,
             limits=self.limits,
             inputs=None if self.inputs is None else self.inputs.settings(),
+            interpolated=self.mode == "interpolated",
             velocity_offset=self.feed_forward == "velocity",
             identity=self.identity.settings(),
             guarded=self.error_control == "guarding",

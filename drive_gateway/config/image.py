@@ -10,5 +10,8 @@ INPUTS_EVERY = 2
 def image_of(axis: AxisSettings) -> ProcessImage:
     """The process image of one axis."""
     return process_image(
-        axis.node_id, velocity_offset=axis.velocity_offset, inputs_every=0 if axis.inputs is None else INPUTS_EVERY
+        axis.node_id,
+        interpolated=axis.interpolated,
+        velocity_offset=axis.velocity_offset,
+        inputs_every=0 if axis.inputs is None else INPUTS_EVERY,
     )

@@ -93,6 +93,8 @@ class AxisSettings:
     """[rad or m] what the drive itself keeps its targets within (607Dh); a block or a set-up move beyond is refused."""
     inputs: InputSettings | None = None
     """`None`: the drive's inputs are not looked at."""
+    interpolated: bool = False
+    """Blocks are played in interpolated position mode, for drives that have no cyclic synchronous position."""
     velocity_offset: bool = False
     """The drive gets the velocity of each sample as feed-forward (60B1h)."""
     identity: IdentitySettings = IdentitySettings()

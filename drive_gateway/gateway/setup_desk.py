@@ -46,7 +46,9 @@ class SetupDesk:
             self.motion.step(now)
             if self.motion.ended:
                 self._end()
-        self._modes.step()
+        else:
+            # Not before: what a drive shows while it is prepared is its mode from before the motion.
+            self._modes.step()
 
     def command(self, node: Node) -> list[CanFrame]:
         """What a drive that moves by itself is told; nothing for all others."""
