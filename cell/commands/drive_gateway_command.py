@@ -131,6 +131,7 @@ _CELL = "cell_configs/two_arms/cell.yaml"
 app.command(epilog=_example(f"scan {_CELL} left_bus"))(drive_tools.scan)
 app.command(epilog=_example(f"read {_CELL} left_bus left.J1 6041:00"))(drive_tools.read)
 app.command(epilog=_example(f"write {_CELL} left_bus left.J1 6081:00 100000"))(drive_tools.write)
+app.command(epilog=_example(f"store {_CELL} left_bus left.J1"))(drive_tools.store)
 app.command(epilog=_example(f"log {_CELL} left_bus left.asc --seconds 5"))(drive_tools.log)
 
 

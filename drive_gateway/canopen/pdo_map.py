@@ -20,6 +20,7 @@ STATUSWORD = 0x6041
 TARGET_POSITION = 0x607A
 POSITION_ACTUAL = 0x6064
 VELOCITY_OFFSET = 0x60B1
+INTERPOLATION_DATA = 0x60C1
 DIGITAL_INPUTS = 0x60FD
 
 EVERY_SYNC = 1
@@ -142,18 +143,30 @@ class ProcessImage:
 
 
 def process_image(
-    node_id: int, *, velocity_offset: bool = False, inputs_every: int = 0, profile: tuple[Pdo, ...] = ()
+    node_id: int,
+    *,
+    interpolated: bool = False,
+    velocity_offset: bool = False,
+    inputs_every: int = 0,
+    profile: tuple[Pdo, ...] = (),
 ) -> ProcessImage:
     """The image of one axis; its inputs come with each `inputs_every`-th SYNC (1 to 240), or never (0)."""
     first, second = (4, 3) if profile else (1, 2)
+    index, sub = target_object(interpolated)
+    target = _entry(index, 32) | sub << 8
     inputs = (_entry(DIGITAL_INPUTS, 32),)
     return ProcessImage(
-        command=Pdo(first, True, node_id, (_entry(CONTROLWORD, 16), _entry(TARGET_POSITION, 32))),
+        command=Pdo(first, True, node_id, (_entry(CONTROLWORD, 16), target)),
         status=Pdo(first, False, node_id, (_entry(STATUSWORD, 16), _entry(POSITION_ACTUAL, 32))),
         offset=Pdo(second, True, node_id, (_entry(VELOCITY_OFFSET, 32),)) if velocity_offset else None,
         inputs=Pdo(second, False, node_id, inputs, inputs_every) if inputs_every else None,
         profile=profile,
     )
+
+
+def target_object(interpolated: bool) -> tuple[int, int]:
+    """Index and sub-index of the set point, in interpolated and in cyclic synchronous position."""
+    return (INTERPOLATION_DATA, 1) if interpolated else (TARGET_POSITION, 0)
 
 
 def unused(node_id: int, linked: tuple[Pdo, ...]) -> list[SdoWrite]:

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from drive_gateway.canopen.pdo_map import SdoWrite
+from drive_gateway.canopen.pdo_map import TARGET_POSITION, SdoWrite
 from drive_gateway.cia402.profile import Trapezoid
 from drive_gateway.config.settings import AxisSettings, HomingSettings
 
@@ -52,7 +52,10 @@ def homing_order(axis: AxisSettings, homing: HomingSettings) -> SetupOrder:
 def position_order(axis: AxisSettings, target: int, motion: Trapezoid, acceleration: float) -> SetupOrder:
     """A motion to `target` [counts] at the speed of `motion`."""
     counts = abs(axis.counts_per_unit)
+    # The process image of interpolated position has another set point.
+    place = (SdoWrite(TARGET_POSITION, 0, target.to_bytes(4, "little", signed=True)),) if axis.interpolated else ()
     writes = (
+        *place,
         _u32(0x6067, 0, max(LEAST_WINDOW_COUNTS, POSITION_WINDOW * counts)),
         SdoWrite(0x6068, 0, POSITION_TIME_MS.to_bytes(2, "little")),
         _u32(0x6081, 0, abs(motion.velocity) * counts),

@@ -30,7 +30,7 @@ def check_drives_file(document: Document, drives: DrivesFile) -> list[Problem]:
         *_times(document, drives),
         *_milliseconds(document, drives),
         *_axes(document, drives),
-        *check_profile_pdos(document, drives.profile_pdos, any(image.offset for image in _images(drives))),
+        *check_profile_pdos(document, drives.profile_pdos, _images(drives)),
         *check_simulation(document, drives),
     ]
 
@@ -130,6 +130,7 @@ def _axes(document: Document, drives: DrivesFile) -> Iterator[Problem]:
             yield document.problem((*path, "following_window"), found, allowed)
         counts = abs(axis.counts_per_unit())
         yield from _limits(document, path, axis)
+        yield from _inputs(document, path, axis)
         yield from _homing(document, path, axis)
         yield from _encoder(document, path, axis)
         if axis.eds is not None and not document.beside(axis.eds).is_file():
@@ -165,6 +166,16 @@ def _limits(document: Document, path: KeyPath, axis: AxisEntry) -> Iterator[Prob
     if axis.limits[0] < lowest or axis.limits[1] > highest:
         fits = " to ".join(f"{declared(document, bound, axis.linear):g}" for bound in (lowest, highest))
         yield document.problem((*path, "limits"), found, f"within {fits}, 32 bits of encoder counts")
+
+
+def _inputs(document: Document, path: KeyPath, axis: AxisEntry) -> Iterator[Problem]:
+    if axis.inputs is None:
+        return
+    bits = [*axis.inputs.enable, *axis.inputs.door, *axis.inputs.estop]
+    twice = sorted({bit for bit in bits if bits.count(bit) > 1})
+    if twice or not bits:
+        found = f"bit {twice[0]} twice" if twice else "no bit"
+        yield document.problem((*path, "inputs"), found, "one or more bits, each of them once", at_key=True)
 
 
 def _encoder(document: Document, path: KeyPath, axis: AxisEntry) -> Iterator[Problem]:

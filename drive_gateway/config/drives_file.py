@@ -18,6 +18,7 @@ from drive_gateway.config.settings import (
     GatewaySettings,
     HomingSettings,
     IdentitySettings,
+    InputSettings,
     RobotDrives,
 )
 from drive_gateway.config.simulation import Level, Simulation
@@ -78,6 +79,21 @@ class IdentityEntry(BaseModel):
         return IdentitySettings(self.vendor, self.product, self.revision, self.serial)
 
 
+Bits = Annotated[tuple[Annotated[int, Field(ge=0, le=31)], ...], Field(max_length=32)]
+
+
+class InputsEntry(BaseModel):
+    """Safety inputs at the drive; a bit that is 1 is closed, so a broken wire is open."""
+
+    model_config = STRICT
+    enable: Bits = Field(default=(), description="bits of 60FDh without which the drive does not switch on")
+    door: Bits = Field(default=(), description="bits of guard doors")
+    estop: Bits = Field(default=(), description="bits of emergency-stop buttons, which stop the whole cell")
+
+    def settings(self) -> InputSettings:
+        return InputSettings(self.enable, self.door, self.estop)
+
+
 class EncoderCheckEntry(BaseModel):
     """What is compared after each start of an absolute encoder's drive."""
 
@@ -119,6 +135,11 @@ class AxisEntry(BaseModel):
     encoder_check: EncoderCheckEntry = Field(
         default=EncoderCheckEntry(), description="how an absolute encoder is checked after each start"
     )
+    inputs: InputsEntry | None = Field(default=None, description="safety inputs at this drive")
+    mode: Literal["cyclic", "interpolated"] = Field(
+        default="cyclic",
+        description="mode in which blocks are played: cyclic synchronous position, or interpolated position",
+    )
     feed_forward: Literal["none", "velocity"] = Field(
         default="none", description="velocity: each sample's velocity goes to the drive as its offset (60B1h)"
     )
@@ -138,11 +159,6 @@ class AxisEntry(BaseModel):
     @classmethod
     def _homing_si(cls, homing: HomingEntry | None, info: ValidationInfo) -> HomingEntry | None:
         return None if homing is None else homing.in_si(info.data.get("type") == "linear", info)
-
-    @field_validator("limits", mode="before")
-    @classmethod
-    def _pair(cls, limits: object) -> object:
-        return tuple(limits) if isinstance(limits, list) else limits
 
     @field_validator("limits")
     @classmethod
@@ -178,6 +194,8 @@ class AxisEntry(BaseModel):
             index_counts=self.counts_per_turn,
             linear=self.linear,
             limits=self.limits,
+            inputs=None if self.inputs is None else self.inputs.settings(),
+            interpolated=self.mode == "interpolated",
             velocity_offset=self.feed_forward == "velocity",
             identity=self.identity.settings(),
             guarded=self.error_control == "guarding",

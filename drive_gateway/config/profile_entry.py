@@ -8,6 +8,7 @@ from pydantic import BaseModel, Field
 from cell.config.document import Document
 from cell.config.problem import KeyPath, Problem
 from cell.config.units import STRICT, Seconds
+from drive_gateway.canopen.pdo_map import ProcessImage
 from drive_gateway.canopen.profile_pdos import COMMANDS, MOST_BITS, NEEDED, Entries, ProfilePdos, bits_of, object_of
 
 Mapping = Annotated[
@@ -42,11 +43,10 @@ class ProfilePdosEntry(BaseModel):
         return tuple(all_of_them)
 
 
-def check_profile_pdos(document: Document, entry: ProfilePdosEntry | None, feed_forward: bool) -> Iterator[Problem]:
-    """Whether a drive can take this mapping, and a gateway command a motion with it.
-
-    `feed_forward`: an axis of the file needs another RPDO for it.
-    """
+def check_profile_pdos(
+    document: Document, entry: ProfilePdosEntry | None, images: list[ProcessImage]
+) -> Iterator[Problem]:
+    """Whether a drive can take this mapping beside the cyclic `images`, and a gateway command a motion with it."""
     if entry is None:
         return
     at: KeyPath = ("profile_pdos",)
@@ -56,9 +56,12 @@ def check_profile_pdos(document: Document, entry: ProfilePdosEntry | None, feed_
         bits = bits_of(getattr(entry, name))
         if bits > MOST_BITS or bits % 8:
             yield document.problem((*at, name), f"{bits} bits", f"whole bytes, up to {MOST_BITS} bits")
-    if feed_forward and entry.rpdo3:
+    if entry.rpdo3 and any(image.offset for image in images):
         found = "rpdo3 beside the feed-forward of an axis, which needs it"
         yield document.problem((*at, "rpdo3"), found, "rpdo1 and rpdo2 alone, or no feed_forward in this file")
+    if entry.tpdo3 and any(image.inputs for image in images):
+        found = "tpdo3 beside the digital inputs of an axis, which need it"
+        yield document.problem((*at, "tpdo3"), found, "tpdo1 and tpdo2 alone, or no inputs in this file")
     mapped = [(name, code) for name in _RPDOS for code in getattr(entry, name)]
     for name, code in mapped:
         if code not in [index << 16 | bits for index, (bits, _) in COMMANDS.items()]:

@@ -35,6 +35,16 @@ class IdentitySettings:
 
 
 @dataclass(frozen=True, slots=True)
+class InputSettings:
+    """Bits of the drive's digital inputs (60FDh) that must be 1 (closed) before and while the robot has torque."""
+
+    enable: tuple[int, ...] = ()
+    door: tuple[int, ...] = ()
+    estop: tuple[int, ...] = ()
+    """Buttons that stop the whole cell."""
+
+
+@dataclass(frozen=True, slots=True)
 class EncoderSettings:
     """How it is checked after each start that an absolute encoder still shows where its axis is."""
 
@@ -84,6 +94,10 @@ class AxisSettings:
     """`None`: the axis cannot home."""
     limits: tuple[float, float] | None = None
     """[rad or m] what the drive itself keeps its targets within (607Dh); a block or a set-up move beyond is refused."""
+    inputs: InputSettings | None = None
+    """`None`: the drive's inputs are not looked at."""
+    interpolated: bool = False
+    """Blocks are played in interpolated position mode, for drives that have no cyclic synchronous position."""
     velocity_offset: bool = False
     """The drive gets the velocity of each sample as feed-forward (60B1h)."""
     identity: IdentitySettings = IdentitySettings()

@@ -21,6 +21,7 @@ from drive_gateway.gateway.calls import Calls
 from drive_gateway.gateway.effects import Frame, RecordEnded, RecordSaid
 from drive_gateway.gateway.encoder_record import EncoderRecord
 from drive_gateway.gateway.estop import EstopLatch
+from drive_gateway.gateway.estop_button import EstopButtons
 from drive_gateway.gateway.event_log import EventLog
 from drive_gateway.gateway.lateness import Lateness
 from drive_gateway.gateway.node import Node
@@ -73,6 +74,7 @@ class GatewayCore:
         self._scan = Scan(self._nodes)
         self._calls = Calls(settings.name, boot, digest, process, self._robots, self._scan)
         self._estop = EstopLatch()
+        self._buttons = EstopButtons(settings.name, boot)
         self._lateness = Lateness(settings.cycle_s)
         self._now = 0.0
         self._tick = 0
@@ -123,6 +125,7 @@ class GatewayCore:
             self._heartbeat_due = now + self._settings.heartbeat_producer_s
             effects.append(Frame(heartbeat_frame(NmtState.OPERATIONAL)))
         effects += self._scan.step(now)
+        effects += self._press(now)
         self._confirm()
         effects += self._log.take()
         effects += self._calls.take(now)
@@ -145,6 +148,9 @@ class GatewayCore:
         if frame.id == node.image.status.cob_id:
             node.on_tpdo(frame.data, self._tick, now)
             return
+        if node.image.inputs is not None and frame.id == node.image.inputs.cob_id:
+            node.on_inputs(frame.data, now)
+            return
         match cob_id.function_code(frame.id):
             case cob_id.ERROR_CONTROL:
                 node.on_error_control(frame.data, now)
@@ -157,8 +163,18 @@ class GatewayCore:
         if estop.active:
             self._log.warn("estop", f"emergency stop {estop.id} by {estop.by}: {estop.reason}", "reset at the manager")
         else:
+            self._buttons.cleared(estop.id)
             self._log.info("estop_cleared", f"emergency stop {estop.id} was cleared by {estop.by}")
         self._confirmed = None
+
+    def _press(self, now: float) -> list[Effect]:
+        """Buttons at the drives stop the whole cell, this gateway first."""
+        pressed = [robot.group.estop_pressed for robot in self._robots.values()]
+        estop = self._buttons.step("; ".join(text for text in pressed if text), now)
+        if estop is None:
+            return []
+        self._on_estop(estop, now)
+        return [Publish(estop)]
 
     def _on_shutdown(self, now: float) -> None:
         if self._closing_since is None:

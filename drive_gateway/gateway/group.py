@@ -13,6 +13,7 @@ from drive_gateway.config.settings import GatewaySettings, RobotDrives
 from drive_gateway.gateway.effects import Frame
 from drive_gateway.gateway.encoder_record import EncoderRecord
 from drive_gateway.gateway.event_log import EventLog
+from drive_gateway.gateway.inputs import InputKind, open_inputs
 from drive_gateway.gateway.measurement import Floats
 from drive_gateway.gateway.node import Node
 from drive_gateway.gateway.permits import Permits, StopOrder
@@ -103,6 +104,11 @@ class DriveGroup:
         """Measured at rest and without torque, by every drive's own word."""
         return self.watch.standing and self.operational and self.power.off
 
+    @property
+    def estop_pressed(self) -> str:
+        """Which emergency-stop button is pressed, for people; empty when none is."""
+        return "; ".join(item.text for item in self.permits.inputs if item.kind is InputKind.ESTOP and item.heard)
+
     def enable(self, now: float, then: Then) -> None:
         """Switch on; the robot holds the position that is measured."""
         match self.power.state:
@@ -166,6 +172,7 @@ class DriveGroup:
         # The answer to the last SYNC shows the position at which the sample before it had been reached.
         for trouble in self.watch.troubles(self._sent[0], now):
             self.fault(trouble, now)
+        self._mind_inputs(now)
         self.power.step(now)
         self._progress(now)
         self.setup.step(now)
@@ -174,6 +181,19 @@ class DriveGroup:
         return [*self._command(now), *after, *self._keeper.step(self.secured, now)]
 
     # Power
+
+    def _mind_inputs(self, now: float) -> None:
+        """A safety input that opens stops the robot; voltage goes when it stands, and does not return by itself."""
+        self.permits.inputs = tuple(open_inputs(self.nodes, now))
+        if not self.permits.inputs:
+            return
+        torque = self.power.state not in (PowerState.OFF, PowerState.FAULT, PowerState.STOPPING, PowerState.RESETTING)
+        # A button that is heard stops the whole cell (`EstopButtons`), and this robot on its path first.
+        found = [item for item in self.permits.inputs if not (item.kind is InputKind.ESTOP and item.heard)]
+        if found and (torque or self.setup.motion is not None):
+            self.fault(found[0].trouble, now)
+        if self.power.state is PowerState.FAULT and self.watch.standing:
+            self.power.released = True
 
     def _progress(self, now: float) -> None:
         """What follows from where the drives have arrived."""

@@ -6,11 +6,11 @@ from cell.messages.gateway_state import NodeStatus
 from drive_gateway.canopen.emcy import NO_ERROR, Emergency, decode_emergency
 from drive_gateway.canopen.frame import CanFrame
 from drive_gateway.canopen.nmt import NmtState, decode_heartbeat
-from drive_gateway.canopen.pdo_map import CONTROLWORD, STATUS, TARGET_POSITION
+from drive_gateway.canopen.pdo_map import CONTROLWORD, INPUTS, STATUS, TARGET_POSITION
 from drive_gateway.canopen.profile_pdos import TARGET_VELOCITY, ProfileSender
 from drive_gateway.canopen.sdo import SdoChannel
 from drive_gateway.cia402.state_machine import decode
-from drive_gateway.config.image import image_of
+from drive_gateway.config.image import INPUTS_EVERY, image_of
 from drive_gateway.config.settings import AxisSettings, GatewaySettings
 from drive_gateway.gateway.bring_up import BringUp, Phase
 from drive_gateway.gateway.effects import Frame
@@ -54,6 +54,8 @@ class Node:
         self._tpdo_tick = -1
         self._tpdo_at = 0.0
         self._heartbeat_at = 0.0
+        self._inputs: int | None = None
+        self._inputs_at = 0.0
         self._lost = False
         self._troubles: list[Trouble] = []
 
@@ -118,6 +120,16 @@ class Node:
         self.counts = counts
         self._tpdo_tick = tick
         self._tpdo_at = now
+
+    def on_inputs(self, data: bytes, now: float) -> None:
+        """The drive's digital inputs."""
+        if len(data) == INPUTS.size:
+            self._inputs, self._inputs_at = INPUTS.unpack(data)[0], now
+
+    def digital_inputs(self, now: float) -> int | None:
+        """The newest digital inputs; `None` when they are too old to be believed."""
+        patience_s = self._settings.tpdo_timeout_s + INPUTS_EVERY * self._settings.cycle_s
+        return self._inputs if now - self._inputs_at <= patience_s else None
 
     def on_error_control(self, data: bytes, now: float) -> None:
         """Boot-up or heartbeat."""
@@ -207,6 +219,7 @@ class Node:
         if self._guarding is not None:
             self._guarding.restart()
         self._nmt = None
+        self._inputs = None
         self._tpdo_tick = -1
         self.counts_per_cycle = 0.0
         self.statusword = 0

@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from cell.messages.drives import AxisStatus
+from drive_gateway.gateway.inputs import OpenInput
 from drive_gateway.gateway.node import Node
 from drive_gateway.gateway.power import Power, PowerState
 from drive_gateway.gateway.setup_desk import SetupDesk
@@ -40,6 +41,8 @@ class Permits:
         """What keeps the robot off."""
         self.trouble: Trouble | None = None
         """Why the robot is in fault."""
+        self.inputs: tuple[OpenInput, ...] = ()
+        """Safety inputs that are open, the worst first."""
 
     def enable(self) -> str:
         """Switching on, from `OFF`."""
@@ -55,6 +58,8 @@ class Permits:
         lost = [node for node in self._nodes if not node.reference.known]
         if operational and lost:
             return f"{self._robot} is not referenced: {_missing(lost)}"
+        if operational and self.inputs:
+            return f"{self._robot} stays off: {self._open()}"
         if not operational or not self._power.all_in(AxisStatus.SWITCH_ON_DISABLED):
             return f"{self._robot} cannot be enabled, all nodes must be in SWITCH_ON_DISABLED: {self.said()}"
         return ""
@@ -69,6 +74,8 @@ class Permits:
             return self.in_fault()
         if self._power.state is not PowerState.OFF:
             return f"{self._robot} is {self._power.state.value}; disable it first"
+        if self.inputs:
+            return f"{self._robot} stays off: {self._open()}"
         operational = all(node.operational for node in self._nodes)
         if not (operational and self._watch.standing and self._power.all_in(AxisStatus.SWITCH_ON_DISABLED)):
             return f"{self._robot} must stand, all nodes in SWITCH_ON_DISABLED: {self.said()}"
@@ -79,6 +86,9 @@ class Permits:
         if not (all(node.operational for node in self._nodes) and self._watch.standing and self._power.off):
             return f"{self._robot} must stand, switched off: {self.said()}"
         return ""
+
+    def _open(self) -> str:
+        return "; ".join(f"{item.text}, {item.remedy}" for item in self.inputs)
 
     def busy(self) -> str:
         return f"{self._robot} is busy: {self._power.state.value}; ask again when that is done"

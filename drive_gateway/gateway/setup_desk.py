@@ -47,7 +47,7 @@ class SetupDesk:
             if self.motion.ended:
                 self._end()
         else:
-            # Not earlier: before a motion its drives are off as well, and would be asked for the wrong mode.
+            # Not before: what a drive shows while it is prepared is its mode from before the motion.
             self._modes.step()
 
     def command(self, node: Node, now: float) -> list[CanFrame] | None:

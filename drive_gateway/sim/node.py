@@ -10,6 +10,7 @@ from functools import partial
 from drive_gateway.canopen.cob_id import ERROR_CONTROL, NMT, SDO_FROM_NODE, SDO_TO_NODE, SYNC
 from drive_gateway.canopen.frame import CanFrame
 from drive_gateway.canopen.nmt import NmtCommand, NmtState
+from drive_gateway.canopen.sdo import SAVE
 from drive_gateway.config.settings import AxisSettings
 from drive_gateway.sim.abort import Abort, AccessRefused
 from drive_gateway.sim.axis_servo import AxisServo
@@ -27,6 +28,8 @@ from drive_gateway.sim.sdo_server import SdoServer
 BOOT_S = 0.02
 """From power-on or reset to the boot-up message."""
 
+_SAVE_ALL = key_of(0x1010, 1)
+_SAVES_ON_COMMAND = 1
 _HISTORY_COUNT = key_of(0x1003)
 _GUARD_TIME = key_of(0x100C)
 _LIFE_TIME_FACTOR = key_of(0x100D)
@@ -72,6 +75,8 @@ class SimulatedNode:
         self._sdo = SdoServer(self._objects)
         self._drive = Drive(axis, cycle_s, lag_s, self._objects, self._emergencies, self._cause_present, servo)
         self._parameters = PdoParameters(self._objects, lambda: self._nmt is NmtState.OPERATIONAL)
+        self._objects.guards[_SAVE_ALL] = _only_the_signature
+        self._objects.followers[_SAVE_ALL] = self._save
         self._objects.guards[_HISTORY_COUNT] = _only_zero
         self._objects.followers[_HISTORY_COUNT] = lambda _value: self._emergencies.clear_history()
         self._objects.followers[_CONSUMER] = self._watch_master
@@ -155,6 +160,10 @@ class SimulatedNode:
         """The node's supply fails for a moment: it starts again with power-on values, the brake holds the axis."""
         self._restart_drive = True
         self._restart()
+
+    def set_input(self, bit: int, closed: bool) -> None:
+        """A digital input of the drive (60FDh) opens or closes; 16 and 17 are its enable inputs."""
+        self._drive.input(bit, closed)
 
     def exchange_encoder(self, serial: int) -> None:
         """The motor is replaced: another encoder answers."""
@@ -276,6 +285,10 @@ class SimulatedNode:
         if self._nmt is NmtState.OPERATIONAL and after is not None:
             self._enter(after)
 
+    def _save(self, _signature: int) -> None:
+        self._objects.numbers[_SAVE_ALL] = _SAVES_ON_COMMAND
+        self._objects.save()
+
     def _cause_present(self, code: int) -> bool:
         return code == HEARTBEAT_LOST and (self._consumer.lost or self._guarded.lost)
 
@@ -321,6 +334,11 @@ class SimulatedNode:
 def _unheard(_data: bytes, _now: float) -> list[CanFrame]:
     """Another sender uses this node's TPDO identifier: the data are not for it."""
     return []
+
+
+def _only_the_signature(value: int) -> None:
+    if value != int.from_bytes(SAVE, "little"):
+        raise AccessRefused(Abort.CANNOT_STORE)
 
 
 def _only_zero(value: int) -> None:

@@ -11,6 +11,7 @@ from cell.messages import (
     Command,
     DriveFeedback,
     EnableDrives,
+    Estop,
     Event,
     GatewayState,
     HoldSetup,
@@ -84,6 +85,7 @@ class GatewayBench:
         self.state: GatewayState | None = None
         self.stored: dict[str, EncoderRecord] = {}
         """What the gateway keeps over its end."""
+        self.estops: list[Estop] = []
         self.lost: Callable[[CanFrame], bool] = lambda _frame: False
         """Frames that the bus swallows, in both directions."""
         self.holder = ""
@@ -189,6 +191,8 @@ class GatewayBench:
                 self.feedback = feedback
             case Publish(GatewayState() as state):
                 self.state = state
+            case Publish(Estop() as estop):
+                self.estops.append(estop)
             case Publish(Event() as event):
                 self.events.append(event)
             case Answer(request_id, Reply() as reply):

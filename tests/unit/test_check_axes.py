@@ -19,19 +19,18 @@ J3 = (
     "{node: 3, gear: 190, counts_per_turn: 131072, direction: -1, offset: 0, speed: 116, acceleration: 495,\n"
     "         quick_stop: 650, following_window: 3, following_time_s: 0.1, simulated_start: 35}\n"
 )
+J3_MOTOR = (
+    "      J3: {motor: joint-large, inertia_kg_m2: 8, coulomb_nm: 15, viscous_nm_s: 20,\n"
+    "           gravity: {mass_kg: 25, length: 400, hanging: 180}}\n"
+)
 
 
 def lines(copy: Copy) -> list[str]:
     return [copy.shown(problem) for problem in check_cell(copy.cell)[1]]
 
 
-SIMULATED_J3 = """      J3: {motor: joint-large, inertia_kg_m2: 8, coulomb_nm: 15, viscous_nm_s: 20,
-           gravity: {mass_kg: 25, length: 400, hanging: 180}}
-"""
-
-
 def test_an_axis_that_slides_counts_by_its_feed_and_speaks_metres(tmp_path: Path) -> None:
-    copy = Copy(tmp_path).change(DRIVES, J3, SLIDE).change(DRIVES, SIMULATED_J3, "")
+    copy = Copy(tmp_path).change(DRIVES, J3, SLIDE).change(DRIVES, J3_MOTOR, "")
     axis = load_drives(copy.drives, "left_bus").robots["left"].axes[2]
     assert axis.counts_per_unit == pytest.approx(-131072 * 4 / 0.020)
     assert (axis.offset, axis.speed, axis.following_window) == pytest.approx((0.1, 0.95, 0.03))
@@ -71,10 +70,7 @@ def test_a_coupling_to_an_unknown_joint_is_told_once_and_not_judged_further(tmp_
 
 
 def test_the_limits_of_a_drive_hold_those_of_its_joint(tmp_path: Path) -> None:
-    copy = Copy(tmp_path).change(
-        DRIVES,
-        "counts_per_turn: 131072, direction: 1, offset: 0, speed: 121",
-        "counts_per_turn: 131072, limits: [-90, 90], direction: 1, offset: 0, speed: 121",
-    )
-    found = "robots.left.axes.J1.limits: found -90 to 90, allowed a range that holds -170 to 170, the limits of J1"
+    old = "counts_per_turn: 131072, direction: 1, offset: 0, speed: 121"
+    copy = Copy(tmp_path).change(DRIVES, old, f"limits: [-90, 90], {old}")
+    found = "robots.left.axes.J1.limits: found -90 to 90, allowed a range that holds -180 to 180, the limits of J1"
     assert any(line.endswith(found) for line in lines(copy))

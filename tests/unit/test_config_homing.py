@@ -47,6 +47,11 @@ def test_an_eds_is_looked_for_beside_the_drives_file(tmp_path: Path) -> None:
     [
         ("encoder: incremental", "encoder: found incremental without homing, allowed homing beside it, or absolute"),
         ("eds: nowhere.eds", "eds: found no file 'nowhere.eds', allowed an EDS or DCF file beside this one"),
+        (
+            "inputs: {enable: [16], door: [16]}",
+            "inputs: found bit 16 twice, allowed one or more bits, each of them once",
+        ),
+        ("inputs: {}", "inputs: found no bit, allowed one or more bits, each of them once"),
         ("limits: [10, -10]", "limits: found 10 to -10, allowed the lower one first"),
         (
             "limits: [-40000, 10]",
