@@ -125,17 +125,17 @@ class Supervisor:
                     raise CommandError(f"the cell is not up after {START_TIMEOUT_S:.0f} s\n{missing}")
         return False
 
-    def _tell_enabled(self, show: Show, lost: dict[str, list[str]], start_programs: bool) -> None:
+    def _tell_enabled(self, show: Show, lost: dict[str, str], start_programs: bool) -> None:
         """Say that the cell is up. Raises `CommandError` when a program should run on a robot that stays off."""
-        lines = [f"robot {robot} is not referenced ({', '.join(axes)}) and stays off" for robot, axes in lost.items()]
-        file = self._settings.file
-        remedy = "; ".join(f"cell home {robot} -f {file}, then cell enable {robot} -f {file}" for robot in lost)
+        lines = [f"robot {robot} is not referenced and stays off; {reason}" for robot, reason in lost.items()]
         if lost and start_programs:
-            raise CommandError("\n".join(lines), f"start the cell without its programs; in another terminal: {remedy}")
+            remedy = f"start the cell without its programs: cell up {self._settings.file}; then do what is said above"
+            raise CommandError("\n".join(lines), remedy)
         for line in lines:
             show.say(line)
         took = f"{time.monotonic() - self._started:.1f} s"
-        show.say(f"the cell is up after {took}; next: {remedy}" if lost else f"all robots enabled after {took}")
+        enables = "; ".join(f"cell enable {robot} -f {self._settings.file}" for robot in lost)
+        show.say(f"the cell is up after {took}; after that: {enables}" if lost else f"all robots enabled after {took}")
 
     def _missing(self, seen: Snapshot, problems: dict[str, str]) -> list[str]:
         """What keeps the cell from being up, one line each."""

@@ -41,7 +41,7 @@ def cell_table(settings: CellSettings, seen: Snapshot, width: int) -> Text:
         text.append(row(robot, *cells) + "\n", "bold red" if state is None or state.mode in ALARMED else "")
         reason = labelled_why(state) if state is not None else "its agent does not answer"
         if robot in lost and not reason:
-            reason = f"not referenced ({', '.join(lost[robot])}): cell home {robot}"
+            reason = f"not referenced: {lost[robot]}"
         text.append(f"{'':{robots}}  {reason}".rstrip() + "\n", "yellow")
     text.append("\n".join(footer(settings, seen)))
     return text

@@ -64,14 +64,17 @@ def echo(state: RobotState | ManagerState) -> Heard:
     return Heard(boot=state.boot, sequence=state.sequence)
 
 
-def unreferenced(seen: Snapshot) -> dict[str, list[str]]:
-    """Axes that do not know where they are, by robot; only of gateways that have heard all of their drives."""
-    lost: dict[str, list[str]] = {}
+def unreferenced(seen: Snapshot) -> dict[str, str]:
+    """Which axes do not know where they are, why, and what to do, by robot; of buses whose drives are all heard."""
+    lost: dict[str, dict[str, list[str]]] = {}
     for gateway in seen.gateways.values():
         for node in gateway.nodes if gateway.ready else ():
             if not node.referenced:
-                lost.setdefault(node.robot, []).append(node.axis)
-    return lost
+                lost.setdefault(node.robot, {}).setdefault(node.reference_missing, []).append(node.axis)
+    return {
+        robot: "; ".join(f"{', '.join(axes)}: {reason}" for reason, axes in reasons.items())
+        for robot, reasons in lost.items()
+    }
 
 
 def at_rest(state: RobotState) -> bool:

@@ -11,6 +11,7 @@ from drive_gateway.sim.axis_servo import AxisServo
 from drive_gateway.sim.cyclic_modes import CYCLIC_MODES, CyclicModes
 from drive_gateway.sim.dictionary import key_of
 from drive_gateway.sim.emergency import COMMUNICATION_LOST, FOLLOWING_ERROR, SETPOINTS_MISSING, Emergencies
+from drive_gateway.sim.filtered_velocity import FilteredVelocity
 from drive_gateway.sim.objects import Objects
 from drive_gateway.sim.power_state import (
     FAULT_RESET,
@@ -38,8 +39,6 @@ _FOLLOWING_WINDOW = key_of(0x6065)
 _FOLLOWING_TIME = key_of(0x6066)
 _VELOCITY_ACTUAL = key_of(0x606C)
 _QUICK_STOP_DECELERATION = key_of(0x6085)
-_FILTER_TIME = key_of(0x2073)
-_VELOCITY_FILTERED = key_of(0x2074)
 _FOLLOWING_ERROR_ACTUAL = key_of(0x60F4)
 _STANDSTILL = key_of(0x606F)
 _INPUTS = key_of(0x60FD)
@@ -97,6 +96,7 @@ class Drive:
         self._setup = SetupModes(objects.numbers, self.servo, self.reference)
         self._cyclic = CyclicModes(objects, self.servo, self.reference, self._mode_in_force)
         self.state = DriveState.NOT_READY_TO_SWITCH_ON
+        self._displayed = FilteredVelocity(objects.numbers)
         self._emergencies = emergencies
         self._cause_present = cause_present
         self._now: float | None = None
@@ -128,7 +128,7 @@ class Drive:
         self.faults: list[int] = []
         self._before = 0
         self._outside_s = 0.0
-        self._filtered = 0.0
+        self._displayed.reset()
         self._cyclic.set_period()
         self._show()
 
@@ -148,7 +148,7 @@ class Drive:
             step_s, self._now = end - self._now, end
             self._cyclic.now = end
             self._move(step_s)
-            self._filter(step_s)
+            self._displayed.follow(self.servo.velocity, step_s)
             if self.state is not DriveState.NOT_READY_TO_SWITCH_ON:
                 for code in self.servo.trips():
                     self.fault(code)
@@ -271,11 +271,6 @@ class Drive:
         else:
             servo.rest(step_s, self._brake)
 
-    def _filter(self, step_s: float) -> None:
-        """The velocity for displays, a first-order lag behind the measured one; nothing is controlled by it."""
-        share = step_s / (step_s + 1e-6 * self._numbers[_FILTER_TIME])
-        self._filtered += share * (self.servo.velocity - self._filtered)
-
     def _stopped(self) -> None:
         """Transitions 12 and 14."""
         if self.state is DriveState.FAULT_REACTION_ACTIVE:
@@ -313,7 +308,6 @@ class Drive:
         numbers[_ENCODER_SERIAL], numbers[_ENCODER_STATUS] = self.reference.serial, self.reference.battery_empty
         numbers[POSITION_ACTUAL] = _clipped(servo.position - shift)
         numbers[_VELOCITY_ACTUAL] = _clipped(servo.velocity)
-        numbers[_VELOCITY_FILTERED] = _clipped(self._filtered)
         numbers[_POSITION_DEMAND] = _clipped(servo.demand - shift)
         numbers[_FOLLOWING_ERROR_ACTUAL] = _clipped(servo.error)
 
