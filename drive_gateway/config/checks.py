@@ -9,8 +9,9 @@ from cell.config.problem import KeyPath, Problem, Severity
 from cell.config.reading import declared
 from drive_gateway.canopen.pdo_map import ProcessImage
 from drive_gateway.cia402.units import AxisUnits
+from drive_gateway.config.axis_entry import AxisEntry
 from drive_gateway.config.bus_load import KEPT_FREE, REFUSE_ABOVE, WARN_ABOVE, bus_load
-from drive_gateway.config.drives_file import AxisEntry, DrivesFile
+from drive_gateway.config.drives_file import DrivesFile
 from drive_gateway.config.image import image_of
 from drive_gateway.config.profile_entry import check_profile_pdos
 from drive_gateway.config.simulation_checks import check_simulation

@@ -25,33 +25,23 @@ from drive_gateway.sim.power_state import (
 from drive_gateway.sim.reference import Reference
 from drive_gateway.sim.servo import SPEED_RESERVE, Servo
 from drive_gateway.sim.setup_modes import SETUP_MODES, SetupModes
+from drive_gateway.sim.shown import Shown
 
 CONTROLWORD = key_of(0x6040)
-STATUSWORD = key_of(0x6041)
-POSITION_ACTUAL = key_of(0x6064)
 _ABORT_CONNECTION = key_of(0x6007)
 _ERROR_CODE = key_of(0x603F)
 _QUICK_STOP_OPTION = key_of(0x605A)
 _MODE = key_of(0x6060)
 _MODE_DISPLAY = key_of(0x6061)
-_POSITION_DEMAND = key_of(0x6062)
 _FOLLOWING_WINDOW = key_of(0x6065)
 _FOLLOWING_TIME = key_of(0x6066)
-_VELOCITY_ACTUAL = key_of(0x606C)
 _QUICK_STOP_DECELERATION = key_of(0x6085)
-_FOLLOWING_ERROR_ACTUAL = key_of(0x60F4)
 _STANDSTILL = key_of(0x606F)
 _INPUTS = key_of(0x60FD)
-_ENCODER_SERIAL, _ENCODER_STATUS = key_of(0x2010, 1), key_of(0x2010, 2)
 
-_VOLTAGE_ENABLED = 1 << 4
-_REMOTE = 1 << 9
-_INTERNAL_LIMIT = 1 << 11
-_FOLLOWING_ERROR_BIT = 1 << 13
 
 _BRAKE_FACTOR = 2.0
 """The holding brake stops the axis harder than the quick stop does."""
-_LOW, _HIGH = -(1 << 31), (1 << 31) - 1
 
 _ENABLE_INPUTS = 3 << 16
 """60FDh: the inputs for power stage and controller, both are needed for torque."""
@@ -97,6 +87,7 @@ class Drive:
         self._cyclic = CyclicModes(objects, self.servo, self.reference, self._mode_in_force)
         self.state = DriveState.NOT_READY_TO_SWITCH_ON
         self._displayed = FilteredVelocity(objects.numbers)
+        self._shown = Shown(objects.numbers, self.servo, self.reference)
         self._emergencies = emergencies
         self._cause_present = cause_present
         self._now: float | None = None
@@ -291,30 +282,9 @@ class Drive:
 
     def _show(self) -> None:
         """Statusword and measurements into their objects."""
-        servo, numbers = self.servo, self._numbers
-        shift, mode = self.reference.shift, numbers[_MODE_DISPLAY]
-        word = self.state.value | _REMOTE
-        if self.state is not DriveState.NOT_READY_TO_SWITCH_ON:
-            word |= _VOLTAGE_ENABLED
-        word |= self._cyclic.bits
+        mode = self._numbers[_MODE_DISPLAY]
+        bits = self._cyclic.bits
         if self.state is DriveState.OPERATION_ENABLED and mode in SETUP_MODES:
-            word |= self._setup.bits(mode)
-        if servo.limited:
-            word |= _INTERNAL_LIMIT
-        if FOLLOWING_ERROR in self.faults:
-            word |= _FOLLOWING_ERROR_BIT
-        numbers[STATUSWORD] = word
-        numbers[_INPUTS] = self._inputs
-        numbers[_ENCODER_SERIAL], numbers[_ENCODER_STATUS] = self.reference.serial, self.reference.battery_empty
-        numbers[POSITION_ACTUAL] = _clipped(servo.position - shift)
-        numbers[_VELOCITY_ACTUAL] = _clipped(servo.velocity)
-        numbers[_POSITION_DEMAND] = _clipped(servo.demand - shift)
-        numbers[_FOLLOWING_ERROR_ACTUAL] = _clipped(servo.error)
-
-
-def _clipped(value: float) -> int:
-    """Nearest int32."""
-    nearest = round(value)
-    if _LOW <= nearest <= _HIGH:
-        return nearest
-    return _HIGH if nearest > 0 else _LOW
+            bits |= self._setup.bits(mode)
+        self._numbers[_INPUTS] = self._inputs
+        self._shown.update(self.state, bits, FOLLOWING_ERROR in self.faults)

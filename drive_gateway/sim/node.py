@@ -10,16 +10,16 @@ from functools import partial
 from drive_gateway.canopen.cob_id import ERROR_CONTROL, NMT, SDO_FROM_NODE, SDO_TO_NODE, SYNC
 from drive_gateway.canopen.frame import CanFrame
 from drive_gateway.canopen.nmt import NmtCommand, NmtState
-from drive_gateway.canopen.sdo import SAVE
 from drive_gateway.config.settings import AxisSettings
-from drive_gateway.sim.abort import Abort, AccessRefused
 from drive_gateway.sim.axis_servo import AxisServo
 from drive_gateway.sim.dictionary import key_of, load_dictionary
 from drive_gateway.sim.drive import Drive
 from drive_gateway.sim.emergency import HEARTBEAT_LOST, PDO_TOO_SHORT, Emergencies
+from drive_gateway.sim.faults import FaultsOnCommand
 from drive_gateway.sim.heartbeat import GuardedLife, HeartbeatConsumer, HeartbeatProducer
 from drive_gateway.sim.late_frames import LateFrames
 from drive_gateway.sim.objects import ALL, COMMUNICATION, Objects
+from drive_gateway.sim.parameter_store import save_on_command
 from drive_gateway.sim.pdo import ReceivePdo, TransmitPdo, receive_pdos, transmit_pdos
 from drive_gateway.sim.pdo_parameters import PdoParameters
 from drive_gateway.sim.power_state import DriveState
@@ -28,9 +28,6 @@ from drive_gateway.sim.sdo_server import SdoServer
 BOOT_S = 0.02
 """From power-on or reset to the boot-up message."""
 
-_SAVE_ALL = key_of(0x1010, 1)
-_SAVES_ON_COMMAND = 1
-_HISTORY_COUNT = key_of(0x1003)
 _GUARD_TIME = key_of(0x100C)
 _LIFE_TIME_FACTOR = key_of(0x100D)
 _CONSUMER = key_of(0x1016, 1)
@@ -42,7 +39,7 @@ _STATE_AFTER_LOSS = {0: NmtState.PRE_OPERATIONAL, 2: NmtState.STOPPED}
 _Handler = Callable[[bytes, float], list[CanFrame]]
 
 
-class SimulatedNode:
+class SimulatedNode(FaultsOnCommand):
     """A CANopen node with one CiA 402 drive.
 
     `receive` takes every frame of the bus and answers; `step` must be called at least every 10 ms. The node is switched
@@ -75,10 +72,7 @@ class SimulatedNode:
         self._sdo = SdoServer(self._objects)
         self._drive = Drive(axis, cycle_s, lag_s, self._objects, self._emergencies, self._cause_present, servo)
         self._parameters = PdoParameters(self._objects, lambda: self._nmt is NmtState.OPERATIONAL)
-        self._objects.guards[_SAVE_ALL] = _only_the_signature
-        self._objects.followers[_SAVE_ALL] = self._save
-        self._objects.guards[_HISTORY_COUNT] = _only_zero
-        self._objects.followers[_HISTORY_COUNT] = lambda _value: self._emergencies.clear_history()
+        save_on_command(self._objects)
         self._objects.followers[_CONSUMER] = self._watch_master
         self._objects.followers[_PRODUCER] = lambda value: self._producer.configure(value, self._now)
         self._now = 0.0
@@ -149,37 +143,6 @@ class SimulatedNode:
                 frames += self._late.due(now)
         frames = self._with_emergencies(frames)
         return [] if self._silent else frames
-
-    # Faults that a test or a demonstration asks for
-
-    def silence(self, silent: bool = True) -> None:
-        """The bus cable is pulled: the node neither hears nor is heard, its drive goes on by itself."""
-        self._silent = silent
-
-    def power_cycle(self) -> None:
-        """The node's supply fails for a moment: it starts again with power-on values, the brake holds the axis."""
-        self._restart_drive = True
-        self._restart()
-
-    def set_input(self, bit: int, closed: bool) -> None:
-        """A digital input of the drive (60FDh) opens or closes; 16 and 17 are its enable inputs."""
-        self._drive.input(bit, closed)
-
-    def exchange_encoder(self, serial: int) -> None:
-        """The motor is replaced: another encoder answers."""
-        self._drive.reference.serial = serial
-
-    def empty_battery(self) -> None:
-        """The encoder's battery runs empty; it says so until it has homed."""
-        self._drive.reference.battery_empty = True
-
-    def raise_emergency(self, code: int) -> None:
-        """The drive finds an error: EMCY with `code`, braking, fault. Its cause is gone when the fault is reset."""
-        self._drive.fault(code)
-
-    def delay_tpdos(self, late_s: float) -> None:
-        """The node measures as ever and sends what SYNC asks for `late_s` too late; 0 ends it."""
-        self._late.late_s = late_s
 
     # Network management
 
@@ -285,10 +248,6 @@ class SimulatedNode:
         if self._nmt is NmtState.OPERATIONAL and after is not None:
             self._enter(after)
 
-    def _save(self, _signature: int) -> None:
-        self._objects.numbers[_SAVE_ALL] = _SAVES_ON_COMMAND
-        self._objects.save()
-
     def _cause_present(self, code: int) -> bool:
         return code == HEARTBEAT_LOST and (self._consumer.lost or self._guarded.lost)
 
@@ -334,13 +293,3 @@ class SimulatedNode:
 def _unheard(_data: bytes, _now: float) -> list[CanFrame]:
     """Another sender uses this node's TPDO identifier: the data are not for it."""
     return []
-
-
-def _only_the_signature(value: int) -> None:
-    if value != int.from_bytes(SAVE, "little"):
-        raise AccessRefused(Abort.CANNOT_STORE)
-
-
-def _only_zero(value: int) -> None:
-    if value:
-        raise AccessRefused(Abort.RANGE)

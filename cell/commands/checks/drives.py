@@ -10,7 +10,7 @@ from cell.config.document import Document
 from cell.config.problem import KeyPath, Problem
 from cell.config.reading import declared
 from drive_gateway.cia402.units import AxisUnits
-from drive_gateway.config.drives_file import AxisEntry
+from drive_gateway.config.axis_entry import AxisEntry
 from robot_agent.model.robot_file import RobotFile
 
 MARGIN = 1.05
