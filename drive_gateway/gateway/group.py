@@ -104,11 +104,6 @@ class DriveGroup:
         """Measured at rest and without torque, by every drive's own word."""
         return self.watch.standing and self.operational and self.power.off
 
-    @property
-    def estop_pressed(self) -> str:
-        """Which emergency-stop button is pressed, for people; empty when none is."""
-        return "; ".join(item.text for item in self.permits.inputs if item.kind is InputKind.ESTOP and item.heard)
-
     def enable(self, now: float, then: Then) -> None:
         """Switch on; the robot holds the position that is measured."""
         match self.power.state:
