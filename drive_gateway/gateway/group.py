@@ -28,16 +28,6 @@ Then = Callable[[bool, str], None]
 """Takes whether it was done, and what was done or found."""
 
 
-_STOPPED = (
-    PowerState.OFF,
-    PowerState.FAULT,
-    PowerState.STOPPING,
-    PowerState.SWITCHING_OFF,
-    PowerState.RESETTING,
-)
-"""Nothing more can be stopped."""
-
-
 class DriveGroup:
     """All drives of one robot. What is asked for is answered through `Then`, at once or when the drives have it."""
 
@@ -192,10 +182,9 @@ class DriveGroup:
         self.permits.inputs = tuple(open_inputs(self.nodes, now))
         if not self.permits.inputs:
             return
-        torque = self.power.state not in _STOPPED
         # A button that is heard stops the whole cell (`EstopButtons`), and this robot on its path first.
         found = [item for item in self.permits.inputs if not (item.kind is InputKind.ESTOP and item.heard)]
-        if found and (torque or self.setup.motion is not None):
+        if found and (self.power.stoppable or self.setup.motion is not None):
             self.fault(found[0].trouble, now)
         if self.power.state is PowerState.FAULT and self.watch.standing:
             self.power.released = True
