@@ -169,7 +169,7 @@ class GatewayCore:
 
     def _press(self, now: float) -> list[Effect]:
         """Buttons at the drives stop the whole cell, this gateway first."""
-        pressed = [robot.group.estop_pressed for robot in self._robots.values()]
+        pressed = [robot.group.permits.estop_pressed for robot in self._robots.values()]
         estop = self._buttons.step("; ".join(text for text in pressed if text), now)
         if estop is None:
             return []

@@ -7,7 +7,7 @@ REPEAT_S = 0.05
 
 
 class EstopButtons:
-    """All buttons of one gateway. A stop that is reset while a button is still pressed is set anew.
+    """All buttons of one gateway. A stop lasts until it is reset; while a button is still pressed it is set anew.
 
     Args:
         gateway: whose drives have the buttons.
@@ -24,7 +24,6 @@ class EstopButtons:
     def step(self, pressed: str, now: float) -> Estop | None:
         """`pressed` says which button is, empty when none is; answers what the cell must hear now."""
         if not pressed:
-            self._present = None
             return None
         if self._present is None:
             self._count += 1

@@ -104,11 +104,6 @@ class DriveGroup:
         """Measured at rest and without torque, by every drive's own word."""
         return self.watch.standing and self.operational and self.power.off
 
-    @property
-    def estop_pressed(self) -> str:
-        """Which emergency-stop button is pressed, for people; empty when none is."""
-        return "; ".join(item.text for item in self.permits.inputs if item.kind is InputKind.ESTOP and item.heard)
-
     def enable(self, now: float, then: Then) -> None:
         """Switch on; the robot holds the position that is measured."""
         match self.power.state:
@@ -187,10 +182,9 @@ class DriveGroup:
         self.permits.inputs = tuple(open_inputs(self.nodes, now))
         if not self.permits.inputs:
             return
-        torque = self.power.state not in (PowerState.OFF, PowerState.FAULT, PowerState.STOPPING, PowerState.RESETTING)
         # A button that is heard stops the whole cell (`EstopButtons`), and this robot on its path first.
         found = [item for item in self.permits.inputs if not (item.kind is InputKind.ESTOP and item.heard)]
-        if found and (torque or self.setup.motion is not None):
+        if found and (self.power.stoppable or self.setup.motion is not None):
             self.fault(found[0].trouble, now)
         if self.power.state is PowerState.FAULT and self.watch.standing:
             self.power.released = True

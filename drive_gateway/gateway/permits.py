@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from cell.messages.drives import AxisStatus
-from drive_gateway.gateway.inputs import OpenInput
+from drive_gateway.gateway.inputs import InputKind, OpenInput
 from drive_gateway.gateway.node import Node
 from drive_gateway.gateway.power import Power, PowerState
 from drive_gateway.gateway.setup_desk import SetupDesk
@@ -43,6 +43,11 @@ class Permits:
         """Why the robot is in fault."""
         self.inputs: tuple[OpenInput, ...] = ()
         """Safety inputs that are open, the worst first."""
+
+    @property
+    def estop_pressed(self) -> str:
+        """Which emergency-stop button is pressed, for people; empty when none is."""
+        return "; ".join(item.text for item in self.inputs if item.kind is InputKind.ESTOP and item.heard)
 
     def enable(self) -> str:
         """Switching on, from `OFF`."""

@@ -47,6 +47,7 @@ _TIMED = {
     PowerState.SWITCHING_OFF,
     PowerState.RESETTING,
 }
+_STOPPABLE = {PowerState.SWITCHING_ON, PowerState.HANDING_OVER, PowerState.ENABLING, PowerState.ON}
 
 
 class Power:
@@ -66,6 +67,11 @@ class Power:
     def off(self) -> bool:
         """No drive has torque, and every drive says so itself."""
         return all(node.without_torque for node in self._nodes)
+
+    @property
+    def stoppable(self) -> bool:
+        """The drives have torque, or are about to, and nothing stops them yet."""
+        return self.state in _STOPPABLE
 
     def enter(self, state: PowerState, now: float) -> None:
         self.state = state
