@@ -12,6 +12,7 @@ from rich.table import Table
 from ruckig import InputParameter, Ruckig, Trajectory
 
 from bench.drives import simulated_drives
+from bench.gateway import gateways
 from bench.kinematics import kinematics
 from bench.timing import Row, median_s
 from cell.messages import SetpointBlock
@@ -122,7 +123,7 @@ def main() -> None:
     limits = Limits.of(model.description)
     inverse = kinematics(model, load_model(NUMERIC), q)
     own = [profile(), *motions(model, limits), *mixed_motion(model, limits)]
-    for row in [*inverse, *own, *simulated_drives()]:
+    for row in [*inverse, *own, *simulated_drives(), *gateways()]:
         table.add_row(*row.cells())
     Console().print(table)
 

@@ -8,9 +8,9 @@ from pathlib import Path
 from bench.timing import Row
 from drive_gateway.canopen.cob_id import RPDO1, SDO_TO_NODE, SYNC
 from drive_gateway.canopen.frame import CanFrame
-from drive_gateway.canopen.pdo_map import pdo_writes
 from drive_gateway.cia402.preparation import preparations
 from drive_gateway.config import GatewaySettings, load_drives
+from drive_gateway.config.image import image_of
 from drive_gateway.config.simulation import Level
 from drive_gateway.sim.bus import SimulatedBus
 from drive_gateway.sim.power_state import DriveState
@@ -36,7 +36,8 @@ class Drives:
         for _ in range(20):
             self._pass(0.005)
         for axis in self._axes:
-            for write in [*(prepared.write for prepared in preparations(axis, settings)), *pdo_writes(axis.node_id)]:
+            linked = [write for pdo in image_of(axis).pdos for write in pdo.writes()]
+            for write in [*(prepared.write for prepared in preparations(axis, settings)), *linked]:
                 head = struct.pack("<BHB", 0x23 | (4 - len(write.data)) << 2, write.index, write.sub)
                 self._bus.receive(CanFrame(SDO_TO_NODE + axis.node_id, head + write.data.ljust(4, b"\0")), self._now)
                 self._pass(0.001)

@@ -45,6 +45,7 @@ app.command("manual", epilog=f"Example: cell manual left on -f {FILE}")(robot.ma
 app.command("disable", epilog=f"Example: cell disable left -f {FILE}")(robot.disable)
 app.command("home", epilog=f"Example: cell home left -f {FILE}")(set_up.home)
 app.command("move", epilog=f"Example: cell move left J1=5 J2=-3 --by -f {FILE}")(set_up.move)
+app.command("accept", epilog=f"Example: cell accept left J2 -f {FILE}")(set_up.accept)
 app.command("estop", epilog=f'Example: cell estop --reason "door open" -f {FILE}')(estop.estop)
 app.command("reset", epilog=f"Example: cell reset left -f {FILE}")(reset.reset)
 zones.command("clear", epilog=f"Example: cell zone clear handover -f {FILE}")(zone.clear)

@@ -12,6 +12,7 @@ from cell.commands.checks import CellBundle, check_cell
 from cell.config.problem import Problem, refuses
 from drive_gateway.config import GatewaySettings
 from drive_gateway.config.bus_load import bus_load
+from drive_gateway.config.image import image_of
 
 
 def check(file: Annotated[Path, typer.Argument(metavar="FILE", help="The cell file.", show_default=False)]) -> None:
@@ -64,13 +65,13 @@ def _millimetres(xyz: tuple[float, float, float]) -> str:
 
 
 def _bus_cells(gateway: GatewaySettings) -> tuple[str, ...]:
-    nodes = sum(len(robot.axes) for robot in gateway.robots.values())
-    load = bus_load(nodes, gateway.bus.bitrate, gateway.cycle_s, gateway.heartbeat_producer_s)
+    images = [image_of(axis) for robot in gateway.robots.values() for axis in robot.axes]
+    load = bus_load(images, gateway.bus.bitrate, gateway.cycle_s, gateway.heartbeat_producer_s)
     bus = f"{gateway.bus.interface} {gateway.bus.channel}"
     return (
         bus,
         f"{gateway.bus.bitrate / 1000:g}",
-        str(nodes),
+        str(len({image.command.node_id for image in images})),
         f"{1000 * gateway.cycle_s:g}",
         f"{100 * load.total:.0f} %",
     )

@@ -64,7 +64,7 @@ def run(
     options = zenoh_options(mode, connect, listen, config, cfg)
     link = Link("peer", listen=(mine.endpoint,), connect=(settings.manager_endpoint,))
 
-    def body(_folder: Path, stop: threading.Event) -> int:
+    def body(folder: Path, stop: threading.Event) -> int:
         return run_gateway(
             drives,
             settings.times,
@@ -73,6 +73,7 @@ def run(
             link=link,
             stop=stop,
             simulate=simulate,
+            state_folder=folder,
             zenoh_options=options,
         )
 
@@ -107,6 +108,9 @@ def tune(
     file: CellFileArgument,
     gateway: GatewayArgument,
     axis: Annotated[str, typer.Argument(metavar="AXIS", help="An axis of the gateway: J1, or left.J1.")],
+    output: Annotated[
+        Path | None, typer.Option("-o", "--output", metavar="FILE", help="Write the curves to this HTML page too.")
+    ] = None,
 ) -> None:
     """Show step and frequency response of a simulated axis, with its gain margin from the open loop.
 
@@ -116,7 +120,7 @@ def tune(
     from drive_gateway.config import load_drives
 
     settings = _settings(file, gateway, None)
-    show_tuning(load_drives(settings.gateways[gateway].drives, gateway), axis)
+    show_tuning(load_drives(settings.gateways[gateway].drives, gateway), axis, output)
 
 
 def _example(words: str) -> str:
@@ -127,6 +131,7 @@ _CELL = "cell_configs/two_arms/cell.yaml"
 app.command(epilog=_example(f"scan {_CELL} left_bus"))(drive_tools.scan)
 app.command(epilog=_example(f"read {_CELL} left_bus left.J1 6041:00"))(drive_tools.read)
 app.command(epilog=_example(f"write {_CELL} left_bus left.J1 6081:00 100000"))(drive_tools.write)
+app.command(epilog=_example(f"store {_CELL} left_bus left.J1"))(drive_tools.store)
 app.command(epilog=_example(f"log {_CELL} left_bus left.asc --seconds 5"))(drive_tools.log)
 
 

@@ -1,4 +1,4 @@
-"""`drive-gateway scan`, `read`, `write`, `log`: an operator's tools for one CAN bus."""
+"""`drive-gateway scan`, `read`, `write`, `store`, `log`: an operator's tools for one CAN bus."""
 
 from pathlib import Path
 from typing import Annotated
@@ -18,6 +18,7 @@ from cell.commands.stop import stop_event
 from cell.messages import RecordBus, ScanBus
 from drive_gateway.canopen.cob_id import MASTER_NODE_ID
 from drive_gateway.canopen.eds import Eds
+from drive_gateway.canopen.sdo import SAVE, STORE_PARAMETERS
 from drive_gateway.config import AxisSettings, GatewaySettings, load_drives
 from drive_gateway.gateway.recorder import FORMATS, LONGEST_S, Recorder
 
@@ -121,6 +122,17 @@ def write(
     with node_access(file, gateway) as nodes:
         nodes.write(axis.node_id, entry.index, entry.sub, data)
         print(f"{entry.address}  {entry.name}: {entry.show(nodes.read(axis.node_id, entry.index, entry.sub))}")
+
+
+def store(file: CellFileArgument, gateway: GatewayArgument, node: NodeArgument) -> None:
+    """Let a drive keep its parameters over the end of its supply (1010h); only while its robot is switched off.
+
+    What the gateway writes at each boot needs no storing. What was set with `write` or the maker's own tool does.
+    """
+    axis = _axis(drives_of(file, gateway), node)
+    with node_access(file, gateway) as nodes:
+        nodes.write(axis.node_id, STORE_PARAMETERS, 1, SAVE)
+    print(f"node {axis.node_id} has stored its parameters")
 
 
 def log(

@@ -42,7 +42,7 @@ def drives_table(settings: CellSettings, seen: Snapshot) -> Table:
     for name in settings.gateways:
         gateway = seen.gateways.get(name)
         for node in gateway.nodes if gateway is not None else ():
-            reference = "yes" if node.referenced else "no: home it"
+            reference = "yes" if node.referenced else f"no: {node.reference_missing}"
             words = (node.nmt, drive_text(node), reference, emergency(node))
             table.add_row(name, str(node.node_id), node.robot, node.axis, *words)
     return table

@@ -1,6 +1,6 @@
 """A page with curves over time, drawn as SVG: it opens in any browser and needs nothing else."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from html import escape
 
 import numpy as np
@@ -24,6 +24,8 @@ class Chart:
     bounds: tuple[float, ...] = ()
     """Values of y with a horizontal line: the limits."""
     equal: bool = False
+    decades: bool = False
+    """x is drawn by its logarithm, and must be above 0."""
 
 
 def page(title: str, summary: list[str], charts: list[Chart]) -> str:
@@ -37,6 +39,9 @@ def page(title: str, summary: list[str], charts: list[Chart]) -> str:
 
 
 def _svg(chart: Chart) -> str:
+    if chart.decades:
+        curves = [(name, np.log10(x), y) for name, x, y in chart.curves]
+        chart = replace(chart, curves=curves, marks=tuple(float(np.log10(mark)) for mark in chart.marks))
     low, high = _frame(chart)
     height = _HEIGHT
     if chart.equal:
@@ -55,18 +60,28 @@ def _svg(chart: Chart) -> str:
         line(place(np.array([low[0], high[0]]), np.array([bound, bound])), 'stroke="#c00" stroke-dasharray="6 4"')
         for bound in chart.bounds
     ]
+    for bound in chart.bounds:
+        _, down = place(low[:1], np.array([bound])).split(",")
+        parts.append(f'<text x="{_WIDTH - _MARGIN + 4:.0f}" y="{down}">{bound:.4g}</text>')
+    for mark in chart.marks if chart.decades else ():
+        across, _ = place(np.array([mark]), low[1:]).split(",")
+        parts.append(f'<text x="{across}" y="{height - 30:.0f}">{_label(chart, mark)}</text>')
     for number, (name, x, y) in enumerate(chart.curves):
         colour, thin = _COLOURS[number % len(_COLOURS)], max(1, len(x) // _MOST_POINTS)
         parts.append(line(place(x[::thin], y[::thin]), f'stroke="{colour}" stroke-width="1.5"'))
         parts.append(f'<text x="{_MARGIN + 90 * number}" y="16" fill="{colour}">{escape(name)}</text>')
     parts += [
-        f'<text x="{_MARGIN}" y="{height - 30:.0f}">{low[0]:.4g}</text>',
-        f'<text x="{_WIDTH - _MARGIN - 30}" y="{height - 30:.0f}">{high[0]:.4g}</text>',
+        f'<text x="{_MARGIN}" y="{height - 30:.0f}">{_label(chart, low[0])}</text>',
+        f'<text x="{_WIDTH - _MARGIN - 30}" y="{height - 30:.0f}">{_label(chart, high[0])}</text>',
         f'<text x="{_WIDTH / 2}" y="{height - 12:.0f}">{escape(chart.x_name)}</text>',
         f'<text x="4" y="{height - _MARGIN:.0f}">{low[1]:.3g}</text><text x="4" y="{_MARGIN}">{high[1]:.3g}</text>',
         f'<text x="4" y="32">{escape(chart.y_name)}</text>',
     ]
     return f'<svg width="{_WIDTH:.0f}" height="{height:.0f}" role="img">{"".join(parts)}</svg>'
+
+
+def _label(chart: Chart, x: float) -> str:
+    return f"{10.0**x if chart.decades else x:.4g}"
 
 
 def _frame(chart: Chart) -> tuple[NDArray[np.float64], NDArray[np.float64]]:

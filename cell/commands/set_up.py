@@ -13,7 +13,7 @@ from cell.commands.errors import CommandError
 from cell.commands.options import CELL_FILE, CellFileOption, ConnectOption, RobotArgument
 from cell.commands.stop import stop_event
 from cell.commands.view import names
-from cell.messages import AxisStatus, Command, HoldSetup, Home, MoveAxes
+from cell.messages import AcceptPosition, AxisStatus, Command, HoldSetup, Home, MoveAxes
 from drive_gateway.config import AxisSettings, RobotDrives, load_drives
 
 HOLD_PERIOD_S = 0.1
@@ -65,6 +65,24 @@ def move(
         return MoveAxes(robot, wanted, by, speed / 100.0, velocity)
 
     _run(robot, order, file, endpoint)
+
+
+def accept(
+    robot: RobotArgument,
+    axes: Annotated[
+        list[str] | None, typer.Argument(metavar="[AXIS]...", help="These axes only.", show_default="all in doubt")
+    ] = None,
+    file: CellFileOption = Path(CELL_FILE),
+    endpoint: ConnectOption = None,
+) -> None:
+    """Confirm that axes are where their drives show them, although they are not where they were switched off.
+
+    Look at the robot first: `cell drives` says what was found. From then on the cell takes its body to be there.
+    """
+    with connect(file, endpoint) as operator:
+        operator.check_robot(robot)
+        gateway = operator.settings.robots[robot].gateway
+        print(operator.ask_gateway(gateway, AcceptPosition(robot, tuple(axes or ()))).text)
 
 
 def _axis(drives: RobotDrives, name: str) -> AxisSettings:

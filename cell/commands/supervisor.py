@@ -14,7 +14,7 @@ from cell.commands.errors import CommandError
 from cell.commands.orders import Orders
 from cell.commands.show import Show
 from cell.commands.table import why
-from cell.commands.view import POLL_S, CellView, Snapshot, at_rest
+from cell.commands.view import POLL_S, CellView, Snapshot, at_rest, unreferenced
 from cell.config.settings import CellSettings
 from cell.messages import Enable, Event, Halt, Mode, ProgramState, RobotState, Run, Severity
 from cell.net.errors import Unreachable
@@ -63,7 +63,7 @@ class Supervisor:
             view = CellView(session, self._settings)
             events = session.queue("event/**")
             with Show(self._settings, self._console) as show:
-                if not self._bring_up(session, view, show):
+                if not self._bring_up(session, view, show, start_programs):
                     self._tell_stop()
                     return False
                 # Whatever was in the way while the cell came up (drives that were not there yet) is out of the way.
@@ -96,10 +96,11 @@ class Supervisor:
         if dead:
             raise CommandError("\n".join(child.death_notice() for child in dead), "look above; the rest was stopped")
 
-    def _bring_up(self, session: CellSession, view: CellView, show: Show) -> bool:
+    def _bring_up(self, session: CellSession, view: CellView, show: Show, start_programs: bool) -> bool:
         """Enable every robot; False when stopped before. Raises `CommandError` when that takes too long.
 
-        Under an emergency stop that an earlier run left behind nothing is enabled; the cell is up for `cell reset`.
+        A robot that does not know where it is stays off: the cell is up for an operator who homes it. Under an
+        emergency stop that an earlier run left behind nothing is enabled; the cell is up for `cell reset`.
         """
         deadline = self._started + START_TIMEOUT_S
         with Orders(session, Enable()) as enable:
@@ -112,16 +113,29 @@ class Supervisor:
                         f"{stop_text}; nothing is enabled; when the cause is gone: cell reset, then cell enable ROBOT"
                     )
                     return True
-                if sum(state.mode in ENABLED for state in seen.robots.values()) == len(self._settings.robots):
-                    show.say(f"all robots enabled after {time.monotonic() - self._started:.1f} s")
+                lost = unreferenced(seen)
+                if all(enabled(seen, name) or (name in lost and name in seen.robots) for name in self._settings.robots):
+                    self._tell_enabled(show, lost, start_programs)
                     return True
                 for state in seen.robots.values():
-                    if state.mode is Mode.DISABLED and seen.manager is not None:
+                    if state.mode is Mode.DISABLED and seen.manager is not None and state.robot not in lost:
                         enable.give(state)
                 if time.monotonic() > deadline:
                     missing = "\n".join(self._missing(seen, enable.problems))
                     raise CommandError(f"the cell is not up after {START_TIMEOUT_S:.0f} s\n{missing}")
         return False
+
+    def _tell_enabled(self, show: Show, lost: dict[str, str], start_programs: bool) -> None:
+        """Say that the cell is up. Raises `CommandError` when a program should run on a robot that stays off."""
+        lines = [f"robot {robot} is not referenced and stays off; {reason}" for robot, reason in lost.items()]
+        if lost and start_programs:
+            remedy = f"start the cell without its programs: cell up {self._settings.file}; then do what is said above"
+            raise CommandError("\n".join(lines), remedy)
+        for line in lines:
+            show.say(line)
+        took = f"{time.monotonic() - self._started:.1f} s"
+        enables = "; ".join(f"cell enable {robot} -f {self._settings.file}" for robot in lost)
+        show.say(f"the cell is up after {took}; after that: {enables}" if lost else f"all robots enabled after {took}")
 
     def _missing(self, seen: Snapshot, problems: dict[str, str]) -> list[str]:
         """What keeps the cell from being up, one line each."""
@@ -220,6 +234,10 @@ class Supervisor:
 
 def _moves(state: RobotState) -> bool:
     return state.mode is Mode.RUNNING or not at_rest(state)
+
+
+def enabled(seen: Snapshot, robot: str) -> bool:
+    return robot in seen.robots and seen.robots[robot].mode in ENABLED
 
 
 def latched_stop(seen: Snapshot) -> str:

@@ -4,7 +4,7 @@ from collections.abc import Iterable
 
 from rich.text import Text
 
-from cell.commands.view import Snapshot
+from cell.commands.view import Snapshot, unreferenced
 from cell.config.settings import CellSettings
 from cell.messages import GatewayState, ManagerState, Mode, RobotState, ZoneState
 from cell.messages.manager_state import ZoneStatus
@@ -34,20 +34,24 @@ def cell_table(settings: CellSettings, seen: Snapshot, width: int) -> Text:
 
     heading = row("robot", "mode", "line", "program", ("X mm", "Y mm", "Z mm"), "mm/s", "zone")
     text = Text.assemble((f"cell {settings.name}\n", "bold"), (heading, "underline"), "\n")
+    lost = unreferenced(seen)
     for robot in settings.robots:
         state = seen.robots.get(robot)
-        text.append(row(robot, *_cells(state)) + "\n", "bold red" if state is None or state.mode in ALARMED else "")
+        cells = _cells(state, robot not in lost)
+        text.append(row(robot, *cells) + "\n", "bold red" if state is None or state.mode in ALARMED else "")
         reason = labelled_why(state) if state is not None else "its agent does not answer"
+        if robot in lost and not reason:
+            reason = f"not referenced: {lost[robot]}"
         text.append(f"{'':{robots}}  {reason}".rstrip() + "\n", "yellow")
     text.append("\n".join(footer(settings, seen)))
     return text
 
 
-def _cells(state: RobotState | None) -> tuple[str, str, str, Iterable[str], str, str]:
+def _cells(state: RobotState | None, placed: bool) -> tuple[str, str, str, Iterable[str], str, str]:
     if state is None:
         return "silent", "", "", ("", "", ""), "", ""
     position = state.tcp_position_m
-    xyz = ("-", "-", "-") if position is None else tuple(f"{1000 * value:.1f}" for value in position)
+    xyz = ("-", "-", "-") if position is None or not placed else tuple(f"{1000 * value:.1f}" for value in position)
     speed = "-" if state.tcp_speed_m_s is None else f"{1000 * state.tcp_speed_m_s:.0f}"
     return state.mode.value, str(state.program.line), program_text(state), xyz, speed, " ".join(state.zones)
 

@@ -2,6 +2,7 @@
 
 from cmath import phase
 from math import degrees, isinf, log10
+from pathlib import Path
 
 import typer
 from rich.box import SIMPLE
@@ -10,6 +11,7 @@ from rich.table import Table
 
 from cell.commands.chart import chart
 from cell.commands.errors import CommandError
+from cell.commands.tune_page import tune_page
 from cell.commands.view import names
 from drive_gateway.config import GatewaySettings
 from drive_gateway.sim.axis.axis_data import AxisData
@@ -29,8 +31,10 @@ ENOUGH = 2.0
 """A gain margin below this leaves too little for what changes with load and pose."""
 
 
-def show_tuning(gateway: GatewaySettings, axis: str) -> None:
+def show_tuning(gateway: GatewaySettings, axis: str, output: Path | None = None) -> None:
     """Measure and print the loop of one axis, named as `J1` or, where several robots share the bus, as `left.J1`.
+
+    With `output` the curves also go to that HTML page.
 
     Raises:
         CommandError: no such axis, or the drives file says nothing of its motor and load.
@@ -39,10 +43,15 @@ def show_tuning(gateway: GatewaySettings, axis: str) -> None:
     points = frequency_response(data, frequencies(LOWEST_HZ, HIGHEST_HZ, POINTS))
     step, found = step_response(data, STEP_S), margins(points)
     console = Console()
-    console.print(_summary(name, data, step, found))
+    summary = _summary(data, step, found)
+    console.print(_table(name, summary))
     for line in _plots(points, step):
         typer.echo(line)
     console.print(_numbers(points))
+    if output is not None:
+        lines = [f"{what}: {value}" for what, value in summary.items()]
+        output.write_text(tune_page(name, lines, points, step, found), encoding="utf-8")
+        typer.echo(f"the curves are in {output}")
     if found.gain < ENOUGH:
         typer.echo(f"The gain margin is below {ENOUGH:g}: lower simulation.axes ... servo.speed_hz of {name}.")
 
@@ -64,11 +73,17 @@ def _axis(gateway: GatewaySettings, axis: str) -> tuple[str, AxisData]:
     return name, data
 
 
-def _summary(name: str, data: AxisData, step: Step, found: Margins) -> Table:
+def _table(name: str, summary: dict[str, str]) -> Table:
     table = Table(title=f"speed loop of {name}", title_justify="left", box=SIMPLE, show_header=False)
+    for what, value in summary.items():
+        table.add_row(what, value)
+    return table
+
+
+def _summary(data: AxisData, step: Step, found: Margins) -> dict[str, str]:
     gains = data.gains
     ratio = (data.inertia - data.motor.inertia_kg_m2) / data.motor.inertia_kg_m2
-    rows = {
+    return {
         "motor": f"{data.motor.name}, gear {data.gear:g}",
         "inertia at the motor": f"{1e4 * data.inertia:.3g} kg cm2, load to motor {ratio:.2f} : 1",
         "gains": f"position {gains.position:g} 1/s, speed {gains.speed:.3g} A s/rad, reset {data.servo.reset_s:g} s",
@@ -77,9 +92,6 @@ def _summary(name: str, data: AxisData, step: Step, found: Margins) -> Table:
         "step": f"rises in {1e3 * step.rise_s:.1f} ms, overshoots by {100 * step.overshoot:.0f} %, "
         f"within 5 % after {1e3 * step.settled_s:.0f} ms",
     }
-    for what, value in rows.items():
-        table.add_row(what, value)
-    return table
 
 
 def _plots(points: list[Point], step: Step) -> list[str]:

@@ -72,6 +72,9 @@ class TimesEntry(BaseModel):
         _DEFAULT.estop_delay_s,
         description="from a software emergency stop (it never replaces a hard-wired one) to a gateway's quick stop",
     )
+    idle_off_s: Seconds | None = Field(
+        _DEFAULT.idle_off_s, description="a robot without a program for so long is switched off; without it never"
+    )
 
 
 class CellFile(BaseModel):

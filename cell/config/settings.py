@@ -68,6 +68,8 @@ class Times:
     """Silence of set-point blocks, at rest, that ends a claim."""
     estop_delay_s: float = 2.0
     """From a software emergency stop to the gateway's own quick stop of a robot that is not at rest by then."""
+    idle_off_s: float | None = None
+    """A robot that has had no program for so long is switched off; `None`: it stays on."""
 
 
 @dataclass(frozen=True, slots=True)

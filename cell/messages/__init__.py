@@ -5,6 +5,7 @@ How a message becomes bytes is the business of `cell.net.codec`; on which key it
 """
 
 from cell.messages.commands import (
+    AcceptPosition,
     AdoptZone,
     Call,
     Claim,
@@ -48,6 +49,7 @@ from cell.messages.setpoints import SetpointBlock
 from cell.messages.zone import ZoneGeometry
 
 __all__ = [
+    "AcceptPosition",
     "AdoptZone",
     "AxisStatus",
     "Body",

@@ -244,6 +244,15 @@ class HoldSetup(Command):
 
 
 @dataclass(frozen=True, slots=True)
+class AcceptPosition(Command):
+    """An operator has looked: axes (none named: all that are in doubt) are where their drives show them."""
+
+    verb: ClassVar[str] = "accept_position"
+    robot: str
+    axes: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True)
 class Call:
     """A command with the id that makes a repeated call harmless, and the echo that makes an old one recognisable.
 

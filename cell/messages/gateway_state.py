@@ -18,6 +18,8 @@ class NodeStatus:
     emergency_text: str = ""
     referenced: bool = True
     """The drive knows where its axis is."""
+    reference_missing: str = ""
+    """Why it does not, and what to do, for people."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,7 +46,7 @@ class GatewayState:
     cycle_s: float
     interface: str
     ready: bool
-    """All nodes are configured and operational."""
+    """All nodes are configured and operational, and it is known which of them are referenced."""
     problem: str
     """Why it is not ready, for people; empty when it is."""
     owners: dict[str, str]

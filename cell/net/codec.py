@@ -11,6 +11,7 @@ from pydantic import ConfigDict, TypeAdapter, ValidationError, with_config
 from pydantic_core import PydanticSerializationError
 
 from cell.messages import (
+    AcceptPosition,
     AdoptZone,
     Call,
     Claim,
@@ -68,6 +69,7 @@ COMMANDS: dict[str, dict[str, type[Command]]] = {
             Home,
             MoveAxes,
             HoldSetup,
+            AcceptPosition,
         ),
     }.items()
 }

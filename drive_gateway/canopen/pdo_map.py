@@ -1,32 +1,45 @@
-"""The process image on the bus, in one place: what the gateway and a drive exchange in each cycle.
+"""The process image on the bus, in one place: what the gateway and the drive of one axis exchange.
 
-RPDO1 carries controlword and target position, TPDO1 statusword and actual position; both act on every SYNC. The image
-is written to a node by SDO; a node obeys what it is given and need not know this file.
+The command (controlword and target position) and the status (statusword and actual position) act on every SYNC. What an
+axis has beyond that (a velocity offset, digital inputs) is in PDOs of its own. The image is written to a node by SDO; a
+node obeys what it is given and need not know this file.
+
+A drives file may give the first PDOs of its nodes to motions of their own (`profile_pdos`); command and status then are
+the fourth.
 """
 
 from dataclasses import dataclass
 from struct import Struct
 
+from drive_gateway.canopen.bus_load import frame_bits
 from drive_gateway.canopen.cob_id import RPDO1, TPDO1
+from drive_gateway.canopen.frame import CanFrame
 
 CONTROLWORD = 0x6040
 STATUSWORD = 0x6041
 TARGET_POSITION = 0x607A
 POSITION_ACTUAL = 0x6064
+VELOCITY_OFFSET = 0x60B1
+INTERPOLATION_DATA = 0x60C1
+DIGITAL_INPUTS = 0x60FD
 
 EVERY_SYNC = 1
 """Transmission type: cyclic synchronous, each SYNC."""
+ON_EVENT = 254
+"""Transmission type: an RPDO acts on arrival, a TPDO comes by the drive's own timer."""
 DISABLED = 1 << 31
 """Bit 31 of a PDO's COB-ID: the PDO does not exist."""
+PDOS = range(1, 5)
+"""A node has up to four PDOs in each direction."""
 
-RPDO1_LAYOUT = Struct("<Hi")
+COMMAND = Struct("<Hi")
 """Controlword, target position [counts]."""
-TPDO1_LAYOUT = Struct("<Hi")
+OFFSET = Struct("<i")
+"""Velocity offset [counts/s]."""
+STATUS = Struct("<Hi")
 """Statusword, position actual [counts]."""
-
-RPDO1_ENTRIES = (0x60400010, 0x607A0020)
-TPDO1_ENTRIES = (0x60410010, 0x60640020)
-"""Mapping entries: index << 16 | sub-index << 8 | bits."""
+INPUTS = Struct("<I")
+"""Digital inputs."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,26 +51,145 @@ class SdoWrite:
     data: bytes
 
 
-def pdo_writes(node_id: int) -> list[SdoWrite]:
-    """The writes, in their prescribed order, that give a pre-operational node the process image."""
-    rpdo = _writes(0x1400, 0x1600, RPDO1 + node_id, RPDO1_ENTRIES)
-    return rpdo + _writes(0x1800, 0x1A00, TPDO1 + node_id, TPDO1_ENTRIES)
+@dataclass(frozen=True, slots=True)
+class Pdo:
+    """One PDO of a node. Entries are index << 16 | sub-index << 8 | bits; `every` is its transmission type."""
+
+    number: int
+    receive: bool
+    """Received by the node."""
+    node_id: int
+    entries: tuple[int, ...]
+    every: int = EVERY_SYNC
+    period_s: float = 0.0
+    """Of a PDO of type `ON_EVENT`."""
+
+    @property
+    def cob_id(self) -> int:
+        return (RPDO1 if self.receive else TPDO1) + 0x100 * (self.number - 1) + self.node_id
+
+    @property
+    def data_bytes(self) -> int:
+        return sum(entry & 0xFF for entry in self.entries) // 8
+
+    def writes(self) -> list[SdoWrite]:
+        """Disable, type, times, no entries, entries, count, enable: a node refuses any other order."""
+        mapping = (0x1600 if self.receive else 0x1A00) + self.number - 1
+        return [
+            self.unlinked(),
+            SdoWrite(self._communication, 2, _u8(self.every)),
+            *self._timers(),
+            SdoWrite(mapping, 0, _u8(0)),
+            *(SdoWrite(mapping, sub, _u32(entry)) for sub, entry in enumerate(self.entries, start=1)),
+            SdoWrite(mapping, 0, _u8(len(self.entries))),
+            SdoWrite(self._communication, 1, _u32(self.cob_id)),
+        ]
+
+    def _timers(self) -> list[SdoWrite]:
+        """The period as inhibit time and as event timer: a drive that sends on change sends no more often, and one that
+        takes its period from the inhibit time (FESTO CMMP) sends as often."""
+        if self.receive or self.every != ON_EVENT:
+            return []
+        inhibit, timer = round(self.period_s * 10_000), round(self.period_s * 1000)
+        return [SdoWrite(self._communication, 3, _u16(inhibit)), SdoWrite(self._communication, 5, _u16(timer))]
+
+    def unlinked(self) -> SdoWrite:
+        """The write that takes this PDO off the bus."""
+        return SdoWrite(self._communication, 1, _u32(self.cob_id | DISABLED))
+
+    @property
+    def _communication(self) -> int:
+        return (0x1400 if self.receive else 0x1800) + self.number - 1
 
 
-def _writes(communication: int, mapping: int, cob_id: int, entries: tuple[int, ...]) -> list[SdoWrite]:
-    """Disable, type, no entries, entries, count, enable: a node refuses any other order."""
+@dataclass(frozen=True, slots=True)
+class ProcessImage:
+    """What one axis exchanges with the gateway."""
+
+    command: Pdo
+    status: Pdo
+    offset: Pdo | None = None
+    """To the drive: feed-forward."""
+    inputs: Pdo | None = None
+    """From the drive: its digital inputs, every few SYNCs."""
+    profile: tuple[Pdo, ...] = ()
+    """For motions that the drive makes by itself, of type `ON_EVENT`."""
+
+    @property
+    def pdos(self) -> tuple[Pdo, ...]:
+        """All of them, in the order in which they are linked."""
+        return (*self.profile, *self._cyclic)
+
+    @property
+    def bits_per_cycle(self) -> float:
+        """On the wire, with worst-case stuffing."""
+        return sum(frame_bits(pdo.data_bytes) / pdo.every for pdo in self._cyclic)
+
+    @property
+    def timed_bits_s(self) -> float:
+        """The same per second, of the PDOs that do not belong to the cycle."""
+        return sum(frame_bits(pdo.data_bytes) / pdo.period_s for pdo in self.profile)
+
+    @property
+    def _cyclic(self) -> tuple[Pdo, ...]:
+        return tuple(pdo for pdo in (self.command, self.offset, self.status, self.inputs) if pdo is not None)
+
+    def frames(self, controlword: int, target: int, velocity: int) -> list[CanFrame]:
+        """The command of one cycle: target [counts] and velocity [counts/s]."""
+        command = CanFrame(self.command.cob_id, COMMAND.pack(controlword, target))
+        if self.offset is None:
+            return [command]
+        return [CanFrame(self.offset.cob_id, OFFSET.pack(velocity)), command]
+
+
+def process_image(
+    node_id: int,
+    *,
+    interpolated: bool = False,
+    velocity_offset: bool = False,
+    inputs_every: int = 0,
+    profile: tuple[Pdo, ...] = (),
+) -> ProcessImage:
+    """The image of one axis; its inputs come with each `inputs_every`-th SYNC (1 to 240), or never (0)."""
+    first, second = (4, 3) if profile else (1, 2)
+    index, sub = target_object(interpolated)
+    target = _entry(index, 32) | sub << 8
+    inputs = (_entry(DIGITAL_INPUTS, 32),)
+    return ProcessImage(
+        command=Pdo(first, True, node_id, (_entry(CONTROLWORD, 16), target)),
+        status=Pdo(first, False, node_id, (_entry(STATUSWORD, 16), _entry(POSITION_ACTUAL, 32))),
+        offset=Pdo(second, True, node_id, (_entry(VELOCITY_OFFSET, 32),)) if velocity_offset else None,
+        inputs=Pdo(second, False, node_id, inputs, inputs_every) if inputs_every else None,
+        profile=profile,
+    )
+
+
+def target_object(interpolated: bool) -> tuple[int, int]:
+    """Index and sub-index of the set point, in interpolated and in cyclic synchronous position."""
+    return (INTERPOLATION_DATA, 1) if interpolated else (TARGET_POSITION, 0)
+
+
+def unused(node_id: int, linked: tuple[Pdo, ...]) -> list[SdoWrite]:
+    """Every other PDO is taken off the bus: what a drive has from its factory may collide with another node."""
+    used = {(pdo.receive, pdo.number) for pdo in linked}
     return [
-        SdoWrite(communication, 1, _u32(cob_id | DISABLED)),
-        SdoWrite(communication, 2, _u8(EVERY_SYNC)),
-        SdoWrite(mapping, 0, _u8(0)),
-        *(SdoWrite(mapping, sub, _u32(entry)) for sub, entry in enumerate(entries, start=1)),
-        SdoWrite(mapping, 0, _u8(len(entries))),
-        SdoWrite(communication, 1, _u32(cob_id)),
+        Pdo(number, receive, node_id, ()).unlinked()
+        for receive in (True, False)
+        for number in PDOS
+        if (receive, number) not in used
     ]
+
+
+def _entry(index: int, bits: int) -> int:
+    return index << 16 | bits
 
 
 def _u8(value: int) -> bytes:
     return value.to_bytes(1, "little")
+
+
+def _u16(value: int) -> bytes:
+    return value.to_bytes(2, "little")
 
 
 def _u32(value: int) -> bytes:

@@ -6,6 +6,10 @@ from dataclasses import dataclass
 
 from cell.core import Effect
 
+STORE_PARAMETERS = 0x1010
+SAVE = b"save"
+"""What a write to 1010h must hold, so that nothing is stored by mistake."""
+
 
 @dataclass(frozen=True, slots=True)
 class Sdo(Effect):

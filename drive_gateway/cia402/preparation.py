@@ -9,7 +9,7 @@ from drive_gateway.canopen.cob_id import MASTER_NODE_ID
 from drive_gateway.canopen.pdo_map import SdoWrite
 from drive_gateway.config.settings import AxisSettings, GatewaySettings
 
-CYCLIC_SYNCHRONOUS_POSITION = 8
+INTERPOLATED_POSITION, CYCLIC_SYNCHRONOUS_POSITION = 7, 8
 QUICK_STOP_AND_STAY = 6
 """605Ah: brake with the quick-stop deceleration and stay in Quick Stop Active, voltage on."""
 ABORT_BY_QUICK_STOP = 3
@@ -38,18 +38,29 @@ def preparations(axis: AxisSettings, settings: GatewaySettings) -> list[Preparat
         *(_guarding(settings) if axis.guarded else _heartbeats(settings)),
         _same("interpolation period", 0x60C2, 1, period, 1),
         _same("interpolation period, power of ten", 0x60C2, 2, exponent, 1),
-        Preparation(
-            "mode cyclic synchronous position",
-            SdoWrite(0x6060, 0, CYCLIC_SYNCHRONOUS_POSITION.to_bytes(1, "little", signed=True)),
-            0x6061,
-            0,
-        ),
+        *([_same("linear interpolation", 0x60C0, 0, 0, 2)] if axis.interpolated else []),
+        Preparation("mode of operation", SdoWrite(0x6060, 0, played_mode(axis)), 0x6061, 0),
         _same("quick-stop deceleration", 0x6085, 0, round(axis.quick_stop * counts), 4),
         _same("quick-stop option", 0x605A, 0, QUICK_STOP_AND_STAY, 2),
         _same("reaction to a lost connection", 0x6007, 0, ABORT_BY_QUICK_STOP, 2),
         _same("following-error window", 0x6065, 0, round(axis.following_window * counts), 4),
         _same("following-error time", 0x6066, 0, _milliseconds(axis.following_time_s), 2),
+        *_limits(axis),
     ]
+
+
+def _limits(axis: AxisSettings) -> list[Preparation]:
+    """In the drive's own direction: what is low for the axis may be high for its counts."""
+    if axis.limits is None:
+        return []
+    low, high = sorted(round((limit - axis.offset) * axis.counts_per_unit) for limit in axis.limits)
+    return [_same("lowest position", 0x607D, 1, low, 4), _same("highest position", 0x607D, 2, high, 4)]
+
+
+def played_mode(axis: AxisSettings) -> bytes:
+    """The mode in which blocks are played, as 6060h and 6061h hold it."""
+    mode = INTERPOLATED_POSITION if axis.interpolated else CYCLIC_SYNCHRONOUS_POSITION
+    return mode.to_bytes(1, "little", signed=True)
 
 
 def life_time_factor(settings: GatewaySettings) -> int:

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from drive_gateway.canopen.pdo_map import SdoWrite
+from drive_gateway.canopen.pdo_map import TARGET_POSITION, SdoWrite
 from drive_gateway.cia402.profile import Trapezoid
 from drive_gateway.config.settings import AxisSettings, HomingSettings
 
@@ -13,6 +13,12 @@ START = 1 << 4
 """Controlword: new set point, or homing begins."""
 REACHED, ACKNOWLEDGED, ATTAINED, STANDING, FAILED = 1 << 10, 1 << 12, 1 << 12, 1 << 12, 1 << 13
 """Statusword; bits 12 and 13 mean what the mode says."""
+
+POSITION_WINDOW = 1e-4
+"""[rad or m] a profile position has arrived when the axis stays this near to its target (6067h), ..."""
+LEAST_WINDOW_COUNTS = 3.0
+POSITION_TIME_MS = 50
+"""... for this long (6068h)."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,8 +52,15 @@ def homing_order(axis: AxisSettings, homing: HomingSettings) -> SetupOrder:
 def position_order(axis: AxisSettings, target: int, motion: Trapezoid, acceleration: float) -> SetupOrder:
     """A motion to `target` [counts] at the speed of `motion`."""
     counts = abs(axis.counts_per_unit)
-    speed = _u32(0x6081, 0, abs(motion.velocity) * counts)
-    return SetupOrder(PROFILE_POSITION, (speed, *_ramps(acceleration * counts)), target=target)
+    # The process image of interpolated position has another set point.
+    place = (SdoWrite(TARGET_POSITION, 0, target.to_bytes(4, "little", signed=True)),) if axis.interpolated else ()
+    writes = (
+        *place,
+        _u32(0x6067, 0, max(LEAST_WINDOW_COUNTS, POSITION_WINDOW * counts)),
+        SdoWrite(0x6068, 0, POSITION_TIME_MS.to_bytes(2, "little")),
+        _u32(0x6081, 0, abs(motion.velocity) * counts),
+    )
+    return SetupOrder(PROFILE_POSITION, (*writes, *_ramps(acceleration * counts)), target=target)
 
 
 def velocity_order(axis: AxisSettings, motion: Trapezoid, acceleration: float) -> SetupOrder:

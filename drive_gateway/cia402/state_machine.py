@@ -12,6 +12,8 @@ QUICK_STOP = 0x0002
 SHUTDOWN = 0x0006
 SWITCH_ON = 0x0007
 ENABLE_OPERATION = 0x000F
+INTERPOLATE = 1 << 4
+"""Enable operation in interpolated position: set points are followed."""
 FAULT_RESET = 0x0080
 
 _VOLTAGE_ENABLED = 0x0010

@@ -20,13 +20,21 @@ class AxisUnits:
         self._scale = np.array([axis.counts_per_unit for axis in axes], dtype=np.float64)
         self._offset = np.array([axis.offset for axis in axes], dtype=np.float64)
         at_bounds = np.stack([self._offset + bound / self._scale for bound in (INT32_MIN, INT32_MAX)])
-        self.lowest: Floats = at_bounds.min(axis=0)
+        self.int32_lowest: Floats = at_bounds.min(axis=0)
         """`(n,)` [rad or m] position that still fits into an int32."""
-        self.highest: Floats = at_bounds.max(axis=0)
+        self.int32_highest: Floats = at_bounds.max(axis=0)
+        limits = [(-np.inf, np.inf) if axis.limits is None else axis.limits for axis in axes]
+        self.lowest: Floats = np.maximum(self.int32_lowest, [low for low, _ in limits])
+        """`(n,)` [rad or m] position that fits into an int32 and lies within the axis' limits."""
+        self.highest: Floats = np.minimum(self.int32_highest, [high for _, high in limits])
 
     def counts(self, position: Floats) -> list[int]:
-        """Nearest counts of `position` (n,) [rad or m], which must lie between `lowest` and `highest`."""
+        """Nearest counts of `position` (n,) [rad or m], which must fit into an int32."""
         return [int(count) for count in np.rint((position - self._offset) * self._scale).tolist()]
+
+    def counts_per_s(self, velocity: Floats) -> list[int]:
+        """Nearest counts per second of `velocity` (n,) [rad/s or m/s]."""
+        return [int(speed) for speed in np.rint(velocity * self._scale).tolist()]
 
     def position(self, counts: Sequence[int]) -> Floats:
         """`(n,)` [rad or m] of encoder counts."""

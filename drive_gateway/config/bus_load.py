@@ -1,9 +1,10 @@
 """Whether the wire can carry what is configured."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from drive_gateway.canopen.bus_load import cyclic_load
-from drive_gateway.canopen.pdo_map import RPDO1_LAYOUT, TPDO1_LAYOUT
+from drive_gateway.canopen.pdo_map import ProcessImage
 
 KEPT_FREE = 0.10
 """Share of the wire for SDO and EMCY, which come when they come."""
@@ -31,7 +32,9 @@ class BusLoad:
         return self.total > WARN_ABOVE
 
 
-def bus_load(nodes: int, bitrate: int, cycle_s: float, heartbeat_s: float) -> BusLoad:
-    """The load of `nodes` drives with the process image of `drive_gateway.canopen.pdo_map`."""
-    pdo_bytes = max(RPDO1_LAYOUT.size, TPDO1_LAYOUT.size)
-    return BusLoad(cyclic_load(nodes, bitrate, cycle_s, heartbeat_s, pdo_bytes))
+def bus_load(images: Sequence[ProcessImage], bitrate: int, cycle_s: float, heartbeat_s: float) -> BusLoad:
+    """The load of nodes with these process images."""
+    nodes = {image.command.node_id for image in images}
+    bits = sum(image.bits_per_cycle for image in images)
+    timed = sum(image.timed_bits_s for image in images)
+    return BusLoad(cyclic_load(len(nodes), bitrate, cycle_s, heartbeat_s, bits, timed))

@@ -7,8 +7,13 @@ from can.interfaces import VALID_INTERFACES
 from cell.config.document import Document
 from cell.config.problem import KeyPath, Problem, Severity
 from cell.config.reading import declared
+from drive_gateway.canopen.pdo_map import ProcessImage
+from drive_gateway.cia402.units import AxisUnits
+from drive_gateway.config.axis_entry import AxisEntry
 from drive_gateway.config.bus_load import KEPT_FREE, REFUSE_ABOVE, WARN_ABOVE, bus_load
-from drive_gateway.config.drives_file import AxisEntry, DrivesFile
+from drive_gateway.config.drives_file import DrivesFile
+from drive_gateway.config.image import image_of
+from drive_gateway.config.profile_entry import check_profile_pdos
 from drive_gateway.config.simulation_checks import check_simulation
 
 UINT16_MAX = 2**16 - 1
@@ -26,6 +31,7 @@ def check_drives_file(document: Document, drives: DrivesFile) -> list[Problem]:
         *_times(document, drives),
         *_milliseconds(document, drives),
         *_axes(document, drives),
+        *check_profile_pdos(document, drives.profile_pdos, _images(drives)),
         *check_simulation(document, drives),
     ]
 
@@ -51,13 +57,17 @@ def _nodes(document: Document, drives: DrivesFile) -> Iterator[Problem]:
             yield document.problem((*path, "node"), f"{axis.node}, the Node-ID of {other} too", "each Node-ID once")
 
 
+def _images(drives: DrivesFile) -> list[ProcessImage]:
+    return [image_of(drives.axis(str(path[-1]), axis)) for path, _, axis in axes_of(drives)]
+
+
 def _load(document: Document, drives: DrivesFile) -> Iterator[Problem]:
-    nodes = sum(1 for _ in axes_of(drives))
-    load = bus_load(nodes, drives.bus.bitrate, drives.cycle_s, drives.heartbeat_producer_s)
+    images = _images(drives)
+    load = bus_load(images, drives.bus.bitrate, drives.cycle_s, drives.heartbeat_producer_s)
     if not load.high:
         return
     found = (
-        f"a bus load of {100 * load.total:.0f} % ({nodes} nodes every {1000 * drives.cycle_s:g} ms at "
+        f"a bus load of {100 * load.total:.0f} % ({len(images)} axes every {1000 * drives.cycle_s:g} ms at "
         f"{drives.bus.bitrate // 1000} kbit/s: {100 * load.cyclic:.0f} % with worst-case stuffing, and "
         f"{100 * KEPT_FREE:.0f} % kept for SDO and EMCY)"
     )
@@ -120,7 +130,10 @@ def _axes(document: Document, drives: DrivesFile) -> Iterator[Problem]:
             allowed = f"more than {least:g}: simulated drives lag by speed times simulated_lag_s"
             yield document.problem((*path, "following_window"), found, allowed)
         counts = abs(axis.counts_per_unit())
+        yield from _limits(document, path, axis)
+        yield from _inputs(document, path, axis)
         yield from _homing(document, path, axis)
+        yield from _encoder(document, path, axis)
         if axis.eds is not None and not document.beside(axis.eds).is_file():
             yield document.problem((*path, "eds"), f"no file {axis.eds!r}", "an EDS or DCF file beside this one")
         for name in ("quick_stop", "following_window"):
@@ -140,6 +153,44 @@ def _homing(document: Document, path: KeyPath, axis: AxisEntry) -> Iterator[Prob
             found = document.found((*path, "homing", name))
             allowed = f"{declared(document, most, axis.linear):g} or less"
             yield document.problem((*path, "homing", name), found, allowed)
+
+
+def _limits(document: Document, path: KeyPath, axis: AxisEntry) -> Iterator[Problem]:
+    if axis.limits is None:
+        return
+    found = " to ".join(f"{declared(document, limit, axis.linear):g}" for limit in axis.limits)
+    if axis.limits[0] >= axis.limits[1]:
+        yield document.problem((*path, "limits"), found, "the lower one first")
+        return
+    units = AxisUnits([axis.settings(str(path[-1]))])
+    lowest, highest = float(units.int32_lowest[0]), float(units.int32_highest[0])
+    if axis.limits[0] < lowest or axis.limits[1] > highest:
+        fits = " to ".join(f"{declared(document, bound, axis.linear):g}" for bound in (lowest, highest))
+        yield document.problem((*path, "limits"), found, f"within {fits}, 32 bits of encoder counts")
+
+
+def _inputs(document: Document, path: KeyPath, axis: AxisEntry) -> Iterator[Problem]:
+    if axis.inputs is None:
+        return
+    bits = [*axis.inputs.enable, *axis.inputs.door, *axis.inputs.estop]
+    twice = sorted({bit for bit in bits if bits.count(bit) > 1})
+    if twice or not bits:
+        found = f"bit {twice[0]} twice" if twice else "no bit"
+        yield document.problem((*path, "inputs"), found, "one or more bits, each of them once", at_key=True)
+
+
+def _encoder(document: Document, path: KeyPath, axis: AxisEntry) -> Iterator[Problem]:
+    check, place = axis.encoder_check, (*path, "encoder_check")
+    if axis.encoder == "incremental" and "encoder_check" in axis.model_fields_set:
+        yield document.problem(place, "a check of an incremental encoder", "encoder: absolute", at_key=True)
+    if check.window is not None:
+        half_turn = 0.5 * axis.counts_per_turn / abs(axis.counts_per_unit())
+        if check.window >= half_turn:
+            allowed = f"less than {declared(document, half_turn, axis.linear):g}, half a turn of the motor"
+            yield document.problem((*place, "window"), document.found((*place, "window")), allowed)
+    if (check.status is None) != (check.battery_mask == 0):
+        found = "no status" if check.status is None else "no battery_mask"
+        yield document.problem(place, found, "both status and battery_mask, or none", at_key=True)
 
 
 def axes_of(drives: DrivesFile) -> Iterator[tuple[KeyPath, str, AxisEntry]]:

@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass, field
 
+from drive_gateway.canopen.profile_pdos import ProfilePdos
 from drive_gateway.config.simulation import Simulation
 
 
@@ -21,6 +22,42 @@ class HomingSettings:
     """[rad or m] axis position of the home point (607Ch)."""
     order: int
     """Axes of one number home together, lower numbers first."""
+
+
+@dataclass(frozen=True, slots=True)
+class IdentitySettings:
+    """What the identity object (1018h) of the right drive says; `None` is not looked at."""
+
+    vendor: int | None = None
+    product: int | None = None
+    revision: int | None = None
+    serial: int | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class InputSettings:
+    """Bits of the drive's digital inputs (60FDh) that must be 1 (closed) before and while the robot has torque."""
+
+    enable: tuple[int, ...] = ()
+    door: tuple[int, ...] = ()
+    estop: tuple[int, ...] = ()
+    """Buttons that stop the whole cell."""
+
+
+@dataclass(frozen=True, slots=True)
+class EncoderSettings:
+    """How it is checked after each start that an absolute encoder still shows where its axis is."""
+
+    counts_per_turn: int
+    """Of the motor."""
+    window: int
+    """[counts] by which the axis may have moved while its drive was off; less than half a turn of the motor."""
+    serial: tuple[int, int] | None = None
+    """Index and sub-index of the encoder's serial number; `None`: the drive does not tell it."""
+    status: tuple[int, int] | None = None
+    """Index and sub-index of the encoder's status."""
+    battery_mask: int = 0
+    """Bits of the status that are set after the encoder's battery was empty."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,14 +82,29 @@ class AxisSettings:
     """Time for which the following error may be larger (6066h)."""
     simulated_start: float
     """[rad or m] where a simulated drive stands when it is switched on."""
+    index_counts: int = 0
+    """Encoder counts between two index pulses, one per motor turn; 0: the encoder has none."""
     linear: bool = False
     """The axis slides: its units are metres."""
     incremental: bool = False
     """The encoder counts from zero after each power-on: the axis must home before it may be enabled."""
+    absolute: EncoderSettings | None = None
+    """`None`: the encoder is incremental, or believed without a check."""
     homing: HomingSettings | None = None
     """`None`: the axis cannot home."""
+    limits: tuple[float, float] | None = None
+    """[rad or m] what the drive itself keeps its targets within (607Dh); a block or a set-up move beyond is refused."""
+    inputs: InputSettings | None = None
+    """`None`: the drive's inputs are not looked at."""
+    interpolated: bool = False
+    """Blocks are played in interpolated position mode, for drives that have no cyclic synchronous position."""
+    velocity_offset: bool = False
+    """The drive gets the velocity of each sample as feed-forward (60B1h)."""
+    identity: IdentitySettings = IdentitySettings()
     guarded: bool = False
     """The node is watched by node guarding instead of heartbeats, for drives that have none."""
+    profile_pdos: ProfilePdos | None = None
+    """PDOs for motions that the drive makes by itself; `None`: these go by the cyclic image and SDO."""
     eds: str = ""
     """File with the names and types of the node's objects; empty: plain CiA 402, as the simulated drive has them."""
 

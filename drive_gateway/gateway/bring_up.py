@@ -4,19 +4,25 @@ Everything has a deadline; a node that fails is tried again slowly, so a drive t
 """
 
 from collections import deque
+from collections.abc import Callable
 from dataclasses import dataclass
 from enum import Enum
 
 from cell.core import Effect
 from drive_gateway.canopen.nmt import NmtCommand, NmtState, nmt_frame
-from drive_gateway.canopen.pdo_map import pdo_writes
+from drive_gateway.canopen.pdo_map import SdoWrite, unused
 from drive_gateway.canopen.sdo import SdoChannel, SdoDone, abort_text
 from drive_gateway.cia402.preparation import preparations
-from drive_gateway.config.settings import AxisSettings, GatewaySettings
+from drive_gateway.config.image import image_of
+from drive_gateway.config.settings import AxisSettings, GatewaySettings, IdentitySettings
 from drive_gateway.gateway.effects import Frame
+from drive_gateway.gateway.reference import Reference
 
 RETRY_S = 2.0
 """Pause before a node that failed is tried again."""
+
+_ABSENT = (0x06020000, 0x06090011)
+"""Abort codes: no such object, no such sub-index."""
 
 
 class Phase(Enum):
@@ -36,17 +42,25 @@ class _Step:
     sub: int
     data: bytes | None
     shown: bytes | None = None
+    constant: bool = False
+    """A node that shows something else is the wrong one."""
+    optional: bool = False
+    """A node that has no such object needs no such value."""
+    take: Callable[[bytes], None] | None = None
+    """Who wants to know what was read."""
 
 
 class BringUp:
     """The way of one node to Operational. The node's supervisor feeds it boot-ups, heartbeats and SDO outcomes."""
 
-    def __init__(self, label: str, axis: AxisSettings, settings: GatewaySettings, sdo: SdoChannel) -> None:
+    def __init__(
+        self, label: str, axis: AxisSettings, settings: GatewaySettings, sdo: SdoChannel, reference: Reference
+    ) -> None:
         self._label = label
         self._node_id = axis.node_id
         self._timeout_s = settings.boot_timeout_s
         self._sdo = sdo
-        self._program = _program(axis, settings)
+        self._program = _program(axis, settings, reference)
         self._steps: deque[_Step] = deque()
         self._deadline = 0.0
         self._now = 0.0
@@ -68,8 +82,11 @@ class BringUp:
         self._deadline = now
 
     def booted(self) -> None:
-        """The node sent its boot-up."""
+        """The node sent its boot-up; a second one while it is configured: the first was that of its power-on."""
         self._booted = True
+        if self.phase is Phase.CONFIGURING:
+            self._sdo.forget()
+            self._configure()
 
     def step(self, now: float, nmt: NmtState | None, measured: bool) -> list[Effect]:
         """Do what is due; `nmt` and `measured` are the node's newest heartbeat and whether its TPDO has come."""
@@ -80,9 +97,8 @@ class BringUp:
                 self._enter(Phase.RESETTING)
                 return [Frame(nmt_frame(NmtCommand.RESET_COMMUNICATION, self._node_id))]
             case Phase.RESETTING if self._booted:
-                self._steps = deque(self._program)
                 self._enter(Phase.CONFIGURING)
-                self._ask()
+                self._configure()
             case Phase.CONFIGURING if not self._steps:
                 self._enter(Phase.STARTING)
                 return [Frame(nmt_frame(NmtCommand.START, self._node_id))]
@@ -116,6 +132,10 @@ class BringUp:
         self.problem = problem
         self._deadline = self._now + RETRY_S
 
+    def _configure(self) -> None:
+        self._steps = deque(self._program)
+        self._ask()
+
     def _ask(self) -> None:
         step = self._steps[0]
         self._found = b""
@@ -123,15 +143,23 @@ class BringUp:
 
     def _answered(self, outcome: SdoDone) -> None:
         step = self._steps[0]
-        if outcome.problem:
+        if outcome.problem and not (step.optional and outcome.abort_code in _ABSENT):
             reason = outcome.problem if outcome.abort_code is None else abort_text(outcome.abort_code)
             self._fail(f"{self._label} refused {_where(step)}: {reason}")
+            return
+        if step.constant and step.shown is not None and not _equal(outcome.data, step.shown):
+            self._fail(
+                f"{self._label} is another drive: {step.what} (1018h:{step.sub:02X}) is {_number(outcome.data):X}h, "
+                f"the drives file says {_number(step.shown):X}h; connect the right one, or correct the file"
+            )
             return
         if step.shown is not None and not _equal(outcome.data, step.shown):
             # A drive may need a moment until it shows what was set; the deadline of the phase bounds the repeats.
             self._ask()
             self._found = outcome.data
             return
+        if step.take is not None:
+            step.take(outcome.data)
         self._steps.popleft()
         if self._steps:
             self._ask()
@@ -152,10 +180,35 @@ def _number(data: bytes) -> int:
     return int.from_bytes(data, "little")
 
 
-def _program(axis: AxisSettings, settings: GatewaySettings) -> list[_Step]:
-    steps = [_Step("vendor in the identity object", 0x1018, 1, None)]
+def _program(axis: AxisSettings, settings: GatewaySettings, reference: Reference) -> list[_Step]:
+    steps = _identity(axis.identity)
     for item in preparations(axis, settings):
         steps.append(_Step(item.what, item.write.index, item.write.sub, item.write.data))
         steps.append(_Step(item.what, item.shown_index, item.shown_sub, None, item.write.data))
-    steps += [_Step("PDO mapping", write.index, write.sub, write.data) for write in pdo_writes(axis.node_id)]
-    return steps
+    encoder = axis.absolute
+    if encoder is not None and encoder.serial is not None:
+        steps.append(_Step("serial number of the encoder", *encoder.serial, None, take=reference.hear_serial))
+    if encoder is not None and encoder.status is not None:
+        steps.append(_Step("status of the encoder", *encoder.status, None, take=reference.hear_status))
+    pdos = image_of(axis).pdos
+    steps += [_Step("PDO that is not used", *_parts(write), optional=True) for write in unused(axis.node_id, pdos)]
+    writes = [write for pdo in pdos for write in pdo.writes()]
+    steps += [_Step("PDO mapping", *_parts(write)) for write in writes]
+    linked = {(write.index, write.sub): write.data for write in writes}
+    return steps + [_Step("PDO mapping", index, sub, None, data) for (index, sub), data in linked.items()]
+
+
+def _parts(write: SdoWrite) -> tuple[int, int, bytes]:
+    return write.index, write.sub, write.data
+
+
+def _identity(identity: IdentitySettings) -> list[_Step]:
+    """The vendor is always read: whoever has no identity object is no CANopen node."""
+    wanted = (identity.vendor, identity.product, identity.revision, identity.serial)
+    names = ("vendor-ID", "product code", "revision number", "serial number")
+    shown = [None if value is None else value.to_bytes(4, "little") for value in wanted]
+    return [
+        _Step(name, 0x1018, sub, None, value, constant=True)
+        for sub, (name, value) in enumerate(zip(names, shown, strict=True), start=1)
+        if sub == 1 or value is not None
+    ]

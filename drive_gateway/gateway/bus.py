@@ -8,6 +8,7 @@ from typing import Any, Self
 
 import can
 
+from cell.net.runner import scheduling
 from drive_gateway.canopen.frame import CanFrame
 from drive_gateway.config.settings import BusSettings
 from drive_gateway.errors import GatewayError
@@ -95,11 +96,15 @@ class BusPort:
 
     def _read(self, bus: can.BusABC) -> None:
         try:
-            while not self._end.is_set():
-                message = bus.recv(_POLL_S)
-                if message is not None and not message.is_extended_id and not message.is_error_frame:
-                    frame = CanFrame(message.arbitration_id, bytes(message.data), message.is_remote_frame)
-                    self._on_frame(frame)
+            # As urgent as the cycle: a reader that must wait while it holds the interpreter makes the cycle wait too.
+            with scheduling(realtime=True):
+                self._receive(bus)
         except (can.CanError, OSError) as error:
             self.failure = str(error)
             _LOG.error("CAN bus %s: reading failed: %s", self._settings.channel, error)
+
+    def _receive(self, bus: can.BusABC) -> None:
+        while not self._end.is_set():
+            message = bus.recv(_POLL_S)
+            if message is not None and not message.is_extended_id and not message.is_error_frame:
+                self._on_frame(CanFrame(message.arbitration_id, bytes(message.data), message.is_remote_frame))

@@ -4,6 +4,7 @@ from collections.abc import Mapping
 
 from cell.core import Effect, Request
 from cell.messages.commands import (
+    AcceptPosition,
     Call,
     Claim,
     ClaimGrant,
@@ -27,7 +28,9 @@ from drive_gateway.gateway.replies import Replies
 from drive_gateway.gateway.robot import Robot
 from drive_gateway.gateway.scan import Scan
 
-RobotCommand = Claim | Release | EnableDrives | DisableDrives | ResetDrives | Home | MoveAxes | HoldSetup
+RobotCommand = (
+    Claim | Release | EnableDrives | DisableDrives | ResetDrives | Home | MoveAxes | HoldSetup | AcceptPosition
+)
 CALLS = tuple(
     command.verb
     for command in (
@@ -44,6 +47,7 @@ CALLS = tuple(
         Home,
         MoveAxes,
         HoldSetup,
+        AcceptPosition,
     )
 )
 
@@ -119,7 +123,8 @@ class Calls:
                 | ResetDrives()
                 | Home()
                 | MoveAxes()
-                | HoldSetup() as command
+                | HoldSetup()
+                | AcceptPosition() as command
             ):
                 robot = self._robots.get(command.robot)
                 if robot is None:
@@ -143,6 +148,8 @@ class Calls:
                     then(False, f"{others[0]} is being set up; one robot at a time")
                 else:
                     robot.set_up(command, self._now, then)
+            case AcceptPosition(_, axes):
+                then(*robot.accept(axes))
             case HoldSetup():
                 text, data = robot.hold(self._now)
                 self._replies.give(call_id, True, text, data=data)

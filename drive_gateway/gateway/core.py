@@ -4,20 +4,24 @@ Order of a cycle: SYNC first, then the RPDOs for the next SYNC; the nodes' TPDOs
 sent in the cycle of SYNC `tick` acts at SYNC `tick + 1`, so a block may still change tick `tick + 2` and later.
 """
 
+from collections.abc import Mapping
+
 from cell.config.settings import Times
 from cell.core import Effect, Ended, Publish, Request, Shutdown
 from cell.messages.estop import Estop
 from cell.messages.gateway_state import BusCounters, GatewayState
 from cell.messages.setpoints import SetpointBlock
 from drive_gateway.canopen import cob_id
-from drive_gateway.canopen.bus_load import cyclic_load
 from drive_gateway.canopen.frame import CanFrame
 from drive_gateway.canopen.nmt import SYNC_FRAME, NmtCommand, NmtState, heartbeat_frame, nmt_frame
 from drive_gateway.canopen.sdo import SdoDone
+from drive_gateway.config.bus_load import bus_load
 from drive_gateway.config.settings import GatewaySettings
 from drive_gateway.gateway.calls import Calls
 from drive_gateway.gateway.effects import Frame, RecordEnded, RecordSaid
+from drive_gateway.gateway.encoder_record import EncoderRecord
 from drive_gateway.gateway.estop import EstopLatch
+from drive_gateway.gateway.estop_button import EstopButtons
 from drive_gateway.gateway.event_log import EventLog
 from drive_gateway.gateway.lateness import Lateness
 from drive_gateway.gateway.node import Node
@@ -39,6 +43,7 @@ class GatewayCore:
         digest: of the configuration; a claim with another one is refused.
         first_owner: number of the first claim, larger than any that was ever given on this bus (unix seconds).
         process: what `who` tells besides role, name and boot, for people.
+        stored: where axes with absolute encoders stood when they were last off, by robot.axis.
 
     Raises:
         ValueError: the bus cycle is no interpolation period of a drive.
@@ -53,13 +58,14 @@ class GatewayCore:
         digest: str,
         first_owner: int = 1,
         process: str = "",
+        stored: Mapping[str, EncoderRecord] | None = None,
     ) -> None:
         self._settings = settings
         self._times = times
         self._boot = boot
         self._log = EventLog(settings.name)
         self._robots = {
-            name: Robot(drives, settings, times, boot, first_owner, self._log)
+            name: Robot(drives, settings, times, boot, first_owner, self._log, stored or {})
             for name, drives in settings.robots.items()
         }
         self._nodes: dict[int, Node] = {
@@ -68,6 +74,7 @@ class GatewayCore:
         self._scan = Scan(self._nodes)
         self._calls = Calls(settings.name, boot, digest, process, self._robots, self._scan)
         self._estop = EstopLatch()
+        self._buttons = EstopButtons(settings.name, boot)
         self._lateness = Lateness(settings.cycle_s)
         self._now = 0.0
         self._tick = 0
@@ -76,9 +83,8 @@ class GatewayCore:
         self._heartbeat_due = 0.0
         self._confirmed: str | None = None
         self._closing_since: float | None = None
-        self._bus_load = cyclic_load(
-            len(self._nodes), settings.bus.bitrate, settings.cycle_s, settings.heartbeat_producer_s
-        )
+        images = [node.image for node in self._nodes.values()]
+        self._bus_load = bus_load(images, settings.bus.bitrate, settings.cycle_s, settings.heartbeat_producer_s).cyclic
 
     def receive(self, message: object, now: float) -> None:
         self._now = now
@@ -119,6 +125,7 @@ class GatewayCore:
             self._heartbeat_due = now + self._settings.heartbeat_producer_s
             effects.append(Frame(heartbeat_frame(NmtState.OPERATIONAL)))
         effects += self._scan.step(now)
+        effects += self._press(now)
         self._confirm()
         effects += self._log.take()
         effects += self._calls.take(now)
@@ -138,9 +145,13 @@ class GatewayCore:
             self._scan.take(cob_id.node_id(frame.id), frame.data)
         if node is None or frame.remote:
             return
+        if frame.id == node.image.status.cob_id:
+            node.on_tpdo(frame.data, self._tick, now)
+            return
+        if node.image.inputs is not None and frame.id == node.image.inputs.cob_id:
+            node.on_inputs(frame.data, now)
+            return
         match cob_id.function_code(frame.id):
-            case cob_id.TPDO1:
-                node.on_tpdo(frame.data, self._tick, now)
             case cob_id.ERROR_CONTROL:
                 node.on_error_control(frame.data, now)
             case cob_id.EMCY:
@@ -152,8 +163,18 @@ class GatewayCore:
         if estop.active:
             self._log.warn("estop", f"emergency stop {estop.id} by {estop.by}: {estop.reason}", "reset at the manager")
         else:
+            self._buttons.cleared(estop.id)
             self._log.info("estop_cleared", f"emergency stop {estop.id} was cleared by {estop.by}")
         self._confirmed = None
+
+    def _press(self, now: float) -> list[Effect]:
+        """Buttons at the drives stop the whole cell, this gateway first."""
+        pressed = [robot.group.permits.estop_pressed for robot in self._robots.values()]
+        estop = self._buttons.step("; ".join(text for text in pressed if text), now)
+        if estop is None:
+            return []
+        self._on_estop(estop, now)
+        return [Publish(estop)]
 
     def _on_shutdown(self, now: float) -> None:
         if self._closing_since is None:
@@ -203,7 +224,7 @@ class GatewayCore:
             sequence=self._sequence,
             cycle_s=self._settings.cycle_s,
             interface=self._settings.bus.interface,
-            ready=all(node.operational for node in self._nodes.values()),
+            ready=all(node.operational and node.reference.judged for node in self._nodes.values()),
             problem="; ".join(node.problem for node in self._nodes.values() if node.problem),
             owners={name: robot.claims.boot for name, robot in self._robots.items() if robot.claims.owner},
             estop_confirmed=self._confirmed,

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 from cell.core import Effect
 from drive_gateway.canopen.frame import CanFrame
+from drive_gateway.gateway.encoder_record import EncoderRecord
 
 
 @dataclass(frozen=True, slots=True)
@@ -11,6 +12,14 @@ class Frame(Effect):
     """Send a frame now, in the order of the effects."""
 
     frame: CanFrame
+
+
+@dataclass(frozen=True, slots=True)
+class StorePosition(Effect):
+    """Keep where an axis stands over the end of this process, under `name` (robot.axis)."""
+
+    name: str
+    record: EncoderRecord
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,7 +1,7 @@
 """The drives of one robot in the cycle: measure, look for troubles, go on with power, command the next sample."""
 
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 
 import numpy as np
 
@@ -11,11 +11,14 @@ from cell.messages.drives import AxisStatus, PlayoutState
 from drive_gateway.cia402.units import AxisUnits
 from drive_gateway.config.settings import GatewaySettings, RobotDrives
 from drive_gateway.gateway.effects import Frame
+from drive_gateway.gateway.encoder_record import EncoderRecord
 from drive_gateway.gateway.event_log import EventLog
+from drive_gateway.gateway.inputs import InputKind, open_inputs
 from drive_gateway.gateway.measurement import Floats
 from drive_gateway.gateway.node import Node
 from drive_gateway.gateway.permits import Permits, StopOrder
 from drive_gateway.gateway.playout import Playout
+from drive_gateway.gateway.position_keeper import PositionKeeper
 from drive_gateway.gateway.power import Power, PowerState
 from drive_gateway.gateway.setup_desk import SetupDesk
 from drive_gateway.gateway.trouble import Trouble
@@ -28,15 +31,23 @@ Then = Callable[[bool, str], None]
 class DriveGroup:
     """All drives of one robot. What is asked for is answered through `Then`, at once or when the drives have it."""
 
-    def __init__(self, drives: RobotDrives, settings: GatewaySettings, times: Times, log: EventLog) -> None:
+    def __init__(
+        self,
+        drives: RobotDrives,
+        settings: GatewaySettings,
+        times: Times,
+        log: EventLog,
+        stored: Mapping[str, EncoderRecord],
+    ) -> None:
         axes = drives.axes
         self.robot = drives.robot
-        self.nodes = [Node(drives.robot, axis, settings) for axis in axes]
+        self.nodes = [Node(drives.robot, axis, settings, stored.get(f"{drives.robot}.{axis.name}")) for axis in axes]
         self.power = Power(self.nodes)
         self.watch = Watch(self.nodes, self.power, settings, log)
         # The first cycle sends SYNC 1 and then the sample of tick 2.
         self.playout = Playout(axes, settings.cycle_s, self.watch.position, tick=1)
         self.setup = SetupDesk(log)
+        self._keeper = PositionKeeper(self.robot, self.nodes)
         self.permits = Permits(self.robot, self.nodes, self.power, self.watch, self.setup)
         self._stop_time_s = times.estop_delay_s
         self._log = log
@@ -53,7 +64,7 @@ class DriveGroup:
     @property
     def referenced(self) -> bool:
         """Every axis knows where it is, and none moves by itself."""
-        return self.operational and self.setup.motion is None and all(node.referenced for node in self.nodes)
+        return self.operational and self.setup.motion is None and all(node.reference.known for node in self.nodes)
 
     @property
     def commanded(self) -> Floats:
@@ -156,14 +167,27 @@ class DriveGroup:
         # The answer to the last SYNC shows the position at which the sample before it had been reached.
         for trouble in self.watch.troubles(self._sent[0], now):
             self.fault(trouble, now)
+        self._mind_inputs(now)
         self.power.step(now)
         self._progress(now)
         self.setup.step(now)
         if order is not None:
             self._obey(order, now)
-        return self._command() + after
+        return [*self._command(now), *after, *self._keeper.step(self.secured, now)]
 
     # Power
+
+    def _mind_inputs(self, now: float) -> None:
+        """A safety input that opens stops the robot; voltage goes when it stands, and does not return by itself."""
+        self.permits.inputs = tuple(open_inputs(self.nodes, now))
+        if not self.permits.inputs:
+            return
+        # A button that is heard stops the whole cell (`EstopButtons`), and this robot on its path first.
+        found = [item for item in self.permits.inputs if not (item.kind is InputKind.ESTOP and item.heard)]
+        if found and (self.power.stoppable or self.setup.motion is not None):
+            self.fault(found[0].trouble, now)
+        if self.power.state is PowerState.FAULT and self.watch.standing:
+            self.power.released = True
 
     def _progress(self, now: float) -> None:
         """What follows from where the drives have arrived."""
@@ -252,15 +276,19 @@ class DriveGroup:
         self.playout.fail()
         self.power.enter(PowerState.FAULT, now)
 
-    def _command(self) -> list[Effect]:
-        position, _ = self.playout.advance()
+    def _command(self, now: float) -> list[Effect]:
+        position, velocity = self.playout.advance()
         self._sent.append(position)
         counts = self._units.counts(position)
-        return [
-            Frame(self.setup.rpdo(node) or node.rpdo(self.power.controlword(node), count))
-            for node, count in zip(self.nodes, counts, strict=True)
-            if node.operational or node.lost
-        ]
+        speeds = self._units.counts_per_s(velocity)
+        effects: list[Effect] = []
+        for node, count, speed in zip(self.nodes, counts, speeds, strict=True):
+            if node.operational or node.lost:
+                frames = self.setup.command(node, now)
+                if frames is None:
+                    frames = node.command(self.power.controlword(node), count, speed)
+                effects += [Frame(frame) for frame in frames]
+        return effects
 
     def _answer(self, ok: bool, text: str) -> None:
         then, self._then = self._then, None

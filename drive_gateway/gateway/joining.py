@@ -91,7 +91,9 @@ class JoinRules:
             return Refused(Refusal.VALUES, "a sample is not a finite number")
         outside = (block.position < self._units.lowest) | (block.position > self._units.highest)
         if outside.any():
-            return Refused(Refusal.RANGE, self._at(outside, "has a position that does not fit into the drive's counts"))
+            return Refused(
+                Refusal.RANGE, self._at(outside, "has a position beyond its limits, or beyond the drive's counts")
+            )
         return None
 
     def join_problem(self, block: SetpointBlock, before: Before) -> Refused | None:

@@ -1,15 +1,13 @@
-"""Drives that made a motion of their own go back to cyclic synchronous position before their robot is enabled."""
+"""Drives that made a motion of their own go back to the mode of blocks before their robot is enabled."""
 
 from drive_gateway.canopen.sdo import SdoDone
-from drive_gateway.cia402.preparation import CYCLIC_SYNCHRONOUS_POSITION
+from drive_gateway.cia402.preparation import played_mode
 from drive_gateway.cia402.setup_objects import MODE, MODE_DISPLAY
 from drive_gateway.gateway.node import Node
 
-_MODE_DATA = CYCLIC_SYNCHRONOUS_POSITION.to_bytes(1, "little")
-
 
 class ModeKeeper:
-    """The drives whose mode is not confirmed (6061h) to be cyclic synchronous position."""
+    """The drives whose mode is not confirmed (6061h) to be that one."""
 
     def __init__(self) -> None:
         self._other: dict[Node, bool] = {}
@@ -33,14 +31,15 @@ class ModeKeeper:
 
     def _ask(self, node: Node) -> None:
         self._other[node] = True
+        mode = played_mode(node.axis)
 
         def written(_outcome: SdoDone) -> None:
             node.sdo.submit(MODE_DISPLAY, 0, None, shown)
 
         def shown(outcome: SdoDone) -> None:
-            if outcome.data == _MODE_DATA:
+            if outcome.data == mode:
                 self._other.pop(node, None)
             elif node in self._other:
                 self._other[node] = False
 
-        node.sdo.submit(MODE, 0, _MODE_DATA, written)
+        node.sdo.submit(MODE, 0, mode, written)

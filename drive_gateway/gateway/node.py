@@ -3,17 +3,20 @@
 from cell.core import Effect
 from cell.messages.drives import AxisStatus
 from cell.messages.gateway_state import NodeStatus
-from drive_gateway.canopen.cob_id import RPDO1
 from drive_gateway.canopen.emcy import NO_ERROR, Emergency, decode_emergency
 from drive_gateway.canopen.frame import CanFrame
 from drive_gateway.canopen.nmt import NmtState, decode_heartbeat
-from drive_gateway.canopen.pdo_map import RPDO1_LAYOUT, TPDO1_LAYOUT
+from drive_gateway.canopen.pdo_map import CONTROLWORD, INPUTS, STATUS, TARGET_POSITION
+from drive_gateway.canopen.profile_pdos import TARGET_VELOCITY, ProfileSender
 from drive_gateway.canopen.sdo import SdoChannel
 from drive_gateway.cia402.state_machine import decode
+from drive_gateway.config.image import INPUTS_EVERY, image_of
 from drive_gateway.config.settings import AxisSettings, GatewaySettings
 from drive_gateway.gateway.bring_up import BringUp, Phase
 from drive_gateway.gateway.effects import Frame
+from drive_gateway.gateway.encoder_record import EncoderRecord
 from drive_gateway.gateway.guarding import Guarding
+from drive_gateway.gateway.reference import Reference
 from drive_gateway.gateway.trouble import Trouble
 
 _WITHOUT_TORQUE = {
@@ -27,27 +30,32 @@ _WITHOUT_TORQUE = {
 class Node:
     """Bring-up and supervision of one node. Troubles are kept until the robot takes them with `check`."""
 
-    def __init__(self, robot: str, axis: AxisSettings, settings: GatewaySettings) -> None:
+    def __init__(
+        self, robot: str, axis: AxisSettings, settings: GatewaySettings, stored: EncoderRecord | None = None
+    ) -> None:
         self.axis = axis
         self.label = f"node {axis.node_id} ({robot} {axis.name})"
+        self.image = image_of(axis)
         self.sdo = SdoChannel(axis.node_id)
         self.counts: int | None = None
         self.counts_per_cycle = 0.0
         self.statusword = 0
-        self.referenced = not axis.incremental
-        """The drive knows where its axis is; an incremental encoder forgets it with every start of its node."""
+        self.reference = Reference(axis, stored)
         self.emergency: Emergency | None = None
         self.missing_tpdos = 0
         self.told_problem = ""
         self._robot = robot
         self._settings = settings
-        self._bring_up = BringUp(self.label, axis, settings, self.sdo)
+        self._bring_up = BringUp(self.label, axis, settings, self.sdo, self.reference)
         self._guarding = Guarding(axis.node_id, settings.heartbeat_producer_s) if axis.guarded else None
+        self._profile = ProfileSender(self.image.profile) if self.image.profile else None
         self._nmt: NmtState | None = None
         self._status = AxisStatus.SILENT
         self._tpdo_tick = -1
         self._tpdo_at = 0.0
         self._heartbeat_at = 0.0
+        self._inputs: int | None = None
+        self._inputs_at = 0.0
         self._lost = False
         self._troubles: list[Trouble] = []
 
@@ -83,7 +91,10 @@ class Node:
         nmt = "unknown" if self._nmt is None else self._nmt.name.lower()
         code = None if self.emergency is None else self.emergency.code
         text = "" if self.emergency is None else self.emergency.meaning
-        return NodeStatus(self.axis.node_id, self._robot, self.axis.name, nmt, self.status, code, text, self.referenced)
+        missing = self.reference.missing
+        return NodeStatus(
+            self.axis.node_id, self._robot, self.axis.name, nmt, self.status, code, text, not missing, missing
+        )
 
     def said(self) -> str:
         """Its state in a few words, for the answer to a call."""
@@ -96,9 +107,9 @@ class Node:
 
     def on_tpdo(self, data: bytes, tick: int, now: float) -> None:
         """Statusword and position, measured at the SYNC numbered `tick`."""
-        if len(data) != TPDO1_LAYOUT.size:
+        if len(data) != STATUS.size:
             return
-        statusword, counts = TPDO1_LAYOUT.unpack(data)
+        statusword, counts = STATUS.unpack(data)
         status = decode(statusword)
         if status is None:
             return
@@ -109,6 +120,16 @@ class Node:
         self.counts = counts
         self._tpdo_tick = tick
         self._tpdo_at = now
+
+    def on_inputs(self, data: bytes, now: float) -> None:
+        """The drive's digital inputs."""
+        if len(data) == INPUTS.size:
+            self._inputs, self._inputs_at = INPUTS.unpack(data)[0], now
+
+    def digital_inputs(self, now: float) -> int | None:
+        """The newest digital inputs; `None` when they are too old to be believed."""
+        patience_s = self._settings.tpdo_timeout_s + INPUTS_EVERY * self._settings.cycle_s
+        return self._inputs if now - self._inputs_at <= patience_s else None
 
     def on_error_control(self, data: bytes, now: float) -> None:
         """Boot-up or heartbeat."""
@@ -172,8 +193,21 @@ class Node:
         self._lost = False
         self._bring_up.restart(now)
 
-    def rpdo(self, controlword: int, counts: int) -> CanFrame:
-        return CanFrame(RPDO1 + self.axis.node_id, RPDO1_LAYOUT.pack(controlword, counts))
+    def command(self, controlword: int, counts: int, counts_per_s: int = 0) -> list[CanFrame]:
+        """The command of one cycle."""
+        return self.image.frames(controlword, counts, counts_per_s)
+
+    def command_own(self, controlword: int, target: int, velocity: int, now: float) -> list[CanFrame]:
+        """What commands a motion of the drive's own in this cycle: target [counts] and velocity [counts/s]."""
+        if self._profile is None:
+            return self.command(controlword, target)
+        values = {CONTROLWORD: controlword, TARGET_POSITION: target, TARGET_VELOCITY: velocity}
+        return self._profile.frames(values, now)
+
+    @property
+    def velocity_by_pdo(self) -> bool:
+        """Its target velocity goes by PDO, so nobody writes it by SDO."""
+        return self._profile is not None
 
     @property
     def _watched(self) -> bool:
@@ -185,10 +219,11 @@ class Node:
         if self._guarding is not None:
             self._guarding.restart()
         self._nmt = None
+        self._inputs = None
         self._tpdo_tick = -1
         self.counts_per_cycle = 0.0
         self.statusword = 0
-        self.referenced = not self.axis.incremental
+        self.reference.restarted()
         self.emergency = None
 
     def _watch(self, now: float, tick: int) -> None:
@@ -206,4 +241,12 @@ class Node:
     def _lose(self, code: str, what: str, remedy: str) -> None:
         self._lost = True
         self.sdo.forget()
+        if self.counts is not None:
+            self.reference.lost(self.counts, self._way_to_rest())
         self._troubles.append(Trouble(code, f"{self.label} {what}", remedy, self.axis.node_id))
+
+    def _way_to_rest(self) -> float:
+        """[counts] that a silent drive may still go: until it misses its gateway, and then its quick stop."""
+        speed = abs(self.counts_per_cycle) / self._settings.cycle_s
+        unheard_s = self._settings.heartbeat_timeout_s + self._settings.tpdo_timeout_s
+        return speed * unheard_s + speed**2 / (2.0 * self.axis.quick_stop * abs(self.axis.counts_per_unit))

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Mapping
 
 from cell.messages.commands import ReadObject, WriteObject
-from drive_gateway.canopen.pdo_map import CONTROLWORD, TARGET_POSITION
+from drive_gateway.canopen.pdo_map import CONTROLWORD, INTERPOLATION_DATA, TARGET_POSITION, VELOCITY_OFFSET
 from drive_gateway.canopen.sdo import SdoDone, abort_text
 from drive_gateway.gateway.group import DriveGroup
 from drive_gateway.gateway.node import Node
@@ -56,7 +56,12 @@ def _write_problem(command: WriteObject, node: Node, group: DriveGroup) -> str:
         return f"{command.data!r} are no bytes in hex"
     if not 1 <= length <= _LONGEST:
         return f"{length} bytes; allowed are 1 to {_LONGEST}"
-    if (command.index, command.sub) in node.kept or command.index in (CONTROLWORD, TARGET_POSITION):
+    if (command.index, command.sub) in node.kept or command.index in (
+        CONTROLWORD,
+        TARGET_POSITION,
+        INTERPOLATION_DATA,
+        VELOCITY_OFFSET,
+    ):
         return f"{command.index:04X}h:{command.sub:02X} of {node.label} is the gateway's; change it in the drives file"
     if not group.switched_off:
         return f"{group.robot} is not at rest and switched off: {group.permits.said()}; disable it first"

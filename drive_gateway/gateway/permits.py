@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from cell.messages.drives import AxisStatus
+from drive_gateway.gateway.inputs import InputKind, OpenInput
 from drive_gateway.gateway.node import Node
 from drive_gateway.gateway.power import Power, PowerState
 from drive_gateway.gateway.setup_desk import SetupDesk
@@ -40,6 +41,13 @@ class Permits:
         """What keeps the robot off."""
         self.trouble: Trouble | None = None
         """Why the robot is in fault."""
+        self.inputs: tuple[OpenInput, ...] = ()
+        """Safety inputs that are open, the worst first."""
+
+    @property
+    def estop_pressed(self) -> str:
+        """Which emergency-stop button is pressed, for people; empty when none is."""
+        return "; ".join(item.text for item in self.inputs if item.kind is InputKind.ESTOP and item.heard)
 
     def enable(self) -> str:
         """Switching on, from `OFF`."""
@@ -52,9 +60,11 @@ class Permits:
         if self._setup.busy:
             return f"{self._robot} is being set up; enable it when that is done"
         operational = all(node.operational for node in self._nodes)
-        lost = ", ".join(node.axis.name for node in self._nodes if not node.referenced)
+        lost = [node for node in self._nodes if not node.reference.known]
         if operational and lost:
-            return f"{self._robot} is not referenced ({lost}); home it first: cell home {self._robot}"
+            return f"{self._robot} is not referenced: {_missing(lost)}"
+        if operational and self.inputs:
+            return f"{self._robot} stays off: {self._open()}"
         if not operational or not self._power.all_in(AxisStatus.SWITCH_ON_DISABLED):
             return f"{self._robot} cannot be enabled, all nodes must be in SWITCH_ON_DISABLED: {self.said()}"
         return ""
@@ -69,10 +79,21 @@ class Permits:
             return self.in_fault()
         if self._power.state is not PowerState.OFF:
             return f"{self._robot} is {self._power.state.value}; disable it first"
+        if self.inputs:
+            return f"{self._robot} stays off: {self._open()}"
         operational = all(node.operational for node in self._nodes)
         if not (operational and self._watch.standing and self._power.all_in(AxisStatus.SWITCH_ON_DISABLED)):
             return f"{self._robot} must stand, all nodes in SWITCH_ON_DISABLED: {self.said()}"
         return ""
+
+    def accept(self) -> str:
+        """An operator's word about where axes are."""
+        if not (all(node.operational for node in self._nodes) and self._watch.standing and self._power.off):
+            return f"{self._robot} must stand, switched off: {self.said()}"
+        return ""
+
+    def _open(self) -> str:
+        return "; ".join(f"{item.text}, {item.remedy}" for item in self.inputs)
 
     def busy(self) -> str:
         return f"{self._robot} is busy: {self._power.state.value}; ask again when that is done"
@@ -87,3 +108,11 @@ class Permits:
     def said(self) -> str:
         """What each node says."""
         return "; ".join(node.said() for node in self._nodes)
+
+
+def _missing(nodes: Sequence[Node]) -> str:
+    """What each axis needs, axes that need the same together."""
+    names: dict[str, list[str]] = {}
+    for node in nodes:
+        names.setdefault(node.reference.missing, []).append(node.axis.name)
+    return "; ".join(f"{', '.join(axes)}: {missing}" for missing, axes in names.items())

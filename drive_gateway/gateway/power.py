@@ -4,9 +4,9 @@ from collections.abc import Sequence
 from enum import Enum
 
 from cell.messages.drives import AxisStatus
-from drive_gateway.canopen.pdo_map import TARGET_POSITION
+from drive_gateway.canopen.pdo_map import target_object
 from drive_gateway.canopen.sdo import SdoDone
-from drive_gateway.cia402.state_machine import DISABLE_VOLTAGE, FAULT_RESET, controlword
+from drive_gateway.cia402.state_machine import DISABLE_VOLTAGE, FAULT_RESET, INTERPOLATE, controlword
 from drive_gateway.gateway.node import Node
 
 SWITCH_TIMEOUT_S = 1.5
@@ -47,6 +47,7 @@ _TIMED = {
     PowerState.SWITCHING_OFF,
     PowerState.RESETTING,
 }
+_STOPPABLE = {PowerState.SWITCHING_ON, PowerState.HANDING_OVER, PowerState.ENABLING, PowerState.ON}
 
 
 class Power:
@@ -66,6 +67,11 @@ class Power:
     def off(self) -> bool:
         """No drive has torque, and every drive says so itself."""
         return all(node.without_torque for node in self._nodes)
+
+    @property
+    def stoppable(self) -> bool:
+        """The drives have torque, or are about to, and nothing stops them yet."""
+        return self.state in _STOPPABLE
 
     def enter(self, state: PowerState, now: float) -> None:
         self.state = state
@@ -109,7 +115,9 @@ class Power:
         if self.state is PowerState.RESETTING and status is AxisStatus.FAULT:
             return FAULT_RESET if self._cycles > RESET_LOW_CYCLES else DISABLE_VOLTAGE
         target = AxisStatus.SWITCH_ON_DISABLED if self.released else _TARGET[self.state]
-        return controlword(status, target)
+        word = controlword(status, target)
+        interpolates = node.axis.interpolated and status is target is AxisStatus.OPERATION_ENABLED
+        return word | INTERPOLATE if interpolates else word
 
     def _read_targets(self) -> None:
         for number, (node, target) in enumerate(zip(self._nodes, self._targets, strict=True)):
@@ -122,4 +130,4 @@ class Power:
             if int.from_bytes(outcome.data, "little", signed=True) == target:
                 self._confirmed.add(number)
 
-        node.sdo.submit(TARGET_POSITION, 0, None, answered)
+        node.sdo.submit(*target_object(node.axis.interpolated), None, answered)

@@ -1,5 +1,7 @@
 """One robot on the bus: its claim, its drives, the calls of its owner, and what is published about it."""
 
+from collections.abc import Mapping, Sequence
+
 from cell.config.settings import Times
 from cell.core import Effect, Publish
 from cell.messages.commands import (
@@ -16,6 +18,7 @@ from cell.messages.drives import DriveFeedback
 from cell.messages.setpoints import SetpointBlock
 from drive_gateway.config.settings import GatewaySettings, RobotDrives
 from drive_gateway.gateway.claims import ClaimBook, ClaimRefused
+from drive_gateway.gateway.encoder_record import EncoderRecord
 from drive_gateway.gateway.event_log import EventLog
 from drive_gateway.gateway.group import DriveGroup, Then
 from drive_gateway.gateway.joining import Refusal, Refused
@@ -36,10 +39,17 @@ class Robot:
     """The owner's view of a robot's drives."""
 
     def __init__(
-        self, drives: RobotDrives, settings: GatewaySettings, times: Times, boot: str, first_owner: int, log: EventLog
+        self,
+        drives: RobotDrives,
+        settings: GatewaySettings,
+        times: Times,
+        boot: str,
+        first_owner: int,
+        log: EventLog,
+        stored: Mapping[str, EncoderRecord],
     ) -> None:
         self.name = drives.robot
-        self.group = DriveGroup(drives, settings, times, log)
+        self.group = DriveGroup(drives, settings, times, log, stored)
         self.claims = ClaimBook(drives.robot, first_owner, times.owner_silent_s)
         self._settings = settings
         self._axes = tuple(axis.name for axis in drives.axes)
@@ -126,6 +136,24 @@ class Robot:
         if ended is None:
             return f"{self.name} is not being set up", "stopped"
         return (f"stopped: {ended.problem}", "stopped") if ended.problem else (f"{ended.what} is done", "done")
+
+    def accept(self, axes: Sequence[str]) -> tuple[bool, str]:
+        """An operator says that these axes (none named: all) are where their drives show them."""
+        problem = self.group.permits.accept()
+        known = [node.axis.name for node in self.group.nodes]
+        unknown = [name for name in axes if name not in known]
+        if problem or unknown:
+            return False, problem or f"{self.name} has no axis {unknown[0]}; its axes are {', '.join(known)}"
+        chosen = [
+            node for node in self.group.nodes if node.axis.name in axes or (not axes and not node.reference.known)
+        ]
+        found = {node.axis.name: (node.reference.why, node.reference.accept()) for node in chosen}
+        refused = [f"{name} {why}" for name, (_, why) in found.items() if why]
+        if refused or not found:
+            return False, f"{self.name}: {'; '.join(refused) or 'every axis is referenced already'}"
+        text = "; ".join(f"{name} ({why})" for name, (why, _) in found.items())
+        self._log.info("accepted", f"{self.name}: an operator confirmed where it is: {text}")
+        return True, f"{self.name} is where its drives say: {text}"
 
     def step(self, now: float, tick: int, order: StopOrder | None) -> list[Effect]:
         """One cycle; the feedback comes last."""

@@ -12,10 +12,12 @@ from canopen.sdo.client import SdoClient
 
 from drive_gateway.canopen.cob_id import SDO_FROM_NODE, SDO_TO_NODE, function_code, node_id
 from drive_gateway.canopen.frame import CanFrame
-from drive_gateway.canopen.sdo import Sdo, SdoDone, abort_text
+from drive_gateway.canopen.sdo import STORE_PARAMETERS, Sdo, SdoDone, abort_text
 
 RESPONSE_TIMEOUT_S = 0.5
 """A drive answers an SDO within a few ms; some take long to store a value."""
+STORE_TIMEOUT_S = 3.0
+"""Time in which a drive stores all its parameters; shorter than an operator's call waits."""
 
 # Every outcome goes back to the core, which tells it with its node; the library's own log would tell it twice.
 logging.getLogger("canopen").setLevel(logging.CRITICAL)
@@ -47,7 +49,6 @@ class SdoWorkers:
                 SDO_TO_NODE + number, SDO_FROM_NODE + number, dictionary
             )
             client.network = self._network
-            client.RESPONSE_TIMEOUT = RESPONSE_TIMEOUT_S
             self._network.subscribe(client.tx_cobid, client.on_response)
             self._clients[number] = client
         self._pool = ThreadPoolExecutor(max_workers=max(1, len(self._clients)), thread_name_prefix="sdo")
@@ -74,6 +75,8 @@ class SdoWorkers:
     def _work(self, request: Sdo) -> None:
         client = self._clients[request.node_id]
         data, abort_code, problem = b"", None, ""
+        timeout_s = STORE_TIMEOUT_S if request.index == STORE_PARAMETERS else RESPONSE_TIMEOUT_S
+        client.RESPONSE_TIMEOUT = timeout_s
         try:
             if request.data is None:
                 data = bytes(client.upload(request.index, request.sub))
@@ -82,5 +85,5 @@ class SdoWorkers:
         except canopen.SdoAbortedError as error:
             abort_code, problem = error.code, abort_text(error.code)
         except (canopen.SdoCommunicationError, can.CanError, OSError) as error:
-            problem = f"{error} within {RESPONSE_TIMEOUT_S} s"
+            problem = f"{error} within {timeout_s} s"
         self._done(SdoDone(request.request_id, data, abort_code, problem))

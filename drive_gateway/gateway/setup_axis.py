@@ -63,6 +63,8 @@ class SetupAxis:
         self.stage = Stage.PREPARING
         self.problem = ""
         """Why it ended early."""
+        self.velocity = 0
+        """[counts/s] for 60FFh."""
         self._cycles = 0
         self._since = now
         self._still = 0
@@ -81,7 +83,7 @@ class SetupAxis:
         word = controlword(self.node.status, _TARGETS.get(self.stage, AxisStatus.SWITCH_ON_DISABLED))
         homing = self.order.mode == HOMING and self.stage is Stage.MOVING
         # A set point is taken on the rising edge, when the target has arrived for sure.
-        setting = self.order.mode == PROFILE_POSITION and self.stage is Stage.STARTING and self._cycles > 3
+        setting = self.stage is Stage.STARTING and self._cycles > 3
         return word | START if homing or setting else word
 
     @property
@@ -93,14 +95,15 @@ class SetupAxis:
         """All axes are ready."""
         if self.order.mode == PROFILE_VELOCITY:
             self._set_velocity(self.order.velocity)
-        homing = self.order.mode == HOMING
-        self._enter(Stage.MOVING if homing else Stage.STARTING, now)
+        position = self.order.mode == PROFILE_POSITION
+        self._enter(Stage.STARTING if position else Stage.MOVING, now)
 
     def stop(self, problem: str, now: float) -> None:
         """Stop by a quick stop and switch off."""
         if self.stage in (Stage.STOPPING, Stage.SWITCHING_OFF, Stage.ENDED):
             return
         self.problem = problem
+        self.velocity = 0
         self._still = 0
         self._enter(Stage.STOPPING if not self.node.without_torque else Stage.SWITCHING_OFF, now)
 
@@ -116,10 +119,8 @@ class SetupAxis:
                 self._enter(Stage.READY, now)
             case Stage.STARTING | Stage.ACKNOWLEDGING | Stage.MOVING if not enabled:
                 self.stop(f"{self.node.label} left Operation Enabled, it is in {status.name}", now)
-            case Stage.STARTING if self.order.mode == PROFILE_POSITION and self._cycles > 3 and word & ACKNOWLEDGED:
+            case Stage.STARTING if self._cycles > 3 and word & ACKNOWLEDGED:
                 self._enter(Stage.ACKNOWLEDGING, now)
-            case Stage.STARTING if self.order.mode == PROFILE_VELOCITY:
-                self._enter(Stage.MOVING, now)
             case Stage.ACKNOWLEDGING if not word & ACKNOWLEDGED:
                 self._enter(Stage.MOVING, now)
             case Stage.MOVING:
@@ -188,6 +189,9 @@ class SetupAxis:
         self.node.sdo.submit(write.index, write.sub, write.data, written)
 
     def _set_velocity(self, velocity: int) -> None:
+        self.velocity = velocity
+        if self.node.velocity_by_pdo:
+            return
         data = velocity.to_bytes(4, "little", signed=True)
 
         def written(outcome: SdoDone) -> None:

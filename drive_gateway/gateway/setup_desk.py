@@ -46,12 +46,14 @@ class SetupDesk:
             self.motion.step(now)
             if self.motion.ended:
                 self._end()
-        self._modes.step()
+        else:
+            # Not before: what a drive shows while it is prepared is its mode from before the motion.
+            self._modes.step()
 
-    def rpdo(self, node: Node) -> CanFrame | None:
-        """What a drive that moves by itself is told; `None` for all others."""
+    def command(self, node: Node, now: float) -> list[CanFrame] | None:
+        """What a drive that moves by itself is told in this cycle; `None` for all others."""
         axis = None if self.motion is None else self.motion.controls(node)
-        return None if axis is None else node.rpdo(axis.controlword, axis.target)
+        return None if axis is None else node.command_own(axis.controlword, axis.target, axis.velocity, now)
 
     def _end(self) -> None:
         ended, self.motion = self.motion, None

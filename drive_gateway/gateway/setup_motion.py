@@ -69,7 +69,7 @@ class SetupMotion:
             if axis.problem:
                 self.stop(axis.problem, now)
             if axis.attained and axis.order.mode == HOMING:
-                axis.node.referenced = True
+                axis.node.reference.found()
         if all(axis.stage is Stage.READY for axis in self._axes):
             for axis in self._axes:
                 axis.start(now)

@@ -1,11 +1,13 @@
 """From an operator's wish in set-up to orders for the drives, or to the reason why not."""
 
 from collections.abc import Sequence
+from math import degrees
 
 from cell.messages.commands import MoveAxes
 from drive_gateway.cia402.profile import together
 from drive_gateway.cia402.setup_objects import SetupOrder, homing_order, position_order, velocity_order
 from drive_gateway.cia402.units import INT32_MAX, INT32_MIN
+from drive_gateway.config.settings import AxisSettings
 from drive_gateway.errors import GatewayError
 from drive_gateway.gateway.group import DriveGroup
 from drive_gateway.gateway.node import Node
@@ -48,7 +50,7 @@ def move_motion(group: DriveGroup, call: MoveAxes, now: float) -> Plan:
     nodes = _nodes(group, list(call.targets))
     if not nodes or not 0.0 < call.speed <= 1.0:
         raise SetupRefused(f"{len(nodes)} axes at speed {call.speed:g}; allowed are one or more, above 0 and up to 1")
-    lost = [node for node in nodes if not node.referenced]
+    lost = [node for node in nodes if not node.reference.known]
     if lost and not call.relative:
         raise SetupRefused(f"{_names(lost)} of {group.robot} not referenced; home first, or move by a distance")
     distances = [
@@ -63,12 +65,22 @@ def move_motion(group: DriveGroup, call: MoveAxes, now: float) -> Plan:
         target = (node.counts or 0) + round(distance * node.axis.counts_per_unit)
         if not INT32_MIN <= target <= INT32_MAX:
             raise SetupRefused(f"{node.label}: {target} counts; allowed are 32 bits")
+        _keep_limits(node.axis, node.reference.known, group.watch.position[group.nodes.index(node)] + distance)
         if call.by_velocity:
             orders.append((node, velocity_order(node.axis, motion, ramp)))
         else:
             orders.append((node, position_order(node.axis, target, motion, ramp)))
     kind = "profile velocity" if call.by_velocity else "profile position"
     return SetupMotion(f"{kind} of {group.robot} ({_names(nodes)})", [orders], now), nodes
+
+
+def _keep_limits(axis: AxisSettings, referenced: bool, position: float) -> None:
+    """An axis that is not referenced has no limits yet."""
+    if axis.limits is None or not referenced or axis.limits[0] <= position <= axis.limits[1]:
+        return
+    unit, factor = ("mm", 1000.0) if axis.linear else ("deg", degrees(1.0))
+    low, high = (f"{factor * limit:.6g}" for limit in axis.limits)
+    raise SetupRefused(f"{axis.name} would go to {factor * position:.6g} {unit}; allowed are {low} to {high}")
 
 
 def _nodes(group: DriveGroup, names: Sequence[str]) -> list[Node]:

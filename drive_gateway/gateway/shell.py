@@ -26,7 +26,8 @@ from drive_gateway.config.settings import GatewaySettings
 from drive_gateway.errors import GatewayError
 from drive_gateway.gateway.bus import BusPort
 from drive_gateway.gateway.core import GatewayCore
-from drive_gateway.gateway.effects import Frame, Record, RecordEnded, RecordSaid
+from drive_gateway.gateway.effects import Frame, Record, RecordEnded, RecordSaid, StorePosition
+from drive_gateway.gateway.position_store import PositionStore
 from drive_gateway.gateway.recorder import LONGEST_S, Recorder
 from drive_gateway.gateway.sdo_workers import SdoWorkers
 from drive_gateway.sim.shell import SimulatedDrives
@@ -46,34 +47,41 @@ def run_gateway(
     link: Link,
     stop: Event,
     simulate: bool = False,
+    state_folder: Path | None = None,
     zenoh_options: ZenohOptions | None = None,
 ) -> int:
     """Run one gateway until `stop` is set; then play out, switch off and leave the bus.
 
-    With `simulate` the bus' drives run in this process too, on their own handle of the same bus.
+    With `simulate` the bus' drives run in this process too, on their own handle of the same bus. They stand where the
+    drives file says at each start, so only without it `state_folder` keeps where axes stand.
 
     Returns:
         0 when all drives were switched off, 1 when the bus failed or a drive did not say that it is off.
 
     Raises:
         BusError: the bus cannot be opened.
+        PositionStoreError: the stored positions cannot be read.
         ValueError: the cycle is no interpolation period of a drive.
         cell.net.errors.NetError: the Zenoh session cannot be opened.
     """
     boot = new_boot()
-    core = GatewayCore(
-        settings,
-        times,
-        boot=boot,
-        digest=digest,
-        first_owner=int(time.time()),
-        process=f"process {os.getpid()}",
-    )
     with ExitStack() as stack:
+        store = None
+        if state_folder is not None and not simulate:
+            store = stack.enter_context(PositionStore(state_folder / f"positions-{settings.name}.json"))
+        core = GatewayCore(
+            settings,
+            times,
+            boot=boot,
+            digest=digest,
+            first_owner=int(time.time()),
+            process=f"process {os.getpid()}",
+            stored={} if store is None else store.records,
+        )
         session = stack.enter_context(CellSession(cell, link, "gateway", settings.name, boot, zenoh_options))
         if simulate:
             stack.enter_context(SimulatedDrives(settings))
-        shell = _Shell(settings, times, session, stop)
+        shell = _Shell(settings, times, session, stop, store)
         stack.enter_context(shell.port)
         stack.enter_context(shell.workers)
         session.declare_alive()
@@ -86,7 +94,9 @@ def run_gateway(
 class _Shell:
     """What the loop calls: everything that came since the last cycle, and each effect of this one."""
 
-    def __init__(self, settings: GatewaySettings, times: Times, session: CellSession, stop: Event) -> None:
+    def __init__(
+        self, settings: GatewaySettings, times: Times, session: CellSession, stop: Event, store: PositionStore | None
+    ) -> None:
         robots = settings.robots
         self._settings = settings
         self._session = session
@@ -94,6 +104,7 @@ class _Shell:
         self._blocks: Latest = session.watch(*(f"robot/{robot}/setpoints" for robot in robots))
         self._estops: Inbox = session.queue("estop")
         self._stop = stop
+        self._store = store
         self._closing_s = times.estop_delay_s + CLOSING_S
         self._deadline: float | None = None
         self._arrived: deque[object] = deque()
@@ -130,6 +141,8 @@ class _Shell:
                 self._calls.answer(effect)
             case Record():
                 Thread(target=self._record, args=(effect,), name="recorder", daemon=True).start()
+            case StorePosition(name, record) if self._store is not None:
+                self._store.keep(name, record)
             case Ended():
                 self.exit_code = 0
                 self.ended.set()

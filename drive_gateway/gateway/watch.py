@@ -52,6 +52,8 @@ class Watch:
         self.position = self._units.position(known)
         self.velocity = self._units.velocity([node.counts_per_cycle / self._cycle_s for node in self._nodes])
         self.standing = self._rest.update(self.position, now)
+        for node, count in zip(self._nodes, known, strict=True):
+            self._judge(node, count)
 
     def forget_rest(self) -> None:
         """Something moves now: standstill must be measured anew."""
@@ -78,6 +80,15 @@ class Watch:
         found = self._following.update(self.position, demand, now)
         if found is not None:
             yield _following_error(self._nodes[found[0]], found[1])
+
+    def _judge(self, node: Node, counts: int) -> None:
+        """After a start: does an absolute encoder show where the axis was? It must stand to be compared."""
+        reference = node.reference
+        if reference.judged or not node.operational or (reference.compares and not self.standing):
+            return
+        reference.judge(counts)
+        if not reference.known:
+            self._log.warn("not_referenced", f"{node.label}: {reference.why}", reference.remedy)
 
     @property
     def _in_fault(self) -> bool:

@@ -35,6 +35,9 @@ class AxisServo(Protocol):
     def interpolate(self, target: float, period_s: float) -> None:
         """The demand runs from where it is to `target`, within one interpolation period."""
 
+    def feed(self, velocity: float) -> None:
+        """Velocity offset [counts/s], from now on."""
+
     def follow(self, step_s: float) -> None:
         """One step of interpolation and servo loop."""
 

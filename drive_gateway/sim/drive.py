@@ -8,8 +8,10 @@ from collections.abc import Callable
 from drive_gateway.config.settings import AxisSettings
 from drive_gateway.sim.abort import Abort, AccessRefused
 from drive_gateway.sim.axis_servo import AxisServo
+from drive_gateway.sim.cyclic_modes import CYCLIC_MODES, CyclicModes
 from drive_gateway.sim.dictionary import key_of
 from drive_gateway.sim.emergency import COMMUNICATION_LOST, FOLLOWING_ERROR, SETPOINTS_MISSING, Emergencies
+from drive_gateway.sim.filtered_velocity import FilteredVelocity
 from drive_gateway.sim.objects import Objects
 from drive_gateway.sim.power_state import (
     FAULT_RESET,
@@ -23,40 +25,29 @@ from drive_gateway.sim.power_state import (
 from drive_gateway.sim.reference import Reference
 from drive_gateway.sim.servo import SPEED_RESERVE, Servo
 from drive_gateway.sim.setup_modes import SETUP_MODES, SetupModes
-
-CYCLIC_SYNCHRONOUS_POSITION = 8
+from drive_gateway.sim.shown import Shown
 
 CONTROLWORD = key_of(0x6040)
-STATUSWORD = key_of(0x6041)
-TARGET_POSITION = key_of(0x607A)
-POSITION_ACTUAL = key_of(0x6064)
-_SETPOINT_TIMEOUT = key_of(0x2000)
 _ABORT_CONNECTION = key_of(0x6007)
 _ERROR_CODE = key_of(0x603F)
 _QUICK_STOP_OPTION = key_of(0x605A)
 _MODE = key_of(0x6060)
 _MODE_DISPLAY = key_of(0x6061)
-_POSITION_DEMAND = key_of(0x6062)
 _FOLLOWING_WINDOW = key_of(0x6065)
 _FOLLOWING_TIME = key_of(0x6066)
-_VELOCITY_ACTUAL = key_of(0x606C)
 _QUICK_STOP_DECELERATION = key_of(0x6085)
-_PERIOD_VALUE = key_of(0x60C2, 1)
-_PERIOD_EXPONENT = key_of(0x60C2, 2)
-_FOLLOWING_ERROR_ACTUAL = key_of(0x60F4)
 _STANDSTILL = key_of(0x606F)
+_INPUTS = key_of(0x60FD)
 
-_VOLTAGE_ENABLED = 1 << 4
-_REMOTE = 1 << 9
-_INTERNAL_LIMIT = 1 << 11
-_FOLLOWS_COMMAND = 1 << 12
-_FOLLOWING_ERROR_BIT = 1 << 13
 
 _BRAKE_FACTOR = 2.0
 """The holding brake stops the axis harder than the quick stop does."""
-_LOW, _HIGH = -(1 << 31), (1 << 31) - 1
+
+_ENABLE_INPUTS = 3 << 16
+"""60FDh: the inputs for power stage and controller, both are needed for torque."""
 
 _S = DriveState
+_WITH_STAGE = (_S.READY_TO_SWITCH_ON, _S.SWITCHED_ON, _S.OPERATION_ENABLED, _S.QUICK_STOP_ACTIVE)
 _BRAKING = (_S.QUICK_STOP_ACTIVE, _S.FAULT_REACTION_ACTIVE)
 _ABORT_COMMANDS = {2: Command.DISABLE_VOLTAGE, 3: Command.QUICK_STOP}
 _ABORT_BY_FAULT = 1
@@ -91,11 +82,16 @@ class Drive:
         self._brake = _BRAKE_FACTOR * axis.quick_stop * scale
         self._cycle_s = cycle_s
         self._numbers = objects.numbers
-        self._reference = Reference(axis)
-        self._setup = SetupModes(objects.numbers, self.servo, self._reference)
+        self.reference = Reference(axis)
+        self._setup = SetupModes(objects.numbers, self.servo, self.reference)
+        self._cyclic = CyclicModes(objects, self.servo, self.reference, self._mode_in_force)
+        self.state = DriveState.NOT_READY_TO_SWITCH_ON
+        self._displayed = FilteredVelocity(objects.numbers)
+        self._shown = Shown(objects.numbers, self.servo, self.reference)
         self._emergencies = emergencies
         self._cause_present = cause_present
         self._now: float | None = None
+        self._inputs = self._numbers[_INPUTS]
         self._register(objects)
         self.reset()
 
@@ -104,9 +100,6 @@ class Drive:
         objects.guards[_QUICK_STOP_OPTION] = self._known_option
         objects.followers[_MODE] = self._set_mode
         objects.followers[CONTROLWORD] = self._obey
-        objects.followers[TARGET_POSITION] = self._aim
-        for key in (_PERIOD_VALUE, _PERIOD_EXPONENT, _SETPOINT_TIMEOUT):
-            objects.followers[key] = self._set_period
 
     @property
     def position(self) -> float:
@@ -121,18 +114,19 @@ class Drive:
     def reset(self) -> None:
         """Transition 0: the drive restarts without power; the axis is where it is."""
         self.servo.switch_on()
-        self._reference.switched_on(self.servo.position)
+        self.reference.switched_on(self.servo.position)
         self.state = DriveState.NOT_READY_TO_SWITCH_ON
         self.faults: list[int] = []
         self._before = 0
-        self._setpoint_at = 0.0
         self._outside_s = 0.0
-        self._set_period(0)
+        self._displayed.reset()
+        self._cyclic.set_period()
         self._show()
 
     def started(self) -> None:
-        """Transition 1: the self-test is done."""
-        self._enter(DriveState.SWITCH_ON_DISABLED)
+        """Transition 1: the self-test is done; a fault that it found stays."""
+        if not self.faults:
+            self._enter(DriveState.SWITCH_ON_DISABLED)
 
     def advance(self, now: float) -> None:
         """Let time pass up to `now`: move, watch, show."""
@@ -143,12 +137,14 @@ class Drive:
         while self._now < now:
             end = min(self._now + self._cycle_s, now)
             step_s, self._now = end - self._now, end
+            self._cyclic.now = end
             self._move(step_s)
+            self._displayed.follow(self.servo.velocity, step_s)
             if self.state is not DriveState.NOT_READY_TO_SWITCH_ON:
                 for code in self.servo.trips():
                     self.fault(code)
             if self.state is DriveState.OPERATION_ENABLED:
-                self._watch(step_s, end)
+                self._watch(step_s)
         if self._numbers[_MODE] != self._numbers[_MODE_DISPLAY]:
             self._set_mode(self._numbers[_MODE])
         self._show()
@@ -177,7 +173,7 @@ class Drive:
     # Objects
 
     def _known_mode(self, mode: int) -> None:
-        if mode != CYCLIC_SYNCHRONOUS_POSITION and mode not in SETUP_MODES:
+        if mode not in CYCLIC_MODES and mode not in SETUP_MODES:
             raise AccessRefused(Abort.RANGE)
 
     def _known_option(self, option: int) -> None:
@@ -191,13 +187,9 @@ class Drive:
             return
         self._numbers[_MODE_DISPLAY] = mode
         self.servo.hold()
-        self._setpoint_at = self._now or 0.0
+        self._cyclic.begin()
         self._setup.begin()
         self._show()
-
-    def _set_period(self, _value: int) -> None:
-        self._period_s = self._numbers[_PERIOD_VALUE] * 10.0 ** self._numbers[_PERIOD_EXPONENT]
-        self._patience_s = self._numbers[_SETPOINT_TIMEOUT] * self._period_s + 1e-9
 
     def _obey(self, controlword: int) -> None:
         rising = controlword & ~self._before
@@ -208,16 +200,29 @@ class Drive:
             self._acknowledge()
         if self.state is DriveState.OPERATION_ENABLED:
             self._setup.obey(self._numbers[_MODE_DISPLAY], controlword)
+            self._cyclic.obey(controlword)
 
-    def _aim(self, target: int) -> None:
-        if self.state is DriveState.OPERATION_ENABLED and self._numbers[_MODE_DISPLAY] == CYCLIC_SYNCHRONOUS_POSITION:
-            self.servo.interpolate(target + self._reference.shift, self._period_s)
-            self._setpoint_at = self._now or 0.0
+    def _mode_in_force(self) -> int:
+        return self._numbers[_MODE_DISPLAY] if self.state is DriveState.OPERATION_ENABLED else 0
 
     # States
 
+    def input(self, bit: int, closed: bool) -> None:
+        """A digital input (60FDh) opens or closes. Without its enable inputs the drive has no torque."""
+        mask = 1 << bit
+        self._inputs = self._inputs | mask if closed else self._inputs & ~mask
+        if not self._permitted and self.state in _WITH_STAGE:
+            self._enter(DriveState.SWITCH_ON_DISABLED)
+        self._show()
+
+    @property
+    def _permitted(self) -> bool:
+        return self._inputs & _ENABLE_INPUTS == _ENABLE_INPUTS
+
     def _command(self, command: Command) -> None:
         target = commanded(self.state, command, self._numbers[_QUICK_STOP_OPTION])
+        if target is DriveState.READY_TO_SWITCH_ON and not self._permitted:
+            return
         if target is not self.state:
             self._enter(target)
 
@@ -236,8 +241,8 @@ class Drive:
     def _enter(self, state: DriveState) -> None:
         if state is DriveState.OPERATION_ENABLED:
             self.servo.hold()
+            self._cyclic.begin()
             self._setup.begin()
-            self._setpoint_at = self._now or 0.0
             self._outside_s = 0.0
         self.state = state
         self._show()
@@ -264,9 +269,8 @@ class Drive:
         elif self._numbers[_QUICK_STOP_OPTION] == SLOW_DOWN_AND_DISABLE:
             self._enter(DriveState.SWITCH_ON_DISABLED)
 
-    def _watch(self, step_s: float, now: float) -> None:
-        cyclic = self._numbers[_MODE_DISPLAY] == CYCLIC_SYNCHRONOUS_POSITION
-        if cyclic and now - self._setpoint_at > self._patience_s:
+    def _watch(self, step_s: float) -> None:
+        if self._cyclic.missing:
             self.fault(SETPOINTS_MISSING)
             return
         if abs(self.servo.error) <= self._numbers[_FOLLOWING_WINDOW]:
@@ -278,29 +282,9 @@ class Drive:
 
     def _show(self) -> None:
         """Statusword and measurements into their objects."""
-        servo, numbers = self.servo, self._numbers
-        shift, mode = self._reference.shift, numbers[_MODE_DISPLAY]
-        word = self.state.value | _REMOTE
-        if self.state is not DriveState.NOT_READY_TO_SWITCH_ON:
-            word |= _VOLTAGE_ENABLED
-        if self.state is DriveState.OPERATION_ENABLED and mode == CYCLIC_SYNCHRONOUS_POSITION:
-            word |= _FOLLOWS_COMMAND
-        elif self.state is DriveState.OPERATION_ENABLED and mode in SETUP_MODES:
-            word |= self._setup.bits(mode)
-        if servo.limited:
-            word |= _INTERNAL_LIMIT
-        if FOLLOWING_ERROR in self.faults:
-            word |= _FOLLOWING_ERROR_BIT
-        numbers[STATUSWORD] = word
-        numbers[POSITION_ACTUAL] = _clipped(servo.position - shift)
-        numbers[_VELOCITY_ACTUAL] = _clipped(servo.velocity)
-        numbers[_POSITION_DEMAND] = _clipped(servo.demand - shift)
-        numbers[_FOLLOWING_ERROR_ACTUAL] = _clipped(servo.error)
-
-
-def _clipped(value: float) -> int:
-    """Nearest int32."""
-    nearest = round(value)
-    if _LOW <= nearest <= _HIGH:
-        return nearest
-    return _HIGH if nearest > 0 else _LOW
+        mode = self._numbers[_MODE_DISPLAY]
+        bits = self._cyclic.bits
+        if self.state is DriveState.OPERATION_ENABLED and mode in SETUP_MODES:
+            bits |= self._setup.bits(mode)
+        self._numbers[_INPUTS] = self._inputs
+        self._shown.update(self.state, bits, FOLLOWING_ERROR in self.faults)

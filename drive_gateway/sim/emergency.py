@@ -3,6 +3,7 @@
 from struct import Struct
 
 from drive_gateway.canopen.frame import CanFrame
+from drive_gateway.sim.abort import Abort, AccessRefused
 from drive_gateway.sim.dictionary import key_of
 from drive_gateway.sim.objects import Objects
 
@@ -42,6 +43,8 @@ class Emergencies:
         self._cob_id = 0x080 + node_id
         self._active: list[int] = []
         self.pending: list[CanFrame] = []
+        objects.guards[_HISTORY] = _only_zero
+        objects.followers[_HISTORY] = lambda _value: self.clear_history()
 
     def reset(self) -> None:
         """The node restarts: nothing is wrong and nothing is told."""
@@ -84,3 +87,9 @@ class Emergencies:
             register |= register_bits(active)
         self._numbers[_ERROR_REGISTER] = register
         self.pending.append(CanFrame(self._cob_id, _LAYOUT.pack(code, register)))
+
+
+def _only_zero(value: int) -> None:
+    """The history can only be cleared."""
+    if value:
+        raise AccessRefused(Abort.RANGE)

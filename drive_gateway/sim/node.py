@@ -11,14 +11,15 @@ from drive_gateway.canopen.cob_id import ERROR_CONTROL, NMT, SDO_FROM_NODE, SDO_
 from drive_gateway.canopen.frame import CanFrame
 from drive_gateway.canopen.nmt import NmtCommand, NmtState
 from drive_gateway.config.settings import AxisSettings
-from drive_gateway.sim.abort import Abort, AccessRefused
 from drive_gateway.sim.axis_servo import AxisServo
 from drive_gateway.sim.dictionary import key_of, load_dictionary
 from drive_gateway.sim.drive import Drive
 from drive_gateway.sim.emergency import HEARTBEAT_LOST, PDO_TOO_SHORT, Emergencies
+from drive_gateway.sim.faults import FaultsOnCommand
 from drive_gateway.sim.heartbeat import GuardedLife, HeartbeatConsumer, HeartbeatProducer
 from drive_gateway.sim.late_frames import LateFrames
 from drive_gateway.sim.objects import ALL, COMMUNICATION, Objects
+from drive_gateway.sim.parameter_store import save_on_command
 from drive_gateway.sim.pdo import ReceivePdo, TransmitPdo, receive_pdos, transmit_pdos
 from drive_gateway.sim.pdo_parameters import PdoParameters
 from drive_gateway.sim.power_state import DriveState
@@ -27,7 +28,6 @@ from drive_gateway.sim.sdo_server import SdoServer
 BOOT_S = 0.02
 """From power-on or reset to the boot-up message."""
 
-_HISTORY_COUNT = key_of(0x1003)
 _GUARD_TIME = key_of(0x100C)
 _LIFE_TIME_FACTOR = key_of(0x100D)
 _CONSUMER = key_of(0x1016, 1)
@@ -39,7 +39,7 @@ _STATE_AFTER_LOSS = {0: NmtState.PRE_OPERATIONAL, 2: NmtState.STOPPED}
 _Handler = Callable[[bytes, float], list[CanFrame]]
 
 
-class SimulatedNode:
+class SimulatedNode(FaultsOnCommand):
     """A CANopen node with one CiA 402 drive.
 
     `receive` takes every frame of the bus and answers; `step` must be called at least every 10 ms. The node is switched
@@ -72,8 +72,7 @@ class SimulatedNode:
         self._sdo = SdoServer(self._objects)
         self._drive = Drive(axis, cycle_s, lag_s, self._objects, self._emergencies, self._cause_present, servo)
         self._parameters = PdoParameters(self._objects, lambda: self._nmt is NmtState.OPERATIONAL)
-        self._objects.guards[_HISTORY_COUNT] = _only_zero
-        self._objects.followers[_HISTORY_COUNT] = lambda _value: self._emergencies.clear_history()
+        save_on_command(self._objects)
         self._objects.followers[_CONSUMER] = self._watch_master
         self._objects.followers[_PRODUCER] = lambda value: self._producer.configure(value, self._now)
         self._now = 0.0
@@ -144,25 +143,6 @@ class SimulatedNode:
                 frames += self._late.due(now)
         frames = self._with_emergencies(frames)
         return [] if self._silent else frames
-
-    # Faults that a test or a demonstration asks for
-
-    def silence(self, silent: bool = True) -> None:
-        """The bus cable is pulled: the node neither hears nor is heard, its drive goes on by itself."""
-        self._silent = silent
-
-    def power_cycle(self) -> None:
-        """The node's supply fails for a moment: it starts again with power-on values, the brake holds the axis."""
-        self._restart_drive = True
-        self._restart()
-
-    def raise_emergency(self, code: int) -> None:
-        """The drive finds an error: EMCY with `code`, braking, fault. Its cause is gone when the fault is reset."""
-        self._drive.fault(code)
-
-    def delay_tpdos(self, late_s: float) -> None:
-        """The node measures as ever and sends what SYNC asks for `late_s` too late; 0 ends it."""
-        self._late.late_s = late_s
 
     # Network management
 
@@ -313,8 +293,3 @@ class SimulatedNode:
 def _unheard(_data: bytes, _now: float) -> list[CanFrame]:
     """Another sender uses this node's TPDO identifier: the data are not for it."""
     return []
-
-
-def _only_zero(value: int) -> None:
-    if value:
-        raise AccessRefused(Abort.RANGE)

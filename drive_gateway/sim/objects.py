@@ -8,6 +8,8 @@ from drive_gateway.sim.dictionary import Dictionary, Entry
 COMMUNICATION = range(0x1000, 0x2000)
 """Indices of the communication profile; NMT reset communication restores these only."""
 ALL = range(0x10000)
+PROCESS_DATA = (0x6040, 0x6060, 0x607A, 0x60B1, 0x60C1, 0x60FF)
+"""What a master commands while it moves the axis; never stored."""
 
 
 class Objects:
@@ -21,6 +23,7 @@ class Objects:
         self._dictionary = dictionary
         self._node_id = node_id
         self.numbers: dict[int, int] = {}
+        self._saved: dict[int, int] = {}
         self.guards: dict[int, Callable[[int], None]] = {}
         self.followers: dict[int, Callable[[int], None]] = {}
         self.restore(ALL)
@@ -29,7 +32,15 @@ class Objects:
         """Power-on values for all objects in `indices`. Neither guards nor followers are called."""
         for key, entry in self._dictionary.entries.items():
             if entry.code and key >> 8 in indices:
-                self.numbers[key] = entry.default + (self._node_id if entry.relative else 0)
+                default = entry.default + (self._node_id if entry.relative else 0)
+                self.numbers[key] = self._saved.get(key, default)
+
+    def save(self) -> None:
+        """Keep the drive's parameters as power-on values. Process data are none, and communication is the master's."""
+        for key, entry in self._dictionary.entries.items():
+            parameter = key >> 8 not in COMMUNICATION and key >> 8 not in PROCESS_DATA
+            if entry.code and entry.writable and parameter:
+                self._saved[key] = self.numbers[key]
 
     def entry(self, key: int) -> Entry:
         """Raises:

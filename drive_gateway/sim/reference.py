@@ -1,18 +1,53 @@
-"""Where a simulated axis is and where its drive believes it is: encoder, reference, limit and home switches."""
+"""Where a simulated axis is and where its drive believes it is: encoder, reference, switches and index pulse."""
 
 from dataclasses import dataclass
+from enum import Enum
+from math import ceil, floor
 
 from drive_gateway.config.settings import AxisSettings
 
-_SPAN = 2.0
+_SPAN = 3.5
 """[rad or m] from the home point to a limit switch that is not the home point itself."""
 _HOME_WIDTH = 0.02
 """[rad or m] length of the cam of a home switch."""
-NEGATIVE_LIMIT, POSITIVE_LIMIT, HOME_RISING, HOME_FALLING = 17, 18, 23, 27
-"""Homing methods (6098h): limit switch; home switch, its edge in positive or in negative direction."""
-HERE = (35, 37)
-"""Homing methods: the home position is where the axis stands."""
-METHODS = (NEGATIVE_LIMIT, POSITIVE_LIMIT, HOME_RISING, HOME_FALLING, *HERE)
+_BEFORE_PULSE = 0.4
+"""Turns of the motor from the edge of a switch to the index pulse that is home."""
+
+
+class Look(Enum):
+    """What a homing method looks for first."""
+
+    LIMIT = "the limit switch against the direction in which it is left"
+    HOME = "the home switch"
+    PULSE = "the index pulse"
+    HERE = "nothing"
+
+
+@dataclass(frozen=True, slots=True)
+class Method:
+    """A homing method. `away`: direction of the counts in which the switch is left, or the pulse is looked for."""
+
+    look: Look
+    away: float = 0.0
+    pulse: bool = False
+    """Home is the first index pulse behind the edge."""
+
+
+METHODS = {
+    1: Method(Look.LIMIT, 1.0, pulse=True),
+    2: Method(Look.LIMIT, -1.0, pulse=True),
+    7: Method(Look.HOME, -1.0, pulse=True),
+    11: Method(Look.HOME, 1.0, pulse=True),
+    17: Method(Look.LIMIT, 1.0),
+    18: Method(Look.LIMIT, -1.0),
+    23: Method(Look.HOME, -1.0),
+    27: Method(Look.HOME, 1.0),
+    33: Method(Look.PULSE, -1.0, pulse=True),
+    34: Method(Look.PULSE, 1.0, pulse=True),
+    35: Method(Look.HERE),
+    37: Method(Look.HERE),
+}
+"""The homing methods (6098h) that the drive has, as CiA 402-2 numbers them."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -22,21 +57,49 @@ class Switches:
     negative: float
     positive: float
     home: tuple[float, float]
+    index: float = 0.0
+    """Counts between two index pulses; 0: the encoder has none."""
+    phase: float = 0.0
+    """Where one of the pulses is."""
 
     @classmethod
     def of(cls, axis: AxisSettings) -> "Switches":
-        """As the configured homing expects them: its home point is the edge that its method looks for."""
+        """As the configured homing expects them: its home point is the edge, or pulse, that its method looks for."""
         scale = abs(axis.counts_per_unit)
         span, width = _SPAN * scale, _HOME_WIDTH * scale
-        method = 0 if axis.homing is None else axis.homing.method
+        method = METHODS[35] if axis.homing is None else METHODS[axis.homing.method]
         place = axis.simulated_start if axis.homing is None else axis.homing.position
         home = (place - axis.offset) * axis.counts_per_unit
-        low = home - width if method == HOME_FALLING else home
+        edge = home - method.away * _BEFORE_PULSE * axis.index_counts if method.pulse else home
+        low = edge - width if method.away > 0.0 else edge
         return cls(
-            home if method == NEGATIVE_LIMIT else home - span,
-            home if method == POSITIVE_LIMIT else home + span,
-            (low, low + width),
+            negative=edge if method.look is Look.LIMIT and method.away > 0.0 else home - span,
+            positive=edge if method.look is Look.LIMIT and method.away < 0.0 else home + span,
+            home=(low, low + width),
+            index=axis.index_counts,
+            phase=home,
         )
+
+    def edge(self, method: Method) -> float:
+        """Where the switch of a method lets go."""
+        if method.look is Look.HOME:
+            return self.home[1] if method.away > 0.0 else self.home[0]
+        return self.negative if method.away > 0.0 else self.positive
+
+    def at_limit(self, place: float, direction: float) -> bool:
+        """The limit switch in this direction is active."""
+        return place <= self.negative if direction < 0.0 else place >= self.positive
+
+    def at_any_limit(self, place: float) -> bool:
+        return self.at_limit(place, -1.0) or self.at_limit(place, 1.0)
+
+    def pulse_between(self, before: float, place: float) -> float | None:
+        """The index pulse nearest to `before` on the way to `place`, `before` itself excluded."""
+        if place > before:
+            pulse = self.phase + self.index * (floor((before - self.phase) / self.index) + 1)
+            return pulse if pulse <= place else None
+        pulse = self.phase + self.index * (ceil((before - self.phase) / self.index) - 1)
+        return pulse if pulse >= place else None
 
 
 class Reference:
@@ -44,15 +107,22 @@ class Reference:
 
     def __init__(self, axis: AxisSettings) -> None:
         self._incremental = axis.incremental
+        self.serial = axis.node_id
+        """Of the encoder."""
+        self.battery_empty = False
+        """An absolute encoder's battery was empty while the drive was off: its turns may be wrong until it homes."""
         self.switches = Switches.of(axis)
+        self.known = not axis.incremental
+        """The drive knows where the axis is: limits mean something."""
         self.shift = 0.0
         """Place of the axis minus the position that the drive shows [counts]."""
 
     def switched_on(self, place: float) -> None:
         """The drive's supply returned while the axis stood at `place` [counts of the axis itself]."""
         if self._incremental:
-            self.shift = place
+            self.shift, self.known = place, False
 
     def found(self, home: float, offset: int) -> None:
         """Homing found the home point at `home` [counts of the axis itself], which is `offset` (607Ch)."""
-        self.shift = home - offset
+        self.shift, self.known = home - offset, True
+        self.battery_empty = False

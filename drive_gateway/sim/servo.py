@@ -1,11 +1,11 @@
 """The axis of a simulated drive: interpolation from SYNC to SYNC, a position loop with a lag, braking.
 
 The demand runs linearly to the newest target within one interpolation period and then stands. With the bandwidth
-w = 1 / lag the axis follows it as x'' = w^2 (u - x) + 2 w (u'/2 - x'): critically damped with the time constant `lag`,
-half of the demanded velocity fed forward. At a constant speed u' = v the error settles at v / w, so the axis runs
-behind its demand by exactly the lag. Each step is the closed solution, so its length does not matter. Torque is
-unlimited; the speed of the motor is not. This is the fast level of the simulation; `drive_gateway.sim.axis` holds the
-full one, which has this axis as its command.
+w = 1 / lag the axis follows it as x'' = w^2 (u - x) + 2 w ((u' + f) / 2 - x'): critically damped with the time constant
+`lag`, half of the demanded velocity fed forward, and half of a velocity offset f that the drive is given. At a constant
+speed u' = v the error settles at (v - f) / w, so without an offset the axis runs behind its demand by exactly the lag.
+Each step is the closed solution, so its length does not matter. Torque is unlimited; the speed of the motor is not.
+This is the fast level of the simulation; `drive_gateway.sim.axis` holds the full one, whose command this axis is.
 """
 
 from math import exp
@@ -27,6 +27,7 @@ class Servo:
         self._target = position
         self._rate = 0.0
         self._ramp_left = 0.0
+        self._feed = 0.0
         self.position = position
         self.velocity = 0.0
         self.demand = position
@@ -46,7 +47,7 @@ class Servo:
     def hold(self) -> None:
         """The demand becomes the position: what was commanded before is forgotten."""
         self.demand = self.position
-        self._rate = self._ramp_left = 0.0
+        self._rate = self._ramp_left = self._feed = 0.0
         self.limited = False
 
     def interpolate(self, target: float, period_s: float) -> None:
@@ -54,6 +55,10 @@ class Servo:
         self._target = target
         self._rate = (target - self.demand) / period_s
         self._ramp_left = period_s
+
+    def feed(self, velocity: float) -> None:
+        """Velocity offset [counts/s], from now on: with the demand's own velocity nothing is left of the lag."""
+        self._feed = velocity
 
     def follow(self, step_s: float) -> None:
         """One step of interpolation and position loop."""
@@ -122,7 +127,7 @@ class Servo:
 
     def _track(self, step_s: float, rate: float) -> None:
         w = self._bandwidth
-        settled = rate / w
+        settled = (rate - self._feed) / w
         y = self.demand - self.position - settled
         slope = rate - self.velocity + w * y
         decay = exp(-w * step_s)

@@ -6,7 +6,7 @@ is the mode's (CiA 402-2); in profile velocity bit 12 is 1 at standstill.
 
 from drive_gateway.sim.axis_servo import AxisServo
 from drive_gateway.sim.dictionary import key_of
-from drive_gateway.sim.homing import Homing, HomingState
+from drive_gateway.sim.homing import Homing, HomingSpeeds, HomingState
 from drive_gateway.sim.profile import Profile
 from drive_gateway.sim.reference import Reference
 
@@ -54,7 +54,7 @@ class SetupModes:
         self._word = word
         if mode == HOMING:
             if rising & _START:
-                self._homing.start(self._numbers[_METHOD])
+                self._homing.start(self._numbers[_METHOD], self._servo.position)
             if falling & _START or word & _HALT:
                 self._homing.abort()
         elif mode == PROFILE_POSITION:
@@ -69,9 +69,8 @@ class SetupModes:
         halted = bool(self._word & _HALT)
         ramps = (float(numbers[_ACCELERATION]), float(numbers[_DECELERATION]))
         if mode == HOMING:
-            speeds = (float(numbers[_HOMING_FAST]), float(numbers[_HOMING_SLOW]))
-            ramp = float(numbers[_HOMING_RAMP])
-            self._homing.step(self._servo.position, speeds, ramp, numbers[_HOME_OFFSET], step_s)
+            speeds = HomingSpeeds(numbers[_HOMING_FAST], numbers[_HOMING_SLOW], numbers[_HOMING_RAMP])
+            self._homing.step(self._servo.position, speeds, numbers[_HOME_OFFSET], step_s)
         elif mode == PROFILE_VELOCITY:
             wanted = 0.0 if halted else float(numbers[_TARGET_VELOCITY])
             slower = abs(wanted) < abs(profile.velocity)
@@ -104,11 +103,12 @@ class SetupModes:
         return self._target is None or abs(self._servo.position - self._target) <= self._numbers[_POSITION_WINDOW]
 
     def _take_target(self, word: int) -> None:
-        """A new set point: at once, or after the one that goes on; outside 607Dh it is moved to the limit."""
+        """A new set point: at once, or after the one that goes on; a referenced axis stops at 607Dh."""
         shown = self._numbers[_TARGET_POSITION]
         if word & _RELATIVE:
             shown += round(self._profile.position - self._reference.shift)
-        shown = max(self._numbers[_LOW], min(self._numbers[_HIGH], shown))
+        if self._reference.known:
+            shown = max(self._numbers[_LOW], min(self._numbers[_HIGH], shown))
         target = shown + self._reference.shift
         self._acknowledged = True
         travels = self._target is not None and self._profile.position != self._target

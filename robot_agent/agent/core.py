@@ -10,6 +10,7 @@ from cell.core import AskDone, Effect, Ended, Frozen, Publish, Request, Shutdown
 from cell.messages import (
     AxisStatus,
     Body,
+    DisableDrives,
     DriveFeedback,
     Estop,
     ManagerState,
@@ -23,6 +24,7 @@ from cell.messages import (
 from robot_agent.agent.axes import feedback_in_joints, samples_in_axes
 from robot_agent.agent.executive import Executive, Wishes
 from robot_agent.agent.gateway_link import GatewayLink
+from robot_agent.agent.idle import IdleClock
 from robot_agent.agent.operator import Operator, Situation
 from robot_agent.agent.pace import Pace
 from robot_agent.agent.planning import PlanFailed, Planned, Planner
@@ -68,6 +70,7 @@ class AgentCore:
         self._stopped_by = ""
         """Why the mode is FAULT or ESTOP."""
         self._stepped_at = 0.0
+        self._idle = IdleClock(cell.times.idle_off_s)
         self._leaving = False
 
     def receive(self, message: object, now: float) -> None:
@@ -111,6 +114,10 @@ class AgentCore:
         self._follow_drives(feedback, self._planner, now)
         self.mode, answers = self.operator.answer(self._situation(feedback, self._planner), now)
         effects += answers
+        if self._idle.due(self.mode, now):
+            text = f"no program for {self._cell.times.idle_off_s:g} s: the drives are switched off"
+            self.report.event(Severity.INFO, "idle_off", text, f"switch them on again with: cell enable {self._robot}")
+            effects.append(self.link.switch(DisableDrives(self._robot, feedback.owner)))
         effects += self._move(feedback, self._planner, now)
         effects += self.run.lookahead.fill(self.zones.geometry)
         effects.append(self._state(feedback, self._planner, now))
@@ -161,7 +168,7 @@ class AgentCore:
             self.mode = Mode.DISABLED
         if not feedback.enabled:
             self.executive = None
-            if self.link.switching_off:
+            if self.link.switching_off or self.operator.switched_off:
                 self.mode = Mode.DISABLED
             elif self.mode in (Mode.READY, Mode.RUNNING, Mode.HALTED):
                 self._stop(Mode.FAULT, "the gateway has switched the drives off")

@@ -99,8 +99,8 @@ class GatewayLink:
         """Whether this agent owns nothing, and has nothing to wait for."""
         return self.grant is None
 
-    def switch(self, command: Command, request_id: str, call_id: str) -> Effect:
-        """Ask the gateway to switch the drives for an operator's request."""
+    def switch(self, command: Command, request_id: str = "", call_id: str = "") -> Effect:
+        """Ask the gateway to switch the drives, for an operator's request if there is one."""
         ask = self._ask(command)
         self._switching[ask.ask_id] = Switching(request_id, call_id, command)
         return ask

@@ -88,6 +88,11 @@ class Operator:
         if outcome is not None:
             self._outcomes.append(outcome)
 
+    @property
+    def switched_off(self) -> bool:
+        """The gateway has just said that the drives are off; this counts with the next `answer`."""
+        return any(ok and isinstance(switching.command, DisableDrives) for switching, ok, _ in self._outcomes)
+
     def sent_state(self, sequence: int, now: float) -> None:
         """A robot state with `sequence` is sent at `now`: calls that echo it are as young as that."""
         self._states.record(sequence, now)
@@ -128,7 +133,8 @@ class Operator:
     def _settle_outcomes(self, mode: Mode, effects: list[Effect]) -> Mode:
         while self._outcomes:
             switching, ok, text = self._outcomes.popleft()
-            effects.append(Answer(switching.request_id, Reply(switching.call_id, ok, text)))
+            if switching.request_id:
+                effects.append(Answer(switching.request_id, Reply(switching.call_id, ok, text)))
             match switching.command:
                 case EnableDrives() if not ok and mode is Mode.ENABLING:
                     mode = Mode.DISABLED

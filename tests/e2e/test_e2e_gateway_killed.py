@@ -58,6 +58,8 @@ def test_its_drives_stop_by_themselves_and_the_robot_comes_back_by_an_operators_
         notifier.stop()
         live.start("drive-gateway", *words)
         states.wait_for(RobotState, lambda state: state.tcp_position_m is not None, 30.0, "left measured again")
+        # Its axes are not where they were when they were last switched off.
+        live.obeyed("accept", "left")
         live.obeyed("reset", "left")
         states.wait_for(RobotState, lambda state: state.mode is Mode.DISABLED, 10.0, "left disabled")
         live.obeyed("enable", "left")

@@ -11,6 +11,7 @@ from cell.messages import (
     Command,
     DriveFeedback,
     EnableDrives,
+    Estop,
     Event,
     GatewayState,
     HoldSetup,
@@ -26,7 +27,8 @@ from drive_gateway.config.settings import (
     RobotDrives,
 )
 from drive_gateway.gateway.core import GatewayCore
-from drive_gateway.gateway.effects import Frame
+from drive_gateway.gateway.effects import Frame, StorePosition
+from drive_gateway.gateway.encoder_record import EncoderRecord
 from tests.sim.bus import Bus
 
 CYCLE_S = 0.004
@@ -73,12 +75,17 @@ class GatewayBench:
 
     def __init__(self, configuration: GatewaySettings) -> None:
         self.settings = configuration
+        self.robot = next(iter(configuration.robots))
         self.now = 10.0
         self.events: list[Event] = []
         self.frames: list[CanFrame] = []
+        self.requests: list[Sdo] = []
         self.replies: dict[str, Reply] = {}
         self.feedback: DriveFeedback | None = None
         self.state: GatewayState | None = None
+        self.stored: dict[str, EncoderRecord] = {}
+        """What the gateway keeps over its end."""
+        self.estops: list[Estop] = []
         self.lost: Callable[[CanFrame], bool] = lambda _frame: False
         """Frames that the bus swallows, in both directions."""
         self.holder = ""
@@ -94,30 +101,32 @@ class GatewayBench:
     def restart_gateway(self) -> None:
         """A gateway's process starts, with a new boot; the drives know nothing of it."""
         self._calls += 1000
-        self.core = GatewayCore(self.settings, TIMES, boot=f"g{self._calls}", digest="d", first_owner=self._calls)
+        self.core = GatewayCore(
+            self.settings, TIMES, boot=f"g{self._calls}", digest="d", first_owner=self._calls, stored=self.stored
+        )
         self.feedback = self.state = None
         self._back = []
         self.alive = True
 
     def cycle(self, late_s: float = 0.0) -> None:
-        self.now += CYCLE_S + late_s
+        self.now += self.settings.cycle_s + late_s
         self.bus.step(self.now)
         back, self._back = self._back, []
         if not self.alive:
             return
         for message in back:
             self.core.receive(message, self.now)
-        if self.holder and round(self.now / CYCLE_S) % 25 == 0:
+        if self.holder and round(self.now / self.settings.cycle_s) % 25 == 0:
             self.request(HoldSetup(self.holder), "hold")
         for effect in self.core.step(self.now):
             self._perform(effect)
 
     def run(self, seconds: float) -> None:
-        for _ in range(round(seconds / CYCLE_S)):
+        for _ in range(round(seconds / self.settings.cycle_s)):
             self.cycle()
 
     def until(self, happened: Callable[[], bool], within_s: float = 10.0) -> None:
-        for _ in range(round(within_s / CYCLE_S)):
+        for _ in range(round(within_s / self.settings.cycle_s)):
             if happened():
                 return
             self.cycle()
@@ -145,7 +154,7 @@ class GatewayBench:
         """Give a set-up order and hold it to its end; answers `done` or `stopped`."""
         reply = self.ask(command)
         assert reply.ok, reply.text
-        self.holder, self.said = "left", ("", "moving")
+        self.holder, self.said = self.robot, ("", "moving")
         self.until(lambda: self.said[1] != "moving", within_s=60.0)
         self.holder = ""
         self.run(0.3)
@@ -153,9 +162,9 @@ class GatewayBench:
 
     def enabled(self) -> int:
         """Claim and enable; answers the owner."""
-        claim = self.ask(Claim("left", f"a{self._calls}", "d"))
+        claim = self.ask(Claim(self.robot, f"a{self._calls}", "d"))
         assert claim.claim is not None, claim.text
-        reply = self.ask(EnableDrives("left", claim.claim.owner))
+        reply = self.ask(EnableDrives(self.robot, claim.claim.owner))
         assert reply.ok, reply.text
         self.until(lambda: self.feedback is not None and self.feedback.enabled)
         return claim.claim.owner
@@ -173,12 +182,17 @@ class GatewayBench:
                 self.frames.append(frame)
                 if not self.lost(frame):
                     self.bus.send(frame, self.now)
+            case StorePosition(name, record):
+                self.stored[name] = record
             case Sdo():
+                self.requests.append(effect)
                 self._back.append(self.bus.sdo(effect, self.now))
             case Publish(DriveFeedback() as feedback):
                 self.feedback = feedback
             case Publish(GatewayState() as state):
                 self.state = state
+            case Publish(Estop() as estop):
+                self.estops.append(estop)
             case Publish(Event() as event):
                 self.events.append(event)
             case Answer(request_id, Reply() as reply):

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from cell.messages import AxisStatus, Claim, EnableDrives, Estop, Home, MoveAxes
+from drive_gateway.canopen.sdo import Sdo
 from tests.sim.gateway_bench import GatewayBench, axis, homing, settings
 
 INCREMENTAL = settings(
@@ -30,7 +31,7 @@ def test_an_incremental_axis_is_not_referenced_and_not_enabled_before_it_has_hom
     assert not world.feedback.referenced
     owner = world.ask(Claim("left", "a1", "d")).claim.owner
     refused = world.ask(EnableDrives("left", owner))
-    assert refused.text == "left is not referenced (J1, J2); home it first: cell home left"
+    assert refused.text == "left is not referenced: J1, J2: its encoder is incremental; home it: cell home"
 
 
 def test_homing_in_order_lets_every_axis_know_where_it_is_and_the_robot_be_enabled() -> None:
@@ -140,3 +141,12 @@ def test_an_enabled_robot_is_not_set_up() -> None:
     world.ready()
     world.enabled()
     assert world.ask(MoveAxes("left", {"J1": 0.1}, True, 1.0, False)).text == "left is on; disable it first"
+
+
+def test_every_drive_goes_back_to_the_mode_of_blocks_after_a_motion_of_its_own() -> None:
+    world = GatewayBench(settings(axis("J1", 1), axis("J2", 2)))
+    world.ready()
+    assert world.set_up(MoveAxes("left", {"J1": 0.1, "J2": 0.1}, True, 1.0, False)) == "done"
+    world.run(0.3)
+    for node in (1, 2):
+        assert world.bus.sdo(Sdo("x", node, 0x6061, 0, None), world.now).data == b"\x08"

@@ -24,6 +24,7 @@ from cell.messages import (
     DisableDrives,
     DriveFeedback,
     EnableDrives,
+    Event,
     Heard,
     ManagerState,
     PlayoutState,
@@ -49,12 +50,12 @@ STEP_S = 0.02
 ZONE = ZoneGeometry("handover", 1, (0.6, 2.0, 3.0), (2.8, 0.0, 1.0), (0.0, 0.0, 0.0, 1.0), ("left", "right"))
 
 
-def settings(on_manager_return: OnManagerReturn) -> CellSettings:
+def settings(on_manager_return: OnManagerReturn, times: Times) -> CellSettings:
     here = PoseSettings((0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0))
     robot = RobotSettings("left", Path("model.yaml"), "left_bus", here, Path("left.prog"))
     gateway = GatewayEndpoint("left_bus", "tcp/127.0.0.1:1", Path("drives.yaml"))
     return CellSettings(
-        "test", Path("cell.yaml"), "tcp/127.0.0.1:2", {"left": robot}, {"left_bus": gateway}, {}, Times(),
+        "test", Path("cell.yaml"), "tcp/127.0.0.1:2", {"left": robot}, {"left_bus": gateway}, {}, times,
         on_manager_return, "digest",
     )  # fmt: skip
 
@@ -63,13 +64,20 @@ class AgentWorld:
     """One agent, stepped with its gateway and manager on virtual time."""
 
     def __init__(
-        self, program: str, on_manager_return: OnManagerReturn = OnManagerReturn.CONTINUE, arm: Model | None = None
+        self,
+        program: str,
+        on_manager_return: OnManagerReturn = OnManagerReturn.CONTINUE,
+        arm: Model | None = None,
+        times: Times | None = None,
     ) -> None:
         arm = arm or model()
         names = arm.joint_names
         self.planner = Planner(arm, Limits.of(arm.description), np.eye(4), CYCLE_S)
         parsed = parse_program(program, "left.prog", names)
-        self.agent = AgentCore(settings(on_manager_return), "left", lambda _: self.planner, parsed, "boot")
+        self.agent = AgentCore(
+            settings(on_manager_return, times or Times()), "left", lambda _: self.planner, parsed, "boot"
+        )
+        self.events: list[Event] = []
         self.now = 100.0
         self.tick = 1
         self.enabled = False
@@ -180,6 +188,8 @@ class AgentWorld:
         match effect:
             case Publish(SetpointBlock() as block):
                 self._offer(block)
+            case Publish(Event() as event):
+                self.events.append(event)
             case Publish(Presence() as presence):
                 self.presences.append(presence)
             case Publish(RobotState() as state):

@@ -326,6 +326,13 @@ def test_disabling_is_no_fault_even_when_the_feedback_is_faster_than_the_answer(
     assert world.state.mode is Mode.DISABLED
 
 
+def test_disabling_is_no_fault_when_feedback_and_answer_come_at_once() -> None:
+    world = enabled(SHORT)
+    world.call(Disable())
+    world.run(0.1)
+    assert world.state.mode is Mode.DISABLED
+
+
 def test_an_agent_that_is_stopped_ends_when_its_gateway_has_taken_the_robot_back() -> None:
     world = running(SHORT)
     world.agent.receive(Shutdown(), world.now)
@@ -383,4 +390,19 @@ def test_a_robot_is_still_starting_until_all_its_drives_are_heard() -> None:
     assert world.presences == []
     world.drives_silent = False
     world.run(0.1)
+    assert world.state.mode is Mode.DISABLED
+
+
+def test_a_robot_without_a_program_is_switched_off_after_its_time_and_no_other() -> None:
+    world = AgentWorld("MJ J1=5\nWAIT 3\nEND", times=Times(idle_off_s=1.0))
+    world.run(0.3)
+    world.call(Enable())
+    until(world, lambda: world.state.mode is Mode.READY)
+    world.call(Run())
+    until(world, ended(world))
+    assert world.enabled
+    until(world, lambda: world.state.mode is Mode.DISABLED, seconds=1.5)
+    assert not world.enabled
+    assert "idle_off" in [event.code for event in world.events]
+    world.run(3.0)
     assert world.state.mode is Mode.DISABLED

@@ -12,12 +12,19 @@ from cell.messages import AxisStatus
 from drive_gateway.canopen.emcy import decode_emergency
 from drive_gateway.canopen.frame import CanFrame
 from drive_gateway.canopen.nmt import SYNC_FRAME, NmtCommand, NmtState, heartbeat_frame, nmt_frame
-from drive_gateway.canopen.pdo_map import RPDO1_LAYOUT, TPDO1_LAYOUT, pdo_writes
+from drive_gateway.canopen.pdo_map import COMMAND, STATUS, process_image
+from drive_gateway.canopen.profile_pdos import ProfileSender
 from drive_gateway.canopen.sdo import ABORT_CODES, Sdo, SdoDone, abort_text
 from drive_gateway.cia402.state_machine import decode
+from drive_gateway.config import load_drives
+from drive_gateway.config.image import image_of
 from drive_gateway.gateway.sdo_workers import SdoWorkers
+from drive_gateway.sim.dictionary import key_of, load_dictionary
+from drive_gateway.sim.objects import Objects
+from drive_gateway.sim.pdo import transmit_pdos
 
 VECTORS = json.loads((Path(__file__).parents[1] / "vectors" / "canopen_bytes.json").read_text())
+GANTRY = Path(__file__).parents[2] / "cell_configs" / "festo_gantry" / "drives.yaml"
 WHAT = {"ids": lambda vector: vector["what"] if isinstance(vector, dict) else None}
 
 
@@ -62,8 +69,8 @@ def test_a_long_value_is_read_in_segments() -> None:
 def test_process_data_of_a_drive_at_its_target() -> None:
     bench = bench_at(400)
     assert bench.sent_on(0x181)[-1].hex(" ") == "37 06 90 01 00 00"
-    assert RPDO1_LAYOUT.pack(0x1F, 400).hex(" ") == "1f 00 90 01 00 00"
-    assert TPDO1_LAYOUT.unpack(bytes.fromhex("370690010000")) == (0x0637, 400)
+    assert COMMAND.pack(0x1F, 400).hex(" ") == "1f 00 90 01 00 00"
+    assert STATUS.unpack(bytes.fromhex("370690010000")) == (0x0637, 400)
 
 
 @pytest.mark.parametrize("vector", VECTORS["client"], **WHAT)
@@ -75,9 +82,35 @@ def test_the_gateway_asks_by_sdo(vector: dict[str, str]) -> None:
         workers.submit(Sdo("1/1", 1, int(vector["index"]), int(vector["sub"]), data))
         frame = sent.get(timeout=10)
         answer = (b"\x60" if data else b"\x4b") + frame.data[1:4] + bytes(4)
-        workers.take(CanFrame(0x581, answer))
-        assert not done.get(timeout=10).problem
+        workers.take(CanFrame(0x581, bytes.fromhex(vector.get("answer", answer.hex()))))
+        outcome = done.get(timeout=10)
+    assert not outcome.problem
+    assert outcome.data == bytes.fromhex(vector.get("value", outcome.data.hex()))
     assert (frame.id, frame.data.hex(" ").upper()) == (0x601, vector["request"])
+
+
+def test_a_guarded_node_answers_with_a_toggle_bit_that_alternates() -> None:
+    bench = Bench()
+    bench.prepare()
+    cob_id = int(VECTORS["guarding"]["id"], 16)
+    answers = [bench.send(cob_id, b"", remote=True)[0] for _ in range(4)]
+    assert {frame.id for frame in answers} == {cob_id}
+    assert [frame.data.hex() for frame in answers] == VECTORS["guarding"]["answers"] * 2
+
+
+def test_process_data_of_motions_of_the_drives_own() -> None:
+    pdos = image_of(load_drives(GANTRY, "gantry_bus").robots["gantry"].axes[0]).profile
+    for vector in VECTORS["profile"]["rpdos"]:
+        values = {0x6040: int(vector["word"], 16), 0x607A: vector["target"], 0x60FF: vector["velocity"]}
+        frames = ProfileSender(pdos).frames(values, 0.0)
+        assert {f"{frame.id:03X}": frame.data.hex(" ").upper() for frame in frames} == vector["frames"]
+    objects = Objects(load_dictionary(), 1)
+    for write in (write for pdo in pdos for write in pdo.writes()):
+        objects.numbers[key_of(write.index, write.sub)] = int.from_bytes(write.data, "little")
+    wanted = VECTORS["profile"]["tpdo2"]
+    objects.numbers[key_of(0x606C)], objects.numbers[key_of(0x2074)] = wanted["velocity"], wanted["filtered"]
+    sent = {f"{pdo.cob_id:03X}": pdo.frame().data.hex(" ").upper() for pdo in transmit_pdos(objects)}
+    assert sent[wanted["id"]] == wanted["data"]
 
 
 def test_network_management_sync_and_heartbeats() -> None:
@@ -94,7 +127,7 @@ def test_network_management_sync_and_heartbeats() -> None:
 
 
 def test_a_pdo_is_mapped_in_the_prescribed_order() -> None:
-    writes = [write for write in pdo_writes(1) if write.index in (0x1800, 0x1A00)]
+    writes = process_image(1).status.writes()
     heads = [bytes([0x23 | 4 - len(write.data) << 2]) + write.index.to_bytes(2, "little") for write in writes]
     made = [
         (head + bytes([write.sub]) + write.data).hex(" ").upper() for head, write in zip(heads, writes, strict=True)

@@ -30,7 +30,7 @@ def test_a_name_that_is_no_object_says_what_is_allowed() -> None:
 
 
 def test_an_address_outside_the_file_is_read_as_bytes() -> None:
-    assert Eds().find("2074").show(b"\x01\x02") == "01 02"
+    assert Eds().find("2075").show(b"\x01\x02") == "01 02"
 
 
 def test_a_file_that_is_no_eds_is_named() -> None:

@@ -10,7 +10,7 @@ from drive_gateway.canopen import cob_id
 from drive_gateway.canopen.bus_load import cyclic_load, frame_bits
 from drive_gateway.canopen.emcy import decode_emergency, meaning_of
 from drive_gateway.canopen.nmt import NmtCommand, NmtState, decode_heartbeat, heartbeat_frame, nmt_frame
-from drive_gateway.canopen.pdo_map import RPDO1_LAYOUT, TPDO1_LAYOUT, SdoWrite, pdo_writes
+from drive_gateway.canopen.pdo_map import COMMAND, STATUS, SdoWrite, process_image
 
 VECTORS: dict[str, Any] = json.loads((Path(__file__).parents[1] / "vectors" / "canopen_frames.json").read_text())
 
@@ -56,8 +56,8 @@ def test_an_unknown_emergency_is_named_by_its_group(code: int, group: str) -> No
 
 @by_what("tpdo1")
 def test_tpdo1_is_statusword_and_position(vector: dict[str, Any]) -> None:
-    assert TPDO1_LAYOUT.unpack(bytes.fromhex(vector["data"])) == (int(vector["statusword"], 16), vector["position"])
-    assert RPDO1_LAYOUT.size == TPDO1_LAYOUT.size == 6
+    assert STATUS.unpack(bytes.fromhex(vector["data"])) == (int(vector["statusword"], 16), vector["position"])
+    assert COMMAND.size == STATUS.size == 6
 
 
 def test_a_pdo_is_linked_in_the_prescribed_order() -> None:
@@ -65,7 +65,7 @@ def test_a_pdo_is_linked_in_the_prescribed_order() -> None:
         SdoWrite(int(write["index"], 16), write["sub"], bytes.fromhex(write["data"]))
         for write in VECTORS["linking_tpdo1_node_1"]
     ]
-    assert [write for write in pdo_writes(1) if write.index in (0x1800, 0x1A00)] == expected
+    assert process_image(1).status.writes() == expected
 
 
 def test_identifiers_split_into_function_and_node() -> None:
@@ -78,4 +78,4 @@ def test_frame_bits_with_worst_stuffing(size: int, bits: int) -> None:
 
 
 def test_twelve_pdos_at_250_hz_and_1_mbit_load_the_wire_by_36_percent() -> None:
-    assert cyclic_load(6, 1_000_000, 0.004, 1e9) == pytest.approx(0.36, abs=0.01)
+    assert cyclic_load(6, 1_000_000, 0.004, 1e9, 6 * process_image(1).bits_per_cycle) == pytest.approx(0.36, abs=0.01)

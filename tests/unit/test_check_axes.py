@@ -67,3 +67,10 @@ def test_a_coupling_to_an_unknown_joint_is_told_once_and_not_judged_further(tmp_
         "coupling.J5.J7: found joint J5, coupled to axis J7, allowed one of the axes before it: J1, J2, J3, J4"
     ]
     assert CELL not in lines(copy)[0]
+
+
+def test_the_limits_of_a_drive_hold_those_of_its_joint(tmp_path: Path) -> None:
+    old = "counts_per_turn: 131072, direction: 1, offset: 0, speed: 121"
+    copy = Copy(tmp_path).change(DRIVES, old, f"limits: [-90, 90], {old}")
+    found = "robots.left.axes.J1.limits: found -90 to 90, allowed a range that holds -180 to 180, the limits of J1"
+    assert any(line.endswith(found) for line in lines(copy))

@@ -104,7 +104,7 @@ def test_a_high_bus_load_is_a_warning_and_the_cell_is_good(tmp_path: Path) -> No
     assert bundle is not None
     assert [problem.severity for problem in problems] == [Severity.WARNING]
     assert copy.shown(problems[0]) == (
-        f"{copy.place(DRIVES, 'cycle_s: §0.0022')}: warning: cycle_s: found a bus load of 76 % (6 nodes every 2.2 ms "
+        f"{copy.place(DRIVES, 'cycle_s: §0.0022')}: warning: cycle_s: found a bus load of 76 % (6 axes every 2.2 ms "
         "at 1000 kbit/s: 66 % with worst-case stuffing, and 10 % kept for SDO and EMCY), allowed up to 80 %, advised "
         "up to 70 %"
     )

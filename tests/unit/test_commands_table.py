@@ -4,9 +4,21 @@ import dataclasses
 from pathlib import Path
 
 from cell.commands.table import cell_table, robot_line, why, zone_line
-from cell.commands.view import Snapshot, at_rest
+from cell.commands.view import Snapshot, at_rest, unreferenced
 from cell.config import load_cell
-from cell.messages import GovernorStatus, Mode, ProgramState, ProgramStatus, RobotState, ZoneState, ZoneStatus
+from cell.messages import (
+    AxisStatus,
+    BusCounters,
+    GatewayState,
+    GovernorStatus,
+    Mode,
+    NodeStatus,
+    ProgramState,
+    ProgramStatus,
+    RobotState,
+    ZoneState,
+    ZoneStatus,
+)
 
 CELL = load_cell(Path(__file__).parents[2] / "cell_configs" / "two_arms" / "cell.yaml")
 RUNNING = RobotState(
@@ -44,6 +56,28 @@ def test_a_zone_names_its_holder_its_queue_and_its_reason() -> None:
 
 def lines(width: int, *robots: RobotState) -> list[str]:
     return cell_table(CELL, Snapshot(robots={state.robot: state for state in robots}), width).plain.splitlines()
+
+
+def test_a_robot_that_must_home_has_no_place_and_is_told_what_to_do() -> None:
+    nodes = tuple(
+        NodeStatus(1 + k, "left", f"J{1 + k}", "operational", AxisStatus.SWITCH_ON_DISABLED) for k in range(3)
+    )
+    nodes = (
+        nodes[0],
+        *(
+            dataclasses.replace(node, referenced=False, reference_missing="home it: cell home left")
+            for node in nodes[1:]
+        ),
+    )
+    counters = BusCounters(1, 0, 0.0, 0, 0, 0, 0.3)
+    heard = GatewayState("left_bus", "g", 1, 0.004, "virtual", True, "", {}, None, nodes, counters)
+    seen = Snapshot(robots={"left": dataclasses.replace(RUNNING, mode=Mode.DISABLED)}, gateways={"left_bus": heard})
+    assert unreferenced(seen) == {"left": "J2, J3: home it: cell home left"}
+    shown = cell_table(CELL, seen, 120).plain.splitlines()
+    assert "1000.0" not in shown[2]
+    assert shown[3].strip() == "not referenced: J2, J3: home it: cell home left"
+    starting = dataclasses.replace(heard, ready=False)
+    assert unreferenced(Snapshot(gateways={"left_bus": starting})) == {}
 
 
 def test_no_row_is_wider_than_the_terminal() -> None:

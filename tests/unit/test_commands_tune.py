@@ -1,7 +1,10 @@
 """`drive-gateway tune`: margins, step and curves of one axis; and the curves' text."""
 
+import re
 from dataclasses import replace
+from pathlib import Path
 
+import numpy as np
 import pytest
 
 from cell.commands.chart import HEIGHT, WIDTH, chart
@@ -19,6 +22,20 @@ def test_margins_step_and_curves_are_shown(capsys: pytest.CaptureFixture[str]) -
     assert "gain margin            17.6" in shown
     assert "open loop, phase -180 deg" in shown
     assert "gain, o: open loop, c: closed loop [dB]" in shown
+
+
+def test_the_page_draws_step_gain_and_phase_with_both_margins(tmp_path: Path) -> None:
+    page = tmp_path / "tune.html"
+    show_tuning(load_drives(CONFIGS / DRIVES, "left_bus"), "J5", page)
+    drawn = page.read_text()
+    assert drawn.count("<svg") == 3
+    gain = drawn.split("<svg")[2]
+    curves = [list(map(float, line.split())) for line in re.findall(r'points="([^"]+)"', gain.replace(",", " "))]
+    crossover, margin, zero = curves[:3]
+    opened = np.array(curves[3]).reshape(-1, 2)
+    # Where the crossover's line stands the open loop passes 0 dB.
+    assert np.interp(crossover[0], opened[:, 0], opened[:, 1]) == pytest.approx(zero[1], abs=1.5)
+    assert margin[0] > crossover[0]
 
 
 def test_axis_that_does_not_exist_is_told_with_those_that_do() -> None:

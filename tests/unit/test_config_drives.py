@@ -54,7 +54,7 @@ def test_an_option_that_is_a_list_is_refused_once_with_all_that_is_allowed(tmp_p
         ("node: 3", "node: 128", "§128", "robots.left.axes.J3.node: found 128, allowed 127 or less"),
         ("node: 3", "node: 3.0", "§3.0", "robots.left.axes.J3.node: found 3.0, allowed a whole number"),
         ("cycle_s: 0.004", "cycle_s: 0.002", "cycle_s: §0.002",
-         "cycle_s: found a bus load of 82 % (6 nodes every 2 ms at 1000 kbit/s: 72 % with worst-case stuffing, and 10 "
+         "cycle_s: found a bus load of 82 % (6 axes every 2 ms at 1000 kbit/s: 72 % with worst-case stuffing, and 10 "
          "% kept for SDO and EMCY), allowed up to 80 %"),
         ("overrun_limit_s: 0.5", "overrun_limit_s: 0.003", "§0.003",
          "overrun_limit_s: found 0.003, allowed cycle_s, 0.004, or more"),

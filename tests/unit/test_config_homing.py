@@ -8,6 +8,7 @@ from config_world import DRIVES, Copy
 
 from cell.config import ConfigError
 from drive_gateway.config import load_drives
+from drive_gateway.config.settings import EncoderSettings
 
 OLD = "following_window: 3, following_time_s: 0.1, simulated_start: 0}\n      J2:"
 HOMING = "homing: {method: 17, fast: 10, slow: 1, acceleration: 100, position: -170, order: 2}"
@@ -26,6 +27,14 @@ def test_an_incremental_axis_says_how_it_homes(tmp_path: Path) -> None:
     assert axis.homing.position == pytest.approx(math.radians(-170))
 
 
+def test_an_absolute_axis_says_how_it_is_checked(tmp_path: Path) -> None:
+    copy = copy_with(tmp_path, 'encoder_check: {window: 0.5, serial: "2010:01", status: "2010:02", battery_mask: 1}')
+    encoder = load_drives(copy.drives, "left_bus").robots["left"].axes[0].absolute
+    assert encoder == EncoderSettings(131072, 32768, (0x2010, 1), (0x2010, 2), 1)
+    untold = load_drives(copy.drives, "left_bus").robots["left"].axes[1].absolute
+    assert untold == EncoderSettings(131072, 8192)
+
+
 def test_an_eds_is_looked_for_beside_the_drives_file(tmp_path: Path) -> None:
     copy = copy_with(tmp_path, "eds: my.eds")
     (copy.drives.parent / "my.eds").write_text("")
@@ -38,6 +47,28 @@ def test_an_eds_is_looked_for_beside_the_drives_file(tmp_path: Path) -> None:
     [
         ("encoder: incremental", "encoder: found incremental without homing, allowed homing beside it, or absolute"),
         ("eds: nowhere.eds", "eds: found no file 'nowhere.eds', allowed an EDS or DCF file beside this one"),
+        (
+            "inputs: {enable: [16], door: [16]}",
+            "inputs: found bit 16 twice, allowed one or more bits, each of them once",
+        ),
+        ("inputs: {}", "inputs: found no bit, allowed one or more bits, each of them once"),
+        ("limits: [10, -10]", "limits: found 10 to -10, allowed the lower one first"),
+        (
+            "limits: [-40000, 10]",
+            "limits: found -40000 to 10, allowed within -32768 to 32768, 32 bits of encoder counts",
+        ),
+        (
+            "encoder_check: {window: 2}",
+            "encoder_check.window: found 2, allowed less than 1, half a turn of the motor",
+        ),
+        (
+            'encoder_check: {status: "2010:02"}',
+            "encoder_check: found no battery_mask, allowed both status and battery_mask, or none",
+        ),
+        (
+            f"encoder: incremental, encoder_check: {{}}, {HOMING}",
+            "encoder_check: found a check of an incremental encoder, allowed encoder: absolute",
+        ),
         (HOMING.replace("slow: 1", "slow: 20"), "homing.slow: found 20, allowed 10 or less"),
         (HOMING.replace("fast: 10", "fast: 200"), "homing.fast: found 200, allowed 121 or less"),
     ],

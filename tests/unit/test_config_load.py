@@ -123,7 +123,7 @@ def test_each_mistake_is_one_line_at_its_place(tmp_path: Path, old: str, new: st
          "that lost blocks do not end a claim"),
         ("{fresh_s: -1}", "§-1}", "times.fresh_s: found -1, allowed more than 0"),
         ("{fresh: 1}", "§fresh:", "times.fresh: found unknown key 'fresh', allowed one of fresh_s, command_s, "
-         "nominal_s, lead_s, feedback_lost_s, owner_silent_s, estop_delay_s"),
+         "nominal_s, lead_s, feedback_lost_s, owner_silent_s, estop_delay_s, idle_off_s"),
     ],
 )  # fmt: skip
 def test_times_that_contradict_each_other_are_refused(tmp_path: Path, times: str, at: str, problem: str) -> None:

@@ -56,7 +56,7 @@ def test_a_mode_that_the_drive_does_not_have_is_refused() -> None:
     bench = Bench()
     bench.boot()
     with pytest.raises(Refused, match="06090030"):
-        bench.write(0x6060, 0, 7, 1)
+        bench.write(0x6060, 0, 9, 1)
     bench.write(0x6060, 0, 8, 1)
     assert bench.read(0x6061) == 8
 

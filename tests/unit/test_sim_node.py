@@ -310,3 +310,22 @@ def test_lag_behind_the_set_points_is_lag_and_two_cycles() -> None:
     bench = enabled()
     target = bench.drive(0.4, 10_000.0)
     assert (target - bench.node.position) / 10_000.0 == pytest.approx(LAG_S + 0.008, abs=1e-4)
+
+
+def test_parameters_are_stored_by_the_signature_only_and_outlive_the_supply() -> None:
+    bench = Bench()
+    bench.boot()
+    bench.write(0x6081, 0, 4711, 4)
+    with pytest.raises(Refused, match="08000020"):
+        bench.write(0x1010, 1, 1, 4)
+    bench.node.power_cycle()
+    bench.boot()
+    assert bench.read(0x6081) != 4711
+    bench.write(0x6081, 0, 4711, 4)
+    bench.write(0x607A, 0, 99, 4)
+    bench.write(0x1010, 1, 0x65766173, 4)
+    bench.node.power_cycle()
+    bench.boot()
+    assert bench.read(0x6081) == 4711
+    assert bench.read(0x607A) == 0
+    assert bench.read(0x1010, 1) == 1

@@ -18,9 +18,10 @@ NAME = key_of(0x1008)
 TARGET = key_of(0x607A)
 
 
-def server(entries: dict[int, Any] | None = None) -> tuple[SdoServer, Objects]:
+def server(entries: dict[int, Any] | None = None, lacks: int = 0) -> tuple[SdoServer, Objects]:
     shared = load_dictionary()
-    objects = Objects(Dictionary({**shared.entries, **(entries or {})}, shared.indices), 1)
+    known = {key: entry for key, entry in {**shared.entries, **(entries or {})}.items() if key >> 8 != lacks}
+    objects = Objects(Dictionary(known, shared.indices - {lacks}), 1)
     return SdoServer(objects), objects
 
 
@@ -36,7 +37,7 @@ def abort(code: str, address: str = "00 00 00") -> str:
 @pytest.mark.parametrize("vector", VECTORS["transfers"], ids=lambda vector: vector["what"])
 def test_recorded_transfer_is_answered_byte_by_byte(vector: dict[str, Any]) -> None:
     name = replace(load_dictionary().entries[NAME], text=vector.get("name", "x").encode())
-    sdo, objects = server({NAME: name})
+    sdo, objects = server({NAME: name}, int(vector.get("lacks", "0"), 16))
     for index, value in vector.get("set", {}).items():
         objects.numbers[key_of(int(index, 16))] = value
     for request, answer in vector["frames"]:

@@ -110,10 +110,31 @@ def test_profile_velocity_shows_standstill_and_the_target_velocity() -> None:
 
 
 @pytest.mark.parametrize(
-    ("method", "start"), [(17, 0.5), (17, 0.1), (18, -0.3), (18, 0.4), (23, -0.3), (23, 0.6), (23, 0.205), (27, 0.5)]
+    ("method", "start"),
+    [
+        (17, 0.5),
+        (17, 0.1),
+        (18, -0.3),
+        (18, 0.4),
+        (23, -0.3),
+        (23, 0.6),
+        (23, 0.205),
+        (27, 0.5),
+        (1, 0.5),
+        (1, 0.05),
+        (2, -0.1),
+        (7, -0.3),
+        (7, 0.35),
+        (11, 0.5),
+        (11, 0.1),
+        (33, 0.39),
+        (34, 0.05),
+    ],
 )
-def test_homing_finds_the_edge_and_calls_it_the_offset(method: int, start: float) -> None:
-    axis = replace(AXIS, incremental=True, homing=replace(HOME, method=method), simulated_start=start)
+def test_homing_finds_its_place_and_calls_it_the_offset(method: int, start: float) -> None:
+    axis = replace(
+        AXIS, incremental=True, index_counts=2_000, homing=replace(HOME, method=method), simulated_start=start
+    )
     bench = Bench(axis)
     bench.prepare()
     for (index, sub), (value, size) in {
@@ -130,6 +151,27 @@ def test_homing_finds_the_edge_and_calls_it_the_offset(method: int, start: float
     bench.enable()
     until(bench, 0x1F, 0, BIT12 | REACHED, within_s=60.0)
     assert bench.read(0x6064, 0, signed=True) == pytest.approx(bench.node.position, abs=1)
+
+
+@pytest.mark.parametrize(("method", "start", "turns_away"), [(33, 0.41, 1), (34, -0.01, -1)])
+def test_the_index_pulse_alone_says_nothing_about_whole_turns(method: int, start: float, turns_away: int) -> None:
+    bench = Bench(
+        replace(AXIS, incremental=True, index_counts=2_000, homing=replace(HOME, method=method), simulated_start=start)
+    )
+    bench.prepare()
+    bench.write(0x6098, 0, method, 1)
+    bench.write(0x6099, 2, 2_000, 4)
+    bench.write(0x607C, 0, round(HOME.position * COUNTS), 4)
+    bench.write(0x6060, 0, 6, 1)
+    bench.enable()
+    until(bench, 0x1F, 0, BIT12 | REACHED)
+    assert bench.node.position - bench.read(0x6064, 0, signed=True) == pytest.approx(turns_away * 2_000, abs=1)
+
+
+def test_an_encoder_without_index_pulse_cannot_home_by_it() -> None:
+    bench = enabled(6)
+    bench.write(0x6098, 0, 33, 1)
+    until(bench, 0x1F, 0, BIT13)
 
 
 def test_homing_that_is_interrupted_says_so_and_the_axis_stands() -> None:

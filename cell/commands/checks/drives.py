@@ -10,7 +10,7 @@ from cell.config.document import Document
 from cell.config.problem import KeyPath, Problem
 from cell.config.reading import declared
 from drive_gateway.cia402.units import AxisUnits
-from drive_gateway.config.drives_file import AxisEntry
+from drive_gateway.config.axis_entry import AxisEntry
 from robot_agent.model.axis_needs import AxisNeed, axis_needs
 from robot_agent.model.description import Motor
 from robot_agent.model.robot_file import RobotFile
@@ -84,6 +84,9 @@ def _axis(document: Document, path: KeyPath, axis: AxisEntry, need: AxisNeed) ->
     if not need.position[0] <= axis.simulated_start <= need.position[1]:
         found = document.found((*path, "simulated_start"))
         yield document.problem((*path, "simulated_start"), found, f"{low} to {high}, the limits of {name}")
+    if axis.limits is not None and not axis.limits[0] <= need.position[0] < need.position[1] <= axis.limits[1]:
+        found = " to ".join(f"{declared(document, limit, linear):g}" for limit in axis.limits)
+        yield document.problem((*path, "limits"), found, f"a range that holds {low} to {high}, the limits of {name}")
     yield from _counter(document, path, axis, need)
 
 
@@ -106,7 +109,7 @@ def _motor(document: Document, path: KeyPath, axis: AxisEntry, motor: Motor, mod
 def _counter(document: Document, path: KeyPath, axis: AxisEntry, need: AxisNeed) -> Iterator[Problem]:
     """The drive's 32-bit position must not wrap within the axis' limits, following error included."""
     units = AxisUnits([axis.settings(str(path[-1]))])
-    lowest, highest = float(units.lowest[0]), float(units.highest[0])
+    lowest, highest = float(units.int32_lowest[0]), float(units.int32_highest[0])
     low, high = np.array(need.position) + np.array([-1, 1]) * axis.following_window
     if lowest <= low and high <= highest:
         return

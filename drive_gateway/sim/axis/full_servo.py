@@ -109,6 +109,10 @@ class FullServo:
         """The demand runs from where it is to `target`, within one interpolation period."""
         self._command.interpolate(target, period_s)
 
+    def feed(self, velocity: float) -> None:
+        """Velocity offset [counts/s], from now on."""
+        self._command.feed(velocity)
+
     def follow(self, step_s: float) -> None:
         """Let the loop follow the set points; the stage is switched on first, the brake opens a little later."""
         self._braking = False

@@ -1,0 +1,200 @@
+"""Schema of one axis in a drives file, and what it says as settings."""
+
+import math
+from pathlib import Path
+from typing import Annotated, Literal
+
+from pydantic import BaseModel, Field, ValidationInfo, field_validator
+
+from cell.config.fields import FileName
+from cell.config.units import STRICT, Number, Positive, PositiveLength, Seconds, in_si
+from drive_gateway.config.object_address import ObjectAddress, address_of
+from drive_gateway.config.settings import (
+    AxisSettings,
+    EncoderSettings,
+    HomingSettings,
+    IdentitySettings,
+    InputSettings,
+)
+
+
+class HomingEntry(BaseModel):
+    """How one axis finds its home point; directions are those of the drive's counts."""
+
+    model_config = STRICT
+    method: Literal[1, 2, 7, 11, 17, 18, 23, 27, 33, 34, 35, 37] = Field(description="homing method of CiA 402 (6098h)")
+    fast: Positive = Field(description="speed towards the switch")
+    slow: Positive = Field(description="speed off the switch")
+    acceleration: Positive = Field(description="acceleration while homing")
+    position: Number = Field(description="axis position of the home point")
+    order: int = Field(default=1, ge=1, le=9, description="axes of one number home together, lower numbers first")
+
+    def in_si(self, linear: bool, info: ValidationInfo) -> "HomingEntry":
+        """The same in SI: the unit depends on what kind of axis homes."""
+        names = ("fast", "slow", "acceleration", "position")
+        return self.model_copy(update={name: in_si(getattr(self, name), linear, info) for name in names})
+
+    def settings(self) -> HomingSettings:
+        return HomingSettings(self.method, self.fast, self.slow, self.acceleration, self.position, self.order)
+
+
+UInt32 = Annotated[int, Field(ge=0, lt=2**32)]
+
+
+class IdentityEntry(BaseModel):
+    """Which drive must be at this node (1018h); a node with another one is not configured."""
+
+    model_config = STRICT
+    vendor: UInt32 | None = Field(default=None, description="vendor-ID, 1018h:01")
+    product: UInt32 | None = Field(default=None, description="product code, 1018h:02")
+    revision: UInt32 | None = Field(default=None, description="revision number, 1018h:03")
+    serial: UInt32 | None = Field(default=None, description="serial number, 1018h:04")
+
+    def settings(self) -> IdentitySettings:
+        return IdentitySettings(self.vendor, self.product, self.revision, self.serial)
+
+
+Bits = Annotated[tuple[Annotated[int, Field(ge=0, le=31)], ...], Field(max_length=32)]
+
+
+class InputsEntry(BaseModel):
+    """Safety inputs at the drive; a bit that is 1 is closed, so a broken wire is open."""
+
+    model_config = STRICT
+    enable: Bits = Field(default=(), description="bits of 60FDh without which the drive does not switch on")
+    door: Bits = Field(default=(), description="bits of guard doors")
+    estop: Bits = Field(default=(), description="bits of emergency-stop buttons, which stop the whole cell")
+
+    def settings(self) -> InputSettings:
+        return InputSettings(self.enable, self.door, self.estop)
+
+
+class EncoderCheckEntry(BaseModel):
+    """What is compared after each start of an absolute encoder's drive."""
+
+    model_config = STRICT
+    window: Positive | None = Field(
+        default=None,
+        description="how far the axis may move while its drive is off; without it a sixteenth of a motor turn",
+    )
+    serial: ObjectAddress | None = Field(default=None, description="object with the encoder's serial number")
+    status: ObjectAddress | None = Field(default=None, description="object with the encoder's status")
+    battery_mask: int = Field(
+        default=0, ge=0, lt=2**32, description="bits of the status that are set after its battery was empty"
+    )
+
+
+class AxisEntry(BaseModel):
+    """One drive and its axis; angles and lengths are behind the gear."""
+
+    model_config = STRICT
+    type: Literal["rotary", "linear"] = Field("rotary", description="rotary, or linear for an axis that slides")
+    node: int = Field(ge=1, le=127, description="CANopen node-ID, 1 to 127")
+    feed: PositiveLength | None = Field(None, description="way of a linear axis per turn behind the gear")
+    gear: float = Field(ge=1e-3, le=1e6, description="motor turns per turn of the axis, or of what drives a linear one")
+    counts_per_turn: int = Field(gt=0, le=2**40, description="encoder counts per motor turn")
+    direction: Literal[1, -1] = Field(description="1, or -1 when the motor turns against the axis")
+    offset: Number = Field(description="axis position at encoder count zero")
+    speed: Positive = Field(description="set points above this are refused")
+    acceleration: Positive = Field(description="set points above this are refused; more than the joint's ramp")
+    quick_stop: Positive = Field(description="deceleration of the drive's own quick stop (6085h)")
+    following_window: Positive = Field(description="following error that is a fault (6065h)")
+    following_time_s: Seconds = Field(description="how long the following error may be larger (6066h)")
+    simulated_start: Number = Field(description="where a simulated drive stands when it is switched on")
+    encoder: Literal["absolute", "incremental"] = Field(
+        default="absolute", description="incremental: the axis must home after each start of its drive"
+    )
+    limits: tuple[Number, Number] | None = Field(
+        default=None, description="lowest and highest axis position, which the drive keeps too (607Dh)"
+    )
+    encoder_check: EncoderCheckEntry = Field(
+        default=EncoderCheckEntry(), description="how an absolute encoder is checked after each start"
+    )
+    inputs: InputsEntry | None = Field(default=None, description="safety inputs at this drive")
+    mode: Literal["cyclic", "interpolated"] = Field(
+        default="cyclic",
+        description="mode in which blocks are played: cyclic synchronous position, or interpolated position",
+    )
+    feed_forward: Literal["none", "velocity"] = Field(
+        default="none", description="velocity: each sample's velocity goes to the drive as its offset (60B1h)"
+    )
+    identity: IdentityEntry = Field(default=IdentityEntry(), description="which drive must be at this node")
+    error_control: Literal["heartbeat", "guarding"] = Field(
+        default="heartbeat", description="how node and gateway watch each other; guarding needs remote frames"
+    )
+    homing: HomingEntry | None = Field(default=None, description="how the axis finds its home point")
+    eds: FileName | None = Field(default=None, description="EDS or DCF of the drive, relative to this file")
+
+    @field_validator("offset", "speed", "acceleration", "quick_stop", "following_window", "simulated_start")
+    @classmethod
+    def _si(cls, value: float, info: ValidationInfo) -> float:
+        return in_si(value, info.data.get("type") == "linear", info)
+
+    @field_validator("homing")
+    @classmethod
+    def _homing_si(cls, homing: HomingEntry | None, info: ValidationInfo) -> HomingEntry | None:
+        return None if homing is None else homing.in_si(info.data.get("type") == "linear", info)
+
+    @field_validator("limits")
+    @classmethod
+    def _limits_si(cls, limits: tuple[float, float] | None, info: ValidationInfo) -> tuple[float, float] | None:
+        if limits is None:
+            return None
+        linear = info.data.get("type") == "linear"
+        return in_si(limits[0], linear, info), in_si(limits[1], linear, info)
+
+    @field_validator("encoder_check")
+    @classmethod
+    def _window_si(cls, check: EncoderCheckEntry, info: ValidationInfo) -> EncoderCheckEntry:
+        if check.window is None:
+            return check
+        return check.model_copy(update={"window": in_si(check.window, info.data.get("type") == "linear", info)})
+
+    @property
+    def linear(self) -> bool:
+        return self.type == "linear"
+
+    def settings(self, name: str, folder: Path = Path()) -> AxisSettings:
+        return AxisSettings(
+            name=name,
+            node_id=self.node,
+            counts_per_unit=self.counts_per_unit(),
+            offset=self.offset,
+            speed=self.speed,
+            acceleration=self.acceleration,
+            quick_stop=self.quick_stop,
+            following_window=self.following_window,
+            following_time_s=self.following_time_s,
+            simulated_start=self.simulated_start,
+            index_counts=self.counts_per_turn,
+            linear=self.linear,
+            limits=self.limits,
+            inputs=None if self.inputs is None else self.inputs.settings(),
+            interpolated=self.mode == "interpolated",
+            velocity_offset=self.feed_forward == "velocity",
+            identity=self.identity.settings(),
+            guarded=self.error_control == "guarding",
+            incremental=self.encoder == "incremental",
+            absolute=self._absolute() if self.encoder == "absolute" else None,
+            homing=None if self.homing is None else self.homing.settings(),
+            eds="" if self.eds is None else str(folder / self.eds),
+        )
+
+    def _absolute(self) -> EncoderSettings:
+        check = self.encoder_check
+        sixteenth = self.counts_per_turn // 16
+        return EncoderSettings(
+            counts_per_turn=self.counts_per_turn,
+            window=sixteenth if check.window is None else round(check.window * abs(self.counts_per_unit())),
+            serial=address_of(check.serial),
+            status=address_of(check.status),
+            battery_mask=check.battery_mask,
+        )
+
+    def counts_per_unit(self) -> float:
+        """Encoder counts per radian, or metre, of the axis, with its sign."""
+        return self.direction * self.counts_per_turn * self.gear / (self.feed or 2 * math.pi)
+
+    def way_per_rad(self) -> float:
+        """Way of a linear axis per radian behind the gear; 1 for a rotary one."""
+        return 1.0 if self.feed is None else self.feed / (2 * math.pi)

@@ -1,0 +1,48 @@
+"""Faults of a simulated node that a test or a demonstration asks for."""
+
+from abc import ABC, abstractmethod
+
+from drive_gateway.sim.drive import Drive
+from drive_gateway.sim.late_frames import LateFrames
+
+
+class FaultsOnCommand(ABC):
+    """The part of a node that breaks when it is told to; those of its axis are in `AxisServo`."""
+
+    _drive: Drive
+    _late: LateFrames
+    _silent: bool
+    _restart_drive: bool
+
+    @abstractmethod
+    def _restart(self) -> None:
+        """The node starts anew, its drive too where `_restart_drive` says so."""
+
+    def silence(self, silent: bool = True) -> None:
+        """The bus cable is pulled: the node neither hears nor is heard, its drive goes on by itself."""
+        self._silent = silent
+
+    def power_cycle(self) -> None:
+        """The node's supply fails for a moment: it starts again with power-on values, the brake holds the axis."""
+        self._restart_drive = True
+        self._restart()
+
+    def set_input(self, bit: int, closed: bool) -> None:
+        """A digital input of the drive (60FDh) opens or closes; 16 and 17 are its enable inputs."""
+        self._drive.input(bit, closed)
+
+    def exchange_encoder(self, serial: int) -> None:
+        """The motor is replaced: another encoder answers."""
+        self._drive.reference.serial = serial
+
+    def empty_battery(self) -> None:
+        """The encoder's battery runs empty; it says so until it has homed."""
+        self._drive.reference.battery_empty = True
+
+    def raise_emergency(self, code: int) -> None:
+        """The drive finds an error: EMCY with `code`, braking, fault. Its cause is gone when the fault is reset."""
+        self._drive.fault(code)
+
+    def delay_tpdos(self, late_s: float) -> None:
+        """The node measures as ever and sends what SYNC asks for `late_s` too late; 0 ends it."""
+        self._late.late_s = late_s

@@ -1,0 +1,54 @@
+"""What a simulated drive shows: its statusword, its measurements, its encoder."""
+
+from drive_gateway.sim.axis_servo import AxisServo
+from drive_gateway.sim.dictionary import key_of
+from drive_gateway.sim.power_state import DriveState
+from drive_gateway.sim.reference import Reference
+
+_STATUSWORD = key_of(0x6041)
+_POSITION_DEMAND = key_of(0x6062)
+_POSITION_ACTUAL = key_of(0x6064)
+_VELOCITY_ACTUAL = key_of(0x606C)
+_FOLLOWING_ERROR_ACTUAL = key_of(0x60F4)
+_ENCODER_SERIAL, _ENCODER_STATUS = key_of(0x2010, 1), key_of(0x2010, 2)
+
+_VOLTAGE_ENABLED = 1 << 4
+_REMOTE = 1 << 9
+_INTERNAL_LIMIT = 1 << 11
+_FOLLOWING_ERROR = 1 << 13
+_LOW, _HIGH = -(1 << 31), (1 << 31) - 1
+
+
+class Shown:
+    """Writes the objects that only the drive itself writes."""
+
+    def __init__(self, numbers: dict[int, int], servo: AxisServo, reference: Reference) -> None:
+        self._numbers = numbers
+        self._servo = servo
+        self._reference = reference
+
+    def update(self, state: DriveState, mode_bits: int, following_error: bool) -> None:
+        """`mode_bits` are those of the statusword that the mode of operation means."""
+        servo, numbers, reference = self._servo, self._numbers, self._reference
+        word = state.value | _REMOTE | mode_bits
+        if state is not DriveState.NOT_READY_TO_SWITCH_ON:
+            word |= _VOLTAGE_ENABLED
+        if servo.limited:
+            word |= _INTERNAL_LIMIT
+        if following_error:
+            word |= _FOLLOWING_ERROR
+        shift = reference.shift
+        numbers[_STATUSWORD] = word
+        numbers[_ENCODER_SERIAL], numbers[_ENCODER_STATUS] = reference.serial, reference.battery_empty
+        numbers[_POSITION_ACTUAL] = _clipped(servo.position - shift)
+        numbers[_VELOCITY_ACTUAL] = _clipped(servo.velocity)
+        numbers[_POSITION_DEMAND] = _clipped(servo.demand - shift)
+        numbers[_FOLLOWING_ERROR_ACTUAL] = _clipped(servo.error)
+
+
+def _clipped(value: float) -> int:
+    """Nearest int32."""
+    nearest = round(value)
+    if _LOW <= nearest <= _HIGH:
+        return nearest
+    return _HIGH if nearest > 0 else _LOW

@@ -1,0 +1,74 @@
+"""A gateway as it runs, beside the test: its own thread, a python-can bus, simulated drives and Zenoh."""
+
+import socket
+import threading
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import replace
+
+from gateway_world import TIMES, gateway_settings
+
+from cell.messages import Command, DriveFeedback, GatewayState, Reply
+from cell.net.errors import NoAnswer
+from cell.net.options import Link
+from cell.net.session import CellSession, new_call
+from drive_gateway.config.settings import GatewaySettings
+from drive_gateway.gateway.shell import run_gateway
+
+DEADLINE_S = 20.0
+
+
+class Client:
+    """An agent's place: what it heard last, and calls that wait for the gateway to be there."""
+
+    def __init__(self, session: CellSession) -> None:
+        self.session = session
+        self.latest = session.watch("robot/left/drives", "gateway/left_bus/state")
+        self.feedback: DriveFeedback | None = None
+        self.state: GatewayState | None = None
+
+    def until(self, happened: Callable[[], bool]) -> None:
+        deadline = time.monotonic() + DEADLINE_S
+        pause = threading.Event()
+        while not happened():
+            assert time.monotonic() < deadline, (self.state, self.feedback)
+            pause.wait(0.002)
+            for message in self.latest.take_new():
+                if isinstance(message, DriveFeedback):
+                    self.feedback = message
+                elif isinstance(message, GatewayState):
+                    self.state = message
+
+    def ask(self, command: Command) -> Reply:
+        deadline = time.monotonic() + DEADLINE_S
+        while True:
+            try:
+                return self.session.ask("gateway/left_bus", new_call(command), 5.0)
+            except NoAnswer:
+                assert time.monotonic() < deadline
+
+
+@contextmanager
+def running_gateway(settings: GatewaySettings | None = None) -> Iterator[tuple[Client, threading.Event, list[int]]]:
+    """The gateway's client, what stops it, and its exit codes."""
+    with socket.socket() as free:
+        free.bind(("127.0.0.1", 0))
+        endpoint = f"tcp/127.0.0.1:{free.getsockname()[1]}"
+    settings = replace(settings or gateway_settings(), overrun_limit_s=1.0, tpdo_timeout_s=1.0, heartbeat_timeout_s=1.0)
+    stop, codes = threading.Event(), list[int]()
+
+    def gateway() -> None:
+        link = Link("peer", listen=(endpoint,))
+        codes.append(run_gateway(settings, TIMES, cell="c", digest="d", link=link, stop=stop, simulate=True))
+
+    thread = threading.Thread(target=gateway)
+    thread.start()
+    try:
+        link = Link("client", connect=(endpoint,), open_timeout_s=DEADLINE_S)
+        with CellSession("c", link, "robot", "left", "a1") as session:
+            yield Client(session), stop, codes
+    finally:
+        stop.set()
+        thread.join(DEADLINE_S)
+    assert not thread.is_alive()
