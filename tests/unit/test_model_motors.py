@@ -36,8 +36,8 @@ def test_speeds_and_torques_go_through_the_gear() -> None:
 
 def test_of_a_linear_axis_through_its_feed_too() -> None:
     motor = load_description(CONFIGS / GANTRY).motors["J1"]
-    assert motor.rpm(0.6) == pytest.approx(0.6 / 0.2 * 5 * 60)
-    assert motor.fastest == pytest.approx(6000 / 60 / 5 * 0.2)
+    assert motor.rpm(0.6) == pytest.approx(0.6 / 0.1 * 5 * 60)
+    assert motor.fastest == pytest.approx(6000 / 60 / 5 * 0.1)
     # Power at the shaft is power at the axis.
     assert motor.ratio * 4.6 * motor.fastest == pytest.approx(4.6 * 6000 * np.pi / 30)
 
@@ -62,7 +62,7 @@ J1 = "  J1:\n    {type: joint-large, gear: 180, pole_pairs: 4, rated_speed_rpm: 
          "at 110 deg/s through gear 180"),
         (ROBOT, "gear: 80", "gear: 480", "motors.J6.maximum_speed_rpm: found 6000, allowed 19200 or more, for axis J6 "
          "at 240 deg/s through gear 480"),
-        (GANTRY, "EMMS-AS-55-S-TM, gear: 5, feed: 200", "EMMS-AS-55-S-TM, gear: 5, feed: 20",
+        (GANTRY, "EMMS-AS-55-S-TM, gear: 5, feed: 100", "EMMS-AS-55-S-TM, gear: 5, feed: 20",
          "motors.J2.maximum_speed_rpm: found 6000, allowed 9000 or more, for axis J2 at 600 mm/s through gear 5"),
         # Axis 3 also follows axis 2: 110 and 120 deg/s.
         (PALLETIZER, "gear: 90", "gear: 110", "motors.J3.maximum_speed_rpm: found 3900, allowed 4217 or more, for axis "
@@ -75,7 +75,7 @@ J1 = "  J1:\n    {type: joint-large, gear: 180, pole_pairs: 4, rated_speed_rpm: 
         (ROBOT, "gear: 80", "gear: -80", "motors.J6.gear: found -80, allowed more than 0"),
         (ROBOT, "gear: 80", "feed: 20, gear: 80", "motors.J6.feed: found a feed, allowed a feed for a linear axis, "
          "none for a rotary one"),
-        (GANTRY, "EMMS-AS-55-S-TM, gear: 5, feed: 200", "EMMS-AS-55-S-TM, gear: 5",
+        (GANTRY, "EMMS-AS-55-S-TM, gear: 5, feed: 100", "EMMS-AS-55-S-TM, gear: 5",
          "motors.J2: found no feed, allowed a feed for a linear axis, none for a rotary one"),
         (ROBOT, "  J6:\n    {type: joint-small", "  J7:\n    {type: joint-small",
          "motors: found J1, J2, J3, J4, J5, J7, allowed each of J1, J2, J3, J4, J5, J6"),

@@ -67,9 +67,8 @@ def test_missed_cycles_are_left_out() -> None:
                 pass
 
     run_core(core, period_s=0.01, inbox=list, perform=perform, stop=core.stop)
-    start = core.stepped[0]
-    grid = [round((t - start) / 0.01) for t in core.stepped]
-    assert len(set(grid)) == 4
+    # Had the cycles been caught up, the last step would be right behind the freeze, not two cycles later.
+    assert core.stepped[-1] - core.stepped[0] > 0.06
 
 
 def test_the_interpreter_is_left_as_it_was() -> None:
