@@ -8,6 +8,8 @@ from bench.timing import Row, median_s
 from robot_agent.kinematics import Model
 
 SINGLE_POSES = 50
+REPEATS = 101
+"""Of what takes about a millisecond: a median that a busy machine disturbs less."""
 AXES = "ZYYXYX"
 KINDS = {"X": pin.JointModelRX, "Y": pin.JointModelRY, "Z": pin.JointModelRZ}
 CLIK_ITERATIONS = 200
@@ -19,16 +21,16 @@ def kinematics(model: Model, numeric: Model, q: np.ndarray) -> list[Row]:
     """The six-axis arm `model` at joints `q` `(m, 6)`, and a robot without a closed form at random joints."""
     count, poses = len(q), model.forward(q)
     peer = pinocchio_model(model)
-    own = median_s(lambda: model.forward(q))
+    own = median_s(lambda: model.forward(q), REPEATS)
     forward = Row(f"forward kinematics, {count} joint sets", own, own / forward_by_pinocchio(peer, q), "of Pinocchio")
     eaik = HPRobot(axes(), np.array([*offsets(model), (0.0, 0.0, 0.0)]))
-    batched = median_s(lambda: model.inverse(poses)) / count
-    batched_eaik = median_s(lambda: eaik.IK_batched(poses)) / count
+    batched = median_s(lambda: model.inverse(poses), REPEATS) / count
+    batched_eaik = median_s(lambda: eaik.IK_batched(poses), REPEATS) / count
     some = poses[:SINGLE_POSES]
-    single = median_s(lambda: [model.inverse(pose) for pose in some]) / SINGLE_POSES
-    single_eaik = median_s(lambda: [eaik.IK(pose) for pose in some]) / SINGLE_POSES
-    nearest = median_s(lambda: [model.solve(pose, near=start) for pose, start in zip(some, q, strict=False)])
-    nearest /= SINGLE_POSES
+    single = median_s(lambda: [model.inverse(pose) for pose in some], REPEATS) / SINGLE_POSES
+    single_eaik = median_s(lambda: [eaik.IK(pose) for pose in some], REPEATS) / SINGLE_POSES
+    asked = list(zip(some, q[:SINGLE_POSES], strict=True))
+    nearest = median_s(lambda: [model.solve(pose, near=near) for pose, near in asked], REPEATS) / SINGLE_POSES
     clik = median_s(lambda: [clik_by_pinocchio(peer, pose, model.home) for pose in some], 5) / SINGLE_POSES
     lower, upper = numeric.limits.position.T
     reachable = numeric.forward(np.random.default_rng(2).uniform(lower, upper, (count, numeric.n)))
