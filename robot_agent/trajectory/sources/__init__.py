@@ -1,6 +1,23 @@
 """Where set points come from: a path under the governor, a jog, a path with corrections (`docs/motion.md`)."""
 
+from robot_agent.trajectory.sources.axes import Axes, Frame, JointAxes, ToolAxes
+from robot_agent.trajectory.sources.jog import JOG_SPEED_M_S, JogSource, Wish
 from robot_agent.trajectory.sources.path import PathSource
+from robot_agent.trajectory.sources.sampled import sampled, states_from
 from robot_agent.trajectory.sources.source import JointState, MotionSource, States
 
-__all__ = ["JointState", "MotionSource", "PathSource", "States"]
+__all__ = [
+    "JOG_SPEED_M_S",
+    "Axes",
+    "Frame",
+    "JogSource",
+    "JointAxes",
+    "JointState",
+    "MotionSource",
+    "PathSource",
+    "States",
+    "ToolAxes",
+    "Wish",
+    "sampled",
+    "states_from",
+]
