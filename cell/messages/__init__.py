@@ -17,6 +17,7 @@ from cell.messages.commands import (
     Enable,
     EnableDrives,
     Halt,
+    Jog,
     Release,
     Reply,
     ResetDrives,
@@ -31,6 +32,7 @@ from cell.messages.drives import AxisStatus, DriveFeedback, PlayoutState
 from cell.messages.estop import Estop
 from cell.messages.event import Event, Severity
 from cell.messages.gateway_state import BusCounters, GatewayState, NodeStatus
+from cell.messages.jog import JogFrame, JogHeld
 from cell.messages.manager_state import ManagerState, ZoneState, ZoneStatus
 from cell.messages.presence import Body, Presence
 from cell.messages.robot_state import GovernorStatus, Mode, ProgramState, ProgramStatus, RobotState
@@ -59,6 +61,9 @@ __all__ = [
     "GovernorStatus",
     "Halt",
     "Heard",
+    "Jog",
+    "JogFrame",
+    "JogHeld",
     "ManagerState",
     "Mode",
     "NodeStatus",

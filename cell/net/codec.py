@@ -24,6 +24,7 @@ from cell.messages import (
     EnableDrives,
     Halt,
     Heard,
+    Jog,
     Release,
     Reply,
     ResetDrives,
@@ -43,7 +44,7 @@ T = TypeVar("T")
 COMMANDS: dict[str, dict[str, type[Command]]] = {
     role: {kind.verb: kind for kind in (*kinds, Who)}
     for role, kinds in {
-        "robot": (Enable, Disable, Run, Halt, Continue, ResetRobot),
+        "robot": (Enable, Disable, Run, Halt, Continue, Jog, ResetRobot),
         "manager": (SetEstop, ResetEstop, ClearZone, AdoptZone),
         "gateway": (Claim, Release, EnableDrives, DisableDrives, ResetDrives),
     }.items()

@@ -3,10 +3,10 @@
 import numpy as np
 from six_axis_arm import arm, description
 
+from cell.messages import JogFrame
 from robot_agent.kinematics import Model
 from robot_agent.trajectory import Limits
 from robot_agent.trajectory.sources import JogSource, JointAxes, States, ToolAxes, Wish
-from robot_agent.trajectory.sources.axes import Frame
 
 CYCLE_S = 0.004
 STEP = 5
@@ -23,9 +23,10 @@ class Jogged:
         self.model, self.limits = model, limits
         self.played = [start, start, start]
         self.way = States.standing(start)
-        self.worst = 0
 
-    def press(self, axis: int | str, speed: float, step: float | None = None, frame: Frame = Frame.BASE) -> JogSource:
+    def press(
+        self, axis: int | str, speed: float, step: float | None = None, frame: JogFrame = JogFrame.BASE
+    ) -> JogSource:
         """`axis` is a joint's index or a letter of XYZABC."""
         if isinstance(axis, int):
             axes, wish = JointAxes(self.limits), Wish(axis, speed, step)

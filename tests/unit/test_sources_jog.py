@@ -10,9 +10,10 @@ from jog_world import ARM, CYCLE_S, START, Jogged
 from robot_families import robot
 
 from cell.geometry import from_xyz_abc
+from cell.messages import JogFrame
 from robot_agent.model.description import Family
 from robot_agent.trajectory import Limits
-from robot_agent.trajectory.sources import JOG_SPEED_M_S, Frame, States
+from robot_agent.trajectory.sources import JOG_SPEED_M_S, States
 from robot_agent.trajectory.sources.admission import SOFT_MARGIN
 
 LOWER, UPPER = ARM.limits.position.T
@@ -42,11 +43,11 @@ def test_the_tool_never_exceeds_reduced_speed_however_fast_the_wish() -> None:
         assert tcp_speeds(jogged).max() < JOG_SPEED_M_S * 1.001
 
 
-@pytest.mark.parametrize("frame", [Frame.BASE, Frame.TOOL])
-def test_a_tool_jog_is_straight_keeps_the_orientation_and_stops_on_its_line(frame: Frame) -> None:
+@pytest.mark.parametrize("frame", [JogFrame.BASE, JogFrame.TOOL])
+def test_a_tool_jog_is_straight_keeps_the_orientation_and_stops_on_its_line(frame: JogFrame) -> None:
     jogged = Jogged()
     start = ARM.tcp(START)
-    axis = np.eye(3)[2] if frame is Frame.BASE else start[:3, 2]
+    axis = np.eye(3)[2] if frame is JogFrame.BASE else start[:3, 2]
     key = jogged.press("Z", -0.15, frame=frame)
     jogged.run(key, 40)
     jogged.stop(key)
@@ -59,7 +60,7 @@ def test_a_tool_jog_is_straight_keeps_the_orientation_and_stops_on_its_line(fram
 
 def test_a_turn_leaves_the_tcp_where_it_is() -> None:
     jogged = Jogged()
-    jogged.run(jogged.press("C", 0.2, frame=Frame.TOOL), 40)
+    jogged.run(jogged.press("C", 0.2, frame=JogFrame.TOOL), 40)
     poses = jogged.tcp()
     np.testing.assert_allclose(poses[:, :3, 3], np.tile(poses[0, :3, 3], (len(poses), 1)), atol=1e-9)
     np.testing.assert_allclose(poses[-1, :3, 2], poses[0, :3, 2], atol=1e-9)
@@ -159,7 +160,7 @@ def test_what_is_in_the_way_is_approached_and_not_passed() -> None:
 PRESSES = st.tuples(
     st.sampled_from([0, 1, 2, 3, 4, 5, "X", "Y", "Z", "A", "B", "C"]),
     st.floats(-1.5, 1.5).filter(lambda speed: abs(speed) > 0.02),
-    st.sampled_from([Frame.BASE, Frame.TOOL]),
+    st.sampled_from([JogFrame.BASE, JogFrame.TOOL]),
     st.integers(1, 25),
     st.booleans(),
 )
@@ -172,7 +173,7 @@ PRESSES = st.tuples(
     st.randoms(use_true_random=False),
 )
 def test_any_keys_with_lost_blocks_keep_all_limits_and_end_at_rest(
-    start: list[float], presses: list[tuple[int | str, float, Frame, int, bool]], luck: random.Random
+    start: list[float], presses: list[tuple[int | str, float, JogFrame, int, bool]], luck: random.Random
 ) -> None:
     jogged = Jogged(START + 0.8 * np.array(start))
     for axis, speed, frame, blocks, release in presses:

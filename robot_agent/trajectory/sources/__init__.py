@@ -1,6 +1,6 @@
 """Where set points come from: a path under the governor, a jog, a path with corrections (`docs/motion.md`)."""
 
-from robot_agent.trajectory.sources.axes import Axes, Frame, JointAxes, ToolAxes
+from robot_agent.trajectory.sources.axes import Axes, JointAxes, ToolAxes
 from robot_agent.trajectory.sources.jog import JOG_SPEED_M_S, JogSource, Wish
 from robot_agent.trajectory.sources.path import PathSource
 from robot_agent.trajectory.sources.sampled import sampled, states_from
@@ -9,7 +9,6 @@ from robot_agent.trajectory.sources.source import JointState, MotionSource, Stat
 __all__ = [
     "JOG_SPEED_M_S",
     "Axes",
-    "Frame",
     "JogSource",
     "JointAxes",
     "JointState",

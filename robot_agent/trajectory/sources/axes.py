@@ -1,26 +1,18 @@
 """Along what a robot is jogged: its joints one by one, or its tool along and about the axes of a frame."""
 
-from enum import Enum
 from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from cell.geometry import quaternion
+from cell.messages import JogFrame
 from robot_agent.kinematics import Model
 from robot_agent.trajectory.limits import Limits
 from robot_agent.trajectory.sources.flange import joint_speeds, joints_along
 from robot_agent.trajectory.sources.source import JointState, States
 
 Numbers = NDArray[np.float64]
-
-
-class Frame(Enum):
-    """Whose axes a tool is jogged along."""
-
-    BASE = "base"
-    WORLD = "world"
-    TOOL = "tool"
 
 
 class Axes(Protocol):
@@ -75,7 +67,7 @@ class JointAxes:
 class ToolAxes:
     """X, Y, Z of the tool's TCP along the axes of a frame, and its turns about them; without a tool, of the flange."""
 
-    def __init__(self, model: Model, limits: Limits, frame: Frame, pose_world_base: Numbers) -> None:
+    def __init__(self, model: Model, limits: Limits, frame: JogFrame, pose_world_base: Numbers) -> None:
         """`pose_world_base` `(4, 4)` is the pose of the robot's base in world."""
         path = limits.path
         self._model = model
@@ -135,11 +127,11 @@ class ToolAxes:
 
     def _rotation_base_frame(self, state: JointState) -> Numbers:
         match self._frame:
-            case Frame.BASE:
+            case JogFrame.BASE:
                 return np.eye(3)
-            case Frame.WORLD:
+            case JogFrame.WORLD:
                 return self._rotation_base_world
-            case Frame.TOOL:
+            case JogFrame.TOOL:
                 return np.asarray(self._model.tcp(state.q)[:3, :3])
 
 

@@ -102,6 +102,8 @@ class JogSource:
         self._effort = _Effort(1.0)
         self._goal: Numbers | None = None
         self.held = True
+        self.arrived = False
+        """Whether the robot stood at the end of its step where it was resumed last."""
         self.ruled_by = ""
 
     def resume(self, way: States, before: Numbers) -> None:
@@ -113,6 +115,7 @@ class JogSource:
         if self._goal is None and self._wish.step is not None:
             distance = math.copysign(self._wish.step, self._wish.speed)
             self._goal = self._axes.goal(self.state, self._wish.index, distance)
+        self.arrived = self._there
 
     @property
     def state(self) -> JointState:
@@ -124,8 +127,8 @@ class JogSource:
         return not self._way.qd.any() and not (self._way.q != self._way.q[0]).any()
 
     @property
-    def arrived(self) -> bool:
-        """Whether a step is at its end."""
+    def _there(self) -> bool:
+        """Whether the robot stands at the end of the step in `state`."""
         missing = self._missing
         return missing is not None and abs(missing) <= _ARRIVED and self.at_rest
 
@@ -136,7 +139,7 @@ class JogSource:
         given, ramp = source.behind(1).first(count), source.behind(count + 1)
         if count > 0:
             self._before = np.concatenate([self._before, self._way.q[:1], given.q])[-3:-1]
-            self._way = States(given.q[-1:], given.qd[-1:], given.qdd[-1:]).then(ramp)
+            self._way = States.one(given.at(count)).then(ramp)
             self._checked = found is not None
         return given
 
@@ -149,7 +152,7 @@ class JogSource:
     def _search(self, count: int) -> States | None:
         """The fastest admissible way among a few, the present state first; None when there is none."""
         effort, why = _STOP, ""
-        if self.held and not self.arrived:
+        if self.held and not self._there:
             effort, why = self._foreseen()
         for _ in range(_TRIES):
             if effort.speed < _SLOWEST:

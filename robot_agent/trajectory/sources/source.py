@@ -31,6 +31,11 @@ class States:
         """At rest at `q` `(n,)`."""
         return cls(np.repeat(q[None], count, axis=0), np.zeros((count, len(q))), np.zeros((count, len(q))))
 
+    @classmethod
+    def one(cls, state: JointState) -> "States":
+        """A single state."""
+        return cls(state.q[None], state.qd[None], state.qdd[None])
+
     @property
     def count(self) -> int:
         return len(self.q)
