@@ -23,6 +23,7 @@ _SLOWEST = 0.01
 _FASTER = 1.1
 """How much more than what was admissible last is tried next."""
 _SLOWER = 0.6
+_LONGEST_RAMP_S = 2.0
 _ARRIVED = 1e-6
 """[rad or m] A step that ends this near to its goal has ended."""
 _BELOW = 1.02
@@ -220,6 +221,8 @@ class JogSource:
             end = going[:, -1]
         ramp = self._limits.ramp_factor
         stopping = course(end[1], end[2], np.zeros_like(velocity), ramp * hardest, ramp * jerk)
+        if stopping.duration > _LONGEST_RAMP_S:
+            raise NoCourse(f"a ramp would last {stopping.duration:.1f} s")
         ticks = max(1, math.ceil(stopping.duration / self._cycle_s - 1e-9))
         braking = sampled_course(stopping, sample_times(ticks + 1, self._cycle_s)[1:])
         braking[0] += end[0]
