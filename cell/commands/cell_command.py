@@ -2,7 +2,7 @@
 
 import typer
 
-from cell.commands import check, estop, manager, model, plot, reset, robot, schema, status, up, zone
+from cell.commands import check, estop, jog, manager, model, plot, reset, robot, schema, status, up, zone
 from cell.commands.errors import run_app
 
 FILE = "cell_configs/two_arms/cell.yaml"
@@ -38,6 +38,7 @@ app.command("enable", epilog=f"Example: cell enable left -f {FILE}")(robot.enabl
 app.command("run", epilog=f"Example: cell run left -f {FILE}")(robot.run)
 app.command("halt", epilog=f"Example: cell halt left -f {FILE}")(robot.halt)
 app.command("continue", epilog=f"Example: cell continue left -f {FILE}")(robot.continue_)
+app.command("jog", epilog=f"Example: cell jog left Z + --speed 20 --step 50 -f {FILE}")(jog.jog)
 app.command("disable", epilog=f"Example: cell disable left -f {FILE}")(robot.disable)
 app.command("estop", epilog=f'Example: cell estop --reason "door open" -f {FILE}')(estop.estop)
 app.command("reset", epilog=f"Example: cell reset left -f {FILE}")(reset.reset)
