@@ -54,14 +54,29 @@ def course(
         wanted.target_position = np.where(change, place.distance, 0.0).tolist()
         wanted.target_velocity = np.where(change, 0.0, target).tolist()
         wanted.max_velocity = np.where(change, place.speed, np.inf).tolist()
-    found = Trajectory(m)
-    try:
-        solved = Ruckig(m).calculate(wanted, found) >= 0
-    except ValueError:  # a result for which the binding has no name
-        solved = False
-    if not solved:
-        raise NoCourse(f"no jerk-limited way from velocity {velocity} and acceleration {acceleration}")
-    return found
+    return _solved(wanted, m)
+
+
+def approach(
+    gap: NDArray[np.float64],
+    closing: NDArray[np.float64],
+    acceleration: NDArray[np.float64],
+    largest_speed: NDArray[np.float64],
+    largest_acceleration: NDArray[np.float64],
+    largest_jerk: NDArray[np.float64],
+) -> Trajectory:
+    """The fastest way of each coordinate from `gap`, its speed `closing` and `acceleration` to rest at zero, `(m,)`.
+
+    Raises `NoCourse`.
+    """
+    m = len(gap)
+    wanted = InputParameter(m)
+    wanted.synchronization = Synchronization.No
+    wanted.current_position, wanted.current_velocity = gap.tolist(), closing.tolist()
+    wanted.current_acceleration = acceleration.tolist()
+    wanted.max_velocity, wanted.max_acceleration = largest_speed.tolist(), largest_acceleration.tolist()
+    wanted.max_jerk = largest_jerk.tolist()
+    return _solved(wanted, m)
 
 
 def sampled_course(way: Trajectory, times: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -71,3 +86,15 @@ def sampled_course(way: Trajectory, times: NDArray[np.float64]) -> NDArray[np.fl
     states = np.array([way.at_time(t) for t in times.tolist()]).transpose(1, 0, 2)
     states[1:][np.abs(states[1:]) < _ROUNDING] = 0.0
     return states
+
+
+def _solved(wanted: InputParameter, m: int) -> Trajectory:
+    found = Trajectory(m)
+    try:
+        solved = Ruckig(m).calculate(wanted, found) >= 0
+    except ValueError:  # a result for which the binding has no name
+        solved = False
+    if not solved:
+        start = f"velocity {wanted.current_velocity} and acceleration {wanted.current_acceleration}"
+        raise NoCourse(f"no jerk-limited way from {start}")
+    return found
