@@ -22,7 +22,8 @@ demo: $(RUN_READY)  ## run the two-robot cell on simulated drives until both pro
 	$(BIN)/python -m cell.commands.main up $(CELL) --until-done
 
 test: $(TEST_READY)  ## all tests but the long random runs
-	$(BIN)/python -m pytest -m "not soak"
+	$(BIN)/python -m pytest -m "not soak" tests/unit tests/sim --numprocesses auto --dist worksteal
+	$(BIN)/python -m pytest -m "not soak" tests/e2e
 
 soak: $(TEST_READY)  ## the long random runs
 	$(BIN)/python -m pytest -m soak --timeout 3600

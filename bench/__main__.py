@@ -11,6 +11,7 @@ from rich.console import Console
 from rich.table import Table
 from ruckig import InputParameter, Ruckig, Trajectory
 
+from bench.drives import simulated_drives
 from bench.kinematics import kinematics
 from bench.timing import Row, median_s
 from cell.messages import SetpointBlock
@@ -119,7 +120,8 @@ def main() -> None:
     table = Table("what", "median", "ratio", "to")
     limits = Limits.of(model.description)
     inverse = kinematics(model, load_model(NUMERIC), q)
-    for row in [*inverse, profile(), *motions(model, limits), *mixed_motion(model, limits)]:
+    own = [profile(), *motions(model, limits), *mixed_motion(model, limits)]
+    for row in [*inverse, *own, *simulated_drives()]:
         table.add_row(*row.cells())
     Console().print(table)
 

@@ -2,7 +2,22 @@
 
 import typer
 
-from cell.commands import check, estop, jog, manager, model, plot, reset, robot, schema, status, up, zone
+from cell.commands import (
+    check,
+    drives,
+    estop,
+    jog,
+    manager,
+    model,
+    plot,
+    reset,
+    robot,
+    schema,
+    set_up,
+    status,
+    up,
+    zone,
+)
 from cell.commands.errors import run_app
 
 FILE = "cell_configs/two_arms/cell.yaml"
@@ -33,6 +48,7 @@ app.command(
 )(plot.plot)
 app.command("up", epilog=f"Example: cell up {FILE} --until-done")(up.up)
 app.command("status", epilog=f"Example: cell status -f {FILE}")(status.status)
+app.command("drives", epilog=f"Example: cell drives -f {FILE}")(drives.drives)
 app.command("manager", epilog=f"Example: cell manager {FILE}")(manager.manager)
 app.command("enable", epilog=f"Example: cell enable left -f {FILE}")(robot.enable)
 app.command("run", epilog=f"Example: cell run left -f {FILE}")(robot.run)
@@ -40,6 +56,8 @@ app.command("halt", epilog=f"Example: cell halt left -f {FILE}")(robot.halt)
 app.command("continue", epilog=f"Example: cell continue left -f {FILE}")(robot.continue_)
 app.command("jog", epilog=f"Example: cell jog left Z + --speed 20 --step 50 -f {FILE}")(jog.jog)
 app.command("disable", epilog=f"Example: cell disable left -f {FILE}")(robot.disable)
+app.command("home", epilog=f"Example: cell home left -f {FILE}")(set_up.home)
+app.command("move", epilog=f"Example: cell move left J1=5 J2=-3 --by -f {FILE}")(set_up.move)
 app.command("estop", epilog=f'Example: cell estop --reason "door open" -f {FILE}')(estop.estop)
 app.command("reset", epilog=f"Example: cell reset left -f {FILE}")(reset.reset)
 zones.command("clear", epilog=f"Example: cell zone clear handover -f {FILE}")(zone.clear)

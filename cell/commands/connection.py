@@ -102,6 +102,13 @@ class Operator:
             )
         return self._ask("manager", command, echo(state))
 
+    def ask_gateway(self, gateway: str, command: Command) -> Reply:
+        """Ask a gateway of the cell; a refusal becomes a `CommandError`."""
+        reply = self._ask(f"gateway/{gateway}", command, None)
+        if not reply.ok:
+            raise CommandError(f"gateway {gateway} refuses: {reply.text}")
+        return reply
+
     def snapshot(self) -> Snapshot:
         """The state of the cell, as soon as everybody in it was heard or has had the time for it."""
         return self.view.wait_for(
@@ -113,7 +120,7 @@ class Operator:
             STATE_TIMEOUT_S,
         )
 
-    def _ask(self, to: str, command: Command, heard: Heard) -> Reply:
+    def _ask(self, to: str, command: Command, heard: Heard | None) -> Reply:
         try:
             return self.session.ask(to, new_call(command, heard), ANSWER_TIMEOUT_S)
         except CallError as error:

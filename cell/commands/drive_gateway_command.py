@@ -6,6 +6,7 @@ from typing import Annotated
 
 import typer
 
+from cell.commands import drive_tools
 from cell.commands.connection import process_cell
 from cell.commands.errors import CommandError, run_app
 from cell.commands.options import (
@@ -99,6 +100,34 @@ def simulate(
         return run_simulated_drives(drives, stop)
 
     run_process(f"drives-{gateway}", settings, state_dir, parent_pipe, body)
+
+
+@app.command(epilog="Example: drive-gateway tune cell_configs/two_arms/cell.yaml left_bus J2")
+def tune(
+    file: CellFileArgument,
+    gateway: GatewayArgument,
+    axis: Annotated[str, typer.Argument(metavar="AXIS", help="An axis of the gateway: J1, or left.J1.")],
+) -> None:
+    """Show step and frequency response of a simulated axis, with its gain margin from the open loop.
+
+    Motor, load and servo loop are those of `simulation.axes` in the drives file. Nothing moves and no bus is opened.
+    """
+    from cell.commands.tune import show_tuning
+    from drive_gateway.config import load_drives
+
+    settings = _settings(file, gateway, None)
+    show_tuning(load_drives(settings.gateways[gateway].drives, gateway), axis)
+
+
+def _example(words: str) -> str:
+    return f"Example: drive-gateway {words}"
+
+
+_CELL = "cell_configs/two_arms/cell.yaml"
+app.command(epilog=_example(f"scan {_CELL} left_bus"))(drive_tools.scan)
+app.command(epilog=_example(f"read {_CELL} left_bus left.J1 6041:00"))(drive_tools.read)
+app.command(epilog=_example(f"write {_CELL} left_bus left.J1 6081:00 100000"))(drive_tools.write)
+app.command(epilog=_example(f"log {_CELL} left_bus left.asc --seconds 5"))(drive_tools.log)
 
 
 def _settings(file: Path, gateway: str, parent_pipe: int | None) -> CellSettings:

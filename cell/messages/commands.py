@@ -169,6 +169,76 @@ class ResetDrives(Command):
 
 
 @dataclass(frozen=True, slots=True)
+class ReadObject(Command):
+    """Read an object of a node's dictionary; the reply's `data` are its bytes in hex, low byte first."""
+
+    verb: ClassVar[str] = "sdo_read"
+    node_id: int
+    index: int
+    sub: int
+
+
+@dataclass(frozen=True, slots=True)
+class WriteObject(Command):
+    """Write an object, `data` in hex, low byte first; only while the node's robot is at rest and switched off."""
+
+    verb: ClassVar[str] = "sdo_write"
+    node_id: int
+    index: int
+    sub: int
+    data: str
+
+
+@dataclass(frozen=True, slots=True)
+class ScanBus(Command):
+    """Which nodes are on the bus, configured or not; the reply's text has one line for each."""
+
+    verb: ClassVar[str] = "scan"
+
+
+@dataclass(frozen=True, slots=True)
+class RecordBus(Command):
+    """Write all frames of the next seconds to a file on the gateway's host; its suffix says the format."""
+
+    verb: ClassVar[str] = "record"
+    file: str
+    seconds: float
+
+
+@dataclass(frozen=True, slots=True)
+class Home(Command):
+    """Set-up: let axes find their home points (none named: all that can), in their configured order, while held."""
+
+    verb: ClassVar[str] = "home"
+    robot: str
+    axes: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class MoveAxes(Command):
+    """Set-up: move axes by their drives' own profiles, all in the same time, while held.
+
+    `targets` are axis: rad or m, from where the axis is when `relative`. `speed` is a share (0 to 1) of what set-up may
+    use. `by_velocity` uses profile velocity, which stops by time, instead of profile position.
+    """
+
+    verb: ClassVar[str] = "move_axes"
+    robot: str
+    targets: dict[str, float]
+    relative: bool
+    speed: float
+    by_velocity: bool
+
+
+@dataclass(frozen=True, slots=True)
+class HoldSetup(Command):
+    """The operator still holds the set-up motion; the reply's `data` are `moving`, `done` or `stopped`."""
+
+    verb: ClassVar[str] = "hold_setup"
+    robot: str
+
+
+@dataclass(frozen=True, slots=True)
 class Call:
     """A command with the id that makes a repeated call harmless, and the echo that makes an old one recognisable.
 
@@ -201,3 +271,5 @@ class Reply:
     ok: bool
     text: str
     claim: ClaimGrant | None = None
+    data: str = ""
+    """What was asked for, where the command says that there is something."""

@@ -16,6 +16,8 @@ class NodeStatus:
     drive: AxisStatus
     emergency_code: int | None = None
     emergency_text: str = ""
+    referenced: bool = True
+    """The drive knows where its axis is."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -24,16 +24,23 @@ from cell.messages import (
     EnableDrives,
     Halt,
     Heard,
+    HoldSetup,
+    Home,
     Jog,
+    MoveAxes,
+    ReadObject,
+    RecordBus,
     Release,
     Reply,
     ResetDrives,
     ResetEstop,
     ResetRobot,
     Run,
+    ScanBus,
     SetEstop,
     SetpointBlock,
     Who,
+    WriteObject,
 )
 from cell.net import binary
 from cell.net.errors import CodecError
@@ -46,7 +53,20 @@ COMMANDS: dict[str, dict[str, type[Command]]] = {
     for role, kinds in {
         "robot": (Enable, Disable, Run, Halt, Continue, Jog, ResetRobot),
         "manager": (SetEstop, ResetEstop, ClearZone, AdoptZone),
-        "gateway": (Claim, Release, EnableDrives, DisableDrives, ResetDrives),
+        "gateway": (
+            Claim,
+            Release,
+            EnableDrives,
+            DisableDrives,
+            ResetDrives,
+            ReadObject,
+            WriteObject,
+            ScanBus,
+            RecordBus,
+            Home,
+            MoveAxes,
+            HoldSetup,
+        ),
     }.items()
 }
 """Role: verb: the command that the last chunk of a call's key stands for."""

@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 
 NO_ERROR = 0x0000
+MOTOR_HOT = 0x4310
 
 
 @dataclass(frozen=True, slots=True)
@@ -21,7 +22,7 @@ _TABLE: dict[int, tuple[str, str]] = {
     0x3210: ("DC link over-voltage", "check the braking resistor and the deceleration"),
     0x3220: ("DC link under-voltage", "check the power supply of the drives"),
     0x4210: ("drive over-temperature", "let the drive cool down and check its ventilation"),
-    0x4310: ("motor over-temperature", "let the motor cool down and check its load"),
+    MOTOR_HOT: ("motor over-temperature", "let the motor cool down and check its load"),
     0x5114: ("supply of the electronics too low", "check the 24 V supply"),
     0x5410: ("digital outputs overloaded", "check the wiring of the outputs"),
     0x6180: ("internal software fault of the drive", "restart the drive"),

@@ -34,10 +34,8 @@ def preparations(axis: AxisSettings, settings: GatewaySettings) -> list[Preparat
     """
     counts = abs(axis.counts_per_unit)
     period, exponent = interpolation_period(settings.cycle_s)
-    consumer = MASTER_NODE_ID << 16 | _milliseconds(settings.heartbeat_timeout_s)
     return [
-        _same("heartbeat of the node", 0x1017, 0, _milliseconds(settings.heartbeat_producer_s), 2),
-        _same("heartbeat of the gateway", 0x1016, 1, consumer, 4),
+        *(_guarding(settings) if axis.guarded else _heartbeats(settings)),
         _same("interpolation period", 0x60C2, 1, period, 1),
         _same("interpolation period, power of ten", 0x60C2, 2, exponent, 1),
         Preparation(
@@ -51,6 +49,28 @@ def preparations(axis: AxisSettings, settings: GatewaySettings) -> list[Preparat
         _same("reaction to a lost connection", 0x6007, 0, ABORT_BY_QUICK_STOP, 2),
         _same("following-error window", 0x6065, 0, round(axis.following_window * counts), 4),
         _same("following-error time", 0x6066, 0, _milliseconds(axis.following_time_s), 2),
+    ]
+
+
+def life_time_factor(settings: GatewaySettings) -> int:
+    """100Dh: after so many guard times without a poll a node misses its gateway."""
+    return max(2, min(255, round(settings.heartbeat_timeout_s / settings.heartbeat_producer_s)))
+
+
+def _heartbeats(settings: GatewaySettings) -> list[Preparation]:
+    consumer = MASTER_NODE_ID << 16 | _milliseconds(settings.heartbeat_timeout_s)
+    return [
+        _same("heartbeat of the node", 0x1017, 0, _milliseconds(settings.heartbeat_producer_s), 2),
+        _same("heartbeat of the gateway", 0x1016, 1, consumer, 4),
+    ]
+
+
+def _guarding(settings: GatewaySettings) -> list[Preparation]:
+    """Guarding and heartbeat share an identifier, so a node has one of them: the heartbeat goes first."""
+    return [
+        _same("no heartbeat of the node", 0x1017, 0, 0, 2),
+        _same("guard time", 0x100C, 0, _milliseconds(settings.heartbeat_producer_s), 2),
+        _same("life time factor", 0x100D, 0, life_time_factor(settings), 1),
     ]
 
 

@@ -9,6 +9,7 @@ from cell.config.problem import KeyPath, Problem, Severity
 from cell.config.reading import declared
 from drive_gateway.config.bus_load import KEPT_FREE, REFUSE_ABOVE, WARN_ABOVE, bus_load
 from drive_gateway.config.drives_file import AxisEntry, DrivesFile
+from drive_gateway.config.simulation_checks import check_simulation
 
 UINT16_MAX = 2**16 - 1
 UINT32_MAX = 2**32 - 1
@@ -25,6 +26,7 @@ def check_drives_file(document: Document, drives: DrivesFile) -> list[Problem]:
         *_times(document, drives),
         *_milliseconds(document, drives),
         *_axes(document, drives),
+        *check_simulation(document, drives),
     ]
 
 
@@ -118,11 +120,26 @@ def _axes(document: Document, drives: DrivesFile) -> Iterator[Problem]:
             allowed = f"more than {least:g}: simulated drives lag by speed times simulated_lag_s"
             yield document.problem((*path, "following_window"), found, allowed)
         counts = abs(axis.counts_per_unit())
+        yield from _homing(document, path, axis)
+        if axis.eds is not None and not document.beside(axis.eds).is_file():
+            yield document.problem((*path, "eds"), f"no file {axis.eds!r}", "an EDS or DCF file beside this one")
         for name in ("quick_stop", "following_window"):
             if getattr(axis, name) * counts > UINT32_MAX:
                 most = declared(document, UINT32_MAX / counts, axis.linear)
                 allowed = f"{most:g} or less, 32 bits of encoder counts"
                 yield document.problem((*path, name), document.found((*path, name)), allowed)
+
+
+def _homing(document: Document, path: KeyPath, axis: AxisEntry) -> Iterator[Problem]:
+    if axis.homing is None:
+        if axis.encoder == "incremental":
+            yield document.problem((*path, "encoder"), "incremental without homing", "homing beside it, or absolute")
+        return
+    for name, most in (("fast", axis.speed), ("slow", axis.homing.fast), ("acceleration", axis.acceleration)):
+        if getattr(axis.homing, name) > most:
+            found = document.found((*path, "homing", name))
+            allowed = f"{declared(document, most, axis.linear):g} or less"
+            yield document.problem((*path, "homing", name), found, allowed)
 
 
 def axes_of(drives: DrivesFile) -> Iterator[tuple[KeyPath, str, AxisEntry]]:

@@ -19,7 +19,7 @@ def load_drives(path: str | Path, name: str) -> GatewaySettings:
     reading = read_drives(Path(path))
     if reading.content is None or refuses(reading.problems):
         raise ConfigError(tuple(reading.problems))
-    return reading.content.settings(name)
+    return reading.content.settings(name, Path(path).absolute().parent)
 
 
 def read_drives(path: Path, named_by: Naming | None = None) -> Reading[DrivesFile]:

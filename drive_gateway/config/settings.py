@@ -1,6 +1,26 @@
 """A bus and its drives as the gateway uses them: SI units, every default filled in."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+
+from drive_gateway.config.simulation import Simulation
+
+
+@dataclass(frozen=True, slots=True)
+class HomingSettings:
+    """How an axis finds its home point. Directions are the drive's own: those of its counts."""
+
+    method: int
+    """CiA 402 homing method (6098h)."""
+    fast: float
+    """[rad/s or m/s] towards the switch (6099h:01)."""
+    slow: float
+    """[rad/s or m/s] off the switch (6099h:02)."""
+    acceleration: float
+    """[rad/s^2 or m/s^2] (609Ah)."""
+    position: float
+    """[rad or m] axis position of the home point (607Ch)."""
+    order: int
+    """Axes of one number home together, lower numbers first."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -25,6 +45,16 @@ class AxisSettings:
     """Time for which the following error may be larger (6066h)."""
     simulated_start: float
     """[rad or m] where a simulated drive stands when it is switched on."""
+    linear: bool = False
+    """The axis slides: its units are metres."""
+    incremental: bool = False
+    """The encoder counts from zero after each power-on: the axis must home before it may be enabled."""
+    homing: HomingSettings | None = None
+    """`None`: the axis cannot home."""
+    guarded: bool = False
+    """The node is watched by node guarding instead of heartbeats, for drives that have none."""
+    eds: str = ""
+    """File with the names and types of the node's objects; empty: plain CiA 402, as the simulated drive has them."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,3 +95,4 @@ class GatewaySettings:
     simulated_lag_s: float
     """Lag with which a simulated drive follows its set points."""
     robots: dict[str, RobotDrives]
+    simulation: Simulation = field(default_factory=Simulation)

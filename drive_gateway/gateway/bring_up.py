@@ -56,6 +56,11 @@ class BringUp:
         self.problem = ""
         """Why the newest attempt failed; empty while none has."""
 
+    @property
+    def kept(self) -> frozenset[tuple[int, int]]:
+        """Index and sub-index of all objects that are written when the node is brought up."""
+        return frozenset((step.index, step.sub) for step in self._program if step.data is not None)
+
     def restart(self, now: float) -> None:
         """Begin again, at once."""
         self._sdo.forget()

@@ -6,16 +6,6 @@ sent in the cycle of SYNC `tick` acts at SYNC `tick + 1`, so a block may still c
 
 from cell.config.settings import Times
 from cell.core import Effect, Ended, Publish, Request, Shutdown
-from cell.messages.commands import (
-    Call,
-    Claim,
-    ClaimGrant,
-    DisableDrives,
-    EnableDrives,
-    Release,
-    ResetDrives,
-    Who,
-)
 from cell.messages.estop import Estop
 from cell.messages.gateway_state import BusCounters, GatewayState
 from cell.messages.setpoints import SetpointBlock
@@ -25,18 +15,18 @@ from drive_gateway.canopen.frame import CanFrame
 from drive_gateway.canopen.nmt import SYNC_FRAME, NmtCommand, NmtState, heartbeat_frame, nmt_frame
 from drive_gateway.canopen.sdo import SdoDone
 from drive_gateway.config.settings import GatewaySettings
-from drive_gateway.gateway.effects import Frame
+from drive_gateway.gateway.calls import Calls
+from drive_gateway.gateway.effects import Frame, RecordEnded, RecordSaid
 from drive_gateway.gateway.estop import EstopLatch
 from drive_gateway.gateway.event_log import EventLog
-from drive_gateway.gateway.group import StopOrder
 from drive_gateway.gateway.lateness import Lateness
 from drive_gateway.gateway.node import Node
-from drive_gateway.gateway.replies import Replies
+from drive_gateway.gateway.permits import StopOrder
 from drive_gateway.gateway.robot import Robot
+from drive_gateway.gateway.scan import Scan
 from drive_gateway.gateway.trouble import Trouble
 
 STATE_PERIOD_S = 0.2
-CALLS = tuple(command.verb for command in (Who, Claim, Release, EnableDrives, DisableDrives, ResetDrives))
 
 
 class GatewayCore:
@@ -67,8 +57,6 @@ class GatewayCore:
         self._settings = settings
         self._times = times
         self._boot = boot
-        self._digest = digest
-        self._process = process
         self._log = EventLog(settings.name)
         self._robots = {
             name: Robot(drives, settings, times, boot, first_owner, self._log)
@@ -77,8 +65,9 @@ class GatewayCore:
         self._nodes: dict[int, Node] = {
             node.axis.node_id: node for robot in self._robots.values() for node in robot.group.nodes
         }
+        self._scan = Scan(self._nodes)
+        self._calls = Calls(settings.name, boot, digest, process, self._robots, self._scan)
         self._estop = EstopLatch()
-        self._replies = Replies()
         self._lateness = Lateness(settings.cycle_s)
         self._now = 0.0
         self._tick = 0
@@ -107,7 +96,11 @@ class GatewayCore:
             case Estop():
                 self._on_estop(message, now)
             case Request():
-                self._on_request(message)
+                self._calls.request(message, now, self._tick)
+            case RecordSaid():
+                self._calls.recorded(message)
+            case RecordEnded(text):
+                self._log.info("recorded", text)
             case Shutdown():
                 self._on_shutdown(now)
 
@@ -125,9 +118,10 @@ class GatewayCore:
             # From the cycle and from nothing else: when the loop hangs, the drives must miss it.
             self._heartbeat_due = now + self._settings.heartbeat_producer_s
             effects.append(Frame(heartbeat_frame(NmtState.OPERATIONAL)))
+        effects += self._scan.step(now)
         self._confirm()
         effects += self._log.take()
-        effects += self._replies.take(now)
+        effects += self._calls.take(now)
         if now >= self._state_due:
             self._state_due = now + STATE_PERIOD_S
             effects.append(Publish(self._state()))
@@ -140,6 +134,8 @@ class GatewayCore:
 
     def _on_frame(self, frame: CanFrame, now: float) -> None:
         node = self._nodes.get(cob_id.node_id(frame.id))
+        if node is None and cob_id.function_code(frame.id) == cob_id.SDO_FROM_NODE:
+            self._scan.take(cob_id.node_id(frame.id), frame.data)
         if node is None or frame.remote:
             return
         match cob_id.function_code(frame.id):
@@ -162,6 +158,7 @@ class GatewayCore:
     def _on_shutdown(self, now: float) -> None:
         if self._closing_since is None:
             self._closing_since = now
+            self._calls.closing = True
             self._log.info("closing", "the gateway comes to rest and switches its drives off")
             for robot in self._robots.values():
                 robot.group.playout.closing = True
@@ -172,41 +169,6 @@ class GatewayCore:
         for robot in self._robots.values():
             if robot.group.playout.live:
                 robot.group.fault(Trouble("late_cycle", text, "take load off this host"), now)
-
-    def _on_request(self, request: Request) -> None:
-        call = request.call
-        if isinstance(call, Call) and self._replies.opened(request.request_id, call):
-            self._do(call)
-
-    def _do(self, call: Call) -> None:
-        def then(ok: bool, text: str, grant: ClaimGrant | None = None) -> None:
-            self._replies.give(call.id, ok, text, grant)
-
-        match call.command:
-            case Who():
-                then(True, f"gateway {self._settings.name}, boot {self._boot}, {self._process}")
-            case Claim() | Release() | EnableDrives() | DisableDrives() | ResetDrives() as command:
-                robot = self._robots.get(command.robot)
-                if robot is None:
-                    known = ", ".join(self._robots)
-                    then(False, f"no robot {command.robot} on gateway {self._settings.name}; it has {known}")
-                elif isinstance(command, Claim):
-                    then(*self._claim(robot, command))
-                else:
-                    robot.obey(command, self._now, then)
-            case other:
-                then(False, f"{other.verb} is no call of a gateway; it takes {', '.join(CALLS)}")
-
-    def _claim(self, robot: Robot, command: Claim) -> tuple[bool, str, ClaimGrant | None]:
-        if command.digest != self._digest:
-            text = (
-                f"robot {robot.name}: the agent's configuration is {command.digest}, this gateway's is {self._digest}; "
-                "start both with the same cell file"
-            )
-            return False, text, None
-        if self._closing_since is not None:
-            return False, f"gateway {self._settings.name} is being stopped", None
-        return robot.claim(command, self._now, self._tick)
 
     # State
 

@@ -11,3 +11,28 @@ class Frame(Effect):
     """Send a frame now, in the order of the effects."""
 
     frame: CanFrame
+
+
+@dataclass(frozen=True, slots=True)
+class Record(Effect):
+    """Write the frames of the next `seconds` to `file`; `RecordSaid` with the same `call_id` says how it began."""
+
+    call_id: str
+    file: str
+    seconds: float
+
+
+@dataclass(frozen=True, slots=True)
+class RecordSaid:
+    """A recording began, or why it could not."""
+
+    call_id: str
+    ok: bool
+    text: str
+
+
+@dataclass(frozen=True, slots=True)
+class RecordEnded:
+    """A recording is complete; `text` says which and with how many frames."""
+
+    text: str

@@ -2,10 +2,8 @@
 
 from collections import deque
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cell.config.settings import Times
 from cell.core import Effect
@@ -14,23 +12,17 @@ from drive_gateway.cia402.units import AxisUnits
 from drive_gateway.config.settings import GatewaySettings, RobotDrives
 from drive_gateway.gateway.effects import Frame
 from drive_gateway.gateway.event_log import EventLog
-from drive_gateway.gateway.measurement import FollowingMonitor, RestDetector
+from drive_gateway.gateway.measurement import Floats
 from drive_gateway.gateway.node import Node
+from drive_gateway.gateway.permits import Permits, StopOrder
 from drive_gateway.gateway.playout import Playout
 from drive_gateway.gateway.power import Power, PowerState
+from drive_gateway.gateway.setup_desk import SetupDesk
 from drive_gateway.gateway.trouble import Trouble
+from drive_gateway.gateway.watch import Watch
 
-Floats = NDArray[np.float64]
 Then = Callable[[bool, str], None]
 """Takes whether it was done, and what was done or found."""
-
-
-@dataclass(frozen=True, slots=True)
-class StopOrder:
-    """Bring the robot to rest and switch it off; what still moves at `deadline` is stopped by its drives."""
-
-    deadline: float
-    reason: str
 
 
 class DriveGroup:
@@ -40,31 +32,28 @@ class DriveGroup:
         axes = drives.axes
         self.robot = drives.robot
         self.nodes = [Node(drives.robot, axis, settings) for axis in axes]
-        self.position: Floats = np.zeros(len(axes))
-        self.velocity: Floats = np.zeros(len(axes))
-        self.measured = False
-        """Every axis has been measured at least once."""
-        # The first cycle sends SYNC 1 and then the sample of tick 2.
-        self.playout = Playout(axes, settings.cycle_s, self.position, tick=1)
         self.power = Power(self.nodes)
-        self.trouble: Trouble | None = None
-        """Why the robot is in fault."""
-        self._cycle_s = settings.cycle_s
+        self.watch = Watch(self.nodes, self.power, settings, log)
+        # The first cycle sends SYNC 1 and then the sample of tick 2.
+        self.playout = Playout(axes, settings.cycle_s, self.watch.position, tick=1)
+        self.setup = SetupDesk(log)
+        self.permits = Permits(self.robot, self.nodes, self.power, self.watch, self.setup)
         self._stop_time_s = times.estop_delay_s
         self._log = log
         self._units = AxisUnits(axes)
         self._window: Floats = np.array([axis.following_window for axis in axes])
-        self._rest = RestDetector(axes)
-        self._following = FollowingMonitor(axes, settings.overrun_limit_s)
-        self._sent: deque[Floats] = deque([self.position] * 3, maxlen=3)
-        self._order: StopOrder | None = None
+        self._sent: deque[Floats] = deque([self.watch.position] * 3, maxlen=3)
         self._stopped_by = 0.0
-        self._standing = False
         self._then: Then | None = None
 
     @property
     def operational(self) -> bool:
         return all(node.operational for node in self.nodes)
+
+    @property
+    def referenced(self) -> bool:
+        """Every axis knows where it is, and none moves by itself."""
+        return self.operational and self.setup.motion is None and all(node.referenced for node in self.nodes)
 
     @property
     def commanded(self) -> Floats:
@@ -78,53 +67,61 @@ class DriveGroup:
             case PowerState.STOPPING:
                 return False
             case PowerState.OFF | PowerState.FAULT:
-                return True
-        return self.playout.at_rest and self._standing
+                return self.setup.motion is None
+        return self.playout.at_rest and self.watch.standing
 
     @property
     def idle(self) -> bool:
         """Switched off as far as this gateway can: nothing is commanded, nothing is waited for."""
         if self.power.state is PowerState.FAULT:
-            return all(not node.operational or node.without_torque for node in self.nodes)
-        return self.power.state is PowerState.OFF
+            return self.idle_nodes
+        return self.power.state is PowerState.OFF and self.setup.motion is None
+
+    @property
+    def idle_nodes(self) -> bool:
+        """Every node that can be heard says that it has no torque."""
+        return all(not node.operational or node.without_torque for node in self.nodes)
+
+    @property
+    def switched_off(self) -> bool:
+        """Off or in fault, standing as far as it is measured, and no node that can be heard has torque."""
+        standing = self.watch.standing or not self.watch.measured
+        return self.power.state in (PowerState.OFF, PowerState.FAULT) and standing and self.idle_nodes
 
     @property
     def secured(self) -> bool:
         """Measured at rest and without torque, by every drive's own word."""
-        return self._standing and self.operational and self.power.off
+        return self.watch.standing and self.operational and self.power.off
 
     def enable(self, now: float, then: Then) -> None:
         """Switch on; the robot holds the position that is measured."""
         match self.power.state:
             case PowerState.ON:
                 then(True, f"{self.robot} is enabled already")
-            case PowerState.OFF if self._order is not None:
-                then(False, f"{self.robot} stays off: {self._order.reason}")
-            case PowerState.OFF if self.operational and self.power.all_in(AxisStatus.SWITCH_ON_DISABLED):
+            case _ if problem := self.permits.enable():
+                then(False, problem)
+            case _:
                 self._then = then
                 self.power.enter(PowerState.SWITCHING_ON, now)
-            case PowerState.OFF:
-                then(False, f"{self.robot} cannot be enabled, all nodes must be in SWITCH_ON_DISABLED: {self.said()}")
-            case PowerState.FAULT:
-                then(False, f"{self.robot} is in fault ({self._fault_text()}); reset it first")
-            case _:
-                then(False, f"{self.robot} is busy: {self.power.state.value}; ask again when that is done")
 
     def disable(self, now: float, then: Then) -> None:
         """Switch off, only at rest: a drive that loses its torque in motion runs out uncontrolled."""
         match self.power.state:
+            case PowerState.OFF if self.setup.motion is not None:
+                self.setup.stop("it was disabled", now)
+                then(True, f"{self.robot} stops its set-up motion and switches off")
             case PowerState.OFF:
                 then(True, f"{self.robot} is off already")
             case PowerState.FAULT:
                 self.power.released = True
-                then(True, f"{self.robot} is in fault and loses its voltage: {self._fault_text()}")
+                then(True, f"{self.robot} is in fault and loses its voltage: {self.permits.cause()}")
             case PowerState.ON if self.at_rest:
                 self._then = then
                 self._switch_off(now)
             case PowerState.ON:
                 then(False, f"{self.robot} moves; halt it first")
             case _:
-                then(False, f"{self.robot} is busy: {self.power.state.value}; ask again when that is done")
+                then(False, self.permits.busy())
 
     def reset(self, now: float, then: Then) -> None:
         """Acknowledge a fault. Nothing moves and nothing is enabled by this."""
@@ -135,86 +132,36 @@ class DriveGroup:
             case PowerState.OFF | PowerState.ON:
                 then(True, f"{self.robot} has no fault")
             case _:
-                then(False, f"{self.robot} is busy: {self.power.state.value}; ask again when that is done")
-
-    def said(self) -> str:
-        """What each node says."""
-        return "; ".join(node.said() for node in self.nodes)
+                then(False, self.permits.busy())
 
     def fault(self, trouble: Trouble, now: float) -> None:
         """Stop all drives of the robot with voltage on; nothing moves again before reset and enable."""
         self._log.alarm(trouble, self.robot)
         if self.power.state in (PowerState.STOPPING, PowerState.FAULT):
-            self.trouble = self.trouble or trouble
+            self.permits.trouble = self.permits.trouble or trouble
             return
-        self.trouble = trouble
+        self.permits.trouble = trouble
         self._answer(False, f"{self.robot}: {trouble.text}; {trouble.remedy}")
-        if self.power.state is PowerState.OFF:
+        if self.power.state is PowerState.OFF and self.setup.motion is None:
             self._stand_in_fault(now)
         else:
+            self.setup.abandon(trouble.text, now)
             self._quick_stop(now)
 
     def step(self, now: float, tick: int, order: StopOrder | None) -> list[Effect]:
         """One cycle after the SYNC numbered `tick`: first the RPDOs for the next one, then what the nodes need."""
-        self._order = order
+        self.permits.order = order
         after = [effect for node in self.nodes for effect in node.step(now, tick - 1)]
-        self._measure(now)
-        self._look_for_troubles(now)
+        self.watch.measure(now)
+        # The answer to the last SYNC shows the position at which the sample before it had been reached.
+        for trouble in self.watch.troubles(self._sent[0], now):
+            self.fault(trouble, now)
         self.power.step(now)
         self._progress(now)
+        self.setup.step(now)
         if order is not None:
             self._obey(order, now)
         return self._command() + after
-
-    # Measuring and judging
-
-    def _measure(self, now: float) -> None:
-        counts = [node.counts for node in self.nodes]
-        known = [count for count in counts if count is not None]
-        if len(known) < len(counts):
-            return
-        self.measured = True
-        self.position = self._units.position(known)
-        self.velocity = self._units.velocity([node.counts_per_cycle / self._cycle_s for node in self.nodes])
-        self._standing = self._rest.update(self.position, now)
-
-    def _look_for_troubles(self, now: float) -> None:
-        for node in self.nodes:
-            for trouble in node.check():
-                self.fault(trouble, now)
-            if node.lost and self.power.state in (PowerState.OFF, PowerState.FAULT):
-                node.bring_up_again(now)
-            elif node.problem and node.problem != node.told_problem and not node.lost:
-                self._log.warn("node_absent", node.problem, "correct the cause; the node is tried again by itself")
-            node.told_problem = node.problem
-            if node.status is AxisStatus.FAULT or node.status is AxisStatus.FAULT_REACTION_ACTIVE:
-                self._drive_in_fault(node, now)
-        if self.power.state is not PowerState.ON:
-            self._following.forget()
-            return
-        for node in self.nodes:
-            if node.status is not AxisStatus.OPERATION_ENABLED:
-                text = f"{node.label} left Operation Enabled, it is in {node.status.name}"
-                self.fault(Trouble("left_enabled", text, "check the drive's enable inputs", node.axis.node_id), now)
-        # The answer to the last SYNC shows the position at which the sample before it had been reached.
-        self._check_following(self._sent[0], now)
-
-    def _check_following(self, demand: Floats, now: float) -> None:
-        found = self._following.update(self.position, demand, now)
-        if found is not None:
-            node, error = self.nodes[found[0]], found[1]
-            text = f"{node.label} is {error:.4g} beside its command, allowed {node.axis.following_window:.4g}"
-            remedy = "look for a collision or a blocked axis, then reset"
-            self.fault(Trouble("following_error", text, remedy, node.axis.node_id), now)
-
-    def _drive_in_fault(self, node: Node, now: float) -> None:
-        if self.power.state in (PowerState.STOPPING, PowerState.FAULT, PowerState.RESETTING):
-            return
-        emergency = node.emergency
-        reason = "no emergency code" if emergency is None else f"{emergency.code:04X}h {emergency.meaning}"
-        remedy = "look at the drive's display" if emergency is None else emergency.remedy
-        code = None if emergency is None else emergency.code
-        self.fault(Trouble("drive_fault", f"{node.label} is in fault: {reason}", remedy, node.axis.node_id, code), now)
 
     # Power
 
@@ -223,12 +170,12 @@ class DriveGroup:
         match self.power.state:
             case PowerState.OFF:
                 self._answer_if_waiting()
-                if self.measured:
-                    self.playout.follow(self.position)
+                if self.watch.measured:
+                    self.playout.follow(self.watch.position)
             case PowerState.SWITCHING_ON:
-                self.playout.follow(self.position)
+                self.playout.follow(self.watch.position)
                 if self.power.all_in(AxisStatus.SWITCHED_ON):
-                    self.power.hand_over(self._units.counts(self.position), now)
+                    self.power.hand_over(self._units.counts(self.watch.position), now)
             case PowerState.HANDING_OVER | PowerState.ENABLING if self._moved():
                 self._answer(False, f"{self.robot} moved while it was enabled; check brakes and loads")
                 self._switch_off(now)
@@ -243,29 +190,29 @@ class DriveGroup:
 
     def _answer_if_waiting(self) -> None:
         if self._then is not None:
-            self.trouble = None
+            self.permits.trouble = None
             self._log.info("disabled", f"{self.robot} is off")
             self._answer(True, f"{self.robot} is off: {len(self.nodes)} drives without torque")
 
     def _moved(self) -> bool:
         """An axis left the position that was taken over as its target."""
-        return bool((np.abs(self.position - self.playout.position) > self._window).any())
+        return bool((np.abs(self.watch.position - self.playout.position) > self._window).any())
 
     def _has_stopped(self, now: float) -> bool:
-        if self._standing and self.operational:
+        if self.watch.standing and self.operational:
             return True
         # After a fault the drives keep their voltage, so it may be declared without a measured standstill.
-        return self.trouble is not None and now >= self._stopped_by
+        return self.permits.trouble is not None and now >= self._stopped_by
 
     def _after_stop(self, now: float) -> None:
-        if self.trouble is None:
+        if self.permits.trouble is None:
             self._switch_off(now)
         else:
             self._stand_in_fault(now)
 
     def _too_late(self, now: float) -> None:
         state = self.power.state
-        found = self.said()
+        found = self.permits.said()
         if state is PowerState.RESETTING:
             self.power.enter(PowerState.FAULT, now)
             self._answer(False, f"{self.robot} could not be reset, a cause is still there: {found}")
@@ -277,6 +224,7 @@ class DriveGroup:
             self._switch_off(now)
 
     def _obey(self, order: StopOrder, now: float) -> None:
+        self.setup.stop(order.reason, now)
         match self.power.state:
             case PowerState.SWITCHING_ON | PowerState.HANDING_OVER | PowerState.ENABLING:
                 self._answer(False, f"{self.robot} stays off: {order.reason}")
@@ -287,7 +235,7 @@ class DriveGroup:
                 text = f"{self.robot} is not at rest in time ({order.reason}): quick stop"
                 self._log.warn("stop_deadline", text, "look why the agent did not brake")
                 self._quick_stop(now)
-            case PowerState.FAULT if self._standing:
+            case PowerState.FAULT if self.watch.standing:
                 self.power.released = True
 
     def _switch_off(self, now: float) -> None:
@@ -296,8 +244,7 @@ class DriveGroup:
 
     def _quick_stop(self, now: float) -> None:
         self.playout.stop()
-        self._rest.forget()
-        self._standing = False
+        self.watch.forget_rest()
         self._stopped_by = now + self._stop_time_s
         self.power.enter(PowerState.STOPPING, now)
 
@@ -310,7 +257,7 @@ class DriveGroup:
         self._sent.append(position)
         counts = self._units.counts(position)
         return [
-            Frame(node.rpdo(self.power.controlword(node), count))
+            Frame(self.setup.rpdo(node) or node.rpdo(self.power.controlword(node), count))
             for node, count in zip(self.nodes, counts, strict=True)
             if node.operational or node.lost
         ]
@@ -319,6 +266,3 @@ class DriveGroup:
         then, self._then = self._then, None
         if then is not None:
             then(ok, text)
-
-    def _fault_text(self) -> str:
-        return "unknown cause" if self.trouble is None else self.trouble.text

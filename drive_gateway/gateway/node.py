@@ -12,6 +12,8 @@ from drive_gateway.canopen.sdo import SdoChannel
 from drive_gateway.cia402.state_machine import decode
 from drive_gateway.config.settings import AxisSettings, GatewaySettings
 from drive_gateway.gateway.bring_up import BringUp, Phase
+from drive_gateway.gateway.effects import Frame
+from drive_gateway.gateway.guarding import Guarding
 from drive_gateway.gateway.trouble import Trouble
 
 _WITHOUT_TORQUE = {
@@ -31,12 +33,16 @@ class Node:
         self.sdo = SdoChannel(axis.node_id)
         self.counts: int | None = None
         self.counts_per_cycle = 0.0
+        self.statusword = 0
+        self.referenced = not axis.incremental
+        """The drive knows where its axis is; an incremental encoder forgets it with every start of its node."""
         self.emergency: Emergency | None = None
         self.missing_tpdos = 0
         self.told_problem = ""
         self._robot = robot
         self._settings = settings
         self._bring_up = BringUp(self.label, axis, settings, self.sdo)
+        self._guarding = Guarding(axis.node_id, settings.heartbeat_producer_s) if axis.guarded else None
         self._nmt: NmtState | None = None
         self._status = AxisStatus.SILENT
         self._tpdo_tick = -1
@@ -44,6 +50,11 @@ class Node:
         self._heartbeat_at = 0.0
         self._lost = False
         self._troubles: list[Trouble] = []
+
+    @property
+    def kept(self) -> frozenset[tuple[int, int]]:
+        """Objects whose values are the drives file's: index and sub-index."""
+        return self._bring_up.kept
 
     @property
     def operational(self) -> bool:
@@ -72,7 +83,7 @@ class Node:
         nmt = "unknown" if self._nmt is None else self._nmt.name.lower()
         code = None if self.emergency is None else self.emergency.code
         text = "" if self.emergency is None else self.emergency.meaning
-        return NodeStatus(self.axis.node_id, self._robot, self.axis.name, nmt, self.status, code, text)
+        return NodeStatus(self.axis.node_id, self._robot, self.axis.name, nmt, self.status, code, text, self.referenced)
 
     def said(self) -> str:
         """Its state in a few words, for the answer to a call."""
@@ -94,6 +105,7 @@ class Node:
         if self.counts is not None and tick > self._tpdo_tick:
             self.counts_per_cycle = (counts - self.counts) / (tick - self._tpdo_tick)
         self._status = status
+        self.statusword = statusword
         self.counts = counts
         self._tpdo_tick = tick
         self._tpdo_at = now
@@ -104,9 +116,12 @@ class Node:
         if state is None:
             return
         self._nmt = state
-        self._heartbeat_at = now
         if state is NmtState.BOOT_UP:
             self._bring_up.booted()
+        elif self._guarding is not None and not self._guarding.answered(data[0]):
+            # A wrong toggle bit: an answer was lost, or it is an old one; it does not count as a sign of life.
+            return
+        self._heartbeat_at = now
         if not self.operational or state is NmtState.OPERATIONAL:
             return
         if state is NmtState.BOOT_UP:
@@ -141,6 +156,9 @@ class Node:
                 self._heartbeat_at = self._tpdo_at = now
             elif self._bring_up.phase is Phase.RESETTING and before is Phase.WAITING:
                 self._forget()
+        guard = self._guarding.poll(now) if self._guarding is not None and self._watched else None
+        if guard is not None:
+            effects = [*effects, Frame(guard)]
         request = self.sdo.poll()
         return effects if request is None else [*effects, request]
 
@@ -157,11 +175,20 @@ class Node:
     def rpdo(self, controlword: int, counts: int) -> CanFrame:
         return CanFrame(RPDO1 + self.axis.node_id, RPDO1_LAYOUT.pack(controlword, counts))
 
+    @property
+    def _watched(self) -> bool:
+        """Its guarding is configured."""
+        return self._bring_up.phase in (Phase.STARTING, Phase.OPERATIONAL)
+
     def _forget(self) -> None:
         """What was known before a reset says nothing about the node after it."""
+        if self._guarding is not None:
+            self._guarding.restart()
         self._nmt = None
         self._tpdo_tick = -1
         self.counts_per_cycle = 0.0
+        self.statusword = 0
+        self.referenced = not self.axis.incremental
         self.emergency = None
 
     def _watch(self, now: float, tick: int) -> None:
@@ -173,7 +200,8 @@ class Node:
             return
         silent_s = now - self._heartbeat_at
         if silent_s > self._settings.heartbeat_timeout_s:
-            self._lose("heartbeat_lost", f"sent no heartbeat for {silent_s:.3f} s", "check power and wiring")
+            silence = "sent no heartbeat" if self._guarding is None else "did not answer its guarding"
+            self._lose("heartbeat_lost", f"{silence} for {silent_s:.3f} s", "check power and wiring")
 
     def _lose(self, code: str, what: str, remedy: str) -> None:
         self._lost = True

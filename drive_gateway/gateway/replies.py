@@ -26,9 +26,9 @@ class Replies:
         waiting.append(request_id)
         return len(waiting) == 1
 
-    def give(self, call_id: str, ok: bool, text: str, claim: ClaimGrant | None = None) -> None:
+    def give(self, call_id: str, ok: bool, text: str, claim: ClaimGrant | None = None, data: str = "") -> None:
         """Answer a call, whoever asked it how often."""
-        reply = Reply(call_id, ok, text, claim)
+        reply = Reply(call_id, ok, text, claim, data)
         self._given[call_id] = (self._now, reply)
         self._effects += [Answer(request_id, reply) for request_id in self._waiting.pop(call_id, [])]
 

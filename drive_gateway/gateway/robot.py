@@ -2,14 +2,26 @@
 
 from cell.config.settings import Times
 from cell.core import Effect, Publish
-from cell.messages.commands import Claim, ClaimGrant, DisableDrives, EnableDrives, Release, ResetDrives
+from cell.messages.commands import (
+    Claim,
+    ClaimGrant,
+    DisableDrives,
+    EnableDrives,
+    Home,
+    MoveAxes,
+    Release,
+    ResetDrives,
+)
 from cell.messages.drives import DriveFeedback
 from cell.messages.setpoints import SetpointBlock
 from drive_gateway.config.settings import GatewaySettings, RobotDrives
 from drive_gateway.gateway.claims import ClaimBook, ClaimRefused
 from drive_gateway.gateway.event_log import EventLog
-from drive_gateway.gateway.group import DriveGroup, Floats, StopOrder, Then
+from drive_gateway.gateway.group import DriveGroup, Then
 from drive_gateway.gateway.joining import Refusal, Refused
+from drive_gateway.gateway.measurement import Floats
+from drive_gateway.gateway.permits import StopOrder
+from drive_gateway.gateway.setup_plan import SetupRefused, homing_motion, move_motion
 
 REPEAT_S = 1.0
 """Refused blocks are told at most this often."""
@@ -87,9 +99,37 @@ class Robot:
             case ResetDrives():
                 self.group.reset(now, then)
 
+    def set_up(self, call: Home | MoveAxes, now: float, then: Then) -> None:
+        """Begin a motion of the drives' own; the operator must hold it."""
+        problem = self.group.permits.setup()
+        if problem:
+            then(False, problem)
+            return
+        try:
+            if isinstance(call, Home):
+                motion, nodes = homing_motion(self.group, call.axes, now)
+            else:
+                motion, nodes = move_motion(self.group, call, now)
+        except SetupRefused as refusal:
+            then(False, str(refusal))
+            return
+        self.group.setup.begin(motion, nodes)
+        self._log.info("setup", f"{motion.what} begins; it stops when its operator lets go")
+        then(True, f"{motion.what} begins")
+
+    def hold(self, now: float) -> tuple[str, str]:
+        """The operator holds it: what goes on, for people and in one word."""
+        motion, ended = self.group.setup.motion, self.group.setup.ended
+        if motion is not None:
+            motion.hold(now)
+            return motion.progress(), "moving"
+        if ended is None:
+            return f"{self.name} is not being set up", "stopped"
+        return (f"stopped: {ended.problem}", "stopped") if ended.problem else (f"{ended.what} is done", "done")
+
     def step(self, now: float, tick: int, order: StopOrder | None) -> list[Effect]:
         """One cycle; the feedback comes last."""
-        if not self.group.measured:
+        if not self.group.watch.measured:
             # Without feedback the owner has nothing to answer: its silence says nothing yet.
             self.claims.alive(self.claims.owner, now)
         elif self.claims.expire(self.group.at_rest, now):
@@ -97,7 +137,7 @@ class Robot:
             self._log.warn("claim_ended", f"{self.name}: its owner fell silent", "start the robot's agent again")
         commanded_before = self.group.commanded
         effects = self.group.step(now, tick, order)
-        if self.group.measured:
+        if self.group.watch.measured:
             effects.append(Publish(self._feedback(tick, commanded_before)))
         return effects
 
@@ -124,10 +164,10 @@ class Robot:
             state=playout.state,
             level=playout.level if playout.live else 0,
             refused=playout.refused,
-            referenced=group.operational,
+            referenced=group.referenced,
             enabled=playout.live,
-            position=group.position,
-            velocity=group.velocity,
+            position=group.watch.position,
+            velocity=group.watch.velocity,
             commanded=commanded,
             axes=tuple(node.status for node in group.nodes),
         )

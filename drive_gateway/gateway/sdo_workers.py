@@ -10,7 +10,7 @@ import can
 import canopen
 from canopen.sdo.client import SdoClient
 
-from drive_gateway.canopen.cob_id import SDO_FROM_NODE, SDO_TO_NODE, function_code
+from drive_gateway.canopen.cob_id import SDO_FROM_NODE, SDO_TO_NODE, function_code, node_id
 from drive_gateway.canopen.frame import CanFrame
 from drive_gateway.canopen.sdo import Sdo, SdoDone, abort_text
 
@@ -41,15 +41,15 @@ class SdoWorkers:
         self._done = done
         self._network = _Network(send)
         self._clients: dict[int, Any] = {}
-        for node_id in node_ids:
+        for number in node_ids:
             dictionary = canopen.ObjectDictionary()  # type: ignore[no-untyped-call]
             client: Any = SdoClient(  # type: ignore[no-untyped-call]
-                SDO_TO_NODE + node_id, SDO_FROM_NODE + node_id, dictionary
+                SDO_TO_NODE + number, SDO_FROM_NODE + number, dictionary
             )
             client.network = self._network
             client.RESPONSE_TIMEOUT = RESPONSE_TIMEOUT_S
             self._network.subscribe(client.tx_cobid, client.on_response)
-            self._clients[node_id] = client
+            self._clients[number] = client
         self._pool = ThreadPoolExecutor(max_workers=max(1, len(self._clients)), thread_name_prefix="sdo")
 
     def __enter__(self) -> Self:
@@ -61,8 +61,8 @@ class SdoWorkers:
         self._pool.shutdown(wait=True, cancel_futures=True)
 
     def take(self, frame: CanFrame) -> bool:
-        """Give a received frame to its client; true when it was an SDO answer."""
-        if function_code(frame.id) != SDO_FROM_NODE:
+        """Give a received frame to its client; true when it was an SDO answer of a configured node."""
+        if function_code(frame.id) != SDO_FROM_NODE or node_id(frame.id) not in self._clients:
             return False
         self._network.notify(frame.id, bytearray(frame.data), 0.0)
         return True

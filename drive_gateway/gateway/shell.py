@@ -5,7 +5,10 @@ import os
 import time
 from collections import deque
 from contextlib import ExitStack
-from threading import Event
+from pathlib import Path
+from threading import Event, Thread
+
+import can
 
 from cell.config.settings import Times
 from cell.core import Answer, Effect, Ended, Publish, Shutdown
@@ -20,9 +23,11 @@ from cell.net.session import CellSession
 from drive_gateway.canopen.frame import CanFrame
 from drive_gateway.canopen.sdo import Sdo
 from drive_gateway.config.settings import GatewaySettings
+from drive_gateway.errors import GatewayError
 from drive_gateway.gateway.bus import BusPort
 from drive_gateway.gateway.core import GatewayCore
-from drive_gateway.gateway.effects import Frame
+from drive_gateway.gateway.effects import Frame, Record, RecordEnded, RecordSaid
+from drive_gateway.gateway.recorder import LONGEST_S, Recorder
 from drive_gateway.gateway.sdo_workers import SdoWorkers
 from drive_gateway.sim.shell import SimulatedDrives
 
@@ -83,6 +88,7 @@ class _Shell:
 
     def __init__(self, settings: GatewaySettings, times: Times, session: CellSession, stop: Event) -> None:
         robots = settings.robots
+        self._settings = settings
         self._session = session
         self._calls: Calls = session.serve(f"gateway/{settings.name}")
         self._blocks: Latest = session.watch(*(f"robot/{robot}/setpoints" for robot in robots))
@@ -122,6 +128,8 @@ class _Shell:
                 self.workers.submit(effect)
             case Answer():
                 self._calls.answer(effect)
+            case Record():
+                Thread(target=self._record, args=(effect,), name="recorder", daemon=True).start()
             case Ended():
                 self.exit_code = 0
                 self.ended.set()
@@ -129,6 +137,18 @@ class _Shell:
     def _on_frame(self, frame: CanFrame) -> None:
         if not self.workers.take(frame):
             self._arrived.append(frame)
+
+    def _record(self, order: Record) -> None:
+        seconds = min(order.seconds, LONGEST_S)
+        try:
+            with Recorder(self._settings.bus, Path(order.file)) as recorder:
+                text = f"the gateway writes {order.file} for {seconds:g} s"
+                self._arrived.append(RecordSaid(order.call_id, True, text))
+                frames = recorder.run(seconds, self.ended)
+        except (GatewayError, OSError, can.CanError) as error:
+            self._arrived.append(RecordSaid(order.call_id, False, str(error)))
+            return
+        self._arrived.append(RecordEnded(f"{order.file} holds {frames} frames"))
 
     def _closing(self) -> list[object]:
         now = time.monotonic()

@@ -1,4 +1,4 @@
-"""The drive behind a node: CiA 402 objects, power state machine, cyclic synchronous position, monitoring and reactions.
+"""The drive behind a node: CiA 402 objects, power state machine, modes of operation, monitoring and reactions.
 
 While the power stage is off a brake holds the axis. When the stage goes off in motion the brake stops it, not at once.
 """
@@ -7,6 +7,7 @@ from collections.abc import Callable
 
 from drive_gateway.config.settings import AxisSettings
 from drive_gateway.sim.abort import Abort, AccessRefused
+from drive_gateway.sim.axis_servo import AxisServo
 from drive_gateway.sim.dictionary import key_of
 from drive_gateway.sim.emergency import COMMUNICATION_LOST, FOLLOWING_ERROR, SETPOINTS_MISSING, Emergencies
 from drive_gateway.sim.objects import Objects
@@ -19,7 +20,9 @@ from drive_gateway.sim.power_state import (
     command_of,
     commanded,
 )
-from drive_gateway.sim.servo import Servo
+from drive_gateway.sim.reference import Reference
+from drive_gateway.sim.servo import SPEED_RESERVE, Servo
+from drive_gateway.sim.setup_modes import SETUP_MODES, SetupModes
 
 CYCLIC_SYNCHRONOUS_POSITION = 8
 
@@ -41,6 +44,7 @@ _QUICK_STOP_DECELERATION = key_of(0x6085)
 _PERIOD_VALUE = key_of(0x60C2, 1)
 _PERIOD_EXPONENT = key_of(0x60C2, 2)
 _FOLLOWING_ERROR_ACTUAL = key_of(0x60F4)
+_STANDSTILL = key_of(0x606F)
 
 _VOLTAGE_ENABLED = 1 << 4
 _REMOTE = 1 << 9
@@ -48,8 +52,6 @@ _INTERNAL_LIMIT = 1 << 11
 _FOLLOWS_COMMAND = 1 << 12
 _FOLLOWING_ERROR_BIT = 1 << 13
 
-_SPEED_RESERVE = 1.2
-"""The motor turns faster than the axis may, so that a lag can be caught up."""
 _BRAKE_FACTOR = 2.0
 """The holding brake stops the axis harder than the quick stop does."""
 _LOW, _HIGH = -(1 << 31), (1 << 31) - 1
@@ -70,6 +72,7 @@ class Drive:
         objects: the node's objects; the drive registers itself for its own.
         emergencies: where faults are told.
         cause_present: whether the cause of an error code is still there, so that the fault cannot be reset.
+        servo: the axis behind the drive; `None`: one of the fast level.
     """
 
     def __init__(
@@ -80,13 +83,16 @@ class Drive:
         objects: Objects,
         emergencies: Emergencies,
         cause_present: Callable[[int], bool],
+        servo: AxisServo | None = None,
     ) -> None:
         scale = abs(axis.counts_per_unit)
         start = (axis.simulated_start - axis.offset) * axis.counts_per_unit
-        self._servo = Servo(start, lag_s, _SPEED_RESERVE * axis.speed * scale)
+        self.servo: AxisServo = servo or Servo(start, lag_s, SPEED_RESERVE * axis.speed * scale)
         self._brake = _BRAKE_FACTOR * axis.quick_stop * scale
         self._cycle_s = cycle_s
         self._numbers = objects.numbers
+        self._reference = Reference(axis)
+        self._setup = SetupModes(objects.numbers, self.servo, self._reference)
         self._emergencies = emergencies
         self._cause_present = cause_present
         self._now: float | None = None
@@ -94,7 +100,7 @@ class Drive:
         self.reset()
 
     def _register(self, objects: Objects) -> None:
-        objects.guards[_MODE] = self._only_csp
+        objects.guards[_MODE] = self._known_mode
         objects.guards[_QUICK_STOP_OPTION] = self._known_option
         objects.followers[_MODE] = self._set_mode
         objects.followers[CONTROLWORD] = self._obey
@@ -105,15 +111,17 @@ class Drive:
     @property
     def position(self) -> float:
         """[counts]"""
-        return self._servo.position
+        return self.servo.position
 
     @property
     def top_speed(self) -> float:
         """[counts/s] that the axis cannot exceed."""
-        return self._servo.top_speed
+        return self.servo.top_speed
 
     def reset(self) -> None:
         """Transition 0: the drive restarts without power; the axis is where it is."""
+        self.servo.switch_on()
+        self._reference.switched_on(self.servo.position)
         self.state = DriveState.NOT_READY_TO_SWITCH_ON
         self.faults: list[int] = []
         self._before = 0
@@ -130,12 +138,19 @@ class Drive:
         """Let time pass up to `now`: move, watch, show."""
         if self._now is None:
             self._now = now
+        if self._now >= now:
+            return
         while self._now < now:
             end = min(self._now + self._cycle_s, now)
             step_s, self._now = end - self._now, end
             self._move(step_s)
+            if self.state is not DriveState.NOT_READY_TO_SWITCH_ON:
+                for code in self.servo.trips():
+                    self.fault(code)
             if self.state is DriveState.OPERATION_ENABLED:
                 self._watch(step_s, end)
+        if self._numbers[_MODE] != self._numbers[_MODE_DISPLAY]:
+            self._set_mode(self._numbers[_MODE])
         self._show()
 
     def fault(self, code: int) -> None:
@@ -161,8 +176,8 @@ class Drive:
 
     # Objects
 
-    def _only_csp(self, mode: int) -> None:
-        if mode != CYCLIC_SYNCHRONOUS_POSITION:
+    def _known_mode(self, mode: int) -> None:
+        if mode != CYCLIC_SYNCHRONOUS_POSITION and mode not in SETUP_MODES:
             raise AccessRefused(Abort.RANGE)
 
     def _known_option(self, option: int) -> None:
@@ -170,7 +185,14 @@ class Drive:
             raise AccessRefused(Abort.RANGE)
 
     def _set_mode(self, mode: int) -> None:
+        """A drive in motion goes on in its mode; it shows and takes the new one when it stands (`advance`)."""
+        standing = abs(self.servo.velocity) <= self._numbers[_STANDSTILL]
+        if mode == self._numbers[_MODE_DISPLAY] or (self.state is DriveState.OPERATION_ENABLED and not standing):
+            return
         self._numbers[_MODE_DISPLAY] = mode
+        self.servo.hold()
+        self._setpoint_at = self._now or 0.0
+        self._setup.begin()
         self._show()
 
     def _set_period(self, _value: int) -> None:
@@ -184,10 +206,12 @@ class Drive:
             self._command(command_of(controlword))
         elif rising & FAULT_RESET:
             self._acknowledge()
+        if self.state is DriveState.OPERATION_ENABLED:
+            self._setup.obey(self._numbers[_MODE_DISPLAY], controlword)
 
     def _aim(self, target: int) -> None:
         if self.state is DriveState.OPERATION_ENABLED and self._numbers[_MODE_DISPLAY] == CYCLIC_SYNCHRONOUS_POSITION:
-            self._servo.interpolate(target, self._period_s)
+            self.servo.interpolate(target + self._reference.shift, self._period_s)
             self._setpoint_at = self._now or 0.0
 
     # States
@@ -199,7 +223,7 @@ class Drive:
 
     def _acknowledge(self) -> None:
         """Transition 15, if every cause is gone."""
-        present = [code for code in self.faults if self._cause_present(code)]
+        present = [code for code in self.faults if self._cause_present(code) or self.servo.persists(code)]
         if present:
             self._emergencies.repeat(present[-1])
             return
@@ -211,7 +235,8 @@ class Drive:
 
     def _enter(self, state: DriveState) -> None:
         if state is DriveState.OPERATION_ENABLED:
-            self._servo.hold()
+            self.servo.hold()
+            self._setup.begin()
             self._setpoint_at = self._now or 0.0
             self._outside_s = 0.0
         self.state = state
@@ -220,15 +245,17 @@ class Drive:
     # Motion
 
     def _move(self, step_s: float) -> None:
-        servo = self._servo
+        servo = self.servo
         if self.state is DriveState.OPERATION_ENABLED:
+            if self._numbers[_MODE_DISPLAY] in SETUP_MODES:
+                self._setup.advance(self._numbers[_MODE_DISPLAY], step_s)
             servo.follow(step_s)
         elif self.state in _BRAKING:
             servo.brake(step_s, self._numbers[_QUICK_STOP_DECELERATION])
             if servo.standing:
                 self._stopped()
-        elif not servo.standing:
-            servo.brake(step_s, self._brake)
+        else:
+            servo.rest(step_s, self._brake)
 
     def _stopped(self) -> None:
         """Transitions 12 and 14."""
@@ -238,10 +265,11 @@ class Drive:
             self._enter(DriveState.SWITCH_ON_DISABLED)
 
     def _watch(self, step_s: float, now: float) -> None:
-        if now - self._setpoint_at > self._patience_s:
+        cyclic = self._numbers[_MODE_DISPLAY] == CYCLIC_SYNCHRONOUS_POSITION
+        if cyclic and now - self._setpoint_at > self._patience_s:
             self.fault(SETPOINTS_MISSING)
             return
-        if abs(self._servo.error) <= self._numbers[_FOLLOWING_WINDOW]:
+        if abs(self.servo.error) <= self._numbers[_FOLLOWING_WINDOW]:
             self._outside_s = 0.0
             return
         self._outside_s += step_s
@@ -250,24 +278,29 @@ class Drive:
 
     def _show(self) -> None:
         """Statusword and measurements into their objects."""
-        servo, numbers = self._servo, self._numbers
-        position = _clipped(servo.position)
+        servo, numbers = self.servo, self._numbers
+        shift, mode = self._reference.shift, numbers[_MODE_DISPLAY]
         word = self.state.value | _REMOTE
         if self.state is not DriveState.NOT_READY_TO_SWITCH_ON:
             word |= _VOLTAGE_ENABLED
-        if self.state is DriveState.OPERATION_ENABLED and numbers[_MODE_DISPLAY] == CYCLIC_SYNCHRONOUS_POSITION:
+        if self.state is DriveState.OPERATION_ENABLED and mode == CYCLIC_SYNCHRONOUS_POSITION:
             word |= _FOLLOWS_COMMAND
+        elif self.state is DriveState.OPERATION_ENABLED and mode in SETUP_MODES:
+            word |= self._setup.bits(mode)
         if servo.limited:
             word |= _INTERNAL_LIMIT
         if FOLLOWING_ERROR in self.faults:
             word |= _FOLLOWING_ERROR_BIT
         numbers[STATUSWORD] = word
-        numbers[POSITION_ACTUAL] = position
+        numbers[POSITION_ACTUAL] = _clipped(servo.position - shift)
         numbers[_VELOCITY_ACTUAL] = _clipped(servo.velocity)
-        numbers[_POSITION_DEMAND] = _clipped(servo.demand)
+        numbers[_POSITION_DEMAND] = _clipped(servo.demand - shift)
         numbers[_FOLLOWING_ERROR_ACTUAL] = _clipped(servo.error)
 
 
 def _clipped(value: float) -> int:
     """Nearest int32."""
-    return max(_LOW, min(_HIGH, round(value)))
+    nearest = round(value)
+    if _LOW <= nearest <= _HIGH:
+        return nearest
+    return _HIGH if nearest > 0 else _LOW

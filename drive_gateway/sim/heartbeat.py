@@ -1,4 +1,4 @@
-"""Heartbeats of a node (CiA 301): the one it produces (1017h) and the one it watches (1016h)."""
+"""Error control of a node (CiA 301): heartbeats (1016h, 1017h), or node guarding (100Ch, 100Dh)."""
 
 
 class HeartbeatProducer:
@@ -46,6 +46,36 @@ class HeartbeatConsumer:
     def missed(self, now: float) -> bool:
         """Whether the watched node falls silent just now."""
         if self.lost or self._heard is None or now - self._heard <= self._timeout_s:
+            return False
+        self.lost = True
+        return True
+
+
+class GuardedLife:
+    """Node guarding: a poll is answered with a toggle bit; after the first one the next must come in time."""
+
+    def __init__(self) -> None:
+        self._heard: float | None = None
+        self._toggle = 0
+        self.lost = False
+
+    def restart(self) -> None:
+        self._heard = None
+        self._toggle = 0
+        self.lost = False
+
+    def polled(self, state: int, now: float) -> int:
+        """The byte of the answer."""
+        self._heard = now
+        self.lost = False
+        answer = state | self._toggle
+        self._toggle ^= 0x80
+        return answer
+
+    def missed(self, guard_ms: int, factor: int, now: float) -> bool:
+        """Whether the master falls silent just now; 0 in either object switches this off."""
+        life_s = guard_ms * factor / 1000.0
+        if self.lost or self._heard is None or life_s == 0.0 or now - self._heard <= life_s:
             return False
         self.lost = True
         return True

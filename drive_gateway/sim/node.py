@@ -1,7 +1,7 @@
 """One simulated node: network states, services and their gating (CiA 301) around a simulated drive (CiA 402).
 
-Nothing here knows a clock: time is what the caller says. Node guarding by remote frames is not simulated; a node with
-guarding would answer remote frames on 700h + Node-ID.
+Nothing here knows a clock: time is what the caller says. A node that produces a heartbeat is not guarded: the two share
+an identifier.
 """
 
 from collections.abc import Callable
@@ -12,10 +12,12 @@ from drive_gateway.canopen.frame import CanFrame
 from drive_gateway.canopen.nmt import NmtCommand, NmtState
 from drive_gateway.config.settings import AxisSettings
 from drive_gateway.sim.abort import Abort, AccessRefused
+from drive_gateway.sim.axis_servo import AxisServo
 from drive_gateway.sim.dictionary import key_of, load_dictionary
 from drive_gateway.sim.drive import Drive
 from drive_gateway.sim.emergency import HEARTBEAT_LOST, PDO_TOO_SHORT, Emergencies
-from drive_gateway.sim.heartbeat import HeartbeatConsumer, HeartbeatProducer
+from drive_gateway.sim.heartbeat import GuardedLife, HeartbeatConsumer, HeartbeatProducer
+from drive_gateway.sim.late_frames import LateFrames
 from drive_gateway.sim.objects import ALL, COMMUNICATION, Objects
 from drive_gateway.sim.pdo import ReceivePdo, TransmitPdo, receive_pdos, transmit_pdos
 from drive_gateway.sim.pdo_parameters import PdoParameters
@@ -26,6 +28,8 @@ BOOT_S = 0.02
 """From power-on or reset to the boot-up message."""
 
 _HISTORY_COUNT = key_of(0x1003)
+_GUARD_TIME = key_of(0x100C)
+_LIFE_TIME_FACTOR = key_of(0x100D)
 _CONSUMER = key_of(0x1016, 1)
 _PRODUCER = key_of(0x1017)
 _ERROR_BEHAVIOUR = key_of(0x1029, 1)
@@ -36,7 +40,7 @@ _Handler = Callable[[bytes, float], list[CanFrame]]
 
 
 class SimulatedNode:
-    """A CANopen node with one CiA 402 drive in mode cyclic synchronous position.
+    """A CANopen node with one CiA 402 drive.
 
     `receive` takes every frame of the bus and answers; `step` must be called at least every 10 ms. The node is switched
     on by the first of these calls.
@@ -47,17 +51,26 @@ class SimulatedNode:
         lag_s: lag of the axis behind its set points [s].
         setpoint_timeout: interpolation periods without a set point that are a fault (power-on value of 2000h);
             `None`: as in the EDS.
+        servo: the axis behind the drive; `None`: one of the fast level.
     """
 
-    def __init__(self, axis: AxisSettings, cycle_s: float, lag_s: float, setpoint_timeout: int | None = None) -> None:
+    def __init__(
+        self,
+        axis: AxisSettings,
+        cycle_s: float,
+        lag_s: float,
+        setpoint_timeout: int | None = None,
+        servo: AxisServo | None = None,
+    ) -> None:
         self.node_id = axis.node_id
         self._setpoint_timeout = setpoint_timeout
         self._objects = Objects(load_dictionary(), axis.node_id)
         self._emergencies = Emergencies(self._objects, axis.node_id)
         self._consumer = HeartbeatConsumer()
         self._producer = HeartbeatProducer()
+        self._guarded = GuardedLife()
         self._sdo = SdoServer(self._objects)
-        self._drive = Drive(axis, cycle_s, lag_s, self._objects, self._emergencies, self._cause_present)
+        self._drive = Drive(axis, cycle_s, lag_s, self._objects, self._emergencies, self._cause_present, servo)
         self._parameters = PdoParameters(self._objects, lambda: self._nmt is NmtState.OPERATIONAL)
         self._objects.guards[_HISTORY_COUNT] = _only_zero
         self._objects.followers[_HISTORY_COUNT] = lambda _value: self._emergencies.clear_history()
@@ -67,6 +80,7 @@ class SimulatedNode:
         self._boot_at: float | None = None
         self._restart_drive = True
         self._silent = False
+        self._late = LateFrames()
         self._nmt = NmtState.BOOT_UP
         self._receive: list[ReceivePdo] = []
         self._transmit: list[TransmitPdo] = []
@@ -86,6 +100,11 @@ class SimulatedNode:
     def position(self) -> float:
         """Where the axis is [counts]."""
         return self._drive.position
+
+    @property
+    def servo(self) -> AxisServo:
+        """The axis, for faults on command."""
+        return self._drive.servo
 
     @property
     def top_speed(self) -> float:
@@ -113,12 +132,16 @@ class SimulatedNode:
         if self._nmt is NmtState.BOOT_UP:
             frames += self._boot(now)
         else:
-            if self._consumer.missed(now):
+            numbers = self._objects.numbers
+            if self._consumer.missed(now) or self._guarded.missed(
+                numbers[_GUARD_TIME], numbers[_LIFE_TIME_FACTOR], now
+            ):
                 self._heartbeat_lost()
             if self._producer.due(now):
                 frames.append(self._error_control(self._nmt))
             if self._nmt is NmtState.OPERATIONAL:
                 frames += [frame for pdo in self._transmit if (frame := pdo.on_time(now)) is not None]
+                frames += self._late.due(now)
         frames = self._with_emergencies(frames)
         return [] if self._silent else frames
 
@@ -137,6 +160,10 @@ class SimulatedNode:
         """The drive finds an error: EMCY with `code`, braking, fault. Its cause is gone when the fault is reset."""
         self._drive.fault(code)
 
+    def delay_tpdos(self, late_s: float) -> None:
+        """The node measures as ever and sends what SYNC asks for `late_s` too late; 0 ends it."""
+        self._late.late_s = late_s
+
     # Network management
 
     def _restart(self) -> None:
@@ -153,6 +180,7 @@ class SimulatedNode:
         for code in self._drive.faults:  # a fault outlives a reset of the communication and is told again
             self._emergencies.occur(code)
         self._consumer.configure(0)
+        self._guarded.restart()
         self._producer.configure(0, self._now)
 
     def _boot(self, now: float) -> list[CanFrame]:
@@ -188,9 +216,10 @@ class SimulatedNode:
         if state is self._nmt:
             return
         self._nmt = state
-        self._handlers = {NMT: self._on_nmt}
+        self._handlers = {NMT: self._on_nmt, ERROR_CONTROL + self.node_id: _unheard}
         self._transmit = []
         self._receive = []
+        self._late.forget()
         if state is NmtState.STOPPED:
             self._drive.connection_lost()
         else:
@@ -240,7 +269,7 @@ class SimulatedNode:
             self._enter(after)
 
     def _cause_present(self, code: int) -> bool:
-        return code == HEARTBEAT_LOST and self._consumer.lost
+        return code == HEARTBEAT_LOST and (self._consumer.lost or self._guarded.lost)
 
     # Services
 
@@ -256,7 +285,7 @@ class SimulatedNode:
         for pdo in self._receive:
             if pdo.synchronous:
                 pdo.take_over()
-        return frames
+        return self._late.passed(frames, now)
 
     def _on_rpdo(self, pdo: ReceivePdo, data: bytes, now: float) -> list[CanFrame]:
         if not pdo.fits(data):
@@ -270,8 +299,14 @@ class SimulatedNode:
         return []
 
     def _on_remote(self, cob_id: int) -> list[CanFrame]:
-        """A remote frame asks for a TPDO; no other service of the node can be asked for."""
+        """A remote frame asks for a TPDO, or guards the node if it has no heartbeat."""
         self._drive.advance(self._now)
+        if cob_id == ERROR_CONTROL + self.node_id:
+            if self._objects.numbers[_PRODUCER]:
+                return []
+            if self._guarded.lost and HEARTBEAT_LOST not in self._drive.faults:
+                self._emergencies.vanish(HEARTBEAT_LOST)
+            return [CanFrame(cob_id, bytes((self._guarded.polled(self._nmt, self._now),)))]
         return [pdo.frame() for pdo in self._transmit if pdo.cob_id == cob_id and pdo.remote]
 
 

@@ -4,11 +4,16 @@ The demand runs linearly to the newest target within one interpolation period an
 w = 1 / lag the axis follows it as x'' = w^2 (u - x) + 2 w (u'/2 - x'): critically damped with the time constant `lag`,
 half of the demanded velocity fed forward. At a constant speed u' = v the error settles at v / w, so the axis runs
 behind its demand by exactly the lag. Each step is the closed solution, so its length does not matter. Torque is
-unlimited; the speed of the motor is not.
+unlimited; the speed of the motor is not. This is the fast level of the simulation; `drive_gateway.sim.axis` holds the
+full one, which has this axis as its command.
 """
 
 from math import exp
 
+from drive_gateway.canopen.emcy import MOTOR_HOT
+
+SPEED_RESERVE = 1.2
+"""The motor turns faster than the axis may, so that a lag can be caught up."""
 _SHORTEST_LAG_S = 1e-4
 """A lag of zero is taken as this: no axis follows at once."""
 
@@ -27,6 +32,7 @@ class Servo:
         self.demand = position
         self.limited = False
         """The motor's speed held the axis back in the newest step."""
+        self._blocked = self._stuck = self._hot = self._told = False
 
     @property
     def standing(self) -> bool:
@@ -52,6 +58,7 @@ class Servo:
     def follow(self, step_s: float) -> None:
         """One step of interpolation and position loop."""
         self.limited = False
+        held = self.position
         if self._ramp_left > 0.0:
             part = min(step_s, self._ramp_left)
             self._track(part, self._rate)
@@ -62,13 +69,52 @@ class Servo:
                 self.demand = self._target
         if step_s > 0.0:
             self._track(step_s, 0.0)
+        if self._blocked or self._stuck:
+            self.position, self.velocity, self.limited = held, 0.0, True
+
+    def rest(self, step_s: float, deceleration: float) -> None:
+        """One step with the power stage off: the brake stops the axis, not at once, and holds it."""
+        if not self.standing:
+            self.brake(step_s, deceleration)
+
+    def switch_on(self) -> None:
+        """The drive's supply returns; its encoder is absolute."""
+        self._told = False
+
+    def trips(self) -> list[int]:
+        """The code of a hot motor, once; this level knows no other trouble of its own."""
+        if self._told or not self._hot:
+            return []
+        self._told = True
+        return [MOTOR_HOT]
+
+    def persists(self, code: int) -> bool:
+        """Whether the cause of an error code is still there."""
+        return code == MOTOR_HOT and self._hot
+
+    def jump(self, counts: int) -> None:
+        """Fault on command: the encoder reads wrong by so much from now on."""
+        self.position += counts
+
+    def block(self, blocked: bool) -> None:
+        """Fault on command: something holds the axis."""
+        self._blocked = blocked
+
+    def stick_brake(self, stuck: bool) -> None:
+        """Fault on command: the holding brake does not open."""
+        self._stuck = stuck
+
+    def heat(self, hot: bool) -> None:
+        """Fault on command: the motor is hotter than it may be, or has cooled down."""
+        self._hot = hot
+        self._told = self._told and hot
 
     def brake(self, step_s: float, deceleration: float) -> None:
         """One step towards standstill with `deceleration` [counts/s^2]; the demand goes with the axis."""
         speed = abs(self.velocity)
         braking_s = min(step_s, speed / deceleration)
         change = deceleration * braking_s
-        left = 0.0 if change >= speed else speed - change
+        left = 0.0 if speed <= deceleration * step_s else speed - change
         mean = 0.5 * (speed + left)
         self.position += (mean if self.velocity > 0.0 else -mean) * braking_s
         self.velocity = left if self.velocity > 0.0 else -left

@@ -3,6 +3,8 @@
 import logging
 import threading
 import time
+from collections.abc import Mapping
+from dataclasses import replace
 from math import ceil
 from types import TracebackType
 from typing import Self
@@ -11,16 +13,25 @@ import can
 
 from cell.net.runner import scheduling
 from drive_gateway.canopen.frame import CanFrame
-from drive_gateway.config.settings import GatewaySettings
+from drive_gateway.config.settings import AxisSettings, GatewaySettings
+from drive_gateway.config.simulation import Level
 from drive_gateway.gateway.bus import BusError, open_bus
+from drive_gateway.sim.axis.dc_bus import DcBus
+from drive_gateway.sim.axis.full_servo import FullServo
+from drive_gateway.sim.axis.load import Load, together
+from drive_gateway.sim.bus import SimulatedBus
 from drive_gateway.sim.node import SimulatedNode
 
 _log = logging.getLogger(__name__)
+
+Loads = Mapping[tuple[str, str], Load]
 
 STEP_S = 0.005
 """Period of the nodes' own timers, and longest wait for a frame."""
 _OLDEST_S = 1.0
 """A frame that seems older was stamped by a clock that jumped."""
+_GRAIN_S = 0.0005
+"""Frames that come through the wire within this time are handed over together; their own times stay exact."""
 _CLOSE_TIMEOUT_S = 2.0
 _LONGEST_SETPOINT_TIMEOUT = 255
 
@@ -35,9 +46,10 @@ class SimulatedDrives:
         BusError: the bus cannot be opened (on entering).
     """
 
-    def __init__(self, settings: GatewaySettings) -> None:
+    def __init__(self, settings: GatewaySettings, loads: Loads | None = None) -> None:
         self._settings = settings.bus
-        self.nodes = simulated_nodes(settings)
+        self.nodes = simulated_nodes(settings, loads)
+        self._carrier = SimulatedBus(self.nodes, settings.bus.bitrate if settings.simulation.wire_time else None)
         self.problem = ""
         self.ended = threading.Event()
         self._closing = threading.Event()
@@ -73,28 +85,58 @@ class SimulatedDrives:
     def _serve(self, bus: can.BusABC) -> None:
         stepped = 0.0
         while not self._closing.is_set():
-            message = bus.recv(STEP_S)
+            message = bus.recv(self._patience(stepped + STEP_S))
             now = time.monotonic()
             if message is not None:
                 now -= _age(message)
                 if not message.is_extended_id and not message.is_error_frame:
                     frame = CanFrame(message.arbitration_id, bytes(message.data), message.is_remote_frame)
-                    for node in self.nodes:
-                        _send(bus, node.receive(frame, now))
-            if message is None or now - stepped >= STEP_S:
+                    _send(bus, self._carrier.receive(frame, now))
+            if now - stepped >= STEP_S:
                 stepped = now
-                for node in self.nodes:
-                    _send(bus, node.step(now))
+                _send(bus, self._carrier.step(now))
+            else:
+                _send(bus, self._carrier.carry(now))
+
+    def _patience(self, step_at: float) -> float:
+        """How long to wait for a frame of the master: until the nodes' timers or one of their own frames are due."""
+        arrival = self._carrier.next_at
+        due = step_at if arrival is None else min(step_at, arrival)
+        return min(max(due - time.monotonic(), _GRAIN_S), STEP_S)
 
 
-def simulated_nodes(settings: GatewaySettings) -> list[SimulatedNode]:
-    """One node per axis. They wait for set points as long as a cycle of this gateway may be late."""
+def simulated_nodes(settings: GatewaySettings, loads: Loads | None = None) -> list[SimulatedNode]:
+    """One node per axis. They wait for set points as long as a cycle of this gateway may be late.
+
+    `loads` are torques on axes beside those of the file, for who knows the whole robot; by robot and axis, at the full
+    level only.
+    """
     timeout = min(_LONGEST_SETPOINT_TIMEOUT, max(2, ceil(settings.overrun_limit_s / settings.cycle_s) + 1))
+    bus = DcBus(settings.simulation.dc_bus)
     return [
-        SimulatedNode(axis, settings.cycle_s, settings.simulated_lag_s, timeout)
-        for robot in settings.robots.values()
+        SimulatedNode(
+            axis,
+            settings.cycle_s,
+            settings.simulated_lag_s,
+            timeout,
+            _full_servo(settings, name, axis, bus, loads or {}),
+        )
+        for name, robot in settings.robots.items()
         for axis in robot.axes
     ]
+
+
+def _full_servo(
+    settings: GatewaySettings, robot: str, axis: AxisSettings, bus: DcBus, loads: Loads
+) -> FullServo | None:
+    """The axis at the full level, `None` at the fast one."""
+    if settings.simulation.level is Level.FAST:
+        return None
+    data = settings.simulation.axes[robot, axis.name]
+    if (robot, axis.name) in loads:
+        data = replace(data, torque=together(data.torque, loads[robot, axis.name]))
+    start = (axis.simulated_start - axis.offset) * axis.counts_per_unit
+    return FullServo(data, start, settings.simulated_lag_s, bus)
 
 
 def run_simulated_drives(settings: GatewaySettings, stop: threading.Event) -> int:

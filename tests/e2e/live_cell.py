@@ -178,18 +178,10 @@ class LiveCell:
         process.wait(timeout_s)
         return process
 
-    def obeyed(self, *words: str, timeout_s: float = 30.0) -> None:
-        """Give an order until it is obeyed: drives that have just booted, for example, are not ready to be enabled."""
-        orders: list[Process] = []
-
-        def done() -> bool:
-            orders.append(self.order(*words))
-            return orders[-1].exit_code() == 0
-
-        try:
-            wait_until(done, timeout_s, " ".join(words))
-        except AssertionError as error:
-            raise AssertionError(f"{error}:\n{orders[-1].output}") from None
+    def obeyed(self, *words: str) -> None:
+        """Give an order once; it must be obeyed."""
+        order = self.order(*words)
+        assert order.exit_code() == 0, order.output
 
     def pid_of(self, *words: str) -> int:
         """Process id of the child of `cell up` whose command line has all these words."""

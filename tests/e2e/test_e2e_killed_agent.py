@@ -15,6 +15,7 @@ from robot_agent.language import MoveJoints, MoveLine, parse_program
 
 LINE_INTO_ZONE = 8
 ON_LINE_M = 10e-6
+RECENT_CYCLES = 10
 
 
 def move_to_multicast(live: LiveCell) -> None:
@@ -62,7 +63,7 @@ def test_the_robot_stays_on_its_line_and_its_zone_stays_blocked_until_adopted(li
 
         last_line = set_points_behind_the_start_of_the_line(bus.cycles(), model, left.program.read_text())
         assert len(last_line) > 20
-        assert distance_from_line(last_line, model, left.program.read_text()).max() < ON_LINE_M
+        assert distance_from_lines(last_line, model, left.program.read_text()).max() < ON_LINE_M
 
         robots.take()
         robots.wait_for(RobotState, lambda s: "orphaned" in s.waiting_for, 60.0, "right, waiting for the zone")
@@ -91,7 +92,16 @@ def adopt_and_finish(live: LiveCell, robots: Recorder, manager: Recorder, old_to
     """A new agent stands in the zone; it may adopt it and only then move."""
     live.agent("left")
     robots.take()
-    robots.wait_for(RobotState, lambda s: s.robot == "left" and s.mode is Mode.READY, 60.0, "the new agent of left")
+    left = robots.wait_for(
+        RobotState, lambda s: s.robot == "left" and s.mode is Mode.READY, 60.0, "the new agent of left"
+    )
+    manager.take()
+    manager.wait_for(
+        ManagerState,
+        lambda s: "left" in s.heard and s.heard["left"].boot == left.boot,
+        10.0,
+        "left, heard by the manager",
+    )
     adopted = live.order("zone", "adopt", "handover", "left")
     assert adopted.exit_code() == 0, adopted.output
     state = manager.wait_for(
@@ -120,38 +130,41 @@ def at_rest(cycles: list[Cycle]) -> bool:
 
 def set_points_behind_the_start_of_the_line(cycles: list[Cycle], model: Model, program: str) -> NDArray[np.float64]:
     """All complete set points after the robot stood for the last time at the start of its line, `(m, n)`."""
-    start, _ = line_in(program, model)
+    start = corners_in(program, model)[0]
     points = np.array([cycle.commanded for cycle in cycles if not np.isnan(cycle.commanded).any()])
     standing = np.linalg.norm(model.forward(points)[:, :3, 3] - start, axis=1) < ON_LINE_M
     return points[int(np.flatnonzero(standing)[-1]) :]
 
 
-def distance_from_line(points: NDArray[np.float64], model: Model, program: str) -> NDArray[np.float64]:
-    """`(m,)` [m] distance of the flange from the programmed segment."""
-    start, end = line_in(program, model)
+def distance_from_lines(points: NDArray[np.float64], model: Model, program: str) -> NDArray[np.float64]:
+    """`(m,)` [m] distance of the flange from the nearer of the two lines that meet in the zone."""
+    corners = corners_in(program, model)
+    start, end = corners[:-1], corners[1:]
     way = end - start
-    positions = model.forward(points)[:, :3, 3]
-    share = np.clip((positions - start) @ way / (way @ way), 0.0, 1.0)
-    return np.linalg.norm(positions - start - share[:, None] * way, axis=1)
+    offset = model.forward(points)[:, None, :3, 3] - start
+    share = np.clip((offset * way).sum(-1) / (way * way).sum(-1), 0.0, 1.0)
+    return np.linalg.norm(offset - share[..., None] * way, axis=-1).min(axis=1)
 
 
-def line_in(program: str, model: Model) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Start and end [m] of the line into the zone, from the program text itself."""
+def corners_in(program: str, model: Model) -> NDArray[np.float64]:
+    """`(3, 3)` [m] start and end of the line into the zone and the end of the next, from the program text itself."""
     statements = {statement.line: statement for statement in parse_program(program, "p", model.joint_names).statements}
-    before, line = statements[LINE_INTO_ZONE - 1], statements[LINE_INTO_ZONE]
+    before, line, after = (statements[LINE_INTO_ZONE + i] for i in (-1, 0, 1))
     assert isinstance(before, MoveJoints)
     assert isinstance(line, MoveLine)
+    assert isinstance(after, MoveLine)
     start = model.forward(np.array(before.joints, dtype=float))[:3, 3]
-    return start, np.array(line.position_m, dtype=float)
+    end = np.array(line.position_m, dtype=float)
+    return np.array([start, end, [e if a is None else a for e, a in zip(end, after.position_m, strict=True)]])
 
 
 def follows_its_set_points(cycles: list[Cycle]) -> None:
-    """Every axis goes where the frames tell it to, a few cycles late."""
+    """Every axis goes where the frames tell it to, a few cycles late; a busy machine may lose some of them."""
     whole = [c for c in cycles if not np.isnan(c.commanded).any() and not np.isnan(c.measured).any()]
     commanded = np.array([c.commanded for c in whole])
     measured = np.array([c.measured for c in whole])
     assert np.ptp(commanded, axis=0).min() > 0.05, "the program moves every axis"
-    for delay in range(1, 6):
-        if np.abs(measured[delay:] - commanded[:-delay]).max() < 0.02:
-            return
-    raise AssertionError("an axis does not follow its set points")
+    recent = np.lib.stride_tricks.sliding_window_view(commanded, RECENT_CYCLES, axis=0)
+    behind = measured[RECENT_CYCLES - 1 :]
+    near = (behind > recent.min(axis=-1) - 0.02) & (behind < recent.max(axis=-1) + 0.02)
+    assert near.all(axis=1).mean() > 0.99, "an axis does not follow its set points"

@@ -19,6 +19,10 @@ J3 = (
     "{node: 3, gear: 190, counts_per_turn: 131072, direction: -1, offset: 0, speed: 116, acceleration: 495,\n"
     "         quick_stop: 650, following_window: 3, following_time_s: 0.1, simulated_start: 35}\n"
 )
+J3_MOTOR = (
+    "      J3: {motor: joint-large, inertia_kg_m2: 8, coulomb_nm: 15, viscous_nm_s: 20,\n"
+    "           gravity: {mass_kg: 25, length: 400, hanging: 180}}\n"
+)
 
 
 def lines(copy: Copy) -> list[str]:
@@ -26,7 +30,7 @@ def lines(copy: Copy) -> list[str]:
 
 
 def test_an_axis_that_slides_counts_by_its_feed_and_speaks_metres(tmp_path: Path) -> None:
-    copy = Copy(tmp_path).change(DRIVES, J3, SLIDE)
+    copy = Copy(tmp_path).change(DRIVES, J3, SLIDE).change(DRIVES, J3_MOTOR, "")
     axis = load_drives(copy.drives, "left_bus").robots["left"].axes[2]
     assert axis.counts_per_unit == pytest.approx(-131072 * 4 / 0.020)
     assert (axis.offset, axis.speed, axis.following_window) == pytest.approx((0.1, 0.95, 0.03))

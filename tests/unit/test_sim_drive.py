@@ -52,11 +52,11 @@ def test_disabled_axis_stands_whatever_the_target() -> None:
     assert bench.node.position == START
 
 
-def test_only_cyclic_synchronous_position_is_a_mode() -> None:
+def test_a_mode_that_the_drive_does_not_have_is_refused() -> None:
     bench = Bench()
     bench.boot()
     with pytest.raises(Refused, match="06090030"):
-        bench.write(0x6060, 0, 1, 1)
+        bench.write(0x6060, 0, 7, 1)
     bench.write(0x6060, 0, 8, 1)
     assert bench.read(0x6061) == 8
 

@@ -1,0 +1,162 @@
+"""`drive-gateway scan`, `read`, `write`, `log`: an operator's tools for one CAN bus."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from cell.commands.errors import CommandError
+from cell.commands.gateway_line import (
+    BusLine,
+    drives_of,
+    node_access,
+    refuse_virtual,
+    running_gateway,
+)
+from cell.commands.options import CellFileArgument
+from cell.commands.stop import stop_event
+from cell.messages import RecordBus, ScanBus
+from drive_gateway.canopen.cob_id import MASTER_NODE_ID
+from drive_gateway.canopen.eds import Eds
+from drive_gateway.config import AxisSettings, GatewaySettings, load_drives
+from drive_gateway.gateway.recorder import FORMATS, LONGEST_S, Recorder
+
+GatewayArgument = Annotated[str, typer.Argument(metavar="GATEWAY", help="Name of the gateway in the cell file.")]
+NodeArgument = Annotated[str, typer.Argument(metavar="NODE", help="Node-ID, or ROBOT.AXIS such as left.J1.")]
+_DEVICE_TYPE, _IDENTITY = 0x1000, 0x1018
+
+
+def scan(
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="The cell file, or a drives file.", show_default=False)],
+    gateway: Annotated[
+        str | None, typer.Argument(metavar="[GATEWAY]", help="Gateway of the cell file; none for a drives file.")
+    ] = None,
+) -> None:
+    """Show every node on a bus, also those that no file names: device type, vendor, product, serial number.
+
+    A running gateway is asked and answers from its bus; where none runs the bus is opened here.
+    """
+    if gateway is None:
+        if not file.is_file():
+            raise CommandError(f"{file}: no such drives file", "name a drives file, or a cell file and a gateway")
+        drives = load_drives(file, file.stem)
+        if drives.bus.interface == "virtual":
+            raise CommandError(
+                f"the bus {drives.bus.channel} is virtual: it lives in its gateway's process",
+                "name the cell file and the gateway, so that the gateway is asked",
+            )
+        _scan_bus(drives)
+        return
+    with running_gateway(file, gateway) as line:
+        if line is not None:
+            print(line.ask(ScanBus()).text)
+            return
+    drives = drives_of(file, gateway)
+    refuse_virtual(drives, file)
+    _scan_bus(drives)
+
+
+def _scan_bus(drives: GatewaySettings) -> None:
+    named = {axis.node_id: f"{name} {axis.name}" for name, robot in drives.robots.items() for axis in robot.axes}
+    everyone = list(range(1, MASTER_NODE_ID))
+    with BusLine(drives, everyone) as bus:
+        found = {node: outcome for node, outcome in bus.probe(everyone, _DEVICE_TYPE, 0).items() if not outcome.problem}
+        for node in sorted(found):
+            identity = [_number(bus, node, sub) for sub in (1, 2, 4)]
+            texts = [f"{label} {value}" for label, value in zip(("vendor", "product", "serial"), identity, strict=True)]
+            who = named.get(node, "not in the drives file")
+            print(f"node {node} ({who}): device type {found[node].data[::-1].hex().upper()}h, {', '.join(texts)}")
+        silent = [f"{node} ({who})" for node, who in named.items() if node not in found]
+    if silent:
+        raise CommandError(f"no answer from node {', '.join(silent)}", "check power, wiring, bit rate and Node-ID")
+
+
+def _number(bus: BusLine, node: int, sub: int) -> str:
+    try:
+        return bus.read(node, _IDENTITY, sub)[::-1].hex().upper() + "h"
+    except CommandError:
+        return "unknown"
+
+
+def read(
+    file: CellFileArgument,
+    gateway: GatewayArgument,
+    node: NodeArgument,
+    item: Annotated[
+        str | None,
+        typer.Argument(metavar="[INDEX:SUB]", help="In hex, such as 6041:00, or the object's name. [default: all]"),
+    ] = None,
+) -> None:
+    """Read an object of a node, or all parameters that its EDS names; always allowed."""
+    axis = _axis(drives_of(file, gateway), node)
+    eds = Eds(axis.eds)
+    wanted = [eds.find(item)] if item is not None else [entry for entry in eds if entry.readable]
+    with node_access(file, gateway) as nodes:
+        for entry in wanted:
+            try:
+                value = entry.show(nodes.read(axis.node_id, entry.index, entry.sub))
+            except CommandError as error:
+                if item is not None:
+                    raise
+                value = error.what
+            print(f"{entry.address}  {entry.name}: {value}")
+
+
+def write(
+    file: CellFileArgument,
+    gateway: GatewayArgument,
+    node: NodeArgument,
+    item: Annotated[str, typer.Argument(metavar="INDEX:SUB", help="In hex, such as 6081:00, or the object's name.")],
+    value: Annotated[str, typer.Argument(metavar="VALUE", help="Decimal, 0x... or ...h; a text for a text.")],
+) -> None:
+    """Write an object of a node; only while its robot is at rest and switched off.
+
+    What the gateway itself writes at boot is refused: the drives file says it. A value below zero needs `--` before it.
+    """
+    axis = _axis(drives_of(file, gateway), node)
+    entry = Eds(axis.eds).find(item)
+    if not entry.writable:
+        raise CommandError(f"{entry.address} {entry.name} is read-only")
+    data = entry.pack(value)
+    with node_access(file, gateway) as nodes:
+        nodes.write(axis.node_id, entry.index, entry.sub, data)
+        print(f"{entry.address}  {entry.name}: {entry.show(nodes.read(axis.node_id, entry.index, entry.sub))}")
+
+
+def log(
+    file: CellFileArgument,
+    gateway: GatewayArgument,
+    target: Annotated[
+        Path, typer.Argument(metavar="LOG", help=f"File to write: {', '.join(FORMATS)} (candump, ASC, BLF).")
+    ],
+    seconds: Annotated[float, typer.Option("--seconds", "-s", min=0.1, max=LONGEST_S, help="How long.")] = 10.0,
+) -> None:
+    """Write all frames of a bus to a file, for python-can, candump tools or CANalyzer.
+
+    A virtual bus is recorded by its gateway's process; any other is opened here, for listening only.
+    """
+    drives = drives_of(file, gateway)
+    if target.suffix not in FORMATS:
+        raise CommandError(f"{target}: unknown format", f"use one of the suffixes {', '.join(FORMATS)}")
+    if drives.bus.interface == "virtual":
+        with running_gateway(file, gateway) as line:
+            if line is None:
+                refuse_virtual(drives, file)
+            else:
+                print(line.ask(RecordBus(str(target.absolute()), seconds)).text)
+        return
+    stop = stop_event()
+    with Recorder(drives.bus, target) as recorder:
+        print(f"recording {drives.bus.interface} {drives.bus.channel} for {seconds:g} s; Ctrl-C ends it", flush=True)
+        frames = recorder.run(seconds, stop)
+    print(f"{target} holds {frames} frames")
+
+
+def _axis(drives: GatewaySettings, node: str) -> AxisSettings:
+    """The axis that a Node-ID or `ROBOT.AXIS` means. Raises `CommandError` with all that there are."""
+    axes = [(f"{name}.{axis.name}", axis) for name, robot in drives.robots.items() for axis in robot.axes]
+    for label, axis in axes:
+        if node in (label, str(axis.node_id)):
+            return axis
+    known = ", ".join(f"{axis.node_id} ({label})" for label, axis in axes)
+    raise CommandError(f"no node {node!r} on the bus of gateway {drives.name}; its nodes are {known}")

@@ -1,0 +1,69 @@
+"""`cell drives`: every drive of a running cell, once."""
+
+from pathlib import Path
+
+from rich.console import Console
+from rich.table import Table
+
+from cell.commands.connection import connect
+from cell.commands.errors import CommandError
+from cell.commands.options import CELL_FILE, CellFileOption, ConnectOption
+from cell.commands.table import gateway_line
+from cell.commands.view import Snapshot, names
+from cell.config.settings import CellSettings
+from cell.messages import GatewayState, NodeStatus
+
+
+def drives(file: CellFileOption = Path(CELL_FILE), endpoint: ConnectOption = None) -> None:
+    """Show every drive of the running cell once: NMT and drive state, emergency and its meaning, counters of the bus.
+
+    Exits with 1 when a gateway is silent or not ready.
+    """
+    with connect(file, endpoint) as operator:
+        seen = operator.snapshot()
+        Console().print(drives_table(operator.settings, seen))
+        unready = [
+            name for name in operator.settings.gateways if name not in seen.gateways or not seen.gateways[name].ready
+        ]
+        if unready:
+            raise CommandError(
+                f"silent or not ready: gateway {names(unready)}",
+                f"start it with: drive-gateway run {file} GATEWAY; or correct what its line above says",
+            )
+
+
+def drives_table(settings: CellSettings, seen: Snapshot) -> Table:
+    """One row per node of all gateways that are heard; one line per bus below."""
+    counters = [bus_line(name, seen.gateways.get(name)) for name in settings.gateways]
+    table = Table(title=f"drives of cell {settings.name}", title_justify="left", caption="\n".join(counters))
+    table.caption_justify = "left"
+    for heading in ("gateway", "node", "robot", "axis", "NMT", "drive", "referenced", "emergency"):
+        table.add_column(heading)
+    for name in settings.gateways:
+        gateway = seen.gateways.get(name)
+        for node in gateway.nodes if gateway is not None else ():
+            reference = "yes" if node.referenced else "no: home it"
+            words = (node.nmt, drive_text(node), reference, emergency(node))
+            table.add_row(name, str(node.node_id), node.robot, node.axis, *words)
+    return table
+
+
+def drive_text(node: NodeStatus) -> str:
+    return node.drive.name.replace("_", " ").lower()
+
+
+def emergency(node: NodeStatus) -> str:
+    """The newest emergency that was not acknowledged, for people."""
+    return "" if node.emergency_code is None else f"{node.emergency_code:04X}h {node.emergency_text}"
+
+
+def bus_line(name: str, gateway: GatewayState | None) -> str:
+    """What a gateway counts."""
+    line = gateway_line(name, gateway)
+    if gateway is None:
+        return line
+    counters = gateway.counters
+    return (
+        f"{line}, worst {1000 * counters.worst_lateness_s:.1f} ms, missing TPDOs {counters.missing_tpdos}, "
+        f"blocks {counters.blocks_accepted} taken {counters.blocks_refused} refused"
+    )

@@ -1,0 +1,154 @@
+"""How a tool reaches the nodes of a bus: through the running gateway, or on the bus itself when there is none.
+
+A bus has one master. While a gateway runs, everything goes through it; only a bus that nobody masters is opened here.
+"""
+
+import queue
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
+from pathlib import Path
+from typing import Protocol
+
+from cell.commands.connection import client_session, running_cell
+from cell.commands.errors import CommandError
+from cell.commands.view import names
+from cell.messages import Command, ReadObject, Reply, WriteObject
+from cell.net.errors import CallError, Unreachable
+from cell.net.session import CellSession, new_call
+from drive_gateway.canopen.frame import CanFrame
+from drive_gateway.canopen.sdo import Sdo, SdoDone
+from drive_gateway.config import GatewaySettings, load_drives
+from drive_gateway.gateway.bus import BusPort
+from drive_gateway.gateway.sdo_workers import SdoWorkers
+
+ANSWER_S = 5.0
+_STATUSWORD = 0x6041
+_TORQUE_BITS = 0x6F
+_WITH_TORQUE = (0x23, 0x27, 0x07, 0x0F)
+"""Statusword & 6Fh of Switched On, Operation Enabled, Quick Stop Active, Fault Reaction Active."""
+
+
+class NodeAccess(Protocol):
+    """The object dictionaries of a bus' nodes. Both methods raise `CommandError` with the reason."""
+
+    def read(self, node_id: int, index: int, sub: int) -> bytes: ...
+
+    def write(self, node_id: int, index: int, sub: int, data: bytes) -> None: ...
+
+
+class GatewayLine:
+    """The nodes through the running gateway, which refuses what would be unsafe now."""
+
+    def __init__(self, session: CellSession, gateway: str) -> None:
+        self._session = session
+        self._gateway = gateway
+
+    def ask(self, command: Command) -> Reply:
+        """The gateway's answer; a refusal and no answer become a `CommandError`."""
+        try:
+            reply = self._session.ask(f"gateway/{self._gateway}", new_call(command), ANSWER_S)
+        except CallError as error:
+            raise CommandError(
+                f"gateway {self._gateway} gave no usable answer: {error}", "nothing may be assumed about what was done"
+            ) from error
+        if not reply.ok:
+            raise CommandError(f"gateway {self._gateway} refuses: {reply.text}")
+        return reply
+
+    def read(self, node_id: int, index: int, sub: int) -> bytes:
+        return bytes.fromhex(self.ask(ReadObject(node_id, index, sub)).data)
+
+    def write(self, node_id: int, index: int, sub: int, data: bytes) -> None:
+        self.ask(WriteObject(node_id, index, sub, data.hex()))
+
+
+class BusLine:
+    """The nodes directly, on a bus without a gateway. Context manager."""
+
+    def __init__(self, drives: GatewaySettings, node_ids: list[int]) -> None:
+        self._done: queue.SimpleQueue[SdoDone] = queue.SimpleQueue()
+        self._port = BusPort(drives.bus, self._on_frame)
+        self._workers = SdoWorkers(node_ids, self._port.send, self._done.put)
+        self._stack = ExitStack()
+
+    def __enter__(self) -> "BusLine":
+        self._stack.enter_context(self._port)
+        self._stack.enter_context(self._workers)
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        self._stack.close()
+
+    def probe(self, node_ids: list[int], index: int, sub: int) -> dict[int, SdoDone]:
+        """Read one object of many nodes at once."""
+        for node_id in node_ids:
+            self._workers.submit(Sdo(f"{node_id}/{index}", node_id, index, sub, None))
+        outcomes = [self._done.get(timeout=ANSWER_S) for _ in node_ids]
+        return {int(outcome.request_id.partition("/")[0]): outcome for outcome in outcomes}
+
+    def read(self, node_id: int, index: int, sub: int) -> bytes:
+        return self._carry_out(Sdo(f"{node_id}/read", node_id, index, sub, None))
+
+    def write(self, node_id: int, index: int, sub: int, data: bytes) -> None:
+        word = int.from_bytes(self.read(node_id, _STATUSWORD, 0), "little")
+        if word & _TORQUE_BITS in _WITH_TORQUE:
+            raise CommandError(
+                f"node {node_id} has its power stage on (statusword {word:04X}h); a write is refused",
+                "switch the drive off first",
+            )
+        self._carry_out(Sdo(f"{node_id}/write", node_id, index, sub, data))
+
+    def _carry_out(self, request: Sdo) -> bytes:
+        self._workers.submit(request)
+        outcome = self._done.get(timeout=ANSWER_S)
+        if outcome.problem:
+            raise CommandError(f"{request.index:04X}h:{request.sub:02X} of node {request.node_id}: {outcome.problem}")
+        return outcome.data
+
+    def _on_frame(self, frame: CanFrame) -> None:
+        self._workers.take(frame)
+
+
+def drives_of(file: Path, gateway: str) -> GatewaySettings:
+    """The bus and the drives of one gateway of a cell file. Raises `CommandError` when it has no such gateway."""
+    settings = running_cell(file)
+    if gateway not in settings.gateways:
+        raise CommandError(f"no gateway {gateway!r} in {file}; its gateways are: {names(settings.gateways)}")
+    return load_drives(settings.gateways[gateway].drives, gateway)
+
+
+@contextmanager
+def running_gateway(file: Path, gateway: str) -> Iterator[GatewayLine | None]:
+    """The gateway at its endpoint in the cell file; `None` when nobody answers there."""
+    settings = running_cell(file)
+    drives_of(file, gateway)
+    with ExitStack() as stack:
+        try:
+            session = stack.enter_context(client_session(settings, (settings.gateways[gateway].endpoint,)))
+        except Unreachable:
+            yield None
+            return
+        yield GatewayLine(session, gateway)
+
+
+@contextmanager
+def node_access(file: Path, gateway: str) -> Iterator[NodeAccess]:
+    """The nodes of a gateway's bus, whichever way they can be reached."""
+    with ExitStack() as stack:
+        line = stack.enter_context(running_gateway(file, gateway))
+        if line is not None:
+            yield line
+            return
+        drives = drives_of(file, gateway)
+        refuse_virtual(drives, file)
+        nodes = [axis.node_id for robot in drives.robots.values() for axis in robot.axes]
+        yield stack.enter_context(BusLine(drives, nodes))
+
+
+def refuse_virtual(drives: GatewaySettings, file: Path) -> None:
+    """A virtual bus cannot be opened from here: it lives in its gateway's process."""
+    if drives.bus.interface == "virtual":
+        raise CommandError(
+            f"gateway {drives.name} does not run, and its bus {drives.bus.channel} is virtual: it lives in its process",
+            f"start it with: drive-gateway run {file} {drives.name} --simulate",
+        )

@@ -1,0 +1,125 @@
+"""Names and types of a node's objects, from its EDS or DCF file (CiA 306, read by `canopen`)."""
+
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass
+from importlib.resources import as_file, files
+from pathlib import Path
+
+import canopen
+from canopen.objectdictionary import ODVariable, datatypes
+
+from drive_gateway.errors import GatewayError
+
+_SIZES = {
+    datatypes.BOOLEAN: (1, False),
+    datatypes.INTEGER8: (1, True),
+    datatypes.INTEGER16: (2, True),
+    datatypes.INTEGER32: (4, True),
+    datatypes.INTEGER64: (8, True),
+    datatypes.UNSIGNED8: (1, False),
+    datatypes.UNSIGNED16: (2, False),
+    datatypes.UNSIGNED32: (4, False),
+    datatypes.UNSIGNED64: (8, False),
+}
+_ADDRESS = re.compile(r"(?:0x)?([0-9A-Fa-f]{4})h?(?::([0-9A-Fa-f]{1,2}))?")
+
+
+class EdsError(GatewayError):
+    """An EDS file that cannot be read, an object that it does not have, or a value that does not fit the object."""
+
+
+@dataclass(frozen=True, slots=True)
+class ObjectEntry:
+    """One object or sub-object. Numbers have a `size` in bytes; for texts and unknown types it is 0."""
+
+    index: int
+    sub: int
+    name: str
+    size: int
+    signed: bool
+    text: bool
+    readable: bool
+    writable: bool
+
+    @property
+    def address(self) -> str:
+        return f"{self.index:04X}h:{self.sub:02X}"
+
+    def show(self, data: bytes) -> str:
+        """Bytes for people: a number, decimal and in hex, a text, or the bytes themselves."""
+        if self.text:
+            return repr(data.rstrip(b"\0").decode("ascii", "replace"))
+        if not self.size or len(data) > 8:
+            return data.hex(" ")
+        value = int.from_bytes(data, "little", signed=self.signed)
+        return f"{value} ({int.from_bytes(data, 'little'):0{2 * len(data)}X}h)"
+
+    def pack(self, text: str) -> bytes:
+        """The bytes of a value as people write it: decimal, 0x..., or ...h. Raises `EdsError` with the range."""
+        if self.text:
+            return text.encode("ascii", "replace")
+        if not self.size:
+            raise EdsError(f"{self.address} {self.name} has a type that this program cannot write")
+        low = -(1 << 8 * self.size - 1) if self.signed else 0
+        high = (1 << 8 * self.size - self.signed) - 1
+        try:
+            value = int(text[:-1], 16) if text.lower().endswith("h") else int(text, 0)
+        except ValueError as error:
+            raise EdsError(f"{text!r} is no whole number; allowed are 123, -5, 0x6F, 6Fh") from error
+        if not low <= value <= high:
+            raise EdsError(f"{value} does not fit {self.address} {self.name}; allowed are {low} to {high}")
+        return value.to_bytes(self.size, "little", signed=self.signed)
+
+
+class Eds:
+    """The objects of one kind of node. Without a file: those of the simulated drive, which are plain CiA 402."""
+
+    def __init__(self, file: str = "") -> None:
+        """Raises `EdsError`: the file is missing or no EDS."""
+        try:
+            if file:
+                self._parsed = canopen.import_od(file, node_id=0)
+            else:
+                with as_file(files("drive_gateway.sim") / "cia402_drive.eds") as path:
+                    self._parsed = canopen.import_od(str(path), node_id=0)
+        except (OSError, ValueError, KeyError) as error:
+            raise EdsError(f"{file}: cannot be read as EDS or DCF: {error}") from error
+        self.name = Path(file).name if file else "cia402_drive.eds"
+
+    def __iter__(self) -> Iterator[ObjectEntry]:
+        """All objects in the order of their indices."""
+        for item in self._parsed.values():
+            for variable in [item] if isinstance(item, ODVariable) else item.values():
+                yield _entry(variable, "" if isinstance(item, ODVariable) else f"{item.name}, ")
+
+    def find(self, text: str) -> ObjectEntry:
+        """The object at an address such as 6041, 6041h:00, 0x1018:1, or of that name.
+
+        An address that the file does not have is an object of unknown type. Raises `EdsError` for anything else.
+        """
+        address = _ADDRESS.fullmatch(text)
+        if address is None:
+            wanted = [entry for entry in self if entry.name.lower() == text.lower()]
+            if len(wanted) != 1:
+                raise EdsError(f"{text!r} is no object of {self.name}; allowed are INDEX:SUB in hex, or one name of it")
+            return wanted[0]
+        index, sub = int(address[1], 16), int(address[2] or "0", 16)
+        for entry in self:
+            if (entry.index, entry.sub) == (index, sub):
+                return entry
+        return ObjectEntry(index, sub, f"not in {self.name}", 0, False, False, True, True)
+
+
+def _entry(variable: ODVariable, group: str) -> ObjectEntry:
+    size, signed = _SIZES.get(variable.data_type or 0, (0, False))
+    return ObjectEntry(
+        index=variable.index,
+        sub=variable.subindex,
+        name=group + variable.name,
+        size=size,
+        signed=signed,
+        text=variable.data_type == datatypes.VISIBLE_STRING,
+        readable=variable.readable,
+        writable=variable.writable,
+    )

@@ -1,0 +1,169 @@
+"""The calls of a gateway: which robot, node or bus each one is for, and how its answer gets back."""
+
+from collections.abc import Mapping
+
+from cell.core import Effect, Request
+from cell.messages.commands import (
+    Call,
+    Claim,
+    ClaimGrant,
+    DisableDrives,
+    EnableDrives,
+    HoldSetup,
+    Home,
+    MoveAxes,
+    ReadObject,
+    RecordBus,
+    Release,
+    ResetDrives,
+    ScanBus,
+    Who,
+    WriteObject,
+)
+from drive_gateway.gateway.effects import Record, RecordSaid
+from drive_gateway.gateway.node import Node
+from drive_gateway.gateway.objects import ObjectAccess
+from drive_gateway.gateway.replies import Replies
+from drive_gateway.gateway.robot import Robot
+from drive_gateway.gateway.scan import Scan
+
+RobotCommand = Claim | Release | EnableDrives | DisableDrives | ResetDrives | Home | MoveAxes | HoldSetup
+CALLS = tuple(
+    command.verb
+    for command in (
+        Who,
+        Claim,
+        Release,
+        EnableDrives,
+        DisableDrives,
+        ResetDrives,
+        ReadObject,
+        WriteObject,
+        ScanBus,
+        RecordBus,
+        Home,
+        MoveAxes,
+        HoldSetup,
+    )
+)
+
+
+class Calls:
+    """Takes requests, does what they ask for or says why not, and collects the answers.
+
+    Args:
+        gateway: its name.
+        boot: this process' boot.
+        digest: of the configuration; a claim with another one is refused.
+        process: what `who` tells besides role, name and boot.
+        robots: on this bus, by name.
+        scan: of the bus.
+    """
+
+    def __init__(
+        self, gateway: str, boot: str, digest: str, process: str, robots: Mapping[str, Robot], scan: Scan
+    ) -> None:
+        self._gateway = gateway
+        self._boot = boot
+        self._digest = digest
+        self._process = process
+        self._robots = robots
+        self._nodes: dict[int, Node] = {
+            node.axis.node_id: node for robot in robots.values() for node in robot.group.nodes
+        }
+        self._access = ObjectAccess(
+            {node.axis.node_id: robot.group for robot in robots.values() for node in robot.group.nodes}
+        )
+        self._scan = scan
+        self._replies = Replies()
+        self._records: list[Effect] = []
+        self._now = 0.0
+        self._tick = 0
+        self.closing = False
+        """The gateway is being stopped: no robot may be claimed any more."""
+
+    def request(self, request: Request, now: float, tick: int) -> None:
+        """One request; a repeated call is answered again and not done again."""
+        self._now, self._tick = now, tick
+        call = request.call
+        if isinstance(call, Call) and self._replies.opened(request.request_id, call):
+            self._do(call)
+
+    def recorded(self, said: RecordSaid) -> None:
+        """The shell answers a call for a recording."""
+        self._replies.give(said.call_id, said.ok, said.text)
+
+    def take(self, now: float) -> list[Effect]:
+        """What the calls of this cycle lead to."""
+        records, self._records = self._records, []
+        return [*records, *self._replies.take(now)]
+
+    def _do(self, call: Call) -> None:
+        def then(ok: bool, text: str, data: str = "") -> None:
+            self._replies.give(call.id, ok, text, data=data)
+
+        match call.command:
+            case Who():
+                then(True, f"gateway {self._gateway}, boot {self._boot}, {self._process}")
+            case ReadObject() | WriteObject() as command:
+                self._access.obey(command, then)
+            case ScanBus():
+                self._scan.begin(lambda found: then(True, self._scanned(found)))
+            case RecordBus(file, seconds):
+                self._records.append(Record(call.id, file, seconds))
+            case (
+                Claim()
+                | Release()
+                | EnableDrives()
+                | DisableDrives()
+                | ResetDrives()
+                | Home()
+                | MoveAxes()
+                | HoldSetup() as command
+            ):
+                robot = self._robots.get(command.robot)
+                if robot is None:
+                    known = ", ".join(self._robots)
+                    then(False, f"no robot {command.robot} on gateway {self._gateway}; it has {known}")
+                else:
+                    self._command(robot, command, call.id)
+            case other:
+                then(False, f"{other.verb} is no call of a gateway; it takes {', '.join(CALLS)}")
+
+    def _command(self, robot: Robot, command: RobotCommand, call_id: str) -> None:
+        def then(ok: bool, text: str) -> None:
+            self._replies.give(call_id, ok, text)
+
+        match command:
+            case Claim():
+                self._replies.give(call_id, *self._claim(robot, command))
+            case Home() | MoveAxes():
+                others = [other.name for other in self._robots.values() if other.group.setup.motion is not None]
+                if others:
+                    then(False, f"{others[0]} is being set up; one robot at a time")
+                else:
+                    robot.set_up(command, self._now, then)
+            case HoldSetup():
+                text, data = robot.hold(self._now)
+                self._replies.give(call_id, True, text, data=data)
+            case _:
+                robot.obey(command, self._now, then)
+
+    def _claim(self, robot: Robot, command: Claim) -> tuple[bool, str, ClaimGrant | None]:
+        if command.digest != self._digest:
+            text = (
+                f"robot {robot.name}: the agent's configuration is {command.digest}, this gateway's is {self._digest}; "
+                "start both with the same cell file"
+            )
+            return False, text, None
+        if self.closing:
+            return False, f"gateway {self._gateway} is being stopped", None
+        return robot.claim(command, self._now, self._tick)
+
+    def _scanned(self, strange: Mapping[int, int]) -> str:
+        lines = {number: node.said() for number, node in self._nodes.items()}
+        lines |= {
+            number: f"node {number}: not in the drives file, device type {device_type:08X}h"
+            for number, device_type in strange.items()
+        }
+        return "\n".join(lines[number] for number in sorted(lines))

@@ -1,0 +1,63 @@
+"""An operator's access to the object dictionaries of the nodes: reading always, writing only when it is safe."""
+
+from collections.abc import Callable, Mapping
+
+from cell.messages.commands import ReadObject, WriteObject
+from drive_gateway.canopen.pdo_map import CONTROLWORD, TARGET_POSITION
+from drive_gateway.canopen.sdo import SdoDone, abort_text
+from drive_gateway.gateway.group import DriveGroup
+from drive_gateway.gateway.node import Node
+
+Told = Callable[[bool, str, str], None]
+"""Takes whether it was done, what was done or found, and the bytes read in hex."""
+
+_LONGEST = 1024
+
+
+class ObjectAccess:
+    """Carries out `ReadObject` and `WriteObject` beside the cycle, one request per node at a time.
+
+    What the gateway writes and reads back at boot is not for writing here: the drives file would not be true any more.
+    """
+
+    def __init__(self, groups: Mapping[int, DriveGroup]) -> None:
+        """`groups`: the robot's drives that each node belongs to, by Node-ID."""
+        self._groups = groups
+
+    def obey(self, command: ReadObject | WriteObject, then: Told) -> None:
+        """Do it, or say why not."""
+        group = self._groups.get(command.node_id)
+        if group is None:
+            known = ", ".join(str(number) for number in sorted(self._groups))
+            then(False, f"no node {command.node_id} on this bus; its nodes are {known}", "")
+            return
+        node = next(node for node in group.nodes if node.axis.node_id == command.node_id)
+        problem = _write_problem(command, node, group) if isinstance(command, WriteObject) else ""
+        if problem:
+            then(False, problem, "")
+            return
+        data = bytes.fromhex(command.data) if isinstance(command, WriteObject) else None
+        name = f"{command.index:04X}h:{command.sub:02X} of {node.label}"
+
+        def answered(outcome: SdoDone) -> None:
+            if outcome.problem:
+                reason = outcome.problem if outcome.abort_code is None else abort_text(outcome.abort_code)
+                then(False, f"{name}: {reason}", "")
+            else:
+                then(True, f"{name} {'was read' if data is None else 'is written'}", outcome.data.hex())
+
+        node.sdo.submit(command.index, command.sub, data, answered)
+
+
+def _write_problem(command: WriteObject, node: Node, group: DriveGroup) -> str:
+    try:
+        length = len(bytes.fromhex(command.data))
+    except ValueError:
+        return f"{command.data!r} are no bytes in hex"
+    if not 1 <= length <= _LONGEST:
+        return f"{length} bytes; allowed are 1 to {_LONGEST}"
+    if (command.index, command.sub) in node.kept or command.index in (CONTROLWORD, TARGET_POSITION):
+        return f"{command.index:04X}h:{command.sub:02X} of {node.label} is the gateway's; change it in the drives file"
+    if not group.switched_off:
+        return f"{group.robot} is not at rest and switched off: {group.permits.said()}; disable it first"
+    return ""

@@ -1,0 +1,89 @@
+"""What the drives of one robot may be told now, and the reason when they may not."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from cell.messages.drives import AxisStatus
+from drive_gateway.gateway.node import Node
+from drive_gateway.gateway.power import Power, PowerState
+from drive_gateway.gateway.setup_desk import SetupDesk
+from drive_gateway.gateway.trouble import Trouble
+from drive_gateway.gateway.watch import Watch
+
+
+@dataclass(frozen=True, slots=True)
+class StopOrder:
+    """Bring the robot to rest and switch it off; what still moves at `deadline` is stopped by its drives."""
+
+    deadline: float
+    reason: str
+
+
+class Permits:
+    """Each method answers why not, for people; empty when it may be.
+
+    Args:
+        robot: its name.
+        nodes: its drives.
+        power: what they were told.
+        watch: what they measure.
+        setup: what they do by themselves.
+    """
+
+    def __init__(self, robot: str, nodes: Sequence[Node], power: Power, watch: Watch, setup: SetupDesk) -> None:
+        self._robot = robot
+        self._nodes = nodes
+        self._power = power
+        self._watch = watch
+        self._setup = setup
+        self.order: StopOrder | None = None
+        """What keeps the robot off."""
+        self.trouble: Trouble | None = None
+        """Why the robot is in fault."""
+
+    def enable(self) -> str:
+        """Switching on, from `OFF`."""
+        if self._power.state is PowerState.FAULT:
+            return self.in_fault()
+        if self._power.state is not PowerState.OFF:
+            return self.busy()
+        if self.order is not None:
+            return f"{self._robot} stays off: {self.order.reason}"
+        if self._setup.busy:
+            return f"{self._robot} is being set up; enable it when that is done"
+        operational = all(node.operational for node in self._nodes)
+        lost = ", ".join(node.axis.name for node in self._nodes if not node.referenced)
+        if operational and lost:
+            return f"{self._robot} is not referenced ({lost}); home it first: cell home {self._robot}"
+        if not operational or not self._power.all_in(AxisStatus.SWITCH_ON_DISABLED):
+            return f"{self._robot} cannot be enabled, all nodes must be in SWITCH_ON_DISABLED: {self.said()}"
+        return ""
+
+    def setup(self) -> str:
+        """Motion that the drives make by themselves."""
+        if self.order is not None:
+            return f"{self._robot} stays off: {self.order.reason}"
+        if self._setup.busy:
+            return f"{self._robot} is being set up already"
+        if self._power.state is PowerState.FAULT:
+            return self.in_fault()
+        if self._power.state is not PowerState.OFF:
+            return f"{self._robot} is {self._power.state.value}; disable it first"
+        operational = all(node.operational for node in self._nodes)
+        if not (operational and self._watch.standing and self._power.all_in(AxisStatus.SWITCH_ON_DISABLED)):
+            return f"{self._robot} must stand, all nodes in SWITCH_ON_DISABLED: {self.said()}"
+        return ""
+
+    def busy(self) -> str:
+        return f"{self._robot} is busy: {self._power.state.value}; ask again when that is done"
+
+    def in_fault(self) -> str:
+        return f"{self._robot} is in fault ({self.cause()}); reset it first"
+
+    def cause(self) -> str:
+        """Of the fault."""
+        return "unknown cause" if self.trouble is None else self.trouble.text
+
+    def said(self) -> str:
+        """What each node says."""
+        return "; ".join(node.said() for node in self._nodes)

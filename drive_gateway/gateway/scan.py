@@ -1,0 +1,54 @@
+"""Who is on the bus: every Node-ID is asked for its device type, a few per cycle, and answers are collected."""
+
+from collections.abc import Callable, Collection
+
+from cell.core import Effect
+from drive_gateway.canopen.cob_id import MASTER_NODE_ID, SDO_TO_NODE
+from drive_gateway.canopen.frame import CanFrame
+from drive_gateway.gateway.effects import Frame
+
+READ_DEVICE_TYPE = bytes.fromhex("4000100000000000")
+"""SDO read request of 1000h:00."""
+PER_CYCLE = 2
+"""Requests per bus cycle, so that the process data keep their room."""
+LISTEN_S = 0.3
+"""A node answers an SDO within a few ms; after the last request it gets this long."""
+
+Found = Callable[[dict[int, int]], None]
+"""Takes the device type (1000h) of each strange node that answered."""
+
+
+class Scan:
+    """Looks for nodes that are not in the drives file; those that are have their own SDO channel and are left alone."""
+
+    def __init__(self, known: Collection[int]) -> None:
+        self._strange = [number for number in range(1, MASTER_NODE_ID) if number not in known]
+        self._asking: list[int] = []
+        self._waiting: list[Found] = []
+        self._found: dict[int, int] = {}
+        self._until = 0.0
+
+    def begin(self, then: Found) -> None:
+        """Start a scan, or join the one that goes on."""
+        if not self._waiting:
+            self._asking, self._found = list(self._strange), {}
+        self._waiting.append(then)
+
+    def take(self, node_id: int, data: bytes) -> None:
+        """An SDO answer; one that gives another object than the device type is no answer to this."""
+        if self._waiting and len(data) == 8 and data[1:4] == READ_DEVICE_TYPE[1:4]:
+            refused = data[0] == 0x80
+            self._found[node_id] = 0 if refused else int.from_bytes(data[4:8], "little")
+
+    def step(self, now: float) -> list[Effect]:
+        """The requests of this cycle; tells what was found when the time is over."""
+        if not self._waiting:
+            return []
+        asked, self._asking = self._asking[:PER_CYCLE], self._asking[PER_CYCLE:]
+        if asked:
+            self._until = now + LISTEN_S
+        elif now >= self._until:
+            waiting, self._waiting = self._waiting, []
+            for then in waiting:
+                then(self._found)
+        return [Frame(CanFrame(SDO_TO_NODE + number, READ_DEVICE_TYPE)) for number in asked]

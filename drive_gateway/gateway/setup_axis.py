@@ -1,0 +1,197 @@
+"""One drive that makes a motion of its own: prepared, switched on, started, watched, switched off again."""
+
+from collections import deque
+from enum import Enum
+
+from cell.messages.drives import AxisStatus
+from drive_gateway.canopen.pdo_map import SdoWrite
+from drive_gateway.canopen.sdo import SdoDone
+from drive_gateway.cia402.setup_objects import (
+    ACKNOWLEDGED,
+    ATTAINED,
+    FAILED,
+    HOMING,
+    MODE,
+    MODE_DISPLAY,
+    PROFILE_POSITION,
+    PROFILE_VELOCITY,
+    REACHED,
+    STANDING,
+    START,
+    TARGET_VELOCITY,
+    SetupOrder,
+)
+from drive_gateway.cia402.state_machine import controlword
+from drive_gateway.gateway.node import Node
+
+STAGE_S = 2.0
+"""Time for each stage in which nothing moves."""
+SETTLED_CYCLES = 6
+"""Cycles after which a statusword surely answers the newest controlword or object."""
+STILL_CYCLES = 25
+"""Cycles without motion after a quick stop."""
+
+
+class Stage(Enum):
+    PREPARING = "being prepared"
+    SWITCHING_ON = "switching on"
+    READY = "ready"
+    STARTING = "starting"
+    ACKNOWLEDGING = "taking its set point"
+    MOVING = "moving"
+    STOPPING = "quick stop"
+    SWITCHING_OFF = "switching off"
+    ENDED = "done"
+
+
+_TARGETS = {
+    Stage.SWITCHING_ON: AxisStatus.OPERATION_ENABLED,
+    Stage.READY: AxisStatus.OPERATION_ENABLED,
+    Stage.STARTING: AxisStatus.OPERATION_ENABLED,
+    Stage.ACKNOWLEDGING: AxisStatus.OPERATION_ENABLED,
+    Stage.MOVING: AxisStatus.OPERATION_ENABLED,
+    Stage.STOPPING: AxisStatus.QUICK_STOP_ACTIVE,
+}
+
+
+class SetupAxis:
+    """Feed `step` once per cycle; `controlword` and `target` are what the drive is told in it."""
+
+    def __init__(self, node: Node, order: SetupOrder, now: float) -> None:
+        self.node = node
+        self.order = order
+        self.stage = Stage.PREPARING
+        self.problem = ""
+        """Why it ended early."""
+        self._cycles = 0
+        self._since = now
+        self._still = 0
+        self._sent_stop = False
+        mode = SdoWrite(MODE, 0, order.mode.to_bytes(1, "little"))
+        self._steps = deque([(write, write.index, write.sub) for write in order.writes] + [(mode, MODE_DISPLAY, 0)])
+        self._write()
+
+    @property
+    def target(self) -> int:
+        """[counts] for 607Ah: the set point, or where the axis is."""
+        return self.node.counts or 0 if self.order.target is None else self.order.target
+
+    @property
+    def controlword(self) -> int:
+        word = controlword(self.node.status, _TARGETS.get(self.stage, AxisStatus.SWITCH_ON_DISABLED))
+        homing = self.order.mode == HOMING and self.stage is Stage.MOVING
+        # A set point is taken on the rising edge, when the target has arrived for sure.
+        setting = self.order.mode == PROFILE_POSITION and self.stage is Stage.STARTING and self._cycles > 3
+        return word | START if homing or setting else word
+
+    @property
+    def attained(self) -> bool:
+        """Its motion ended as it should."""
+        return self.stage is Stage.ENDED and not self.problem
+
+    def start(self, now: float) -> None:
+        """All axes are ready."""
+        if self.order.mode == PROFILE_VELOCITY:
+            self._set_velocity(self.order.velocity)
+        homing = self.order.mode == HOMING
+        self._enter(Stage.MOVING if homing else Stage.STARTING, now)
+
+    def stop(self, problem: str, now: float) -> None:
+        """Stop by a quick stop and switch off."""
+        if self.stage in (Stage.STOPPING, Stage.SWITCHING_OFF, Stage.ENDED):
+            return
+        self.problem = problem
+        self._still = 0
+        self._enter(Stage.STOPPING if not self.node.without_torque else Stage.SWITCHING_OFF, now)
+
+    def step(self, now: float) -> None:
+        """One cycle."""
+        self._cycles += 1
+        word, status = self.node.statusword, self.node.status
+        enabled = status is AxisStatus.OPERATION_ENABLED
+        match self.stage:
+            case Stage.PREPARING if not self._steps:
+                self._enter(Stage.SWITCHING_ON, now)
+            case Stage.SWITCHING_ON if enabled:
+                self._enter(Stage.READY, now)
+            case Stage.STARTING | Stage.ACKNOWLEDGING | Stage.MOVING if not enabled:
+                self.stop(f"{self.node.label} left Operation Enabled, it is in {status.name}", now)
+            case Stage.STARTING if self.order.mode == PROFILE_POSITION and self._cycles > 3 and word & ACKNOWLEDGED:
+                self._enter(Stage.ACKNOWLEDGING, now)
+            case Stage.STARTING if self.order.mode == PROFILE_VELOCITY:
+                self._enter(Stage.MOVING, now)
+            case Stage.ACKNOWLEDGING if not word & ACKNOWLEDGED:
+                self._enter(Stage.MOVING, now)
+            case Stage.MOVING:
+                self._watch(word, now)
+            case Stage.STOPPING:
+                self._still = 0 if self.node.counts_per_cycle else self._still + 1
+                if self._still >= STILL_CYCLES:
+                    self._enter(Stage.SWITCHING_OFF, now)
+            case Stage.SWITCHING_OFF if self.node.without_torque:
+                self._enter(Stage.ENDED, now)
+        self._mind_the_time(now)
+
+    def _watch(self, word: int, now: float) -> None:
+        if self.order.mode == PROFILE_VELOCITY and now - self._since >= self.order.stop_s and not self._sent_stop:
+            self._sent_stop = True
+            self._cycles = 0
+            self._set_velocity(0)
+        if self._cycles < SETTLED_CYCLES:
+            return
+        if self.order.mode == HOMING and word & FAILED:
+            self.stop(f"{self.node.label} did not find its home point (homing error)", now)
+        elif self._arrived(word):
+            self._enter(Stage.SWITCHING_OFF, now)
+
+    def _arrived(self, word: int) -> bool:
+        if self.order.mode == HOMING:
+            return bool(word & ATTAINED) and bool(word & REACHED)
+        if self.order.mode == PROFILE_VELOCITY:
+            return self._sent_stop and bool(word & STANDING)
+        return bool(word & REACHED)
+
+    def _mind_the_time(self, now: float) -> None:
+        if now - self._since <= STAGE_S or self.stage in (Stage.READY, Stage.MOVING, Stage.ENDED, Stage.STOPPING):
+            return
+        problem = f"{self.node.label} got no further than {self.stage.value}: {self.node.said()}"
+        if self.stage is Stage.SWITCHING_OFF:
+            self.problem = self.problem or problem
+            self._enter(Stage.ENDED, now)
+        else:
+            self.stop(problem, now)
+
+    def _enter(self, stage: Stage, now: float) -> None:
+        self.stage, self._since, self._cycles = stage, now, 0
+
+    def _write(self) -> None:
+        """Write the next object, then read back what shows it."""
+        write, index, sub = self._steps[0]
+
+        def written(outcome: SdoDone) -> None:
+            if outcome.problem:
+                self.problem = f"{self.node.label} refused {write.index:04X}h:{write.sub:02X}: {outcome.problem}"
+            elif self.stage is Stage.PREPARING:
+                self.node.sdo.submit(index, sub, None, shown)
+
+        def shown(outcome: SdoDone) -> None:
+            if self.stage is not Stage.PREPARING:
+                return
+            if outcome.problem or outcome.data != write.data:
+                # A drive may need a moment until it shows a mode; the time of the stage bounds the repeats.
+                self.node.sdo.submit(index, sub, None, shown)
+                return
+            self._steps.popleft()
+            if self._steps:
+                self._write()
+
+        self.node.sdo.submit(write.index, write.sub, write.data, written)
+
+    def _set_velocity(self, velocity: int) -> None:
+        data = velocity.to_bytes(4, "little", signed=True)
+
+        def written(outcome: SdoDone) -> None:
+            if outcome.problem:
+                self.problem = f"{self.node.label} refused its target velocity: {outcome.problem}"
+
+        self.node.sdo.submit(TARGET_VELOCITY, 0, data, written)

@@ -1,0 +1,65 @@
+"""The set-up of one robot: which motion its drives make by themselves now, how the newest one ended, what remains."""
+
+from collections.abc import Sequence
+
+from drive_gateway.canopen.frame import CanFrame
+from drive_gateway.gateway.event_log import EventLog
+from drive_gateway.gateway.mode_keeper import ModeKeeper
+from drive_gateway.gateway.node import Node
+from drive_gateway.gateway.setup_motion import SetupMotion
+
+
+class SetupDesk:
+    """At most one motion at a time; afterwards its drives go back to the mode in which blocks are played."""
+
+    def __init__(self, log: EventLog) -> None:
+        self._log = log
+        self._modes = ModeKeeper()
+        self.motion: SetupMotion | None = None
+        """What goes on."""
+        self.ended: SetupMotion | None = None
+        """The newest motion that is over."""
+
+    @property
+    def busy(self) -> bool:
+        """A motion goes on, or a drive is not yet back in its mode."""
+        return self.motion is not None or not self._modes.settled
+
+    def begin(self, motion: SetupMotion, nodes: Sequence[Node]) -> None:
+        self.motion = motion
+        for node in nodes:
+            self._modes.left(node)
+
+    def stop(self, reason: str, now: float) -> None:
+        """Let the drives stop and switch off; nothing when nothing goes on."""
+        if self.motion is not None:
+            self.motion.stop(reason, now)
+
+    def abandon(self, reason: str, now: float) -> None:
+        """A fault: from here on the power of the whole robot commands the drives."""
+        self.stop(reason, now)
+        self._end()
+
+    def step(self, now: float) -> None:
+        """One cycle."""
+        if self.motion is not None:
+            self.motion.step(now)
+            if self.motion.ended:
+                self._end()
+        self._modes.step()
+
+    def rpdo(self, node: Node) -> CanFrame | None:
+        """What a drive that moves by itself is told; `None` for all others."""
+        axis = None if self.motion is None else self.motion.controls(node)
+        return None if axis is None else node.rpdo(axis.controlword, axis.target)
+
+    def _end(self) -> None:
+        ended, self.motion = self.motion, None
+        if ended is None:
+            return
+        self.ended = ended
+        if ended.problem:
+            text = f"{ended.what} stopped: {ended.problem}"
+            self._log.warn("setup_stopped", text, "remove the cause and begin again; axes may be unreferenced")
+        else:
+            self._log.info("setup_done", f"{ended.what} is done")

@@ -1,0 +1,80 @@
+"""Set-up: motion that the drives of one robot make by themselves, as long as an operator holds it.
+
+Such a motion has no block and no path, so the robot counts as not referenced while it lasts: its body is unknown.
+"""
+
+from collections.abc import Sequence
+
+from drive_gateway.cia402.setup_objects import HOMING, SetupOrder
+from drive_gateway.gateway.node import Node
+from drive_gateway.gateway.setup_axis import SetupAxis, Stage
+
+HOLD_S = 0.5
+"""A motion whose operator was not heard for this long is stopped."""
+SETUP_SHARE = 0.25
+"""Share of an axis' speed and acceleration that set-up may use."""
+
+
+class SetupMotion:
+    """Groups of axes, one group after another; the axes of a group start in the same cycle.
+
+    Args:
+        what: what goes on, for people.
+        groups: drives and their orders.
+        now: the operator holds it from here.
+    """
+
+    def __init__(self, what: str, groups: Sequence[Sequence[tuple[Node, SetupOrder]]], now: float) -> None:
+        self.what = what
+        self._waiting = [list(group) for group in groups]
+        self._axes: list[SetupAxis] = []
+        self._problem = ""
+        self._held_at = now
+        self._begin(now)
+
+    @property
+    def ended(self) -> bool:
+        return not self._waiting and all(axis.stage is Stage.ENDED for axis in self._axes)
+
+    @property
+    def problem(self) -> str:
+        """Why it ended early; empty when all went well."""
+        return self._problem
+
+    def progress(self) -> str:
+        """What each axis of the present group does."""
+        return "; ".join(f"{axis.node.axis.name} {axis.stage.value}" for axis in self._axes)
+
+    def hold(self, now: float) -> None:
+        """The operator still wants it."""
+        self._held_at = now
+
+    def stop(self, reason: str, now: float) -> None:
+        """Stop every axis; what has not begun does not begin."""
+        self._problem = self._problem or reason
+        self._waiting = []
+        for axis in self._axes:
+            axis.stop(reason, now)
+
+    def controls(self, node: Node) -> SetupAxis | None:
+        """The axis that commands this node now."""
+        return next((axis for axis in self._axes if axis.node is node and axis.stage is not Stage.ENDED), None)
+
+    def step(self, now: float) -> None:
+        """One cycle."""
+        if now - self._held_at > HOLD_S:
+            self.stop(f"the operator let go of it ({self.progress()})", now)
+        for axis in self._axes:
+            axis.step(now)
+            if axis.problem:
+                self.stop(axis.problem, now)
+            if axis.attained and axis.order.mode == HOMING:
+                axis.node.referenced = True
+        if all(axis.stage is Stage.READY for axis in self._axes):
+            for axis in self._axes:
+                axis.start(now)
+        if self._waiting and all(axis.stage is Stage.ENDED for axis in self._axes):
+            self._begin(now)
+
+    def _begin(self, now: float) -> None:
+        self._axes = [SetupAxis(node, order, now) for node, order in self._waiting.pop(0)]

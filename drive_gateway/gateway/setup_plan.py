@@ -1,0 +1,83 @@
+"""From an operator's wish in set-up to orders for the drives, or to the reason why not."""
+
+from collections.abc import Sequence
+
+from cell.messages.commands import MoveAxes
+from drive_gateway.cia402.profile import together
+from drive_gateway.cia402.setup_objects import SetupOrder, homing_order, position_order, velocity_order
+from drive_gateway.cia402.units import INT32_MAX, INT32_MIN
+from drive_gateway.errors import GatewayError
+from drive_gateway.gateway.group import DriveGroup
+from drive_gateway.gateway.node import Node
+from drive_gateway.gateway.setup_motion import SETUP_SHARE, SetupMotion
+
+Plan = tuple[SetupMotion, Sequence[Node]]
+
+
+class SetupRefused(GatewayError):
+    """A set-up motion that cannot be; the text says what is allowed."""
+
+
+def homing_motion(group: DriveGroup, names: Sequence[str], now: float) -> Plan:
+    """Homing of the named axes (none: all that have a homing), one order number after another.
+
+    Raises:
+        SetupRefused: an axis does not exist or cannot home.
+    """
+    chosen = _nodes(group, names) if names else [node for node in group.nodes if node.axis.homing is not None]
+    orders: dict[int, list[tuple[Node, SetupOrder]]] = {}
+    for node in chosen:
+        homing = node.axis.homing
+        if homing is None:
+            raise SetupRefused(f"{node.label} has no homing in the drives file; its absolute encoder needs none")
+        orders.setdefault(homing.order, []).append((node, homing_order(node.axis, homing)))
+    if not orders:
+        raise SetupRefused(f"no axis of {group.robot} has a homing in the drives file; absolute encoders need none")
+    groups = [orders[number] for number in sorted(orders)]
+    what = f"homing of {group.robot} ({', then '.join(_names([node for node, _ in part]) for part in groups)})"
+    return SetupMotion(what, groups, now), chosen
+
+
+def move_motion(group: DriveGroup, call: MoveAxes, now: float) -> Plan:
+    """All axes of the call from rest to rest in the same time.
+
+    Raises:
+        SetupRefused: unknown axis, speed outside 0 to 1, an absolute target of an axis that is not referenced, or a
+            target outside the drive's counts.
+    """
+    nodes = _nodes(group, list(call.targets))
+    if not nodes or not 0.0 < call.speed <= 1.0:
+        raise SetupRefused(f"{len(nodes)} axes at speed {call.speed:g}; allowed are one or more, above 0 and up to 1")
+    lost = [node for node in nodes if not node.referenced]
+    if lost and not call.relative:
+        raise SetupRefused(f"{_names(lost)} of {group.robot} not referenced; home first, or move by a distance")
+    distances = [
+        call.targets[node.axis.name] - (0.0 if call.relative else group.watch.position[group.nodes.index(node)])
+        for node in nodes
+    ]
+    share = SETUP_SHARE * call.speed
+    ramps = [SETUP_SHARE * node.axis.acceleration for node in nodes]
+    motions = together(distances, [share * node.axis.speed for node in nodes], ramps)
+    orders = []
+    for node, distance, motion, ramp in zip(nodes, distances, motions, ramps, strict=True):
+        target = (node.counts or 0) + round(distance * node.axis.counts_per_unit)
+        if not INT32_MIN <= target <= INT32_MAX:
+            raise SetupRefused(f"{node.label}: {target} counts; allowed are 32 bits")
+        if call.by_velocity:
+            orders.append((node, velocity_order(node.axis, motion, ramp)))
+        else:
+            orders.append((node, position_order(node.axis, target, motion, ramp)))
+    kind = "profile velocity" if call.by_velocity else "profile position"
+    return SetupMotion(f"{kind} of {group.robot} ({_names(nodes)})", [orders], now), nodes
+
+
+def _nodes(group: DriveGroup, names: Sequence[str]) -> list[Node]:
+    by_name = {node.axis.name: node for node in group.nodes}
+    unknown = [name for name in names if name not in by_name]
+    if unknown:
+        raise SetupRefused(f"{group.robot} has no axis {unknown[0]}; its axes are {', '.join(by_name)}")
+    return [by_name[name] for name in names]
+
+
+def _names(nodes: Sequence[Node]) -> str:
+    return ", ".join(node.axis.name for node in nodes)

@@ -1,0 +1,105 @@
+"""How the drives of one robot are watched: where they are, whether they stand, and what is wrong with them."""
+
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+
+from cell.messages.drives import AxisStatus
+from drive_gateway.cia402.units import AxisUnits
+from drive_gateway.config.settings import GatewaySettings
+from drive_gateway.gateway.event_log import EventLog
+from drive_gateway.gateway.measurement import Floats, FollowingMonitor, RestDetector
+from drive_gateway.gateway.node import Node
+from drive_gateway.gateway.power import Power, PowerState
+from drive_gateway.gateway.trouble import Trouble
+
+_FAULT = (AxisStatus.FAULT, AxisStatus.FAULT_REACTION_ACTIVE)
+
+
+class Watch:
+    """The newest measurement of all axes, and the troubles of each cycle.
+
+    Args:
+        nodes: the drives, in the order of the robot's axes.
+        power: what they were told last.
+        settings: their gateway's.
+        log: where news is told that is no trouble.
+    """
+
+    def __init__(self, nodes: Sequence[Node], power: Power, settings: GatewaySettings, log: EventLog) -> None:
+        axes = [node.axis for node in nodes]
+        self.position: Floats = np.zeros(len(axes))
+        self.velocity: Floats = np.zeros(len(axes))
+        self.measured = False
+        """Every axis has been measured at least once."""
+        self.standing = False
+        """Measured at rest."""
+        self._nodes = nodes
+        self._power = power
+        self._log = log
+        self._cycle_s = settings.cycle_s
+        self._units = AxisUnits(axes)
+        self._rest = RestDetector(axes)
+        self._following = FollowingMonitor(axes, settings.overrun_limit_s)
+
+    def measure(self, now: float) -> None:
+        """Take what the nodes said; as long as one of them has said nothing yet, all stays as it is."""
+        counts = [node.counts for node in self._nodes]
+        known = [count for count in counts if count is not None]
+        if len(known) < len(counts):
+            return
+        self.measured = True
+        self.position = self._units.position(known)
+        self.velocity = self._units.velocity([node.counts_per_cycle / self._cycle_s for node in self._nodes])
+        self.standing = self._rest.update(self.position, now)
+
+    def forget_rest(self) -> None:
+        """Something moves now: standstill must be measured anew."""
+        self._rest.forget()
+        self.standing = False
+
+    def troubles(self, demand: Floats, now: float) -> Iterator[Trouble]:
+        """What is wrong in this cycle, one by one: what is done about one may change the power before the next.
+
+        `demand` `(n,)` [rad or m] is the sample that the measurement answers.
+        """
+        for node in self._nodes:
+            yield from node.check()
+            self._attend(node, now)
+            if node.status in _FAULT and not self._in_fault:
+                yield _fault_of(node)
+        if self._power.state is not PowerState.ON:
+            self._following.forget()
+            return
+        for node in self._nodes:
+            if node.status is not AxisStatus.OPERATION_ENABLED:
+                text = f"{node.label} left Operation Enabled, it is in {node.status.name}"
+                yield Trouble("left_enabled", text, "check the drive's enable inputs", node.axis.node_id)
+        found = self._following.update(self.position, demand, now)
+        if found is not None:
+            yield _following_error(self._nodes[found[0]], found[1])
+
+    @property
+    def _in_fault(self) -> bool:
+        return self._power.state in (PowerState.STOPPING, PowerState.FAULT, PowerState.RESETTING)
+
+    def _attend(self, node: Node, now: float) -> None:
+        """A node that was lost is brought up again when nothing moves; an absent one is told once."""
+        if node.lost and self._power.state in (PowerState.OFF, PowerState.FAULT):
+            node.bring_up_again(now)
+        elif node.problem and node.problem != node.told_problem and not node.lost:
+            self._log.warn("node_absent", node.problem, "correct the cause; the node is tried again by itself")
+        node.told_problem = node.problem
+
+
+def _fault_of(node: Node) -> Trouble:
+    emergency = node.emergency
+    reason = "no emergency code" if emergency is None else f"{emergency.code:04X}h {emergency.meaning}"
+    remedy = "look at the drive's display" if emergency is None else emergency.remedy
+    code = None if emergency is None else emergency.code
+    return Trouble("drive_fault", f"{node.label} is in fault: {reason}", remedy, node.axis.node_id, code)
+
+
+def _following_error(node: Node, error: float) -> Trouble:
+    text = f"{node.label} is {error:.4g} beside its command, allowed {node.axis.following_window:.4g}"
+    return Trouble("following_error", text, "look for a collision or a blocked axis, then reset", node.axis.node_id)

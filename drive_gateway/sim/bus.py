@@ -1,0 +1,55 @@
+"""All simulated nodes of one bus and the wire between them and their master."""
+
+from collections.abc import Sequence
+
+from drive_gateway.canopen.frame import CanFrame
+from drive_gateway.sim.node import SimulatedNode
+from drive_gateway.sim.wire import Wire
+
+
+class SimulatedBus:
+    """Carries frames between the master and the nodes; what it returns is on the way to the master.
+
+    Args:
+        nodes: all nodes of the bus.
+        bitrate: of the wire [bit/s]; `None`: frames arrive at once.
+    """
+
+    def __init__(self, nodes: Sequence[SimulatedNode], bitrate: int | None) -> None:
+        self.nodes = nodes
+        self.wire = None if bitrate is None else Wire(bitrate)
+
+    @property
+    def next_at(self) -> float | None:
+        """When the next frame arrives; `None` when nothing is on its way."""
+        return None if self.wire is None else self.wire.next_at
+
+    def receive(self, frame: CanFrame, now: float) -> list[CanFrame]:
+        """The master sends a frame."""
+        if self.wire is None:
+            return [answer for node in self.nodes for answer in node.receive(frame, now)]
+        self.wire.send(frame, now, from_master=True)
+        return self.carry(now)
+
+    def step(self, now: float) -> list[CanFrame]:
+        """Let the nodes' own timers run."""
+        frames = [frame for node in self.nodes for frame in node.step(now)]
+        if self.wire is None:
+            return frames
+        for frame in frames:
+            self.wire.send(frame, now, from_master=False)
+        return self.carry(now)
+
+    def carry(self, now: float) -> list[CanFrame]:
+        """Let the wire carry what it can until `now`."""
+        if self.wire is None:
+            return []
+        arrived: list[CanFrame] = []
+        while (delivered := self.wire.take(now)) is not None:
+            if not delivered.from_master:
+                arrived.append(delivered.frame)
+                continue
+            for node in self.nodes:
+                for answer in node.receive(delivered.frame, delivered.at):
+                    self.wire.send(answer, delivered.at, from_master=False)
+        return arrived

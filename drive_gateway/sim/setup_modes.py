@@ -1,0 +1,125 @@
+"""The modes in which a drive makes its own motion (CiA 402): profile position, profile velocity, homing.
+
+The demand is handed to the axis step by step. The meaning of controlword bits 4 to 8 and statusword bits 10, 12 and 13
+is the mode's (CiA 402-2); in profile velocity bit 12 is 1 at standstill.
+"""
+
+from drive_gateway.sim.axis_servo import AxisServo
+from drive_gateway.sim.dictionary import key_of
+from drive_gateway.sim.homing import Homing, HomingState
+from drive_gateway.sim.profile import Profile
+from drive_gateway.sim.reference import Reference
+
+PROFILE_POSITION, PROFILE_VELOCITY, HOMING = 1, 3, 6
+SETUP_MODES = (PROFILE_POSITION, PROFILE_VELOCITY, HOMING)
+
+_START, _AT_ONCE, _RELATIVE, _HALT = 1 << 4, 1 << 5, 1 << 6, 1 << 8
+_REACHED, _MODE_12, _MODE_13 = 1 << 10, 1 << 12, 1 << 13
+
+_POSITION_WINDOW, _POSITION_TIME = key_of(0x6067), key_of(0x6068)
+_VELOCITY_WINDOW, _STANDSTILL = key_of(0x606D), key_of(0x606F)
+_TARGET_POSITION, _TARGET_VELOCITY = key_of(0x607A), key_of(0x60FF)
+_HOME_OFFSET, _METHOD = key_of(0x607C), key_of(0x6098)
+_LOW, _HIGH = key_of(0x607D, 1), key_of(0x607D, 2)
+_SPEED, _ACCELERATION, _DECELERATION = key_of(0x6081), key_of(0x6083), key_of(0x6084)
+_HOMING_FAST, _HOMING_SLOW, _HOMING_RAMP = key_of(0x6099, 1), key_of(0x6099, 2), key_of(0x609A)
+
+
+class SetupModes:
+    """Trajectory of an enabled drive in one of `SETUP_MODES`. Positions of the profile are those of the axis itself."""
+
+    def __init__(self, numbers: dict[int, int], servo: AxisServo, reference: Reference) -> None:
+        self._numbers = numbers
+        self._servo = servo
+        self._reference = reference
+        self._profile = Profile(servo.position)
+        self._homing = Homing(reference, self._profile)
+        self._word = 0
+        self._target: float | None = None
+        self._next: float | None = None
+        self._acknowledged = False
+        self._inside_s = 0.0
+
+    def begin(self) -> None:
+        """The drive was enabled, or the mode changed: stand where the axis is."""
+        self._profile.begin(self._servo.position)
+        self._homing.idle()
+        self._target = self._next = None
+        self._acknowledged = False
+        self._inside_s = 0.0
+
+    def obey(self, mode: int, word: int) -> None:
+        """Take the mode's bits of a controlword."""
+        rising, falling = word & ~self._word, self._word & ~word
+        self._word = word
+        if mode == HOMING:
+            if rising & _START:
+                self._homing.start(self._numbers[_METHOD])
+            if falling & _START or word & _HALT:
+                self._homing.abort()
+        elif mode == PROFILE_POSITION:
+            if rising & _START and not self._acknowledged:
+                self._take_target(word)
+            if falling & _START and self._next is None:
+                self._acknowledged = False
+
+    def advance(self, mode: int, step_s: float) -> None:
+        """Move the demand by one step and hand it to the axis."""
+        numbers, profile = self._numbers, self._profile
+        halted = bool(self._word & _HALT)
+        ramps = (float(numbers[_ACCELERATION]), float(numbers[_DECELERATION]))
+        if mode == HOMING:
+            speeds = (float(numbers[_HOMING_FAST]), float(numbers[_HOMING_SLOW]))
+            ramp = float(numbers[_HOMING_RAMP])
+            self._homing.step(self._servo.position, speeds, ramp, numbers[_HOME_OFFSET], step_s)
+        elif mode == PROFILE_VELOCITY:
+            wanted = 0.0 if halted else float(numbers[_TARGET_VELOCITY])
+            slower = abs(wanted) < abs(profile.velocity)
+            profile.run(wanted, ramps[1] if slower else ramps[0], step_s)
+        elif halted:
+            profile.run(0.0, ramps[1], step_s)
+        elif self._target is not None:
+            profile.approach(self._target, float(numbers[_SPEED]), ramps, step_s)
+            self._arrive(step_s)
+        self._servo.interpolate(profile.position, step_s)
+
+    def bits(self, mode: int) -> int:
+        """Bits 10, 12 and 13 of the statusword."""
+        if mode == HOMING:
+            still = self._profile.velocity == 0.0
+            attained = self._homing.state is HomingState.ATTAINED
+            failed = self._homing.state is HomingState.FAILED
+            return still * _REACHED | attained * _MODE_12 | failed * _MODE_13
+        if mode == PROFILE_VELOCITY:
+            velocity = self._servo.velocity
+            wanted = 0 if self._word & _HALT else self._numbers[_TARGET_VELOCITY]
+            reached = abs(velocity - wanted) <= self._numbers[_VELOCITY_WINDOW]
+            return reached * _REACHED | (abs(velocity) <= self._numbers[_STANDSTILL]) * _MODE_12
+        halted = bool(self._word & _HALT) and self._profile.velocity == 0.0
+        reached = halted or (self._inside_s * 1000.0 >= self._numbers[_POSITION_TIME] and self._inside)
+        return reached * _REACHED | self._acknowledged * _MODE_12
+
+    @property
+    def _inside(self) -> bool:
+        return self._target is None or abs(self._servo.position - self._target) <= self._numbers[_POSITION_WINDOW]
+
+    def _take_target(self, word: int) -> None:
+        """A new set point: at once, or after the one that goes on; outside 607Dh it is moved to the limit."""
+        shown = self._numbers[_TARGET_POSITION]
+        if word & _RELATIVE:
+            shown += round(self._profile.position - self._reference.shift)
+        shown = max(self._numbers[_LOW], min(self._numbers[_HIGH], shown))
+        target = shown + self._reference.shift
+        self._acknowledged = True
+        travels = self._target is not None and self._profile.position != self._target
+        if travels and not word & _AT_ONCE:
+            self._next = target
+        else:
+            self._target, self._next = target, None
+        self._inside_s = 0.0
+
+    def _arrive(self, step_s: float) -> None:
+        if self._profile.position == self._target and self._next is not None:
+            self._target, self._next = self._next, None
+            self._acknowledged = bool(self._word & _START)
+        self._inside_s = self._inside_s + step_s if self._inside else 0.0

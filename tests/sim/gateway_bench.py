@@ -1,0 +1,187 @@
+"""One gateway core and its simulated drives on virtual time, frame by frame; an operator and faults beside them."""
+
+from collections.abc import Callable
+from dataclasses import replace
+
+from cell.config.settings import Times
+from cell.core import Answer, Publish, Request
+from cell.messages import (
+    Call,
+    Claim,
+    Command,
+    DriveFeedback,
+    EnableDrives,
+    Event,
+    GatewayState,
+    HoldSetup,
+    Reply,
+)
+from drive_gateway.canopen.frame import CanFrame
+from drive_gateway.canopen.sdo import Sdo
+from drive_gateway.config.settings import (
+    AxisSettings,
+    BusSettings,
+    GatewaySettings,
+    HomingSettings,
+    RobotDrives,
+)
+from drive_gateway.gateway.core import GatewayCore
+from drive_gateway.gateway.effects import Frame
+from tests.sim.bus import Bus
+
+CYCLE_S = 0.004
+TIMES = Times()
+
+
+def axis(name: str, node_id: int, **changes: object) -> AxisSettings:
+    settings = AxisSettings(
+        name=name,
+        node_id=node_id,
+        counts_per_unit=100_000.0,
+        offset=0.25,
+        speed=2.0,
+        acceleration=10.0,
+        quick_stop=40.0,
+        following_window=0.05,
+        following_time_s=0.05,
+        simulated_start=0.5,
+    )
+    return replace(settings, **changes)  # type: ignore[arg-type]
+
+
+def homing(method: int, position: float, order: int = 1) -> HomingSettings:
+    return HomingSettings(method, fast=0.4, slow=0.05, acceleration=5.0, position=position, order=order)
+
+
+def settings(*axes: AxisSettings) -> GatewaySettings:
+    return GatewaySettings(
+        name="bus",
+        bus=BusSettings("virtual", "bench", 1_000_000, {}),
+        cycle_s=CYCLE_S,
+        overrun_limit_s=0.02,
+        heartbeat_producer_s=0.05,
+        heartbeat_timeout_s=0.2,
+        tpdo_timeout_s=0.05,
+        boot_timeout_s=1.0,
+        simulated_lag_s=0.008,
+        robots={"left": RobotDrives("left", axes)},
+    )
+
+
+class GatewayBench:
+    """`cycle` runs one bus cycle; everything that was said is kept."""
+
+    def __init__(self, configuration: GatewaySettings) -> None:
+        self.settings = configuration
+        self.now = 10.0
+        self.events: list[Event] = []
+        self.frames: list[CanFrame] = []
+        self.replies: dict[str, Reply] = {}
+        self.feedback: DriveFeedback | None = None
+        self.state: GatewayState | None = None
+        self.lost: Callable[[CanFrame], bool] = lambda _frame: False
+        """Frames that the bus swallows, in both directions."""
+        self.holder = ""
+        """Robot whose set-up an operator holds."""
+        self.said = ("", "")
+        self.alive = True
+        """Whether the gateway's process runs."""
+        self._calls = 0
+        self._back: list[object] = []
+        self.bus = Bus(configuration, self._deliver)
+        self.restart_gateway()
+
+    def restart_gateway(self) -> None:
+        """A gateway's process starts, with a new boot; the drives know nothing of it."""
+        self._calls += 1000
+        self.core = GatewayCore(self.settings, TIMES, boot=f"g{self._calls}", digest="d", first_owner=self._calls)
+        self.feedback = self.state = None
+        self._back = []
+        self.alive = True
+
+    def cycle(self, late_s: float = 0.0) -> None:
+        self.now += CYCLE_S + late_s
+        self.bus.step(self.now)
+        back, self._back = self._back, []
+        if not self.alive:
+            return
+        for message in back:
+            self.core.receive(message, self.now)
+        if self.holder and round(self.now / CYCLE_S) % 25 == 0:
+            self.request(HoldSetup(self.holder), "hold")
+        for effect in self.core.step(self.now):
+            self._perform(effect)
+
+    def run(self, seconds: float) -> None:
+        for _ in range(round(seconds / CYCLE_S)):
+            self.cycle()
+
+    def until(self, happened: Callable[[], bool], within_s: float = 10.0) -> None:
+        for _ in range(round(within_s / CYCLE_S)):
+            if happened():
+                return
+            self.cycle()
+        raise AssertionError(f"did not happen within {within_s} s; last: {[e.text for e in self.events[-5:]]}")
+
+    def ready(self, within_s: float = 10.0) -> None:
+        self.until(lambda: self.state is not None and self.state.ready and self.feedback is not None, within_s)
+        self.run(0.3)
+
+    def request(self, command: Command, name: str = "") -> str:
+        self._calls += 1
+        request_id = name or f"r{self._calls}"
+        self._back.append(Request(request_id, Call(f"c{self._calls}", command)))
+        return request_id
+
+    def ask(self, command: Command) -> Reply:
+        request_id = self.request(command)
+        self.until(lambda: request_id in self.replies)
+        return self.replies[request_id]
+
+    def tell(self, message: object) -> None:
+        self._back.append(message)
+
+    def set_up(self, command: Command) -> str:
+        """Give a set-up order and hold it to its end; answers `done` or `stopped`."""
+        reply = self.ask(command)
+        assert reply.ok, reply.text
+        self.holder, self.said = "left", ("", "moving")
+        self.until(lambda: self.said[1] != "moving", within_s=60.0)
+        self.holder = ""
+        self.run(0.3)
+        return self.said[1]
+
+    def enabled(self) -> int:
+        """Claim and enable; answers the owner."""
+        claim = self.ask(Claim("left", f"a{self._calls}", "d"))
+        assert claim.claim is not None, claim.text
+        reply = self.ask(EnableDrives("left", claim.claim.owner))
+        assert reply.ok, reply.text
+        self.until(lambda: self.feedback is not None and self.feedback.enabled)
+        return claim.claim.owner
+
+    def codes(self) -> list[str]:
+        return [event.code for event in self.events]
+
+    def _deliver(self, message: object) -> None:
+        if not (isinstance(message, CanFrame) and self.lost(message)):
+            self._back.append(message)
+
+    def _perform(self, effect: object) -> None:
+        match effect:
+            case Frame(frame):
+                self.frames.append(frame)
+                if not self.lost(frame):
+                    self.bus.send(frame, self.now)
+            case Sdo():
+                self._back.append(self.bus.sdo(effect, self.now))
+            case Publish(DriveFeedback() as feedback):
+                self.feedback = feedback
+            case Publish(GatewayState() as state):
+                self.state = state
+            case Publish(Event() as event):
+                self.events.append(event)
+            case Answer(request_id, Reply() as reply):
+                self.replies[request_id] = reply
+                if request_id == "hold":
+                    self.said = (reply.text, reply.data)

@@ -1,0 +1,142 @@
+"""Set-up with real frames: axes home, and move by their drives' own profiles, while an operator holds them."""
+
+import numpy as np
+import pytest
+
+from cell.messages import AxisStatus, Claim, EnableDrives, Estop, Home, MoveAxes
+from tests.sim.gateway_bench import GatewayBench, axis, homing, settings
+
+INCREMENTAL = settings(
+    axis("J1", 1, incremental=True, homing=homing(17, 0.1, order=2)),
+    axis("J2", 2, counts_per_unit=-80_000.0, incremental=True, homing=homing(23, 0.7)),
+    axis("J3", 3),
+)
+
+
+def bench() -> GatewayBench:
+    world = GatewayBench(INCREMENTAL)
+    world.ready()
+    return world
+
+
+def places(world: GatewayBench) -> np.ndarray:
+    """Where the axes really are [rad], whatever their drives believe."""
+    axes = world.settings.robots["left"].axes
+    return np.array([world.bus.nodes[a.node_id].position / a.counts_per_unit + a.offset for a in axes])
+
+
+def test_an_incremental_axis_is_not_referenced_and_not_enabled_before_it_has_homed() -> None:
+    world = bench()
+    assert not world.feedback.referenced
+    owner = world.ask(Claim("left", "a1", "d")).claim.owner
+    refused = world.ask(EnableDrives("left", owner))
+    assert refused.text == "left is not referenced (J1, J2); home it first: cell home left"
+
+
+def test_homing_in_order_lets_every_axis_know_where_it_is_and_the_robot_be_enabled() -> None:
+    world = bench()
+    assert world.set_up(Home("left", ())) == "done"
+    assert world.said[0] == "homing of left (J2, then J1) is done"
+    assert world.feedback.referenced
+    assert world.feedback.position == pytest.approx(places(world), abs=1e-4)
+    world.enabled()
+
+
+def test_while_it_homes_the_robot_is_unknown_only_its_own_axes_have_torque_and_nobody_may_enable_it() -> None:
+    world = bench()
+    owner = world.ask(Claim("left", "a1", "d")).claim.owner
+    assert world.ask(Home("left", ("J2",))).ok
+    world.holder = "left"
+    world.until(lambda: world.feedback.axes[1] is AxisStatus.OPERATION_ENABLED)
+    assert not world.feedback.referenced
+    assert not world.feedback.enabled
+    assert world.feedback.axes[0] is world.feedback.axes[2] is AxisStatus.SWITCH_ON_DISABLED
+    assert "being set up" in world.ask(EnableDrives("left", owner)).text
+
+
+def test_an_operator_who_lets_go_stops_the_motion_and_the_drives_are_off() -> None:
+    world = bench()
+    assert world.ask(Home("left", ("J1",))).ok
+    world.holder = "left"
+    world.until(lambda: world.feedback.axes[0] is AxisStatus.OPERATION_ENABLED)
+    world.run(0.2)
+    world.holder = ""
+    world.until(lambda: "setup_stopped" in world.codes(), within_s=2.0)
+    assert "the operator let go" in world.events[-1].text
+    assert world.feedback.axes[0] is AxisStatus.SWITCH_ON_DISABLED
+    assert not world.feedback.referenced
+
+
+def test_a_drive_that_does_not_find_its_home_point_is_named() -> None:
+    world = GatewayBench(settings(axis("J1", 1, incremental=True, homing=homing(33, 0.0))))
+    world.ready()
+    assert world.set_up(Home("left", ())) == "stopped"
+    assert world.said[0] == "stopped: node 1 (left J1) did not find its home point (homing error)"
+
+
+def test_an_emergency_stop_and_a_fault_end_it() -> None:
+    for trouble in ("estop", "fault"):
+        world = bench()
+        assert world.ask(Home("left", ("J1",))).ok
+        world.holder = "left"
+        world.until(lambda w=world: w.feedback.axes[0] is AxisStatus.OPERATION_ENABLED)
+        if trouble == "estop":
+            world.tell(Estop("e1", True, "op", "test"))
+        else:
+            world.bus.nodes[1].raise_emergency(0x4310)
+        world.until(lambda w=world: "setup_stopped" in w.codes(), within_s=2.0)
+        world.run(0.5)
+        assert world.feedback.axes[0] in (AxisStatus.SWITCH_ON_DISABLED, AxisStatus.FAULT)
+        assert not world.feedback.referenced
+
+
+@pytest.mark.parametrize("by_velocity", [False, True])
+def test_axes_move_by_their_own_profiles_and_arrive_together(by_velocity: bool) -> None:
+    world = GatewayBench(settings(axis("J1", 1), axis("J2", 2, counts_per_unit=-80_000.0), axis("J3", 3)))
+    world.ready()
+    start = places(world)
+    moved: dict[int, list[float]] = {0: [], 1: []}
+    assert world.ask(MoveAxes("left", {"J1": 0.4, "J2": -0.1}, True, 1.0, by_velocity)).ok
+    world.holder, world.said = "left", ("", "moving")
+    while world.said[1] == "moving":
+        world.cycle()
+        for number, times in moved.items():
+            if abs(world.feedback.velocity[number]) > 0.01:
+                times.append(world.now)
+    world.holder = ""
+    wanted = start + np.array([0.4, -0.1, 0.0])
+    assert places(world) == pytest.approx(wanted, abs=0.01 if by_velocity else 2e-3)
+    assert moved[0][0] == pytest.approx(moved[1][0], abs=0.06)
+    assert moved[0][-1] == pytest.approx(moved[1][-1], abs=0.06)
+    world.run(0.3)
+    world.enabled()
+
+
+def test_the_mode_is_back_at_cyclic_synchronous_position_before_the_robot_is_enabled() -> None:
+    world = GatewayBench(settings(axis("J1", 1)))
+    world.ready()
+    assert world.set_up(MoveAxes("left", {"J1": 0.6}, False, 0.5, False)) == "done"
+    world.enabled()
+    world.run(0.5)
+    assert world.feedback.position == pytest.approx([0.6], abs=2e-3)
+    assert not [event for event in world.events if event.severity.value == "alarm"]
+
+
+@pytest.mark.parametrize(
+    ("command", "text"),
+    [
+        (MoveAxes("left", {"J9": 0.1}, True, 1.0, False), "left has no axis J9; its axes are J1, J2, J3"),
+        (MoveAxes("left", {"J1": 0.1}, False, 1.0, False), "J1 of left not referenced; home first"),
+        (MoveAxes("left", {"J3": 0.1}, True, 2.0, False), "1 axes at speed 2; allowed are one or more, above 0"),
+        (Home("left", ("J3",)), "node 3 (left J3) has no homing in the drives file"),
+    ],
+)
+def test_what_cannot_be_done_is_refused_with_what_is_allowed(command: Home | MoveAxes, text: str) -> None:
+    assert text in bench().ask(command).text
+
+
+def test_an_enabled_robot_is_not_set_up() -> None:
+    world = GatewayBench(settings(axis("J1", 1)))
+    world.ready()
+    world.enabled()
+    assert world.ask(MoveAxes("left", {"J1": 0.1}, True, 1.0, False)).text == "left is on; disable it first"

@@ -1,0 +1,38 @@
+"""Names and types of objects as people write and read them."""
+
+import pytest
+
+from drive_gateway.canopen.eds import Eds, EdsError
+
+
+@pytest.mark.parametrize("address", ["6041", "6041:00", "0x6041:0", "6041h:00", "statusword"])
+def test_an_object_is_found_by_address_and_by_name(address: str) -> None:
+    assert Eds().find(address).address == "6041h:00"
+
+
+def test_a_value_is_shown_with_its_sign_and_its_bytes() -> None:
+    assert Eds().find("6064").show((-400).to_bytes(4, "little", signed=True)) == "-400 (FFFFFE70h)"
+
+
+@pytest.mark.parametrize(("text", "packed"), [("400", "90010000"), ("-99", "9dffffff"), ("0x10", "10000000")])
+def test_a_value_is_packed_as_the_object_is_long(text: str, packed: str) -> None:
+    assert Eds().find("607A").pack(text).hex() == packed
+
+
+def test_a_value_outside_the_type_names_what_fits() -> None:
+    with pytest.raises(EdsError, match=r"300 does not fit 60C2h:01 .* allowed are 0 to 255"):
+        Eds().find("60C2:1").pack("300")
+
+
+def test_a_name_that_is_no_object_says_what_is_allowed() -> None:
+    with pytest.raises(EdsError, match="allowed are INDEX:SUB in hex"):
+        Eds().find("speedometer")
+
+
+def test_an_address_outside_the_file_is_read_as_bytes() -> None:
+    assert Eds().find("2074").show(b"\x01\x02") == "01 02"
+
+
+def test_a_file_that_is_no_eds_is_named() -> None:
+    with pytest.raises(EdsError, match=r"nowhere\.eds: cannot be read"):
+        Eds("nowhere.eds")

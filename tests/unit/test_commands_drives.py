@@ -1,0 +1,66 @@
+"""`cell drives` and the tools for one bus, as an operator reads them."""
+
+import math
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+from config_world import TWO_ARMS
+from typer.testing import CliRunner
+
+from cell.commands import drive_gateway_command
+from cell.commands.drives import drives_table
+from cell.commands.errors import CommandError
+from cell.commands.set_up import target_of
+from cell.commands.view import Snapshot
+from cell.config import load_cell
+from cell.messages import AxisStatus, BusCounters, GatewayState, NodeStatus
+from drive_gateway.config import load_drives
+
+
+def gateway(node: NodeStatus) -> GatewayState:
+    counters = BusCounters(100, 2, 0.006, 3, 40, 1, 0.36)
+    return GatewayState("left_bus", "b", 1, 0.004, "virtual", True, "", {}, None, (node,), counters)
+
+
+def test_every_node_is_a_row_with_its_emergency_and_its_meaning() -> None:
+    node = NodeStatus(1, "left", "J1", "operational", AxisStatus.FAULT, 0x8611, "following error over its window")
+    table = drives_table(load_cell(TWO_ARMS), Snapshot(gateways={"left_bus": gateway(node)}))
+    cells = [next(iter(column.cells)) for column in table.columns]
+    assert cells[:6] == ["left_bus", "1", "left", "J1", "operational", "fault"]
+    assert cells[7] == "8611h following error over its window"
+    assert "late cycles 2 of 100, worst 6.0 ms, missing TPDOs 3, blocks 40 taken 1 refused" in str(table.caption)
+    assert "gateway right_bus: silent" in str(table.caption)
+
+
+def refused(*words: str) -> str:
+    result = CliRunner().invoke(drive_gateway_command.app, list(words))
+    assert result.exit_code == 1
+    return str(result.exception)
+
+
+def test_an_axis_that_is_not_on_the_bus_is_named_with_those_that_are() -> None:
+    text = refused("read", str(TWO_ARMS), "left_bus", "right.J1", "6041")
+    assert text.startswith("no node 'right.J1' on the bus of gateway left_bus; its nodes are 1 (left.J1), 2 (left.J2)")
+
+
+def test_a_virtual_bus_without_its_gateway_says_where_it_lives(tmp_path: Path) -> None:
+    text = refused("scan", str(TWO_ARMS.parent / "left_drives.yaml"))
+    assert "it lives in its gateway's process" in text
+    assert "unknown format" in refused("log", str(TWO_ARMS), "left_bus", str(tmp_path / "x.pdf"))
+
+
+def test_a_read_only_object_and_a_value_that_does_not_fit_are_refused_before_anything_is_sent() -> None:
+    assert refused("write", str(TWO_ARMS), "left_bus", "1", "6041", "5") == "6041h:00 Statusword is read-only"
+    assert "allowed are 0 to 255" in refused("write", str(TWO_ARMS), "left_bus", "1", "60C2:1", "300")
+
+
+def test_a_target_is_in_degrees_or_for_an_axis_that_slides_in_millimetres() -> None:
+    drives = load_drives(TWO_ARMS.parent / "left_drives.yaml", "left_bus").robots["left"]
+    sliding = replace(drives, axes=(replace(drives.axes[0], linear=True), *drives.axes[1:]))
+    assert target_of(drives, "J1=90") == ("J1", pytest.approx(math.pi / 2))
+    assert target_of(sliding, "J1=90") == ("J1", pytest.approx(0.09))
+    with pytest.raises(CommandError, match="robot left has no axis J9; its axes are J1, J2"):
+        target_of(drives, "J9=1")
+    with pytest.raises(CommandError, match="'J1' is no target"):
+        target_of(drives, "J1")

@@ -1,0 +1,97 @@
+"""The motor against what its data sheet promises: stall current, no-load speed, time constants; and its presets."""
+
+import json
+from cmath import exp as cexp
+from dataclasses import replace
+from math import exp, hypot, pi, sqrt
+from pathlib import Path
+
+import pytest
+
+from drive_gateway.sim.axis.mechanics import LoadData, Mechanics
+from drive_gateway.sim.axis.motor_data import DATA_SHEET, MOTORS, MotorData
+from drive_gateway.sim.axis.winding import Winding
+
+VECTORS = json.loads((Path(__file__).parents[1] / "vectors" / "motor.json").read_text())
+STEP_S = 1e-4
+VOLTS = 10.0
+"""Amplitude of a phase."""
+WITHIN = 0.01
+NOTHING = LoadData(inertia_kg_m2=0.0)
+EVERY = pytest.mark.parametrize("motor", MOTORS.values(), ids=list(MOTORS))
+
+
+def spin(motor: MotorData, seconds: float) -> float:
+    """Speed [rad/s] after `VOLTS` across the field for some time, from rest and without load."""
+    winding = Winding(motor, STEP_S)
+    shaft = Mechanics(motor.inertia_kg_m2, NOTHING, 1.0, 0.0, STEP_S)
+    for _ in range(round(seconds / STEP_S)):
+        turned = cexp(1j * motor.pole_pairs * (shaft.angle + 0.5 * STEP_S * shaft.speed))
+        winding.step(1j * VOLTS * turned, shaft.angle, shaft.speed)
+        current = (winding.current * cexp(-1j * motor.pole_pairs * shaft.angle)).imag
+        shaft.step(motor.torque_per_ampere * current, 0.0, 0.0)
+    return shaft.speed
+
+
+def mechanical_s(motor: MotorData) -> float:
+    return motor.inertia_kg_m2 * motor.phase_resistance / (motor.torque_per_ampere * motor.emf)
+
+
+@EVERY
+def test_stall_current_is_voltage_over_resistance(motor: MotorData) -> None:
+    winding = Winding(motor, STEP_S)
+    for _ in range(round(12 * motor.phase_inductance / motor.phase_resistance / STEP_S)):
+        winding.step(VOLTS, 0.3, 0.0)
+    assert abs(winding.current) == pytest.approx(VOLTS / motor.phase_resistance, rel=WITHIN)
+
+
+@EVERY
+def test_current_rises_with_the_electrical_time_constant(motor: MotorData) -> None:
+    winding, time_s = Winding(motor, STEP_S), 0.0
+    while abs(winding.current) < VOLTS / motor.phase_resistance * (1 - exp(-1)):
+        winding.step(VOLTS, 0.0, 0.0)
+        time_s += STEP_S
+    assert time_s == pytest.approx(motor.inductance_h / motor.resistance_ohm, rel=WITHIN, abs=STEP_S)
+
+
+@EVERY
+def test_no_load_speed_is_where_the_induced_voltage_is_the_applied_one(motor: MotorData) -> None:
+    rms_line_to_line = VOLTS * sqrt(3) / sqrt(2)
+    expected = 1000 * rms_line_to_line / motor.voltage_constant_v_krpm * 2 * pi / 60
+    assert spin(replace(motor, inertia_kg_m2=1e-4), 3.0) == pytest.approx(expected, rel=WITHIN)
+
+
+@EVERY
+def test_speed_rises_with_the_mechanical_time_constant(motor: MotorData) -> None:
+    loaded = replace(motor, inertia_kg_m2=10 * motor.inertia_kg_m2)
+    quick = replace(loaded, inductance_h=1e-3 * motor.resistance_ohm * mechanical_s(loaded))
+    assert spin(quick, mechanical_s(loaded)) == pytest.approx((1 - exp(-1)) * VOLTS / motor.emf, rel=WITHIN)
+
+
+def test_closed_solution_of_the_winding_equals_the_differential_equation() -> None:
+    motor = MOTORS["83-300"]
+    winding, speed, steps = Winding(motor, 1e-3), 200.0, 20_000
+    winding.step(30 + 20j, 0.4, speed)
+    current, dt = 0j, 1e-3 / steps
+    for k in range(steps):
+        angle = motor.pole_pairs * (0.4 + speed * (k + 0.5) * dt)
+        induced = 1j * motor.emf * speed * cexp(1j * angle)
+        current += (30 + 20j - motor.phase_resistance * current - induced) / motor.phase_inductance * dt
+    assert abs(winding.current - current) < 1e-3 * abs(current)
+
+
+@pytest.mark.parametrize("motor", DATA_SHEET, ids=lambda motor: motor.name)
+def test_data_sheet_agrees_with_itself(motor: MotorData) -> None:
+    assert motor.stall_torque_nm / motor.stall_current_a == pytest.approx(motor.torque_constant_nm_a, rel=WITHIN)
+    kilowatts = motor.rated_torque_nm * motor.rated_speed_rpm * pi / 30e3
+    assert kilowatts == pytest.approx(VECTORS["rated_kw"][motor.name], abs=0.05)
+
+
+@EVERY
+def test_voltage_and_torque_constant_belong_to_the_same_motor(motor: MotorData) -> None:
+    assert sqrt(3) * motor.voltage_constant_v_krpm / 104.72 == pytest.approx(motor.torque_constant_nm_a, rel=0.06)
+
+
+def test_torque_needs_the_current_across_the_field_only() -> None:
+    motor = MOTORS["83-300"]
+    assert motor.torque_per_ampere * hypot(1, 1) == pytest.approx(motor.torque_constant_nm_a)
