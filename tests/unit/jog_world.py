@@ -1,5 +1,7 @@
 """A jog on a robot that plays what it is given: blocks joined every few ticks, some of them lost."""
 
+from collections.abc import Callable
+
 import numpy as np
 from six_axis_arm import arm, description
 
@@ -25,14 +27,20 @@ class Jogged:
         self.way = States.standing(start)
 
     def press(
-        self, axis: int | str, speed: float, step: float | None = None, frame: JogFrame = JogFrame.BASE
+        self,
+        axis: int | str,
+        speed: float,
+        step: float | None = None,
+        frame: JogFrame = JogFrame.BASE,
+        clear: Callable[[States], str] | None = None,
     ) -> JogSource:
         """`axis` is a joint's index or a letter of XYZABC."""
         if isinstance(axis, int):
             axes, wish = JointAxes(self.limits), Wish(axis, speed, step)
-            return JogSource(self.model, self.limits, CYCLE_S, axes, wish)
+            return JogSource(self.model, self.limits, CYCLE_S, axes, wish, clear)
         tool = ToolAxes(self.model, self.limits, frame, np.eye(4))
-        return JogSource(self.model, self.limits, CYCLE_S, tool, Wish("XYZABC".index(axis), speed, step))
+        wish = Wish("XYZABC".index(axis), speed, step)
+        return JogSource(self.model, self.limits, CYCLE_S, tool, wish, clear)
 
     def block(self, source: JogSource, lost: bool = False) -> None:
         """One block of the source, and the ticks until the next one; a lost one leaves the robot on its old way."""

@@ -1,14 +1,12 @@
 """A path with a live correction: it follows, keeps the limits, ends at rest in the world, and says why it stops."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from six_axis_arm import arm, description
 
-from robot_agent.paths import Line, Sequence
+from robot_agent.paths import JointMove, Line, Sequence
 from robot_agent.trajectory import Governor, Limits, Motion, RateRequest, plan
 from robot_agent.trajectory.sources import (
     Conveyor,
@@ -37,6 +35,8 @@ def line(offset: tuple[float, float, float], speed_m_s: float | None = None) -> 
 
 SLOW = plan(ARM, Sequence([line((0.05, 0.15, -0.1), 0.1), line((0, 0, 0), 0.1)]), LIMITS, start=START, cycle_s=CYCLE_S)
 FAST = plan(ARM, Sequence([line((0.1, 0.4, -0.2)), line((0, 0, 0))]), LIMITS, start=START, cycle_s=CYCLE_S)
+OUT = np.array([0.3, 0.55, -1.0, 0.09, 1.8, 0.3])
+STRETCHED = plan(ARM, Sequence([JointMove(OUT + 0.2 * np.eye(6)[0], 0.3, 1)]), LIMITS, start=OUT, cycle_s=CYCLE_S)
 
 
 class Followed:
@@ -46,12 +46,11 @@ class Followed:
         self,
         motion: Motion = SLOW,
         frame: CorrectionFrame = CorrectionFrame.BASE,
-        changes: CorrectionLimits = CHANGES,
     ) -> None:
         governor = Governor(motion, LIMITS, CYCLE_S, nominal_s=NOMINAL * CYCLE_S)
         self.motion = motion
-        self.source = CorrectedSource(ARM, LIMITS, governor, governor.rest(0.0), changes, frame)
-        self.played = [START] * 3
+        self.source = CorrectedSource(ARM, LIMITS, governor, governor.rest(0.0), CHANGES, frame)
+        self.played = [motion.q(np.array(0.0))] * 3
         self.taus = [0.0]
         self.ramp = self.source.brake()
 
@@ -138,18 +137,22 @@ def test_an_offset_is_meant_in_its_frame(frame: CorrectionFrame) -> None:
 
 
 def test_it_stops_by_name_where_the_corrected_path_leaves_the_reach_and_goes_on_when_it_returns() -> None:
-    followed = Followed(FAST, changes=replace(CHANGES, speed_m_s=1.0))
+    followed = Followed(STRETCHED)
     reasons: list[str] = []
     for _ in range(70):
-        followed.block(Target(np.array([3.0, 0, 0, 0, 0, 0]), np.zeros(6)))
+        followed.block(Target(np.array([0.0, 0.0, 3.0, 0, 0, 0]), np.zeros(6)))
         reasons.append(followed.source.ruled_by)
     assert "correction: at the edge of the robot's reach" in reasons
-    assert all(reason.startswith("correction: ") for reason in reasons[-20:])
+    assert all(reason.startswith("correction: ") for reason in reasons[-10:])
     np.testing.assert_array_equal(followed.played[-1], followed.played[-10])
-    for _ in range(120):
+    lowest = 0.0
+    for _ in range(110):
         followed.block(Target.none())
+        lowest = min(lowest, followed.source.offset[2])
     assert followed.source.ruled_by == ""
-    assert followed.source.tau == FAST.duration_s
+    assert followed.source.tau == STRETCHED.duration_s
+    assert abs(followed.source.offset[2]) < 1e-6
+    assert lowest > -5e-3
     assert (followed.shares() < 1.01).all()
 
 

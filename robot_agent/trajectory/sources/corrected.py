@@ -15,7 +15,7 @@ from robot_agent.trajectory.rate_law import sample_times
 from robot_agent.trajectory.segment import RESTING_SAMPLES, Segment
 from robot_agent.trajectory.sources.admission import Admission, Excess
 from robot_agent.trajectory.sources.axes import turn_by
-from robot_agent.trajectory.sources.flange import why_lost
+from robot_agent.trajectory.sources.flange import tracked, why_lost
 from robot_agent.trajectory.sources.online import NoCourse, approach, course, sampled_course
 from robot_agent.trajectory.sources.source import JointState, States
 from robot_agent.trajectory.sources.target import Target
@@ -27,6 +27,8 @@ _MORE = 1.1
 _BELOW = 1.02
 _LEAST = 0.02
 """Share of the correction's acceleration below which the robot rather stops."""
+_CLOSING_STOP_S = 0.4
+"""A correction approaches its target no faster than it can stop within this time, however gentle it has to be."""
 _LONGEST_RAMP_S = 3.0
 _CANNOT_FOLLOW = "the joints cannot follow it"
 
@@ -222,7 +224,7 @@ class CorrectedSource:
             correction = correction[:, np.minimum(np.arange(ticks + 1), correction.shape[1] - 1)]
             kept = np.minimum(np.arange(ticks + 1), path.length - 1)
             flange = self._model.flange_at(self._corrected(path.q[kept], correction[0]))
-            q = self._model.track(flange, begun.states.q[0])
+            q = tracked(self._model, flange, begun.states.q[0])
         except TrackError as error:
             return why_lost(error)
         except NoCourse:
@@ -240,7 +242,9 @@ class CorrectedSource:
         if count > 0:
             times = sample_times(count + 1, self._cycle_s)[1:]
             gap, closing = present[0] - self.target.offset, present[1] - self.target.speed
-            following = sampled_course(approach(gap, closing, present[2], self._speed, hardest, jerk), times)
+            slow = np.minimum(hardest * _CLOSING_STOP_S / 2.0, jerk * _CLOSING_STOP_S**2 / 4.0)
+            way = approach(gap, closing, present[2], np.minimum(self._speed, slow), hardest, jerk)
+            following = sampled_course(way, times)
             following[0] += self.target.offset + times[:, None] * self.target.speed
             following[1] += self.target.speed
             parts.append(following)

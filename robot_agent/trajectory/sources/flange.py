@@ -3,7 +3,8 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from robot_agent.kinematics import Model, Reason, TrackError
+from robot_agent.kinematics import Model, NumericModel, Reason, TrackError
+from robot_agent.kinematics.tracking import path_violation
 from robot_agent.trajectory.sources.source import States
 
 _FOLLOWED = 1e-5
@@ -26,11 +27,24 @@ def joints_along(
     Raises `NoDirection` where the joints cannot produce a twist, and `robot_agent.kinematics.TrackError` where a pose
     is out of reach, outside the limits, or on another branch.
     """
-    q = model.track(poses, start)
+    q = tracked(model, poses, start)
     jacobian = model.jacobian(q)
     qd = joint_speeds(model, q, jacobian, twists)
     bend = (model.jacobian_derivative(q, qd) @ qd[..., None])[..., 0]
     return States(q, qd, _solved(jacobian, accelerations - bend))
+
+
+def tracked(model: Model, poses: NDArray[np.float64], start: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Joints `(m, n)` for poses `(m, 4, 4)` that begin next to joints `start`. Raises as `Model.track`.
+
+    An inverse that iterates goes from `start` to all poses at once; where that fails the path is looked at in full.
+    """
+    if isinstance(model, NumericModel):
+        found = model.iterate(poses, np.tile(start, (len(poses), 1)))
+        way = np.concatenate([start[None], found.joints])
+        if found.solved.all() and path_violation(model, way) is None:
+            return found.joints
+    return model.track(poses, start)
 
 
 def joint_speeds(

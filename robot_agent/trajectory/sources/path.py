@@ -21,12 +21,6 @@ class PathSource:
         self.requests: Sequence[RateRequest] = ()
         self.holds: Sequence[Hold] = ()
 
-    def copy(self) -> "PathSource":
-        """A source that goes on from the same state, with the same requests and holds."""
-        twin = PathSource(self._motion, self._governor, self._segment, self._index)
-        twin.requests, twin.holds = self.requests, self.holds
-        return twin
-
     @property
     def tau(self) -> float:
         """Path time [s] of `state`."""
