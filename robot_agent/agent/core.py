@@ -256,7 +256,7 @@ class AgentCore:
         )
 
     def _wants(self, executive: Executive, feedback: DriveFeedback) -> dict[str, float]:
-        """The zones that the program crosses soon: zone to seconds until it is entered."""
+        """The zones that the program or a jog crosses soon: zone to seconds until it is entered."""
         if self.mode is not Mode.RUNNING:
             return self.jogging.wants
         wants: dict[str, float] = {}

@@ -19,27 +19,27 @@ TO_REST_S = HELD_S + 0.8
 
 
 class Hand:
-    """An operator's hand on a jog key of the left robot; `cut_off` is the line being cut, not the key let go."""
+    """An operator's hand on the jog key of a robot; `cut_off` is the line being cut, not the key let go."""
 
-    def __init__(self, world: World, command: Jog) -> None:
-        self.world, self.command, self.cut_off = world, command, False
+    def __init__(self, world: World, command: Jog, robot: str = "left") -> None:
+        self.world, self.command, self.robot, self.cut_off = world, command, robot, False
         self._order()
         self._say()
 
     def _order(self) -> None:
-        if not self.cut_off and mode(self.world) is Mode.READY:
-            self.world.operate("robot/left", self.command)
+        if not self.cut_off and mode(self.world, self.robot) is Mode.READY:
+            self.world.operate(f"robot/{self.robot}", self.command)
             self.world.clock.after(ORDER_S, self._order)
 
     def _say(self) -> None:
         if not self.cut_off:
-            state = self.world.seen.robots["left"]
-            self.world.press(JogHeld("left", self.command.press, True, Heard(state.boot, state.sequence)))
+            state = self.world.seen.robots[self.robot]
+            self.world.press(JogHeld(self.robot, self.command.press, True, Heard(state.boot, state.sequence)))
             self.world.clock.after(KEY_S, self._say)
 
 
-def mode(world: World) -> Mode | None:
-    state = world.seen.robots.get("left")
+def mode(world: World, robot: str = "left") -> Mode | None:
+    state = world.seen.robots.get(robot)
     return None if state is None else state.mode
 
 
@@ -47,17 +47,18 @@ def wait(world: World, done: Callable[[], bool], longest_s: float) -> None:
     assert world.clock.run_until(world.clock.now + longest_s, done), world.seen.robots
 
 
-def enabled(seed: int, weather: Weather) -> tuple[World, Invariants]:
+def enabled(seed: int, weather: Weather, robots: tuple[str, ...] = ("left",)) -> tuple[World, Invariants]:
     world = World(load_bundle(), seed, weather)
     invariants = Invariants(world, planned=False)
 
     def enable() -> None:
-        if mode(world) is Mode.DISABLED:
-            world.operate("robot/left", Enable())
+        for robot in robots:
+            if mode(world, robot) is Mode.DISABLED:
+                world.operate(f"robot/{robot}", Enable())
         world.clock.after(ORDER_S, enable)
 
     enable()
-    wait(world, lambda: mode(world) is Mode.READY, 20.0)
+    wait(world, lambda: all(mode(world, robot) is Mode.READY for robot in robots), 20.0)
     return world, invariants
 
 
@@ -85,3 +86,14 @@ def test_a_dead_agent_leaves_a_jogged_robot_at_rest() -> None:
     world.kill("robot/left")
     world.clock.run_until(world.clock.now + TO_REST_S)
     invariants.check_at_rest()
+
+
+def test_two_robots_jogged_towards_the_same_zone_are_never_in_it_together() -> None:
+    both = ("left", "right")
+    world, invariants = enabled(4, WORSE, both)
+    for robot, speed in zip(both, (0.25, -0.25), strict=True):
+        Hand(world, Jog(f"press {robot}", "X", speed, JogFrame.WORLD), robot)
+    wait(world, lambda: any("held by" in world.seen.robots[robot].waiting_for for robot in both), 15.0)
+    world.clock.run_until(world.clock.now + 1.5)
+    inside = [robot for robot in both if invariants.time_inside_s[robot] > 0.0]
+    assert len(inside) == 1

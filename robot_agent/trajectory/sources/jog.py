@@ -140,7 +140,7 @@ class JogSource:
         given, ramp = source.behind(1).first(count), source.behind(count + 1)
         if count > 0:
             self._before = np.concatenate([self._before, self._way.q[:1], given.q])[-3:-1]
-            self._way = States.one(given.at(count)).then(ramp)
+            self._way = States.one(given.at(count - 1)).then(ramp)
             self._checked = found is not None
         return given
 
