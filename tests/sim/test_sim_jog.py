@@ -62,7 +62,7 @@ def enabled(seed: int, weather: Weather, robots: tuple[str, ...] = ("left",)) ->
     return world, invariants
 
 
-@pytest.mark.parametrize(("seed", "axis"), [(0, "J1"), (1, "X"), (2, "Z")])
+@pytest.mark.parametrize(("seed", "axis"), [(0, "J1"), (1, "X")])
 def test_a_robot_whose_jog_key_is_no_longer_heard_comes_to_rest(seed: int, axis: str) -> None:
     world, invariants = enabled(seed, WORSE)
     start = world.seen.feedback["left"].commanded
