@@ -2,7 +2,22 @@
 
 import typer
 
-from cell.commands import check, drives, estop, manager, model, plot, reset, robot, schema, set_up, status, up, zone
+from cell.commands import (
+    check,
+    drives,
+    estop,
+    jog,
+    manager,
+    model,
+    plot,
+    reset,
+    robot,
+    schema,
+    set_up,
+    status,
+    up,
+    zone,
+)
 from cell.commands.errors import run_app
 
 FILE = "cell_configs/two_arms/cell.yaml"
@@ -42,6 +57,7 @@ app.command("continue", epilog=f"Example: cell continue left -f {FILE}")(robot.c
 app.command("step", epilog=f"Example: cell step left -f {FILE}")(robot.step)
 app.command("override", epilog=f"Example: cell override left 30 -f {FILE}")(robot.override)
 app.command("manual", epilog=f"Example: cell manual left on -f {FILE}")(robot.manual)
+app.command("jog", epilog=f"Example: cell jog left Z + --speed 20 --step 50 -f {FILE}")(jog.jog)
 app.command("disable", epilog=f"Example: cell disable left -f {FILE}")(robot.disable)
 app.command("home", epilog=f"Example: cell home left -f {FILE}")(set_up.home)
 app.command("move", epilog=f"Example: cell move left J1=5 J2=-3 --by -f {FILE}")(set_up.move)

@@ -20,6 +20,7 @@ from cell.messages.commands import (
     Halt,
     HoldSetup,
     Home,
+    Jog,
     MoveAxes,
     ReadObject,
     RecordBus,
@@ -42,6 +43,7 @@ from cell.messages.drives import AxisStatus, DriveFeedback, PlayoutState
 from cell.messages.estop import Estop
 from cell.messages.event import Event, Severity
 from cell.messages.gateway_state import BusCounters, GatewayState, NodeStatus
+from cell.messages.jog import JogFrame, JogHeld
 from cell.messages.manager_state import ManagerState, ZoneState, ZoneStatus
 from cell.messages.presence import Body, Presence
 from cell.messages.robot_state import GovernorStatus, Mode, PaceStatus, ProgramState, ProgramStatus, RobotState
@@ -73,6 +75,9 @@ __all__ = [
     "Heard",
     "HoldSetup",
     "Home",
+    "Jog",
+    "JogFrame",
+    "JogHeld",
     "ManagerState",
     "Mode",
     "MoveAxes",

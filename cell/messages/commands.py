@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from cell.messages.common import Heard
+from cell.messages.jog import JogFrame
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,6 +76,23 @@ class SetManual(Command):
 
     verb: ClassVar[str] = "manual"
     on: bool
+
+
+@dataclass(frozen=True, slots=True)
+class Jog(Command):
+    """Begin to move along one axis; the robot goes on while `JogHeld` messages with the same press arrive."""
+
+    verb: ClassVar[str] = "jog"
+    press: str
+    """A fresh name for this press of the key; one that has ended is never taken again."""
+    axis: str
+    """A joint's name, or X, Y, Z (along) and A, B, C (about X, Y, Z) for the tool."""
+    speed: float
+    """[m/s or rad/s], signed."""
+    frame: JogFrame
+    """Of X to C."""
+    step: float | None = None
+    """[m or rad], above 0: come to rest after that much."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -17,6 +17,8 @@ class Mode(Enum):
     RUNNING = "running"
     HALTED = "halted"
     """The program is stopped on its path and waits for `continue`."""
+    JOGGING = "jogging"
+    """An operator's jog key is held, or the robot comes to rest behind it."""
     FAULT = "fault"
     ESTOP = "estop"
 
@@ -80,7 +82,7 @@ class RobotState:
     zones: tuple[str, ...] = ()
     """Zones held."""
     waiting_for: str = ""
-    """Why the robot does not move although its program runs; for people."""
+    """Why the robot does not move although its program runs, or jogs slower than wished; for people."""
     waited_s: dict[str, float] = field(default_factory=dict)
     """Zone: time spent at rest waiting for it since the program started."""
     alarms: tuple[str, ...] = ()

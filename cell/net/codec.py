@@ -27,6 +27,7 @@ from cell.messages import (
     Heard,
     HoldSetup,
     Home,
+    Jog,
     MoveAxes,
     ReadObject,
     RecordBus,
@@ -54,7 +55,7 @@ T = TypeVar("T")
 COMMANDS: dict[str, dict[str, type[Command]]] = {
     role: {kind.verb: kind for kind in (*kinds, Who)}
     for role, kinds in {
-        "robot": (Enable, Disable, Run, Halt, Continue, Step, SetOverride, SetManual, ResetRobot),
+        "robot": (Enable, Disable, Run, Halt, Continue, Step, SetOverride, SetManual, Jog, ResetRobot),
         "manager": (SetEstop, ResetEstop, ClearZone, AdoptZone),
         "gateway": (
             Claim,

@@ -13,6 +13,7 @@ from cell.messages import (
     DisableDrives,
     DriveFeedback,
     Estop,
+    JogHeld,
     ManagerState,
     Mode,
     PlayoutState,
@@ -25,6 +26,7 @@ from robot_agent.agent.axes import feedback_in_joints, samples_in_axes
 from robot_agent.agent.executive import Executive, Wishes
 from robot_agent.agent.gateway_link import GatewayLink
 from robot_agent.agent.idle import IdleClock
+from robot_agent.agent.jogging import Jogging
 from robot_agent.agent.operator import Operator, Situation
 from robot_agent.agent.pace import Pace
 from robot_agent.agent.planning import PlanFailed, Planned, Planner
@@ -59,7 +61,8 @@ class AgentCore:
         self.run = ProgramRun(program)
         self.report = Reporter(robot, boot)
         self.pace = Pace()
-        self.operator = Operator(robot, boot, cell.times.command_s, self.link, self.run, self.pace)
+        self.jogging = Jogging(robot, self.zones)
+        self.operator = Operator(robot, boot, cell.times.command_s, self.link, self.run, self.pace, self.jogging)
         self.mode = Mode.STARTING
         self.executive: Executive | None = None
         self.estop: Estop | None = None
@@ -86,6 +89,8 @@ class AgentCore:
                 self.zones.heard_geometry(message)
             case Estop():
                 self._hear_estop(message)
+            case JogHeld():
+                self.jogging.heard(message)
             case Request():
                 self.operator.asked(message)
             case AskDone():
@@ -170,7 +175,7 @@ class AgentCore:
             self.executive = None
             if self.link.switching_off or self.operator.switched_off:
                 self.mode = Mode.DISABLED
-            elif self.mode in (Mode.READY, Mode.RUNNING, Mode.HALTED):
+            elif self.mode in (Mode.READY, Mode.RUNNING, Mode.HALTED, Mode.JOGGING):
                 self._stop(Mode.FAULT, "the gateway has switched the drives off")
             return
         if self.executive is None:
@@ -207,6 +212,7 @@ class AgentCore:
             return [self._presence(body, {}, 0.0, now), Publish(self._sign_of_life(feedback, planner))]
         age_s = self.link.age(now)
         self._advance_program(executive, feedback)
+        self._advance_jog(executive, feedback, now)
         wants = self._wants(executive, feedback)
         block = None
         if age_s <= max(_STALE_CYCLES * planner.cycle_s, self._cell.times.lead_s):
@@ -237,6 +243,16 @@ class AgentCore:
             self.pace.no_step()
             self.mode = Mode.HALTED
 
+    def _advance_jog(self, executive: Executive, feedback: DriveFeedback, now: float) -> None:
+        self.jogging.follow(now, self.operator.age_of)
+        if self.mode is not Mode.JOGGING or self._leaving:
+            self.jogging.end("the robot was stopped")
+        elif not self.zones.fresh(now):
+            self.jogging.end("the manager is silent")
+        if not self.jogging.held and executive.at_rest(feedback.tick):
+            self.jogging.rested()
+            self.mode = Mode.READY if self.mode is Mode.JOGGING else self.mode
+
     def _wishes(self, now: float) -> Wishes:
         requests = list(self.pace.requests)
         age_s = self.zones.age(now)
@@ -258,12 +274,13 @@ class AgentCore:
             cap_m_s=self.pace.cap_m_s,
             follower=self.run.follower if self.mode is Mode.RUNNING and not self.pace.backwards else None,
             not_before_tick=self.run.resume_tick,
+            jog=self.jogging.source,
         )
 
     def _wants(self, executive: Executive, feedback: DriveFeedback) -> dict[str, float]:
-        """The zones that the program crosses soon: zone to seconds until it is entered."""
+        """The zones that the program or a jog crosses soon: zone to seconds until it is entered."""
         if self.mode is not Mode.RUNNING:
-            return {}
+            return self.jogging.wants
         wants: dict[str, float] = {}
         block, index = executive.timeline.at(feedback.tick)
         ahead_s = _ZONE_AHEAD_S + (executive.timeline.newest.rest_tick - feedback.tick) * executive.cycle_s
@@ -332,6 +349,8 @@ class AgentCore:
         """Why the robot stands although its program runs; also keeps account of the time spent so."""
         passed_s, self._stepped_at = now - self._stepped_at, now
         executive = self.executive
+        if self.mode is Mode.JOGGING and self.jogging.source is not None:
+            return self.jogging.ended_by or self.jogging.source.ruled_by
         if self.mode is not Mode.RUNNING or executive is None or not executive.at_rest(feedback.tick):
             return ""
         why = self.run.why_idle(feedback.tick, cycle_s)

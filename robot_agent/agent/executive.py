@@ -9,10 +9,11 @@ import numpy as np
 from cell.config.settings import Times
 from cell.messages import Body, DriveFeedback, SetpointBlock
 from robot_agent.agent.axes import samples_in_axes
-from robot_agent.agent.planning import Planned, Planner
+from robot_agent.agent.planning import Planned, Planner, Sampled
 from robot_agent.agent.timeline import SentBlock, Timeline
 from robot_agent.kinematics import OpenMechanism
 from robot_agent.trajectory import Governor, Hold, RateRequest, Segment
+from robot_agent.trajectory.sources import JogSource, States, sampled, states_from
 from robot_agent.workspace import body_message, unknown_body
 
 _MEASURED_LAG_S = 0.1
@@ -33,6 +34,8 @@ class Wishes:
     """The motion to begin once the present one is at rest."""
     not_before_tick: int = 0
     """The follower does not begin earlier (a programmed pause)."""
+    jog: JogSource | None = None
+    """What an operator's jog key wants; it rules while the robot is jogged."""
 
 
 class Executive:
@@ -49,7 +52,9 @@ class Executive:
         self._nominal_s = times.nominal_s
         self._owner = feedback.owner
         self._numbers = numbers
+        self._nominal = round(times.nominal_s / self._cycle_s)
         self._governors: dict[int, tuple[Planned, Governor]] = {}
+        self._jog: JogSource | None = None
         first = SentBlock(feedback.block, feedback.tick, standing, self._governor(standing).rest(0.0))
         self.timeline = Timeline(first)
 
@@ -78,6 +83,9 @@ class Executive:
         base = self.timeline.newest
         tick = feedback.tick + int(age_s / self._cycle_s)
         join = max(tick + self._lead, base.first_tick)
+        self._jog = wishes.jog or self._jog
+        if self._jog is not None and (wishes.jog is not None or isinstance(base.planned, Sampled)):
+            return self._jog_on(self._jog, base, join, wishes.stop)
         block = self._start_follower(base, join, wishes)
         if block is None:
             index = base.index(join)
@@ -128,6 +136,18 @@ class Executive:
         distances = np.linalg.norm(points[:-1] - points[-1], axis=-1).max(axis=(1, 2))
         nearest = int(np.argmin(distances))
         return ticks[nearest], float(distances[nearest])
+
+    def _jog_on(self, jog: JogSource, base: SentBlock, join: int, stop: bool) -> SentBlock:
+        """The next block of a jog, or its way to rest."""
+        index = base.index(join)
+        before = base.segment.history(index)
+        jog.resume(states_from(base.planned.motion, base.segment, index), before)
+        present = States.one(jog.state)
+        nominal = jog.samples(0 if stop else self._nominal)
+        states = present.then(nominal).then(jog.brake())
+        model = self._planner.model
+        motion, segment = sampled(model, states, nominal.count, before, self._cycle_s, jog.ruled_by)
+        return self._block(join, self._planner.sampled(motion), segment)
 
     def _start_follower(self, base: SentBlock, join: int, wishes: Wishes) -> SentBlock | None:
         follower = wishes.follower

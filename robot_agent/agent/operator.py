@@ -15,6 +15,8 @@ from cell.messages import (
     EnableDrives,
     Estop,
     Halt,
+    Heard,
+    Jog,
     Mode,
     Reply,
     ResetDrives,
@@ -28,6 +30,7 @@ from cell.messages import (
 from cell.net.freshness import Sent
 from robot_agent.agent.executive import Executive
 from robot_agent.agent.gateway_link import GatewayLink, Switching
+from robot_agent.agent.jogging import Jogging
 from robot_agent.agent.pace import MANUAL_SPEED_M_S, Pace
 from robot_agent.agent.planning import Planner
 from robot_agent.agent.program_run import ProgramRun
@@ -69,13 +72,23 @@ class _Passed:
 class Operator:
     """Answers operators. A call whose echo is older than `command_s` is refused, `halt` and `who` excepted."""
 
-    def __init__(self, robot: str, boot: str, command_s: float, link: GatewayLink, run: ProgramRun, pace: Pace) -> None:
+    def __init__(
+        self,
+        robot: str,
+        boot: str,
+        command_s: float,
+        link: GatewayLink,
+        run: ProgramRun,
+        pace: Pace,
+        jogging: Jogging,
+    ) -> None:
         self._robot = robot
         self._boot = boot
         self._command_s = command_s
         self._link = link
         self._run = run
         self._pace = pace
+        self._jogging = jogging
         self._states = Sent(boot)
         self._requests: deque[Request] = deque()
         self._outcomes: deque[tuple[Switching, bool, str]] = deque()
@@ -96,6 +109,10 @@ class Operator:
     def sent_state(self, sequence: int, now: float) -> None:
         """A robot state with `sequence` is sent at `now`: calls that echo it are as young as that."""
         self._states.record(sequence, now)
+
+    def age_of(self, heard: Heard, now: float) -> float:
+        """Age [s] of what an operator made in view of the robot state `heard`; infinite when it is no longer known."""
+        return self._states.age(heard, now)
 
     def forget_echoes(self) -> None:
         self._states.forget()
@@ -152,6 +169,9 @@ class Operator:
             if mode is Mode.RUNNING:
                 self._pace.no_step()
                 return _Done(f"{self._robot} brakes on its path; `cell continue {self._robot}` goes on", Mode.HALTED)
+            if mode is Mode.JOGGING:
+                self._jogging.end("halted")
+                return _Done(f"{self._robot} comes to rest", mode)
             return _Done(f"{self._robot} is not running a program", mode)
         age_s = self._states.age(call.heard, now)
         if age_s > self._command_s:
@@ -175,6 +195,8 @@ class Operator:
                 return self._override(percent, mode)
             case SetManual(on):
                 return self._manual(on, mode)
+            case Jog():
+                return self._jog(command, mode, situation, now - age_s)
             case ResetRobot():
                 return self._reset(mode, situation)
             case _:
@@ -217,6 +239,21 @@ class Operator:
         self._run.start(feedback.commanded)
         self._pace.no_step()
         return _Done(f"{self._robot} runs {self._run.status.name} from its first line", Mode.RUNNING)
+
+    def _jog(self, command: Jog, mode: Mode, situation: Situation, made_at: float) -> _Done | _Refused:
+        executive = situation.executive
+        if mode not in (Mode.READY, Mode.HALTED, Mode.JOGGING) or executive is None:
+            return _Refused(f"{self._robot} is in mode {mode.value}: {self._way_out(mode)}")
+        if situation.refused_by_manager:
+            return _Refused(f"the manager refuses {self._robot}: {situation.refused_by_manager}")
+        if mode is not Mode.JOGGING and not executive.at_rest(situation.feedback.tick):
+            return _Refused(f"{self._robot} still moves: call again when it is at rest")
+        why = self._jogging.why_not(command, situation.planner)
+        if why:
+            return _Refused(why)
+        self._run.fail("the robot was jogged off its path by an operator")
+        self._jogging.begin(command, situation.planner, made_at)
+        return _Done(f"{self._robot} jogs along {command.axis} while the key is held", Mode.JOGGING)
 
     def _continue(self, mode: Mode) -> _Done | _Refused:
         if mode is Mode.RUNNING:
@@ -271,6 +308,8 @@ class Operator:
                 return f"halt it first with `cell halt {self._robot}`"
             case Mode.HALTED:
                 return f"go on with `cell continue {self._robot}`"
+            case Mode.JOGGING:
+                return "let the jog key go"
             case Mode.ESTOP:
                 return "clear the emergency stop with `cell reset`"
             case Mode.FAULT:

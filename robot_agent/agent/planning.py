@@ -59,6 +59,10 @@ class Planned:
         return self.lines[int(self.motion.block_at(np.array(tau)))]
 
 
+class Sampled(Planned):
+    """A motion that was not planned but given by a motion source, block by block."""
+
+
 @dataclass(frozen=True, slots=True)
 class PlanFailed:
     """Why a step cannot be planned, for people."""
@@ -93,6 +97,11 @@ class Planner:
         """The motion of a robot that stands at `q` `(n,)`."""
         motion = plan(self.model, Sequence([JointMove(q, 1.0, 0)]), self.limits, start=q, cycle_s=self.cycle_s)
         return self._with_body(0, (0,), motion, zones)
+
+    def sampled(self, motion: Motion) -> Sampled:
+        """A motion given by a source, with its body; zones are looked at where its samples are made."""
+        body = sweep(self.model, self.pose_world_base, motion.q(motion.grid))
+        return Sampled(0, (0,), motion, body, (), {})
 
     def _blocks(self, request: PlanRequest) -> list[Block]:
         """The steps with every value that they leave to where the robot comes from."""

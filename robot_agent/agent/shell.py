@@ -81,7 +81,7 @@ class _Shell:
         self._said = ""
         self._worker: PlanWorker | None = None
         self._calls: Calls | None = None
-        self._states = session.watch("manager/state", "zone/*", f"robot/{robot}/drives")
+        self._states = session.watch("manager/state", "zone/*", f"robot/{robot}/drives", f"robot/{robot}/jog")
         self._estops = session.queue("estop")
         self.ended = threading.Event()
         self.exit_code = 0

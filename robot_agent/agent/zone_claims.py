@@ -1,11 +1,13 @@
 """Which zones the robot holds, wants and may be in: the agent's half of `docs/architecture.md`, section 4.1."""
 
+import numpy as np
+
 from cell.geometry.occupied import body_touches_box
 from cell.messages import Body, Heard, ManagerState, Token, ZoneGeometry, ZoneState
 from cell.net.freshness import NewestOf, Sent
 from robot_agent.agent.planning import Planned
 from robot_agent.trajectory import Hold
-from robot_agent.workspace import zone_box
+from robot_agent.workspace import Sweep, crossings, zone_box
 
 
 class ZoneClaims:
@@ -75,6 +77,13 @@ class ZoneClaims:
     def touched(self, body: Body) -> set[str]:
         """The zones that a body touches, by the rule that the manager applies too."""
         return {name for name, zone in self._geometry.items() if body_touches_box(body, zone_box(zone))}
+
+    def crossed(self, path: Sweep, margin_m: float) -> list[str] | None:
+        """The zones that a swept body comes nearer to than `margin_m`; `None` while a zone's geometry is missing."""
+        zones, taus = self.geometry, np.arange(len(path.points), dtype=float)
+        if zones is None:
+            return None
+        return [zone.zone for zone in zones if crossings(path, taus, zone, margin_m)]
 
     # Grants
 

@@ -17,6 +17,7 @@ from cell.messages import (
     Event,
     GatewayState,
     Heard,
+    JogHeld,
     ManagerState,
     Presence,
     Reply,
@@ -219,6 +220,10 @@ class World:
 
         self._pending[request.request_id] = answer
         self._send(request, [to])
+
+    def press(self, key: JogHeld) -> None:
+        """A sign of an operator's jog key over the same bad network."""
+        self._send(key, [f"robot/{key.robot}"])
 
     def operate(self, to: str, command: Command) -> None:
         """An operator's call over the same bad network, with the echo of the robot's newest state."""

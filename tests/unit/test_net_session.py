@@ -191,7 +191,7 @@ def test_nobody_an_error_and_a_time_out_are_three_outcomes(pair: tuple[CellSessi
         agent.ask("gateway/bus", new_call(Who()), 0.1)
     with (
         Server(calls, "hello"),
-        pytest.raises(CallFailed, match="verb 'run' is unknown to gateway/bus; allowed: .*claim"),
+        pytest.raises(CallFailed, match=r"verb 'run' is unknown to gateway/bus; allowed: .*claim"),
     ):
         agent.ask("gateway/bus", new_call(Run()), 2.0)
 

@@ -1,0 +1,118 @@
+"""`cell jog`: move a robot along one axis for as long as the command lives."""
+
+import math
+import threading
+import time
+import uuid
+from enum import Enum
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from cell.commands.connection import Operator, connect, report
+from cell.commands.errors import CommandError
+from cell.commands.options import CELL_FILE, CellFileOption, ConnectOption, RobotArgument
+from cell.commands.stop import stop_event
+from cell.commands.table import why
+from cell.commands.view import echo
+from cell.config.settings import CellSettings
+from cell.messages import Jog, JogFrame, JogHeld, Mode
+
+PERIOD_S = 0.03
+"""The key's signs of life are this far apart; the robot stops when it hears none for 0.2 s."""
+SILENT_S = 1.0
+_RELEASES = 5
+_SPEED_MM_S = 50.0
+_SPEED_DEG_S = 10.0
+_ALONG = ("X", "Y", "Z")
+_ABOUT = ("A", "B", "C")
+
+
+class Direction(Enum):
+    """Which way."""
+
+    FORWARD = "+"
+    BACKWARD = "-"
+
+
+def jog(
+    robot: RobotArgument,
+    axis: Annotated[str, typer.Argument(metavar="AXIS", help="A joint's name, or X, Y, Z, A, B, C for the tool.")],
+    direction: Annotated[Direction, typer.Argument(metavar="+|-", help="Which way.")],
+    speed: Annotated[
+        float | None,
+        typer.Option(
+            help="mm/s or deg/s; TCP and flange never exceed 250 mm/s. [default: 50 mm/s, 10 deg/s]",
+            show_default=False,
+        ),
+    ] = None,
+    step: Annotated[
+        float | None, typer.Option(help="Stop after so many mm or deg. [default: at Ctrl-C]", show_default=False)
+    ] = None,
+    frame: Annotated[JogFrame, typer.Option(help="Whose axes X to C are.")] = JogFrame.WORLD,
+    file: CellFileOption = Path(CELL_FILE),
+    endpoint: ConnectOption = None,
+) -> None:
+    """Move an enabled robot along one axis until Ctrl-C, or by a step; no program may be running.
+
+    The command is the key that is held: when it ends, in whatever way, or its messages do not arrive for 0.2 s, the
+    robot comes to rest. It supports and never replaces an enabling switch and a hard-wired emergency stop.
+    """
+    stop = stop_event()
+    with connect(file, endpoint) as operator:
+        operator.check_robot(robot)
+        sliding = axis not in _ALONG + _ABOUT and _slides(operator.settings, robot, axis)
+        command = jog_command(axis, direction, speed, step, frame, sliding)
+        report(robot, operator.ask_robot(robot, command))
+        _hold(operator, robot, command.press, stop)
+
+
+def jog_command(
+    axis: str, direction: Direction, speed: float | None, step: float | None, frame: JogFrame, sliding: bool
+) -> Jog:
+    """The call for an operator's words in mm and deg; `sliding`: the axis is a joint that slides.
+
+    Raises `CommandError` for a speed or a step that is not above 0.
+    """
+    for name, value in (("--speed", speed), ("--step", step)):
+        if value is not None and not 0.0 < value < math.inf:
+            raise CommandError(f"{name} {value:g} found, allowed is any above 0; the direction is given by + or -")
+    linear = sliding or axis in _ALONG
+    unit = 1e-3 if linear else math.pi / 180.0
+    if speed is None:
+        speed = _SPEED_MM_S if linear else _SPEED_DEG_S
+    sign = 1.0 if direction is Direction.FORWARD else -1.0
+    return Jog(uuid.uuid4().hex, axis, sign * speed * unit, frame, None if step is None else step * unit)
+
+
+def _slides(settings: CellSettings, robot: str, joint: str) -> bool:
+    """Whether a joint slides, by the robot's file."""
+    from robot_agent.kinematics import KinematicsError, load_model
+
+    try:
+        return joint in load_model(settings.robots[robot].model).linear_names
+    except KinematicsError as error:
+        raise CommandError(str(error), f"correct it, then: cell check {settings.file}") from error
+
+
+def _hold(operator: Operator, robot: str, press: str, stop: threading.Event) -> None:
+    """Say that the key is held until `stop`, or until the robot has ended the jog; then wait until it rests."""
+    said, begun, heard_at, released = "", False, time.monotonic(), 0
+    while True:
+        state = operator.view.look().robots.get(robot)
+        if state is None:
+            if time.monotonic() - heard_at > SILENT_S:
+                raise CommandError(f"robot {robot} is silent", "look at the robot; it comes to rest by itself")
+        else:
+            heard_at = time.monotonic()
+            begun = begun or state.mode is Mode.JOGGING
+            if begun and state.mode is not Mode.JOGGING:
+                return
+            if released < _RELEASES:
+                operator.session.publish(JogHeld(robot, press, not stop.is_set(), echo(state)))
+                released += stop.is_set()
+            if (reason := why(state)) != said:
+                said = reason
+                typer.echo(f"{robot}: {reason}" if reason else f"{robot}: moves on")
+        time.sleep(PERIOD_S)

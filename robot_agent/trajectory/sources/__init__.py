@@ -1,0 +1,31 @@
+"""Where set points come from: a path under the governor, a jog, a path with corrections (`docs/motion.md`)."""
+
+from robot_agent.trajectory.sources.axes import Axes, JointAxes, ToolAxes
+from robot_agent.trajectory.sources.corrected import CorrectedSource, CorrectionFrame, CorrectionLimits
+from robot_agent.trajectory.sources.jog import JOG_SPEED_M_S, JogSource, Wish
+from robot_agent.trajectory.sources.path import PathSource
+from robot_agent.trajectory.sources.sampled import sampled, states_from
+from robot_agent.trajectory.sources.source import JointState, MotionSource, States
+from robot_agent.trajectory.sources.target import Conveyor, SensorOffset, Stale, Target
+
+__all__ = [
+    "JOG_SPEED_M_S",
+    "Axes",
+    "Conveyor",
+    "CorrectedSource",
+    "CorrectionFrame",
+    "CorrectionLimits",
+    "JogSource",
+    "JointAxes",
+    "JointState",
+    "MotionSource",
+    "PathSource",
+    "SensorOffset",
+    "Stale",
+    "States",
+    "Target",
+    "ToolAxes",
+    "Wish",
+    "sampled",
+    "states_from",
+]

@@ -1,0 +1,287 @@
+"""A path under the governor with a live correction on top: conveyors, sensors."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from enum import Enum
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robot_agent.kinematics import Model, TrackError
+from robot_agent.trajectory.governor import Governor, Hold, RateRequest
+from robot_agent.trajectory.limits import Limits
+from robot_agent.trajectory.rate_law import sample_times
+from robot_agent.trajectory.segment import RESTING_SAMPLES, Segment
+from robot_agent.trajectory.sources.admission import Admission, Excess
+from robot_agent.trajectory.sources.axes import turn_by
+from robot_agent.trajectory.sources.flange import tracked, why_lost
+from robot_agent.trajectory.sources.online import NoCourse, approach, course, sampled_course
+from robot_agent.trajectory.sources.source import JointState, States
+from robot_agent.trajectory.sources.target import Target
+
+Numbers = NDArray[np.float64]
+
+_TRIES = 6
+_MORE = 1.1
+_BELOW = 1.02
+_LEAST = 0.02
+"""Share of the correction's acceleration below which the robot rather stops."""
+_CLOSING_STOP_S = 0.4
+"""A correction approaches its target no faster than it can stop within this time, however gentle it has to be."""
+_LONGEST_RAMP_S = 3.0
+_CANNOT_FOLLOW = "the joints cannot follow it"
+
+
+class CorrectionFrame(Enum):
+    """In whose axes a correction is meant."""
+
+    BASE = "base"
+    TOOL = "tool"
+
+
+@dataclass(frozen=True, slots=True)
+class CorrectionLimits:
+    """How fast a correction may change beside what it follows: of its translation and of its rotation."""
+
+    speed_m_s: float
+    acceleration_m_s2: float
+    jerk_m_s3: float
+    angular_speed_rad_s: float
+    angular_acceleration_rad_s2: float
+    angular_jerk_rad_s3: float
+
+
+@dataclass(frozen=True, slots=True)
+class _Effort:
+    """Shares: of the rate of the path, and of the correction's acceleration and jerk."""
+
+    rate: float
+    acceleration: float
+    jerk: float
+
+    def within(self, excess: Excess) -> "_Effort":
+        """Less of what exceeds its limit; the path gives way for speed, the correction for the others."""
+        shares = np.array([excess.speed, excess.acceleration, excess.jerk])
+        rate, acceleration, jerk = np.where(shares > 1.0, 1.0 / (_BELOW * shares), 1.0).tolist()
+        return _Effort(self.rate * rate, self.acceleration * acceleration, self.jerk * jerk)
+
+    def at_least(self, share: float) -> "_Effort":
+        return _Effort(max(self.rate, share), max(self.acceleration, share), max(self.jerk, share))
+
+    def more(self) -> "_Effort":
+        return _Effort(*(min(1.0, _MORE * share) for share in (self.rate, self.acceleration, self.jerk)))
+
+
+_PATH_WAITS = _Effort(0.0, 1.0, 1.0)
+"""The path stands while the correction goes where it can."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Given:
+    """A block: state `k` of all three belongs to the same tick, the first one is where it was joined."""
+
+    path: Segment
+    correction: Numbers
+    """`(3, m, 6)` offset, velocity, acceleration."""
+    states: States
+
+    def behind(self, ticks: int) -> "_Given":
+        kept = np.minimum(np.arange(ticks, max(self.states.count, ticks + 1)), self.states.count - 1)
+        correction = self.correction[:, kept].copy()
+        correction[1:, -1] = 0.0
+        return _Given(self.path.remainder(ticks, self.path.ruled_by), correction, self.states.behind(ticks))
+
+
+class CorrectedSource:
+    """Follows a planned motion and adds an offset of the TCP that is driven towards `target`.
+
+    The correction never jumps: it approaches its target within its own limits and then moves with it. What is given
+    keeps the joints' limits of position and speed and what a ramp may use of acceleration and jerk; for speed the path
+    gives way, for the others the correction approaches more gently. A request for rate 0 stops both; a hold bounds tau
+    alone, so the tool still moves with its target there. Where the corrected path would leave the reach or a
+    joint's limits the robot stops and `ruled_by` says why; it goes on when that is over. A ramp brings path time and
+    correction to rest in the world.
+    """
+
+    def __init__(
+        self,
+        model: Model,
+        limits: Limits,
+        governor: Governor,
+        segment: Segment,
+        correction: CorrectionLimits,
+        frame: CorrectionFrame = CorrectionFrame.BASE,
+    ) -> None:
+        """Begin at the first sample of `segment`, which `governor` gave and at which the robot stands."""
+        c = correction
+        self._model = model
+        self._governor = governor
+        self._frame = frame
+        self._ramp_factor = limits.ramp_factor
+        self._cycle_s = segment.cycle_s
+        self._admission = Admission(model, limits, segment.cycle_s)
+        self._speed = np.repeat([c.speed_m_s, c.angular_speed_rad_s], 3)
+        self._acceleration = np.repeat([c.acceleration_m_s2, c.angular_acceleration_rad_s2], 3)
+        self._jerk = np.repeat([c.jerk_m_s3, c.angular_jerk_rad_s3], 3)
+        here = States.standing(segment.q[0], 1)
+        self._given = _Given(segment.remainder(segment.length, ""), np.zeros((3, 1, 6)), here)
+        self._before = np.repeat(segment.q[:1], 2, axis=0)
+        self._index = 0
+        self._effort = _Effort(1.0, 1.0, 1.0)
+        self.requests: Sequence[RateRequest] = ()
+        self.holds: Sequence[Hold] = ()
+        self.target = Target.none()
+        """Where the correction shall be at the tick of `state`."""
+        self.ruled_by = ""
+
+    @property
+    def state(self) -> JointState:
+        return self._given.states.at(self._index)
+
+    @property
+    def tau(self) -> float:
+        """Path time [s] of `state`."""
+        return self._given.path.state(self._index).tau
+
+    @property
+    def offset(self) -> Numbers:
+        """`(6,)` the correction in `state`."""
+        index = min(self._index, self._given.correction.shape[1] - 1)
+        return np.asarray(self._given.correction[0, index])
+
+    def resume(self, ticks: int) -> None:
+        """Go on from `ticks` behind where the last `samples` began: blocks overlap."""
+        self._index = ticks
+
+    def samples(self, count: int) -> States:
+        """The next `count` ticks."""
+        begun = self._given.behind(self._index)
+        history = np.concatenate([self._before, self._given.states.first(self._index).q])[-2:]
+        self._before = history
+        self._given = self._search(begun, count)
+        self._index = count
+        return self._given.states.behind(1).first(count)
+
+    def brake(self) -> States:
+        """The ramp that was checked with the samples given last, or what is left of it."""
+        return self._given.states.behind(self._index + 1)
+
+    def _search(self, begun: _Given, count: int) -> _Given:
+        """The path and the correction as wished, as far as the joints allow; else the fastest stop of both."""
+        slowest = min(self.requests, key=lambda each: each.rate, default=RateRequest(1.0, ""))
+        if slowest.rate <= 0.0:
+            self.ruled_by = slowest.who
+            return self._stopped(begun)
+        why = f"correction: {_CANNOT_FOLLOW}"
+        for effort in (self._effort.more(), _PATH_WAITS):
+            found, effort, reason = self._softer_and_softer(begun, count, effort)
+            if effort.rate > 0.0:
+                self._effort = effort.at_least(_LEAST)
+            if found is not None:
+                held_up = effort.rate < 1.0
+                self.ruled_by = (reason or why) if held_up else found.path.ruled_by
+                return found
+            why = reason or why
+            if not self._within_reach(begun):
+                break
+        self.ruled_by = why
+        return self._stopped(begun)
+
+    def _within_reach(self, begun: _Given) -> bool:
+        """Whether the target can be reached from where the path is."""
+        poses = self._corrected(begun.path.q[:1], self.target.offset[None])
+        return bool(self._model.reaches(self._model.flange_at(poses)).all())
+
+    def _softer_and_softer(self, begun: _Given, count: int, effort: _Effort) -> tuple[_Given | None, _Effort, str]:
+        """The first admissible block of a few tries; the effort tried last, and what was in the way, for people."""
+        why = ""
+        for _ in range(_TRIES):
+            found = self._attempt(begun, count, effort)
+            if isinstance(found, _Given):
+                return found, effort, why
+            if isinstance(found, str):
+                return None, effort, f"correction: {found}"
+            why = f"correction: {found.why}" if found.why else why
+            effort = effort.within(found)
+            if effort.acceleration < _LEAST:
+                break
+        return None, effort, why
+
+    def _stopped(self, begun: _Given) -> _Given:
+        """The fastest stop of path and correction; what was given before when nothing is faster."""
+        stopped = self._attempt(begun, 0, _PATH_WAITS)
+        sooner = isinstance(stopped, _Given) and stopped.states.count <= begun.states.count
+        return stopped if isinstance(stopped, _Given) and sooner else begun
+
+    def _attempt(self, begun: _Given, count: int, effort: _Effort) -> _Given | Excess | str:
+        """One block with an effort; what exceeds a limit, or why there is none."""
+        requests = [*self.requests, RateRequest(effort.rate, "correction")]
+        path = self._governor.next(begun.path, 0, requests, self.holds, stop=count == 0 or effort.rate == 0.0)
+        try:
+            correction = self._correction(begun.correction[:, 0], count, effort)
+            ticks = max(path.rest_index, correction.shape[1] - 1) + RESTING_SAMPLES
+            correction = correction[:, np.minimum(np.arange(ticks + 1), correction.shape[1] - 1)]
+            kept = np.minimum(np.arange(ticks + 1), path.length - 1)
+            flange = self._model.flange_at(self._corrected(path.q[kept], correction[0]))
+            q = tracked(self._model, flange, begun.states.q[0])
+        except TrackError as error:
+            return why_lost(error)
+        except NoCourse:
+            return _CANNOT_FOLLOW
+        states = self._with_derivatives(begun.states, q)
+        excess = self._admission.excess(states, self._before)
+        if max(excess.speed, excess.acceleration, excess.jerk) > 1.0:
+            return excess
+        return _Given(path, correction, states)
+
+    def _correction(self, present: Numbers, count: int, effort: _Effort) -> Numbers:
+        """Offset, velocity, acceleration `(3, m, 6)`, `present` `(3, 6)` first: towards the target, then to rest."""
+        hardest, jerk = effort.acceleration * self._acceleration, effort.jerk * self._jerk
+        parts, end = [present[:, None]], present
+        if count > 0:
+            times = sample_times(count + 1, self._cycle_s)[1:]
+            gap, closing = present[0] - self.target.offset, present[1] - self.target.speed
+            slow = np.minimum(hardest * _CLOSING_STOP_S / 2.0, jerk * _CLOSING_STOP_S**2 / 4.0)
+            way = approach(gap, closing, present[2], np.minimum(self._speed, slow), hardest, jerk)
+            following = sampled_course(way, times)
+            following[0] += self.target.offset + times[:, None] * self.target.speed
+            following[1] += self.target.speed
+            parts.append(following)
+            end = following[:, -1]
+        ramp = self._ramp_factor
+        stopping = course(end[1], end[2], np.zeros(6), ramp * hardest, ramp * jerk)
+        if stopping.duration > _LONGEST_RAMP_S:
+            raise NoCourse(f"a ramp would last {stopping.duration:.1f} s")
+        ticks = math.ceil(stopping.duration / self._cycle_s - 1e-9)
+        if ticks > 0:
+            braking = sampled_course(stopping, sample_times(ticks + 1, self._cycle_s)[1:])
+            braking[0] += end[0]
+            braking[1:, -1] = 0.0
+            parts.append(braking)
+        return np.concatenate(parts, axis=1)
+
+    def _corrected(self, q: Numbers, offsets: Numbers) -> Numbers:
+        """TCP poses `(m, 4, 4)` of the path's joints `(m, n)` with offsets `(m, 6)`."""
+        poses = self._model.tcp(q).copy()
+        turned = turn_by(offsets[:, 3:])
+        if self._frame is CorrectionFrame.TOOL:
+            poses[:, :3, 3] += (poses[:, :3, :3] @ offsets[:, :3, None])[..., 0]
+            poses[:, :3, :3] = poses[:, :3, :3] @ turned
+        else:
+            poses[:, :3, 3] += offsets[:, :3]
+            poses[:, :3, :3] = turned @ poses[:, :3, :3]
+        return poses
+
+    def _with_derivatives(self, begun: States, q: Numbers) -> States:
+        """States of joints `(m, n)` whose first row is where `begun` is, and whose last rows rest."""
+        q = np.concatenate([begun.q[:1], q[1:]])
+        last = int(np.flatnonzero((np.abs(q - q[-1]) > 1e-10).any(axis=1)).max(initial=-1)) + 1
+        q[last:] = q[last]
+        around = np.concatenate([q, q[-1:]])
+        qd, qdd = np.zeros_like(q), np.zeros_like(q)
+        qd[0], qdd[0] = begun.qd[0], begun.qdd[0]
+        qd[1:] = (around[2:] - around[:-2]) / (2.0 * self._cycle_s)
+        qdd[1:] = np.diff(around, n=2, axis=0) / self._cycle_s**2
+        qd[last:], qdd[last:] = 0.0, 0.0
+        return States(q, qd, qdd)

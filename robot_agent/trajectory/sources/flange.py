@@ -1,0 +1,90 @@
+"""Joint states behind a motion of the flange: positions by the inverse, speeds and accelerations by the Jacobian."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robot_agent.kinematics import Model, NumericModel, Reason, TrackError
+from robot_agent.kinematics.tracking import path_violation
+from robot_agent.trajectory.sources.source import States
+
+_FOLLOWED = 1e-5
+"""Largest part [m/s, rad/s] of a twist that the joints may fail to produce."""
+
+
+class NoDirection(Exception):
+    """The joints cannot move the flange the way that was asked for; says why, for people."""
+
+
+def joints_along(
+    model: Model,
+    poses: NDArray[np.float64],
+    twists: NDArray[np.float64],
+    accelerations: NDArray[np.float64],
+    start: NDArray[np.float64],
+) -> States:
+    """Joint states for poses `(m, 4, 4)`, twists and their derivatives `(m, 6)` of the flange in base, near `start`.
+
+    Raises `NoDirection` where the joints cannot produce a twist, and `robot_agent.kinematics.TrackError` where a pose
+    is out of reach, outside the limits, or on another branch.
+    """
+    q = tracked(model, poses, start)
+    jacobian = model.jacobian(q)
+    qd = joint_speeds(model, q, jacobian, twists)
+    bend = (model.jacobian_derivative(q, qd) @ qd[..., None])[..., 0]
+    return States(q, qd, _solved(jacobian, accelerations - bend))
+
+
+def tracked(model: Model, poses: NDArray[np.float64], start: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Joints `(m, n)` for poses `(m, 4, 4)` that begin next to joints `start`. Raises as `Model.track`.
+
+    An inverse that iterates goes from `start` to all poses at once; where that fails the path is looked at in full.
+    """
+    if isinstance(model, NumericModel):
+        found = model.iterate(poses, np.tile(start, (len(poses), 1)))
+        way = np.concatenate([start[None], found.joints])
+        if found.solved.all() and path_violation(model, way) is None:
+            return found.joints
+    return model.track(poses, start)
+
+
+def joint_speeds(
+    model: Model, q: NDArray[np.float64], jacobian: NDArray[np.float64], twists: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Joint speeds `(m, n)` for twists `(m, 6)` of the flange at joints `q` `(m, n)`. Raises `NoDirection`."""
+    qd = _solved(jacobian, twists)
+    missing = np.abs((jacobian @ qd[..., None])[..., 0] - twists).max(axis=1, initial=0.0)
+    if (missing > _FOLLOWED).any():
+        raise NoDirection(f"no joints move the tool this way {_near_singular(model, q[int(missing.argmax())])}".strip())
+    return qd
+
+
+def _solved(jacobian: NDArray[np.float64], twists: NDArray[np.float64]) -> NDArray[np.float64]:
+    if jacobian.shape[-1] == 6:
+        try:
+            return np.asarray(np.linalg.solve(jacobian, twists[..., None])[..., 0], dtype=np.float64)
+        except np.linalg.LinAlgError:
+            pass
+    return np.asarray((np.linalg.pinv(jacobian) @ twists[..., None])[..., 0])
+
+
+def why_lost(error: TrackError) -> str:
+    """What ends a way that joints follow, for people."""
+    match error.reason:
+        case Reason.JOINT_LIMIT:
+            return f"{error.joint} at its limit"
+        case Reason.BRANCH_CHANGE:
+            return f"{error.joint} would jump, near a singularity"
+        case Reason.TILTED:
+            return "a robot with so few joints cannot tilt its tool"
+        case _:
+            return "at the edge of the robot's reach"
+
+
+def why_fast(model: Model, q: NDArray[np.float64], joint: int) -> str:
+    """Why `joint` is at its speed limit at `q` `(n,)`, for people."""
+    return f"{model.joint_names[joint]} at its speed limit {_near_singular(model, q)}".strip()
+
+
+def _near_singular(model: Model, q: NDArray[np.float64]) -> str:
+    distance = model.singularity(q)
+    return f"near a singularity ({distance.name})" if float(distance.nearest) < 0.2 else ""
