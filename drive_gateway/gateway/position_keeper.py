@@ -3,8 +3,8 @@
 from collections.abc import Sequence
 
 from cell.core import Effect
+from drive_gateway.gateway.drive import Drive
 from drive_gateway.gateway.effects import StorePosition
-from drive_gateway.gateway.node import Node
 
 BRAKE_S = 0.3
 """Longest overlap of motor and brake: after it the brake holds alone."""
@@ -13,7 +13,7 @@ BRAKE_S = 0.3
 class PositionKeeper:
     """Of one robot."""
 
-    def __init__(self, robot: str, nodes: Sequence[Node]) -> None:
+    def __init__(self, robot: str, nodes: Sequence[Drive]) -> None:
         self._robot = robot
         self._nodes = nodes
         self._off_since: float | None = None
