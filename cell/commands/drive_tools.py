@@ -58,7 +58,10 @@ def scan(
 
 
 def _scan_bus(drives: GatewaySettings) -> None:
-    named = {axis.node_id: f"{name} {axis.name}" for name, robot in drives.robots.items() for axis in robot.axes}
+    named: dict[int, str] = {}
+    for name, axis in ((name, axis) for name, robot in drives.robots.items() for axis in robot.axes):
+        before = named.get(axis.node_id)
+        named[axis.node_id] = f"{name} {axis.name}" if before is None else f"{before}, {axis.name}"
     everyone = list(range(1, MASTER_NODE_ID))
     with BusLine(drives, everyone) as bus:
         found = {node: outcome for node, outcome in bus.probe(everyone, _DEVICE_TYPE, 0).items() if not outcome.problem}

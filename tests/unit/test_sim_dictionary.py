@@ -34,3 +34,12 @@ def test_pdo_identifiers_depend_on_the_node() -> None:
     entry = load_dictionary().entries[key_of(0x1801, 1)]
     assert entry.relative
     assert entry.default == 0xC0000280
+
+
+def test_each_further_axis_has_its_own_objects_800h_and_its_pdos_64_on() -> None:
+    entries = load_dictionary(3).entries
+    assert entries[key_of(0x6864)].name == entries[key_of(0x7064)].name == entries[key_of(0x6064)].name
+    assert key_of(0x1840, 1) in entries
+    assert key_of(0x1440 + 0x40, 1) in entries
+    assert entries[key_of(0x1A40, 1)].default >> 16 == (entries[key_of(0x1A00, 1)].default >> 16) + 0x800
+    assert key_of(0x1840, 1) not in load_dictionary(1).entries
