@@ -16,6 +16,10 @@ from canopen.objectdictionary import ODVariable, datatypes
 from drive_gateway.canopen.axis_objects import AXIS_SPAN, PDO_SPAN
 from drive_gateway.canopen.pdo_map import entries_of
 
+LONGEST_DOMAIN = 4096
+"""Bytes that a domain of the drive can keep."""
+STORE_EDS = 0x1021
+
 _CODES = {
     datatypes.INTEGER8: "b",
     datatypes.INTEGER16: "h",
@@ -34,12 +38,12 @@ _MAPPING = frozenset((*range(0x1600, 0x1604), *range(0x1A00, 0x1A04)))
 
 @dataclass(frozen=True, slots=True)
 class Entry:
-    """One object or sub-object. Numbers have a `layout`; a text has none, and `text` is its content."""
+    """One object or sub-object. Numbers have a `layout`; a text or domain has none, and `text` is its content."""
 
     key: int
     name: str
     code: str
-    """Format character of `struct`; empty for a text."""
+    """Format character of `struct`; empty for a text or domain."""
     readable: bool
     writable: bool
     mappable: bool
@@ -49,6 +53,12 @@ class Entry:
     relative: bool
     """The Node-ID is added to the default."""
     text: bytes
+    """Content, or power-on content where it can be written."""
+
+    @property
+    def longest(self) -> int:
+        """Bytes that a write may bring."""
+        return self.layout.size if self.code else LONGEST_DOMAIN
 
     @property
     def layout(self) -> Struct:
@@ -104,11 +114,14 @@ def _of_axis(one: Dictionary, number: int) -> Iterator[Entry]:
 def _of_one_axis() -> Dictionary:
     with as_file(files("drive_gateway.sim") / "cia402_drive.eds") as path:
         parsed = canopen.import_od(str(path), node_id=0)
+        own_eds = path.read_bytes()
     entries: dict[int, Entry] = {}
     for item in parsed.values():
         for variable in [item] if isinstance(item, ODVariable) else item.values():
             entry = _entry(variable)
             entries[entry.key] = entry
+    stored = key_of(STORE_EDS)
+    entries[stored] = replace(entries[stored], text=own_eds)
     return Dictionary(entries, frozenset(parsed))
 
 
