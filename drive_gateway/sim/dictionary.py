@@ -4,17 +4,15 @@
 object is touched while frames are served.
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cache
-from importlib.resources import as_file, files
 from struct import Struct
 
-import canopen
 from canopen.objectdictionary import ODVariable, datatypes
 
-from drive_gateway.canopen.axis_objects import AXIS_SPAN, PDO_SPAN
-from drive_gateway.canopen.pdo_map import entries_of
+from drive_gateway.canopen.axes_eds import eds_text, objects_of_axes
+from drive_gateway.canopen.axis_objects import AXIS_SPAN
 
 LONGEST_DOMAIN = 4096
 """Bytes that a domain of the drive can keep."""
@@ -28,12 +26,6 @@ _CODES = {
     datatypes.UNSIGNED16: "H",
     datatypes.UNSIGNED32: "I",
 }
-
-
-_OF_AXIS = frozenset((*range(0x2000, 0x2000 + AXIS_SPAN), *range(0x6000, 0x6000 + AXIS_SPAN)))
-"""Each axis has its own, 800h apart: the maker's objects and those of the profile."""
-_COMMUNICATION = frozenset((*range(0x1400, 0x1404), *range(0x1800, 0x1804)))
-_MAPPING = frozenset((*range(0x1600, 0x1604), *range(0x1A00, 0x1A04)))
 
 
 @dataclass(frozen=True, slots=True)
@@ -89,39 +81,15 @@ def axis_key(key: int, axis: int) -> int:
 
 @cache
 def load_dictionary(axes: int = 1) -> Dictionary:
-    """The dictionary of `cia402_drive.eds`, with the objects of an axis and its PDOs once for each of 1 to 3 `axes`."""
-    one = _of_one_axis()
-    every = [entry for number in range(1, axes + 1) for entry in _of_axis(one, number)]
-    return Dictionary({entry.key: entry for entry in every}, frozenset(entry.key >> 8 for entry in every))
-
-
-def _of_axis(one: Dictionary, number: int) -> Iterator[Entry]:
-    """What the axis has by itself; axis 1 has the objects of the node too."""
-    if number == 1:
-        yield from one.entries.values()
-        return
-    for entry in one.entries.values():
-        index, sub = entry.key >> 8, entry.key & 0xFF
-        if index in _OF_AXIS:
-            yield replace(entry, key=axis_key(entry.key, number))
-        elif index in _COMMUNICATION:
-            yield replace(entry, key=key_of(index + PDO_SPAN * (number - 1), sub))
-        elif index in _MAPPING:
-            mapped = entries_of((entry.default,), number)[0] if sub else entry.default
-            yield replace(entry, key=key_of(index + PDO_SPAN * (number - 1), sub), default=mapped)
-
-
-def _of_one_axis() -> Dictionary:
-    with as_file(files("drive_gateway.sim") / "cia402_drive.eds") as path:
-        parsed = canopen.import_od(str(path), node_id=0)
-        own_eds = path.read_bytes()
+    """The dictionary of a node with 1 to 3 `axes`: `cia402_drive.eds`, with the objects of an axis once for each."""
+    parsed = objects_of_axes(axes)
     entries: dict[int, Entry] = {}
     for item in parsed.values():
         for variable in [item] if isinstance(item, ODVariable) else item.values():
             entry = _entry(variable)
             entries[entry.key] = entry
     stored = key_of(STORE_EDS)
-    entries[stored] = replace(entries[stored], text=own_eds)
+    entries[stored] = replace(entries[stored], text=eds_text(axes).encode("ascii"))
     return Dictionary(entries, frozenset(parsed))
 
 

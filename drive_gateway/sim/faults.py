@@ -49,17 +49,17 @@ class FaultsOnCommand(ABC):
         self._restart_drive = True
         self._restart()
 
-    def set_input(self, bit: int, closed: bool) -> None:
-        """A digital input of the drive (60FDh) opens or closes; 16 and 17 are its enable inputs."""
-        self.drives[0].input(bit, closed)
+    def set_input(self, bit: int, closed: bool, axis: int = 1) -> None:
+        """A digital input of an axis' drive (60FDh) opens or closes; 16 and 17 are its enable inputs."""
+        self.drives[axis - 1].input(bit, closed)
 
-    def exchange_encoder(self, serial: int) -> None:
-        """The motor is replaced: another encoder answers."""
-        self.drives[0].reference.serial = serial
+    def exchange_encoder(self, serial: int, axis: int = 1) -> None:
+        """The motor of an axis is replaced: another encoder answers."""
+        self.drives[axis - 1].reference.serial = serial
 
-    def empty_battery(self) -> None:
-        """The encoder's battery runs empty; it says so until it has homed."""
-        self.drives[0].reference.battery_empty = True
+    def empty_battery(self, axis: int = 1) -> None:
+        """The battery of an axis' encoder runs empty; it says so until it has homed."""
+        self.drives[axis - 1].reference.battery_empty = True
 
     def raise_emergency(self, code: int, axis: int = 1) -> None:
         """The drive of an axis finds an error: EMCY with `code`, braking, fault. The cause is gone when it is reset."""
