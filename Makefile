@@ -21,12 +21,13 @@ help:  ## list the targets
 demo: $(RUN_READY)  ## run the two-robot cell on simulated drives until both programs are done
 	$(BIN)/python -m cell.commands.main up $(CELL) --until-done
 
+# The profile "ci" of hypothesis draws the same cases in every run; `make soak` looks for new ones.
 test: $(TEST_READY)  ## all tests but the long random runs
-	$(BIN)/python -m pytest -m "not soak" tests/unit tests/sim --numprocesses auto --dist worksteal
+	$(BIN)/python -m pytest -m "not soak" --hypothesis-profile ci tests/unit tests/sim --numprocesses auto --dist worksteal
 	$(BIN)/python -m pytest -m "not soak" tests/e2e
 
-soak: $(TEST_READY)  ## the long random runs
-	$(BIN)/python -m pytest -m soak --timeout 3600
+soak: $(TEST_READY)  ## the long random runs, and every property with newly drawn cases
+	$(BIN)/python -m pytest -m "soak or hypothesis" --timeout 3600
 
 lint: $(TEST_READY)  ## ruff, mypy strict, the layers of the packages
 	$(BIN)/ruff check .

@@ -17,7 +17,7 @@ from cell.commands.options import CellFileArgument
 from cell.commands.stop import stop_event
 from cell.messages import RecordBus, ScanBus
 from drive_gateway.canopen.cob_id import MASTER_NODE_ID
-from drive_gateway.canopen.eds import Eds
+from drive_gateway.canopen.eds import Eds, ObjectEntry
 from drive_gateway.canopen.sdo import SAVE, STORE_PARAMETERS
 from drive_gateway.config import AxisSettings, GatewaySettings, load_drives
 from drive_gateway.gateway.recorder import FORMATS, LONGEST_S, Recorder
@@ -87,11 +87,19 @@ def read(
         str | None,
         typer.Argument(metavar="[INDEX:SUB]", help="In hex, such as 6041:00, or the object's name. [default: all]"),
     ] = None,
+    output: Annotated[
+        Path | None, typer.Option("-o", "--output", metavar="FILE", help="Write the bytes of that object to this file.")
+    ] = None,
 ) -> None:
-    """Read an object of a node, or all parameters that its EDS names; always allowed."""
+    """Read an object of a node, or all parameters that its EDS names but domains; always allowed."""
     axis = _axis(drives_of(file, gateway), node)
     eds = Eds(axis.eds)
-    wanted = [eds.find(item)] if item is not None else [entry for entry in eds if entry.readable]
+    if output is not None:
+        if item is None:
+            raise CommandError("--output takes the bytes of one object", "name it by INDEX:SUB, such as 1021:00")
+        _read_to_file(file, gateway, axis, eds.find(item), output)
+        return
+    wanted = [eds.find(item)] if item is not None else [entry for entry in eds if entry.readable and not entry.domain]
     with node_access(file, gateway) as nodes:
         for entry in wanted:
             try:
@@ -103,12 +111,24 @@ def read(
             print(f"{entry.address}  {entry.name}: {value}")
 
 
+def _read_to_file(file: Path, gateway: str, axis: AxisSettings, entry: ObjectEntry, output: Path) -> None:
+    with node_access(file, gateway) as nodes:
+        data = nodes.read(axis.node_id, entry.index, entry.sub)
+    try:
+        output.write_bytes(data)
+    except OSError as error:
+        raise CommandError(f"{output} cannot be written: {error}", "name a file in a folder that exists") from error
+    print(f"{output} holds {len(data)} bytes of {entry.address}  {entry.name}")
+
+
 def write(
     file: CellFileArgument,
     gateway: GatewayArgument,
     node: NodeArgument,
     item: Annotated[str, typer.Argument(metavar="INDEX:SUB", help="In hex, such as 6081:00, or the object's name.")],
-    value: Annotated[str, typer.Argument(metavar="VALUE", help="Decimal, 0x... or ...h; a text for a text.")],
+    value: Annotated[
+        str, typer.Argument(metavar="VALUE", help="Decimal, 0x... or ...h; a text for a text; @FILE for a domain.")
+    ],
 ) -> None:
     """Write an object of a node; only while its robot is at rest and switched off.
 
@@ -118,10 +138,17 @@ def write(
     entry = Eds(axis.eds).find(item)
     if not entry.writable:
         raise CommandError(f"{entry.address} {entry.name} is read-only")
-    data = entry.pack(value)
+    data = _file_bytes(value[1:]) if entry.domain and value.startswith("@") else entry.pack(value)
     with node_access(file, gateway) as nodes:
         nodes.write(axis.node_id, entry.index, entry.sub, data)
         print(f"{entry.address}  {entry.name}: {entry.show(nodes.read(axis.node_id, entry.index, entry.sub))}")
+
+
+def _file_bytes(name: str) -> bytes:
+    try:
+        return Path(name).read_bytes()
+    except OSError as error:
+        raise CommandError(f"{name} cannot be read: {error}", "name the file with the object's bytes") from error
 
 
 def store(file: CellFileArgument, gateway: GatewayArgument, node: NodeArgument) -> None:

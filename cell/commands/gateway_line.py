@@ -22,6 +22,8 @@ from drive_gateway.gateway.bus import BusPort
 from drive_gateway.gateway.sdo_workers import SdoWorkers
 
 ANSWER_S = 5.0
+TRANSFER_S = 30.0
+"""For one object of any length: 26 kB take 4 s at 125 kbit/s. A node that is silent is told long before."""
 _STATUSWORD = 0x6041
 _TORQUE_BITS = 0x6F
 _WITH_TORQUE = (0x23, 0x27, 0x07, 0x0F)
@@ -43,10 +45,10 @@ class GatewayLine:
         self._session = session
         self._gateway = gateway
 
-    def ask(self, command: Command) -> Reply:
+    def ask(self, command: Command, timeout_s: float = ANSWER_S) -> Reply:
         """The gateway's answer; a refusal and no answer become a `CommandError`."""
         try:
-            reply = self._session.ask(f"gateway/{self._gateway}", new_call(command), ANSWER_S)
+            reply = self._session.ask(f"gateway/{self._gateway}", new_call(command), timeout_s)
         except CallError as error:
             raise CommandError(
                 f"gateway {self._gateway} gave no usable answer: {error}", "nothing may be assumed about what was done"
@@ -56,10 +58,10 @@ class GatewayLine:
         return reply
 
     def read(self, node_id: int, index: int, sub: int) -> bytes:
-        return bytes.fromhex(self.ask(ReadObject(node_id, index, sub)).data)
+        return bytes.fromhex(self.ask(ReadObject(node_id, index, sub), TRANSFER_S).data)
 
     def write(self, node_id: int, index: int, sub: int, data: bytes) -> None:
-        self.ask(WriteObject(node_id, index, sub, data.hex()))
+        self.ask(WriteObject(node_id, index, sub, data.hex()), TRANSFER_S)
 
 
 class BusLine:
@@ -100,9 +102,16 @@ class BusLine:
 
     def _carry_out(self, request: Sdo) -> bytes:
         self._workers.submit(request)
-        outcome = self._done.get(timeout=ANSWER_S)
+        name = f"{request.index:04X}h:{request.sub:02X} of node {request.node_id}"
+        try:
+            outcome = self._done.get(timeout=TRANSFER_S)
+        except queue.Empty as error:
+            raise CommandError(
+                f"{name}: the transfer did not end within {TRANSFER_S:g} s",
+                "nothing may be assumed about what was done",
+            ) from error
         if outcome.problem:
-            raise CommandError(f"{request.index:04X}h:{request.sub:02X} of node {request.node_id}: {outcome.problem}")
+            raise CommandError(f"{name}: {outcome.problem}")
         return outcome.data
 
     def _on_frame(self, frame: CanFrame) -> None:

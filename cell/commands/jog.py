@@ -108,6 +108,7 @@ def _hold(operator: Operator, robot: str, press: str, stop: threading.Event) -> 
             heard_at = time.monotonic()
             begun = begun or state.mode is Mode.JOGGING
             if begun and state.mode is not Mode.JOGGING:
+                typer.echo(f"{robot}: {said or 'is at rest'}; the jog has ended")
                 return
             if released < _RELEASES:
                 operator.session.publish(JogHeld(robot, press, not stop.is_set(), echo(state)))

@@ -31,7 +31,7 @@ class EdsError(GatewayError):
 
 @dataclass(frozen=True, slots=True)
 class ObjectEntry:
-    """One object or sub-object. Numbers have a `size` in bytes; for texts and unknown types it is 0."""
+    """One object or sub-object. Numbers have a `size` in bytes; for texts, domains and unknown types it is 0."""
 
     index: int
     sub: int
@@ -39,6 +39,8 @@ class ObjectEntry:
     size: int
     signed: bool
     text: bool
+    domain: bool
+    """Content of any length, such as a file."""
     readable: bool
     writable: bool
 
@@ -47,9 +49,11 @@ class ObjectEntry:
         return f"{self.index:04X}h:{self.sub:02X}"
 
     def show(self, data: bytes) -> str:
-        """Bytes for people: a number, decimal and in hex, a text, or the bytes themselves."""
+        """Bytes for people: a number, decimal and in hex, a text, a domain's length, or the bytes themselves."""
         if self.text:
             return repr(data.rstrip(b"\0").decode("ascii", "replace"))
+        if self.domain:
+            return f"{len(data)} bytes"
         if not self.size or len(data) > 8:
             return data.hex(" ")
         value = int.from_bytes(data, "little", signed=self.signed)
@@ -59,6 +63,8 @@ class ObjectEntry:
         """The bytes of a value as people write it: decimal, 0x..., or ...h. Raises `EdsError` with the range."""
         if self.text:
             return text.encode("ascii", "replace")
+        if self.domain:
+            raise EdsError(f"{self.address} {self.name} is a domain; name the file with its bytes as @FILE")
         if not self.size:
             raise EdsError(f"{self.address} {self.name} has a type that this program cannot write")
         low = -(1 << 8 * self.size - 1) if self.signed else 0
@@ -108,7 +114,7 @@ class Eds:
         for entry in self:
             if (entry.index, entry.sub) == (index, sub):
                 return entry
-        return ObjectEntry(index, sub, f"not in {self.name}", 0, False, False, True, True)
+        return ObjectEntry(index, sub, f"not in {self.name}", 0, False, False, False, True, True)
 
 
 def _entry(variable: ODVariable, group: str) -> ObjectEntry:
@@ -120,6 +126,7 @@ def _entry(variable: ODVariable, group: str) -> ObjectEntry:
         size=size,
         signed=signed,
         text=variable.data_type == datatypes.VISIBLE_STRING,
+        domain=variable.data_type == datatypes.DOMAIN,
         readable=variable.readable,
         writable=variable.writable,
     )

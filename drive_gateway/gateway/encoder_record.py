@@ -20,6 +20,8 @@ class EncoderRecord:
     """Of the encoder; `None` when the drive does not tell it."""
     calibration: str
     """Names what the counts mean: gear, direction and offset of the drives file."""
+    in_use: bool = False
+    """It has had torque since, so that it may be anywhere."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,6 +64,9 @@ def judge(
     deviation = reading.counts - (stored.turns * encoder.counts_per_turn + stored.position)
     if abs(deviation) <= encoder.window:
         return Verdict.KNOWN, ""
+    if stored.in_use:
+        found = f"its gateway ended while it had torque; it stands {shown(axis, deviation)} beside where it got that"
+        return Verdict.OPERATOR, found
     turns = round(deviation / encoder.counts_per_turn)
     if turns and abs(deviation - turns * encoder.counts_per_turn) <= encoder.window:
         return Verdict.REFERENCE_RUN, f"its encoder jumped by {turns} whole turns of the motor while it was off"

@@ -11,7 +11,8 @@ from drive_gateway.gateway.node import Node
 Told = Callable[[bool, str, str], None]
 """Takes whether it was done, what was done or found, and the bytes read in hex."""
 
-_LONGEST = 1024
+_LONGEST = 16_384
+"""Bytes; such a domain takes about 3 s in blocks, far less than an operator's call waits."""
 
 
 class ObjectAccess:

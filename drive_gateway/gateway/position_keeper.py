@@ -1,9 +1,13 @@
-"""When positions are stored: the robot stands, no drive has torque, and all brakes have had the time to close."""
+"""When positions are stored: the robot stands, no drive has torque, and all brakes have had the time to close.
 
-from collections.abc import Sequence
+When it gets torque that is stored too, so that after a gateway's sudden end nobody takes a motion for a lost turn.
+"""
+
+from collections.abc import Iterable, Sequence
 
 from cell.core import Effect
 from drive_gateway.gateway.effects import StorePosition
+from drive_gateway.gateway.encoder_record import EncoderRecord
 from drive_gateway.gateway.node import Node
 
 BRAKE_S = 0.3
@@ -22,12 +26,17 @@ class PositionKeeper:
         """`off`: measured at rest and without torque."""
         if not off:
             self._off_since = None
-            return []
+            driven = [node for node in self._nodes if node.operational and not node.without_torque]
+            return self._stores((node, node.reference.used()) for node in driven)
         if self._off_since is None:
             self._off_since = now
         if now - self._off_since < BRAKE_S:
             return []
-        records = [(node, node.reference.record(node.counts)) for node in self._nodes if node.counts is not None]
+        return self._stores(
+            (node, node.reference.record(node.counts)) for node in self._nodes if node.counts is not None
+        )
+
+    def _stores(self, records: Iterable[tuple[Node, EncoderRecord | None]]) -> list[Effect]:
         return [
             StorePosition(f"{self._robot}.{node.axis.name}", record) for node, record in records if record is not None
         ]

@@ -1,5 +1,7 @@
 """Whether one drive knows where its axis is, and what is needed when it does not."""
 
+from dataclasses import replace
+
 from drive_gateway.config.settings import AxisSettings
 from drive_gateway.gateway.encoder_record import EncoderReading, EncoderRecord, Verdict, judge, record_of
 
@@ -113,12 +115,19 @@ class Reference:
             return None
         now = record_of(self._reading(counts), self._axis, encoder)
         before = self.stored
-        if before is not None and (before.serial, before.calibration) == (now.serial, now.calibration):
+        if before is not None and replace(before, turns=now.turns, position=now.position) == now:
             moved = (now.turns - before.turns) * encoder.counts_per_turn + now.position - before.position
             if abs(moved) <= encoder.window // 4:
                 return None
         self.stored = now
         return now
+
+    def used(self) -> EncoderRecord | None:
+        """What must be stored when the axis gets torque; `None`: nothing new."""
+        if self.stored is None or self.stored.in_use:
+            return None
+        self.stored = replace(self.stored, in_use=True)
+        return self.stored
 
     def _reading(self, counts: int) -> EncoderReading:
         return EncoderReading(counts, self._serial, self._battery_empty)

@@ -13,6 +13,7 @@ from canopen.sdo.client import SdoClient
 from drive_gateway.canopen.cob_id import SDO_FROM_NODE, SDO_TO_NODE, function_code, node_id
 from drive_gateway.canopen.frame import CanFrame
 from drive_gateway.canopen.sdo import STORE_PARAMETERS, Sdo, SdoDone, abort_text
+from drive_gateway.gateway.sdo_transfer import read_object, write_object
 
 RESPONSE_TIMEOUT_S = 0.5
 """A drive answers an SDO within a few ms; some take long to store a value."""
@@ -79,9 +80,9 @@ class SdoWorkers:
         client.RESPONSE_TIMEOUT = timeout_s
         try:
             if request.data is None:
-                data = bytes(client.upload(request.index, request.sub))
+                data = read_object(client, request.index, request.sub)
             else:
-                client.download(request.index, request.sub, request.data)
+                write_object(client, request.index, request.sub, request.data)
         except canopen.SdoAbortedError as error:
             abort_code, problem = error.code, abort_text(error.code)
         except (canopen.SdoCommunicationError, can.CanError, OSError) as error:

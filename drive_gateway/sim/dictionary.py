@@ -5,13 +5,17 @@ object is touched while frames are served.
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from importlib.resources import as_file, files
 from struct import Struct
 
 import canopen
 from canopen.objectdictionary import ODVariable, datatypes
+
+LONGEST_DOMAIN = 4096
+"""Bytes that a domain of the drive can keep."""
+STORE_EDS = 0x1021
 
 _CODES = {
     datatypes.INTEGER8: "b",
@@ -25,12 +29,12 @@ _CODES = {
 
 @dataclass(frozen=True, slots=True)
 class Entry:
-    """One object or sub-object. Numbers have a `layout`; a text has none, and `text` is its content."""
+    """One object or sub-object. Numbers have a `layout`; a text or domain has none, and `text` is its content."""
 
     key: int
     name: str
     code: str
-    """Format character of `struct`; empty for a text."""
+    """Format character of `struct`; empty for a text or domain."""
     readable: bool
     writable: bool
     mappable: bool
@@ -40,6 +44,12 @@ class Entry:
     relative: bool
     """The Node-ID is added to the default."""
     text: bytes
+    """Content, or power-on content where it can be written."""
+
+    @property
+    def longest(self) -> int:
+        """Bytes that a write may bring."""
+        return self.layout.size if self.code else LONGEST_DOMAIN
 
     @property
     def layout(self) -> Struct:
@@ -68,11 +78,14 @@ def load_dictionary() -> Dictionary:
     """The dictionary of `cia402_drive.eds`."""
     with as_file(files("drive_gateway.sim") / "cia402_drive.eds") as path:
         parsed = canopen.import_od(str(path), node_id=0)
+        own_eds = path.read_bytes()
     entries: dict[int, Entry] = {}
     for item in parsed.values():
         for variable in [item] if isinstance(item, ODVariable) else item.values():
             entry = _entry(variable)
             entries[entry.key] = entry
+    stored = key_of(STORE_EDS)
+    entries[stored] = replace(entries[stored], text=own_eds)
     return Dictionary(entries, frozenset(parsed))
 
 

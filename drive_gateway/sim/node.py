@@ -255,8 +255,7 @@ class SimulatedNode(FaultsOnCommand):
 
     def _on_sdo(self, data: bytes, now: float) -> list[CanFrame]:
         self._drive.advance(now)
-        answer = self._sdo.answer(data)
-        return [] if answer is None else [CanFrame(SDO_FROM_NODE + self.node_id, answer)]
+        return [CanFrame(SDO_FROM_NODE + self.node_id, answer) for answer in self._sdo.answer(data)]
 
     def _on_sync(self, _data: bytes, now: float) -> list[CanFrame]:
         """Measure and send first, then take over what was received since the SYNC before."""

@@ -16,7 +16,8 @@ class Objects:
     """Values by key. The owner of an object registers its guard and its follower.
 
     A guard takes the value that is about to be stored and raises `AccessRefused`; a follower takes the stored one.
-    Values come by SDO (`write`) and by PDO (`put`) through the same checks. Texts are constant.
+    Values come by SDO (`write`) and by PDO (`put`) through the same checks. Texts are constant; domains have neither
+    guards nor followers.
     """
 
     def __init__(self, dictionary: Dictionary, node_id: int) -> None:
@@ -24,6 +25,8 @@ class Objects:
         self._node_id = node_id
         self.numbers: dict[int, int] = {}
         self._saved: dict[int, int] = {}
+        self._domains: dict[int, bytes] = {}
+        self._saved_domains: dict[int, bytes] = {}
         self.guards: dict[int, Callable[[int], None]] = {}
         self.followers: dict[int, Callable[[int], None]] = {}
         self.restore(ALL)
@@ -34,6 +37,8 @@ class Objects:
             if entry.code and key >> 8 in indices:
                 default = entry.default + (self._node_id if entry.relative else 0)
                 self.numbers[key] = self._saved.get(key, default)
+            elif entry.writable and key >> 8 in indices:
+                self._domains[key] = self._saved_domains.get(key, entry.text)
 
     def save(self) -> None:
         """Keep the drive's parameters as power-on values. Process data are none, and communication is the master's."""
@@ -41,6 +46,7 @@ class Objects:
             parameter = key >> 8 not in COMMUNICATION and key >> 8 not in PROCESS_DATA
             if entry.code and entry.writable and parameter:
                 self._saved[key] = self.numbers[key]
+        self._saved_domains = dict(self._domains)
 
     def entry(self, key: int) -> Entry:
         """Raises:
@@ -80,7 +86,9 @@ class Objects:
             AccessRefused: it does not exist or is write-only.
         """
         entry = self.readable(key)
-        return entry.layout.pack(self.numbers[key]) if entry.code else entry.text
+        if entry.code:
+            return entry.layout.pack(self.numbers[key])
+        return self._domains.get(key, entry.text)
 
     def write(self, key: int, data: bytes) -> None:
         """Store a value as it came over the bus.
@@ -90,15 +98,19 @@ class Objects:
         """
         entry = self.writable(key)
         self.check_size(entry, len(data))
-        self.put(key, entry.layout.unpack(data)[0])
+        if entry.code:
+            self.put(key, entry.layout.unpack(data)[0])
+        else:
+            self._domains[key] = data
 
     def check_size(self, entry: Entry, size: int) -> None:
         """Raises:
-        AccessRefused: a value of `size` bytes is not as long as the object.
+        AccessRefused: a value of `size` bytes is not as long as the object, or longer than a domain can be.
         """
-        allowed = entry.layout.size
-        if size != allowed:
-            raise AccessRefused(Abort.TOO_LONG if size > allowed else Abort.TOO_SHORT)
+        if size > entry.longest:
+            raise AccessRefused(Abort.TOO_LONG)
+        if entry.code and size < entry.longest:
+            raise AccessRefused(Abort.TOO_SHORT)
 
     def put(self, key: int, value: int) -> None:
         """Store a number in a writable object.

@@ -1,4 +1,4 @@
-"""The SDO server of a node (CiA 301): expedited and segmented transfers, one at a time, every refusal with its code."""
+"""The SDO server of a node (CiA 301): expedited, segmented and block transfers, one at a time; refusals have codes."""
 
 from dataclasses import dataclass
 from struct import Struct
@@ -6,11 +6,14 @@ from struct import Struct
 from drive_gateway.sim.abort import Abort, AccessRefused
 from drive_gateway.sim.dictionary import key_of
 from drive_gateway.sim.objects import Objects
+from drive_gateway.sim.sdo_block import BlockDownload, BlockUpload
 
 _HEAD = Struct("<BHB")
 _U32 = Struct("<I")
-_LONGEST = 1024
-"""A download without a size is cut off here; no object of the drive is that long."""
+_EXPEDITED_BYTES = 4
+_ABORTED = 0x80
+_INITIATES = {1: 0, 2: 0, 5: 0x03, 6: 0x01, 7: 0}
+"""Requests that name an object, by command specifier, and the bits that must be zero in those that do."""
 
 
 @dataclass(slots=True)
@@ -26,55 +29,71 @@ class _Download:
     index: int
     sub: int
     size: int | None
+    longest: int
     data: bytes = b""
     toggle: int = 0
 
 
 class SdoServer:
-    """Turns one request into one answer, 8 bytes each. `None`: the request needs no answer (abort, wrong length)."""
+    """Turns one request into the frames that answer it, 8 bytes each; an abort and a wrong length get none."""
 
     def __init__(self, objects: Objects) -> None:
         self._objects = objects
-        self._transfer: _Upload | _Download | None = None
+        self._transfer: _Upload | _Download | BlockUpload | BlockDownload | None = None
 
     def reset(self) -> None:
         """Forget a transfer that is under way."""
         self._transfer = None
 
-    def answer(self, request: bytes) -> bytes | None:
+    def answer(self, request: bytes) -> list[bytes]:
         if len(request) != 8:
-            return None
+            return []
         command, index, sub = _HEAD.unpack_from(request)
+        transfer = self._transfer
+        if isinstance(transfer, BlockDownload) and transfer.takes_segments and command != _ABORTED:
+            try:
+                return transfer.segment(request)
+            except AccessRefused as refusal:
+                return [self._abort(None, refusal.code)]
         try:
-            match command >> 5:
-                case 0:
-                    return self._download_segment(request)
-                case 1:
-                    return self._initiate_download(request, index, sub)
-                case 2:
-                    return self._initiate_upload(index, sub)
-                case 3:
-                    return self._upload_segment(command)
-                case 4:
-                    self._transfer = None
-                    return None
-                case _:
-                    raise AccessRefused(Abort.UNKNOWN_COMMAND)
+            return self._obey(request, command, index, sub)
         except AccessRefused as refusal:
-            return self._abort(command, index, sub, refusal.code)
+            zeros = _INITIATES.get(command >> 5)
+            names_object = zeros is not None and not command & zeros
+            return [self._abort((index, sub) if names_object else None, refusal.code)]
 
-    def _abort(self, command: int, index: int, sub: int, code: Abort) -> bytes:
-        """A segment carries no address: its abort names the object of the transfer (zeros when there is none)."""
-        if command >> 5 in (0, 3):
+    def _obey(self, request: bytes, command: int, index: int, sub: int) -> list[bytes]:
+        match command >> 5:
+            case 0:
+                return [self._download_segment(request)]
+            case 1:
+                return [self._initiate_download(request, index, sub)]
+            case 2:
+                return [self._initiate_upload(index, sub)]
+            case 3:
+                return [self._upload_segment(command)]
+            case 4:
+                self._transfer = None
+                return []
+            case 5:
+                return self._block_upload(request, index, sub)
+            case 6:
+                return [self._block_download(request, index, sub)]
+            case _:
+                raise AccessRefused(Abort.UNKNOWN_COMMAND)
+
+    def _abort(self, address: tuple[int, int] | None, code: Abort) -> bytes:
+        """A request within a transfer carries no address: its abort names the transfer's (zeros when there is none)."""
+        if address is None:
             transfer = self._transfer
-            index, sub = (0, 0) if transfer is None else (transfer.index, transfer.sub)
+            address = (0, 0) if transfer is None else (transfer.index, transfer.sub)
         self._transfer = None
-        return _HEAD.pack(0x80, index, sub) + _U32.pack(code)
+        return _HEAD.pack(_ABORTED, *address) + _U32.pack(code)
 
     def _initiate_upload(self, index: int, sub: int) -> bytes:
         self._transfer = None
         data = self._objects.read(key_of(index, sub))
-        if len(data) <= 4:
+        if 0 < len(data) <= _EXPEDITED_BYTES:
             return _HEAD.pack(0x43 | (4 - len(data)) << 2, index, sub) + data.ljust(4, b"\0")
         self._transfer = _Upload(index, sub, data)
         return _HEAD.pack(0x41, index, sub) + _U32.pack(len(data))
@@ -99,13 +118,13 @@ class SdoServer:
         entry = self._objects.writable(key)
         sized = bool(command & 0x01)
         if command & 0x02:
-            length = 4 - (command >> 2 & 0x03) if sized else entry.layout.size
+            length = 4 - (command >> 2 & 0x03) if sized else min(entry.longest, _EXPEDITED_BYTES)
             self._objects.write(key, request[4 : 4 + length])
         else:
             size = _U32.unpack_from(request, 4)[0] if sized else None
             if size is not None:
                 self._objects.check_size(entry, size)
-            self._transfer = _Download(index, sub, size)
+            self._transfer = _Download(index, sub, size, entry.longest if size is None else size)
         return _HEAD.pack(0x60, index, sub) + bytes(4)
 
     def _download_segment(self, request: bytes) -> bytes:
@@ -118,7 +137,7 @@ class SdoServer:
             raise AccessRefused(Abort.TOGGLE)
         transfer.toggle ^= 0x10
         transfer.data += request[1 : 8 - (command >> 1 & 0x07)]
-        if len(transfer.data) > (_LONGEST if transfer.size is None else transfer.size):
+        if len(transfer.data) > transfer.longest:
             raise AccessRefused(Abort.TOO_LONG)
         if command & 0x01:
             if transfer.size is not None and len(transfer.data) != transfer.size:
@@ -126,3 +145,42 @@ class SdoServer:
             self._objects.write(key_of(transfer.index, transfer.sub), transfer.data)
             self._transfer = None
         return bytes((0x20 | toggle,)) + bytes(7)
+
+    def _block_upload(self, request: bytes, index: int, sub: int) -> list[bytes]:
+        """One request of the client in a block upload; a short object goes the ordinary way if the client wishes."""
+        command, transfer = request[0], self._transfer
+        step = command & 0x03
+        if step == 0:
+            self._transfer = None
+            data = self._objects.read(key_of(index, sub))
+            block, switch_up_to = request[4:6]
+            if switch_up_to and len(data) <= switch_up_to:
+                return [self._initiate_upload(index, sub)]
+            self._transfer = opened = BlockUpload(index, sub, data, block, bool(command & 0x04))
+            return [opened.opened()]
+        if not isinstance(transfer, BlockUpload):
+            raise AccessRefused(Abort.UNKNOWN_COMMAND)
+        if step == 3:
+            return transfer.started()
+        if step == 2:
+            return transfer.acknowledged(request)
+        transfer.closed()
+        self._transfer = None
+        return []
+
+    def _block_download(self, request: bytes, index: int, sub: int) -> bytes:
+        """The client's beginning or end of a block download; its segments go to the transfer at once."""
+        command, transfer = request[0], self._transfer
+        if not command & 0x01:
+            self._transfer = None
+            entry = self._objects.writable(key_of(index, sub))
+            size = _U32.unpack_from(request, 4)[0] if command & 0x02 else None
+            if size is not None:
+                self._objects.check_size(entry, size)
+            self._transfer = opened = BlockDownload(index, sub, size, entry.longest, bool(command & 0x04))
+            return opened.opened()
+        if not isinstance(transfer, BlockDownload):
+            raise AccessRefused(Abort.UNKNOWN_COMMAND)
+        self._objects.write(key_of(transfer.index, transfer.sub), transfer.closed(request))
+        self._transfer = None
+        return bytes((0xA1,)) + bytes(7)

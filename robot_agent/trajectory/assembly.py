@@ -60,7 +60,9 @@ def assembled(
     parts = [kept.pieces, *(time.pieces for time in timed)]
     pieces = Pieces.joined([part for part in parts if part.duration_s > 0.0] or [kept.pieces])
     deviation_m = max((time.deviation_m for time in timed), default=0.0)
-    last = Run(runs[-1], timed[-1], begins) if runs and isinstance(runs[-1], JointPath) else None
+    last = None
+    if runs and isinstance(path := runs[-1], JointPath):
+        last = Run(path, timed[-1].times, timed[-1].parameters, begins)
     in_order = tuple(blends[block] for block in sorted(blends))
     return Motion(model, pieces, ends, np.array(rests), in_order, cycle_s, deviation_m, last)
 

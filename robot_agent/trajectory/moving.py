@@ -7,7 +7,6 @@ import numpy as np
 
 from robot_agent.paths.pose_path import Blend
 from robot_agent.trajectory.joint_path import JointPath, Numbers
-from robot_agent.trajectory.law import Timed
 from robot_agent.trajectory.pieces import Pieces
 
 _STEP_S = 0.002
@@ -20,7 +19,9 @@ class Run:
     """The part of a motion that another may replace: from `begins` [s] of the motion to its end."""
 
     path: JointPath
-    timed: Timed
+    times: Numbers
+    """`(k,)` [s] since `begins` at which `parameters` `(k,)` of the path are passed."""
+    parameters: Numbers
     begins: float
 
 
@@ -38,11 +39,12 @@ class Going:
     """`(2, k)` rising parameters of the path and the squares of the rate that the motion has there."""
 
     @classmethod
-    def on(cls, run: Run, t: float, first: int) -> Self:
-        """The state at time `t` [s] of a run; `first` is the number of the block that runs."""
-        path, duration_s = run.path, run.timed.pieces.duration_s
+    def on(cls, run: Run, left: Pieces, t: float, at_s: float, first: int) -> Self:
+        """The state at time `t` [s] of `left`, which is time `at_s` of a run; `first` is the number of its block."""
+        path, duration_s = run.path, left.duration_s
         times = np.append(np.arange(t, duration_s, _STEP_S), duration_s)
-        s, rate, change = _along(path, run.timed, times)
+        q = left.shape(times)
+        s, rate, change = _along(path, q, np.interp(times + (at_s - t), run.times, run.parameters))
         rest = path.part(float(s[0]), path.length)
         head, tail = rest.corner_lengths
         rest = replace(
@@ -52,7 +54,7 @@ class Going:
             blends=tuple(replace(each, block=each.block - first) for each in rest.blends if each.block > first),
         )
         known = np.stack([np.maximum.accumulate(s - s[0]), rate**2])
-        return cls(rest, run.timed.pieces.shape(np.array(t))[:3], np.array([rate[0], change[0]]), known)
+        return cls(rest, q[:3, 0], np.array([rate[0], change[0]]), known)
 
     @property
     def stands(self) -> bool:
@@ -83,16 +85,19 @@ class Moving:
 
     def going(self, wait_s: float) -> Going | None:
         """The path under way `wait_s` [s] after `free_s`; None where it is left no more, or not yet moving."""
-        if self.run is None or self.free_s + wait_s >= self.left.duration_s:
+        t, at_s = self.free_s + wait_s, self.at_s + wait_s
+        if self.run is None or t >= self.left.duration_s:
             return None
-        going = Going.on(self.run, self.at_s + wait_s, self.first)
-        return going if self.at_s + wait_s == 0.0 or not going.stands else None
+        going = Going.on(self.run, self.left, t, at_s, self.first)
+        return going if at_s == 0.0 or not going.stands else None
 
 
-def _along(path: JointPath, timed: Timed, t: Numbers) -> tuple[Numbers, Numbers, Numbers]:
-    """Parameter, its rate and the rate's slope `(k,)` at times `t` `(k,)`: what the joints do, along the path."""
-    q, qd, qdd, _ = timed.pieces.shape(t)
-    s = np.interp(t, timed.times, timed.parameters)
+def _along(path: JointPath, states: Numbers, s: Numbers) -> tuple[Numbers, Numbers, Numbers]:
+    """Parameter, its rate and the rate's slope `(k,)` of what the joints do along the path.
+
+    `states` are value and derivatives `(4, k, n)` of the joints by time, `s` `(k,)` is near to the parameter.
+    """
+    q, qd, qdd, _ = states
     for _ in range(4):
         place, tangent = path.pieces.shape(s)[:2, :, : path.joints]
         s = np.clip(s + _share(q - place, tangent), 0.0, path.length)

@@ -6,7 +6,7 @@ import can
 from live_cell import LiveCell, Recorder, wait_until
 from test_e2e_killed_agent import move_to_multicast
 
-from cell.messages import Mode, RobotState
+from cell.messages import GatewayState, Mode, RobotState
 from drive_gateway.config import load_drives
 
 EMCY = range(0x081, 0x100)
@@ -38,7 +38,7 @@ def test_its_drives_stop_by_themselves_and_the_robot_comes_back_by_an_operators_
         live.client() as session,
     ):
         notifier = can.Notifier(listener, [emergencies])
-        states = Recorder(session, "robot/left/state")
+        states, gateways = Recorder(session, "robot/left/state"), Recorder(session, "gateway/left_bus/state")
         states.wait_for(RobotState, lambda state: state.mode is Mode.DISABLED, 60.0, "left claimed")
         live.obeyed("enable", "left")
         assert live.order("run", "left").exit_code() == 0
@@ -56,10 +56,14 @@ def test_its_drives_stop_by_themselves_and_the_robot_comes_back_by_an_operators_
             "every drive misses its master",
         )
         notifier.stop()
+        gateways.take()
         live.start("drive-gateway", *words)
-        states.wait_for(RobotState, lambda state: state.tcp_position_m is not None, 30.0, "left measured again")
-        # Its axes are not where they were when they were last switched off.
+        gateways.wait_for(GatewayState, lambda state: state.ready, 30.0, "the new gateway")
+        # Its axes are not where they were when they were last switched off: nobody knows where the robot is.
+        states.take()
+        states.wait_for(RobotState, lambda state: state.tcp_position_m is None, 10.0, "left without a position")
         live.obeyed("accept", "left")
+        states.wait_for(RobotState, lambda state: state.tcp_position_m is not None, 10.0, "left measured again")
         live.obeyed("reset", "left")
         states.wait_for(RobotState, lambda state: state.mode is Mode.DISABLED, 10.0, "left disabled")
         live.obeyed("enable", "left")

@@ -24,7 +24,7 @@ def stored() -> GatewayBench:
     world.ready()
     owner = world.enabled()
     assert world.ask(DisableDrives("left", owner)).ok
-    world.until(lambda: set(world.stored) == {"left.J1", "left.J2"})
+    world.until(lambda: {name for name, each in world.stored.items() if not each.in_use} == {"left.J1", "left.J2"})
     world.alive = False
     world.run(1.0)
     return world
@@ -118,6 +118,20 @@ def test_what_an_encoder_cannot_know_needs_a_reference_run(
     assert world.set_up(Home("left", ("J1",))) == "done"
     assert world.feedback.referenced
     assert enabling(world) == ""
+
+
+def test_of_a_gateway_that_ended_while_there_was_torque_an_operators_word_is_enough() -> None:
+    world = restarted(stored())
+    assert enabling(world) == ""
+    world.until(lambda: all(each.in_use for each in world.stored.values()))
+    world.alive = False
+    world.run(1.0)
+    turns_lost(world)
+    restarted(world)
+    assert world.state is not None
+    assert "its gateway ended while it had torque" in world.state.nodes[0].reference_missing
+    assert world.ask(AcceptPosition("left", ())).ok
+    assert world.feedback.referenced
 
 
 def test_another_meaning_of_the_counts_needs_an_operators_word() -> None:

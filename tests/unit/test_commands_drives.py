@@ -55,6 +55,13 @@ def test_a_read_only_object_and_a_value_that_does_not_fit_are_refused_before_any
     assert "allowed are 0 to 255" in refused("write", str(TWO_ARMS), "left_bus", "1", "60C2:1", "300")
 
 
+def test_bytes_to_a_file_need_one_object_and_a_domain_needs_a_file(tmp_path: Path) -> None:
+    without_object = refused("read", str(TWO_ARMS), "left_bus", "1", "-o", str(tmp_path / "all"))
+    assert without_object == "--output takes the bytes of one object"
+    missing = refused("write", str(TWO_ARMS), "left_bus", "1", "2001", f"@{tmp_path / 'none'}")
+    assert "none cannot be read" in missing
+
+
 def test_a_target_is_in_degrees_or_for_an_axis_that_slides_in_millimetres() -> None:
     drives = load_drives(TWO_ARMS.parent / "left_drives.yaml", "left_bus").robots["left"]
     sliding = replace(drives, axes=(replace(drives.axes[0], linear=True), *drives.axes[1:]))

@@ -12,7 +12,9 @@ from cell.commands.stop import stop_event
 
 @pytest.fixture(autouse=True)
 def _handlers() -> Iterator[None]:
+    """As a process begins that nobody started with nohup."""
     before = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)}
+    signal.signal(signal.SIGHUP, signal.SIG_DFL)
     yield
     for number, handler in before.items():
         signal.signal(number, handler)

@@ -28,6 +28,7 @@ SHELLS = {
     "drive_gateway/gateway/shell.py": "the gateway's process",
     "drive_gateway/gateway/bus.py": "python-can",
     "drive_gateway/gateway/sdo_workers.py": "the threads that wait for SDOs",
+    "drive_gateway/gateway/sdo_transfer.py": "the waits of the canopen client",
     "drive_gateway/gateway/recorder.py": "writes frames to a file",
     "drive_gateway/canopen/eds.py": "canopen's reader of EDS files",
     "drive_gateway/config/checks.py": "asks python-can for its interfaces",

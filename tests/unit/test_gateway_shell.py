@@ -1,11 +1,13 @@
 """The gateway as it runs: its own thread, a python-can bus, simulated drives and Zenoh."""
 
+from importlib.resources import files
+
 import numpy as np
 import pytest
 from gateway_thread import running_gateway
 from gateway_world import block, s_motion
 
-from cell.messages import Claim, EnableDrives
+from cell.messages import Claim, EnableDrives, ReadObject
 from drive_gateway.config.settings import BusSettings
 from drive_gateway.gateway.bus import BusError, open_bus
 
@@ -18,6 +20,14 @@ def test_a_bus_that_is_not_there_says_what_to_do(interface: str, channel: str, f
     with pytest.raises(BusError, match=found) as caught:
         open_bus(BusSettings(interface, channel, 500_000, {}))
     assert f"{interface}:{channel}" in str(caught.value)
+
+
+def test_the_eds_that_a_node_keeps_comes_over_bus_and_zenoh_as_it_is() -> None:
+    with running_gateway() as (client, _stop, _codes):
+        client.until(lambda: client.state is not None and client.state.ready)
+        reply = client.ask(ReadObject(1, 0x1021, 0))
+    assert reply.ok, reply.text
+    assert bytes.fromhex(reply.data) == (files("drive_gateway.sim") / "cia402_drive.eds").read_bytes()
 
 
 def test_a_block_sent_over_zenoh_moves_a_simulated_drive_and_a_stop_switches_it_off() -> None:

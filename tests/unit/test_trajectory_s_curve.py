@@ -98,7 +98,7 @@ def test_each_direction_keeps_its_own_limits_between_the_speeds_at_the_ends(
     first: float,
     last: float,
 ) -> None:
-    ends = [speed[0] + share * (speed[1] - speed[0]) for share in (first, last)]
+    ends = [min(speed[1], speed[0] + share * (speed[1] - speed[0])) for share in (first, last)]
     profile = s_curve(distance, speed, acceleration, jerk, *ends)
     states = profile.at(np.linspace(0.0, profile.duration_s, 400))
     for values, (low, high) in zip(states[1:], (speed, acceleration, jerk), strict=True):
