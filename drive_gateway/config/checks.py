@@ -167,7 +167,7 @@ def _limits(document: Document, path: KeyPath, axis: AxisEntry) -> Iterator[Prob
 
 
 def _limit_switches(document: Document, path: KeyPath, axis: AxisEntry) -> Iterator[Problem]:
-    """Software limits end before the switches, and an axis that homes at a switch is told its place."""
+    """Software limits do not go beyond the switches, and an axis that homes at a switch is told its place."""
     if axis.limit_switches is None:
         return
     place = (*path, "limit_switches")
@@ -176,9 +176,9 @@ def _limit_switches(document: Document, path: KeyPath, axis: AxisEntry) -> Itera
     if ends[0] >= ends[1]:
         yield document.problem(place, found, "the lower one first")
         return
-    if axis.limits is not None and not ends[0] < axis.limits[0] < axis.limits[1] < ends[1]:
+    if axis.limits is not None and not ends[0] <= axis.limits[0] < axis.limits[1] <= ends[1]:
         limits = " to ".join(f"{declared(document, limit, axis.linear):g}" for limit in axis.limits)
-        yield document.problem(place, found, f"more than the limits, {limits}")
+        yield document.problem(place, found, f"none within the limits, {limits}")
     if axis.homing is not None and axis.homing.method in HOMING_AT_LIMIT:
         home = ends[HOMING_AT_LIMIT[axis.homing.method] * axis.direction > 0]
         if not math.isclose(axis.homing.position, home):

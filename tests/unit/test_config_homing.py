@@ -85,7 +85,7 @@ def test_an_eds_is_looked_for_beside_the_drives_file(tmp_path: Path) -> None:
         ("limit_switches: [170, -170]", "limit_switches: found 170 to -170, allowed the lower one first"),
         (
             "limits: [-170, 170], limit_switches: [-165, 175]",
-            "limit_switches: found -165 to 175, allowed more than the limits, -170 to 170",
+            "limit_switches: found -165 to 175, allowed none within the limits, -170 to 170",
         ),
         (
             f"limit_switches: [-175, 175], {HOMING}",
