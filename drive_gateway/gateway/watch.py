@@ -80,11 +80,9 @@ class Watch:
             return
         for switch in self.limit_switches:
             yield switch.trouble
+        at_end = [switch.node for switch in self.limit_switches]
         for node in self._nodes:
-            if (
-                all(node is not switch.node for switch in self.limit_switches)
-                and node.status is not AxisStatus.OPERATION_ENABLED
-            ):
+            if node.status is not AxisStatus.OPERATION_ENABLED and node not in at_end:
                 text = f"{node.label} left Operation Enabled, it is in {node.status.name}"
                 yield Trouble("left_enabled", text, "check the drive's enable inputs", node.axis.node_id)
         found = self._following.update(self.position, demand, now)
