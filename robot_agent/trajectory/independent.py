@@ -1,6 +1,6 @@
 """Joint moves in which each joint goes at its own speed: all start together, each arrives when it does."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -38,6 +38,10 @@ class Independent:
     def end(self) -> Numbers:
         """Joints `(n,)` at the end."""
         return self.target
+
+    def later(self, blocks: int) -> "Independent":
+        """The same with so many blocks before it."""
+        return replace(self, stretch=replace(self.stretch, block=self.stretch.block + blocks))
 
     def in_time(self, model: Model, limits: Limits) -> Timed:
         """Each joint as fast as its limits allow; all of them slower where the flange or the joints have a cap."""
