@@ -12,6 +12,7 @@ Floats = NDArray[np.float64]
 INT32_MIN = -(2**31)
 INT32_MAX = 2**31 - 1
 INT16_MAX = 2**15 - 1
+FINITE = float(np.finfo(np.float64).max)
 
 
 class AxisUnits:
@@ -29,8 +30,8 @@ class AxisUnits:
         """`(n,)` [rad or m] position that fits into an int32 and lies within the axis' limits."""
         per_mille = [np.nan if axis.torque is None else axis.torque.per_mille for axis in axes]
         self._per_mille = np.nan_to_num(per_mille)
-        self.most_torque: Floats = np.where(np.isnan(per_mille), LARGEST, INT16_MAX / np.abs(per_mille))
-        """`(n,)` [Nm or N] that fits into per mille of a rated torque; of axes without one any number."""
+        self.most_torque: Floats = np.where(np.isnan(per_mille), FINITE, INT16_MAX / np.abs(per_mille))
+        """`(n,)` [Nm or N] that fits into per mille of a rated torque; of axes without one any finite number."""
         self.highest: Floats = np.minimum(self.int32_highest, [high for _, high in limits])
 
     def counts(self, position: Floats) -> list[int]:
