@@ -78,6 +78,9 @@ class AgentWorld:
             settings(on_manager_return, times or Times()), "left", lambda _: self.planner, parsed, "boot"
         )
         self.events: list[Event] = []
+        self.torques = False
+        """A drive takes torque as feed-forward."""
+        self.signs_of_life: list[SetpointBlock] = []
         self.now = 100.0
         self.tick = 1
         self.enabled = False
@@ -213,7 +216,7 @@ class AgentWorld:
         match command:
             case Claim():
                 axes = self.planner.model.joint_names
-                return Reply(id, True, "yours", ClaimGrant(7, CYCLE_S, self.tick, axes, "gateway"))
+                return Reply(id, True, "yours", ClaimGrant(7, CYCLE_S, self.tick, axes, "gateway", self.torques))
             case EnableDrives():
                 self.enabled = True
             case DisableDrives():
@@ -224,6 +227,8 @@ class AgentWorld:
 
     def _offer(self, block: SetpointBlock) -> None:
         """The gateway's rule in short: still to come, and continuous with what is queued."""
+        if not self.enabled:
+            self.signs_of_life.append(block)
         if self.lose_blocks or not self.enabled:
             return
         self.blocks.append(block)
