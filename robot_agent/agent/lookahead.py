@@ -19,6 +19,8 @@ from robot_agent.language import (
     ProgramFault,
     SplineStep,
     Step,
+    TrackingOff,
+    TrackingOn,
 )
 
 _PLANNED_AHEAD = 3
@@ -34,7 +36,7 @@ class Waiting:
     line: int
 
 
-Item = Planned | PlanFailed | Waiting | Pause | Finished | ProgramFault
+Item = Planned | PlanFailed | Waiting | Pause | TrackingOn | TrackingOff | Finished | ProgramFault
 
 
 class Lookahead:
@@ -69,6 +71,11 @@ class Lookahead:
     def advance(self) -> None:
         """The head is being executed; what follows becomes the head."""
         self._items.popleft()
+
+    def advance_from(self, q: NDArray[np.float64]) -> None:
+        """The head is done with the robot at rest at `q` `(n,)`, where nobody knew that it would be."""
+        self._end = q
+        self.advance()
 
     def planned(self, result: Planned | PlanFailed) -> None:
         """Take the worker's result; a result for a program that was stopped meanwhile is dropped."""
@@ -114,8 +121,9 @@ class Lookahead:
         return tuple(steps)
 
     def _blocked(self) -> bool:
-        """Behind a motion without a plan, or behind the end, nothing can be planned."""
-        return any(isinstance(item, Waiting | PlanFailed | Finished | ProgramFault) for item in self._items)
+        """Behind a motion without a plan, where a correction ends, or behind the end, nothing can be planned."""
+        ends = Waiting | PlanFailed | TrackingOff | Finished | ProgramFault
+        return any(isinstance(item, ends) for item in self._items)
 
 
 def _may_go_on(step: MotionStep, following: MotionStep) -> bool:

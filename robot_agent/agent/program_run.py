@@ -8,7 +8,7 @@ from robot_agent.agent.executive import Executive
 from robot_agent.agent.lookahead import Lookahead, Waiting
 from robot_agent.agent.planning import PlanFailed, Planned
 from robot_agent.agent.timeline import SentBlock
-from robot_agent.language import Finished, Pause, Program, ProgramFault
+from robot_agent.language import Finished, Pause, Program, ProgramFault, TrackingOff, TrackingOn
 
 
 class ProgramRun:
@@ -23,6 +23,10 @@ class ProgramRun:
         self.waited_s: dict[str, float] = {}
         self.resume_tick = 0
         """A programmed pause lasts until this tick."""
+        self.correction = ""
+        """What is measured under this name is followed; empty for nothing."""
+        self.correction_ends = False
+        """The program waits for the correction to come to rest."""
         self.starting = False
         """The first motion is still to come, and has to begin exactly at `resume_tick`."""
         self._pause = (0, 0)
@@ -38,18 +42,20 @@ class ProgramRun:
         self.waited_s = {}
         self.resume_tick, self._pause = at_tick or 0, (0, 0)
         self.starting = at_tick is not None
+        self.correction = ""
         self.lookahead.start(self._program, q)
 
     def fail(self, why: str) -> None:
         """End a running program before its end."""
         if self.running:
             self.state, self.error = ProgramState.FAILED, why
+        self.correction, self.correction_ends = "", False
         self.lookahead.stop()
 
     def accepted(self, block: SentBlock) -> None:
         """The gateway has accepted a block; when it begins the next motion, that one is no longer ahead."""
         head = self.lookahead.head
-        if isinstance(head, Planned) and head.motion is block.planned.motion:
+        if isinstance(head, Planned) and head.motion is block.path.motion:
             self.lookahead.advance()
             self.starting = False
 
@@ -67,7 +73,8 @@ class ProgramRun:
         """Take the steps that are no motions, once the motion before them has ended."""
         if not self.running or not executive.at_motion_end:
             return
-        rest_tick = max(executive.timeline.rest_tick, self.resume_tick)
+        rest_tick = max(executive.timeline.path_rest_tick, self.resume_tick)
+        self.correction_ends = False
         head = self.lookahead.head
         if isinstance(head, Pause):
             self.resume_tick = rest_tick + round(head.duration_s / cycle_s)
@@ -75,8 +82,13 @@ class ProgramRun:
             self.lookahead.advance()
         elif tick >= rest_tick:
             match head:
+                case TrackingOn(name=name):
+                    self.correction = name
+                    self.lookahead.advance()
+                case TrackingOff():
+                    self.correction_ends = True
                 case Finished(line):
-                    self.state, self.line = ProgramState.DONE, line
+                    self.state, self.line, self.correction = ProgramState.DONE, line, ""
                     self.lookahead.stop()
                 case ProgramFault(line, text) | PlanFailed(line=line, text=text):
                     self.line = line
@@ -84,12 +96,19 @@ class ProgramRun:
                 case _:
                     pass
 
+    def corrected_to(self, q: NDArray[np.float64]) -> None:
+        """A correction has ended, with the robot at rest at `q` `(n,)`: the program goes on from there."""
+        self.correction = ""
+        if self.correction_ends:
+            self.correction_ends = False
+            self.lookahead.advance_from(q)
+
     def follow(self, playing: SentBlock, tick: int) -> None:
         """Note the line of the motion or the pause that is played at a tick."""
         if not self.running:
             return
         line, begin = self._pause
-        moving = playing.planned.line_at(float(playing.segment.tau[playing.index(tick)]))
+        moving = playing.path.line_at(playing.path_segment.state(max(0, tick - playing.first_tick)).tau)
         if line > 0 and max(begin, playing.first_tick) <= tick and playing.first_tick < self.resume_tick:
             self.line = line
         elif moving > 0:
