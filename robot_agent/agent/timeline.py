@@ -2,10 +2,12 @@
 
 import math
 from collections import deque
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+
+import numpy as np
 
 from cell.messages import DriveFeedback
-from robot_agent.agent.planning import Planned
+from robot_agent.agent.planning import Extended, Planned
 from robot_agent.trajectory import Segment
 
 _KEPT_TICKS = 250
@@ -74,6 +76,23 @@ class Timeline:
         """The first tick from which on nothing moves that was ever sent, whether it was accepted or not."""
         return max(block.rest_tick for block in (self.newest, *self._open))
 
+    def exchange(self, old: Planned, longer: Extended) -> bool:
+        """Let all blocks of a motion be blocks of the one that extends it, if all of them lie in what both share."""
+        blocks = [block for block in (*self._accepted, *self._open) if block.planned is old]
+        reached = (
+            np.concatenate([block.segment.tau for block in blocks]) - longer.cut_s if blocks else np.full(1, np.inf)
+        )
+        if reached.min() < longer.first_tau or reached.max() > longer.splice_s:
+            return False
+        self._accepted = deque(_on(longer, block) if block.planned is old else block for block in self._accepted)
+        self._open = deque(_on(longer, block) if block.planned is old else block for block in self._open)
+        return True
+
+    def farthest(self, planned: Planned) -> float:
+        """The largest tau of a motion in any block, or 0."""
+        blocks = [block for block in (*self._accepted, *self._open) if block.planned is planned]
+        return max((float(block.segment.tau.max()) for block in blocks), default=0.0)
+
     def sent(self, block: SentBlock) -> None:
         self._open.append(block)
 
@@ -107,6 +126,11 @@ class Timeline:
         undecided = self._open if candidate is None else [*self._open, candidate]
         spans.extend(_span(block, block.first_tick, block.rest_tick) for block in undecided)
         return _merged(spans)
+
+
+def _on(longer: Extended, block: SentBlock) -> SentBlock:
+    segment = block.segment
+    return replace(block, planned=longer, segment=replace(segment, tau=segment.tau - longer.cut_s))
 
 
 def _span(block: SentBlock, from_tick: int, until_tick: int) -> Span:
