@@ -62,7 +62,7 @@ class Lookahead:
         self._end = np.zeros(0)
         self._last: MotionStep | None = None
         """Of the newest chain."""
-        self._open: Planned | None = None
+        self.open: Planned | None = None
         """The newest motion, while it waits to be extended; nothing is planned behind it."""
         self._extension: ExtendRequest | None = None
 
@@ -76,7 +76,7 @@ class Lookahead:
         self._interpreter = None
         self._items.clear()
         self._coming.clear()
-        self._open = self._extension = None
+        self.open = self._extension = None
 
     @property
     def head(self) -> Item | None:
@@ -100,7 +100,7 @@ class Lookahead:
 
     def extends(self, result: Planned | PlanFailed) -> Planned | None:
         """The motion that a result of the worker extends."""
-        return self._open if self._extension is not None and result.id == self._extension.id else None
+        return self.open if self._extension is not None and result.id == self._extension.id else None
 
     def extended(self, result: Planned | PlanFailed, taken: bool) -> None:
         """What became of an extension: the robot is on it, or its steps are to be planned again."""
@@ -114,7 +114,7 @@ class Lookahead:
 
     def fill(self, zones: tuple[ZoneGeometry, ...] | None) -> list[Effect]:
         """Interpret further, and hand the next motion to the worker; without zone geometry nothing is planned."""
-        if self._interpreter is None or zones is None or self._open is not None:
+        if self._interpreter is None or zones is None or self.open is not None:
             return []
         while len(self._items) < _PLANNED_AHEAD and not self._blocked():
             step = self._take(self._interpreter)
@@ -126,12 +126,13 @@ class Lookahead:
             self._items.append(step)
         return []
 
-    def extend(self, running: Planned, tau: float, sent_tau: float, zones: tuple[ZoneGeometry, ...]) -> list[Effect]:
-        """Ask for more of a motion that runs, if it is the newest and little of it is left.
+    def extend(self, lowest_tau: float, sent_tau: float, zones: tuple[ZoneGeometry, ...]) -> list[Effect]:
+        """Ask for more of the open motion when little of it is left behind `sent_tau` [s].
 
-        It is played at `tau` [s] and sent up to `sent_tau`.
+        The robot is on the motion, at `lowest_tau` or later.
         """
-        if running is not self._open or self._extension is not None or self._interpreter is None or self._last is None:
+        running = self.open
+        if running is None or self._extension is not None or self._interpreter is None or self._last is None:
             return []
         motion = running.motion
         at_s = sent_tau + min(_LEAD_S, (motion.duration_s - sent_tau) / 2.0)
@@ -143,7 +144,7 @@ class Lookahead:
             return []
         steps = self._chain(self._interpreter, self._last, 1 + _LONGEST_CHAIN - left)[1:]
         self._plans += 1
-        cut_s = math.floor(max(tau - _KEPT_S, 0.0) / motion.cycle_s) * motion.cycle_s
+        cut_s = math.floor(max(lowest_tau - _KEPT_S, 0.0) / motion.cycle_s) * motion.cycle_s
         self._extension = ExtendRequest(
             self._plans, steps, motion, running.lines, at_s, cut_s, running.first_tau, zones
         )  # fmt: skip
@@ -152,7 +153,7 @@ class Lookahead:
     def close(self) -> None:
         """Extend the motion no more: what follows begins where it rests."""
         self._give_back()
-        self._open = None
+        self.open = None
 
     def _give_back(self) -> None:
         """The steps of an extension that is not wanted any more are still to be planned."""
@@ -163,7 +164,7 @@ class Lookahead:
     def _behind(self, newest: Planned, extensible: bool) -> None:
         """Go on behind a motion; if it is extensible and the chain is longer, by extending it."""
         self._end = newest.motion.q(np.array(newest.motion.duration_s))
-        self._open = newest if extensible and self._chain_goes_on() else None
+        self.open = newest if extensible and self._chain_goes_on() else None
 
     def _chain_goes_on(self) -> bool:
         if self._interpreter is None or self._last is None:

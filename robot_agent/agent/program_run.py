@@ -62,18 +62,16 @@ class ProgramRun:
             taken = False
         self.lookahead.extended(result, taken)
 
-    def extend(
-        self, executive: Executive, tick: int, stepping: bool, zones: tuple[ZoneGeometry, ...] | None
-    ) -> list[Effect]:
+    def extend(self, executive: Executive, stepping: bool, zones: tuple[ZoneGeometry, ...] | None) -> list[Effect]:
         """Ask for more of the motion that runs; a step would lose its end, so behind it the robot rests."""
-        if zones is None:
+        timeline = executive.timeline
+        running = timeline.newest.planned
+        if running is not self.lookahead.open or zones is None:
             return []
         if stepping:
             self.lookahead.close()
-        block, index = executive.timeline.at(tick)
-        planned = executive.timeline.newest.planned
-        tau = float(block.segment.tau[index]) if block.planned is planned else 0.0
-        return self.lookahead.extend(planned, tau, executive.timeline.farthest(planned), zones)
+            return []
+        return self.lookahead.extend(*timeline.reach(running), zones)
 
     @property
     def follower(self) -> Planned | None:

@@ -76,22 +76,22 @@ class Timeline:
         """The first tick from which on nothing moves that was ever sent, whether it was accepted or not."""
         return max(block.rest_tick for block in (self.newest, *self._open))
 
+    def reach(self, planned: Planned) -> tuple[float, float]:
+        """The smallest and the largest tau [s] of a motion in the blocks known here; at least one is of that motion."""
+        blocks = [block for block in (*self._accepted, *self._open) if block.planned is planned]
+        taus = np.concatenate([block.segment.tau for block in blocks])
+        return float(taus.min()), float(taus.max())
+
     def exchange(self, old: Planned, longer: Extended) -> bool:
-        """Let all blocks of a motion be blocks of the one that extends it, if all of them lie in what both share."""
-        blocks = [block for block in (*self._accepted, *self._open) if block.planned is old]
-        reached = (
-            np.concatenate([block.segment.tau for block in blocks]) - longer.cut_s if blocks else np.full(1, np.inf)
-        )
-        if reached.min() < longer.first_tau or reached.max() > longer.splice_s:
+        """Let all blocks of the newest motion be blocks of the one that extends it, if they lie in what both share."""
+        if self.newest.planned is not old:
+            return False
+        lowest, highest = self.reach(old)
+        if lowest - longer.cut_s < longer.first_tau or highest - longer.cut_s > longer.splice_s:
             return False
         self._accepted = deque(_on(longer, block) if block.planned is old else block for block in self._accepted)
         self._open = deque(_on(longer, block) if block.planned is old else block for block in self._open)
         return True
-
-    def farthest(self, planned: Planned) -> float:
-        """The largest tau of a motion in any block, or 0."""
-        blocks = [block for block in (*self._accepted, *self._open) if block.planned is planned]
-        return max((float(block.segment.tau.max()) for block in blocks), default=0.0)
 
     def sent(self, block: SentBlock) -> None:
         self._open.append(block)
