@@ -110,7 +110,7 @@ class AgentCore:
             case AskDone():
                 self.operator.switched(self.link.done(message))
             case Planned() | PlanFailed():
-                self.run.lookahead.planned(message)
+                self.run.planned(message, self.executive, self.pace.status.stepping)
             case Frozen():
                 self.zones.forget_echoes()
                 self.operator.forget_echoes()
@@ -147,7 +147,7 @@ class AgentCore:
             self.report.event(Severity.INFO, "idle_off", text, f"switch them on again with: cell enable {self._robot}")
             effects.append(self.link.switch(DisableDrives(self._robot, feedback.owner)))
         effects += self._move(feedback, self._planner, now)
-        effects += self.run.lookahead.fill(self.zones.geometry)
+        effects += self._plan_ahead()
         effects.append(self._state(feedback, self._planner, now))
         return effects + self.report.take_events()
 
@@ -250,6 +250,12 @@ class AgentCore:
         stop_time_s = max(0.0, (newest.rest_tick - feedback.tick) * planner.cycle_s)
         presence = self._presence(body, wants, stop_time_s, now)
         return [presence] if block is None else [presence, Publish(executive.sent(block))]
+
+    def _plan_ahead(self) -> list[Effect]:
+        effects, zones = [], self.zones.geometry
+        if self.executive is not None:
+            effects = self.run.extend(self.executive, self.pace.status.stepping, zones)
+        return effects + self.run.lookahead.fill(zones)
 
     def _touched_before(self) -> set[str]:
         return self.zones.touched(self._body) if self._body is not None else set()

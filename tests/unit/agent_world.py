@@ -116,6 +116,8 @@ class AgentWorld:
         self.settling = False
         """The gateway still measures a motion, and does not take the robot back."""
         self.asked_last: type | None = None
+        self.plans_held = False
+        self._plans: list[Planned | PlanFailed] = []
         self.answers_held = False
         self._answers: list[AskDone] = []
         self._calls = 0
@@ -158,6 +160,11 @@ class AgentWorld:
         """Let the gateway's answers to the agent's calls arrive."""
         while self._answers:
             self.agent.receive(self._answers.pop(0), self.now)
+
+    def release_plans(self) -> None:
+        """Let the agent have what was planned for it."""
+        while self._plans:
+            self.agent.receive(self._plans.pop(0), self.now)
 
     def _play(self) -> None:
         self.tick += 1
@@ -218,7 +225,9 @@ class AgentWorld:
                 result: Planned | PlanFailed = self.planner.plan(request)
                 if isinstance(result, Planned):
                     self.planned.append(result)
-                self.agent.receive(result, self.now)
+                self._plans.append(result)
+                if not self.plans_held:
+                    self.release_plans()
 
     def _gateway_says(self, id: str, command: Command) -> Reply:
         match command:
