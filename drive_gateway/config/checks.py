@@ -126,6 +126,9 @@ def _axes(document: Document, drives: DrivesFile) -> Iterator[Problem]:
             allowed = f"more than {least:g}: simulated drives lag by speed times simulated_lag_s"
             yield document.problem((*path, "following_window"), found, allowed)
         counts = abs(axis.counts_per_unit())
+        if axis.feed_forward == "torque" and axis.rated_torque_nm is None:
+            allowed = "rated_torque_nm of the motor beside it, in whose per mille the drive takes torque"
+            yield document.problem((*path, "feed_forward"), "torque without a rated torque", allowed)
         yield from _limits(document, path, axis)
         yield from _limit_switches(document, path, axis)
         yield from _inputs(document, path, axis)

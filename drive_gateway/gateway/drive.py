@@ -145,9 +145,9 @@ class Drive:
         """Queue a write (`data`) or a read (`None`) of an object of the profile, `index` as axis 1 has it."""
         self.node.sdo.submit(index_of(index, self.axis.number), sub, data, then)
 
-    def command(self, controlword: int, counts: int, counts_per_s: int = 0) -> list[CanFrame]:
-        """The command of one cycle."""
-        return self.image.frames(controlword, counts, counts_per_s)
+    def command(self, controlword: int, counts: int, counts_per_s: int = 0, per_mille: int = 0) -> list[CanFrame]:
+        """The command of one cycle: target, and what is fed forward of velocity and of torque [of the rated one]."""
+        return self.image.frames(controlword, counts, counts_per_s, per_mille)
 
     def command_own(self, controlword: int, target: int, velocity: int, now: float) -> list[CanFrame]:
         """What commands a motion of the drive's own in this cycle: target [counts] and velocity [counts/s]."""

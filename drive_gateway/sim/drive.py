@@ -86,7 +86,8 @@ class Drive:
         self._cyclic = CyclicModes(objects, self.servo, self.reference, self._mode_in_force)
         self.state = DriveState.NOT_READY_TO_SWITCH_ON
         self._displayed = FilteredVelocity(objects.numbers)
-        self._shown = Shown(objects.numbers, self.servo, self.reference)
+        rated_mnm = 0 if axis.torque is None else axis.torque.rated_mnm
+        self._shown = Shown(objects.numbers, self.servo, self.reference, rated_mnm)
         self._emergencies = emergencies
         self._cause_present = cause_present
         self._now: float | None = None
