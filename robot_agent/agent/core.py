@@ -37,6 +37,7 @@ from robot_agent.agent.planning import PlanFailed, Planned, Planner
 from robot_agent.agent.program_run import ProgramRun
 from robot_agent.agent.report import Reporter
 from robot_agent.agent.zone_claims import ZoneClaims
+from robot_agent.dynamics import AxisTorques, axis_torques
 from robot_agent.kinematics import OpenMechanism
 from robot_agent.language import Pause, Program
 from robot_agent.trajectory import RateRequest
@@ -60,6 +61,8 @@ class AgentCore:
         self._boot = boot
         self._planner_for = planner_for
         self._planner: Planner | None = None
+        self._torques: AxisTorques | None = None
+        """None where the robot's file says too little."""
         self.link = GatewayLink(robot, boot, cell.digest, cell.robots[robot].gateway)
         self.zones = ZoneClaims(robot, boot, cell.times.fresh_s)
         self.run = ProgramRun(program)
@@ -107,7 +110,7 @@ class AgentCore:
             case AskDone():
                 self.operator.switched(self.link.done(message))
             case Planned() | PlanFailed():
-                self.run.lookahead.planned(message)
+                self.run.planned(message, self.executive, self.pace.status.stepping)
             case Frozen():
                 self.zones.forget_echoes()
                 self.operator.forget_echoes()
@@ -133,6 +136,7 @@ class AgentCore:
             return effects + self.operator.refuse_all("the robot's gateway has not accepted this agent yet")
         if self._planner is None or self._planner.cycle_s != self.link.grant.cycle_s:
             self._planner = self._planner_for(self.link.grant.cycle_s)
+            self._torques = axis_torques(self._planner.model, self._planner.pose_world_base)
             self.corrections.place(self._planner.pose_world_base)
         feedback = feedback_in_joints(self._planner.model.coupling, feedback)
         self._follow_drives(feedback, self._planner, now)
@@ -143,7 +147,7 @@ class AgentCore:
             self.report.event(Severity.INFO, "idle_off", text, f"switch them on again with: cell enable {self._robot}")
             effects.append(self.link.switch(DisableDrives(self._robot, feedback.owner)))
         effects += self._move(feedback, self._planner, now)
-        effects += self.run.lookahead.fill(self.zones.geometry)
+        effects += self._plan_ahead()
         effects.append(self._state(feedback, self._planner, now))
         return effects + self.report.take_events()
 
@@ -203,7 +207,7 @@ class AgentCore:
             except OpenMechanism as error:
                 self._stop(Mode.FAULT, f"the axes cannot be where the drives say: {error}")
                 return
-            self.executive = Executive(planner, standing, feedback, self._cell.times, self._numbers)
+            self.executive = Executive(planner, standing, feedback, self._cell.times, self._numbers, self._asked)
         if self.mode in (Mode.DISABLED, Mode.ENABLING):
             self.mode = Mode.READY
         if self.executive.timeline.observe(feedback):
@@ -246,6 +250,12 @@ class AgentCore:
         stop_time_s = max(0.0, (newest.rest_tick - feedback.tick) * planner.cycle_s)
         presence = self._presence(body, wants, stop_time_s, now)
         return [presence] if block is None else [presence, Publish(executive.sent(block))]
+
+    def _plan_ahead(self) -> list[Effect]:
+        effects, zones = [], self.zones.geometry
+        if self.executive is not None:
+            effects = self.run.extend(self.executive, self.pace.status.stepping, zones)
+        return effects + self.run.lookahead.fill(zones)
 
     def _touched_before(self) -> set[str]:
         return self.zones.touched(self._body) if self._body is not None else set()
@@ -339,6 +349,12 @@ class AgentCore:
 
     # Messages
 
+    @property
+    def _asked(self) -> AxisTorques | None:
+        """The torques, where the gateway asks for them."""
+        grant = self.link.grant
+        return self._torques if grant is not None and grant.torques else None
+
     def _standing_body(self, feedback: DriveFeedback, planner: Planner) -> Body:
         return standing_body(planner.model, planner.pose_world_base, feedback.position, known=feedback.referenced)
 
@@ -346,9 +362,10 @@ class AgentCore:
         """A block that holds; the gateway plays none while the drives are disabled, but hears that the owner lives."""
         joints = np.repeat(feedback.commanded[None, :], _SIGN_OF_LIFE_SAMPLES, axis=0)
         position, velocity = samples_in_axes(planner.model.coupling, joints, np.zeros_like(joints))
+        torque = None if self._asked is None else self._asked.standing(joints)
         return SetpointBlock(
             self._robot, feedback.owner, next(self._numbers), 0, feedback.tick + _STALE_CYCLES, planner.cycle_s,
-            _SIGN_OF_LIFE_SAMPLES, position, velocity,
+            _SIGN_OF_LIFE_SAMPLES, position, velocity, torque,
         )  # fmt: skip
 
     def _presence(self, body: Body, wants: dict[str, float], stop_time_s: float, now: float) -> Publish:

@@ -8,11 +8,12 @@ import numpy as np
 
 from cell.config.settings import Times
 from cell.messages import Body, DriveFeedback, SetpointBlock
-from robot_agent.agent.axes import samples_in_axes
+from robot_agent.agent.axes import samples_in_axes, torques_in_axes
 from robot_agent.agent.corrected_blocks import corrected_block, resume
 from robot_agent.agent.corrections import Correcting
 from robot_agent.agent.planning import Planned, Planner, Sampled
 from robot_agent.agent.timeline import SentBlock, Timeline
+from robot_agent.dynamics import AxisTorques
 from robot_agent.kinematics import OpenMechanism
 from robot_agent.trajectory import Governor, Hold, RateRequest, Segment
 from robot_agent.trajectory.sources import CorrectedSource, JogSource, States, Target, sampled, states_from
@@ -48,9 +49,15 @@ class Executive:
     """Keeps one enabled robot supplied with blocks. Made when the drives are enabled, dropped when they are not."""
 
     def __init__(
-        self, planner: Planner, standing: Planned, feedback: DriveFeedback, times: Times, numbers: Iterator[int]
+        self,
+        planner: Planner,
+        standing: Planned,
+        feedback: DriveFeedback,
+        times: Times,
+        numbers: Iterator[int],
+        torques: AxisTorques | None = None,
     ) -> None:
-        """`numbers` counts the blocks of the present claim, those sent while disabled included."""
+        """`numbers` counts the blocks of the present claim, those sent while disabled included; `torques` go along."""
         self._robot = feedback.robot
         self._planner = planner
         self._cycle_s = planner.cycle_s
@@ -58,6 +65,7 @@ class Executive:
         self._nominal_s = times.nominal_s
         self._owner = feedback.owner
         self._numbers = numbers
+        self._torques = torques
         self._nominal = round(times.nominal_s / self._cycle_s)
         self._governors: dict[int, tuple[Planned, Governor]] = {}
         self._jog: JogSource | None = None
@@ -125,7 +133,7 @@ class Executive:
         position, velocity = samples_in_axes(self._planner.model.coupling, segment.q, segment.qd)
         return SetpointBlock(
             self._robot, self._owner, block.sequence, follows, block.first_tick, self._cycle_s, segment.nominal,
-            position, velocity,
+            position, velocity, torques_in_axes(self._torques, segment),
         )  # fmt: skip
 
     def body(self, feedback: DriveFeedback, candidate: SentBlock | None) -> Body:

@@ -3,10 +3,11 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from cell.messages import ProgramState, ProgramStatus
+from cell.core import Effect
+from cell.messages import ProgramState, ProgramStatus, ZoneGeometry
 from robot_agent.agent.executive import Executive
 from robot_agent.agent.lookahead import Lookahead, Waiting
-from robot_agent.agent.planning import PlanFailed, Planned
+from robot_agent.agent.planning import Extended, PlanFailed, Planned
 from robot_agent.agent.timeline import SentBlock
 from robot_agent.language import Finished, Pause, Program, ProgramFault, TrackingOff, TrackingOn
 
@@ -63,6 +64,29 @@ class ProgramRun:
         """Whether the first motion has not begun at the tick at which it had to."""
         return self.running and self.starting and tick > self.resume_tick
 
+    def planned(self, result: Planned | PlanFailed, executive: Executive | None, stepping: bool) -> None:
+        """Take the worker's result: a motion to come, or one in place of the motion that runs; not while stepping."""
+        old = self.lookahead.extends(result)
+        if old is None:
+            self.lookahead.planned(result)
+            return
+        if isinstance(result, Extended) and executive is not None and not stepping:
+            taken = executive.timeline.exchange(old, result)
+        else:
+            taken = False
+        self.lookahead.extended(result, taken)
+
+    def extend(self, executive: Executive, stepping: bool, zones: tuple[ZoneGeometry, ...] | None) -> list[Effect]:
+        """Ask for more of the motion that runs; a step would lose its end, so behind it the robot rests."""
+        timeline = executive.timeline
+        running = timeline.newest.planned
+        if running is not self.lookahead.open or zones is None:
+            return []
+        if stepping:
+            self.lookahead.close()
+            return []
+        return self.lookahead.extend(*timeline.reach(running), zones)
+
     @property
     def follower(self) -> Planned | None:
         """The motion to begin when the present one has ended."""
@@ -70,7 +94,7 @@ class ProgramRun:
         return head if isinstance(head, Planned) else None
 
     def settle(self, executive: Executive, tick: int, cycle_s: float) -> None:
-        """Take the steps that are no motions, once the motion before them has ended."""
+        """Take the steps that move nothing, once the motion before them has ended."""
         if not self.running or not executive.at_motion_end:
             return
         rest_tick = max(executive.timeline.path_rest_tick, self.resume_tick)
@@ -79,6 +103,8 @@ class ProgramRun:
         if isinstance(head, Pause):
             self.resume_tick = rest_tick + round(head.duration_s / cycle_s)
             self._pause = (head.line, rest_tick)
+            self.lookahead.advance()
+        elif isinstance(head, Planned) and head.motion.duration_s == 0.0:
             self.lookahead.advance()
         elif tick >= rest_tick:
             match head:

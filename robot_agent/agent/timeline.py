@@ -2,10 +2,12 @@
 
 import math
 from collections import deque
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+
+import numpy as np
 
 from cell.messages import DriveFeedback
-from robot_agent.agent.planning import Planned
+from robot_agent.agent.planning import Extended, Planned
 from robot_agent.trajectory import Segment
 from robot_agent.trajectory.sources import CorrectedSource, Given
 
@@ -102,6 +104,23 @@ class Timeline:
         """The first tick from which on nothing moves that was ever sent, whether it was accepted or not."""
         return max(block.rest_tick for block in (self.newest, *self._open))
 
+    def reach(self, planned: Planned) -> tuple[float, float]:
+        """The smallest and the largest tau [s] of a motion in the blocks known here; at least one is of that motion."""
+        blocks = [block for block in (*self._accepted, *self._open) if block.planned is planned]
+        taus = np.concatenate([block.segment.tau for block in blocks])
+        return float(taus.min()), float(taus.max())
+
+    def exchange(self, old: Planned, longer: Extended) -> bool:
+        """Let all blocks of the newest motion be blocks of the one that extends it, if they lie in what both share."""
+        if self.newest.planned is not old:
+            return False
+        lowest, highest = self.reach(old)
+        if lowest - longer.cut_s < longer.first_tau or highest - longer.cut_s > longer.splice_s:
+            return False
+        self._accepted = deque(_on(longer, block) if block.planned is old else block for block in self._accepted)
+        self._open = deque(_on(longer, block) if block.planned is old else block for block in self._open)
+        return True
+
     def sent(self, block: SentBlock) -> None:
         self._open.append(block)
 
@@ -135,6 +154,11 @@ class Timeline:
         undecided = self._open if candidate is None else [*self._open, candidate]
         spans.extend(_span(block, block.first_tick, block.rest_tick) for block in undecided)
         return _merged(spans)
+
+
+def _on(longer: Extended, block: SentBlock) -> SentBlock:
+    segment = block.segment
+    return replace(block, planned=longer, segment=replace(segment, tau=segment.tau - longer.cut_s))
 
 
 def _span(block: SentBlock, from_tick: int, until_tick: int) -> Span:

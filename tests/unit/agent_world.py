@@ -86,6 +86,9 @@ class AgentWorld:
             "boot",
         )
         self.events: list[Event] = []
+        self.torques = False
+        """A drive takes torque as feed-forward."""
+        self.signs_of_life: list[SetpointBlock] = []
         self.now = 100.0
         self.tick = 1
         self.enabled = False
@@ -113,6 +116,8 @@ class AgentWorld:
         self.settling = False
         """The gateway still measures a motion, and does not take the robot back."""
         self.asked_last: type | None = None
+        self.plans_held = False
+        self._plans: list[Planned | PlanFailed] = []
         self.answers_held = False
         self._answers: list[AskDone] = []
         self._calls = 0
@@ -155,6 +160,11 @@ class AgentWorld:
         """Let the gateway's answers to the agent's calls arrive."""
         while self._answers:
             self.agent.receive(self._answers.pop(0), self.now)
+
+    def release_plans(self) -> None:
+        """Let the agent have what was planned for it."""
+        while self._plans:
+            self.agent.receive(self._plans.pop(0), self.now)
 
     def _play(self) -> None:
         self.tick += 1
@@ -215,13 +225,15 @@ class AgentWorld:
                 result: Planned | PlanFailed = self.planner.plan(request)
                 if isinstance(result, Planned):
                     self.planned.append(result)
-                self.agent.receive(result, self.now)
+                self._plans.append(result)
+                if not self.plans_held:
+                    self.release_plans()
 
     def _gateway_says(self, id: str, command: Command) -> Reply:
         match command:
             case Claim():
                 axes = self.planner.model.joint_names
-                return Reply(id, True, "yours", ClaimGrant(7, CYCLE_S, self.tick, axes, "gateway"))
+                return Reply(id, True, "yours", ClaimGrant(7, CYCLE_S, self.tick, axes, "gateway", self.torques))
             case EnableDrives():
                 self.enabled = True
             case DisableDrives():
@@ -232,6 +244,8 @@ class AgentWorld:
 
     def _offer(self, block: SetpointBlock) -> None:
         """The gateway's rule in short: still to come, and continuous with what is queued."""
+        if not self.enabled:
+            self.signs_of_life.append(block)
         if self.lose_blocks or not self.enabled:
             return
         self.blocks.append(block)
