@@ -173,4 +173,5 @@ class CellFile(BaseModel):
             times=Times(**{field.name: getattr(self.times, field.name) for field in dataclasses.fields(Times)}),
             on_manager_return=self.on_manager_return,
             digest=digest,
+            conveyors=conveyors,
         )

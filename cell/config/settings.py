@@ -121,3 +121,4 @@ class CellSettings:
     times: Times
     on_manager_return: OnManagerReturn
     digest: str
+    conveyors: dict[str, ConveyorSettings] = field(default_factory=dict)
