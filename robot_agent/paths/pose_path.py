@@ -8,28 +8,19 @@ import numpy as np
 
 from robot_agent.paths.curves import Curve, Numbers, Trimmed, joining
 from robot_agent.paths.legs import Leg, turn_before
+from robot_agent.paths.meeting import SHARPEST_RAD, TANGENT_RAD, Meeting
 from robot_agent.paths.orientation import Orientation, Turn, Window
 from robot_agent.paths.tangential import Tangential, aligned
+from robot_agent.paths.transition import Transition
 
-TANGENT_RAD = 2e-3
-"""Directions that differ by less are one: blending takes care of the rest."""
 BLEND_TOLERANCE_M = 1e-4
 """How far blending a step of the curvature may leave the programmed curve."""
-_SHARPEST_RAD = np.radians(150.0)
-"""A corner that turns back more than this is not rounded: its edge would be so tight that stopping is faster."""
+_LOOKED_AT = 33
 _LONGEST_BLEND_M = 0.05
 _LARGEST_SWING_RAD = 0.5
 """How far the turn taken over from a joint move may lead where it fades; a quarter of it is seen at the tool."""
 _CURVATURE_STEP = 1e-6
 _KINK_RAD = 1e-9
-
-
-@dataclass(frozen=True, slots=True)
-class Blend:
-    """Where a path leaves the programmed curve to join two blocks: the later block, and how far at most [m]."""
-
-    block: int
-    deviation_m: float
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -43,7 +34,8 @@ class PosePath:
     blocks: tuple[int, ...]
     block_ends_m: Numbers
     """`(len(blocks),)` where each block ends."""
-    blends: tuple[Blend, ...]
+    transitions: tuple[Transition, ...]
+    """Between its blocks."""
 
     @property
     def length_m(self) -> float:
@@ -106,11 +98,10 @@ def _joint(legs: list[Leg], number: int) -> float | None:
         return None
     if before.tangential_rad != after.tangential_rad:
         return None
-    ends = before.curve.at(np.array(before.curve.length_m))[1], after.curve.at(np.zeros(()))[1]
-    angle = 2.0 * np.arcsin(min(1.0, float(np.linalg.norm(ends[0] - ends[1])) / 2.0))
+    angle = Meeting.of(before, after).turn_rad
     if angle <= TANGENT_RAD:
         return 0.0
-    if before.round_m is None or before.smooth or after.smooth or angle > _SHARPEST_RAD:
+    if before.round_m is None or before.smooth or after.smooth or angle > SHARPEST_RAD:
         return None
     return min(before.round_m, before.curve.length_m / 2.0, after.curve.length_m / 2.0)
 
@@ -128,7 +119,7 @@ class _Assembly:
         self._windows: list[Window] = []
         self._sections: list[float] = []
         self._ends: dict[int, float] = {}
-        self._blends: list[Blend] = []
+        self._transitions: list[Transition] = []
 
     def path(self) -> PosePath:
         """The whole path."""
@@ -157,7 +148,7 @@ class _Assembly:
             self._orientation(),
             tuple(self._ends),
             np.array(list(self._ends.values())),
-            tuple(self._blends),
+            tuple(self._transitions),
         )
 
     def _orientation(self) -> Orientation | Tangential:
@@ -212,11 +203,18 @@ class _Assembly:
     def _connector(self, bodies: list[Trimmed], number: int) -> tuple[Curve | None, float]:
         """What joins body number - 1 and the next: a round edge, a blend, or nothing; and what it takes from both."""
         before, after, cut = bodies[number - 1], bodies[number], self._cuts[number]
-        if cut:
-            return joining(before.at(np.array(before.length_m)), after.at(np.zeros(())), 2.0 * cut), cut
+        legs = self._legs[number - 1], self._legs[number]
+        meeting = Meeting.of(*legs)
         ends = before.at(np.array(before.length_m)), after.at(np.zeros(()))
+        if cut:
+            edge = joining(*ends, 2.0 * cut)
+            corner = legs[1].curve.at(np.zeros(()))[0]
+            passed = edge.at(np.linspace(0.0, edge.length_m, _LOOKED_AT))[0] - corner
+            self._transitions.append(meeting.rounded(cut, float(np.linalg.norm(passed, axis=1).min())))
+            return edge, cut
         kink, step = (float(np.linalg.norm(ends[1][k] - ends[0][k])) for k in (1, 2))
         if kink <= _KINK_RAD and step <= _CURVATURE_STEP:
+            self._transitions.append(meeting.passed(0.0))
             return None, 0.0
         wide = min(0.45 * before.length_m, 0.45 * after.length_m, _LONGEST_BLEND_M)
         for _ in range(8):
@@ -225,7 +223,7 @@ class _Assembly:
             if away <= BLEND_TOLERANCE_M:
                 break
             wide *= min(0.7, 0.95 * float(np.sqrt(BLEND_TOLERANCE_M / away)))
-        self._blends.append(Blend(self._legs[number].block, away))
+        self._transitions.append(meeting.passed(away))
         return blend, wide
 
 
@@ -244,7 +242,7 @@ def _wide(lead: Turn, turn: Turn, half_m: float) -> float:
 
 def _deviation(blend: Curve, before: Trimmed, after: Trimmed, wide_m: float) -> float:
     """Largest distance [m] of a blend from the two curves that it replaces near their common end."""
-    share = np.linspace(0.0, 1.0, 33)
+    share = np.linspace(0.0, 1.0, _LOOKED_AT)
     position = blend.at(share * blend.length_m)[0]
     along = (2.0 * share - 1.0) * wide_m
     first = before.at(before.length_m + np.minimum(along, 0.0))

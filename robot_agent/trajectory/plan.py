@@ -12,11 +12,13 @@ from robot_agent.paths import JointMove, Line, PathError, Sequence, Spline
 from robot_agent.paths.legs import FlangeMove, legs
 from robot_agent.paths.pose_path import PosePath, pose_paths
 from robot_agent.paths.sequence import Block
+from robot_agent.paths.transition import Continuity, Passing, Transition
 from robot_agent.trajectory.assembly import Kept, assembled
+from robot_agent.trajectory.connected import connected
 from robot_agent.trajectory.errors import PlanError
 from robot_agent.trajectory.follow import follow
 from robot_agent.trajectory.independent import Independent
-from robot_agent.trajectory.joint_path import JointPath, Stretch, connected
+from robot_agent.trajectory.joint_path import JointPath, Stretch
 from robot_agent.trajectory.limits import Limits
 from robot_agent.trajectory.motion import Motion
 from robot_agent.trajectory.moving import Moving
@@ -101,15 +103,21 @@ class _Paths:
         made: list[JointPath | Independent] = [] if known is None else [known]
         for path in self._paths(start, known):
             path = path.later(blocks)
-            before = made[-1] if made else None
-            connection = None
-            if isinstance(before, JointPath) and isinstance(path, JointPath):
-                connection = connected(self._model, self._limits.velocity, before, path)
-            if connection is None:
-                made.append(path)
+            meeting = self._meeting(made[-1], path) if made else path
+            if isinstance(meeting, Transition):
+                made.append(replace(path, transitions=(meeting, *path.transitions)))
             else:
-                made[-1] = connection
+                made[-1:] = [meeting]
         return made
+
+    def _meeting(
+        self, before: JointPath | Independent, path: JointPath | Independent
+    ) -> JointPath | Independent | Transition:
+        """Both in one, or the stop between them."""
+        if isinstance(before, JointPath) and isinstance(path, JointPath):
+            return connected(self._model, self._limits.velocity, before, path)
+        blocks = before.stretches[-1].block, path.stretches[0].block
+        return Transition(*blocks, Continuity.C0, Passing.STOPS, "where joints are not in step each arrives by itself")
 
     def _paths(self, q: NDArray[np.float64], known: JointPath | None) -> list[JointPath | Independent]:
         made: list[JointPath | Independent] = []
@@ -198,9 +206,8 @@ class _Paths:
         corners = float(ends[0]), float(ends[-2]) if len(ends) > 1 else 0.0
         curvature = np.column_stack([made.parameter, made.curvature])
         last = self._blocks[path.blocks[-1]]
-        # a tool that follows the path may have to turn behind it; what is rounded there is rounded in the path already
-        round_m = 0.0 if isinstance(last, FlangeMove) and last.tangential_rad is not None else last.round_m
-        return JointPath(made.pieces, stretches, curvature, path.blends, corners, round_m)
+        transitions, stops_for = path.transitions, _stops_for(last)
+        return JointPath(made.pieces, stretches, curvature, transitions, corners, last.round_m, stops_for)
 
     def _joint_move(self, index: int, block: JointMove, start: NDArray[np.float64]) -> JointPath | Independent | None:
         """A straight line in joint space, or every joint by itself; None where it goes nowhere."""
@@ -215,7 +222,7 @@ class _Paths:
         if not block.synchronised:
             return Independent(start, np.asarray(block.target, dtype=np.float64), stretch)
         pieces = self._straight(start, travel, length, capped=stretch.capped)
-        return JointPath(pieces, (stretch,), np.zeros((0, 2)), (), (length, 0.0), block.round_m)
+        return JointPath(pieces, (stretch,), np.zeros((0, 2)), (), (length, 0.0), block.round_m, _stops_for(block))
 
     def _straight(self, start: NDArray[np.float64], travel: NDArray[np.float64], length: float, capped: bool) -> Pieces:
         """The joints evenly along their way; with the flange's way and turn where these have a cap."""
@@ -251,6 +258,13 @@ class _Paths:
                 reason = str(joint_violation(self._model, int(joint), float(value)))
                 hint = "choose a target inside the joint's range"
                 raise PlanError(index, block.line, reason, hint, joint=name, limit="position")
+
+
+def _stops_for(block: Block) -> str:
+    """Why the robot stops behind a block in any case; empty where the block leaves that to what follows."""
+    if not isinstance(block, JointMove) and block.tangential_rad is not None:
+        return "the tool follows the path up to there and may have to turn"
+    return "a round edge of 0 asks for a stop" if block.round_m == 0.0 else ""
 
 
 def _stretch(end: float, index: int, block: Block, joint_speed: float, on_path: bool) -> Stretch:

@@ -109,6 +109,8 @@ def test_splices_are_the_old_motion_up_to_them_and_the_new_one_behind() -> None:
         np.testing.assert_allclose(longer.ends, [*ended - first, *onward.ends + at - first], atol=1e-9)
         assert (np.diff(longer.ends) > 0.1).all()
         assert len(longer.rests) == 2
+        borders = [(each.before, each.block) for each in longer.transitions]
+        assert borders == [(k, k + 1) for k in range(len(longer.ends) - 1)]
         whole, at, first = longer, float(longer.ends[-2]) - 0.1, 0.3
 
 

@@ -56,8 +56,7 @@ def test_line_into_arc_is_one_motion_whose_curvature_is_blended_within_the_toler
     arc = Arc(at(y_mm=200 + 70.710678, z_mm=29.289322), at(y_mm=300, z_mm=100), 2)
     motion = planned(Line(at(y_mm=200), 0.3, 1), arc)
     assert stops(motion) == 0
-    (blend,) = motion.blends
-    assert blend.block == 1
+    (blend,) = motion.transitions
     assert 0.0 < blend.deviation_m <= BLEND_TOLERANCE_M
 
 
