@@ -46,7 +46,10 @@ def off_the_round(world: AgentWorld, since: int) -> float:
     return float(np.hypot(across - RADIUS_M, x - 1.0).max())
 
 
-def test_endless_round_of_66_tangential_moves_never_stops() -> None:
+def test_endless_round_of_66_tangential_moves_never_stops_and_what_is_kept_does_not_grow(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(lookahead, "_KEPT_S", 1.0)
     world = on_its_rounds()
     since = len(world.played)
     world.run(11.0 * ROUND_S)
@@ -57,12 +60,6 @@ def test_endless_round_of_66_tangential_moves_never_stops() -> None:
     limits, q = world.planner.limits, np.array(world.played[since:])
     for order, limit in enumerate((limits.velocity, limits.acceleration, limits.jerk), 1):
         assert (np.abs(np.diff(q, order, axis=0)).max(axis=0) < 1.001 * limit * CYCLE_S**order + 1e-9).all()
-
-
-def test_what_is_kept_of_an_endless_motion_does_not_grow(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(lookahead, "_KEPT_S", 1.0)
-    world = on_its_rounds()
-    until(world, lambda: len(extensions(world)) > 3)
     sizes = [len(each.sweep.points) for each in extensions(world)]
     assert max(sizes[2:]) < 1.05 * sizes[1]
 
