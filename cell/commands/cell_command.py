@@ -22,7 +22,7 @@ _COMMANDS = {
     "drives": Place("drives", "drives", f"cell drives -f {FILE}"),
     "manager": Place("manager", "manager", f"cell manager {FILE}"),
     "enable": Place("robot", "enable", f"cell enable left -f {FILE}"),
-    "run": Place("robot", "run", f"cell run left -f {FILE}"),
+    "run": Place("robot", "run", f"cell run left right -f {FILE}"),
     "halt": Place("robot", "halt", f"cell halt left -f {FILE}"),
     "continue": Place("robot", "continue_", f"cell continue left -f {FILE}"),
     "step": Place("robot", "step", f"cell step left -f {FILE}"),

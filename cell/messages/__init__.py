@@ -38,7 +38,8 @@ from cell.messages.commands import (
     Who,
     WriteObject,
 )
-from cell.messages.common import Heard, Token, TokenGone
+from cell.messages.common import CellTime, Heard, Token, TokenGone
+from cell.messages.correction import ConveyorCount, Correction
 from cell.messages.drives import AxisStatus, DriveFeedback, PlayoutState
 from cell.messages.estop import Estop
 from cell.messages.event import Event, Severity
@@ -57,11 +58,14 @@ __all__ = [
     "Body",
     "BusCounters",
     "Call",
+    "CellTime",
     "Claim",
     "ClaimGrant",
     "ClearZone",
     "Command",
     "Continue",
+    "ConveyorCount",
+    "Correction",
     "Disable",
     "DisableDrives",
     "DriveFeedback",

@@ -1,16 +1,18 @@
 """The process image on the bus, in one place: what the gateway and the drive of one axis exchange.
 
 The command (controlword and target position) and the status (statusword and actual position) act on every SYNC. What an
-axis has beyond that (a velocity offset, digital inputs) is in PDOs of its own. The image is written to a node by SDO; a
-node obeys what it is given and need not know this file.
+axis has beyond that (velocity and torque offset, digital inputs) is in PDOs of its own. The image is written to a node
+by SDO; a node obeys what it is given and need not know this file.
 
 A drives file may give the first PDOs of its nodes to motions of their own (`profile_pdos`); command and status then are
 the fourth.
 """
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from struct import Struct
 
+from drive_gateway.canopen.axis_objects import PDO_SPAN, index_of
 from drive_gateway.canopen.bus_load import frame_bits
 from drive_gateway.canopen.cob_id import RPDO1, TPDO1
 from drive_gateway.canopen.frame import CanFrame
@@ -20,6 +22,7 @@ STATUSWORD = 0x6041
 TARGET_POSITION = 0x607A
 POSITION_ACTUAL = 0x6064
 VELOCITY_OFFSET = 0x60B1
+TORQUE_OFFSET = 0x60B2
 INTERPOLATION_DATA = 0x60C1
 DIGITAL_INPUTS = 0x60FD
 
@@ -30,12 +33,14 @@ ON_EVENT = 254
 DISABLED = 1 << 31
 """Bit 31 of a PDO's COB-ID: the PDO does not exist."""
 PDOS = range(1, 5)
-"""A node has up to four PDOs in each direction."""
+"""An axis has up to four PDOs in each direction."""
 
 COMMAND = Struct("<Hi")
 """Controlword, target position [counts]."""
 OFFSET = Struct("<i")
 """Velocity offset [counts/s]."""
+OFFSETS = Struct("<ih")
+"""Velocity offset [counts/s], torque offset [per mille of the motor's rated torque]."""
 STATUS = Struct("<Hi")
 """Statusword, position actual [counts]."""
 INPUTS = Struct("<I")
@@ -63,10 +68,13 @@ class Pdo:
     every: int = EVERY_SYNC
     period_s: float = 0.0
     """Of a PDO of type `ON_EVENT`."""
+    axis: int = 1
+    """Whose the PDO is; its `number` counts from the first one of this axis."""
 
     @property
     def cob_id(self) -> int:
-        return (RPDO1 if self.receive else TPDO1) + 0x100 * (self.number - 1) + self.node_id
+        """Predefined connection set: axis 1 has the identifiers of its Node-ID, the next axis those of the next one."""
+        return (RPDO1 if self.receive else TPDO1) + 0x100 * (self.number - 1) + self.node_id + self.axis - 1
 
     @property
     def data_bytes(self) -> int:
@@ -74,7 +82,7 @@ class Pdo:
 
     def writes(self) -> list[SdoWrite]:
         """Disable, type, times, no entries, entries, count, enable: a node refuses any other order."""
-        mapping = (0x1600 if self.receive else 0x1A00) + self.number - 1
+        mapping = self._record(0x1600 if self.receive else 0x1A00)
         return [
             self.unlinked(),
             SdoWrite(self._communication, 2, _u8(self.every)),
@@ -99,7 +107,10 @@ class Pdo:
 
     @property
     def _communication(self) -> int:
-        return (0x1400 if self.receive else 0x1800) + self.number - 1
+        return self._record(0x1400 if self.receive else 0x1800)
+
+    def _record(self, first: int) -> int:
+        return first + PDO_SPAN * (self.axis - 1) + self.number - 1
 
 
 @dataclass(frozen=True, slots=True)
@@ -109,7 +120,7 @@ class ProcessImage:
     command: Pdo
     status: Pdo
     offset: Pdo | None = None
-    """To the drive: feed-forward."""
+    """To the drive: feed-forward of velocity, or of velocity and torque."""
     inputs: Pdo | None = None
     """From the drive: its digital inputs, every few SYNCs."""
     profile: tuple[Pdo, ...] = ()
@@ -134,32 +145,42 @@ class ProcessImage:
     def _cyclic(self) -> tuple[Pdo, ...]:
         return tuple(pdo for pdo in (self.command, self.offset, self.status, self.inputs) if pdo is not None)
 
-    def frames(self, controlword: int, target: int, velocity: int) -> list[CanFrame]:
-        """The command of one cycle: target [counts] and velocity [counts/s]."""
+    def frames(self, controlword: int, target: int, velocity: int, torque: int) -> list[CanFrame]:
+        """The command of one cycle: target [counts], velocity [counts/s] and torque [per mille of the rated one]."""
         command = CanFrame(self.command.cob_id, COMMAND.pack(controlword, target))
         if self.offset is None:
             return [command]
-        return [CanFrame(self.offset.cob_id, OFFSET.pack(velocity)), command]
+        both = self.offset.data_bytes == OFFSETS.size
+        data = OFFSETS.pack(velocity, torque) if both else OFFSET.pack(velocity)
+        return [CanFrame(self.offset.cob_id, data), command]
 
 
 def process_image(
     node_id: int,
     *,
+    axis: int = 1,
     interpolated: bool = False,
     velocity_offset: bool = False,
+    torque_offset: bool = False,
     inputs_every: int = 0,
     profile: tuple[Pdo, ...] = (),
 ) -> ProcessImage:
-    """The image of one axis; its inputs come with each `inputs_every`-th SYNC (1 to 240), or never (0)."""
+    """The image of one axis; its inputs come with each `inputs_every`-th SYNC (1 to 240), or never (0).
+
+    A torque offset goes beside the velocity offset, never alone.
+    """
     first, second = (4, 3) if profile else (1, 2)
     index, sub = target_object(interpolated)
-    target = _entry(index, 32) | sub << 8
-    inputs = (_entry(DIGITAL_INPUTS, 32),)
+
+    def pdo(number: int, receive: bool, *entries: int, every: int = EVERY_SYNC) -> Pdo:
+        return Pdo(number, receive, node_id, entries_of(entries, axis), every, axis=axis)
+
+    offsets = [_entry(VELOCITY_OFFSET, 32)] * velocity_offset + [_entry(TORQUE_OFFSET, 16)] * torque_offset
     return ProcessImage(
-        command=Pdo(first, True, node_id, (_entry(CONTROLWORD, 16), target)),
-        status=Pdo(first, False, node_id, (_entry(STATUSWORD, 16), _entry(POSITION_ACTUAL, 32))),
-        offset=Pdo(second, True, node_id, (_entry(VELOCITY_OFFSET, 32),)) if velocity_offset else None,
-        inputs=Pdo(second, False, node_id, inputs, inputs_every) if inputs_every else None,
+        command=pdo(first, True, _entry(CONTROLWORD, 16), _entry(index, 32) | sub << 8),
+        status=pdo(first, False, _entry(STATUSWORD, 16), _entry(POSITION_ACTUAL, 32)),
+        offset=pdo(second, True, *offsets) if offsets else None,
+        inputs=pdo(second, False, _entry(DIGITAL_INPUTS, 32), every=inputs_every) if inputs_every else None,
         profile=profile,
     )
 
@@ -169,11 +190,16 @@ def target_object(interpolated: bool) -> tuple[int, int]:
     return (INTERPOLATION_DATA, 1) if interpolated else (TARGET_POSITION, 0)
 
 
-def unused(node_id: int, linked: tuple[Pdo, ...]) -> list[SdoWrite]:
-    """Every other PDO is taken off the bus: what a drive has from its factory may collide with another node."""
+def entries_of(entries: Iterable[int], axis: int) -> tuple[int, ...]:
+    """Mapping entries of axis 1 as those of `axis`."""
+    return tuple(index_of(entry >> 16, axis) << 16 | entry & 0xFFFF for entry in entries)
+
+
+def unused(node_id: int, linked: tuple[Pdo, ...], axis: int = 1) -> list[SdoWrite]:
+    """Every other PDO of the axis is taken off the bus: what it has from its factory may collide with another node."""
     used = {(pdo.receive, pdo.number) for pdo in linked}
     return [
-        Pdo(number, receive, node_id, ()).unlinked()
+        Pdo(number, receive, node_id, (), axis=axis).unlinked()
         for receive in (True, False)
         for number in PDOS
         if (receive, number) not in used

@@ -8,6 +8,7 @@ from pydantic import BaseModel, Field, ValidationInfo, field_validator
 
 from cell.config.fields import FileName
 from cell.config.units import STRICT, Number, Positive, PositiveLength, Seconds, in_si
+from drive_gateway.canopen.axis_objects import AXES
 from drive_gateway.config.object_address import ObjectAddress, address_of
 from drive_gateway.config.settings import (
     AxisSettings,
@@ -15,6 +16,7 @@ from drive_gateway.config.settings import (
     HomingSettings,
     IdentitySettings,
     InputSettings,
+    TorqueSettings,
 )
 
 
@@ -90,6 +92,7 @@ class AxisEntry(BaseModel):
     model_config = STRICT
     type: Literal["rotary", "linear"] = Field("rotary", description="rotary, or linear for an axis that slides")
     node: int = Field(ge=1, le=127, description="CANopen node-ID, 1 to 127")
+    axis: int = Field(default=1, ge=1, le=AXES, description="which axis of its node, 1 to 3")
     feed: PositiveLength | None = Field(None, description="way of a linear axis per turn behind the gear")
     gear: float = Field(ge=1e-3, le=1e6, description="motor turns per turn of the axis, or of what drives a linear one")
     counts_per_turn: int = Field(gt=0, le=2**40, description="encoder counts per motor turn")
@@ -107,6 +110,9 @@ class AxisEntry(BaseModel):
     limits: tuple[Number, Number] | None = Field(
         default=None, description="lowest and highest axis position, which the drive keeps too (607Dh)"
     )
+    limit_switches: tuple[Number, Number] | None = Field(
+        default=None, description="lower and upper axis position of its limit switches, which its drive shows in 60FDh"
+    )
     encoder_check: EncoderCheckEntry = Field(
         default=EncoderCheckEntry(), description="how an absolute encoder is checked after each start"
     )
@@ -115,8 +121,13 @@ class AxisEntry(BaseModel):
         default="cyclic",
         description="mode in which blocks are played: cyclic synchronous position, or interpolated position",
     )
-    feed_forward: Literal["none", "velocity"] = Field(
-        default="none", description="velocity: each sample's velocity goes to the drive as its offset (60B1h)"
+    rated_torque_nm: Annotated[float, Field(gt=0, le=2**32 / 1000)] | None = Field(
+        default=None, description="rated torque of the motor [Nm], as the drive must show it (6076h)"
+    )
+    feed_forward: Literal["none", "velocity", "torque"] = Field(
+        default="none",
+        description="velocity: each sample's velocity goes to the drive as its offset (60B1h); torque: its torque too "
+        "(60B2h)",
     )
     identity: IdentityEntry = Field(default=IdentityEntry(), description="which drive must be at this node")
     error_control: Literal["heartbeat", "guarding"] = Field(
@@ -135,7 +146,7 @@ class AxisEntry(BaseModel):
     def _homing_si(cls, homing: HomingEntry | None, info: ValidationInfo) -> HomingEntry | None:
         return None if homing is None else homing.in_si(info.data.get("type") == "linear", info)
 
-    @field_validator("limits")
+    @field_validator("limits", "limit_switches")
     @classmethod
     def _limits_si(cls, limits: tuple[float, float] | None, info: ValidationInfo) -> tuple[float, float] | None:
         if limits is None:
@@ -158,6 +169,7 @@ class AxisEntry(BaseModel):
         return AxisSettings(
             name=name,
             node_id=self.node,
+            number=self.axis,
             counts_per_unit=self.counts_per_unit(),
             offset=self.offset,
             speed=self.speed,
@@ -169,15 +181,27 @@ class AxisEntry(BaseModel):
             index_counts=self.counts_per_turn,
             linear=self.linear,
             limits=self.limits,
+            limit_switches=self.limit_switches,
             inputs=None if self.inputs is None else self.inputs.settings(),
             interpolated=self.mode == "interpolated",
-            velocity_offset=self.feed_forward == "velocity",
+            velocity_offset=self.feed_forward != "none",
+            torque=self._torque(),
+            torque_offset=self.feed_forward == "torque",
             identity=self.identity.settings(),
             guarded=self.error_control == "guarding",
             incremental=self.encoder == "incremental",
             absolute=self._absolute() if self.encoder == "absolute" else None,
             homing=None if self.homing is None else self.homing.settings(),
             eds="" if self.eds is None else str(folder / self.eds),
+        )
+
+    def _torque(self) -> TorqueSettings | None:
+        if self.rated_torque_nm is None:
+            return None
+        shaft_per_axis = self.gear * 2 * math.pi / self.feed if self.feed else self.gear
+        return TorqueSettings(
+            rated_mnm=round(1000 * self.rated_torque_nm),
+            per_mille=1000 * self.direction / (shaft_per_axis * self.rated_torque_nm),
         )
 
     def _absolute(self) -> EncoderSettings:

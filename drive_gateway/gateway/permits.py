@@ -4,8 +4,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from cell.messages.drives import AxisStatus
+from drive_gateway.gateway.drive import Drive
 from drive_gateway.gateway.inputs import InputKind, OpenInput
-from drive_gateway.gateway.node import Node
+from drive_gateway.gateway.limit_switches import LimitSwitch
 from drive_gateway.gateway.power import Power, PowerState
 from drive_gateway.gateway.setup_desk import SetupDesk
 from drive_gateway.gateway.trouble import Trouble
@@ -31,7 +32,7 @@ class Permits:
         setup: what they do by themselves.
     """
 
-    def __init__(self, robot: str, nodes: Sequence[Node], power: Power, watch: Watch, setup: SetupDesk) -> None:
+    def __init__(self, robot: str, nodes: Sequence[Drive], power: Power, watch: Watch, setup: SetupDesk) -> None:
         self._robot = robot
         self._nodes = nodes
         self._power = power
@@ -65,6 +66,8 @@ class Permits:
             return f"{self._robot} is not referenced: {_missing(lost)}"
         if operational and self.inputs:
             return f"{self._robot} stays off: {self._open()}"
+        if operational and self._watch.limit_switches:
+            return f"{self._robot} stays off: {_at_ends(self._watch.limit_switches)}"
         if not operational or not self._power.all_in(AxisStatus.SWITCH_ON_DISABLED):
             return f"{self._robot} cannot be enabled, all nodes must be in SWITCH_ON_DISABLED: {self.said()}"
         return ""
@@ -110,7 +113,11 @@ class Permits:
         return "; ".join(node.said() for node in self._nodes)
 
 
-def _missing(nodes: Sequence[Node]) -> str:
+def _at_ends(switches: Sequence[LimitSwitch]) -> str:
+    return "; ".join(f"{switch.text}, {switch.remedy}" for switch in switches)
+
+
+def _missing(nodes: Sequence[Drive]) -> str:
     """What each axis needs, axes that need the same together."""
     names: dict[str, list[str]] = {}
     for node in nodes:

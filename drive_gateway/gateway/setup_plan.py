@@ -9,11 +9,12 @@ from drive_gateway.cia402.setup_objects import SetupOrder, homing_order, positio
 from drive_gateway.cia402.units import INT32_MAX, INT32_MIN
 from drive_gateway.config.settings import AxisSettings
 from drive_gateway.errors import GatewayError
+from drive_gateway.gateway.drive import Drive
 from drive_gateway.gateway.group import DriveGroup
-from drive_gateway.gateway.node import Node
+from drive_gateway.gateway.limit_switches import limit_switches
 from drive_gateway.gateway.setup_motion import SETUP_SHARE, SetupMotion
 
-Plan = tuple[SetupMotion, Sequence[Node]]
+Plan = tuple[SetupMotion, Sequence[Drive]]
 
 
 class SetupRefused(GatewayError):
@@ -27,7 +28,7 @@ def homing_motion(group: DriveGroup, names: Sequence[str], now: float) -> Plan:
         SetupRefused: an axis does not exist or cannot home.
     """
     chosen = _nodes(group, names) if names else [node for node in group.nodes if node.axis.homing is not None]
-    orders: dict[int, list[tuple[Node, SetupOrder]]] = {}
+    orders: dict[int, list[tuple[Drive, SetupOrder]]] = {}
     for node in chosen:
         homing = node.axis.homing
         if homing is None:
@@ -44,8 +45,8 @@ def move_motion(group: DriveGroup, call: MoveAxes, now: float) -> Plan:
     """All axes of the call from rest to rest in the same time.
 
     Raises:
-        SetupRefused: unknown axis, speed outside 0 to 1, an absolute target of an axis that is not referenced, or a
-            target outside the drive's counts.
+        SetupRefused: unknown axis, speed outside 0 to 1, an absolute target of an axis that is not referenced, a target
+            outside the drive's counts or the limits, or a way into a limit switch.
     """
     nodes = _nodes(group, list(call.targets))
     if not nodes or not 0.0 < call.speed <= 1.0:
@@ -66,6 +67,7 @@ def move_motion(group: DriveGroup, call: MoveAxes, now: float) -> Plan:
         if not INT32_MIN <= target <= INT32_MAX:
             raise SetupRefused(f"{node.label}: {target} counts; allowed are 32 bits")
         _keep_limits(node.axis, node.reference.known, group.watch.position[group.nodes.index(node)] + distance)
+        _leave_switches(node, distance * node.axis.counts_per_unit, now)
         if call.by_velocity:
             orders.append((node, velocity_order(node.axis, motion, ramp)))
         else:
@@ -83,7 +85,14 @@ def _keep_limits(axis: AxisSettings, referenced: bool, position: float) -> None:
     raise SetupRefused(f"{axis.name} would go to {factor * position:.6g} {unit}; allowed are {low} to {high}")
 
 
-def _nodes(group: DriveGroup, names: Sequence[str]) -> list[Node]:
+def _leave_switches(node: Drive, way: float, now: float) -> None:
+    """An axis at a limit switch may only go away from it."""
+    for switch in limit_switches([node], now):
+        if switch.forbids(way):
+            raise SetupRefused(f"{switch.text}; {switch.remedy}")
+
+
+def _nodes(group: DriveGroup, names: Sequence[str]) -> list[Drive]:
     by_name = {node.axis.name: node for node in group.nodes}
     unknown = [name for name in names if name not in by_name]
     if unknown:
@@ -91,5 +100,5 @@ def _nodes(group: DriveGroup, names: Sequence[str]) -> list[Node]:
     return [by_name[name] for name in names]
 
 
-def _names(nodes: Sequence[Node]) -> str:
+def _names(nodes: Sequence[Drive]) -> str:
     return ", ".join(node.axis.name for node in nodes)

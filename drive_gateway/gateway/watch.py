@@ -7,7 +7,9 @@ import numpy as np
 from cell.messages.drives import AxisStatus
 from drive_gateway.cia402.units import AxisUnits
 from drive_gateway.config.settings import GatewaySettings
+from drive_gateway.gateway.drive import Drive
 from drive_gateway.gateway.event_log import EventLog
+from drive_gateway.gateway.limit_switches import LimitSwitch, limit_switches
 from drive_gateway.gateway.measurement import Floats, FollowingMonitor, RestDetector
 from drive_gateway.gateway.node import Node
 from drive_gateway.gateway.power import Power, PowerState
@@ -26,7 +28,7 @@ class Watch:
         log: where news is told that is no trouble.
     """
 
-    def __init__(self, nodes: Sequence[Node], power: Power, settings: GatewaySettings, log: EventLog) -> None:
+    def __init__(self, nodes: Sequence[Drive], power: Power, settings: GatewaySettings, log: EventLog) -> None:
         axes = [node.axis for node in nodes]
         self.position: Floats = np.zeros(len(axes))
         self.velocity: Floats = np.zeros(len(axes))
@@ -34,6 +36,8 @@ class Watch:
         """Every axis has been measured at least once."""
         self.standing = False
         """Measured at rest."""
+        self.limit_switches: tuple[LimitSwitch, ...] = ()
+        """Those that end a motion now."""
         self._nodes = nodes
         self._power = power
         self._log = log
@@ -66,22 +70,28 @@ class Watch:
         `demand` `(n,)` [rad or m] is the sample that the measurement answers.
         """
         for node in self._nodes:
-            yield from node.check()
-            self._attend(node, now)
+            yield from node.node.check()
+            self._attend(node.node, now)
             if node.status in _FAULT and not self._in_fault:
                 yield _fault_of(node)
+        self.limit_switches = tuple(limit_switches(self._nodes, now))
         if self._power.state is not PowerState.ON:
             self._following.forget()
             return
+        for switch in self.limit_switches:
+            yield switch.trouble
         for node in self._nodes:
-            if node.status is not AxisStatus.OPERATION_ENABLED:
+            if (
+                all(node is not switch.node for switch in self.limit_switches)
+                and node.status is not AxisStatus.OPERATION_ENABLED
+            ):
                 text = f"{node.label} left Operation Enabled, it is in {node.status.name}"
                 yield Trouble("left_enabled", text, "check the drive's enable inputs", node.axis.node_id)
         found = self._following.update(self.position, demand, now)
         if found is not None:
             yield _following_error(self._nodes[found[0]], found[1])
 
-    def _judge(self, node: Node, counts: int) -> None:
+    def _judge(self, node: Drive, counts: int) -> None:
         """After a start: does an absolute encoder show where the axis was? It must stand to be compared."""
         reference = node.reference
         if reference.judged or not node.operational or (reference.compares and not self.standing):
@@ -103,7 +113,7 @@ class Watch:
         node.told_problem = node.problem
 
 
-def _fault_of(node: Node) -> Trouble:
+def _fault_of(node: Drive) -> Trouble:
     emergency = node.emergency
     reason = "no emergency code" if emergency is None else f"{emergency.code:04X}h {emergency.meaning}"
     remedy = "look at the drive's display" if emergency is None else emergency.remedy
@@ -111,6 +121,6 @@ def _fault_of(node: Node) -> Trouble:
     return Trouble("drive_fault", f"{node.label} is in fault: {reason}", remedy, node.axis.node_id, code)
 
 
-def _following_error(node: Node, error: float) -> Trouble:
+def _following_error(node: Drive, error: float) -> Trouble:
     text = f"{node.label} is {error:.4g} beside its command, allowed {node.axis.following_window:.4g}"
     return Trouble("following_error", text, "look for a collision or a blocked axis, then reset", node.axis.node_id)

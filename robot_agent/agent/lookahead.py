@@ -23,7 +23,10 @@ from robot_agent.language import (
     Pause,
     Program,
     ProgramFault,
+    SplineStep,
     Step,
+    TrackingOff,
+    TrackingOn,
 )
 
 _PLANNED_AHEAD = 3
@@ -49,7 +52,7 @@ class Waiting:
     line: int
 
 
-Item = Planned | PlanFailed | Waiting | Pause | Finished | ProgramFault
+Item = Planned | PlanFailed | Waiting | Pause | TrackingOn | TrackingOff | Finished | ProgramFault
 
 
 class Lookahead:
@@ -91,6 +94,11 @@ class Lookahead:
     def advance(self) -> None:
         """The head is being executed; what follows becomes the head."""
         self._items.popleft()
+
+    def advance_from(self, q: NDArray[np.float64]) -> None:
+        """The head is done with the robot at rest at `q` `(n,)`, where nobody knew that it would be."""
+        self._end = q
+        self.advance()
 
     def planned(self, result: Planned | PlanFailed) -> None:
         """Take the worker's result; a result for a program that was stopped meanwhile is dropped."""
@@ -194,19 +202,28 @@ class Lookahead:
         return tuple(steps)
 
     def _blocked(self) -> bool:
-        """Behind a motion without a plan, or behind the end, nothing can be planned."""
-        return any(isinstance(item, Waiting | PlanFailed | Finished | ProgramFault) for item in self._items)
+        """Behind a motion without a plan, where a correction ends, or behind the end, nothing can be planned."""
+        ends = Waiting | PlanFailed | TrackingOff | Finished | ProgramFault
+        return any(isinstance(item, ends) for item in self._items)
 
 
 def _may_go_on(step: MotionStep, following: MotionStep) -> bool:
     """Whether two moves may join without a stop: by a round edge, or because they are tangential.
 
     A joint move behind a move of the flange needs all its joints named: where the flange move leaves the others is not
-    known before it is planned. Where TANG changes, the tool may have to turn before the robot goes on.
+    known before it is planned. A spline takes its direction from a joint move next to it. Where TANG changes, the tool
+    may have to turn before the robot goes on.
     """
-    if isinstance(following, JointStep) and not isinstance(step, JointStep):
+    if isinstance(following, JointStep):
         incomplete = following.joints is not None and None in following.joints
-        return bool(step.pace.round_m) and not incomplete
-    if isinstance(step, JointStep) or isinstance(following, JointStep):
-        return bool(step.pace.round_m)
+        if isinstance(step, JointStep):
+            return bool(step.pace.round_m)
+        return not incomplete and (bool(step.pace.round_m) or _takes_directions(step, step))
+    if isinstance(step, JointStep):
+        return bool(step.pace.round_m) or _takes_directions(following, step)
     return step.pace.round_m != 0.0 and step.tangential_rad == following.tangential_rad
+
+
+def _takes_directions(move: MotionStep, first: MotionStep) -> bool:
+    """Whether a move takes over the direction of a joint move next to it, and the first of both asks for no stop."""
+    return isinstance(move, SplineStep) and move.tangential_rad is None and first.pace.round_m is None

@@ -92,6 +92,8 @@ class Pace:
         return _StepEnd(planned, float(behind[0]), False) if len(behind) else None
 
     def step_done(self, newest: SentBlock) -> bool:
-        """Whether the newest accepted block ends where the step does; to be asked when it is at rest."""
+        """Whether the newest accepted block ends where the step does; to be asked when path time stands."""
         end = self._end
-        return end is not None and newest.planned is end.planned and abs(newest.segment.stop_tau - end.tau) <= _AT_END_S
+        return (
+            end is not None and newest.path is end.planned and abs(newest.path_segment.stop_tau - end.tau) <= _AT_END_S
+        )

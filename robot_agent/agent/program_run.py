@@ -9,7 +9,7 @@ from robot_agent.agent.executive import Executive
 from robot_agent.agent.lookahead import Lookahead, Waiting
 from robot_agent.agent.planning import Extended, PlanFailed, Planned
 from robot_agent.agent.timeline import SentBlock
-from robot_agent.language import Finished, Pause, Program, ProgramFault
+from robot_agent.language import Finished, Pause, Program, ProgramFault, TrackingOff, TrackingOn
 
 
 class ProgramRun:
@@ -24,6 +24,12 @@ class ProgramRun:
         self.waited_s: dict[str, float] = {}
         self.resume_tick = 0
         """A programmed pause lasts until this tick."""
+        self.correction = ""
+        """What is measured under this name is followed; empty for nothing."""
+        self.correction_ends = False
+        """The program waits for the correction to come to rest."""
+        self.starting = False
+        """The first motion is still to come, and has to begin exactly at `resume_tick`."""
         self._pause = (0, 0)
         """Line of the newest pause and the tick at which it begins."""
 
@@ -31,24 +37,32 @@ class ProgramRun:
     def running(self) -> bool:
         return self.state is ProgramState.RUNNING
 
-    def start(self, q: NDArray[np.float64]) -> None:
-        """Begin at the first line; the robot stands at `q` `(n,)`."""
+    def start(self, q: NDArray[np.float64], at_tick: int | None = None) -> None:
+        """Begin at the first line, with `at_tick` exactly then; the robot stands at `q` `(n,)`."""
         self.state, self.error, self.line = ProgramState.RUNNING, "", 0
         self.waited_s = {}
-        self.resume_tick, self._pause = 0, (0, 0)
+        self.resume_tick, self._pause = at_tick or 0, (0, 0)
+        self.starting = at_tick is not None
+        self.correction = ""
         self.lookahead.start(self._program, q)
 
     def fail(self, why: str) -> None:
         """End a running program before its end."""
         if self.running:
             self.state, self.error = ProgramState.FAILED, why
+        self.correction, self.correction_ends = "", False
         self.lookahead.stop()
 
     def accepted(self, block: SentBlock) -> None:
         """The gateway has accepted a block; when it begins the next motion, that one is no longer ahead."""
         head = self.lookahead.head
-        if isinstance(head, Planned) and head.motion is block.planned.motion:
+        if isinstance(head, Planned) and head.motion is block.path.motion:
             self.lookahead.advance()
+            self.starting = False
+
+    def start_missed(self, tick: int) -> bool:
+        """Whether the first motion has not begun at the tick at which it had to."""
+        return self.running and self.starting and tick > self.resume_tick
 
     def planned(self, result: Planned | PlanFailed, executive: Executive | None, stepping: bool) -> None:
         """Take the worker's result: a motion to come, or one in place of the motion that runs; not while stepping."""
@@ -87,7 +101,8 @@ class ProgramRun:
         """Take the steps that move nothing, once the motion before them has ended."""
         if not self.running or not executive.at_motion_end:
             return
-        rest_tick = max(executive.timeline.rest_tick, self.resume_tick)
+        rest_tick = max(executive.timeline.path_rest_tick, self.resume_tick)
+        self.correction_ends = False
         head = self.lookahead.head
         if isinstance(head, Pause):
             self.resume_tick = rest_tick + round(head.duration_s / cycle_s)
@@ -97,8 +112,13 @@ class ProgramRun:
             self.lookahead.advance()
         elif tick >= rest_tick:
             match head:
+                case TrackingOn(name=name):
+                    self.correction = name
+                    self.lookahead.advance()
+                case TrackingOff():
+                    self.correction_ends = True
                 case Finished(line):
-                    self.state, self.line = ProgramState.DONE, line
+                    self.state, self.line, self.correction = ProgramState.DONE, line, ""
                     self.lookahead.stop()
                 case ProgramFault(line, text) | PlanFailed(line=line, text=text):
                     self.line = line
@@ -106,12 +126,19 @@ class ProgramRun:
                 case _:
                     pass
 
+    def corrected_to(self, q: NDArray[np.float64]) -> None:
+        """A correction has ended, with the robot at rest at `q` `(n,)`: the program goes on from there."""
+        self.correction = ""
+        if self.correction_ends:
+            self.correction_ends = False
+            self.lookahead.advance_from(q)
+
     def follow(self, playing: SentBlock, tick: int) -> None:
         """Note the line of the motion or the pause that is played at a tick."""
         if not self.running:
             return
         line, begin = self._pause
-        moving = playing.planned.line_at(float(playing.segment.tau[playing.index(tick)]))
+        moving = playing.path.line_at(playing.path_segment.state(max(0, tick - playing.first_tick)).tau)
         if line > 0 and max(begin, playing.first_tick) <= tick and playing.first_tick < self.resume_tick:
             self.line = line
         elif moving > 0:
@@ -119,6 +146,8 @@ class ProgramRun:
 
     def why_idle(self, tick: int, cycle_s: float) -> str:
         """Why a robot at rest does not move although its program runs; empty when that is not the program's doing."""
+        if self.starting and tick <= self.resume_tick:
+            return f"the common start, in {(self.resume_tick - tick) * cycle_s:.1f} s"
         if self._pause[1] <= tick < self.resume_tick:
             return f"WAIT, {(self.resume_tick - tick) * cycle_s:.1f} s left"
         if isinstance(self.lookahead.head, Waiting):

@@ -81,14 +81,17 @@ class _Shell:
         self._said = ""
         self._worker: PlanWorker | None = None
         self._calls: Calls | None = None
-        self._states = session.watch("manager/state", "zone/*", f"robot/{robot}/drives", f"robot/{robot}/jog")
+        mine = f"robot/{robot}"
+        self._states = session.watch(
+            "manager/state", "zone/*", "conveyor/*", f"{mine}/drives", f"{mine}/jog", f"{mine}/correction/*"
+        )
         self._estops = session.queue("estop")
         self.ended = threading.Event()
         self.exit_code = 0
 
     def inbox(self) -> list[object]:
         """Everything that arrived since the last step."""
-        messages: list[object] = [*self._states.take_new(), *self._estops.take(), *self._session.outcomes()]
+        messages: list[object] = [*self._states.take_arrived(), *self._estops.take(), *self._session.outcomes()]
         if self._calls is not None:
             messages.extend(self._calls.take())
         if self._worker is not None:

@@ -7,8 +7,19 @@ from dataclasses import dataclass, replace
 from cell.messages import DriveFeedback
 from robot_agent.agent.planning import Extended, Planned
 from robot_agent.trajectory import Segment
+from robot_agent.trajectory.sources import CorrectedSource, Given
 
 _KEPT_TICKS = 250
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Followed:
+    """The planned motion that a corrected block follows, and where on it each of its samples is."""
+
+    planned: Planned
+    given: Given
+    source: CorrectedSource
+    """What gives the next block."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -19,6 +30,23 @@ class SentBlock:
     first_tick: int
     planned: Planned
     segment: Segment
+    followed: Followed | None = None
+    """For a corrected block, whose `planned` and `segment` are only its samples."""
+
+    @property
+    def path(self) -> Planned:
+        """The motion that the program means."""
+        return self.planned if self.followed is None else self.followed.planned
+
+    @property
+    def path_segment(self) -> Segment:
+        """How that motion is gone through."""
+        return self.segment if self.followed is None else self.followed.given.path
+
+    @property
+    def path_rest_tick(self) -> int:
+        """The first tick from which on path time stands."""
+        return self.first_tick + self.path_segment.rest_index
 
     def index(self, tick: int) -> int:
         """The sample played at a tick; before the first the first, after the last the last."""
@@ -59,15 +87,15 @@ class Timeline:
         return self._accepted[-1]
 
     @property
-    def rest_tick(self) -> int:
-        """The first tick from which on all accepted blocks stand; many blocks in a row may only repeat that."""
+    def path_rest_tick(self) -> int:
+        """The first tick from which on path time stands in all accepted blocks; many in a row may only repeat that."""
         blocks = reversed(self._accepted)
         later = next(blocks)
         for block in blocks:
-            if later.segment.rest_index > 0 or block.rest_tick > later.first_tick:
+            if later.path_segment.rest_index > 0 or block.path_rest_tick > later.first_tick:
                 break
             later = block
-        return later.rest_tick
+        return later.path_rest_tick
 
     @property
     def played_out_tick(self) -> int:
