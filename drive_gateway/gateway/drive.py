@@ -149,6 +149,10 @@ class Drive:
         """The command of one cycle: target, and what is fed forward of velocity and of torque [of the rated one]."""
         return self.image.frames(controlword, counts, counts_per_s, per_mille)
 
+    def press(self, controlword: int, per_mille: int) -> list[CanFrame]:
+        """The command of one cycle in mode cyclic torque."""
+        return self.image.frames(controlword, self.counts or 0, target_torque=per_mille)
+
     def command_own(self, controlword: int, target: int, velocity: int, now: float) -> list[CanFrame]:
         """What commands a motion of the drive's own in this cycle: target [counts] and velocity [counts/s]."""
         if self._profile is None:

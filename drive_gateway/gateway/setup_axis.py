@@ -19,6 +19,7 @@ from drive_gateway.cia402.setup_objects import (
     STANDING,
     START,
     TARGET_VELOCITY,
+    Press,
     SetupOrder,
 )
 from drive_gateway.cia402.state_machine import controlword
@@ -65,6 +66,9 @@ class SetupAxis:
         """Why it ended early."""
         self.velocity = 0
         """[counts/s] for 60FFh."""
+        self.torque = 0
+        """[per mille of the rated one] of mode cyclic torque, on top of what carries the robot."""
+        self._began_at = 0
         self._cycles = 0
         self._since = now
         self._still = 0
@@ -96,6 +100,7 @@ class SetupAxis:
         if self.order.mode == PROFILE_VELOCITY:
             self._set_velocity(self.order.velocity)
         position = self.order.mode == PROFILE_POSITION
+        self._began_at = self.node.counts or 0
         self._enter(Stage.STARTING if position else Stage.MOVING, now)
 
     def stop(self, problem: str, now: float) -> None:
@@ -103,7 +108,7 @@ class SetupAxis:
         if self.stage in (Stage.STOPPING, Stage.SWITCHING_OFF, Stage.ENDED):
             return
         self.problem = problem
-        self.velocity = 0
+        self.velocity = self.torque = 0
         self._still = 0
         self._enter(Stage.STOPPING if not self.node.without_torque else Stage.SWITCHING_OFF, now)
 
@@ -123,6 +128,8 @@ class SetupAxis:
                 self._enter(Stage.ACKNOWLEDGING, now)
             case Stage.ACKNOWLEDGING if not word & ACKNOWLEDGED:
                 self._enter(Stage.MOVING, now)
+            case Stage.MOVING if self.order.press is not None:
+                self._press(self.order.press, now)
             case Stage.MOVING:
                 self._watch(word, now)
             case Stage.STOPPING:
@@ -144,6 +151,17 @@ class SetupAxis:
             self.stop(f"{self.node.label} did not find its home point (homing error)", now)
         elif self._arrived(word):
             self._enter(Stage.SWITCHING_OFF, now)
+
+    def _press(self, press: Press, now: float) -> None:
+        """Torque moves what nothing holds: that ends it."""
+        elapsed_s = now - self._since
+        if abs((self.node.counts or 0) - self._began_at) > press.within:
+            self.stop(f"{self.node.label} gave way: it moved farther than the {press.allowed} it may", now)
+        elif elapsed_s >= press.lasts_s:
+            self.torque = 0
+            self._enter(Stage.SWITCHING_OFF, now)
+        else:
+            self.torque = press.at(elapsed_s)
 
     def _arrived(self, word: int) -> bool:
         if self.order.mode == HOMING:
