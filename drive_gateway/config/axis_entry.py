@@ -110,6 +110,9 @@ class AxisEntry(BaseModel):
     limits: tuple[Number, Number] | None = Field(
         default=None, description="lowest and highest axis position, which the drive keeps too (607Dh)"
     )
+    limit_switches: tuple[Number, Number] | None = Field(
+        default=None, description="lower and upper axis position of its limit switches, which its drive shows in 60FDh"
+    )
     encoder_check: EncoderCheckEntry = Field(
         default=EncoderCheckEntry(), description="how an absolute encoder is checked after each start"
     )
@@ -143,7 +146,7 @@ class AxisEntry(BaseModel):
     def _homing_si(cls, homing: HomingEntry | None, info: ValidationInfo) -> HomingEntry | None:
         return None if homing is None else homing.in_si(info.data.get("type") == "linear", info)
 
-    @field_validator("limits")
+    @field_validator("limits", "limit_switches")
     @classmethod
     def _limits_si(cls, limits: tuple[float, float] | None, info: ValidationInfo) -> tuple[float, float] | None:
         if limits is None:
@@ -178,6 +181,7 @@ class AxisEntry(BaseModel):
             index_counts=self.counts_per_turn,
             linear=self.linear,
             limits=self.limits,
+            limit_switches=self.limit_switches,
             inputs=None if self.inputs is None else self.inputs.settings(),
             interpolated=self.mode == "interpolated",
             velocity_offset=self.feed_forward != "none",

@@ -108,6 +108,8 @@ class AxisSettings:
     """`None`: the axis cannot home."""
     limits: tuple[float, float] | None = None
     """[rad or m] what the drive itself keeps its targets within (607Dh); a block or a set-up move beyond is refused."""
+    limit_switches: tuple[float, float] | None = None
+    """[rad or m] axis positions of its limit switches (60FDh bits 0 and 1); `None`: it has none, or none to look at."""
     inputs: InputSettings | None = None
     """`None`: the drive's inputs are not looked at."""
     interpolated: bool = False

@@ -40,7 +40,7 @@ class Drive:
         self.statusword = 0
         self.reference = reference
         self.missing_tpdos = 0
-        self._robot = robot
+        self.robot = robot
         self._settings = settings
         self._profile = ProfileSender(self.image.profile) if self.image.profile else None
         self._status = AxisStatus.SILENT
@@ -75,7 +75,7 @@ class Drive:
         text = "" if self.emergency is None else self.emergency.meaning
         missing = self.reference.missing
         return NodeStatus(
-            self.axis.node_id, self._robot, self.axis.name, nmt, self.status, code, text, not missing, missing
+            self.axis.node_id, self.robot, self.axis.name, nmt, self.status, code, text, not missing, missing
         )
 
     def said(self) -> str:

@@ -24,6 +24,7 @@ from drive_gateway.cia402.setup_objects import (
 )
 from drive_gateway.cia402.state_machine import controlword
 from drive_gateway.gateway.drive import Drive
+from drive_gateway.gateway.limit_switches import limit_switches
 
 STAGE_S = 2.0
 """Time for each stage in which nothing moves."""
@@ -55,6 +56,9 @@ _TARGETS = {
 }
 
 
+_UNDER_WAY = (Stage.STARTING, Stage.ACKNOWLEDGING, Stage.MOVING)
+
+
 class SetupAxis:
     """Feed `step` once per cycle; `controlword` and `target` are what the drive is told in it."""
 
@@ -73,6 +77,7 @@ class SetupAxis:
         self._since = now
         self._still = 0
         self._sent_stop = False
+        self._way = _way(order, node.counts or 0)
         mode = SdoWrite(MODE, 0, order.mode.to_bytes(1, "little"))
         self._steps = deque([(write, write.index, write.sub) for write in order.writes] + [(mode, MODE_DISPLAY, 0)])
         self._write()
@@ -117,12 +122,14 @@ class SetupAxis:
         self._cycles += 1
         word, status = self.node.statusword, self.node.status
         enabled = status is AxisStatus.OPERATION_ENABLED
+        if self.stage in _UNDER_WAY and self.order.mode != HOMING:
+            self._mind_the_ends(now)
         match self.stage:
             case Stage.PREPARING if not self._steps:
                 self._enter(Stage.SWITCHING_ON, now)
             case Stage.SWITCHING_ON if enabled:
                 self._enter(Stage.READY, now)
-            case Stage.STARTING | Stage.ACKNOWLEDGING | Stage.MOVING if not enabled:
+            case stage if stage in _UNDER_WAY and not enabled:
                 self.stop(f"{self.node.label} left Operation Enabled, it is in {status.name}", now)
             case Stage.STARTING if self._cycles > 3 and word & ACKNOWLEDGED:
                 self._enter(Stage.ACKNOWLEDGING, now)
@@ -162,6 +169,11 @@ class SetupAxis:
             self._enter(Stage.SWITCHING_OFF, now)
         else:
             self.torque = press.at(elapsed_s)
+
+    def _mind_the_ends(self, now: float) -> None:
+        for switch in limit_switches([self.node], now):
+            if switch.forbids(self._way):
+                self.stop(switch.text, now)
 
     def _arrived(self, word: int) -> bool:
         if self.order.mode == HOMING:
@@ -217,3 +229,10 @@ class SetupAxis:
                 self.problem = f"{self.node.label} refused its target velocity: {outcome.problem}"
 
         self.node.submit(TARGET_VELOCITY, 0, data, written)
+
+
+def _way(order: SetupOrder, counts: int) -> int:
+    """In whose direction the axis goes, or presses, from `counts`."""
+    if order.press is not None:
+        return order.press.per_mille
+    return order.velocity if order.target is None else order.target - counts

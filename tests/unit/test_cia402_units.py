@@ -43,9 +43,9 @@ def test_a_cycle_that_no_drive_knows_is_refused() -> None:
 
 
 def test_a_drive_is_prepared_in_its_own_units() -> None:
-    axis, settings = AXES[0], gateway_settings()
-    items = [*supervision(axis, settings), *preparations(axis, settings)]
-    written = {(item.write.index, item.write.sub): item.write.data for item in items}
+    settings = gateway_settings()
+    prepared = [*supervision(AXES[0], settings), *preparations(AXES[0], settings)]
+    written = {(item.write.index, item.write.sub): item.write.data for item in prepared}
     assert written == {
         (0x1017, 0): (50).to_bytes(2, "little"),
         (0x1016, 1): (127 << 16 | 200).to_bytes(4, "little"),
