@@ -202,4 +202,5 @@ class Robot:
             velocity=group.watch.velocity,
             commanded=commanded,
             axes=tuple(node.status for node in group.nodes),
+            torque=group.watch.torque,
         )

@@ -100,6 +100,15 @@ class SetupAxis:
         """Its motion ended as it should."""
         return self.stage is Stage.ENDED and not self.problem
 
+    def progress(self) -> str:
+        """What it does, and with which torque it presses, for people."""
+        doing = f"{self.node.axis.name} {self.stage.value}"
+        if self.order.press is None or self.stage is not Stage.MOVING or self.node.torque is None:
+            return doing
+        # Two digits: each change is a line on the operator's screen.
+        torque = float(f"{self.node.torque:.2g}")
+        return f"{self.node.axis.name} gives {torque:g} {'N' if self.node.axis.linear else 'Nm'}"
+
     def start(self, now: float) -> None:
         """All axes are ready."""
         if self.order.mode == PROFILE_VELOCITY:

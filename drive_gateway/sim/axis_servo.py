@@ -42,6 +42,10 @@ class AxisServo(Protocol):
         """Torque of the shaft that is fed forward, reached within one interpolation period."""
 
     @property
+    def torque_nm(self) -> float:
+        """Of the shaft."""
+
+    @property
     def has_torque(self) -> bool:
         """It knows mode cyclic torque."""
 

@@ -61,6 +61,11 @@ class Servo:
         self._feed = velocity
 
     @property
+    def torque_nm(self) -> float:
+        """None is known at this level."""
+        return 0.0
+
+    @property
     def has_torque(self) -> bool:
         """Not at this level."""
         return False

@@ -94,6 +94,14 @@ def test_the_motor_does_not_turn_faster_than_the_drive_is_told() -> None:
     assert fastest < 0.25 * 2.0 * 1.1
 
 
+def test_the_operator_sees_what_the_axis_gives() -> None:
+    world = HeavyArm("torque")
+    world.bus.nodes[1].drives[0].servo.stick_brake(True)
+    assert world.ask(PressAxis("left", "J1", 250.0, 1.0, WITHIN)).ok
+    world.holder = "left"
+    world.until(lambda: world.said[0] == "J1 gives 170 Nm")
+
+
 def test_afterwards_mode_and_speed_are_those_of_blocks_again() -> None:
     world = HeavyArm("torque")
     world.bus.nodes[1].drives[0].servo.stick_brake(True)

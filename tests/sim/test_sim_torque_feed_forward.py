@@ -90,3 +90,21 @@ def test_a_drive_that_brakes_by_itself_keeps_carrying_its_arm() -> None:
     for _ in range(50):
         servo.brake(CYCLE_S, 10.0 * COUNTS)
     assert abs(servo.position - before) / COUNTS < 1e-4
+
+
+def test_what_the_motor_gives_is_told_in_the_feedback(swung: dict[str, HeavyArm]) -> None:
+    for world in swung.values():
+        world.run(1.0)
+        assert world.feedback is not None
+        assert world.feedback.torque is not None
+        carried = torque_nm(world.feedback.position, np.zeros(1))
+        # Dry friction may carry up to 5 Nm of it.
+        np.testing.assert_allclose(world.feedback.torque, carried, atol=6.0)
+        assert abs(carried[0]) > 200.0
+
+
+def test_a_robot_whose_drives_do_not_all_tell_their_torque_tells_none() -> None:
+    world = GatewayBench(settings(axis("J1", 1), axis("J2", 2, torque=TorqueSettings(9000, 1.0, 1000.0))))
+    world.ready()
+    assert world.feedback is not None
+    assert world.feedback.torque is None

@@ -105,6 +105,11 @@ class FullServo:
         self.hold()
 
     @property
+    def torque_nm(self) -> float:
+        """What the motor gives now."""
+        return self.machine.torque
+
+    @property
     def has_torque(self) -> bool:
         """It knows mode cyclic torque."""
         return True
