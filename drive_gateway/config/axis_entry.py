@@ -202,6 +202,7 @@ class AxisEntry(BaseModel):
         return TorqueSettings(
             rated_mnm=round(1000 * self.rated_torque_nm),
             per_mille=1000 * self.direction / (shaft_per_axis * self.rated_torque_nm),
+            rpm=shaft_per_axis * 30 / math.pi,
         )
 
     def _absolute(self) -> EncoderSettings:

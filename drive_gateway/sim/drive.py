@@ -8,7 +8,7 @@ from collections.abc import Callable
 from drive_gateway.config.settings import AxisSettings
 from drive_gateway.sim.abort import Abort, AccessRefused
 from drive_gateway.sim.axis_servo import AxisServo
-from drive_gateway.sim.cyclic_modes import CYCLIC_MODES, CyclicModes
+from drive_gateway.sim.cyclic_modes import CYCLIC_MODES, CYCLIC_TORQUE, CyclicModes
 from drive_gateway.sim.dictionary import key_of
 from drive_gateway.sim.emergency import COMMUNICATION_LOST, FOLLOWING_ERROR, SETPOINTS_MISSING, Emergencies
 from drive_gateway.sim.filtered_velocity import FilteredVelocity
@@ -173,7 +173,8 @@ class Drive:
     # Objects
 
     def _known_mode(self, mode: int) -> None:
-        if mode not in CYCLIC_MODES and mode not in SETUP_MODES:
+        known = mode in CYCLIC_MODES or mode in SETUP_MODES
+        if not known or (mode == CYCLIC_TORQUE and not self.servo.has_torque):
             raise AccessRefused(Abort.RANGE)
 
     def _known_option(self, option: int) -> None:
