@@ -238,7 +238,7 @@ class Operator:
             return _Refused(
                 f"{self._robot} has a negative override, a program begins forwards: {override}, then run it"
             )
-        tick = situation.clock.start_tick(at, now, situation.planner.cycle_s) if at is not None else None
+        tick = situation.clock.start_tick(at, now) if at is not None else None
         if isinstance(tick, str):
             return _Refused(tick)
         executive.stand(situation.planner.standstill(feedback.commanded, ()), feedback.tick)

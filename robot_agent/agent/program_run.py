@@ -77,12 +77,14 @@ class ProgramRun:
         self.lookahead.extended(result, taken)
 
     def extend(self, executive: Executive, stepping: bool, zones: tuple[ZoneGeometry, ...] | None) -> list[Effect]:
-        """Ask for more of the motion that runs; a step would lose its end, so behind it the robot rests."""
+        """Ask for more of the motion that runs; a step would lose its end, and a corrected path is
+        not extended, so behind them the robot rests.
+        """
         timeline = executive.timeline
-        running = timeline.newest.planned
+        running = timeline.newest.path
         if running is not self.lookahead.open or zones is None:
             return []
-        if stepping:
+        if stepping or executive.corrected:
             self.lookahead.close()
             return []
         return self.lookahead.extend(*timeline.reach(running), zones)
@@ -121,6 +123,10 @@ class ProgramRun:
                     self.fail(text)
                 case _:
                     pass
+
+    def leaves_correction(self, executive: Executive) -> bool:
+        """Whether a correction is to end where the robot comes to rest: TRACK OFF, or the end of the program."""
+        return self.correction_ends or (executive.corrected and not self.correction)
 
     def corrected_to(self, q: NDArray[np.float64]) -> None:
         """A correction has ended, with the robot at rest at `q` `(n,)`: the program goes on from there."""
