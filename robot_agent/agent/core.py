@@ -314,6 +314,7 @@ class AgentCore:
             follower=self.run.follower if self.mode is Mode.RUNNING and not self.pace.backwards else None,
             not_before_tick=self.run.resume_tick,
             on_time=self.run.starting,
+            end_tick=self.run.end_tick,
             correction=self.corrections.wish(planner, now) if self.mode is Mode.RUNNING else None,
             jog=self.jogging.source,
         )

@@ -5,8 +5,9 @@ import random
 import numpy as np
 import pytest
 
-from cell.messages import AxisStatus, CellTime, DriveFeedback, ManagerState, PlayoutState
+from cell.messages import AxisStatus, CellTime, DriveFeedback, ManagerState, PlayoutState, Run
 from robot_agent.agent.cell_clock import CellClock
+from tests.unit.test_agent_core import enabled, ended, until
 
 CYCLE_S = 0.004
 BEHIND_S = 990.0
@@ -63,3 +64,18 @@ def test_the_clock_of_another_manager_says_nothing() -> None:
     heard.arrived(state(99, 50.0, "m"), 1003.1)
     assert heard.until(CellTime("m", 50.0), 1003.1) is None
     assert "that this robot does not hear" in str(heard.start_tick(CellTime("m", 60.0), 1003.1))
+
+
+def test_robots_with_motions_of_different_length_begin_and_end_with_the_same_ticks() -> None:
+    ticks = []
+    for program in ("MJ J1=20 F=90", "MJ J1=60 J2=-20 F=90"):
+        world = enabled(program)
+        start = len(world.played)
+        world.call(Run(CellTime("m", world.now + 1.0), lasting_s=3.0))
+        until(world, ended(world))
+        moving = np.flatnonzero(np.any(np.diff(world.played[start:], axis=0), axis=1))
+        ticks.append((moving[0], moving[-1]))
+    (begin, end), other = ticks
+    assert other[0] == begin
+    assert other[1] == pytest.approx(end, abs=2)
+    assert (end - begin) * CYCLE_S == pytest.approx(3.0, abs=0.02)
