@@ -73,9 +73,7 @@ def _corrections(document: Document, cell: CellFile) -> Iterator[Problem]:
                 allowed = f"one of {', '.join(belts)}" if belts else "a conveyor of this file; there is none"
                 yield document.problem((*path, "conveyor"), f"unknown conveyor {correction.conveyor!r}", allowed)
             if correction.conveyor is not None and correction.largest_turn is not None:
-                yield document.problem(
-                    (*path, "largest_turn"), "a turn", "no largest_turn: a belt does not turn a tool"
-                )
+                yield document.problem((*path, "largest_turn"), "a turn", "no largest_turn: belts do not turn")
 
 
 def _times(document: Document, cell: CellFile) -> Iterator[Problem]:

@@ -48,7 +48,15 @@ from cell.messages.gateway_state import BusCounters, GatewayState, NodeStatus
 from cell.messages.jog import JogFrame, JogHeld
 from cell.messages.manager_state import ManagerState, ZoneState, ZoneStatus
 from cell.messages.presence import Body, Presence
-from cell.messages.robot_state import GovernorStatus, Mode, PaceStatus, ProgramState, ProgramStatus, RobotState
+from cell.messages.robot_state import (
+    CorrectionStatus,
+    GovernorStatus,
+    Mode,
+    PaceStatus,
+    ProgramState,
+    ProgramStatus,
+    RobotState,
+)
 from cell.messages.setpoints import SetpointBlock
 from cell.messages.zone import ZoneGeometry
 
@@ -67,6 +75,7 @@ __all__ = [
     "Continue",
     "ConveyorCount",
     "Correction",
+    "CorrectionStatus",
     "Disable",
     "DisableDrives",
     "DriveFeedback",

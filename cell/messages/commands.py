@@ -41,6 +41,8 @@ class Run(Command):
     verb: ClassVar[str] = "run"
     at: CellTime | None = None
     """The first motion begins with the first tick at or behind this moment, or not at all."""
+    lasting_s: float | None = None
+    """Above 0, with `at`: the first motion ends so long behind it, or as soon as it can when it takes longer."""
 
 
 @dataclass(frozen=True, slots=True)

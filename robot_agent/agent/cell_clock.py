@@ -18,20 +18,24 @@ class CellClock:
     def __init__(self) -> None:
         self._manager = ManagerClock()
         self._gateway = OtherClock()
+        self._cycle_s = 0.0
 
-    def heard_state(self, state: ManagerState, at: float) -> None:
-        """A manager's state arrived at `at` [s]."""
-        self._manager.heard(state, at)
+    def ticks_last(self, cycle_s: float) -> None:
+        """The gateway's cycle, once it is known; feedback from here on says when its ticks are."""
+        self._cycle_s, self._gateway = cycle_s, OtherClock()
 
-    def heard_feedback(self, feedback: DriveFeedback, cycle_s: float, at: float) -> None:
-        """Feedback for a tick of `cycle_s` arrived at `at` [s]."""
-        self._gateway.heard(feedback.boot, feedback.sequence, feedback.tick * cycle_s, at)
+    def arrived(self, message: object, at: float) -> None:
+        """A message arrived at `at` [s]; what a state of the manager and a gateway's feedback say of clocks counts."""
+        if isinstance(message, ManagerState):
+            self._manager.heard(message, at)
+        elif isinstance(message, DriveFeedback) and self._cycle_s > 0.0:
+            self._gateway.heard(message.boot, message.sequence, message.tick * self._cycle_s, at)
 
     def until(self, moment: CellTime, now: float) -> float | None:
         """Seconds from `now` to a moment, negative when it is past; None when it is of a clock that is not heard."""
         return self._manager.until(moment, now)
 
-    def start_tick(self, moment: CellTime, now: float, cycle_s: float) -> int | str:
+    def start_tick(self, moment: CellTime, now: float) -> int | str:
         """The gateway's first tick at or behind a moment at which to start; why there is none, for people."""
         left_s, ahead_s = self.until(moment, now), self._gateway.ahead_s
         if left_s is None or ahead_s is None:
@@ -40,4 +44,4 @@ class CellClock:
             found = f"{-left_s:.2f} s in the past" if left_s < 0.0 else f"only {left_s:.2f} s ahead"
             allowed = f"{SHORTEST_NOTICE_S:g} s ahead or more: order it again, earlier"
             return f"the start at cell time {moment.seconds:.2f} s is {found}, allowed is {allowed}"
-        return math.ceil((now + left_s + ahead_s) / cycle_s)
+        return math.ceil((now + left_s + ahead_s) / self._cycle_s)

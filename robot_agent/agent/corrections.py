@@ -64,16 +64,14 @@ class Corrections:
     def heard(self, message: Correction | ConveyorCount, now: float) -> None:
         """Take a measurement."""
         for name, source in self._sources.items():
-            settings = self._settings[name]
-            if isinstance(message, Correction):
-                if isinstance(source, SensorOffset) and (message.robot, message.name) == (self._robot, name):
-                    at = self._measured_at(name, message.at, now)
-                    if at is not None:
+            belt = self._settings[name].conveyor
+            match message, source:
+                case Correction(), SensorOffset() if (message.robot, message.name) == (self._robot, name):
+                    if (at := self._measured_at(name, message.at, now)) is not None:
                         source.measured(np.array([*message.offset_m, *message.turn_rad]), at)
-            elif settings.conveyor is not None and settings.conveyor.name == message.conveyor:
-                at = self._measured_at(name, message.at, now)
-                if at is not None and isinstance(source, Conveyor):
-                    source.measured(message.counts, at)
+                case ConveyorCount(), Conveyor() if belt is not None and belt.name == message.conveyor:
+                    if (at := self._measured_at(name, message.at, now)) is not None:
+                        source.measured(message.counts, at)
 
     def _measured_at(self, name: str, moment: CellTime, now: float) -> float | None:
         """A measurement's moment on the own clock [s]; None, and why, when it cannot be dated."""
