@@ -8,8 +8,8 @@ import numpy as np
 
 from robot_agent.paths.curves import Curve, Numbers, Trimmed, joining
 from robot_agent.paths.legs import Leg, turn_before
-from robot_agent.paths.meeting import SHARPEST_RAD, TANGENT_RAD, Meeting
-from robot_agent.paths.orientation import Orientation, Turn, Window
+from robot_agent.paths.meeting import SHARPEST_RAD, TANGENT_RAD, Meeting, via
+from robot_agent.paths.orientation import Orientation, Turn, Window, swing
 from robot_agent.paths.tangential import Tangential, aligned
 from robot_agent.paths.transition import Transition
 
@@ -119,7 +119,8 @@ class _Assembly:
         self._windows: list[Window] = []
         self._sections: list[float] = []
         self._ends: dict[int, float] = {}
-        self._transitions: list[Transition] = []
+        self._met: dict[int, Transition] = {}
+        self._vias: list[Transition] = []
 
     def path(self) -> PosePath:
         """The whole path."""
@@ -148,7 +149,7 @@ class _Assembly:
             self._orientation(),
             tuple(self._ends),
             np.array(list(self._ends.values())),
-            tuple(self._transitions),
+            (*self._met.values(), *self._vias),
         )
 
     def _orientation(self) -> Orientation | Tangential:
@@ -165,12 +166,14 @@ class _Assembly:
         before, behind = self._legs[0].first_turn, self._legs[-1].last_turn
         if before is not None:
             lead = _turning_at(turns[0], before, 0.0)
-            windows = [Window(0.0, _wide(lead, turns[0], self._sections[0])), *windows]
-            turns = [lead, *turns]
+            wide = _wide(lead, turns[0], self._sections[0])
+            self._vias += via(self._legs[0].block, lead, turns[0], swing(lead, turns[0], wide, one_sided=True))
+            windows, turns = [Window(0.0, wide), *windows], [lead, *turns]
         if behind is not None:
             lead = _turning_at(turns[-1], behind, self._at)
-            windows = [*windows, Window(self._at - _wide(lead, turns[-1], self._sections[-1]), self._at)]
-            turns = [*turns, lead]
+            wide = _wide(lead, turns[-1], self._sections[-1])
+            self._vias += via(self._legs[-1].block, turns[-1], lead, swing(turns[-1], lead, wide, one_sided=True))
+            windows, turns = [*windows, Window(self._at - wide, self._at)], [*turns, lead]
         return Orientation(tuple(turns), tuple(windows))
 
     def _body(self, number: int) -> Trimmed:
@@ -197,8 +200,17 @@ class _Assembly:
                 wide = min(half, self._sections[-1])
                 border = offset_m + first
                 self._windows.append(Window(border - wide, border + wide))
+                self._report(number, turn, 2.0 * wide, inside=len(self._turns) > known)
             self._turns.append(replace(turn, anchor_m=offset_m - cut + turn.anchor_m))
             self._sections.append(half)
+
+    def _report(self, number: int, turn: Turn, width_m: float, inside: bool) -> None:
+        """How far the orientation leaves the programmed one where `turn` takes over, inside a leg or before it."""
+        swing_rad = swing(self._turns[-1], turn, width_m)
+        if inside:
+            self._vias += via(self._legs[number].block, self._turns[-1], turn, swing_rad)
+        elif number in self._met:
+            self._met[number] = replace(self._met[number], deviation_rad=swing_rad)
 
     def _connector(self, bodies: list[Trimmed], number: int) -> tuple[Curve | None, float]:
         """What joins body number - 1 and the next: a round edge, a blend, or nothing; and what it takes from both."""
@@ -210,11 +222,11 @@ class _Assembly:
             edge = joining(*ends, 2.0 * cut)
             corner = legs[1].curve.at(np.zeros(()))[0]
             passed = edge.at(np.linspace(0.0, edge.length_m, _LOOKED_AT))[0] - corner
-            self._transitions.append(meeting.rounded(cut, float(np.linalg.norm(passed, axis=1).min())))
+            self._met[number] = meeting.rounded(cut, float(np.linalg.norm(passed, axis=1).min()))
             return edge, cut
         kink, step = (float(np.linalg.norm(ends[1][k] - ends[0][k])) for k in (1, 2))
         if kink <= _KINK_RAD and step <= _CURVATURE_STEP:
-            self._transitions.append(meeting.passed(0.0))
+            self._met[number] = meeting.passed(0.0)
             return None, 0.0
         wide = min(0.45 * before.length_m, 0.45 * after.length_m, _LONGEST_BLEND_M)
         for _ in range(8):
@@ -223,7 +235,7 @@ class _Assembly:
             if away <= BLEND_TOLERANCE_M:
                 break
             wide *= min(0.7, 0.95 * float(np.sqrt(BLEND_TOLERANCE_M / away)))
-        self._transitions.append(meeting.passed(away))
+        self._met[number] = meeting.passed(away)
         return blend, wide
 
 
