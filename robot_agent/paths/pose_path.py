@@ -86,32 +86,41 @@ def pose_paths(legs: list[Leg]) -> list[PosePath]:
         if number == len(legs) - 1 or joints[number] is None:
             group = legs[first : number + 1]
             paths += [_Assembly([turn], []).path() for turn in turn_before(group[0])]
-            paths.append(_Assembly(group, joints[first:number]).path())
+            paths.append(_Assembly(group, [joint for joint in joints[first:number] if joint]).path())
             first = number + 1
     return paths
 
 
-def _joint(legs: list[Leg], number: int) -> float | None:
-    """Distance by which the corner behind a leg is cut, 0 where the legs are tangential, None where the robot stops."""
+@dataclass(frozen=True, slots=True)
+class _Joint:
+    """Two legs that meet without a stop, and by how much the corner between them is cut; 0: they are tangential."""
+
+    meeting: Meeting
+    cut_m: float
+
+
+def _joint(legs: list[Leg], number: int) -> _Joint | None:
+    """How a leg and the next one meet; None where the robot stops."""
     before, after = legs[number], legs[number + 1]
     if before.on_the_spot or after.on_the_spot or before.round_m == 0.0:
         return None
     if before.tangential_rad != after.tangential_rad:
         return None
-    angle = Meeting.of(before, after).turn_rad
-    if angle <= TANGENT_RAD:
-        return 0.0
-    if before.round_m is None or before.smooth or after.smooth or angle > SHARPEST_RAD:
+    meeting = Meeting.of(before, after)
+    if meeting.turn_rad <= TANGENT_RAD:
+        return _Joint(meeting, 0.0)
+    if before.round_m is None or before.smooth or after.smooth or meeting.turn_rad > SHARPEST_RAD:
         return None
-    return min(before.round_m, before.curve.length_m / 2.0, after.curve.length_m / 2.0)
+    return _Joint(meeting, min(before.round_m, before.curve.length_m / 2.0, after.curve.length_m / 2.0))
 
 
 class _Assembly:
     """Puts legs and what joins them one behind the other."""
 
-    def __init__(self, legs: list[Leg], cuts: list[float | None]) -> None:
+    def __init__(self, legs: list[Leg], joints: list[_Joint]) -> None:
         self._legs = legs
-        self._cuts = [0.0, *[cut or 0.0 for cut in cuts], 0.0]
+        self._meetings = [joint.meeting for joint in joints]
+        self._cuts = [0.0, *[joint.cut_m for joint in joints], 0.0]
         self._curves: list[Curve] = []
         self._at = 0.0
         self._starts = [0.0]
@@ -215,12 +224,11 @@ class _Assembly:
     def _connector(self, bodies: list[Trimmed], number: int) -> tuple[Curve | None, float]:
         """What joins body number - 1 and the next: a round edge, a blend, or nothing; and what it takes from both."""
         before, after, cut = bodies[number - 1], bodies[number], self._cuts[number]
-        legs = self._legs[number - 1], self._legs[number]
-        meeting = Meeting.of(*legs)
+        meeting = self._meetings[number - 1]
         ends = before.at(np.array(before.length_m)), after.at(np.zeros(()))
         if cut:
             edge = joining(*ends, 2.0 * cut)
-            corner = legs[1].curve.at(np.zeros(()))[0]
+            corner = self._legs[number].curve.at(np.zeros(()))[0]
             passed = edge.at(np.linspace(0.0, edge.length_m, _LOOKED_AT))[0] - corner
             self._met[number] = meeting.rounded(cut, float(np.linalg.norm(passed, axis=1).min()))
             return edge, cut
