@@ -147,7 +147,7 @@ class AgentCore:
             self.report.event(Severity.INFO, "idle_off", text, f"switch them on again with: cell enable {self._robot}")
             effects.append(self.link.switch(DisableDrives(self._robot, feedback.owner)))
         effects += self._move(feedback, self._planner, now)
-        effects += self._plan_ahead()
+        effects += self._plan_ahead(feedback)
         effects.append(self._state(feedback, self._planner, now))
         return effects + self.report.take_events()
 
@@ -251,10 +251,10 @@ class AgentCore:
         presence = self._presence(body, wants, stop_time_s, now)
         return [presence] if block is None else [presence, Publish(executive.sent(block))]
 
-    def _plan_ahead(self) -> list[Effect]:
+    def _plan_ahead(self, feedback: DriveFeedback) -> list[Effect]:
         effects, zones = [], self.zones.geometry
         if self.executive is not None:
-            effects = self.run.extend(self.executive, self.pace.status.stepping, zones)
+            effects = self.run.extend(self.executive, feedback.tick, self.pace.status.stepping, zones)
         return effects + self.run.lookahead.fill(zones)
 
     def _touched_before(self) -> set[str]:

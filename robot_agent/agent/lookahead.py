@@ -33,11 +33,13 @@ _PLANNED_AHEAD = 3
 _LONGEST_CHAIN = 24
 """Steps that are planned at once."""
 _LEAD_S = 2.0
-"""An extension begins so far ahead of all that is sent, if so much is left: planning may take 0.5 s."""
+"""An extension begins so far ahead of all that is sent, or half of what is left: planning may take 0.5 s."""
 _LEAST_LEFT_S = 0.3
 """Behind the beginning of an extension: later the motion brakes already."""
 _SHORTEST_S = 2.5
 """A motion shorter than this is over before it can be extended."""
+_TIME_TO_PLAN_S = 1.0
+"""So long before the end of a motion that cannot be extended the next one is planned."""
 _KEPT_S = 10.0
 """Of the motion behind the robot, for going back."""
 
@@ -134,18 +136,20 @@ class Lookahead:
             self._items.append(step)
         return []
 
-    def extend(self, lowest_tau: float, sent_tau: float, zones: tuple[ZoneGeometry, ...]) -> list[Effect]:
-        """Ask for more of the open motion when little of it is left behind `sent_tau` [s].
+    def extend(self, reach: tuple[float, float], played_tau: float, zones: tuple[ZoneGeometry, ...]) -> list[Effect]:
+        """Ask for more of the open motion when little of it is left.
 
-        The robot is on the motion, at `lowest_tau` or later.
+        All blocks that count lie within the taus `reach` [s]; `played_tau` is where the robot is.
         """
         running = self.open
         if running is None or self._extension is not None or self._interpreter is None or self._last is None:
             return []
-        motion = running.motion
+        motion, (lowest_tau, sent_tau) = running.motion, reach
         at_s = sent_tau + min(_LEAD_S, (motion.duration_s - sent_tau) / 2.0)
-        if motion.duration_s - at_s < _LEAST_LEFT_S or running.zone_versions != {z.zone: z.version for z in zones}:
-            self.close()
+        too_late = motion.duration_s - at_s < _LEAST_LEFT_S
+        if too_late or running.zone_versions != {zone.zone: zone.version for zone in zones}:
+            if motion.duration_s - played_tau < _TIME_TO_PLAN_S:
+                self.close()
             return []
         left = len(motion.ends) - int(np.searchsorted(motion.ends, at_s, side="right"))
         if left > _LONGEST_CHAIN // 2:

@@ -76,7 +76,9 @@ class ProgramRun:
             taken = False
         self.lookahead.extended(result, taken)
 
-    def extend(self, executive: Executive, stepping: bool, zones: tuple[ZoneGeometry, ...] | None) -> list[Effect]:
+    def extend(
+        self, executive: Executive, tick: int, stepping: bool, zones: tuple[ZoneGeometry, ...] | None
+    ) -> list[Effect]:
         """Ask for more of the motion that runs; a step would lose its end, so behind it the robot rests."""
         timeline = executive.timeline
         running = timeline.newest.planned
@@ -85,7 +87,9 @@ class ProgramRun:
         if stepping:
             self.lookahead.close()
             return []
-        return self.lookahead.extend(*timeline.reach(running), zones)
+        block, index = timeline.at(tick)
+        played_tau = float(block.segment.tau[index]) if block.planned is running else 0.0
+        return self.lookahead.extend(timeline.reach(), played_tau, zones)
 
     @property
     def follower(self) -> Planned | None:

@@ -6,7 +6,9 @@ import pytest
 from cell.geometry.occupied import body_touches_box
 from cell.messages import Continue, Halt, Mode, ProgramState, SetOverride, Step
 from robot_agent.agent import lookahead
+from robot_agent.agent.dry_run import dry_run
 from robot_agent.agent.planning import Extended
+from robot_agent.language import parse_program
 from robot_agent.workspace import zone_box
 from tests.unit.agent_world import CYCLE_S, ZONE, AgentWorld
 from tests.unit.test_agent_core import running, until
@@ -46,7 +48,10 @@ def off_the_round(world: AgentWorld, since: int) -> float:
     return float(np.hypot(across - RADIUS_M, x - 1.0).max())
 
 
-def test_endless_round_of_66_tangential_moves_never_stops() -> None:
+def test_endless_round_of_66_tangential_moves_never_stops_and_what_is_kept_does_not_grow(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(lookahead, "_KEPT_S", 1.0)
     world = on_its_rounds()
     since = len(world.played)
     world.run(11.0 * ROUND_S)
@@ -57,14 +62,18 @@ def test_endless_round_of_66_tangential_moves_never_stops() -> None:
     limits, q = world.planner.limits, np.array(world.played[since:])
     for order, limit in enumerate((limits.velocity, limits.acceleration, limits.jerk), 1):
         assert (np.abs(np.diff(q, order, axis=0)).max(axis=0) < 1.001 * limit * CYCLE_S**order + 1e-9).all()
-
-
-def test_what_is_kept_of_an_endless_motion_does_not_grow(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(lookahead, "_KEPT_S", 1.0)
-    world = on_its_rounds()
-    until(world, lambda: len(extensions(world)) > 3)
     sizes = [len(each.sweep.points) for each in extensions(world)]
     assert max(sizes[2:]) < 1.05 * sizes[1]
+
+
+def test_dry_run_shows_a_long_chain_as_it_runs() -> None:
+    arm = AgentWorld("END").planner
+    program = parse_program(TO_START + 5 * ROUND + "MJ J1=20\nEND", "long.prog", arm.model.joint_names)
+    motions, failed = dry_run(arm, program, 60.0)
+    assert failed is None
+    assert [len(planned.lines) for planned in motions] == [1, 31, 1]
+    assert motions[1].lines == tuple(range(2, 33))
+    assert len(motions[1].motion.rests) == 3
 
 
 def test_robot_goes_back_to_the_beginning_of_what_is_kept_and_on_again(monkeypatch: pytest.MonkeyPatch) -> None:
