@@ -39,12 +39,14 @@ def stops(motions: list[Planned]) -> int:
 
 def _meeting(planned: Planned, transition: Transition) -> str:
     before, behind = planned.lines[transition.before], planned.lines[transition.block]
-    where = f"inside line {behind}" if transition.before == transition.block else f"line {before} to {behind}"
+    where = f"within line {behind}" if transition.before == transition.block else f"line {before} to {behind}"
     parts = [f"{where}: {transition.continuity.value}, {transition.passing.value}"]
     if transition.passing is Passing.ROUNDED:
         parts.append(f"{1000.0 * transition.deviation_m:.2f} mm beside it")
     elif transition.deviation_m > 0.0:
         parts.append(f"at most {1e6 * transition.deviation_m:.0f} um away")
+    if transition.deviation_rad > 0.0:
+        parts.append(f"turned at most {np.degrees(transition.deviation_rad):.2f} deg beside it")
     return ", ".join(parts) + (f" ({transition.reason})" if transition.reason else "")
 
 

@@ -14,16 +14,15 @@ from numpy.typing import NDArray
 
 from cell.core import Effect
 from cell.messages import ZoneGeometry
+from robot_agent.agent.joining import why_apart
 from robot_agent.agent.planning import ExtendRequest, Plan, PlanFailed, Planned, PlanRequest
 from robot_agent.language import (
     Finished,
     Interpreter,
-    JointStep,
     MotionStep,
     Pause,
     Program,
     ProgramFault,
-    SplineStep,
     Step,
     TrackingOff,
     TrackingOn,
@@ -184,7 +183,7 @@ class Lookahead:
         if not self._coming:
             self._coming.append(self._interpreter.next())
         step = self._coming[0]
-        return isinstance(step, MotionStep) and _may_go_on(self._last, step)
+        return isinstance(step, MotionStep) and not why_apart(self._last, step)
 
     def _take(self, interpreter: Interpreter) -> Step:
         return self._coming.popleft() if self._coming else interpreter.next()
@@ -194,7 +193,7 @@ class Lookahead:
         steps = [first]
         while len(steps) < most:
             step = self._take(interpreter)
-            if not isinstance(step, MotionStep) or not _may_go_on(steps[-1], step):
+            if not isinstance(step, MotionStep) or why_apart(steps[-1], step):
                 self._coming.appendleft(step)
                 break
             steps.append(step)
@@ -205,25 +204,3 @@ class Lookahead:
         """Behind a motion without a plan, where a correction ends, or behind the end, nothing can be planned."""
         ends = Waiting | PlanFailed | TrackingOff | Finished | ProgramFault
         return any(isinstance(item, ends) for item in self._items)
-
-
-def _may_go_on(step: MotionStep, following: MotionStep) -> bool:
-    """Whether two moves may join without a stop: by a round edge, or because they are tangential.
-
-    A joint move behind a move of the flange needs all its joints named: where the flange move leaves the others is not
-    known before it is planned. A spline takes its direction from a joint move next to it. Where TANG changes, the tool
-    may have to turn before the robot goes on.
-    """
-    if isinstance(following, JointStep):
-        incomplete = following.joints is not None and None in following.joints
-        if isinstance(step, JointStep):
-            return bool(step.pace.round_m)
-        return not incomplete and (bool(step.pace.round_m) or _takes_directions(step, step))
-    if isinstance(step, JointStep):
-        return bool(step.pace.round_m) or _takes_directions(following, step)
-    return step.pace.round_m != 0.0 and step.tangential_rad == following.tangential_rad
-
-
-def _takes_directions(move: MotionStep, first: MotionStep) -> bool:
-    """Whether a move takes over the direction of a joint move next to it, and the first of both asks for no stop."""
-    return isinstance(move, SplineStep) and move.tangential_rad is None and first.pace.round_m is None

@@ -7,6 +7,7 @@ import numpy as np
 
 from robot_agent.paths.curves import Numbers
 from robot_agent.paths.legs import Leg
+from robot_agent.paths.orientation import Turn
 from robot_agent.paths.tangential import UP, turn_rates
 from robot_agent.paths.transition import Continuity, Passing, Transition
 
@@ -64,7 +65,7 @@ class Meeting:
         elif self.curvature_step > _SAME_CURVATURE:
             parts.append(f"the curvature steps by that of a circle of {1000.0 / self.curvature_step:.0f} mm")
         if self.rate_step_rad_m > _SAME_TURN_RAD_M:
-            parts.append(f"the orientation turns at another rate, by {rate_text(self.rate_step_rad_m)}")
+            parts.append(rate_reason(self.rate_step_rad_m))
         return ", ".join(parts)
 
     def passed(self, deviation_m: float) -> Transition:
@@ -77,6 +78,19 @@ class Meeting:
         """With a round edge that begins `cut_m` before the corner and passes it at `deviation_m`."""
         reason = f"{self.reason}; {edge_text(self.round_m or 0.0, cut_m)}"
         return Transition(self.before, self.block, self.continuity, Passing.ROUNDED, reason, deviation_m)
+
+
+def via(block: int, before: Turn, after: Turn, swing_rad: float) -> list[Transition]:
+    """Where one turn passes into another inside a block; none where both are as fast."""
+    step = float(np.linalg.norm(after.velocity - before.velocity))
+    if step <= _SAME_TURN_RAD_M:
+        return []
+    return [Transition(block, block, Continuity.C0, Passing.BLENDED, rate_reason(step), 0.0, swing_rad)]
+
+
+def rate_reason(rate_rad_m: float) -> str:
+    """That the flange turns faster or slower behind a border."""
+    return f"the orientation turns at another rate, by {rate_text(rate_rad_m)}"
 
 
 def rate_text(rate_rad_m: float) -> str:

@@ -27,7 +27,7 @@ class Passing(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Transition:
-    """Where block `before` ends and block `block` begins, both counted from 0; one number at a via of a spline."""
+    """Where block `before` ends and block `block` begins, both counted from 0; one number at a via inside a block."""
 
     before: int
     block: int
@@ -37,6 +37,9 @@ class Transition:
     """What steps there, and why the robot stops, for people; empty where nothing does."""
     deviation_m: float = 0.0
     """How far at most the path leaves the blocks where it is blended, or passes a rounded corner."""
+    deviation_rad: float = 0.0
+    """How far at most the flange turns from its programmed orientation where its rate is blended, to both sides of the
+    border; at the border it has the programmed one."""
 
     def shifted(self, blocks: int) -> "Transition":
         """The same with so many blocks more before it; a block that would come before all others becomes the first."""

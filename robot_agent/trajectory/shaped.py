@@ -68,7 +68,7 @@ def _ruled(path: JointPath, limits: Limits) -> Timed | None:
 
 
 def _has_vias(path: JointPath) -> bool:
-    return any(each.passing is not Passing.STOPS for each in path.transitions)
+    return any(each.passing is Passing.BLENDED and each.deviation_m > 0.0 for each in path.transitions)
 
 
 def single(path: JointPath, limits: Limits) -> Timed | None:

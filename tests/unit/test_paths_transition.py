@@ -1,6 +1,7 @@
 """Each border of two blocks has its class, what the robot does there, and why."""
 
 import re
+from collections.abc import Callable
 
 import numpy as np
 import pytest
@@ -8,6 +9,7 @@ from random_moves import LIMITS, MODEL, START, sequence
 from test_trajectory_transitions import at, beside, planned
 
 from robot_agent.paths import Arc, Block, Continuity, JointMove, Line, Passing, Spline, Transition
+from robot_agent.paths.orientation import rotation_vectors
 from robot_agent.paths.pose_path import BLEND_TOLERANCE_M
 from robot_agent.trajectory import Motion, plan
 
@@ -66,7 +68,7 @@ CASES: dict[str, tuple[list[Block], Continuity, Passing, str]] = {
 @pytest.mark.parametrize(("blocks", "continuity", "passing", "reason"), CASES.values(), ids=CASES.keys())
 def test_border_of_two_blocks(blocks: list[Block], continuity: Continuity, passing: Passing, reason: str) -> None:
     motion = planned(*blocks)
-    (transition,) = motion.transitions
+    (transition,) = [each for each in motion.transitions if each.before != each.block]
     assert (transition.before, transition.block) == (0, 1)
     assert (transition.continuity, transition.passing) == (continuity, passing)
     assert re.search(reason, transition.reason)
@@ -79,6 +81,46 @@ def test_border_of_two_blocks(blocks: list[Block], continuity: Continuity, passi
 def test_a_round_edge_passes_its_corner_at_the_worked_distance(name: str, deviation_mm: float) -> None:
     (transition,) = planned(*CASES[name][0]).transitions
     assert 1000.0 * transition.deviation_m == pytest.approx(deviation_mm, abs=2e-3)
+
+
+def turned_deg(motion: Motion, around: float, programmed: Callable[[np.ndarray], np.ndarray]) -> float:
+    """Largest angle between the flange's orientation and the programmed one `(k, 3, 3)` within 0.4 s around a time."""
+    taus = np.linspace(max(around - 0.4, 0.0), min(around + 0.4, motion.duration_s), 4001)
+    poses = motion.pose(taus)
+    apart = np.swapaxes(programmed(poses[:, :3, 3]), -1, -2) @ poses[:, :3, :3]
+    return float(np.degrees(np.linalg.norm(rotation_vectors(apart), axis=1).max()))
+
+
+def test_blended_turns_report_how_far_they_leave_the_programmed_orientation() -> None:
+    motion = planned(line(150, turn_deg=15), line(300))
+
+    def programmed(places: np.ndarray) -> np.ndarray:
+        y = 1000.0 * (places[:, 1] - at()[1, 3])
+        return np.array([at(turn_deg=15 * min(way / 150, 2 - way / 150))[:3, :3] for way in y])
+
+    (transition,) = motion.transitions
+    found = turned_deg(motion, float(motion.ends[0]), programmed)
+    assert np.degrees(transition.deviation_rad) == pytest.approx(found, rel=0.02)
+
+
+def test_the_middle_point_of_an_arc_is_reported_where_its_turns_differ() -> None:
+    straight = Arc(at(y_mm=50, z_mm=50, turn_deg=5), at(y_mm=100, turn_deg=10), 1)
+    bent = Arc(at(y_mm=50, z_mm=50, turn_deg=12), at(y_mm=100, turn_deg=4), 1)
+    assert planned(straight).transitions == ()
+    (via,) = planned(bent).transitions
+    assert (via.before, via.block, via.passing) == (0, 0, BLENDED)
+    assert np.degrees(via.deviation_rad) == pytest.approx(0.0353 * 20.0, rel=0.01)
+
+
+def test_the_turn_that_a_spline_takes_over_from_a_joint_move_is_reported() -> None:
+    there = START + 0.1
+    motion = planned(JointMove(there, 1.0, 1), Spline(beside(there, 30, 200, 50)[None], 2))
+    (taken,) = [each for each in motion.transitions if each.before == each.block]
+    rotation = MODEL.forward(there)[:3, :3]
+    found = turned_deg(
+        motion, float(motion.ends[0]) + 0.4, lambda places: np.broadcast_to(rotation, (len(places), 3, 3))
+    )
+    assert np.degrees(taken.deviation_rad) == pytest.approx(found, rel=0.05)
 
 
 def test_a_tool_that_follows_the_path_stops_where_it_has_to_turn() -> None:
