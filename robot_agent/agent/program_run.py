@@ -79,12 +79,12 @@ class ProgramRun:
     def extend(
         self, executive: Executive, tick: int, stepping: bool, zones: tuple[ZoneGeometry, ...] | None
     ) -> list[Effect]:
-        """Ask for more of the motion that runs; a step would lose its end, so behind it the robot rests."""
+        """Ask for more of the motion that runs; not while a step has its end there, nor while it is corrected."""
         timeline = executive.timeline
-        running = timeline.newest.planned
+        running = timeline.newest.path
         if running is not self.lookahead.open or zones is None:
             return []
-        if stepping:
+        if stepping or executive.corrected:
             self.lookahead.close()
             return []
         block, index = timeline.at(tick)

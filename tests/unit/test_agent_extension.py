@@ -12,6 +12,7 @@ from robot_agent.language import parse_program
 from robot_agent.workspace import zone_box
 from tests.unit.agent_world import CYCLE_S, ZONE, AgentWorld
 from tests.unit.test_agent_core import running, until
+from tests.unit.test_agent_corrections import START, Measured
 
 HALF_M, RADIUS_M, SPEED_M_S = 0.01, 0.05, 0.3
 TO_START = "MJ J1=0 J2=-12 J3=65 J4=0 J5=37 J6=0\nML X=1000 Y=-10 Z=1350 A=0 B=90 C=0\n"
@@ -104,7 +105,7 @@ def test_extension_that_arrives_while_halted_is_taken_and_the_robot_goes_on_with
     world.call(Continue())
     until(world, lambda: world.state.tcp_speed_m_s > 0.8 * SPEED_M_S)
     since = len(world.played)
-    world.run(3.0 * ROUND_S)
+    world.run(2.0 * ROUND_S)
     assert speeds(world)[since:].min() > 0.8 * SPEED_M_S
     assert off_the_round(world, since) < 1.2e-4
 
@@ -155,3 +156,11 @@ def test_zone_that_an_extension_enters_is_not_entered_before_it_is_granted() -> 
     world.grant()
     until(world, lambda: world.state.program.state is ProgramState.DONE)
     assert any(body_touches_box(each.body, box) for each in world.presences)
+
+
+def test_long_chain_that_follows_a_sensor_is_not_extended_but_ends() -> None:
+    moves = "".join(f"ML Y={280 + 8 * number} F=80\n" for number in range(26))
+    world = Measured(f"{START}TRACK seam\n{moves}TRACK OFF\nEND")
+    world.start()
+    world.until(lambda: world.done)
+    assert [len(planned.lines) for planned in world.planned] == [1, 24, 2]
