@@ -123,6 +123,21 @@ def test_extension_that_comes_too_late_is_dropped_and_the_robot_goes_on_from_whe
     assert off_the_round(world, since) < 1.2e-4
 
 
+def test_extension_that_is_late_is_asked_for_again_farther_ahead() -> None:
+    """Its last move, which asks for a stop behind it, says nothing about how its first one is joined."""
+    world = running(TO_START + 4 * ROUND + "ML Y=10 F=300 R=0\nML Z=1340\nEND")
+    until(world, lambda: len(world.planned) > 1)
+    world.plans_held = True
+    until(world, lambda: extensions(world) != [])
+    until(world, lambda: world.state.governor.tau_s > extensions(world)[0].splice_s)
+    world.plans_held = False
+    world.release_plans()
+    until(world, lambda: world.state.program.state is ProgramState.DONE)
+    first, second = extensions(world)
+    assert first.lines == second.lines
+    assert second.splice_s > first.splice_s + 0.5
+
+
 def test_move_that_cannot_be_planned_behind_many_that_can_ends_the_program_where_these_end() -> None:
     fine = TO_START + 5 * ROUND
     world = on_its_rounds(fine + "ML X=9000\nEND")
