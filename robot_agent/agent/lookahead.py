@@ -65,7 +65,7 @@ class Lookahead:
         self._plans = 0
         self._end = np.zeros(0)
         self._last: MotionStep | None = None
-        """Of the newest chain."""
+        """Of the newest motion."""
         self.open: Planned | None = None
         """The newest motion, while it waits to be extended; nothing is planned behind it."""
         self._extension: ExtendRequest | None = None
@@ -113,8 +113,8 @@ class Lookahead:
 
     def extended(self, result: Planned | PlanFailed, taken: bool) -> None:
         """What became of an extension: the robot is on it, or its steps are to be planned again."""
-        if taken and isinstance(result, Planned):
-            self._extension = None
+        if taken and self._extension is not None and isinstance(result, Planned):
+            self._last, self._extension = self._extension.steps[-1], None
             self._behind(result, extensible=True)
         elif isinstance(result, PlanFailed):
             self.close()
@@ -130,6 +130,7 @@ class Lookahead:
             if isinstance(step, MotionStep):
                 steps = self._chain(self._interpreter, step, _LONGEST_CHAIN)
                 self._plans += 1
+                self._last = steps[-1]
                 self._items.append(Waiting(self._plans, step.line))
                 return [Plan(PlanRequest(self._plans, steps, self._end, zones))]
             self._items.append(step)
@@ -197,7 +198,6 @@ class Lookahead:
                 self._coming.appendleft(step)
                 break
             steps.append(step)
-        self._last = steps[-1]
         return tuple(steps)
 
     def _blocked(self) -> bool:
