@@ -340,7 +340,7 @@ class AgentCore:
         """A block that holds; the gateway plays none while the drives are disabled, but hears that the owner lives."""
         joints = np.repeat(feedback.commanded[None, :], _SIGN_OF_LIFE_SAMPLES, axis=0)
         position, velocity = samples_in_axes(planner.model.coupling, joints, np.zeros_like(joints))
-        torque = None if self._asked is None else self._asked.standing(joints)
+        torque = self._asked.standing(joints) if self._asked is not None and feedback.referenced else None
         return SetpointBlock(
             self._robot, feedback.owner, next(self._numbers), 0, feedback.tick + _STALE_CYCLES, planner.cycle_s,
             _SIGN_OF_LIFE_SAMPLES, position, velocity, torque,
