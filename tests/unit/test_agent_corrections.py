@@ -99,7 +99,11 @@ def test_a_sensors_offset_is_followed_and_the_next_move_begins_where_it_has_led(
     taught = world.places()[-1]
     world.offset_m = (0.0, 0.0, 0.01)
     world.until_line(4)
+    assert world.state.correction is not None
+    assert world.state.correction.name == "seam"
+    assert world.state.correction.offset_m == pytest.approx((0.0, 0.0, 0.01), abs=1e-4)
     world.until_line(6)
+    assert world.state.correction is None
     places = world.places()
     np.testing.assert_allclose(places[places[:, 1].argmax()], [taught[0], 0.32, taught[2] + 0.01], atol=2e-5)
     world.until(lambda: world.done)
