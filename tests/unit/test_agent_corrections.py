@@ -19,6 +19,7 @@ from cell.messages import (
     ProgramState,
     Run,
     SetManual,
+    Step,
     ZoneState,
     ZoneStatus,
 )
@@ -99,7 +100,11 @@ def test_a_sensors_offset_is_followed_and_the_next_move_begins_where_it_has_led(
     taught = world.places()[-1]
     world.offset_m = (0.0, 0.0, 0.01)
     world.until_line(4)
+    assert world.state.correction is not None
+    assert world.state.correction.name == "seam"
+    assert world.state.correction.offset_m == pytest.approx((0.0, 0.0, 0.01), abs=1e-4)
     world.until_line(6)
+    assert world.state.correction is None
     places = world.places()
     np.testing.assert_allclose(places[places[:, 1].argmax()], [taught[0], 0.32, taught[2] + 0.01], atol=2e-5)
     world.until(lambda: world.done)
@@ -196,6 +201,22 @@ def test_a_program_that_ends_while_it_follows_ends_at_rest_and_can_be_run_again(
     world.call(Run())
     world.until(lambda: world.state.mode is Mode.RUNNING)
     world.until(lambda: world.done)
+
+
+def test_a_step_ends_with_its_block_although_the_belt_runs_on() -> None:
+    world = Measured(START + "TRACK belt\nML Z=2000 F=60\nML Z=1990 F=60 R=0\nML Y=220\nEND")
+    world.belt_m_s = 0.02
+    world.until(lambda: world.states != [] and world.state.mode is Mode.DISABLED)
+    world.call(Enable())
+    world.until(lambda: world.state.mode is Mode.READY)
+    heights = []
+    for _ in range(3):
+        world.call(Step())
+        world.until(lambda: world.state.mode is Mode.RUNNING)
+        world.until(lambda: world.state.mode is Mode.HALTED)
+        world.until_rest()
+        heights.append(float(world.places()[-1][2]))
+    assert heights[1:] == pytest.approx([2.0, 1.99], abs=2e-5)
 
 
 def test_manual_speed_bounds_path_and_belt_together() -> None:
