@@ -18,6 +18,8 @@ def why_apart(step: MotionStep, following: MotionStep) -> str:
 
 
 def _why_joints_apart(step: MotionStep, following: MotionStep) -> str:
+    if any(isinstance(move, JointStep) and not move.synchronised for move in (step, following)):
+        return "with SYNC=0 each joint arrives by itself"
     joints = following.joints if isinstance(following, JointStep) and not isinstance(step, JointStep) else None
     if joints is not None and None in joints:
         return f"the MJ in line {following.line} does not name all joints"

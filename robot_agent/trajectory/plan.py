@@ -59,6 +59,7 @@ def plan(
 
 def _onward(model: Model, paths: "_Paths", limits: Limits, start: Moving, cycle_s: float) -> Motion:
     known, filtered = len(start.ends), limits.shaping.filter_s > 0.0
+    stop: tuple[Transition, ...] = ()
     for wait_s in () if filtered else _WAITS_S:
         going = start.going(wait_s)
         if going is None:
@@ -66,6 +67,7 @@ def _onward(model: Model, paths: "_Paths", limits: Limits, start: Moving, cycle_
         runs = paths.runs(going.path.end(), going.path, known)
         first = runs[0]
         if first is going.path or not isinstance(first, JointPath):
+            stop = runs[1].transitions[:1] if len(runs) > 1 else ()
             break  # the robot stops where the new blocks begin
         timed = in_time(model, [first], limits)[0] if going.stands else fastest_onward(first, limits, going)
         if timed is not None:
@@ -77,6 +79,7 @@ def _onward(model: Model, paths: "_Paths", limits: Limits, start: Moving, cycle_
     whole_s = start.left.duration_s
     runs = paths.runs(start.left.position(np.array(whole_s)), blocks=known)
     times = in_time(model, runs, limits)
+    runs[:1] = [replace(run, transitions=(*stop, *run.transitions)) for run in runs[:1]]
     motion = assembled(model, Kept.of(start, whole_s), known + paths.blocks, runs, times, cycle_s)
     return replace(motion, last=None) if filtered else motion
 
