@@ -141,7 +141,9 @@ class _Paths:
         self, blocks: list[tuple[int, FlangeMove]], q: NDArray[np.float64], before: JointPath | Independent | None
     ) -> list[JointPath]:
         """Moves of the flange from joints `q` `(n,)`; a spline takes its direction from joint moves at its ends too."""
-        arrival = self._direction(q, before.state(before.length)[1]) if isinstance(before, JointPath) else None
+        arrival = None
+        if isinstance(before, JointPath) and not before.stops_for:
+            arrival = self._direction(q, before.state(before.length)[1])
         made: list[JointPath] = []
         for path in self._flange_paths(blocks, q, arrival, None):
             made.append(self._follow(path, made[-1].end() if made else q))
@@ -153,10 +155,10 @@ class _Paths:
 
     def _departure(self, index: int, q: NDArray[np.float64]) -> NDArray[np.float64] | None:
         """The direction in which a joint move goes on behind block `index`, a spline that ends at joints `q` `(n,)`."""
-        following = self._blocks[index + 1] if index + 1 < len(self._blocks) else None
-        if not (
-            isinstance(self._blocks[index], Spline) and isinstance(following, JointMove) and following.synchronised
-        ):
+        block, following = self._blocks[index], self._blocks[index + 1] if index + 1 < len(self._blocks) else None
+        if not isinstance(block, Spline) or block.round_m == 0.0:
+            return None
+        if not isinstance(following, JointMove) or not following.synchronised:
             return None
         self._check_target(index + 1, following)
         return self._direction(q, following.target - q)
