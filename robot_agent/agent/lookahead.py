@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from cell.core import Effect
 from cell.messages import ZoneGeometry
-from robot_agent.agent.joining import why_apart
+from robot_agent.agent.joining import straight_on, why_apart
 from robot_agent.agent.planning import ExtendRequest, Plan, PlanFailed, Planned, PlanRequest
 from robot_agent.language import (
     Finished,
@@ -128,7 +128,7 @@ class Lookahead:
         while len(self._items) < _PLANNED_AHEAD and not self._blocked():
             step = self._take(self._interpreter)
             if isinstance(step, MotionStep):
-                steps = self._chain(self._interpreter, step, _LONGEST_CHAIN)
+                steps = self._chain(self._interpreter, step, _LONGEST_CHAIN, self._end)
                 self._plans += 1
                 self._last = steps[-1]
                 self._items.append(Waiting(self._plans, step.line))
@@ -189,15 +189,21 @@ class Lookahead:
     def _take(self, interpreter: Interpreter) -> Step:
         return self._coming.popleft() if self._coming else interpreter.next()
 
-    def _chain(self, interpreter: Interpreter, first: MotionStep, most: int) -> tuple[MotionStep, ...]:
-        """The steps from `first` on between which the robot may not have to stop; they are planned together."""
+    def _chain(
+        self, interpreter: Interpreter, first: MotionStep, most: int, start: NDArray[np.float64] | None = None
+    ) -> tuple[MotionStep, ...]:
+        """The steps from `first` on between which the robot may not have to stop; they are planned together.
+
+        `start` `(n,)` are the joints before the first one, None where they are not known.
+        """
         steps = [first]
         while len(steps) < most:
             step = self._take(interpreter)
-            if not isinstance(step, MotionStep) or why_apart(steps[-1], step):
-                self._coming.appendleft(step)
-                break
-            steps.append(step)
+            if isinstance(step, MotionStep) and (not why_apart(steps[-1], step) or straight_on(start, steps, step)):
+                steps.append(step)
+                continue
+            self._coming.appendleft(step)
+            break
         return tuple(steps)
 
     def _blocked(self) -> bool:

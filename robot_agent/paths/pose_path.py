@@ -218,7 +218,7 @@ class _Assembly:
         swing_rad = swing(self._turns[-1], turn, width_m)
         if inside:
             self._vias += via(self._legs[number].block, self._turns[-1], turn, swing_rad)
-        elif number in self._met:
+        else:
             self._met[number] = replace(self._met[number], deviation_rad=swing_rad)
 
     def _connector(self, bodies: list[Trimmed], number: int) -> tuple[Curve | None, float]:
