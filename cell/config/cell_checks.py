@@ -70,9 +70,7 @@ def _corrections(document: Document, cell: CellFile) -> Iterator[Problem]:
         try:
             conveyor.frame()
         except NoFrame as error:
-            yield document.problem(
-                (*where, "points"), error.defect, "three points that are far apart and not in one line"
-            )
+            yield document.problem((*where, "points"), error.defect, "three points apart from each other")
     for robot, entry in cell.robots.items():
         for name, correction in entry.corrections.items():
             path: KeyPath = ("robots", robot, "corrections", name)

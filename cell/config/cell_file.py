@@ -45,6 +45,7 @@ class ConveyorEntry(BaseModel):
     )
     counts_per_metre: Annotated[Number, Field(description="of the encoder; below 0 when it counts backwards")]
     largest_speed: PositiveLength = Field(description="a faster belt is not believed")
+    parts: bool = Field(False, description="its encoder tells when parts pass: TRACK waits for the next part")
 
     def frame(self) -> PoseSettings:
         """The frame in world. Raises `cell.geometry.NoFrame` for points without one, ValueError without either."""
@@ -162,7 +163,7 @@ class CellFile(BaseModel):
     def settings(self, document: Document, digest: str) -> CellSettings:
         """The settings; file names become absolute, as seen from the cell file."""
         conveyors = {
-            name: ConveyorSettings(name, belt.frame(), belt.counts_per_metre, belt.largest_speed)
+            name: ConveyorSettings(name, belt.frame(), belt.counts_per_metre, belt.largest_speed, belt.parts)
             for name, belt in self.conveyors.items()
         }
         return CellSettings(

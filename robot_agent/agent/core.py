@@ -303,6 +303,7 @@ class AgentCore:
             requests.append(RateRequest(0.0, "halted" if self.mode is Mode.HALTED else self.mode.value))
         if self.run.correction_ends:
             requests.append(RateRequest(0.0, "TRACK OFF"))
+        waits = self.mode is not Mode.RUNNING or self.corrections.waiting
         return Wishes(
             requests=tuple(requests),
             stop=self.mode in (Mode.ESTOP, Mode.FAULT),
@@ -311,7 +312,7 @@ class AgentCore:
                 *(hold for _, hold in self.zones.holds_on(planned, now)),
             ],
             cap_m_s=self.pace.cap_m_s,
-            follower=self.run.follower if self.mode is Mode.RUNNING and not self.pace.backwards else None,
+            follower=None if waits or self.pace.backwards else self.run.follower,
             not_before_tick=self.run.resume_tick,
             on_time=self.run.starting,
             end_tick=self.run.end_tick,
@@ -389,7 +390,7 @@ class AgentCore:
             return self.jogging.ended_by or self.jogging.source.ruled_by
         if self.mode is not Mode.RUNNING or executive is None or not executive.at_rest(feedback.tick):
             return ""
-        why = self.run.why_idle(feedback.tick, cycle_s)
+        why = self.run.why_idle(feedback.tick, cycle_s) or self.corrections.waiting
         if why:
             return why
         if not self.zones.fresh(now):

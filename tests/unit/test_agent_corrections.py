@@ -1,6 +1,7 @@
 """Corrections in the agent: followed on the path, stopped by name, left at rest, and never into a closed zone."""
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -31,7 +32,8 @@ COUNTS_PER_M = 10_000.0
 SEAM = CorrectionSettings("seam", SensorFrame.BASE, None, 0.05, 0.0, 0.05, 0.2, 0.2, 2.0)
 BELT = CorrectionSettings("belt", None, ConveyorSettings("line", HERE, COUNTS_PER_M, 0.5), 0.3, 0.0, 0.1, 0.2, 0.2, 2.0)
 WIDE = CorrectionSettings("wide", SensorFrame.BASE, None, 2.0, 0.0, 0.05, 0.2, 0.5, 2.0)
-ALL = {each.name: each for each in (SEAM, BELT, WIDE)}
+PICK = replace(BELT, name="pick", conveyor=ConveyorSettings("parts", HERE, COUNTS_PER_M, 0.5, parts=True))
+ALL = {each.name: each for each in (SEAM, BELT, PICK, WIDE)}
 
 START = "MJ J1=10 J2=-10 J3=30 J4=0 J5=60 J6=0\n"
 SEAM_PROGRAM = START + "TRACK seam\nML Y=280 F=60\nML Y=320 F=60 R=0\nTRACK OFF\nML Y=300 F=100\nEND"
@@ -46,6 +48,8 @@ class Measured(AgentWorld):
         self.offset_m = (0.0, 0.0, 0.0)
         self.belt_m_s = 0.0
         self.measured_now = True
+        self.part_at: float | None = None
+        """When the newest part passed."""
 
     def step(self) -> None:
         if self.measured_now:
@@ -53,7 +57,9 @@ class Measured(AgentWorld):
             for name in ("seam", "wide"):
                 self.agent.receive(Correction("left", name, at, self.offset_m), self.now)
             counts = round(self.belt_m_s * self.now * COUNTS_PER_M) % 2**32
-            self.agent.receive(ConveyorCount("line", at, counts), self.now)
+            part = None if self.part_at is None else round(self.belt_m_s * self.part_at * COUNTS_PER_M) % 2**32
+            for name in ("line", "parts"):
+                self.agent.receive(ConveyorCount(name, at, counts, part), self.now)
         super().step()
 
     def until(self, done: Callable[[], bool], seconds: float = 40.0) -> None:
@@ -172,6 +178,23 @@ def test_without_any_measurement_the_program_halts_at_track() -> None:
     world.start()
     world.until(lambda: world.state.mode is Mode.HALTED)
     assert any(event.text == "correction seam: not measured yet" for event in world.events)
+
+
+def test_on_a_belt_with_parts_the_program_waits_for_each_and_meets_it() -> None:
+    world = Measured(START + "LABEL again\nTRACK pick\nML Z=2000 F=50\nWAIT 0.3\nTRACK OFF\nGOTO again 1\nEND")
+    world.belt_m_s = 0.05
+    world.start()
+    world.until(lambda: world.state.waiting_for == "pick: the next part")
+    world.run(0.2)
+    taught = world.places()[-1]
+    world.part_at = world.now - 0.5
+    world.until_line(5)
+    world.run(0.2)
+    way = world.belt_m_s * (world.now - world.part_at)
+    assert world.places()[-1][0] - taught[0] == pytest.approx(way, abs=3e-3)
+    world.until(lambda: world.state.waiting_for == "pick: the next part")
+    world.part_at = world.now
+    world.until(lambda: world.done)
 
 
 @pytest.mark.parametrize("stop", ["halt", "estop"])

@@ -49,8 +49,8 @@ def test_a_belt_measured_by_three_points_is_the_one_with_their_pose(tmp_path: Pa
         (BELT, f"{POSE}, ", "", (BELT, "belt: §{counts"),
          "conveyors.belt: found neither pose nor points, allowed exactly one of them"),
         (BELT, POSE, "points: [[0, 0, 0], [100, 0, 0], [200, 0, 0]]", (BELT, "points: §["),
-         "conveyors.belt.points: found the points lie in one line, allowed three points that are far apart and not in "
-         "one line"),
+         "conveyors.belt.points: found the points lie in one line, allowed three points apart from "
+         "each other"),
         (PROGRAM, "TRACK seam", "TRACK seem", (PROGRAM, "TRACK §seem"),
          "program: found unknown correction `seem`, allowed OFF or a name of corrections: belt, seam"),
     ],
