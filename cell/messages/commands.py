@@ -258,6 +258,22 @@ class MoveAxes(Command):
 
 
 @dataclass(frozen=True, slots=True)
+class PressAxis(Command):
+    """Set-up: let one axis give a torque while held, without moving farther than `within` [rad or m].
+
+    `torque` [Nm, or N of a slide] is behind the gear, and comes on top of what carries the robot where that is known.
+    It rises evenly, stays for `seconds`, and falls again; then the axis is switched off.
+    """
+
+    verb: ClassVar[str] = "press_axis"
+    robot: str
+    axis: str
+    torque: float
+    seconds: float
+    within: float
+
+
+@dataclass(frozen=True, slots=True)
 class HoldSetup(Command):
     """The operator still holds the set-up motion; the reply's `data` are `moving`, `done` or `stopped`."""
 

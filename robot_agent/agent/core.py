@@ -140,7 +140,7 @@ class AgentCore:
             self.report.event(Severity.INFO, "idle_off", text, f"switch them on again with: cell enable {self._robot}")
             effects.append(self.link.switch(DisableDrives(self._robot, feedback.owner)))
         effects += self._move(feedback, self._planner, now)
-        effects += self._plan_ahead()
+        effects += self._plan_ahead(feedback)
         effects.append(self._state(feedback, self._planner, now))
         return effects + self.report.take_events()
 
@@ -244,10 +244,10 @@ class AgentCore:
         presence = self._presence(body, wants, stop_time_s, now)
         return [presence] if block is None else [presence, Publish(executive.sent(block))]
 
-    def _plan_ahead(self) -> list[Effect]:
+    def _plan_ahead(self, feedback: DriveFeedback) -> list[Effect]:
         effects, zones = [], self.zones.geometry
         if self.executive is not None:
-            effects = self.run.extend(self.executive, self.pace.status.stepping, zones)
+            effects = self.run.extend(self.executive, feedback.tick, self.pace.status.stepping, zones)
         return effects + self.run.lookahead.fill(zones)
 
     def _touched_before(self) -> set[str]:
@@ -341,7 +341,7 @@ class AgentCore:
         """A block that holds; the gateway plays none while the drives are disabled, but hears that the owner lives."""
         joints = np.repeat(feedback.commanded[None, :], _SIGN_OF_LIFE_SAMPLES, axis=0)
         position, velocity = samples_in_axes(planner.model.coupling, joints, np.zeros_like(joints))
-        torque = None if self._asked is None else self._asked.standing(joints)
+        torque = self._asked.standing(joints) if self._asked is not None and feedback.referenced else None
         return SetpointBlock(
             self._robot, feedback.owner, next(self._numbers), 0, feedback.tick + _STALE_CYCLES, planner.cycle_s,
             _SIGN_OF_LIFE_SAMPLES, position, velocity, torque,

@@ -81,9 +81,12 @@ class ProgramRun:
             taken = False
         self.lookahead.extended(result, taken)
 
-    def extend(self, executive: Executive, stepping: bool, zones: tuple[ZoneGeometry, ...] | None) -> list[Effect]:
-        """Ask for more of the motion that runs; a step or a common end would lose its end, and a
-        corrected path is not extended, so behind them the robot rests.
+    def extend(
+        self, executive: Executive, tick: int, stepping: bool, zones: tuple[ZoneGeometry, ...] | None
+    ) -> list[Effect]:
+        """Ask for more of the motion that runs.
+
+        A step or a common end would lose its end, and a corrected path is not extended: behind them the robot rests.
         """
         timeline = executive.timeline
         running = timeline.newest.path
@@ -92,7 +95,9 @@ class ProgramRun:
         if stepping or executive.corrected or self.end_tick is not None:
             self.lookahead.close()
             return []
-        return self.lookahead.extend(*timeline.reach(running), zones)
+        block, index = timeline.at(tick)
+        played_tau = float(block.segment.tau[index]) if block.planned is running else 0.0
+        return self.lookahead.extend(timeline.reach(), played_tau, zones)
 
     @property
     def follower(self) -> Planned | None:
