@@ -8,7 +8,7 @@ from pathlib import Path
 from bench.timing import Row
 from drive_gateway.canopen.cob_id import RPDO1, SDO_TO_NODE, SYNC
 from drive_gateway.canopen.frame import CanFrame
-from drive_gateway.cia402.preparation import preparations
+from drive_gateway.cia402.preparation import preparations, supervision
 from drive_gateway.config import GatewaySettings, load_drives
 from drive_gateway.config.image import image_of
 from drive_gateway.config.simulation import Level
@@ -37,7 +37,8 @@ class Drives:
             self._pass(0.005)
         for axis in self._axes:
             linked = [write for pdo in image_of(axis).pdos for write in pdo.writes()]
-            for write in [*(prepared.write for prepared in preparations(axis, settings)), *linked]:
+            prepared = [*supervision(axis, settings), *preparations(axis, settings)]
+            for write in [*(item.write for item in prepared), *linked]:
                 head = struct.pack("<BHB", 0x23 | (4 - len(write.data)) << 2, write.index, write.sub)
                 self._bus.receive(CanFrame(SDO_TO_NODE + axis.node_id, head + write.data.ljust(4, b"\0")), self._now)
                 self._pass(0.001)

@@ -64,6 +64,14 @@ class AskDone:
 
 
 @dataclass(frozen=True, slots=True)
+class Arrived:
+    """A state message and the moment [s] at which it came in, which is before the step that takes it."""
+
+    message: object
+    at: float
+
+
+@dataclass(frozen=True, slots=True)
 class Frozen:
     """The process stood still for `gap_s`: what it receives next may be that old, what it sent proves nothing now."""
 

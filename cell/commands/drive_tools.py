@@ -58,7 +58,10 @@ def scan(
 
 
 def _scan_bus(drives: GatewaySettings) -> None:
-    named = {axis.node_id: f"{name} {axis.name}" for name, robot in drives.robots.items() for axis in robot.axes}
+    named: dict[int, str] = {}
+    for name, axis in ((name, axis) for name, robot in drives.robots.items() for axis in robot.axes):
+        before = named.get(axis.node_id)
+        named[axis.node_id] = f"{name} {axis.name}" if before is None else f"{before}, {axis.name}"
     everyone = list(range(1, MASTER_NODE_ID))
     with BusLine(drives, everyone) as bus:
         found = {node: outcome for node, outcome in bus.probe(everyone, _DEVICE_TYPE, 0).items() if not outcome.problem}
@@ -92,14 +95,14 @@ def read(
     ] = None,
 ) -> None:
     """Read an object of a node, or all parameters that its EDS names but domains; always allowed."""
-    axis = _axis(drives_of(file, gateway), node)
-    eds = Eds(axis.eds)
+    axis, eds = _axis_and_eds(file, gateway, node)
     if output is not None:
         if item is None:
             raise CommandError("--output takes the bytes of one object", "name it by INDEX:SUB, such as 1021:00")
-        _read_to_file(file, gateway, axis, eds.find(item), output)
+        _read_to_file(file, gateway, axis, eds.find(item, axis.number), output)
         return
-    wanted = [eds.find(item)] if item is not None else [entry for entry in eds if entry.readable and not entry.domain]
+    every = [entry for entry in eds if entry.readable and not entry.domain]
+    wanted = every if item is None else [eds.find(item, axis.number)]
     with node_access(file, gateway) as nodes:
         for entry in wanted:
             try:
@@ -134,8 +137,8 @@ def write(
 
     What the gateway itself writes at boot is refused: the drives file says it. A value below zero needs `--` before it.
     """
-    axis = _axis(drives_of(file, gateway), node)
-    entry = Eds(axis.eds).find(item)
+    axis, eds = _axis_and_eds(file, gateway, node)
+    entry = eds.find(item, axis.number)
     if not entry.writable:
         raise CommandError(f"{entry.address} {entry.name} is read-only")
     data = _file_bytes(value[1:]) if entry.domain and value.startswith("@") else entry.pack(value)
@@ -191,11 +194,19 @@ def log(
     print(f"{target} holds {frames} frames")
 
 
+def _axis_and_eds(file: Path, gateway: str, node: str) -> tuple[AxisSettings, Eds]:
+    """The axis that was named, and the objects of its node with all its axes."""
+    drives = drives_of(file, gateway)
+    axis = _axis(drives, node)
+    axes = sum(other.node_id == axis.node_id for robot in drives.robots.values() for other in robot.axes)
+    return axis, Eds(axis.eds, axes)
+
+
 def _axis(drives: GatewaySettings, node: str) -> AxisSettings:
-    """The axis that a Node-ID or `ROBOT.AXIS` means. Raises `CommandError` with all that there are."""
+    """The axis that `ROBOT.AXIS` means, the first one of a Node-ID. Raises `CommandError` with all that there are."""
     axes = [(f"{name}.{axis.name}", axis) for name, robot in drives.robots.items() for axis in robot.axes]
     for label, axis in axes:
-        if node in (label, str(axis.node_id)):
+        if node == label or (node == str(axis.node_id) and axis.number == 1):
             return axis
     known = ", ".join(f"{axis.node_id} ({label})" for label, axis in axes)
     raise CommandError(f"no node {node!r} on the bus of gateway {drives.name}; its nodes are {known}")

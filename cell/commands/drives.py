@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+from rich.box import SIMPLE_HEAD
 from rich.console import Console
 from rich.table import Table
 
@@ -35,7 +36,8 @@ def drives(file: CellFileOption = Path(CELL_FILE), endpoint: ConnectOption = Non
 def drives_table(settings: CellSettings, seen: Snapshot) -> Table:
     """One row per node of all gateways that are heard; one line per bus below."""
     counters = [bus_line(name, seen.gateways.get(name)) for name in settings.gateways]
-    table = Table(title=f"drives of cell {settings.name}", title_justify="left", caption="\n".join(counters))
+    title, caption = f"drives of cell {settings.name}", "\n".join(counters)
+    table = Table(title=title, title_justify="left", caption=caption, box=SIMPLE_HEAD, padding=(0, 1, 0, 0))
     table.caption_justify = "left"
     for heading in ("gateway", "node", "robot", "axis", "NMT", "drive", "referenced", "emergency"):
         table.add_column(heading)

@@ -15,6 +15,7 @@ from cell.commands.view import names
 from cell.messages import Command, ReadObject, Reply, WriteObject
 from cell.net.errors import CallError, Unreachable
 from cell.net.session import CellSession, new_call
+from drive_gateway.canopen.axis_objects import index_of
 from drive_gateway.canopen.frame import CanFrame
 from drive_gateway.canopen.sdo import Sdo, SdoDone
 from drive_gateway.config import GatewaySettings, load_drives
@@ -68,6 +69,9 @@ class BusLine:
     """The nodes directly, on a bus without a gateway. Context manager."""
 
     def __init__(self, drives: GatewaySettings, node_ids: list[int]) -> None:
+        self._axes: dict[int, list[int]] = {}
+        for axis in (axis for robot in drives.robots.values() for axis in robot.axes):
+            self._axes.setdefault(axis.node_id, []).append(axis.number)
         self._done: queue.SimpleQueue[SdoDone] = queue.SimpleQueue()
         self._port = BusPort(drives.bus, self._on_frame)
         self._workers = SdoWorkers(node_ids, self._port.send, self._done.put)
@@ -92,12 +96,13 @@ class BusLine:
         return self._carry_out(Sdo(f"{node_id}/read", node_id, index, sub, None))
 
     def write(self, node_id: int, index: int, sub: int, data: bytes) -> None:
-        word = int.from_bytes(self.read(node_id, _STATUSWORD, 0), "little")
-        if word & _TORQUE_BITS in _WITH_TORQUE:
-            raise CommandError(
-                f"node {node_id} has its power stage on (statusword {word:04X}h); a write is refused",
-                "switch the drive off first",
-            )
+        for axis in self._axes.get(node_id, (1,)):
+            word = int.from_bytes(self.read(node_id, index_of(_STATUSWORD, axis), 0), "little")
+            if word & _TORQUE_BITS in _WITH_TORQUE:
+                raise CommandError(
+                    f"node {node_id} has its power stage on (statusword {word:04X}h); a write is refused",
+                    "switch the drive off first",
+                )
         self._carry_out(Sdo(f"{node_id}/write", node_id, index, sub, data))
 
     def _carry_out(self, request: Sdo) -> bytes:
@@ -150,7 +155,7 @@ def node_access(file: Path, gateway: str) -> Iterator[NodeAccess]:
             return
         drives = drives_of(file, gateway)
         refuse_virtual(drives, file)
-        nodes = [axis.node_id for robot in drives.robots.values() for axis in robot.axes]
+        nodes = list({axis.node_id for robot in drives.robots.values() for axis in robot.axes})
         yield stack.enter_context(BusLine(drives, nodes))
 
 

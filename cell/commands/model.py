@@ -11,7 +11,7 @@ from rich.table import Table
 
 from cell.commands.errors import CommandError
 from cell.geometry import to_xyz_abc
-from robot_agent.kinematics import KinematicsError, Model, NotInUrdf, load_model
+from robot_agent.kinematics import KinematicsError, Model, NotInUrdf, SerialModel, load_model
 from robot_agent.model import Motor
 
 
@@ -102,12 +102,24 @@ def _facts(robot: Model) -> list[tuple[str, str]]:
     for axis, motor in robot.description.motors.items():
         sources.setdefault(motor.source, []).append(axis)
     facts += [("motors", f"{', '.join(axes)}: {source}") for source, axes in sources.items()]
+    if masses := _masses(robot):
+        facts.append(("masses", masses))
     for name, tool in robot.description.tools.items():
         tcp = to_xyz_abc(tool.pose_flange_tcp) * [1000, 1000, 1000, *[180 / np.pi] * 3]
         pose = " ".join(f"{letter} {value:.1f}" for letter, value in zip("XYZABC", tcp, strict=True))
         mounted = ", mounted" if name == robot.description.mounted else ""
         facts.append(("tool", f"{name}: TCP {pose}, {tool.mass_kg:g} kg{mounted}"))
     return facts
+
+
+def _masses(robot: Model) -> str:
+    """What its links weigh together, and who says so."""
+    masses = robot.masses if isinstance(robot, SerialModel) else ()
+    if not masses:
+        return ""
+    sources = "; ".join(dict.fromkeys(mass.source for mass in masses))
+    total_kg = sum(mass.mass_kg for mass in masses)
+    return f"{total_kg:g} kg on links {', '.join(robot.link_names[mass.link] for mass in masses)}: {sources}"
 
 
 def _number(value: float) -> str:

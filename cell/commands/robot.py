@@ -6,6 +6,7 @@ from typing import Annotated
 
 import typer
 
+from cell.commands.common_start import run_together
 from cell.commands.connection import connect, report
 from cell.commands.options import CELL_FILE, CellFileOption, ConnectOption, RobotArgument
 from cell.messages import Command, Continue, Disable, Enable, Halt, Run, SetManual, SetOverride, Step
@@ -28,9 +29,23 @@ def _order(robot: str, command: Command, file: Path, endpoints: list[str] | None
         report(robot, operator.ask_robot(robot, command))
 
 
-def run(robot: RobotArgument, file: CellFileOption = Path(CELL_FILE), endpoint: ConnectOption = None) -> None:
-    """Start a robot's program from its first line."""
-    _order(robot, Run(), file, endpoint)
+def run(
+    robots: Annotated[list[str], typer.Argument(metavar="ROBOT...", help="Names of robots in the cell file.")],
+    ahead: Annotated[
+        float, typer.Option(min=0.5, metavar="SECONDS", help="Several robots: plan for so long, then start.")
+    ] = 2.0,
+    file: CellFileOption = Path(CELL_FILE),
+    endpoint: ConnectOption = None,
+) -> None:
+    """Start a robot's program from its first line; several robots begin their first motions at the same moment.
+
+    A robot that cannot begin then does not begin at all. When one refuses, the others are halted before the start.
+    """
+    if len(robots) == 1:
+        _order(robots[0], Run(), file, endpoint)
+        return
+    with connect(file, endpoint) as operator:
+        run_together(operator, robots, ahead)
 
 
 def halt(robot: RobotArgument, file: CellFileOption = Path(CELL_FILE), endpoint: ConnectOption = None) -> None:

@@ -38,7 +38,7 @@ from cell.messages.commands import (
     Who,
     WriteObject,
 )
-from cell.messages.common import Heard, Token, TokenGone
+from cell.messages.common import CellTime, Heard, Token, TokenGone
 from cell.messages.drives import AxisStatus, DriveFeedback, PlayoutState
 from cell.messages.estop import Estop
 from cell.messages.event import Event, Severity
@@ -57,6 +57,7 @@ __all__ = [
     "Body",
     "BusCounters",
     "Call",
+    "CellTime",
     "Claim",
     "ClaimGrant",
     "ClearZone",

@@ -6,7 +6,7 @@ A call's verb is the last chunk of its key (`robot/left/cmd/run`); the verb pick
 from dataclasses import dataclass
 from typing import ClassVar
 
-from cell.messages.common import Heard
+from cell.messages.common import CellTime, Heard
 from cell.messages.jog import JogFrame
 
 
@@ -36,9 +36,11 @@ class Disable(Command):
 
 @dataclass(frozen=True, slots=True)
 class Run(Command):
-    """Start the configured program from its first line."""
+    """Start the configured program from its first line, at once or at a given time."""
 
     verb: ClassVar[str] = "run"
+    at: CellTime | None = None
+    """The first motion begins with the first tick at or behind this moment, or not at all."""
 
 
 @dataclass(frozen=True, slots=True)

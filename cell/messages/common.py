@@ -23,6 +23,14 @@ class Token:
 
 
 @dataclass(frozen=True, slots=True)
+class CellTime:
+    """A moment by the cell clock: `cell_time` [s] of the manager whose `boot` this is; each manager starts at 0."""
+
+    boot: str
+    seconds: float
+
+
+@dataclass(frozen=True, slots=True)
 class TokenGone:
     """The liveliness token of a process went: it died or its link was cut. Delivered by the shell, never on a key."""
 

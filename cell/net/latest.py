@@ -1,9 +1,11 @@
 """One slot per key: of a state only the newest matters, and a busy key never starves another."""
 
 import logging
+import time
 from collections.abc import Callable
 from threading import Lock
 
+from cell.core import Arrived
 from cell.net.codec import decode
 from cell.net.errors import CodecError
 from cell.net.keys import Keys
@@ -47,21 +49,26 @@ class Latest:
     def __init__(self, decoder: Decoder) -> None:
         self._decoder = decoder
         self._lock = Lock()
-        self._new: dict[str, bytes] = {}
+        self._new: dict[str, tuple[bytes, float]] = {}
         self._arrivals: dict[str, int] = {}
 
     def store(self, key: str, payload: bytes) -> None:
         """Called by Zenoh's thread."""
+        at = time.monotonic()
         with self._lock:
-            self._new[key] = payload
+            self._new[key] = (payload, at)
             self._arrivals[key] = self._arrivals.get(key, 0) + 1
 
     def take_new(self) -> list[object]:
         """The newest message of each key that arrived since the last call."""
+        return [arrived.message for arrived in self.take_arrived()]
+
+    def take_arrived(self) -> list[Arrived]:
+        """The same, each with the moment at which it arrived."""
         with self._lock:
             new, self._new = self._new, {}
-        decoded = (self._decoder.decode(key, payload) for key, payload in new.items())
-        return [message for message in decoded if message is not None]
+        decoded = ((self._decoder.decode(key, payload), at) for key, (payload, at) in new.items())
+        return [Arrived(message, at) for message, at in decoded if message is not None]
 
     def arrivals(self) -> dict[str, int]:
         """Payloads that arrived so far, by key."""

@@ -2,13 +2,14 @@
 
 import re
 from collections.abc import Iterator
-from dataclasses import dataclass
-from importlib.resources import as_file, files
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import canopen
 from canopen.objectdictionary import ODVariable, datatypes
 
+from drive_gateway.canopen.axes_eds import NAME, objects_of_axes
+from drive_gateway.canopen.axis_objects import first_axis_index, index_of
 from drive_gateway.errors import GatewayError
 
 _SIZES = {
@@ -81,17 +82,13 @@ class ObjectEntry:
 class Eds:
     """The objects of one kind of node. Without a file: those of the simulated drive, which are plain CiA 402."""
 
-    def __init__(self, file: str = "") -> None:
-        """Raises `EdsError`: the file is missing or no EDS."""
+    def __init__(self, file: str = "", axes: int = 1) -> None:
+        """`axes`: of the node, 1 to 3; a file says its own. Raises `EdsError`: the file is missing or no EDS."""
         try:
-            if file:
-                self._parsed = canopen.import_od(file, node_id=0)
-            else:
-                with as_file(files("drive_gateway.sim") / "cia402_drive.eds") as path:
-                    self._parsed = canopen.import_od(str(path), node_id=0)
+            self._parsed = canopen.import_od(file, node_id=0) if file else objects_of_axes(axes)
         except (OSError, ValueError, KeyError) as error:
             raise EdsError(f"{file}: cannot be read as EDS or DCF: {error}") from error
-        self.name = Path(file).name if file else "cia402_drive.eds"
+        self.name = Path(file).name if file else NAME
 
     def __iter__(self) -> Iterator[ObjectEntry]:
         """All objects in the order of their indices."""
@@ -99,22 +96,28 @@ class Eds:
             for variable in [item] if isinstance(item, ODVariable) else item.values():
                 yield _entry(variable, "" if isinstance(item, ODVariable) else f"{item.name}, ")
 
-    def find(self, text: str) -> ObjectEntry:
+    def find(self, text: str, axis: int = 1) -> ObjectEntry:
         """The object at an address such as 6041, 6041h:00, 0x1018:1, or of that name.
 
-        An address that the file does not have is an object of unknown type. Raises `EdsError` for anything else.
+        An address is taken as it is; the name of an object of the profile means that of `axis`. An address that the
+        file does not have is an object of unknown type. Raises `EdsError` for anything else.
         """
         address = _ADDRESS.fullmatch(text)
-        if address is None:
-            wanted = [entry for entry in self if entry.name.lower() == text.lower()]
-            if len(wanted) != 1:
-                raise EdsError(f"{text!r} is no object of {self.name}; allowed are INDEX:SUB in hex, or one name of it")
-            return wanted[0]
-        index, sub = int(address[1], 16), int(address[2] or "0", 16)
-        for entry in self:
-            if (entry.index, entry.sub) == (index, sub):
-                return entry
-        return ObjectEntry(index, sub, f"not in {self.name}", 0, False, False, False, True, True)
+        if address is not None:
+            return self._at(int(address[1], 16), int(address[2] or "0", 16))
+        named = [entry for entry in self if entry.name.lower() == text.lower()]
+        named = [entry for entry in named if index_of(first_axis_index(entry.index), axis) == entry.index] or named
+        if len(named) != 1:
+            raise EdsError(f"{text!r} is no object of {self.name}; allowed are INDEX:SUB in hex, or one name of it")
+        return self._at(index_of(named[0].index, axis), named[0].sub)
+
+    def _at(self, index: int, sub: int) -> ObjectEntry:
+        """A file that does not describe the further axes of its node: they have what axis 1 has."""
+        entries = {(entry.index, entry.sub): entry for entry in self}
+        found = entries.get((index, sub)) or entries.get((first_axis_index(index), sub))
+        if found is None:
+            return ObjectEntry(index, sub, f"not in {self.name}", 0, False, False, False, True, True)
+        return replace(found, index=index)
 
 
 def _entry(variable: ODVariable, group: str) -> ObjectEntry:

@@ -8,9 +8,11 @@ A drives file may give the first PDOs of its nodes to motions of their own (`pro
 the fourth.
 """
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from struct import Struct
 
+from drive_gateway.canopen.axis_objects import PDO_SPAN, index_of
 from drive_gateway.canopen.bus_load import frame_bits
 from drive_gateway.canopen.cob_id import RPDO1, TPDO1
 from drive_gateway.canopen.frame import CanFrame
@@ -30,7 +32,7 @@ ON_EVENT = 254
 DISABLED = 1 << 31
 """Bit 31 of a PDO's COB-ID: the PDO does not exist."""
 PDOS = range(1, 5)
-"""A node has up to four PDOs in each direction."""
+"""An axis has up to four PDOs in each direction."""
 
 COMMAND = Struct("<Hi")
 """Controlword, target position [counts]."""
@@ -63,10 +65,13 @@ class Pdo:
     every: int = EVERY_SYNC
     period_s: float = 0.0
     """Of a PDO of type `ON_EVENT`."""
+    axis: int = 1
+    """Whose the PDO is; its `number` counts from the first one of this axis."""
 
     @property
     def cob_id(self) -> int:
-        return (RPDO1 if self.receive else TPDO1) + 0x100 * (self.number - 1) + self.node_id
+        """Predefined connection set: axis 1 has the identifiers of its Node-ID, the next axis those of the next one."""
+        return (RPDO1 if self.receive else TPDO1) + 0x100 * (self.number - 1) + self.node_id + self.axis - 1
 
     @property
     def data_bytes(self) -> int:
@@ -74,7 +79,7 @@ class Pdo:
 
     def writes(self) -> list[SdoWrite]:
         """Disable, type, times, no entries, entries, count, enable: a node refuses any other order."""
-        mapping = (0x1600 if self.receive else 0x1A00) + self.number - 1
+        mapping = self._record(0x1600 if self.receive else 0x1A00)
         return [
             self.unlinked(),
             SdoWrite(self._communication, 2, _u8(self.every)),
@@ -99,7 +104,10 @@ class Pdo:
 
     @property
     def _communication(self) -> int:
-        return (0x1400 if self.receive else 0x1800) + self.number - 1
+        return self._record(0x1400 if self.receive else 0x1800)
+
+    def _record(self, first: int) -> int:
+        return first + PDO_SPAN * (self.axis - 1) + self.number - 1
 
 
 @dataclass(frozen=True, slots=True)
@@ -145,6 +153,7 @@ class ProcessImage:
 def process_image(
     node_id: int,
     *,
+    axis: int = 1,
     interpolated: bool = False,
     velocity_offset: bool = False,
     inputs_every: int = 0,
@@ -153,13 +162,15 @@ def process_image(
     """The image of one axis; its inputs come with each `inputs_every`-th SYNC (1 to 240), or never (0)."""
     first, second = (4, 3) if profile else (1, 2)
     index, sub = target_object(interpolated)
-    target = _entry(index, 32) | sub << 8
-    inputs = (_entry(DIGITAL_INPUTS, 32),)
+
+    def pdo(number: int, receive: bool, *entries: int, every: int = EVERY_SYNC) -> Pdo:
+        return Pdo(number, receive, node_id, entries_of(entries, axis), every, axis=axis)
+
     return ProcessImage(
-        command=Pdo(first, True, node_id, (_entry(CONTROLWORD, 16), target)),
-        status=Pdo(first, False, node_id, (_entry(STATUSWORD, 16), _entry(POSITION_ACTUAL, 32))),
-        offset=Pdo(second, True, node_id, (_entry(VELOCITY_OFFSET, 32),)) if velocity_offset else None,
-        inputs=Pdo(second, False, node_id, inputs, inputs_every) if inputs_every else None,
+        command=pdo(first, True, _entry(CONTROLWORD, 16), _entry(index, 32) | sub << 8),
+        status=pdo(first, False, _entry(STATUSWORD, 16), _entry(POSITION_ACTUAL, 32)),
+        offset=pdo(second, True, _entry(VELOCITY_OFFSET, 32)) if velocity_offset else None,
+        inputs=pdo(second, False, _entry(DIGITAL_INPUTS, 32), every=inputs_every) if inputs_every else None,
         profile=profile,
     )
 
@@ -169,11 +180,16 @@ def target_object(interpolated: bool) -> tuple[int, int]:
     return (INTERPOLATION_DATA, 1) if interpolated else (TARGET_POSITION, 0)
 
 
-def unused(node_id: int, linked: tuple[Pdo, ...]) -> list[SdoWrite]:
-    """Every other PDO is taken off the bus: what a drive has from its factory may collide with another node."""
+def entries_of(entries: Iterable[int], axis: int) -> tuple[int, ...]:
+    """Mapping entries of axis 1 as those of `axis`."""
+    return tuple(index_of(entry >> 16, axis) << 16 | entry & 0xFFFF for entry in entries)
+
+
+def unused(node_id: int, linked: tuple[Pdo, ...], axis: int = 1) -> list[SdoWrite]:
+    """Every other PDO of the axis is taken off the bus: what it has from its factory may collide with another node."""
     used = {(pdo.receive, pdo.number) for pdo in linked}
     return [
-        Pdo(number, receive, node_id, ()).unlinked()
+        Pdo(number, receive, node_id, (), axis=axis).unlinked()
         for receive in (True, False)
         for number in PDOS
         if (receive, number) not in used

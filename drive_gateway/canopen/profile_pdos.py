@@ -7,8 +7,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from struct import Struct
 
+from drive_gateway.canopen.axis_objects import first_axis_index
 from drive_gateway.canopen.frame import CanFrame
-from drive_gateway.canopen.pdo_map import CONTROLWORD, ON_EVENT, TARGET_POSITION, Pdo
+from drive_gateway.canopen.pdo_map import CONTROLWORD, ON_EVENT, TARGET_POSITION, Pdo, entries_of
 
 TARGET_VELOCITY = 0x60FF
 END_VELOCITY = 0x6082
@@ -31,10 +32,10 @@ class ProfilePdos:
     rpdos: tuple[Entries, ...]
     tpdos: tuple[Entries, ...]
 
-    def of(self, node_id: int) -> tuple[Pdo, ...]:
-        """The PDOs of one node."""
+    def of(self, node_id: int, axis: int = 1) -> tuple[Pdo, ...]:
+        """The PDOs of one axis of a node; objects outside the profile are the same for all its axes."""
         return tuple(
-            Pdo(number, receive, node_id, entries, ON_EVENT, self.period_s)
+            Pdo(number, receive, node_id, entries_of(entries, axis), ON_EVENT, self.period_s, axis)
             for receive, mapped in ((True, self.rpdos), (False, self.tpdos))
             for number, entries in enumerate(mapped, start=1)
             if entries
@@ -59,7 +60,7 @@ class ProfileSender:
     """
 
     def __init__(self, pdos: Sequence[Pdo]) -> None:
-        received = [(pdo, [object_of(entry) for entry in pdo.entries]) for pdo in pdos if pdo.receive]
+        received = [(pdo, [first_axis_index(object_of(entry)) for entry in pdo.entries]) for pdo in pdos if pdo.receive]
         received.sort(key=lambda item: CONTROLWORD in item[1])
         self._pdos = [
             (pdo, indices, Struct("<" + "".join(COMMANDS[index][1] for index in indices))) for pdo, indices in received

@@ -3,8 +3,9 @@
 Every value is read back and compared: a drive that keeps another value would stop in another way than the cell expects.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
+from drive_gateway.canopen.axis_objects import index_of
 from drive_gateway.canopen.cob_id import MASTER_NODE_ID
 from drive_gateway.canopen.pdo_map import SdoWrite
 from drive_gateway.config.settings import AxisSettings, GatewaySettings
@@ -25,17 +26,26 @@ class Preparation:
     shown_index: int
     shown_sub: int
 
+    def of_axis(self, axis: int) -> "Preparation":
+        """The same for axis 1 to 3 of a node."""
+        write = replace(self.write, index=index_of(self.write.index, axis))
+        return replace(self, write=write, shown_index=index_of(self.shown_index, axis))
+
+
+def supervision(axis: AxisSettings, settings: GatewaySettings) -> list[Preparation]:
+    """How the node of this axis and its master watch each other."""
+    return _guarding(settings) if axis.guarded else _heartbeats(settings)
+
 
 def preparations(axis: AxisSettings, settings: GatewaySettings) -> list[Preparation]:
-    """The values for one axis, in the order in which they are written.
+    """The values for one axis at its own indices, in the order in which they are written.
 
     Raises:
         ValueError: the cycle cannot be expressed as an interpolation period (60C2h).
     """
     counts = abs(axis.counts_per_unit)
     period, exponent = interpolation_period(settings.cycle_s)
-    return [
-        *(_guarding(settings) if axis.guarded else _heartbeats(settings)),
+    values = [
         _same("interpolation period", 0x60C2, 1, period, 1),
         _same("interpolation period, power of ten", 0x60C2, 2, exponent, 1),
         *([_same("linear interpolation", 0x60C0, 0, 0, 2)] if axis.interpolated else []),
@@ -47,6 +57,7 @@ def preparations(axis: AxisSettings, settings: GatewaySettings) -> list[Preparat
         _same("following-error time", 0x6066, 0, _milliseconds(axis.following_time_s), 2),
         *_limits(axis),
     ]
+    return [item.of_axis(axis.number) for item in values]
 
 
 def _limits(axis: AxisSettings) -> list[Preparation]:

@@ -8,6 +8,7 @@ from pydantic import BaseModel, Field, ValidationInfo, field_validator
 
 from cell.config.fields import FileName
 from cell.config.units import STRICT, Number, Positive, PositiveLength, Seconds, in_si
+from drive_gateway.canopen.axis_objects import AXES
 from drive_gateway.config.object_address import ObjectAddress, address_of
 from drive_gateway.config.settings import (
     AxisSettings,
@@ -90,6 +91,7 @@ class AxisEntry(BaseModel):
     model_config = STRICT
     type: Literal["rotary", "linear"] = Field("rotary", description="rotary, or linear for an axis that slides")
     node: int = Field(ge=1, le=127, description="CANopen node-ID, 1 to 127")
+    axis: int = Field(default=1, ge=1, le=AXES, description="which axis of its node, 1 to 3")
     feed: PositiveLength | None = Field(None, description="way of a linear axis per turn behind the gear")
     gear: float = Field(ge=1e-3, le=1e6, description="motor turns per turn of the axis, or of what drives a linear one")
     counts_per_turn: int = Field(gt=0, le=2**40, description="encoder counts per motor turn")
@@ -158,6 +160,7 @@ class AxisEntry(BaseModel):
         return AxisSettings(
             name=name,
             node_id=self.node,
+            number=self.axis,
             counts_per_unit=self.counts_per_unit(),
             offset=self.offset,
             speed=self.speed,

@@ -13,6 +13,7 @@ from drive_gateway.config.axis_entry import AxisEntry
 from drive_gateway.config.bus_load import KEPT_FREE, REFUSE_ABOVE, WARN_ABOVE, bus_load
 from drive_gateway.config.drives_file import DrivesFile
 from drive_gateway.config.image import image_of
+from drive_gateway.config.node_checks import check_nodes
 from drive_gateway.config.profile_entry import check_profile_pdos
 from drive_gateway.config.simulation_checks import check_simulation
 
@@ -26,7 +27,7 @@ def check_drives_file(document: Document, drives: DrivesFile) -> list[Problem]:
     return [
         *_interface(document, drives),
         *_empty(document, drives),
-        *_nodes(document, drives),
+        *check_nodes(document, list(axes_of(drives))),
         *_load(document, drives),
         *_times(document, drives),
         *_milliseconds(document, drives),
@@ -47,14 +48,6 @@ def _empty(document: Document, drives: DrivesFile) -> Iterator[Problem]:
     for path in mappings:
         if not document.keys(path):
             yield document.problem(path, "an empty mapping", "one or more")
-
-
-def _nodes(document: Document, drives: DrivesFile) -> Iterator[Problem]:
-    seen: dict[int, str] = {}
-    for path, who, axis in axes_of(drives):
-        other = seen.setdefault(axis.node, who)
-        if other != who:
-            yield document.problem((*path, "node"), f"{axis.node}, the Node-ID of {other} too", "each Node-ID once")
 
 
 def _images(drives: DrivesFile) -> list[ProcessImage]:

@@ -109,6 +109,6 @@ class DrivesFile(BaseModel):
                     counts_per_turn=axis.counts_per_turn,
                     offset=axis.offset / axis.way_per_rad(),
                     top_speed=SPEED_RESERVE * axis.speed * axis.gear / axis.way_per_rad(),
-                    seed=axis.node,
+                    seed=axis.node + 0x80 * (axis.axis - 1),
                 )
         return found

@@ -11,8 +11,9 @@ def image_of(axis: AxisSettings) -> ProcessImage:
     """The process image of one axis."""
     return process_image(
         axis.node_id,
+        axis=axis.number,
         interpolated=axis.interpolated,
         velocity_offset=axis.velocity_offset,
         inputs_every=0 if axis.inputs is None else INPUTS_EVERY,
-        profile=() if axis.profile_pdos is None else axis.profile_pdos.of(axis.node_id),
+        profile=() if axis.profile_pdos is None else axis.profile_pdos.of(axis.node_id, axis.number),
     )

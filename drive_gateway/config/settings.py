@@ -82,6 +82,8 @@ class AxisSettings:
     """Time for which the following error may be larger (6066h)."""
     simulated_start: float
     """[rad or m] where a simulated drive stands when it is switched on."""
+    number: int = 1
+    """Which axis of its node it is, 1 to 3."""
     index_counts: int = 0
     """Encoder counts between two index pulses, one per motor turn; 0: the encoder has none."""
     linear: bool = False

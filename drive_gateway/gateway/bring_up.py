@@ -4,7 +4,7 @@ Everything has a deadline; a node that fails is tried again slowly, so a drive t
 """
 
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from enum import Enum
 
@@ -12,7 +12,7 @@ from cell.core import Effect
 from drive_gateway.canopen.nmt import NmtCommand, NmtState, nmt_frame
 from drive_gateway.canopen.pdo_map import SdoWrite, unused
 from drive_gateway.canopen.sdo import SdoChannel, SdoDone, abort_text
-from drive_gateway.cia402.preparation import preparations
+from drive_gateway.cia402.preparation import Preparation, preparations, supervision
 from drive_gateway.config.image import image_of
 from drive_gateway.config.settings import AxisSettings, GatewaySettings, IdentitySettings
 from drive_gateway.gateway.effects import Frame
@@ -54,13 +54,19 @@ class BringUp:
     """The way of one node to Operational. The node's supervisor feeds it boot-ups, heartbeats and SDO outcomes."""
 
     def __init__(
-        self, label: str, axis: AxisSettings, settings: GatewaySettings, sdo: SdoChannel, reference: Reference
+        self,
+        label: str,
+        axes: Sequence[AxisSettings],
+        settings: GatewaySettings,
+        sdo: SdoChannel,
+        references: Sequence[Reference],
     ) -> None:
         self._label = label
-        self._node_id = axis.node_id
+        self._node_id = axes[0].node_id
         self._timeout_s = settings.boot_timeout_s
+        self._configuring_s = settings.boot_timeout_s * len(axes)
         self._sdo = sdo
-        self._program = _program(axis, settings, reference)
+        self._program = _program(axes, settings, references)
         self._steps: deque[_Step] = deque()
         self._deadline = 0.0
         self._now = 0.0
@@ -111,7 +117,7 @@ class BringUp:
 
     def _enter(self, phase: Phase) -> None:
         self.phase = phase
-        self._deadline = self._now + self._timeout_s
+        self._deadline = self._now + (self._configuring_s if phase is Phase.CONFIGURING else self._timeout_s)
 
     def _late(self, nmt: NmtState | None) -> str:
         if self.phase is Phase.RESETTING:
@@ -122,7 +128,7 @@ class BringUp:
         if self.phase is Phase.CONFIGURING:
             step = self._steps[0]
             found = f", found {_number(self._found)}" if step.shown is not None and self._found else ""
-            return f"{self._label} was not configured within {self._timeout_s} s, last at {_where(step)}{found}"
+            return f"{self._label} was not configured within {self._configuring_s} s, last at {_where(step)}{found}"
         heard = "no heartbeat" if nmt is None else f"heartbeat says {nmt.name}"
         return f"{self._label} did not start within {self._timeout_s} s: {heard}; check heartbeat (1017h) and TPDO1"
 
@@ -180,18 +186,35 @@ def _number(data: bytes) -> int:
     return int.from_bytes(data, "little")
 
 
-def _program(axis: AxisSettings, settings: GatewaySettings, reference: Reference) -> list[_Step]:
-    steps = _identity(axis.identity)
-    for item in preparations(axis, settings):
+def _program(axes: Sequence[AxisSettings], settings: GatewaySettings, references: Sequence[Reference]) -> list[_Step]:
+    """First what belongs to the node, then each axis."""
+    steps = [*_identity(axes[0].identity), *_written(supervision(axes[0], settings))]
+    for axis, reference in zip(axes, references, strict=True):
+        steps += _axis_program(axis, settings, reference)
+    return steps
+
+
+def _written(items: Sequence[Preparation]) -> list[_Step]:
+    """Each value, and what shows it."""
+    steps = []
+    for item in items:
         steps.append(_Step(item.what, item.write.index, item.write.sub, item.write.data))
         steps.append(_Step(item.what, item.shown_index, item.shown_sub, None, item.write.data))
+    return steps
+
+
+def _axis_program(axis: AxisSettings, settings: GatewaySettings, reference: Reference) -> list[_Step]:
+    steps = _written(preparations(axis, settings))
     encoder = axis.absolute
     if encoder is not None and encoder.serial is not None:
         steps.append(_Step("serial number of the encoder", *encoder.serial, None, take=reference.hear_serial))
     if encoder is not None and encoder.status is not None:
         steps.append(_Step("status of the encoder", *encoder.status, None, take=reference.hear_status))
     pdos = image_of(axis).pdos
-    steps += [_Step("PDO that is not used", *_parts(write), optional=True) for write in unused(axis.node_id, pdos)]
+    steps += [
+        _Step("PDO that is not used", *_parts(write), optional=True)
+        for write in unused(axis.node_id, pdos, axis.number)
+    ]
     writes = [write for pdo in pdos for write in pdo.writes()]
     steps += [_Step("PDO mapping", *_parts(write)) for write in writes]
     linked = {(write.index, write.sub): write.data for write in writes}

@@ -22,7 +22,6 @@ from cell.messages.commands import (
     WriteObject,
 )
 from drive_gateway.gateway.effects import Record, RecordSaid
-from drive_gateway.gateway.node import Node
 from drive_gateway.gateway.objects import ObjectAccess
 from drive_gateway.gateway.replies import Replies
 from drive_gateway.gateway.robot import Robot
@@ -72,11 +71,9 @@ class Calls:
         self._digest = digest
         self._process = process
         self._robots = robots
-        self._nodes: dict[int, Node] = {
-            node.axis.node_id: node for robot in robots.values() for node in robot.group.nodes
-        }
+        self._drives = [drive for robot in robots.values() for drive in robot.group.nodes]
         self._access = ObjectAccess(
-            {node.axis.node_id: robot.group for robot in robots.values() for node in robot.group.nodes}
+            {drive.node.id: robot.group for robot in robots.values() for drive in robot.group.nodes}
         )
         self._scan = scan
         self._replies = Replies()
@@ -168,7 +165,10 @@ class Calls:
         return robot.claim(command, self._now, self._tick)
 
     def _scanned(self, strange: Mapping[int, int]) -> str:
-        lines = {number: node.said() for number, node in self._nodes.items()}
+        lines: dict[int, str] = {}
+        for drive in self._drives:
+            before = lines.get(drive.node.id)
+            lines[drive.node.id] = drive.said() if before is None else f"{before}\n{drive.said()}"
         lines |= {
             number: f"node {number}: not in the drives file, device type {device_type:08X}h"
             for number, device_type in strange.items()

@@ -18,13 +18,13 @@ from drive_gateway.canopen.sdo import SdoDone
 from drive_gateway.config.bus_load import bus_load
 from drive_gateway.config.settings import GatewaySettings
 from drive_gateway.gateway.calls import Calls
+from drive_gateway.gateway.drive import Drive
 from drive_gateway.gateway.effects import Frame, RecordEnded, RecordSaid
 from drive_gateway.gateway.encoder_record import EncoderRecord
 from drive_gateway.gateway.estop import EstopLatch
 from drive_gateway.gateway.estop_button import EstopButtons
 from drive_gateway.gateway.event_log import EventLog
 from drive_gateway.gateway.lateness import Lateness
-from drive_gateway.gateway.node import Node
 from drive_gateway.gateway.permits import StopOrder
 from drive_gateway.gateway.robot import Robot
 from drive_gateway.gateway.scan import Scan
@@ -68,8 +68,11 @@ class GatewayCore:
             name: Robot(drives, settings, times, boot, first_owner, self._log, stored or {})
             for name, drives in settings.robots.items()
         }
-        self._nodes: dict[int, Node] = {
-            node.axis.node_id: node for robot in self._robots.values() for node in robot.group.nodes
+        self._drives = [drive for robot in self._robots.values() for drive in robot.group.nodes]
+        self._nodes = {drive.node.id: drive.node for drive in self._drives}
+        self._by_status: dict[int, Drive] = {drive.image.status.cob_id: drive for drive in self._drives}
+        self._by_inputs: dict[int, Drive] = {
+            drive.image.inputs.cob_id: drive for drive in self._drives if drive.image.inputs is not None
         }
         self._scan = Scan(self._nodes)
         self._calls = Calls(settings.name, boot, digest, process, self._robots, self._scan)
@@ -83,7 +86,7 @@ class GatewayCore:
         self._heartbeat_due = 0.0
         self._confirmed: str | None = None
         self._closing_since: float | None = None
-        images = [node.image for node in self._nodes.values()]
+        images = [drive.image for drive in self._drives]
         self._bus_load = bus_load(images, settings.bus.bitrate, settings.cycle_s, settings.heartbeat_producer_s).cyclic
 
     def receive(self, message: object, now: float) -> None:
@@ -140,16 +143,20 @@ class GatewayCore:
     # Messages
 
     def _on_frame(self, frame: CanFrame, now: float) -> None:
+        if frame.remote:
+            return
+        drive = self._by_status.get(frame.id)
+        if drive is not None:
+            drive.on_tpdo(frame.data, self._tick, now)
+            return
+        drive = self._by_inputs.get(frame.id)
+        if drive is not None:
+            drive.on_inputs(frame.data, now)
+            return
         node = self._nodes.get(cob_id.node_id(frame.id))
         if node is None and cob_id.function_code(frame.id) == cob_id.SDO_FROM_NODE:
             self._scan.take(cob_id.node_id(frame.id), frame.data)
-        if node is None or frame.remote:
-            return
-        if frame.id == node.image.status.cob_id:
-            node.on_tpdo(frame.data, self._tick, now)
-            return
-        if node.image.inputs is not None and frame.id == node.image.inputs.cob_id:
-            node.on_inputs(frame.data, now)
+        if node is None:
             return
         match cob_id.function_code(frame.id):
             case cob_id.ERROR_CONTROL:
@@ -217,14 +224,14 @@ class GatewayCore:
 
     def _state(self) -> GatewayState:
         self._sequence += 1
-        nodes = tuple(node.describe() for node in self._nodes.values())
+        nodes = tuple(drive.describe() for drive in self._drives)
         return GatewayState(
             gateway=self._settings.name,
             boot=self._boot,
             sequence=self._sequence,
             cycle_s=self._settings.cycle_s,
             interface=self._settings.bus.interface,
-            ready=all(node.operational and node.reference.judged for node in self._nodes.values()),
+            ready=all(drive.operational and drive.reference.judged for drive in self._drives),
             problem="; ".join(node.problem for node in self._nodes.values() if node.problem),
             owners={name: robot.claims.boot for name, robot in self._robots.items() if robot.claims.owner},
             estop_confirmed=self._confirmed,
@@ -238,7 +245,7 @@ class GatewayCore:
             ticks=self._tick,
             late_cycles=self._lateness.late_cycles,
             worst_lateness_s=self._lateness.worst_s,
-            missing_tpdos=sum(node.missing_tpdos for node in self._nodes.values()),
+            missing_tpdos=sum(drive.missing_tpdos for drive in self._drives),
             blocks_accepted=sum(playout.accepted for playout in playouts),
             blocks_refused=sum(playout.refused for playout in playouts),
             bus_load=self._bus_load,

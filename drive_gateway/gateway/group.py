@@ -10,16 +10,17 @@ from cell.core import Effect
 from cell.messages.drives import AxisStatus, PlayoutState
 from drive_gateway.cia402.units import AxisUnits
 from drive_gateway.config.settings import GatewaySettings, RobotDrives
+from drive_gateway.gateway.drive import drives_of
 from drive_gateway.gateway.effects import Frame
 from drive_gateway.gateway.encoder_record import EncoderRecord
 from drive_gateway.gateway.event_log import EventLog
 from drive_gateway.gateway.inputs import InputKind, open_inputs
 from drive_gateway.gateway.measurement import Floats
-from drive_gateway.gateway.node import Node
 from drive_gateway.gateway.permits import Permits, StopOrder
 from drive_gateway.gateway.playout import Playout
 from drive_gateway.gateway.position_keeper import PositionKeeper
 from drive_gateway.gateway.power import Power, PowerState
+from drive_gateway.gateway.reference import Reference
 from drive_gateway.gateway.setup_desk import SetupDesk
 from drive_gateway.gateway.trouble import Trouble
 from drive_gateway.gateway.watch import Watch
@@ -41,7 +42,9 @@ class DriveGroup:
     ) -> None:
         axes = drives.axes
         self.robot = drives.robot
-        self.nodes = [Node(drives.robot, axis, settings, stored.get(f"{drives.robot}.{axis.name}")) for axis in axes]
+        references = [Reference(axis, stored.get(f"{drives.robot}.{axis.name}")) for axis in axes]
+        self.nodes = drives_of(drives.robot, axes, settings, references)
+        self._stations = tuple(dict.fromkeys(drive.node for drive in self.nodes))
         self.power = Power(self.nodes)
         self.watch = Watch(self.nodes, self.power, settings, log)
         # The first cycle sends SYNC 1 and then the sample of tick 2.
@@ -162,7 +165,7 @@ class DriveGroup:
     def step(self, now: float, tick: int, order: StopOrder | None) -> list[Effect]:
         """One cycle after the SYNC numbered `tick`: first the RPDOs for the next one, then what the nodes need."""
         self.permits.order = order
-        after = [effect for node in self.nodes for effect in node.step(now, tick - 1)]
+        after = [effect for node in self._stations for effect in node.step(now, tick - 1)]
         self.watch.measure(now)
         # The answer to the last SYNC shows the position at which the sample before it had been reached.
         for trouble in self.watch.troubles(self._sent[0], now):
@@ -283,7 +286,7 @@ class DriveGroup:
         speeds = self._units.counts_per_s(velocity)
         effects: list[Effect] = []
         for node, count, speed in zip(self.nodes, counts, speeds, strict=True):
-            if node.operational or node.lost:
+            if node.operational or node.node.lost:
                 frames = self.setup.command(node, now)
                 if frames is None:
                     frames = node.command(self.power.controlword(node), count, speed)

@@ -8,7 +8,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from enum import Enum
 
-from drive_gateway.gateway.node import Node
+from drive_gateway.gateway.drive import Drive
 from drive_gateway.gateway.trouble import Trouble
 
 
@@ -30,7 +30,7 @@ class OpenInput:
     """One input that does not permit motion, or that nobody has heard of lately."""
 
     kind: InputKind
-    node: Node
+    node: Drive
     bit: int
     heard: bool
 
@@ -48,13 +48,13 @@ class OpenInput:
         return Trouble(f"{self.kind.name.lower()}_open", self.text, self.remedy, self.node.axis.node_id)
 
 
-def open_inputs(nodes: Sequence[Node], now: float) -> Iterator[OpenInput]:
+def open_inputs(nodes: Sequence[Drive], now: float) -> Iterator[OpenInput]:
     """Every configured input that is not closed (1); emergency stops first, of silent nodes none: they are lost."""
     found = [item for node in nodes if node.operational for item in _of(node, now)]
     return iter(sorted(found, key=lambda item: item.kind is not InputKind.ESTOP))
 
 
-def _of(node: Node, now: float) -> Iterator[OpenInput]:
+def _of(node: Drive, now: float) -> Iterator[OpenInput]:
     inputs = node.axis.inputs
     if inputs is None:
         return

@@ -3,21 +3,21 @@
 from drive_gateway.canopen.sdo import SdoDone
 from drive_gateway.cia402.preparation import played_mode
 from drive_gateway.cia402.setup_objects import MODE, MODE_DISPLAY
-from drive_gateway.gateway.node import Node
+from drive_gateway.gateway.drive import Drive
 
 
 class ModeKeeper:
     """The drives whose mode is not confirmed (6061h) to be that one."""
 
     def __init__(self) -> None:
-        self._other: dict[Node, bool] = {}
+        self._other: dict[Drive, bool] = {}
 
     @property
     def settled(self) -> bool:
         """Every drive shows the mode in which blocks are played."""
         return not self._other
 
-    def left(self, node: Node) -> None:
+    def left(self, node: Drive) -> None:
         """This drive is given another mode."""
         self._other[node] = False
 
@@ -29,12 +29,12 @@ class ModeKeeper:
             elif not asked and node.without_torque:
                 self._ask(node)
 
-    def _ask(self, node: Node) -> None:
+    def _ask(self, node: Drive) -> None:
         self._other[node] = True
         mode = played_mode(node.axis)
 
         def written(_outcome: SdoDone) -> None:
-            node.sdo.submit(MODE_DISPLAY, 0, None, shown)
+            node.submit(MODE_DISPLAY, 0, None, shown)
 
         def shown(outcome: SdoDone) -> None:
             if outcome.data == mode:
@@ -42,4 +42,4 @@ class ModeKeeper:
             elif node in self._other:
                 self._other[node] = False
 
-        node.sdo.submit(MODE, 0, mode, written)
+        node.submit(MODE, 0, mode, written)

@@ -1,68 +1,86 @@
-"""One drive node as the gateway watches it: what it last said, whether it says it in time, and how it is commanded."""
+"""One node as the gateway watches it: bring-up, network state, errors, signs of life; its axes are `Drive`s."""
+
+from collections.abc import Sequence
+from typing import Protocol
 
 from cell.core import Effect
-from cell.messages.drives import AxisStatus
-from cell.messages.gateway_state import NodeStatus
 from drive_gateway.canopen.emcy import NO_ERROR, Emergency, decode_emergency
-from drive_gateway.canopen.frame import CanFrame
 from drive_gateway.canopen.nmt import NmtState, decode_heartbeat
-from drive_gateway.canopen.pdo_map import CONTROLWORD, INPUTS, STATUS, TARGET_POSITION
-from drive_gateway.canopen.profile_pdos import TARGET_VELOCITY, ProfileSender
 from drive_gateway.canopen.sdo import SdoChannel
-from drive_gateway.cia402.state_machine import decode
-from drive_gateway.config.image import INPUTS_EVERY, image_of
 from drive_gateway.config.settings import AxisSettings, GatewaySettings
 from drive_gateway.gateway.bring_up import BringUp, Phase
 from drive_gateway.gateway.effects import Frame
-from drive_gateway.gateway.encoder_record import EncoderRecord
 from drive_gateway.gateway.guarding import Guarding
 from drive_gateway.gateway.reference import Reference
 from drive_gateway.gateway.trouble import Trouble
 
-_WITHOUT_TORQUE = {
-    AxisStatus.NOT_READY_TO_SWITCH_ON,
-    AxisStatus.SWITCH_ON_DISABLED,
-    AxisStatus.READY_TO_SWITCH_ON,
-    AxisStatus.FAULT,
-}
+
+class AxisOfNode(Protocol):
+    """What a node needs to know of each of its axes, and tells it."""
+
+    label: str
+
+    @property
+    def measured(self) -> bool:
+        """Its statusword and position have come since the node's start."""
+
+    def started(self, now: float) -> None:
+        """The node is operational from now on."""
+
+    def silent_s(self, now: float, tick: int) -> float:
+        """How long it has sent no statusword; `tick` is the SYNC that should be answered by now."""
+
+    def lost(self) -> None:
+        """The node is not operational any more."""
+
+    def forget(self) -> None:
+        """The node is reset: what it said before says nothing any more."""
 
 
 class Node:
-    """Bring-up and supervision of one node. Troubles are kept until the robot takes them with `check`."""
+    """Bring-up and supervision of one node. Troubles are kept until its robot takes them with `check`.
+
+    Args:
+        robot: whose axes the node drives, all of them.
+        axes: of the node, by rising number. Identity and error control are the node's and the same in all of them.
+        references: of these axes.
+        settings: of the bus.
+    """
 
     def __init__(
-        self, robot: str, axis: AxisSettings, settings: GatewaySettings, stored: EncoderRecord | None = None
+        self,
+        robot: str,
+        axes: Sequence[AxisSettings],
+        references: Sequence[Reference],
+        settings: GatewaySettings,
     ) -> None:
-        self.axis = axis
-        self.label = f"node {axis.node_id} ({robot} {axis.name})"
-        self.image = image_of(axis)
-        self.sdo = SdoChannel(axis.node_id)
-        self.counts: int | None = None
-        self.counts_per_cycle = 0.0
-        self.statusword = 0
-        self.reference = Reference(axis, stored)
+        first = axes[0]
+        self.id = first.node_id
+        self.label = f"node {self.id} ({robot} {', '.join(axis.name for axis in axes)})"
+        self.sdo = SdoChannel(self.id)
         self.emergency: Emergency | None = None
-        self.missing_tpdos = 0
         self.told_problem = ""
-        self._robot = robot
+        self.nmt: NmtState | None = None
+        self._axes: list[AxisOfNode] = []
         self._settings = settings
-        self._bring_up = BringUp(self.label, axis, settings, self.sdo, self.reference)
-        self._guarding = Guarding(axis.node_id, settings.heartbeat_producer_s) if axis.guarded else None
-        self._profile = ProfileSender(self.image.profile) if self.image.profile else None
-        self._nmt: NmtState | None = None
-        self._status = AxisStatus.SILENT
-        self._tpdo_tick = -1
-        self._tpdo_at = 0.0
+        self._bring_up = BringUp(self.label, axes, settings, self.sdo, references)
+        self._guarding = Guarding(self.id, settings.heartbeat_producer_s) if first.guarded else None
         self._heartbeat_at = 0.0
-        self._inputs: int | None = None
-        self._inputs_at = 0.0
         self._lost = False
         self._troubles: list[Trouble] = []
+
+    def attach(self, axis: AxisOfNode) -> None:
+        """One of the node's axes, to be told what happens to the node."""
+        self._axes.append(axis)
 
     @property
     def kept(self) -> frozenset[tuple[int, int]]:
         """Objects whose values are the drives file's: index and sub-index."""
         return self._bring_up.kept
+
+    @property
+    def phase(self) -> Phase:
+        return self._bring_up.phase
 
     @property
     def operational(self) -> bool:
@@ -78,65 +96,14 @@ class Node:
         """Why it is not operational, for people; empty when it is or when its first attempt goes on."""
         return f"{self.label} was lost" if self._lost else self._bring_up.problem
 
-    @property
-    def status(self) -> AxisStatus:
-        return self._status if self.operational else AxisStatus.SILENT
-
-    @property
-    def without_torque(self) -> bool:
-        """The drive itself says that its power stage is off."""
-        return self.status in _WITHOUT_TORQUE
-
-    def describe(self) -> NodeStatus:
-        nmt = "unknown" if self._nmt is None else self._nmt.name.lower()
-        code = None if self.emergency is None else self.emergency.code
-        text = "" if self.emergency is None else self.emergency.meaning
-        missing = self.reference.missing
-        return NodeStatus(
-            self.axis.node_id, self._robot, self.axis.name, nmt, self.status, code, text, not missing, missing
-        )
-
-    def said(self) -> str:
-        """Its state in a few words, for the answer to a call."""
-        if not self.operational:
-            return f"{self.label}: {self.problem or self._bring_up.phase.value}"
-        emergency = "" if self.emergency is None else f", {self.emergency.code:04X}h {self.emergency.meaning}"
-        return f"{self.label}: {self.status.name}{emergency}"
-
     # What the node sends
-
-    def on_tpdo(self, data: bytes, tick: int, now: float) -> None:
-        """Statusword and position, measured at the SYNC numbered `tick`."""
-        if len(data) != STATUS.size:
-            return
-        statusword, counts = STATUS.unpack(data)
-        status = decode(statusword)
-        if status is None:
-            return
-        if self.counts is not None and tick > self._tpdo_tick:
-            self.counts_per_cycle = (counts - self.counts) / (tick - self._tpdo_tick)
-        self._status = status
-        self.statusword = statusword
-        self.counts = counts
-        self._tpdo_tick = tick
-        self._tpdo_at = now
-
-    def on_inputs(self, data: bytes, now: float) -> None:
-        """The drive's digital inputs."""
-        if len(data) == INPUTS.size:
-            self._inputs, self._inputs_at = INPUTS.unpack(data)[0], now
-
-    def digital_inputs(self, now: float) -> int | None:
-        """The newest digital inputs; `None` when they are too old to be believed."""
-        patience_s = self._settings.tpdo_timeout_s + INPUTS_EVERY * self._settings.cycle_s
-        return self._inputs if now - self._inputs_at <= patience_s else None
 
     def on_error_control(self, data: bytes, now: float) -> None:
         """Boot-up or heartbeat."""
         state = decode_heartbeat(data)
         if state is None:
             return
-        self._nmt = state
+        self.nmt = state
         if state is NmtState.BOOT_UP:
             self._bring_up.booted()
         elif self._guarding is not None and not self._guarding.answered(data[0]):
@@ -146,9 +113,10 @@ class Node:
         if not self.operational or state is NmtState.OPERATIONAL:
             return
         if state is NmtState.BOOT_UP:
-            self._lose("unexpected_boot", "restarted by itself and lost its configuration", "check its supply")
+            text = f"{self.label} restarted by itself and lost its configuration"
+            self._lose("unexpected_boot", text, "check its supply")
         else:
-            text = f"left Operational, its heartbeat says {state.name}"
+            text = f"{self.label} left Operational, its heartbeat says {state.name}"
             self._lose("left_operational", text, "look for a second master on the bus")
 
     def on_emergency(self, data: bytes) -> None:
@@ -161,7 +129,7 @@ class Node:
         self.emergency = emergency
         if self.operational:
             text = f"{self.label} reports {emergency.code:04X}h: {emergency.meaning}"
-            self._troubles.append(Trouble("emergency", text, emergency.remedy, self.axis.node_id, emergency.code))
+            self._troubles.append(Trouble("emergency", text, emergency.remedy, self.id, emergency.code))
 
     # What the gateway does
 
@@ -172,9 +140,11 @@ class Node:
             self._watch(now, tick)
         elif not self._lost:
             before = self._bring_up.phase
-            effects = self._bring_up.step(now, self._nmt, self._tpdo_tick >= 0)
+            effects = self._bring_up.step(now, self.nmt, all(axis.measured for axis in self._axes))
             if self._bring_up.phase is Phase.OPERATIONAL:
-                self._heartbeat_at = self._tpdo_at = now
+                self._heartbeat_at = now
+                for axis in self._axes:
+                    axis.started(now)
             elif self._bring_up.phase is Phase.RESETTING and before is Phase.WAITING:
                 self._forget()
         guard = self._guarding.poll(now) if self._guarding is not None and self._watched else None
@@ -193,22 +163,6 @@ class Node:
         self._lost = False
         self._bring_up.restart(now)
 
-    def command(self, controlword: int, counts: int, counts_per_s: int = 0) -> list[CanFrame]:
-        """The command of one cycle."""
-        return self.image.frames(controlword, counts, counts_per_s)
-
-    def command_own(self, controlword: int, target: int, velocity: int, now: float) -> list[CanFrame]:
-        """What commands a motion of the drive's own in this cycle: target [counts] and velocity [counts/s]."""
-        if self._profile is None:
-            return self.command(controlword, target)
-        values = {CONTROLWORD: controlword, TARGET_POSITION: target, TARGET_VELOCITY: velocity}
-        return self._profile.frames(values, now)
-
-    @property
-    def velocity_by_pdo(self) -> bool:
-        """Its target velocity goes by PDO, so nobody writes it by SDO."""
-        return self._profile is not None
-
     @property
     def _watched(self) -> bool:
         """Its guarding is configured."""
@@ -218,35 +172,26 @@ class Node:
         """What was known before a reset says nothing about the node after it."""
         if self._guarding is not None:
             self._guarding.restart()
-        self._nmt = None
-        self._inputs = None
-        self._tpdo_tick = -1
-        self.counts_per_cycle = 0.0
-        self.statusword = 0
-        self.reference.restarted()
+        self.nmt = None
         self.emergency = None
+        for axis in self._axes:
+            axis.forget()
 
     def _watch(self, now: float, tick: int) -> None:
-        if self._tpdo_tick < tick:
-            self.missing_tpdos += 1
-        silent_s = now - self._tpdo_at
+        silences = [(axis.silent_s(now, tick), axis.label) for axis in self._axes]
+        silent_s, label = max(silences, key=lambda silence: silence[0])
         if silent_s > self._settings.tpdo_timeout_s:
-            self._lose("tpdo_silent", f"sent no TPDO for {silent_s:.3f} s", "check power and wiring")
+            self._lose("tpdo_silent", f"{label} sent no TPDO for {silent_s:.3f} s", "check power and wiring")
             return
         silent_s = now - self._heartbeat_at
         if silent_s > self._settings.heartbeat_timeout_s:
             silence = "sent no heartbeat" if self._guarding is None else "did not answer its guarding"
-            self._lose("heartbeat_lost", f"{silence} for {silent_s:.3f} s", "check power and wiring")
+            text = f"{self.label} {silence} for {silent_s:.3f} s"
+            self._lose("heartbeat_lost", text, "check power and wiring")
 
-    def _lose(self, code: str, what: str, remedy: str) -> None:
+    def _lose(self, code: str, text: str, remedy: str) -> None:
         self._lost = True
         self.sdo.forget()
-        if self.counts is not None:
-            self.reference.lost(self.counts, self._way_to_rest())
-        self._troubles.append(Trouble(code, f"{self.label} {what}", remedy, self.axis.node_id))
-
-    def _way_to_rest(self) -> float:
-        """[counts] that a silent drive may still go: until it misses its gateway, and then its quick stop."""
-        speed = abs(self.counts_per_cycle) / self._settings.cycle_s
-        unheard_s = self._settings.heartbeat_timeout_s + self._settings.tpdo_timeout_s
-        return speed * unheard_s + speed**2 / (2.0 * self.axis.quick_stop * abs(self.axis.counts_per_unit))
+        for axis in self._axes:
+            axis.lost()
+        self._troubles.append(Trouble(code, text, remedy, self.id))

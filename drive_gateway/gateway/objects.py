@@ -3,6 +3,7 @@
 from collections.abc import Callable, Mapping
 
 from cell.messages.commands import ReadObject, WriteObject
+from drive_gateway.canopen.axis_objects import first_axis_index
 from drive_gateway.canopen.pdo_map import CONTROLWORD, INTERPOLATION_DATA, TARGET_POSITION, VELOCITY_OFFSET
 from drive_gateway.canopen.sdo import SdoDone, abort_text
 from drive_gateway.gateway.group import DriveGroup
@@ -32,7 +33,7 @@ class ObjectAccess:
             known = ", ".join(str(number) for number in sorted(self._groups))
             then(False, f"no node {command.node_id} on this bus; its nodes are {known}", "")
             return
-        node = next(node for node in group.nodes if node.axis.node_id == command.node_id)
+        node = next(drive.node for drive in group.nodes if drive.node.id == command.node_id)
         problem = _write_problem(command, node, group) if isinstance(command, WriteObject) else ""
         if problem:
             then(False, problem, "")
@@ -57,7 +58,7 @@ def _write_problem(command: WriteObject, node: Node, group: DriveGroup) -> str:
         return f"{command.data!r} are no bytes in hex"
     if not 1 <= length <= _LONGEST:
         return f"{length} bytes; allowed are 1 to {_LONGEST}"
-    if (command.index, command.sub) in node.kept or command.index in (
+    if (command.index, command.sub) in node.kept or first_axis_index(command.index) in (
         CONTROLWORD,
         TARGET_POSITION,
         INTERPOLATION_DATA,

@@ -4,8 +4,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from cell.messages.drives import AxisStatus
+from drive_gateway.gateway.drive import Drive
 from drive_gateway.gateway.inputs import InputKind, OpenInput
-from drive_gateway.gateway.node import Node
 from drive_gateway.gateway.power import Power, PowerState
 from drive_gateway.gateway.setup_desk import SetupDesk
 from drive_gateway.gateway.trouble import Trouble
@@ -31,7 +31,7 @@ class Permits:
         setup: what they do by themselves.
     """
 
-    def __init__(self, robot: str, nodes: Sequence[Node], power: Power, watch: Watch, setup: SetupDesk) -> None:
+    def __init__(self, robot: str, nodes: Sequence[Drive], power: Power, watch: Watch, setup: SetupDesk) -> None:
         self._robot = robot
         self._nodes = nodes
         self._power = power
@@ -110,7 +110,7 @@ class Permits:
         return "; ".join(node.said() for node in self._nodes)
 
 
-def _missing(nodes: Sequence[Node]) -> str:
+def _missing(nodes: Sequence[Drive]) -> str:
     """What each axis needs, axes that need the same together."""
     names: dict[str, list[str]] = {}
     for node in nodes:

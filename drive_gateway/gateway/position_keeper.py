@@ -6,9 +6,9 @@ When it gets torque that is stored too, so that after a gateway's sudden end nob
 from collections.abc import Iterable, Sequence
 
 from cell.core import Effect
+from drive_gateway.gateway.drive import Drive
 from drive_gateway.gateway.effects import StorePosition
 from drive_gateway.gateway.encoder_record import EncoderRecord
-from drive_gateway.gateway.node import Node
 
 BRAKE_S = 0.3
 """Longest overlap of motor and brake: after it the brake holds alone."""
@@ -17,7 +17,7 @@ BRAKE_S = 0.3
 class PositionKeeper:
     """Of one robot."""
 
-    def __init__(self, robot: str, nodes: Sequence[Node]) -> None:
+    def __init__(self, robot: str, nodes: Sequence[Drive]) -> None:
         self._robot = robot
         self._nodes = nodes
         self._off_since: float | None = None
@@ -36,7 +36,7 @@ class PositionKeeper:
             (node, node.reference.record(node.counts)) for node in self._nodes if node.counts is not None
         )
 
-    def _stores(self, records: Iterable[tuple[Node, EncoderRecord | None]]) -> list[Effect]:
+    def _stores(self, records: Iterable[tuple[Drive, EncoderRecord | None]]) -> list[Effect]:
         return [
             StorePosition(f"{self._robot}.{node.axis.name}", record) for node, record in records if record is not None
         ]

@@ -7,7 +7,7 @@ from cell.messages.drives import AxisStatus
 from drive_gateway.canopen.pdo_map import target_object
 from drive_gateway.canopen.sdo import SdoDone
 from drive_gateway.cia402.state_machine import DISABLE_VOLTAGE, FAULT_RESET, INTERPOLATE, controlword
-from drive_gateway.gateway.node import Node
+from drive_gateway.gateway.drive import Drive
 
 SWITCH_TIMEOUT_S = 1.5
 """Time for all drives of a robot to reach the state that was asked for; a caller waits 2 s for the answer."""
@@ -53,7 +53,7 @@ _STOPPABLE = {PowerState.SWITCHING_ON, PowerState.HANDING_OVER, PowerState.ENABL
 class Power:
     """One state for all drives of a robot. It answers each drive's state with the controlword that leads on."""
 
-    def __init__(self, nodes: Sequence[Node]) -> None:
+    def __init__(self, nodes: Sequence[Drive]) -> None:
         self._nodes = nodes
         self._deadline = 0.0
         self._cycles = 0
@@ -109,7 +109,7 @@ class Power:
     def all_in(self, status: AxisStatus) -> bool:
         return all(node.status is status for node in self._nodes)
 
-    def controlword(self, node: Node) -> int:
+    def controlword(self, node: Drive) -> int:
         """The command for one drive in this cycle."""
         status = node.status
         if self.state is PowerState.RESETTING and status is AxisStatus.FAULT:
@@ -123,11 +123,11 @@ class Power:
         for number, (node, target) in enumerate(zip(self._nodes, self._targets, strict=True)):
             self._read_target(number, node, target)
 
-    def _read_target(self, number: int, node: Node, target: int) -> None:
+    def _read_target(self, number: int, node: Drive, target: int) -> None:
         def answered(outcome: SdoDone) -> None:
             if self.state is not PowerState.HANDING_OVER or outcome.problem:
                 return
             if int.from_bytes(outcome.data, "little", signed=True) == target:
                 self._confirmed.add(number)
 
-        node.sdo.submit(*target_object(node.axis.interpolated), None, answered)
+        node.submit(*target_object(node.axis.interpolated), None, answered)

@@ -22,7 +22,7 @@ from drive_gateway.cia402.setup_objects import (
     SetupOrder,
 )
 from drive_gateway.cia402.state_machine import controlword
-from drive_gateway.gateway.node import Node
+from drive_gateway.gateway.drive import Drive
 
 STAGE_S = 2.0
 """Time for each stage in which nothing moves."""
@@ -57,7 +57,7 @@ _TARGETS = {
 class SetupAxis:
     """Feed `step` once per cycle; `controlword` and `target` are what the drive is told in it."""
 
-    def __init__(self, node: Node, order: SetupOrder, now: float) -> None:
+    def __init__(self, node: Drive, order: SetupOrder, now: float) -> None:
         self.node = node
         self.order = order
         self.stage = Stage.PREPARING
@@ -173,20 +173,20 @@ class SetupAxis:
             if outcome.problem:
                 self.problem = f"{self.node.label} refused {write.index:04X}h:{write.sub:02X}: {outcome.problem}"
             elif self.stage is Stage.PREPARING:
-                self.node.sdo.submit(index, sub, None, shown)
+                self.node.submit(index, sub, None, shown)
 
         def shown(outcome: SdoDone) -> None:
             if self.stage is not Stage.PREPARING:
                 return
             if outcome.problem or outcome.data != write.data:
                 # A drive may need a moment until it shows a mode; the time of the stage bounds the repeats.
-                self.node.sdo.submit(index, sub, None, shown)
+                self.node.submit(index, sub, None, shown)
                 return
             self._steps.popleft()
             if self._steps:
                 self._write()
 
-        self.node.sdo.submit(write.index, write.sub, write.data, written)
+        self.node.submit(write.index, write.sub, write.data, written)
 
     def _set_velocity(self, velocity: int) -> None:
         self.velocity = velocity
@@ -198,4 +198,4 @@ class SetupAxis:
             if outcome.problem:
                 self.problem = f"{self.node.label} refused its target velocity: {outcome.problem}"
 
-        self.node.sdo.submit(TARGET_VELOCITY, 0, data, written)
+        self.node.submit(TARGET_VELOCITY, 0, data, written)

@@ -3,9 +3,9 @@
 from collections.abc import Sequence
 
 from drive_gateway.canopen.frame import CanFrame
+from drive_gateway.gateway.drive import Drive
 from drive_gateway.gateway.event_log import EventLog
 from drive_gateway.gateway.mode_keeper import ModeKeeper
-from drive_gateway.gateway.node import Node
 from drive_gateway.gateway.setup_motion import SetupMotion
 
 
@@ -25,7 +25,7 @@ class SetupDesk:
         """A motion goes on, or a drive is not yet back in its mode."""
         return self.motion is not None or not self._modes.settled
 
-    def begin(self, motion: SetupMotion, nodes: Sequence[Node]) -> None:
+    def begin(self, motion: SetupMotion, nodes: Sequence[Drive]) -> None:
         self.motion = motion
         for node in nodes:
             self._modes.left(node)
@@ -50,7 +50,7 @@ class SetupDesk:
             # Not before: what a drive shows while it is prepared is its mode from before the motion.
             self._modes.step()
 
-    def command(self, node: Node, now: float) -> list[CanFrame] | None:
+    def command(self, node: Drive, now: float) -> list[CanFrame] | None:
         """What a drive that moves by itself is told in this cycle; `None` for all others."""
         axis = None if self.motion is None else self.motion.controls(node)
         return None if axis is None else node.command_own(axis.controlword, axis.target, axis.velocity, now)

@@ -6,7 +6,7 @@ Such a motion has no block and no path, so the robot counts as not referenced wh
 from collections.abc import Sequence
 
 from drive_gateway.cia402.setup_objects import HOMING, SetupOrder
-from drive_gateway.gateway.node import Node
+from drive_gateway.gateway.drive import Drive
 from drive_gateway.gateway.setup_axis import SetupAxis, Stage
 
 HOLD_S = 0.5
@@ -24,7 +24,7 @@ class SetupMotion:
         now: the operator holds it from here.
     """
 
-    def __init__(self, what: str, groups: Sequence[Sequence[tuple[Node, SetupOrder]]], now: float) -> None:
+    def __init__(self, what: str, groups: Sequence[Sequence[tuple[Drive, SetupOrder]]], now: float) -> None:
         self.what = what
         self._waiting = [list(group) for group in groups]
         self._axes: list[SetupAxis] = []
@@ -56,7 +56,7 @@ class SetupMotion:
         for axis in self._axes:
             axis.stop(reason, now)
 
-    def controls(self, node: Node) -> SetupAxis | None:
+    def controls(self, node: Drive) -> SetupAxis | None:
         """The axis that commands this node now."""
         return next((axis for axis in self._axes if axis.node is node and axis.stage is not Stage.ENDED), None)
 

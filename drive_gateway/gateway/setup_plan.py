@@ -9,11 +9,11 @@ from drive_gateway.cia402.setup_objects import SetupOrder, homing_order, positio
 from drive_gateway.cia402.units import INT32_MAX, INT32_MIN
 from drive_gateway.config.settings import AxisSettings
 from drive_gateway.errors import GatewayError
+from drive_gateway.gateway.drive import Drive
 from drive_gateway.gateway.group import DriveGroup
-from drive_gateway.gateway.node import Node
 from drive_gateway.gateway.setup_motion import SETUP_SHARE, SetupMotion
 
-Plan = tuple[SetupMotion, Sequence[Node]]
+Plan = tuple[SetupMotion, Sequence[Drive]]
 
 
 class SetupRefused(GatewayError):
@@ -27,7 +27,7 @@ def homing_motion(group: DriveGroup, names: Sequence[str], now: float) -> Plan:
         SetupRefused: an axis does not exist or cannot home.
     """
     chosen = _nodes(group, names) if names else [node for node in group.nodes if node.axis.homing is not None]
-    orders: dict[int, list[tuple[Node, SetupOrder]]] = {}
+    orders: dict[int, list[tuple[Drive, SetupOrder]]] = {}
     for node in chosen:
         homing = node.axis.homing
         if homing is None:
@@ -83,7 +83,7 @@ def _keep_limits(axis: AxisSettings, referenced: bool, position: float) -> None:
     raise SetupRefused(f"{axis.name} would go to {factor * position:.6g} {unit}; allowed are {low} to {high}")
 
 
-def _nodes(group: DriveGroup, names: Sequence[str]) -> list[Node]:
+def _nodes(group: DriveGroup, names: Sequence[str]) -> list[Drive]:
     by_name = {node.axis.name: node for node in group.nodes}
     unknown = [name for name in names if name not in by_name]
     if unknown:
@@ -91,5 +91,5 @@ def _nodes(group: DriveGroup, names: Sequence[str]) -> list[Node]:
     return [by_name[name] for name in names]
 
 
-def _names(nodes: Sequence[Node]) -> str:
+def _names(nodes: Sequence[Drive]) -> str:
     return ", ".join(node.axis.name for node in nodes)

@@ -109,7 +109,7 @@ class _Shell:
         self._deadline: float | None = None
         self._arrived: deque[object] = deque()
         self.port = BusPort(settings.bus, self._on_frame)
-        node_ids = [axis.node_id for drives in robots.values() for axis in drives.axes]
+        node_ids = {axis.node_id for drives in robots.values() for axis in drives.axes}
         self.workers = SdoWorkers(node_ids, self.port.send, self._arrived.append)
         self.ended = Event()
         self.exit_code = 1

@@ -7,6 +7,7 @@ import numpy as np
 from cell.messages.drives import AxisStatus
 from drive_gateway.cia402.units import AxisUnits
 from drive_gateway.config.settings import GatewaySettings
+from drive_gateway.gateway.drive import Drive
 from drive_gateway.gateway.event_log import EventLog
 from drive_gateway.gateway.measurement import Floats, FollowingMonitor, RestDetector
 from drive_gateway.gateway.node import Node
@@ -26,7 +27,7 @@ class Watch:
         log: where news is told that is no trouble.
     """
 
-    def __init__(self, nodes: Sequence[Node], power: Power, settings: GatewaySettings, log: EventLog) -> None:
+    def __init__(self, nodes: Sequence[Drive], power: Power, settings: GatewaySettings, log: EventLog) -> None:
         axes = [node.axis for node in nodes]
         self.position: Floats = np.zeros(len(axes))
         self.velocity: Floats = np.zeros(len(axes))
@@ -66,8 +67,8 @@ class Watch:
         `demand` `(n,)` [rad or m] is the sample that the measurement answers.
         """
         for node in self._nodes:
-            yield from node.check()
-            self._attend(node, now)
+            yield from node.node.check()
+            self._attend(node.node, now)
             if node.status in _FAULT and not self._in_fault:
                 yield _fault_of(node)
         if self._power.state is not PowerState.ON:
@@ -81,7 +82,7 @@ class Watch:
         if found is not None:
             yield _following_error(self._nodes[found[0]], found[1])
 
-    def _judge(self, node: Node, counts: int) -> None:
+    def _judge(self, node: Drive, counts: int) -> None:
         """After a start: does an absolute encoder show where the axis was? It must stand to be compared."""
         reference = node.reference
         if reference.judged or not node.operational or (reference.compares and not self.standing):
@@ -103,7 +104,7 @@ class Watch:
         node.told_problem = node.problem
 
 
-def _fault_of(node: Node) -> Trouble:
+def _fault_of(node: Drive) -> Trouble:
     emergency = node.emergency
     reason = "no emergency code" if emergency is None else f"{emergency.code:04X}h {emergency.meaning}"
     remedy = "look at the drive's display" if emergency is None else emergency.remedy
@@ -111,6 +112,6 @@ def _fault_of(node: Node) -> Trouble:
     return Trouble("drive_fault", f"{node.label} is in fault: {reason}", remedy, node.axis.node_id, code)
 
 
-def _following_error(node: Node, error: float) -> Trouble:
+def _following_error(node: Drive, error: float) -> Trouble:
     text = f"{node.label} is {error:.4g} beside its command, allowed {node.axis.following_window:.4g}"
     return Trouble("following_error", text, "look for a collision or a blocked axis, then reset", node.axis.node_id)

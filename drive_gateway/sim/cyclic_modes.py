@@ -8,7 +8,7 @@ from collections.abc import Callable
 
 from drive_gateway.sim.axis_servo import AxisServo
 from drive_gateway.sim.dictionary import key_of
-from drive_gateway.sim.objects import Objects
+from drive_gateway.sim.objects import AxisObjects
 from drive_gateway.sim.reference import Reference
 
 INTERPOLATED_POSITION, CYCLIC_SYNCHRONOUS_POSITION = 7, 8
@@ -27,7 +27,7 @@ _PERIOD_EXPONENT = key_of(0x60C2, 2)
 class CyclicModes:
     """Set points of one drive. `mode` answers the displayed mode while the drive is enabled, else 0."""
 
-    def __init__(self, objects: Objects, servo: AxisServo, reference: Reference, mode: Callable[[], int]) -> None:
+    def __init__(self, objects: AxisObjects, servo: AxisServo, reference: Reference, mode: Callable[[], int]) -> None:
         self._numbers = objects.numbers
         self._servo = servo
         self._reference = reference

@@ -7,11 +7,12 @@ object is touched while frames are served.
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cache
-from importlib.resources import as_file, files
 from struct import Struct
 
-import canopen
 from canopen.objectdictionary import ODVariable, datatypes
+
+from drive_gateway.canopen.axes_eds import eds_text, objects_of_axes
+from drive_gateway.canopen.axis_objects import AXIS_SPAN
 
 LONGEST_DOMAIN = 4096
 """Bytes that a domain of the drive can keep."""
@@ -73,19 +74,22 @@ def key_of(index: int, sub: int = 0) -> int:
     return index << 8 | sub
 
 
+def axis_key(key: int, axis: int) -> int:
+    """Where axis 1 to 3 has what axis 1 has at `key`, an object of its own."""
+    return key + (AXIS_SPAN << 8) * (axis - 1)
+
+
 @cache
-def load_dictionary() -> Dictionary:
-    """The dictionary of `cia402_drive.eds`."""
-    with as_file(files("drive_gateway.sim") / "cia402_drive.eds") as path:
-        parsed = canopen.import_od(str(path), node_id=0)
-        own_eds = path.read_bytes()
+def load_dictionary(axes: int = 1) -> Dictionary:
+    """The dictionary of a node with 1 to 3 `axes`: `cia402_drive.eds`, with the objects of an axis once for each."""
+    parsed = objects_of_axes(axes)
     entries: dict[int, Entry] = {}
     for item in parsed.values():
         for variable in [item] if isinstance(item, ODVariable) else item.values():
             entry = _entry(variable)
             entries[entry.key] = entry
     stored = key_of(STORE_EDS)
-    entries[stored] = replace(entries[stored], text=own_eds)
+    entries[stored] = replace(entries[stored], text=eds_text(axes).encode("ascii"))
     return Dictionary(entries, frozenset(parsed))
 
 

@@ -12,7 +12,7 @@ from drive_gateway.sim.cyclic_modes import CYCLIC_MODES, CyclicModes
 from drive_gateway.sim.dictionary import key_of
 from drive_gateway.sim.emergency import COMMUNICATION_LOST, FOLLOWING_ERROR, SETPOINTS_MISSING, Emergencies
 from drive_gateway.sim.filtered_velocity import FilteredVelocity
-from drive_gateway.sim.objects import Objects
+from drive_gateway.sim.objects import AxisObjects
 from drive_gateway.sim.power_state import (
     FAULT_RESET,
     SLOW_DOWN_AND_DISABLE,
@@ -60,7 +60,7 @@ class Drive:
         axis: start, speed and counts of the axis.
         cycle_s: cycle of the position controller [s]: motion and monitoring are never evaluated more coarsely.
         lag_s: lag of the axis behind its demand [s].
-        objects: the node's objects; the drive registers itself for its own.
+        objects: those of the axis; the drive registers itself for its own.
         emergencies: where faults are told.
         cause_present: whether the cause of an error code is still there, so that the fault cannot be reset.
         servo: the axis behind the drive; `None`: one of the fast level.
@@ -71,7 +71,7 @@ class Drive:
         axis: AxisSettings,
         cycle_s: float,
         lag_s: float,
-        objects: Objects,
+        objects: AxisObjects,
         emergencies: Emergencies,
         cause_present: Callable[[int], bool],
         servo: AxisServo | None = None,
@@ -95,7 +95,7 @@ class Drive:
         self._register(objects)
         self.reset()
 
-    def _register(self, objects: Objects) -> None:
+    def _register(self, objects: AxisObjects) -> None:
         objects.guards[_MODE] = self._known_mode
         objects.guards[_QUICK_STOP_OPTION] = self._known_option
         objects.followers[_MODE] = self._set_mode
@@ -232,9 +232,9 @@ class Drive:
         if present:
             self._emergencies.repeat(present[-1])
             return
-        for code in self.faults:
+        gone, self.faults = self.faults, []
+        for code in gone:
             self._emergencies.vanish(code)
-        self.faults = []
         self._numbers[_ERROR_CODE] = 0
         self._enter(DriveState.SWITCH_ON_DISABLED)
 

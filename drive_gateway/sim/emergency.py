@@ -1,5 +1,6 @@
 """The errors of a node (CiA 301): emergency frames, error register 1001h and error history 1003h."""
 
+from collections.abc import Callable
 from struct import Struct
 
 from drive_gateway.canopen.frame import CanFrame
@@ -42,6 +43,8 @@ class Emergencies:
         self._numbers = objects.numbers
         self._cob_id = 0x080 + node_id
         self._active: list[int] = []
+        self.held: Callable[[int], bool] = lambda _code: False
+        """Whether a drive of the node still has a code as its fault, so that it is not gone."""
         self.pending: list[CanFrame] = []
         objects.guards[_HISTORY] = _only_zero
         objects.followers[_HISTORY] = lambda _value: self.clear_history()
@@ -65,7 +68,7 @@ class Emergencies:
 
     def vanish(self, code: int) -> None:
         """An error is gone; the last one to go is told by code 0000h."""
-        if code not in self._active:
+        if code not in self._active or self.held(code):
             return
         self._active.remove(code)
         self._tell(self._active[-1] if self._active else _NO_ERROR)

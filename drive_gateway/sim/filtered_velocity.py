@@ -1,5 +1,7 @@
 """The velocity for displays (2074h): a first-order lag (2073h) behind the measured one. Nothing is controlled by it."""
 
+from collections.abc import MutableMapping
+
 from drive_gateway.sim.dictionary import key_of
 
 _TIME_US, _VELOCITY = key_of(0x2073), key_of(0x2074)
@@ -8,7 +10,7 @@ _TIME_US, _VELOCITY = key_of(0x2073), key_of(0x2074)
 class FilteredVelocity:
     """Keeps 2074h in the numbers of a node's objects."""
 
-    def __init__(self, numbers: dict[int, int]) -> None:
+    def __init__(self, numbers: MutableMapping[int, int]) -> None:
         self._numbers = numbers
         self._velocity = 0.0
 

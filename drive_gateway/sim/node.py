@@ -1,11 +1,12 @@
-"""One simulated node: network states, services and their gating (CiA 301) around a simulated drive (CiA 402).
+"""One simulated node: network states, services and their gating (CiA 301) around its drives (CiA 402), one per axis.
 
 Nothing here knows a clock: time is what the caller says. A node that produces a heartbeat is not guarded: the two share
 an identifier.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import partial
+from itertools import zip_longest
 
 from drive_gateway.canopen.cob_id import ERROR_CONTROL, NMT, SDO_FROM_NODE, SDO_TO_NODE, SYNC
 from drive_gateway.canopen.frame import CanFrame
@@ -14,7 +15,7 @@ from drive_gateway.config.settings import AxisSettings
 from drive_gateway.sim.axis_servo import AxisServo
 from drive_gateway.sim.dictionary import key_of, load_dictionary
 from drive_gateway.sim.drive import Drive
-from drive_gateway.sim.emergency import HEARTBEAT_LOST, PDO_TOO_SHORT, Emergencies
+from drive_gateway.sim.emergency import COMMUNICATION_LOST, HEARTBEAT_LOST, PDO_TOO_SHORT, Emergencies
 from drive_gateway.sim.faults import FaultsOnCommand
 from drive_gateway.sim.heartbeat import GuardedLife, HeartbeatConsumer, HeartbeatProducer
 from drive_gateway.sim.late_frames import LateFrames
@@ -22,7 +23,6 @@ from drive_gateway.sim.objects import ALL, COMMUNICATION, Objects
 from drive_gateway.sim.parameter_store import save_on_command
 from drive_gateway.sim.pdo import ReceivePdo, TransmitPdo, receive_pdos, transmit_pdos
 from drive_gateway.sim.pdo_parameters import PdoParameters
-from drive_gateway.sim.power_state import DriveState
 from drive_gateway.sim.sdo_server import SdoServer
 
 BOOT_S = 0.02
@@ -40,37 +40,43 @@ _Handler = Callable[[bytes, float], list[CanFrame]]
 
 
 class SimulatedNode(FaultsOnCommand):
-    """A CANopen node with one CiA 402 drive.
+    """A CANopen node with one to three CiA 402 drives.
 
     `receive` takes every frame of the bus and answers; `step` must be called at least every 10 ms. The node is switched
     on by the first of these calls.
 
     Args:
-        axis: Node-ID, units, speed and start of the axis.
-        cycle_s: cycle of the drive's position controller [s].
-        lag_s: lag of the axis behind its set points [s].
+        axes: of this node, number 1 first and none left out: Node-ID, units, speed and start.
+        cycle_s: cycle of the drives' position controllers [s].
+        lag_s: lag of an axis behind its set points [s].
         setpoint_timeout: interpolation periods without a set point that are a fault (power-on value of 2000h);
             `None`: as in the EDS.
-        servo: the axis behind the drive; `None`: one of the fast level.
+        servos: the axes behind the drives; `None`, and where none is left: one of the fast level.
     """
 
     def __init__(
         self,
-        axis: AxisSettings,
+        axes: Sequence[AxisSettings],
         cycle_s: float,
         lag_s: float,
         setpoint_timeout: int | None = None,
-        servo: AxisServo | None = None,
+        servos: Sequence[AxisServo | None] = (),
     ) -> None:
-        self.node_id = axis.node_id
+        self.node_id = axes[0].node_id
         self._setpoint_timeout = setpoint_timeout
-        self._objects = Objects(load_dictionary(), axis.node_id)
-        self._emergencies = Emergencies(self._objects, axis.node_id)
+        self._objects = Objects(load_dictionary(len(axes)), self.node_id)
+        self._emergencies = Emergencies(self._objects, self.node_id)
         self._consumer = HeartbeatConsumer()
         self._producer = HeartbeatProducer()
         self._guarded = GuardedLife()
         self._sdo = SdoServer(self._objects)
-        self._drive = Drive(axis, cycle_s, lag_s, self._objects, self._emergencies, self._cause_present, servo)
+        of_axes = [self._objects.of_axis(axis.number) for axis in axes]
+        self._timeouts = [objects.numbers for objects in of_axes]
+        self.drives = tuple(
+            Drive(axis, cycle_s, lag_s, objects, self._emergencies, self._cause_present, servo)
+            for axis, objects, servo in zip_longest(axes, of_axes, servos)
+        )
+        self._emergencies.held = lambda code: any(code in drive.faults for drive in self.drives)
         self._parameters = PdoParameters(self._objects, lambda: self._nmt is NmtState.OPERATIONAL)
         save_on_command(self._objects)
         self._objects.followers[_CONSUMER] = self._watch_master
@@ -91,25 +97,6 @@ class SimulatedNode(FaultsOnCommand):
         """`BOOT_UP` while the node initialises."""
         return self._nmt
 
-    @property
-    def state(self) -> DriveState:
-        return self._drive.state
-
-    @property
-    def position(self) -> float:
-        """Where the axis is [counts]."""
-        return self._drive.position
-
-    @property
-    def servo(self) -> AxisServo:
-        """The axis, for faults on command."""
-        return self._drive.servo
-
-    @property
-    def top_speed(self) -> float:
-        """[counts/s] that the axis cannot exceed."""
-        return self._drive.top_speed
-
     # Time and frames
 
     def receive(self, frame: CanFrame, now: float) -> list[CanFrame]:
@@ -126,7 +113,7 @@ class SimulatedNode(FaultsOnCommand):
     def step(self, now: float) -> list[CanFrame]:
         """Let time pass: motion, boot-up, heartbeats, timers. Returns what the node sends by itself."""
         self._now = now = max(self._now, now)
-        self._drive.advance(now)
+        self._advance(now)
         frames: list[CanFrame] = []
         if self._nmt is NmtState.BOOT_UP:
             frames += self._boot(now)
@@ -155,10 +142,13 @@ class SimulatedNode(FaultsOnCommand):
         self._objects.restore(ALL if self._restart_drive else COMMUNICATION)
         if self._restart_drive:
             if self._setpoint_timeout is not None:
-                self._objects.numbers[_SETPOINT_TIMEOUT] = self._setpoint_timeout
-            self._drive.reset()
-        for code in self._drive.faults:  # a fault outlives a reset of the communication and is told again
-            self._emergencies.occur(code)
+                for numbers in self._timeouts:
+                    numbers[_SETPOINT_TIMEOUT] = self._setpoint_timeout
+            for drive in self.drives:
+                drive.reset()
+        for drive in self.drives:
+            for code in drive.faults:  # a fault outlives a reset of the communication and is told again
+                self._emergencies.occur(code)
         self._consumer.configure(0)
         self._guarded.restart()
         self._producer.configure(0, self._now)
@@ -170,14 +160,15 @@ class SimulatedNode(FaultsOnCommand):
             return []
         if self._restart_drive:
             self._restart_drive = False
-            self._drive.started()
+            for drive in self.drives:
+                drive.started()
         self._enter(NmtState.PRE_OPERATIONAL)
         return [self._error_control(NmtState.BOOT_UP)]
 
     def _on_nmt(self, data: bytes, now: float) -> list[CanFrame]:
         if len(data) != 2 or data[1] not in (0, self.node_id):
             return []
-        self._drive.advance(now)
+        self._advance(now)
         match data[0]:
             case NmtCommand.START:
                 self._enter(NmtState.OPERATIONAL)
@@ -186,7 +177,7 @@ class SimulatedNode(FaultsOnCommand):
             case NmtCommand.ENTER_PRE_OPERATIONAL:
                 self._enter(NmtState.PRE_OPERATIONAL)
             case NmtCommand.RESET_NODE | NmtCommand.RESET_COMMUNICATION:
-                self._drive.connection_lost()
+                self._disconnect()
                 self._restart_drive = data[0] == NmtCommand.RESET_NODE
                 self._restart()
         return []
@@ -201,7 +192,7 @@ class SimulatedNode(FaultsOnCommand):
         self._receive = []
         self._late.forget()
         if state is NmtState.STOPPED:
-            self._drive.connection_lost()
+            self._disconnect()
         else:
             self._handlers[SDO_TO_NODE + self.node_id] = self._on_sdo
         if state is NmtState.OPERATIONAL:
@@ -237,16 +228,24 @@ class SimulatedNode(FaultsOnCommand):
             self._handlers[ERROR_CONTROL + self._consumer.node_id] = self._on_heartbeat
 
     def _on_heartbeat(self, _data: bytes, now: float) -> list[CanFrame]:
-        if self._consumer.heard(now) and HEARTBEAT_LOST not in self._drive.faults:
+        if self._consumer.heard(now):
             self._emergencies.vanish(HEARTBEAT_LOST)
         return []
 
     def _heartbeat_lost(self) -> None:
         self._emergencies.occur(HEARTBEAT_LOST)
-        self._drive.connection_lost(HEARTBEAT_LOST)
+        self._disconnect(HEARTBEAT_LOST)
         after = _STATE_AFTER_LOSS.get(self._objects.numbers[_ERROR_BEHAVIOUR])
         if self._nmt is NmtState.OPERATIONAL and after is not None:
             self._enter(after)
+
+    def _disconnect(self, code: int = COMMUNICATION_LOST) -> None:
+        for drive in self.drives:
+            drive.connection_lost(code)
+
+    def _advance(self, now: float) -> None:
+        for drive in self.drives:
+            drive.advance(now)
 
     def _cause_present(self, code: int) -> bool:
         return code == HEARTBEAT_LOST and (self._consumer.lost or self._guarded.lost)
@@ -254,12 +253,12 @@ class SimulatedNode(FaultsOnCommand):
     # Services
 
     def _on_sdo(self, data: bytes, now: float) -> list[CanFrame]:
-        self._drive.advance(now)
+        self._advance(now)
         return [CanFrame(SDO_FROM_NODE + self.node_id, answer) for answer in self._sdo.answer(data)]
 
     def _on_sync(self, _data: bytes, now: float) -> list[CanFrame]:
         """Measure and send first, then take over what was received since the SYNC before."""
-        self._drive.advance(now)
+        self._advance(now)
         frames = [frame for pdo in self._transmit if (frame := pdo.on_sync()) is not None]
         for pdo in self._receive:
             if pdo.synchronous:
@@ -273,17 +272,17 @@ class SimulatedNode(FaultsOnCommand):
         self._emergencies.vanish(PDO_TOO_SHORT)
         pdo.latch(data)
         if not pdo.synchronous:
-            self._drive.advance(now)
+            self._advance(now)
             pdo.take_over()
         return []
 
     def _on_remote(self, cob_id: int) -> list[CanFrame]:
         """A remote frame asks for a TPDO, or guards the node if it has no heartbeat."""
-        self._drive.advance(self._now)
+        self._advance(self._now)
         if cob_id == ERROR_CONTROL + self.node_id:
             if self._objects.numbers[_PRODUCER]:
                 return []
-            if self._guarded.lost and HEARTBEAT_LOST not in self._drive.faults:
+            if self._guarded.lost:
                 self._emergencies.vanish(HEARTBEAT_LOST)
             return [CanFrame(cob_id, bytes((self._guarded.polled(self._nmt, self._now),)))]
         return [pdo.frame() for pdo in self._transmit if pdo.cob_id == cob_id and pdo.remote]

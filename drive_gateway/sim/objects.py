@@ -1,15 +1,53 @@
 """The values of one node's object dictionary, the checks before each change and what follows from it."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, MutableMapping
+from dataclasses import dataclass
+from typing import TypeVar
 
+from drive_gateway.canopen.axis_objects import first_axis_index
 from drive_gateway.sim.abort import Abort, AccessRefused
-from drive_gateway.sim.dictionary import Dictionary, Entry
+from drive_gateway.sim.dictionary import Dictionary, Entry, axis_key
 
 COMMUNICATION = range(0x1000, 0x2000)
 """Indices of the communication profile; NMT reset communication restores these only."""
 ALL = range(0x10000)
 PROCESS_DATA = (0x6040, 0x6060, 0x607A, 0x60B1, 0x60C1, 0x60FF)
 """What a master commands while it moves the axis; never stored."""
+
+
+V = TypeVar("V")
+
+
+class _Shifted(MutableMapping[int, V]):
+    """The part of a mapping that belongs to one axis, by the keys of axis 1."""
+
+    def __init__(self, whole: dict[int, V], axis: int) -> None:
+        self._whole = whole
+        self._shift = axis_key(0, axis)
+
+    def __getitem__(self, key: int) -> V:
+        return self._whole[key + self._shift]
+
+    def __setitem__(self, key: int, value: V) -> None:
+        self._whole[key + self._shift] = value
+
+    def __delitem__(self, key: int) -> None:
+        del self._whole[key + self._shift]
+
+    def __iter__(self) -> Iterator[int]:
+        return (key - self._shift for key in self._whole)
+
+    def __len__(self) -> int:
+        return len(self._whole)
+
+
+@dataclass(frozen=True, slots=True)
+class AxisObjects:
+    """The objects of one axis, by the keys of axis 1."""
+
+    numbers: MutableMapping[int, int]
+    guards: MutableMapping[int, Callable[[int], None]]
+    followers: MutableMapping[int, Callable[[int], None]]
 
 
 class Objects:
@@ -31,6 +69,12 @@ class Objects:
         self.followers: dict[int, Callable[[int], None]] = {}
         self.restore(ALL)
 
+    def of_axis(self, axis: int) -> AxisObjects:
+        """What the drive of axis 1 to 3 works with."""
+        if axis == 1:
+            return AxisObjects(self.numbers, self.guards, self.followers)
+        return AxisObjects(_Shifted(self.numbers, axis), _Shifted(self.guards, axis), _Shifted(self.followers, axis))
+
     def restore(self, indices: range) -> None:
         """Power-on values for all objects in `indices`. Neither guards nor followers are called."""
         for key, entry in self._dictionary.entries.items():
@@ -43,7 +87,7 @@ class Objects:
     def save(self) -> None:
         """Keep the drive's parameters as power-on values. Process data are none, and communication is the master's."""
         for key, entry in self._dictionary.entries.items():
-            parameter = key >> 8 not in COMMUNICATION and key >> 8 not in PROCESS_DATA
+            parameter = key >> 8 not in COMMUNICATION and first_axis_index(key >> 8) not in PROCESS_DATA
             if entry.code and entry.writable and parameter:
                 self._saved[key] = self.numbers[key]
         self._saved_domains = dict(self._domains)

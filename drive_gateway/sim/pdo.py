@@ -3,13 +3,14 @@
 from collections.abc import Iterator
 from struct import Struct
 
+from drive_gateway.canopen.axis_objects import AXES, PDO_SPAN
 from drive_gateway.canopen.frame import CanFrame
 from drive_gateway.sim.abort import AccessRefused
 from drive_gateway.sim.dictionary import key_of
 from drive_gateway.sim.objects import Objects
 
 PDOS = range(4)
-"""The drive has four PDOs in each direction."""
+"""Each axis has four PDOs in each direction, 64 numbers from those of the axis before."""
 RPDO_COMMUNICATION, RPDO_MAPPING = 0x1400, 0x1600
 TPDO_COMMUNICATION, TPDO_MAPPING = 0x1800, 0x1A00
 
@@ -126,7 +127,14 @@ def transmit_pdos(objects: Objects) -> list[TransmitPdo]:
 
 
 def _valid(objects: Objects, communication: int) -> Iterator[int]:
-    return (number for number in PDOS if not objects.numbers[key_of(communication + number, 1)] & INVALID)
+    numbers = objects.numbers
+    return (number for number in pdo_numbers(objects) if not numbers[key_of(communication + number, 1)] & INVALID)
+
+
+def pdo_numbers(objects: Objects) -> list[int]:
+    """The PDOs of all axes of the node, counted from 0."""
+    firsts = range(0, AXES * PDO_SPAN, PDO_SPAN)
+    return [first + number for first in firsts for number in PDOS if key_of(RPDO_MAPPING + first) in objects.numbers]
 
 
 def _mapping(objects: Objects, index: int) -> tuple[Struct, tuple[int, ...]]:

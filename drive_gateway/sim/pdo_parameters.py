@@ -14,11 +14,11 @@ from drive_gateway.sim.pdo import (
     INVALID,
     LAST_CYCLIC,
     NO_REMOTE,
-    PDOS,
     RPDO_COMMUNICATION,
     RPDO_MAPPING,
     TPDO_COMMUNICATION,
     TPDO_MAPPING,
+    pdo_numbers,
 )
 
 _EVENT_TYPES = (254, 255)
@@ -34,7 +34,7 @@ class PdoParameters:
     def __init__(self, objects: Objects, operational: Callable[[], bool]) -> None:
         self._objects = objects
         self._operational = operational
-        for number in PDOS:
+        for number in pdo_numbers(objects):
             self._guard(RPDO_COMMUNICATION + number, RPDO_MAPPING + number, transmit=False)
             self._guard(TPDO_COMMUNICATION + number, TPDO_MAPPING + number, transmit=True)
 

@@ -107,7 +107,7 @@ class Reference:
 
     def __init__(self, axis: AxisSettings) -> None:
         self._incremental = axis.incremental
-        self.serial = axis.node_id
+        self.serial = axis.node_id + 0x80 * (axis.number - 1)
         """Of the encoder."""
         self.battery_empty = False
         """An absolute encoder's battery was empty while the drive was off: its turns may be wrong until it homes."""

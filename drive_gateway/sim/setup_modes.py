@@ -4,6 +4,8 @@ The demand is handed to the axis step by step. The meaning of controlword bits 4
 is the mode's (CiA 402-2); in profile velocity bit 12 is 1 at standstill.
 """
 
+from collections.abc import MutableMapping
+
 from drive_gateway.sim.axis_servo import AxisServo
 from drive_gateway.sim.dictionary import key_of
 from drive_gateway.sim.homing import Homing, HomingSpeeds, HomingState
@@ -28,7 +30,7 @@ _HOMING_FAST, _HOMING_SLOW, _HOMING_RAMP = key_of(0x6099, 1), key_of(0x6099, 2),
 class SetupModes:
     """Trajectory of an enabled drive in one of `SETUP_MODES`. Positions of the profile are those of the axis itself."""
 
-    def __init__(self, numbers: dict[int, int], servo: AxisServo, reference: Reference) -> None:
+    def __init__(self, numbers: MutableMapping[int, int], servo: AxisServo, reference: Reference) -> None:
         self._numbers = numbers
         self._servo = servo
         self._reference = reference

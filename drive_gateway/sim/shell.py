@@ -106,24 +106,24 @@ class SimulatedDrives:
 
 
 def simulated_nodes(settings: GatewaySettings, loads: Loads | None = None) -> list[SimulatedNode]:
-    """One node per axis. They wait for set points as long as a cycle of this gateway may be late.
+    """One node per Node-ID. They wait for set points as long as a cycle of this gateway may be late.
 
     `loads` are torques on axes beside those of the file, for who knows the whole robot; by robot and axis, at the full
     level only.
     """
     timeout = min(_LONGEST_SETPOINT_TIMEOUT, max(2, ceil(settings.overrun_limit_s / settings.cycle_s) + 1))
     bus = DcBus(settings.simulation.dc_bus)
-    return [
-        SimulatedNode(
-            axis,
-            settings.cycle_s,
-            settings.simulated_lag_s,
-            timeout,
-            _full_servo(settings, name, axis, bus, loads or {}),
-        )
-        for name, robot in settings.robots.items()
-        for axis in robot.axes
-    ]
+    by_node: dict[int, list[tuple[str, AxisSettings]]] = {}
+    for name, robot in settings.robots.items():
+        for axis in robot.axes:
+            by_node.setdefault(axis.node_id, []).append((name, axis))
+    nodes = []
+    for named in by_node.values():
+        named.sort(key=lambda pair: pair[1].number)
+        servos = [_full_servo(settings, name, axis, bus, loads or {}) for name, axis in named]
+        axes = [axis for _, axis in named]
+        nodes.append(SimulatedNode(axes, settings.cycle_s, settings.simulated_lag_s, timeout, servos))
+    return nodes
 
 
 def _full_servo(

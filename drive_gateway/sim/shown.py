@@ -1,5 +1,7 @@
 """What a simulated drive shows: its statusword, its measurements, its encoder."""
 
+from collections.abc import MutableMapping
+
 from drive_gateway.sim.axis_servo import AxisServo
 from drive_gateway.sim.dictionary import key_of
 from drive_gateway.sim.power_state import DriveState
@@ -22,7 +24,7 @@ _LOW, _HIGH = -(1 << 31), (1 << 31) - 1
 class Shown:
     """Writes the objects that only the drive itself writes."""
 
-    def __init__(self, numbers: dict[int, int], servo: AxisServo, reference: Reference) -> None:
+    def __init__(self, numbers: MutableMapping[int, int], servo: AxisServo, reference: Reference) -> None:
         self._numbers = numbers
         self._servo = servo
         self._reference = reference

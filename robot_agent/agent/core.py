@@ -6,7 +6,7 @@ from collections.abc import Callable
 import numpy as np
 
 from cell.config.settings import CellSettings, OnManagerReturn
-from cell.core import AskDone, Effect, Ended, Frozen, Publish, Request, Shutdown
+from cell.core import Arrived, AskDone, Effect, Ended, Frozen, Publish, Request, Shutdown
 from cell.messages import (
     AxisStatus,
     Body,
@@ -23,6 +23,7 @@ from cell.messages import (
     ZoneGeometry,
 )
 from robot_agent.agent.axes import feedback_in_joints, samples_in_axes
+from robot_agent.agent.cell_clock import CellClock
 from robot_agent.agent.executive import Executive, Wishes
 from robot_agent.agent.gateway_link import GatewayLink
 from robot_agent.agent.idle import IdleClock
@@ -61,6 +62,7 @@ class AgentCore:
         self.run = ProgramRun(program)
         self.report = Reporter(robot, boot)
         self.pace = Pace()
+        self.clock = CellClock()
         self.jogging = Jogging(robot, self.zones)
         self.operator = Operator(robot, boot, cell.times.command_s, self.link, self.run, self.pace, self.jogging)
         self.mode = Mode.STARTING
@@ -79,6 +81,9 @@ class AgentCore:
     def receive(self, message: object, now: float) -> None:
         """Take one message; see `cell.core`."""
         match message:
+            case Arrived(inner, at):
+                self._time(inner, at)
+                self.receive(inner, now)
             case DriveFeedback():
                 self.link.heard(message, now)
             case ManagerState():
@@ -102,6 +107,13 @@ class AgentCore:
                 self.operator.forget_echoes()
             case Shutdown():
                 self._leaving = True
+
+    def _time(self, message: object, at: float) -> None:
+        """What a message says about the clocks of others."""
+        if isinstance(message, ManagerState):
+            self.clock.heard_state(message, at)
+        elif isinstance(message, DriveFeedback) and self.link.grant is not None:
+            self.clock.heard_feedback(message, self.link.grant.cycle_s, at)
 
     def step(self, now: float) -> list[Effect]:
         """Everything due at `now`; see `cell.core`."""
@@ -140,7 +152,7 @@ class AgentCore:
     def _situation(self, feedback: DriveFeedback, planner: Planner) -> Situation:
         state = self.zones.state
         refusal = state.refused.get(self._robot, "") if state is not None else ""
-        return Situation(self.mode, self.executive, planner, self.estop, feedback, refusal)
+        return Situation(self.mode, self.executive, planner, self.estop, feedback, refusal, self.clock)
 
     # What the drives, the e-stop and the manager impose on the mode
 
@@ -211,7 +223,7 @@ class AgentCore:
             self.zones.update_holds(now, self.zones.touched(body), set())
             return [self._presence(body, {}, 0.0, now), Publish(self._sign_of_life(feedback, planner))]
         age_s = self.link.age(now)
-        self._advance_program(executive, feedback)
+        self._advance_program(executive, feedback, now)
         self._advance_jog(executive, feedback, now)
         wants = self._wants(executive, feedback)
         block = None
@@ -230,8 +242,11 @@ class AgentCore:
     def _touched_before(self) -> set[str]:
         return self.zones.touched(self._body) if self._body is not None else set()
 
-    def _advance_program(self, executive: Executive, feedback: DriveFeedback) -> None:
+    def _advance_program(self, executive: Executive, feedback: DriveFeedback, now: float) -> None:
         cycle_s = executive.cycle_s
+        if self.run.start_missed(feedback.tick):
+            why = self._why_idle(feedback, cycle_s, now) or "the robot was held up"
+            self.run.fail(f"the common start was missed: {why}")
         self.run.settle(executive, feedback.tick, cycle_s)
         self.run.follow(executive.timeline.at(feedback.tick)[0], feedback.tick)
         if self.mode is Mode.RUNNING and not self.run.running:
@@ -274,6 +289,7 @@ class AgentCore:
             cap_m_s=self.pace.cap_m_s,
             follower=self.run.follower if self.mode is Mode.RUNNING and not self.pace.backwards else None,
             not_before_tick=self.run.resume_tick,
+            on_time=self.run.starting,
             jog=self.jogging.source,
         )
 

@@ -34,6 +34,8 @@ class Wishes:
     """The motion to begin once the present one is at rest."""
     not_before_tick: int = 0
     """The follower does not begin earlier (a programmed pause)."""
+    on_time: bool = False
+    """Nor does it begin later (a common start)."""
     jog: JogSource | None = None
     """What an operator's jog key wants; it rules while the robot is jogged."""
 
@@ -154,7 +156,7 @@ class Executive:
         if follower is None or wishes.stop or not self.at_motion_end:
             return None
         start = max(join, base.rest_tick, wishes.not_before_tick)
-        if start > join + self._nominal_s / self._cycle_s:
+        if start > join + self._nominal_s / self._cycle_s or (wishes.on_time and start > wishes.not_before_tick):
             return None
         governor = self._governor(follower)
         standing = governor.rest(0.0)

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from cell.core import Answer, Effect, Request
 from cell.messages import (
     Call,
+    CellTime,
     Command,
     Continue,
     Disable,
@@ -28,6 +29,7 @@ from cell.messages import (
     Who,
 )
 from cell.net.freshness import Sent
+from robot_agent.agent.cell_clock import CellClock
 from robot_agent.agent.executive import Executive
 from robot_agent.agent.gateway_link import GatewayLink, Switching
 from robot_agent.agent.jogging import Jogging
@@ -46,6 +48,7 @@ class Situation:
     estop: Estop | None
     feedback: DriveFeedback
     refused_by_manager: str
+    clock: CellClock
 
 
 @dataclass(frozen=True, slots=True)
@@ -185,12 +188,12 @@ class Operator:
                 return self._enable(mode, situation)
             case Disable():
                 return self._disable(mode, situation)
-            case Run():
-                return self._start(mode, situation)
+            case Run(at):
+                return self._start(mode, situation, at, now)
             case Continue():
                 return self._continue(mode)
             case Step():
-                return self._step(mode, situation)
+                return self._step(mode, situation, now)
             case SetOverride(percent):
                 return self._override(percent, mode)
             case SetManual(on):
@@ -220,7 +223,7 @@ class Operator:
         self._run.fail("the drives were switched off by an operator")
         return _Passed(DisableDrives(self._robot, situation.feedback.owner), Mode.READY)
 
-    def _start(self, mode: Mode, situation: Situation) -> _Done | _Refused:
+    def _start(self, mode: Mode, situation: Situation, at: CellTime | None, now: float) -> _Done | _Refused:
         executive, feedback = situation.executive, situation.feedback
         if mode is Mode.RUNNING:
             return _Refused(f"{self._robot} is running already: halt it first")
@@ -235,8 +238,11 @@ class Operator:
             return _Refused(
                 f"{self._robot} has a negative override, a program begins forwards: {override}, then run it"
             )
+        tick = situation.clock.start_tick(at, now, situation.planner.cycle_s) if at is not None else None
+        if isinstance(tick, str):
+            return _Refused(tick)
         executive.stand(situation.planner.standstill(feedback.commanded, ()), feedback.tick)
-        self._run.start(feedback.commanded)
+        self._run.start(feedback.commanded, tick)
         self._pace.no_step()
         return _Done(f"{self._robot} runs {self._run.status.name} from its first line", Mode.RUNNING)
 
@@ -267,9 +273,9 @@ class Operator:
         self._pace.no_step()
         return _Done(f"{self._robot} goes on", Mode.RUNNING)
 
-    def _step(self, mode: Mode, situation: Situation) -> _Done | _Refused:
+    def _step(self, mode: Mode, situation: Situation, now: float) -> _Done | _Refused:
         if mode not in (Mode.RUNNING, Mode.HALTED):
-            started = self._start(mode, situation)
+            started = self._start(mode, situation, None, now)
             if isinstance(started, _Refused):
                 return started
         self._pace.step()

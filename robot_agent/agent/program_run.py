@@ -23,6 +23,8 @@ class ProgramRun:
         self.waited_s: dict[str, float] = {}
         self.resume_tick = 0
         """A programmed pause lasts until this tick."""
+        self.starting = False
+        """The first motion is still to come, and has to begin exactly at `resume_tick`."""
         self._pause = (0, 0)
         """Line of the newest pause and the tick at which it begins."""
 
@@ -30,11 +32,12 @@ class ProgramRun:
     def running(self) -> bool:
         return self.state is ProgramState.RUNNING
 
-    def start(self, q: NDArray[np.float64]) -> None:
-        """Begin at the first line; the robot stands at `q` `(n,)`."""
+    def start(self, q: NDArray[np.float64], at_tick: int | None = None) -> None:
+        """Begin at the first line, with `at_tick` exactly then; the robot stands at `q` `(n,)`."""
         self.state, self.error, self.line = ProgramState.RUNNING, "", 0
         self.waited_s = {}
-        self.resume_tick, self._pause = 0, (0, 0)
+        self.resume_tick, self._pause = at_tick or 0, (0, 0)
+        self.starting = at_tick is not None
         self.lookahead.start(self._program, q)
 
     def fail(self, why: str) -> None:
@@ -48,6 +51,11 @@ class ProgramRun:
         head = self.lookahead.head
         if isinstance(head, Planned) and head.motion is block.planned.motion:
             self.lookahead.advance()
+            self.starting = False
+
+    def start_missed(self, tick: int) -> bool:
+        """Whether the first motion has not begun at the tick at which it had to."""
+        return self.running and self.starting and tick > self.resume_tick
 
     @property
     def follower(self) -> Planned | None:
@@ -89,6 +97,8 @@ class ProgramRun:
 
     def why_idle(self, tick: int, cycle_s: float) -> str:
         """Why a robot at rest does not move although its program runs; empty when that is not the program's doing."""
+        if self.starting and tick <= self.resume_tick:
+            return f"the common start, in {(self.resume_tick - tick) * cycle_s:.1f} s"
         if self._pause[1] <= tick < self.resume_tick:
             return f"WAIT, {(self.resume_tick - tick) * cycle_s:.1f} s left"
         if isinstance(self.lookahead.head, Waiting):

@@ -88,7 +88,7 @@ class _Shell:
 
     def inbox(self) -> list[object]:
         """Everything that arrived since the last step."""
-        messages: list[object] = [*self._states.take_new(), *self._estops.take(), *self._session.outcomes()]
+        messages: list[object] = [*self._states.take_arrived(), *self._estops.take(), *self._session.outcomes()]
         if self._calls is not None:
             messages.extend(self._calls.take())
         if self._worker is not None:

@@ -17,6 +17,7 @@ from robot_agent.kinematics.loader import load_model, model_of
 from robot_agent.kinematics.model import Model
 from robot_agent.kinematics.mounting import Carrier, Fixed, LinearTrack, Turntable, flange_in_base, tcp_in_world
 from robot_agent.kinematics.numeric import BareUrdf, NumericModel
+from robot_agent.kinematics.serial import SerialModel
 from robot_agent.kinematics.singularity import SingularityDistance
 from robot_agent.kinematics.six_axis import SixAxis
 from robot_agent.kinematics.solutions import Solutions
@@ -35,6 +36,7 @@ __all__ = [
     "NumericModel",
     "OpenMechanism",
     "Reason",
+    "SerialModel",
     "SingularityDistance",
     "SixAxis",
     "Solutions",

@@ -36,6 +36,7 @@ class UrdfDescription(RobotDescription):
             "mounted": None,
             "urdf": source,
             "motors": {},
+            "masses": (),
         }
         for name, value in values.items():
             object.__setattr__(self, name, value)

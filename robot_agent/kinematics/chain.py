@@ -35,6 +35,17 @@ class Chain:
     def size(self) -> int:
         return len(self._steps)
 
+    @property
+    def steps(self) -> tuple[Step, ...]:
+        return self._steps
+
+    def link_frames(self) -> Array:
+        """`(s + 1, 4, 4)`: poses of the links in the frames; all are the frames themselves but the flange's."""
+        poses = np.tile(np.eye(4), (self.size + 1, 1, 1))
+        if self._end is not None:
+            poses[-1] = self._end
+        return poses
+
     def frames(self, x: Array) -> Array:
         """`(..., s)` -> `(..., s + 1, 4, 4)`."""
         joints = x.reshape(-1, self.size).T

@@ -22,7 +22,7 @@ from robot_agent.kinematics.singularity import SingularityDistance
 from robot_agent.kinematics.solutions import Solutions
 from robot_agent.kinematics.turns import TURN, nearest_turn
 from robot_agent.kinematics.urdf import UrdfChain, read_urdf
-from robot_agent.model.description import CapsuleBody, RobotDescription, UrdfSource
+from robot_agent.model.description import CapsuleBody, LinkMass, RobotDescription, UrdfSource
 
 SLOTS = 8
 ROUNDS = (8, 24, 64)
@@ -47,6 +47,14 @@ class NumericModel(SerialModel):
         self._flange_reach_m = float(farthest(self._places(self.n, np.zeros((1, 3))))[0])
         self._length_m = max(self._flange_reach_m, 1e-3)
         self._starts = _spread(self.limits.position, sum(ROUNDS))
+
+    @property
+    def link_frames(self) -> Array:
+        return self._urdf.link_frames
+
+    @property
+    def masses(self) -> tuple[LinkMass, ...]:
+        return self._urdf.masses
 
     def links(self, q: Array) -> Array:
         return np.asarray(self._frames(q) @ self._urdf.link_frames)

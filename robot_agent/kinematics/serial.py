@@ -6,7 +6,7 @@ from cell.geometry.arrays import Array
 from robot_agent.kinematics.chain import Chain
 from robot_agent.kinematics.model import Model
 from robot_agent.kinematics.reach import Places
-from robot_agent.model.description import RobotDescription
+from robot_agent.model.description import LinkMass, RobotDescription
 
 
 class SerialModel(Model):
@@ -17,6 +17,25 @@ class SerialModel(Model):
         super().__init__(description)
         self._chain = chain
         self._mixing = mixing
+
+    @property
+    def chain(self) -> Chain:
+        return self._chain
+
+    @property
+    def mixing(self) -> Array:
+        """`(s, n)`: coordinates of the chain = mixing @ joints."""
+        return np.eye(self.n) if self._mixing is None else self._mixing
+
+    @property
+    def link_frames(self) -> Array:
+        """`(s + 1, 4, 4)`: poses of the links in the frames of the chain."""
+        return self._chain.link_frames()
+
+    @property
+    def masses(self) -> tuple[LinkMass, ...]:
+        """Of the links, without the tool."""
+        return self.description.masses
 
     def links(self, q: Array) -> Array:
         frames = self._frames(q)
@@ -40,6 +59,5 @@ class SerialModel(Model):
 
     def _places(self, link: int, at: Array) -> Places:
         lower, upper = self.limits.position.T
-        mixing = np.eye(self.n) if self._mixing is None else self._mixing
-        middle, half = mixing @ (lower + upper) / 2, np.abs(mixing) @ (upper - lower) / 2
+        middle, half = self.mixing @ (lower + upper) / 2, np.abs(self.mixing) @ (upper - lower) / 2
         return self._chain.places(link, at, np.stack([middle - half, middle + half], axis=-1))

@@ -10,8 +10,9 @@ from cell.geometry import inverse
 from cell.geometry.arrays import Array
 from robot_agent.kinematics.chain import Chain, Step
 from robot_agent.kinematics.errors import BadModel
+from robot_agent.kinematics.urdf_masses import urdf_masses
 from robot_agent.kinematics.urdf_text import check_urdf
-from robot_agent.model.description import UrdfSource
+from robot_agent.model.description import LinkMass, UrdfSource
 
 RANGE_TOLERANCE = 1e-4
 """Degrees of a robot file against rounded radians of a URDF [rad or m]."""
@@ -32,6 +33,8 @@ class UrdfChain:
     endless: tuple[bool, ...]
     velocity: Array
     """`(n,)` [rad/s or m/s]."""
+    masses: tuple[LinkMass, ...]
+    """Of the links that have some; see `urdf_masses`."""
 
     def contains(self, joint: int, lower: float, upper: float) -> bool:
         """Whether the URDF lets a joint move from `lower` to `upper` [rad or m]."""
@@ -132,6 +135,7 @@ def _chain(model: pin.Model, joints: list[int], flange: pin.Frame, file: str) ->
         position=np.array(position),
         endless=tuple(model.joints[joint].nq == 2 for joint in joints),
         velocity=np.array([model.velocityLimit[model.joints[joint].idx_v] for joint in joints]),
+        masses=urdf_masses(model, joints, flange, file),
     )
 
 

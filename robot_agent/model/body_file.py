@@ -6,9 +6,10 @@ import numpy as np
 from pydantic import BaseModel, Field
 
 from cell.config.fields import Pose
-from cell.config.units import LARGEST, STRICT, Length, Number, PositiveLength
+from cell.config.units import LARGEST, STRICT, Length, PositiveLength
 from cell.geometry import from_xyz_abc
 from robot_agent.model.description import Capsule, CapsuleBody, Tool
+from robot_agent.model.mass_file import Inertia, inertia_matrix
 
 Point = tuple[Length, Length, Length]
 
@@ -45,7 +46,7 @@ class ToolEntry(BaseModel):
     tcp: Pose = Field(description="pose of the TCP in the flange frame: X, Y, Z, A, B, C")
     mass_kg: Annotated[float, Field(ge=0, le=LARGEST)] = Field(0.0, description="mass [kg]")
     centre: Point = Field((0.0, 0.0, 0.0), description="centre of mass in the flange frame: [x, y, z]")
-    inertia_kg_m2: tuple[Number, Number, Number, Number, Number, Number] = Field(
+    inertia_kg_m2: Inertia = Field(
         (0.0, 0.0, 0.0, 0.0, 0.0, 0.0),
         description="about the centre of mass, along the flange's axes: [xx, yy, zz, xy, xz, yz] in kg m^2",
     )
@@ -53,12 +54,11 @@ class ToolEntry(BaseModel):
 
     def tool(self, name: str) -> Tool:
         p = self.tcp
-        xx, yy, zz, xy, xz, yz = self.inertia_kg_m2
         return Tool(
             name=name,
             pose_flange_tcp=from_xyz_abc(np.array([p.X, p.Y, p.Z, p.A, p.B, p.C])),
             mass_kg=self.mass_kg,
             centre_m=self.centre,
-            inertia_kg_m2=np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]),
+            inertia_kg_m2=inertia_matrix(self.inertia_kg_m2),
             capsules=tuple(capsule.capsule() for capsule in self.capsules),
         )

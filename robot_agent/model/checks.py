@@ -8,6 +8,7 @@ from cell.config.problem import KeyPath, Problem
 from robot_agent.model.description import Family
 from robot_agent.model.families import SHAPES
 from robot_agent.model.geometry import SixAxisGeometry
+from robot_agent.model.mass_checks import check_masses
 from robot_agent.model.motor_checks import check_motors
 from robot_agent.model.robot_file import RobotFile
 
@@ -23,6 +24,7 @@ def check_robot_file(document: Document, robot: RobotFile) -> list[Problem]:
         *_home(document, robot),
         *_capsules(document, robot),
         *_motors(document, robot),
+        *check_masses(document, robot),
         *_tool(document, robot),
     ]
 

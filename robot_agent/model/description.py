@@ -111,6 +111,19 @@ class Tool:
     """Its body in the flange frame."""
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class LinkMass:
+    """What a link weighs, and how. Links are numbered as in `CapsuleBody`; everything is in the link's frame."""
+
+    link: int
+    mass_kg: float
+    centre_m: tuple[float, float, float]
+    inertia_kg_m2: NDArray[np.float64]
+    """`(3, 3)` about the centre of mass."""
+    source: str
+    """Where its numbers are from."""
+
+
 @dataclass(frozen=True, slots=True)
 class Motor:
     """A rotary servomotor and the gear to its axis; torques and speeds are the shaft's."""
@@ -188,6 +201,8 @@ class RobotDescription:
     urdf: UrdfSource | None = None
     motors: dict[str, Motor] = field(default_factory=dict)
     """By axis; empty where the file says nothing about motors."""
+    masses: tuple[LinkMass, ...] = ()
+    """Of the links; empty where the file says nothing about them. Those of a URDF robot are in its URDF."""
     shaping: Shaping = DEFAULT_SHAPING
 
     @property

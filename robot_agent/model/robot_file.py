@@ -19,6 +19,7 @@ from robot_agent.model.description import (
     Shaping,
     UrdfSource,
 )
+from robot_agent.model.mass_file import MassEntry
 from robot_agent.model.motor_file import MotorEntry
 
 JointName = Annotated[str, Field(pattern=r"^J[1-9]$", description="a joint, J1, J2, ... from the base on")]
@@ -121,6 +122,9 @@ class RobotFile(BaseModel):
     motors: dict[JointName, MotorEntry] = Field(
         {}, description="motors by axis, one for each joint; left out: nothing is known of them"
     )
+    masses: tuple[MassEntry, ...] = Field(
+        (), description="masses of the links, for the torques of the axes; left out: nothing is known of them"
+    )
     path: PathEntry = Field(description="default and largest speeds along a path")
     motion: MotionEntry = Field(
         default_factory=lambda: MotionEntry.model_validate({}),
@@ -186,5 +190,6 @@ class RobotFile(BaseModel):
             mounted=self.tool,
             urdf=None if urdf is None else UrdfSource(folder / urdf.file, urdf.flange),
             motors={axis: motor.motor() for axis, motor in self.motors.items()},
+            masses=tuple(entry.mass() for entry in self.masses),
             shaping=self.motion.shaping(),
         )

@@ -5,6 +5,7 @@ from robot_agent.trajectory.governor import Governor, Hold, RateRequest
 from robot_agent.trajectory.lengths import lengths
 from robot_agent.trajectory.limits import Limits
 from robot_agent.trajectory.motion import Motion
+from robot_agent.trajectory.moving import Moving
 from robot_agent.trajectory.plan import plan
 from robot_agent.trajectory.s_curve import SCurve, s_curve
 from robot_agent.trajectory.segment import PathState, Segment
@@ -15,6 +16,7 @@ __all__ = [
     "Hold",
     "Limits",
     "Motion",
+    "Moving",
     "PathState",
     "PlanError",
     "RateRequest",

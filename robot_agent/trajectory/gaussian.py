@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robot_agent.kinematics import Model
+from robot_agent.trajectory.excess import excess
 from robot_agent.trajectory.law import Timed
 from robot_agent.trajectory.limits import Limits
 from robot_agent.trajectory.pieces import Pieces
@@ -30,11 +31,8 @@ def filtered(model: Model, timed: Timed, limits: Limits) -> Timed:
     """
     window_s = limits.shaping.filter_s
     pieces = _smoothed(timed.pieces, window_s)
-    allowed = np.stack([limits.velocity, limits.acceleration, limits.jerk])
-    used = (pieces.peaks() / allowed).max(axis=1)
-    slower = float((np.maximum(used, 1.0) ** (1.0 / np.arange(1.0, 4.0))).max())
     deviation, faster = _flange(model, timed.pieces, pieces, window_s)
-    k = max(slower, faster)
+    k = max(1.0, excess(pieces, limits), faster)
     times = (timed.times + window_s / 2.0) * k
     return replace(timed, pieces=pieces.slower(1.0 / k), times=times, deviation_m=deviation)
 

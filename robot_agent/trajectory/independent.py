@@ -1,12 +1,13 @@
 """Joint moves in which each joint goes at its own speed: all start together, each arrives when it does."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from robot_agent.kinematics import Model
 from robot_agent.model.description import ProfileKind
 from robot_agent.paths.pose_path import Blend
+from robot_agent.trajectory.excess import excess
 from robot_agent.trajectory.joint_path import Numbers, Stretch
 from robot_agent.trajectory.law import Timed
 from robot_agent.trajectory.limits import Limits
@@ -38,6 +39,10 @@ class Independent:
         """Joints `(n,)` at the end."""
         return self.target
 
+    def later(self, blocks: int) -> "Independent":
+        """The same with so many blocks before it."""
+        return replace(self, stretch=replace(self.stretch, block=self.stretch.block + blocks))
+
     def in_time(self, model: Model, limits: Limits) -> Timed:
         """Each joint as fast as its limits allow; all of them slower where the flange or the joints have a cap."""
         own = [self._profile(limits, joint) for joint in range(len(self.target))]
@@ -47,13 +52,12 @@ class Independent:
         return Timed(pieces.slower(1.0 / k), np.array([0.0, pieces.duration_s * k]), np.array([0.0, self.stretch.end]))
 
     def _profile(self, limits: Limits, joint: int) -> Profile:
-        bounds = limits.velocity[joint] * self.stretch.joint_speed, limits.acceleration[joint], limits.jerk[joint]
-        return shaped_profile(limits.shaping, float(self.target[joint] - self.start[joint]), *map(float, bounds))
+        way, speed = self.target[joint] - self.start[joint], limits.velocity[joint] * self.stretch.joint_speed
+        lowest, highest = (float(bound) for bound in limits.acceleration_bounds[:, joint])
+        return shaped_profile(limits.shaping, float(way), float(speed), (lowest, highest), float(limits.jerk[joint]))
 
     def _excess(self, model: Model, pieces: Pieces, limits: Limits) -> float:
         """How much slower the clock must run so that joints, flange and caps are kept."""
-        allowed = np.stack([limits.velocity, limits.acceleration, limits.jerk])
-        used = (pieces.peaks() / allowed).max(axis=1) ** (1.0 / np.arange(1.0, 4.0))
         t = np.append(pieces.knots, (pieces.knots[:-1] + pieces.knots[1:]) / 2.0)
         qd = pieces.derivatives(t)[0]
         twist = (model.jacobian(pieces.position(t)) @ qd[..., None])[..., 0]
@@ -62,7 +66,7 @@ class Independent:
             (twist[:, 3:], self.stretch.rotation_rad_s),
             (qd[:, limits.turning], self.stretch.joint_rad_s),
         )
-        return max(float(used.max()), *(float(np.linalg.norm(rate, axis=1).max()) / cap for rate, cap in caps))
+        return max(excess(pieces, limits), *(float(np.linalg.norm(rate, axis=1).max()) / cap for rate, cap in caps))
 
 
 def _exact(profiles: list[Profile]) -> Pieces:

@@ -23,6 +23,8 @@ _FIRST_STEPS = 6
 _AGAIN = 0.02
 """Gap with which the search goes on behind tightened limits."""
 _SMALLEST_GAP = 1e-5
+_NEAR = 0.2
+"""Gap below which a search has come somewhere."""
 _MOST_STEPS = 90
 _SLACK = 0.05
 """Given to a limit that is not kept yet."""
@@ -38,8 +40,9 @@ _WEIGHTS = np.array([1.0, 4.0, 1.0]) / 6.0
 class Search:
     """The fastest rate within limits, and where the search for it stands: `c` are the coefficients of y."""
 
-    def __init__(self, limited: Limited, c: Numbers) -> None:
-        self.c, self.limited = c, limited
+    def __init__(self, limited: Limited, c: Numbers, held: int = 0) -> None:
+        """`held` is how many of the first coefficients stay as they are."""
+        self.c, self.limited, self._held = c, limited, held
         self._weights = limited.h[:, None] * _WEIGHTS
         counts = np.diff(np.append(limited.starts, len(c)))
         self._path_of = np.repeat(np.arange(len(counts)), counts)
@@ -66,6 +69,11 @@ class Search:
                 self._carry_more()
             elif number == _FIRST_STEPS:
                 self._carry_more()
+
+    @property
+    def found(self) -> bool:
+        """Whether the search came near to a fastest rate; where coefficients are held there may be none."""
+        return bool(np.isfinite(self.c).all() and (self._gap >= 0.0).all() and self._gap.max() < _NEAR)
 
     def tighten(self, excess: Numbers) -> None:
         """Divide the limits of speed, acceleration and jerk by `excess` `(3, intervals)`."""
@@ -119,7 +127,7 @@ class Search:
             (mu + dual * wide) / slack
             for mu, dual, wide, slack in zip(target, self._duals, self._widening, slacks, strict=True)
         ]
-        change = -solve_banded(self._hessian(weight, y, q, fall), self._gradient(pull, y, fall))
+        change = self._newton(self._hessian(weight, y, q, fall), self._gradient(pull, y, fall))
         ahead = [d - wide for d, wide in zip(self._moved(change, fall), self._widening, strict=True)]
         growth = [
             p - dual - w * d for p, dual, w, d in zip(pull, self._duals, weight, self._moved(change, fall), strict=True)
@@ -136,6 +144,12 @@ class Search:
         least = np.minimum(primal, dual_share)
         centre = np.where(least > 0.8, 0.1, np.where(least > 0.4, 0.3, 0.6))
         self._complement = np.maximum(centre * rest, _SMALLEST_GAP * duration) / self._size()
+
+    def _newton(self, hessian: Numbers, gradient: Numbers) -> Numbers:
+        """The change of the coefficients; none of those that are held."""
+        hessian[:, : self._held], gradient[: self._held] = 0.0, 0.0
+        hessian[0, : self._held] = 1.0
+        return -solve_banded(hessian, gradient)
 
     def _reach(self, change: list[Numbers], of: list[Numbers]) -> Numbers:
         """Share of the change, at most all of it, that keeps everything positive: of each path."""

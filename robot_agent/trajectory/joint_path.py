@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from robot_agent.kinematics import Model
 from robot_agent.paths.curves import hermite
 from robot_agent.paths.pose_path import BLEND_TOLERANCE_M, TANGENT_RAD, Blend
+from robot_agent.trajectory.flange_way import with_flange
 from robot_agent.trajectory.pieces import Pieces
 
 Numbers = NDArray[np.float64]
@@ -72,6 +73,14 @@ class JointPath:
         """Value, first and second derivative `(3, n)` of the joints."""
         return self.pieces.shape(np.array(at))[:3, : self.joints]
 
+    def later(self, blocks: int) -> "JointPath":
+        """The same with so many blocks before its own."""
+        return replace(
+            self,
+            stretches=tuple(replace(each, block=each.block + blocks) for each in self.stretches),
+            blends=tuple(replace(each, block=each.block + blocks) for each in self.blends),
+        )
+
     def part(self, first: float, last: float) -> "JointPath":
         """The path from parameter `first` to `last`."""
         ends = [replace(each, end=min(each.end, last) - first) for each in self.stretches]
@@ -127,14 +136,14 @@ def _rounded(model: Model, first: JointPath, second: JointPath, round_m: float) 
     back = _flange_way(model, first, first.length, (first.corner_lengths[1] + first.length) / 2.0)
     ahead = _flange_way(model, second, 0.0, second.corner_lengths[0] / 2.0)
     cut = min(float(np.interp(round_m, side[1], side[0])) for side in (back, ahead))
-    return _bridge(first, second, cut)
+    return _bridge(model, first, second, cut)
 
 
 def _blended(model: Model, first: JointPath, second: JointPath) -> JointPath:
     """The step of the curvature spread over as much of both paths as the tolerance allows."""
     wide = 0.45 * min(first.length - first.corner_lengths[1], second.corner_lengths[0])
     for _ in range(8):
-        bridge = _bridge(first, second, wide)
+        bridge = _bridge(model, first, second, wide)
         away = _deviation(model, first, second, bridge, wide)
         if away <= BLEND_TOLERANCE_M:
             break
@@ -142,20 +151,21 @@ def _blended(model: Model, first: JointPath, second: JointPath) -> JointPath:
     return replace(bridge, blends=(*bridge.blends, Blend(second.stretches[0].block, away)))
 
 
-def _bridge(first: JointPath, second: JointPath, cut: float) -> JointPath:
+def _bridge(model: Model, first: JointPath, second: JointPath, cut: float) -> JointPath:
     """The last `cut` of the first path and the first `cut` of the second replaced by a quintic with the same ends."""
     start, stop, length = first.length - cut, cut, 2.0 * cut
     scale = np.array([1.0, length, length**2])[:, None]
     shape = hermite(first.state(start) * scale, second.state(stop) * scale)
-    coefficients = np.zeros((1, 6, first.joints + 2))
-    coefficients[0, :, : first.joints] = shape / length ** np.arange(6.0)[:, None]
+    joints = Pieces(np.array([0.0, length]), (shape / length ** np.arange(6.0)[:, None])[None])
+    pieces, curvature = with_flange(model, joints)
     edge, after = first.stretches[-1], second.stretches[0]
     share, cap = min(edge.joint_speed, after.joint_speed), min(edge.joint_rad_s, after.joint_rad_s)
     middle = Stretch(length / 2.0, edge.block, share, np.inf, np.inf, on_path=False, joint_rad_s=cap)
+    if edge.on_path and after.on_path:
+        speed, rotation = min(edge.speed_m_s, after.speed_m_s), min(edge.rotation_rad_s, after.rotation_rad_s)
+        middle = replace(middle, speed_m_s=speed, rotation_rad_s=rotation, on_path=True)
     stretches = (middle, replace(middle, end=length, block=after.block))
-    path = JointPath(
-        Pieces(np.array([0.0, length]), coefficients), stretches, np.zeros((0, 2)), (), (length, 0.0), None
-    )  # fmt: skip
+    path = JointPath(pieces, stretches, curvature, (), (length, 0.0), None)
     whole = joined(joined(first.part(0.0, start), path), second.part(stop, second.length))
     head = min(first.corner_lengths[0], start)
     return replace(whole, corner_lengths=(head, whole.corner_lengths[1]))

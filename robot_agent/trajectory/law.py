@@ -11,7 +11,7 @@ from robot_agent.trajectory.base import Base
 from robot_agent.trajectory.joint_path import JointPath
 from robot_agent.trajectory.pieces import Pieces
 from robot_agent.trajectory.retiming import basis
-from robot_agent.trajectory.spline import powers, through
+from robot_agent.trajectory.spline import beginning, powers, through
 
 _PARTS = 8
 """Of an interval, between which time passes evenly enough to be interpolated."""
@@ -44,14 +44,24 @@ class Law:
     base: Base
     squared: Numbers
 
-    def resampled(self, h: float, most: int) -> Base:
-        """The same motion as a base with intervals of about `h` [s], at most `most`."""
+    def resampled(self, h: float, most: int, start: Numbers | None = None) -> Base:
+        """The same motion as a base with intervals of about `h` [s], at most `most`.
+
+        It begins at rest, or with the value and two derivatives `start` `(3,)`.
+        """
         clock = self._clock()
         count = int(np.clip(math.ceil(clock[-1] / h), 8, most))
-        return Base.rising(through(self._samples(clock, count)[0]), float(clock[-1]) / count)
+        h = float(clock[-1]) / count
+        points = through(self._samples(clock, count)[0])
+        if start is not None:
+            points[:3] = beginning(start, h)
+        return Base.rising(points, h)
 
-    def timed(self, path: JointPath) -> tuple[Timed, NDArray[np.intp]]:
-        """A cubic spline of the joints, fine enough to be the path, and the interval `(pieces,)` of each piece."""
+    def timed(self, path: JointPath, start: Numbers | None = None) -> tuple[Timed, NDArray[np.intp]]:
+        """A cubic spline of the joints, fine enough to be the path, and the interval `(pieces,)` of each piece.
+
+        The joints begin at rest, or with position, velocity and acceleration `start` `(3, n)`.
+        """
         clock = self._clock()
         count = max(8, math.ceil(_PIECES * self.base.intervals))
         for _ in range(_HALVINGS):
@@ -59,7 +69,10 @@ class Law:
             q = path.pieces.position(s)[:, : path.joints]
             step = float(clock[-1]) / count
             coefficients = np.zeros((count, 6, path.joints))
-            coefficients[:, :4] = powers(through(q[::2]), step)
+            points = through(q[::2])
+            if start is not None:
+                points[:3] = beginning(start, step)
+            coefficients[:, :4] = powers(points, step)
             pieces = Pieces(np.arange(count + 1, dtype=np.float64) * step, coefficients)
             if np.abs(pieces.position(pieces.knots[:-1] + step / 2.0) - q[1::2]).max() < _EXACT:
                 break

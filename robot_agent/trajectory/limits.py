@@ -27,9 +27,7 @@ class Limits:
     linear: tuple[bool, ...] = ()
     """Whether each joint slides; empty when all joints turn."""
     acceleration_down: NDArray[np.float64] | None = None
-    """`(n,)` the largest towards lower values of each joint, where it is not the one towards higher values.
-
-    Only planning knows it; braking ramps use `acceleration` for both directions."""
+    """`(n,)` the largest towards lower values of each joint, where it is not the one towards higher values."""
 
     @classmethod
     def of(cls, description: RobotDescription) -> Self:
@@ -49,6 +47,16 @@ class Limits:
         """`(2, n)` lower and upper bound of each joint's acceleration."""
         down = self.acceleration if self.acceleration_down is None else self.acceleration_down
         return np.stack([-down, self.acceleration])
+
+    @property
+    def both_ways(self) -> NDArray[np.float64]:
+        """`(n,)` the acceleration that each joint may have in either direction."""
+        return np.asarray(np.abs(self.acceleration_bounds).min(axis=0))
+
+    @property
+    def ramp_acceleration_bounds(self) -> NDArray[np.float64]:
+        """`(2, n)` lower and upper bound of what the samples on the wire may use, ramps included."""
+        return self.ramp_factor * self.acceleration_bounds
 
     @property
     def ramp_acceleration(self) -> NDArray[np.float64]:

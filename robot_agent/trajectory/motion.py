@@ -1,12 +1,13 @@
 """A planned motion: joints over planned time tau, at rest at both ends."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from robot_agent.kinematics import Model
 from robot_agent.paths.pose_path import Blend
+from robot_agent.trajectory.moving import Moving, Run
 from robot_agent.trajectory.pieces import Pieces
 
 
@@ -22,12 +23,15 @@ class Motion:
     ends: NDArray[np.float64]
     """`(blocks,)` tau at which each block ends; with a round edge, in its middle."""
     rests: NDArray[np.float64]
-    """Rising values of tau at which the plan itself is at rest, the start and the end among them."""
+    """Rising values of tau at which the plan itself is at rest, the end among them, and the start, where one that goes
+    on from another motion moves."""
     blends: tuple[Blend, ...]
     """Where the path leaves the programmed curves to join two blocks smoothly, and how far."""
     cycle_s: float
     filter_deviation_m: float = 0.0
     """How far at most the filter on the axes takes the flange off the path."""
+    last: Run | None = None
+    """What a longer motion may replace; None where the joints leave the path."""
 
     @property
     def duration_s(self) -> float:
@@ -62,6 +66,22 @@ class Motion:
         """Speed `(...)` [m/s] of the flange at rate 1; robots carry no tool frames yet, so TCP and flange agree."""
         velocity = (self.model.jacobian(self.q(tau))[..., :3, :] @ self.qd(tau)[..., None])[..., 0]
         return np.asarray(np.linalg.norm(velocity, axis=-1))
+
+    def state(self, tau: float) -> Moving:
+        """The state at `tau` [s] for `plan(..., start=...)`: a motion that goes on from there."""
+        tau, end = min(max(float(tau), 0.0), self.duration_s), self.duration_s
+        begins = end if self.last is None else self.last.begins
+        first = int(np.searchsorted(self.ends, tau, side="right"))
+        return Moving(
+            left=self.pieces.part(tau, end),
+            ends=self.ends[first:] - tau,
+            rests=self.rests[self.rests > tau] - tau,
+            blends=tuple(replace(each, block=each.block - first) for each in self.blends if each.block > first),
+            free_s=max(begins - tau, 0.0),
+            run=self.last,
+            at_s=max(tau - begins, 0.0),
+            first=first,
+        )
 
     def block_at(self, tau: NDArray[np.float64]) -> NDArray[np.int64]:
         """Index `(...)` of the block that tau lies in; its end belongs to a block, its start to the one before."""

@@ -1,5 +1,6 @@
 """Planning: blocks of geometry become one motion within the limits, without a stop where none is needed."""
 
+from dataclasses import replace
 from itertools import groupby
 
 import numpy as np
@@ -9,70 +10,71 @@ from robot_agent.kinematics import Model
 from robot_agent.kinematics.choice import joint_violation
 from robot_agent.paths import JointMove, Line, PathError, Sequence
 from robot_agent.paths.legs import FlangeMove, legs
-from robot_agent.paths.pose_path import Blend, PosePath, pose_paths
+from robot_agent.paths.pose_path import PosePath, pose_paths
 from robot_agent.paths.sequence import Block
+from robot_agent.trajectory.assembly import Kept, assembled
 from robot_agent.trajectory.errors import PlanError
 from robot_agent.trajectory.follow import follow
 from robot_agent.trajectory.independent import Independent
 from robot_agent.trajectory.joint_path import JointPath, Stretch, connected
-from robot_agent.trajectory.law import Timed
 from robot_agent.trajectory.limits import Limits
 from robot_agent.trajectory.motion import Motion
+from robot_agent.trajectory.moving import Moving
+from robot_agent.trajectory.onward import fastest_onward
 from robot_agent.trajectory.pieces import Pieces
 from robot_agent.trajectory.shaped import in_time
 
 _CAP_SAMPLES = 64
-_STANDING = 1e-12
-"""Squared joint speed below which the time of passing a place says nothing."""
+_WAITS_S = (0.0, 0.05, 0.2)
+"""How much longer the motion before stays as it is: tried one after the other until a way to go on is found."""
+_KEPT = 1.01
+"""Limits are kept by what was planned with them up to this factor at least."""
 
 
 def plan(
-    model: Model, sequence: Sequence, limits: Limits, start: NDArray[np.float64], cycle_s: float = 0.004
+    model: Model, sequence: Sequence, limits: Limits, start: NDArray[np.float64] | Moving, cycle_s: float = 0.004
 ) -> Motion:
     """The motion through all blocks of `sequence` from rest at joints `start` `(n,)` to rest.
+
+    From a state of another motion it goes on: first through what is left of that motion, whose blocks come before those
+    of `sequence` in the result, and its tau 0 is the tau of the state. What it replaces stays valid: it ends at rest.
+    Where the joints cannot go on in motion, because a filter or joints that go by themselves leave the path or because
+    no timing is found within the limits, they rest where that motion does.
 
     It rests between blocks only where they do not meet tangentially and have no round edge. `cycle_s` is the period of
     the set points. Raises PlanError with block, program line, reason and, where they apply, joint, limit and pose.
     """
+    paths = _Paths(model, sequence, limits)
+    if isinstance(start, Moving):
+        return _onward(model, paths, limits, start, cycle_s)
     start = np.array(start, dtype=np.float64)
-    runs = _Paths(model, sequence, limits).runs(start)
-    timed = in_time(model, runs, limits)
-    return _motion(model, sequence, runs, timed, start, cycle_s)
+    runs = paths.runs(start)
+    motion = assembled(model, Kept.nothing(start), len(sequence), runs, in_time(model, runs, limits), cycle_s)
+    return motion if limits.shaping.filter_s == 0.0 else replace(motion, last=None)
 
 
-def _motion(
-    model: Model,
-    sequence: Sequence,
-    runs: list[JointPath | Independent],
-    timed: list[Timed],
-    start: NDArray[np.float64],
-    cycle_s: float,
-) -> Motion:
-    ends, rests = np.full(len(sequence), -1.0), [0.0]
-    blends: list[Blend] = []
-    for run, time in zip(runs, timed, strict=True):
-        if isinstance(run, JointPath):
-            for stretch in run.stretches[:-1]:
-                ends[stretch.block] = rests[-1] + _passing(run, time, stretch.end)
-        rests.append(rests[-1] + time.pieces.duration_s)
-        ends[run.stretches[-1].block] = rests[-1]
-        blends += run.blends
-    pieces = Pieces.joined([time.pieces for time in timed]) if timed else Pieces.standing(start)
-    ends = np.maximum.accumulate(np.maximum(ends, 0.0))  # a block of no length ends where the one before it does
-    deviation_m = max((time.deviation_m for time in timed), default=0.0)
-    return Motion(model, pieces, ends, np.array(rests), tuple(blends), cycle_s, deviation_m)
-
-
-def _passing(path: JointPath, timed: Timed, parameter: float) -> float:
-    """The time [s] at which `parameter` of the path is passed: interpolated, then by Newton on the joints' way."""
-    place = path.pieces.position(np.array(parameter))[: path.joints]
-    t = float(np.interp(parameter, timed.parameters, timed.times))
-    for _ in range(2):
-        velocity = timed.pieces.derivatives(np.array(t))[0]
-        squared = float(velocity @ velocity)
-        if squared > _STANDING:
-            t += float((place - timed.pieces.position(np.array(t))) @ velocity) / squared
-    return min(max(t, 0.0), timed.pieces.duration_s)
+def _onward(model: Model, paths: "_Paths", limits: Limits, start: Moving, cycle_s: float) -> Motion:
+    known, filtered = len(start.ends), limits.shaping.filter_s > 0.0
+    for wait_s in () if filtered else _WAITS_S:
+        going = start.going(wait_s)
+        if going is None:
+            continue
+        runs = paths.runs(going.path.end(), going.path, known)
+        first = runs[0]
+        if first is going.path or not isinstance(first, JointPath):
+            break  # the robot stops where the new blocks begin
+        timed = in_time(model, [first], limits)[0] if going.stands else fastest_onward(first, limits, going)
+        if timed is not None:
+            kept, times = Kept.of(start, start.free_s + wait_s), [timed, *in_time(model, runs[1:], limits)]
+            return assembled(model, kept, known + paths.blocks, runs, times, cycle_s)
+    acceleration = np.abs(limits.acceleration_bounds).max(axis=0)
+    if (start.left.peaks() > _KEPT * np.stack([limits.velocity, acceleration, limits.jerk])).any():
+        raise paths.refused("the moves before it do not keep these limits", "let the motion end first")
+    whole_s = start.left.duration_s
+    runs = paths.runs(start.left.position(np.array(whole_s)), blocks=known)
+    times = in_time(model, runs, limits)
+    motion = assembled(model, Kept.of(start, whole_s), known + paths.blocks, runs, times, cycle_s)
+    return replace(motion, last=None) if filtered else motion
 
 
 class _Paths:
@@ -81,10 +83,22 @@ class _Paths:
     def __init__(self, model: Model, sequence: Sequence, limits: Limits) -> None:
         self._model, self._blocks, self._limits = model, sequence.blocks, limits
 
-    def runs(self, start: NDArray[np.float64]) -> list[JointPath | Independent]:
-        """The paths from rest to rest."""
-        made: list[JointPath | Independent] = []
+    @property
+    def blocks(self) -> int:
+        """Number of blocks."""
+        return len(self._blocks)
+
+    def refused(self, reason: str, hint: str) -> PlanError:
+        """What is wrong where the first block begins."""
+        return PlanError(0, self._blocks[0].line, reason, hint)
+
+    def runs(
+        self, start: NDArray[np.float64], known: JointPath | None = None, blocks: int = 0
+    ) -> list[JointPath | Independent]:
+        """The paths from rest to rest; the first begins with the path `known`, which has so many blocks."""
+        made: list[JointPath | Independent] = [] if known is None else [known]
         for path in self._paths(start):
+            path = path.later(blocks)
             before = made[-1] if made else None
             connection = None
             if isinstance(before, JointPath) and isinstance(path, JointPath):

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robot_agent.model.description import ProfileKind, Shaping
-from robot_agent.trajectory.s_curve import s_curve
+from robot_agent.trajectory.s_curve import Limit, s_curve
 from robot_agent.trajectory.window import spread_s
 
 Numbers = NDArray[np.float64]
@@ -159,14 +159,16 @@ class Quintic:
         )
 
 
-def profile(kind: ProfileKind, distance: float, speed: float, acceleration: float, jerk: float) -> Profile:
+def profile(kind: ProfileKind, distance: float, speed: float, acceleration: Limit, jerk: float) -> Profile:
     """The fastest profile of a kind over `distance` (either sign) from rest to rest within three limits.
 
-    A trapezoidal profile has no jerk limit; the others keep all three. Raises ValueError for limits that are not
+    A trapezoidal profile has no jerk limit; the others keep all three. Of two limits of acceleration (lowest, highest)
+    an S-curve uses both, every other profile the smaller one. Raises ValueError for limits that are not
     positive and finite, and for a distance that is not finite.
     """
     if kind is ProfileKind.S_CURVE:
         return s_curve(distance, speed, acceleration, jerk)
+    acceleration = _smaller(acceleration)
     if not (math.isfinite(distance) and all(0.0 < limit < math.inf for limit in (speed, acceleration, jerk))):
         found = f"distance {distance}, speed {speed}, acceleration {acceleration}, jerk {jerk}"
         raise ValueError(f"profile: {found} found, allowed finite numbers, and limits above 0")
@@ -175,8 +177,12 @@ def profile(kind: ProfileKind, distance: float, speed: float, acceleration: floa
     return Ramped.fastest(kind, distance, speed, acceleration, jerk)
 
 
-def shaped_profile(shaping: Shaping, distance: float, speed: float, acceleration: float, jerk: float) -> Profile:
+def _smaller(limit: Limit) -> float:
+    return min(-limit[0], limit[1]) if isinstance(limit, tuple) else limit
+
+
+def shaped_profile(shaping: Shaping, distance: float, speed: float, acceleration: Limit, jerk: float) -> Profile:
     """The profile that a robot file asks for, see `profile`; a trapezoid so that the jerk is kept behind the filter."""
     if shaping.profile is ProfileKind.TRAPEZOIDAL:  # its acceleration may step from one limit to the other
-        acceleration = min(acceleration, jerk * spread_s(shaping.filter_s) / 2.0)
+        acceleration = min(_smaller(acceleration), jerk * spread_s(shaping.filter_s) / 2.0)
     return profile(shaping.profile, distance, speed, acceleration, jerk)

@@ -3,7 +3,9 @@
 Along a path the joints' acceleration is r^2 q'' + r' q' and their jerk r^3 q''' + 3 r r' q'' + r'' q', with the
 derivatives of q by tau and those of the rate r by time (chain rule). Divided by q' the bounds of one joint become
 
-    |r' + r^2 q''/q'| <= A/|q'|   and   |r'' + r^3 q'''/q' + 3 r r' q''/q'| <= J/|q'|
+    -B <= r' + r^2 q''/q' <= A   and   |r'' + r^3 q'''/q' + 3 r r' q''/q'| <= J/|q'|
+
+where A is what the joint may accelerate in the direction in which it moves, over |q'|, and B the same against it.
 """
 
 import numpy as np
@@ -12,11 +14,11 @@ from robot_agent.trajectory.limits import Limits
 from robot_agent.trajectory.track import Track
 
 Row = list[list[float]]
-"""For each joint A/|q'|, J/|q'|, q''/q', q'''/q'."""
+"""For each joint -B, A, J/|q'|, q''/q', q'''/q'."""
 
 _STEP_S = 0.004
 _CHUNK = 32
-_MARGINS = (0.98, 0.95, 1.0, 1.0)
+_MARGINS = (0.98, 0.98, 0.95, 1.0, 1.0)
 """For what lies between the steps in which the bounds are used."""
 _STANDING = 1e-7
 """[rad/s or m/s] Below this a joint counts as moving this fast: its quotients stay finite."""
@@ -43,8 +45,8 @@ class RateBounds:
         way = (np.arange(chunk * _CHUNK, (chunk + 1) * _CHUNK) + 0.5) * _STEP_S
         first, second, third = self._track.derivatives(np.minimum(way, (self._last + 0.5) * _STEP_S))
         first = np.where(np.abs(first) < _STANDING, np.copysign(_STANDING, first), first)
-        size = np.abs(first)
         limits = self._limits
-        columns = [limits.ramp_acceleration / size, limits.ramp_jerk / size, second / first, third / first]
+        ends = limits.ramp_acceleration_bounds[:, None] / first
+        columns = [ends.min(axis=0), ends.max(axis=0), limits.ramp_jerk / np.abs(first), second / first, third / first]
         rows: list[Row] = (np.stack(columns, axis=-1) * _MARGINS).tolist()
         return rows

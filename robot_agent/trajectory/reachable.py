@@ -16,8 +16,8 @@ from robot_agent.trajectory.path_limits import Rows
 _TINY = 1e-12
 
 
-def fastest_speeds(at: Numbers, rows: Rows) -> Numbers:
-    """Squared speeds `(k,)` at the grid `at` `(k,)`, at rest at both ends."""
+def fastest_speeds(at: Numbers, rows: Rows, first: float = 0.0) -> Numbers:
+    """Squared speeds `(k,)` at the grid `at` `(k,)`, from the squared speed `first` to rest."""
     affine = rows.affine
     flip = affine.a < 0.0
     p, b = np.abs(affine.a), np.where(flip, -affine.b, affine.b)
@@ -38,15 +38,15 @@ def fastest_speeds(at: Numbers, rows: Rows) -> Numbers:
             if x < least:
                 least = x
         reach[k] = least
-    return np.array(_forwards(reach, Scaled(p, b, above, below), step))
+    return np.array(_forwards(reach, Scaled(p, b, above, below), step, first))
 
 
-def _forwards(reach: list[float], rows: Scaled, step: Numbers) -> list[float]:
+def _forwards(reach: list[float], rows: Scaled, step: Numbers, first: float) -> list[float]:
     with np.errstate(divide="ignore"):
         inverse = np.where(rows.a > _TINY, 1.0 / np.maximum(rows.a, _TINY), np.inf)
     offset = (step * rows.above[:-1] * inverse[:-1]).tolist()
     slope = (step * (rows.b * np.where(rows.a > _TINY, inverse, 0.0))[:-1]).tolist()
-    x, speeds = 0.0, [0.0]
+    x, speeds = first, [first]
     for k in range(len(reach) - 1):
         most = reach[k + 1]
         for c, m in zip(offset[k], slope[k], strict=True):

@@ -47,7 +47,8 @@ class Sampler:
     def __init__(self, track: Track, limits: Limits, cycle_s: float) -> None:
         self._track = track
         self._cycle_s = cycle_s
-        self._second = limits.ramp_acceleration * cycle_s**2 * (1.0 + _TOLERANCE) + _ROUNDING
+        second = limits.ramp_acceleration_bounds * cycle_s**2 * (1.0 + _TOLERANCE)
+        self._second = second + np.array([[-_ROUNDING], [_ROUNDING]])
         self._third = limits.ramp_jerk * cycle_s**3 * (1.0 + _TOLERANCE) + _ROUNDING
 
     def after(self, start: PathState, law: RateLaw, t: float) -> PathState:
@@ -112,7 +113,8 @@ class Sampler:
         tau, sign = np.append(join.tau, self._track.taus(way[1:])), self._track.sign
         (q, qd), before = self._track.sampled(tau), join.before
         steps = np.diff(np.concatenate([before, q]), n=2, axis=0)
-        if (np.abs(steps[1:]) > self._second).any() or (np.abs(np.diff(steps, axis=0)) > self._third).any():
+        beyond = (steps[1:] < self._second[0]) | (steps[1:] > self._second[1])
+        if beyond.any() or (np.abs(np.diff(steps, axis=0)) > self._third).any():
             return None
         rate, slope = sign * rate, sign * slope
         nominal = min(nominal, rest)

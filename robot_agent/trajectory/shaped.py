@@ -8,6 +8,7 @@ import numpy as np
 
 from robot_agent.kinematics import Model
 from robot_agent.model.description import ProfileKind
+from robot_agent.trajectory.excess import excess
 from robot_agent.trajectory.gaussian import filtered
 from robot_agent.trajectory.independent import Independent
 from robot_agent.trajectory.joint_path import JointPath, Numbers
@@ -68,8 +69,6 @@ def _ruled(path: JointPath, limits: Limits) -> Timed | None:
 def single(path: JointPath, limits: Limits) -> Timed | None:
     """One profile along `path` where its own limits are the only ones; None where the limits change along the path."""
     stretch = path.stretches[0]
-    if limits.acceleration_down is not None:
-        return None
     if any(replace(each, end=stretch.end, block=stretch.block) != stretch for each in path.stretches):
         return None
     if stretch.on_path:
@@ -86,14 +85,14 @@ def _joint_move(path: JointPath, limits: Limits) -> Timed:
     """One profile in the parameter, its limits those of the joint that allows least."""
     start, tangent = path.state(0.0)[:2]
     moving = np.abs(tangent) > 1e-12
-    reach = np.abs(tangent[moving])
+    reach, slopes = np.abs(tangent[moving]), limits.acceleration_bounds[:, moving] / tangent[moving]
     turning = float(np.linalg.norm(tangent[limits.turning]))
     cap = path.stretches[0].joint_rad_s / max(turning, 1e-300)
     chosen = shaped_profile(
         limits.shaping,
         path.length,
         min(cap, path.stretches[0].joint_speed * float(np.min(limits.velocity[moving] / reach))),
-        float(np.min(limits.acceleration[moving] / reach)),
+        (float(slopes.min(axis=0).max()), float(slopes.max(axis=0).min())),
         float(np.min(limits.jerk[moving] / reach)),
     )
     if not isinstance(chosen, SCurve):
@@ -118,15 +117,10 @@ def _flange_move(path: JointPath, limits: Limits) -> Timed | None:
     chosen = _flange_profile(path, limits, float(way), float(turn) if along else float(rates.mean() * way), bend)
     timed = _along(path, chosen, path.joints + along)
     turning = timed.pieces.derivatives(timed.times)[0][:, limits.turning]
-    k = max(_excess(timed, limits), float(np.linalg.norm(turning, axis=1).max()) / path.stretches[0].joint_rad_s)
+    k = max(
+        1.0, excess(timed.pieces, limits), float(np.linalg.norm(turning, axis=1).max()) / path.stretches[0].joint_rad_s
+    )
     return Timed(timed.pieces.slower(1.0 / k), timed.times * k, timed.parameters) if k < _CLOSE else None
-
-
-def _excess(timed: Timed, limits: Limits) -> float:
-    """How much slower the clock must run so that each joint keeps its limits; 1 where they are kept."""
-    allowed = np.stack([limits.velocity, limits.acceleration, limits.jerk])
-    used = (timed.pieces.peaks() / allowed).max(axis=1)
-    return float((np.maximum(used, 1.0) ** (1.0 / np.arange(1.0, 4.0))).max())
 
 
 def _flange_profile(path: JointPath, limits: Limits, way: float, turn: float, bend: float) -> Profile:
@@ -162,7 +156,7 @@ def _slowed(path: JointPath, limits: Limits) -> Timed:
     clocks = [_clock(path, bounds, each, column) for each in tried]
     chosen, k = min(zip(tried, clocks, strict=True), key=lambda each: each[0].duration_s * each[1])
     timed = _along(path, chosen, column)
-    k *= _excess(Timed(timed.pieces.slower(1.0 / k), timed.times, timed.parameters), limits)
+    k *= max(1.0, excess(timed.pieces.slower(1.0 / k), limits))
     return Timed(timed.pieces.slower(1.0 / k), timed.times * k, timed.parameters)
 
 

@@ -24,6 +24,16 @@ def _resting(inner: Numbers, samples: Numbers) -> Numbers:
     return np.concatenate([np.repeat(samples[:1], 3, axis=0), inner, np.repeat(samples[-1:], 3, axis=0)])
 
 
+def beginning(state: Numbers, h: float) -> Numbers:
+    """The first three control points `(3, ...)` of a curve that begins in `state` `(3, ...)`.
+
+    `state` is value, first and second derivative, `h` the interval.
+    """
+    value, first, second = state[0], h * state[1], h * h * state[2]
+    middle = value - second / 6.0
+    return np.stack([middle - first + second / 2.0, middle, middle + first + second / 2.0])
+
+
 def powers(points: Numbers, h: float) -> Numbers:
     """Coefficients `(m - 3, 4, ...)` of the powers of the time since the beginning of each interval."""
     a, b, c, d = points[:-3], points[1:-2], points[2:-1], points[3:]

@@ -114,7 +114,7 @@ def _bends(row: Row, rate: float, slope: float) -> tuple[float, float]:
     """The bounds on the slope's slope [1/s^2] at a rate and a slope: jerk."""
     cube, cross = rate * rate * rate, 3.0 * rate * slope
     low, high = -math.inf, math.inf
-    for _, jerk, second, third in row:
+    for _, _, jerk, second, third in row:
         path = cube * third + cross * second
         if -jerk - path > low:
             low = -jerk - path
@@ -131,12 +131,12 @@ def _ahead(row: Row, rate: float, slope: float, h: float, low: float, high: floa
     square = rate * rate
     cube, cross, grown = square * rate, 3.0 * rate * slope, 3.0 * rate * h
     least, most = -math.inf, math.inf
-    for acceleration, jerk, second, third in row:
+    for lowest, highest, jerk, second, third in row:
         path = square * second
-        if -acceleration - path > least:
-            least = -acceleration - path
-        if acceleration - path < most:
-            most = acceleration - path
+        if lowest - path > least:
+            least = lowest - path
+        if highest - path < most:
+            most = highest - path
         path = cube * third + cross * second
         share = 1.0 + grown * second
         if share > _LEAST_SHARE:
@@ -149,5 +149,5 @@ def _ahead(row: Row, rate: float, slope: float, h: float, low: float, high: floa
 
 def _slopes(row: Row, rate: float) -> tuple[float, float]:
     """The bounds on the slope [1/s] at a rate: acceleration."""
-    low = max(-each[0] - rate * rate * each[2] for each in row)
-    return low, min(each[0] - rate * rate * each[2] for each in row)
+    low = max(each[0] - rate * rate * each[3] for each in row)
+    return low, min(each[1] - rate * rate * each[3] for each in row)

@@ -19,16 +19,16 @@ from robot_agent.trajectory.spline import softly
 
 _GRID_STEP = 0.005
 _FEWEST, _MOST = 160, 2400
-_COARSE, _FINE = 2.0, 4.0
+COARSE, FINE = 2.0, 4.0
 """Intervals per ramp of the acceleration."""
-_FEWEST_INTERVALS, _MOST_INTERVALS = 16, 1200
+_FEWEST_INTERVALS, MOST_INTERVALS = 16, 1200
 _BEGIN = 0.9
 """The squared rate that the search begins with."""
 _AROUND = 3
 _ATTEMPTS = 3
 _LOOKED_AT = 3
 """Places in each piece."""
-_MARGIN = 1.001
+MARGIN = 1.001
 """Limits are divided by it, so that the search may stop when it is so near to them."""
 _ACCEPTED = 1.004
 """Slowing down all of a motion by so much is better than another attempt."""
@@ -44,18 +44,18 @@ def fastest_of(paths: list[JointPath], limits: Limits) -> list[Timed]:
     if not paths:
         return []
     bounds = [PathLimits(path, limits) for path in paths]
-    build = float((np.abs(limits.acceleration_bounds) / limits.jerk).min())
-    bases = [_first(path, bound, build / _COARSE) for path, bound in zip(paths, bounds, strict=True)]
-    search = Search(coarse := _limited(bases, bounds), _begin(coarse))
+    ramp = ramp_s(limits)
+    bases = [_first(path, bound, ramp / COARSE) for path, bound in zip(paths, bounds, strict=True)]
+    search = Search(coarse := _limited(bases, bounds), begin(coarse))
     search.run(gap=0.1, kept=0.5)
-    bases = [law.resampled(build / _FINE, _MOST_INTERVALS) for law in _laws(bases, search.c)]
-    margin = np.full((3, 1), _MARGIN)
-    search = Search(fine := _limited(bases, bounds).tightened(margin), _begin(fine))
+    bases = [law.resampled(ramp / FINE, MOST_INTERVALS) for law in _laws(bases, search.c)]
+    margin = np.full((3, 1), MARGIN)
+    search = Search(fine := _limited(bases, bounds).tightened(margin), begin(fine))
     for _ in range(_ATTEMPTS):
-        search.run(gap=0.003, kept=(_MARGIN - 1.0) / 2.0)
+        search.run(gap=0.003, kept=(MARGIN - 1.0) / 2.0)
         made = [law.timed(path) for law, path in zip(_laws(bases, search.c), paths, strict=True)]
         excess = [
-            _excess(timed.pieces, interval, limits, base) for (timed, interval), base in zip(made, bases, strict=True)
+            excess_of(timed.pieces, interval, limits, base) for (timed, interval), base in zip(made, bases, strict=True)
         ]
         slower = [float((each.max(axis=1) ** (1.0 / np.arange(1.0, 4.0))).max()) for each in excess]
         if max(slower) <= _ACCEPTED:
@@ -70,17 +70,31 @@ def _slower(timed: Timed, k: float) -> Timed:
 
 def _first(path: JointPath, bounds: PathLimits, h: float) -> Base:
     """A motion that keeps the limits of speed and acceleration, nearly."""
-    grid = np.linspace(0.0, path.length, int(np.clip(math.ceil(path.length / _GRID_STEP), _FEWEST, _MOST)) + 1)
-    squared = fastest_speeds(grid, bounds.rows(grid))
+    grid = grid_along(path)
+    s, h = sampled_rise(grid, fastest_speeds(grid, bounds.rows(grid)), h)
+    return Base.rising(softly(s), h)
+
+
+def ramp_s(limits: Limits) -> float:
+    """The time [s] in which the joints' acceleration builds up, of the joint that is quickest at that."""
+    return float((np.abs(limits.acceleration_bounds) / limits.jerk).min())
+
+
+def grid_along(path: JointPath) -> Numbers:
+    """Parameters `(k,)` of the path at which speed and acceleration are looked at first."""
+    return np.linspace(0.0, path.length, int(np.clip(math.ceil(path.length / _GRID_STEP), _FEWEST, _MOST)) + 1)
+
+
+def sampled_rise(grid: Numbers, squared: Numbers, h: float) -> tuple[Numbers, float]:
+    """Parameters at times evenly apart, about `h` [s], and how far; `squared` is the squared rate on the grid."""
     when = times(grid, squared)
-    count = int(np.clip(math.ceil(when[-1] / h), _FEWEST_INTERVALS, _MOST_INTERVALS))
+    count = int(np.clip(math.ceil(when[-1] / h), _FEWEST_INTERVALS, MOST_INTERVALS))
     h = float(when[-1]) / count
     t = np.arange(count + 1) * h
     k = np.clip(np.searchsorted(when, t, side="right") - 1, 0, len(grid) - 2)
     after = np.minimum(t, when[-1]) - when[k]
     acceleration = np.diff(squared)[k] / (2.0 * np.diff(grid)[k])
-    s = np.minimum(grid[k] + after * (np.sqrt(squared[k]) + after * acceleration / 2.0), path.length)
-    return Base.rising(softly(s), h)
+    return np.minimum(grid[k] + after * (np.sqrt(squared[k]) + after * acceleration / 2.0), grid[-1]), h
 
 
 def _limited(bases: list[Base], bounds: list[PathLimits]) -> Limited:
@@ -88,7 +102,7 @@ def _limited(bases: list[Base], bounds: list[PathLimits]) -> Limited:
     return parts[0] if len(parts) == 1 else Limited.joined(parts)
 
 
-def _begin(limited: Limited) -> Numbers:
+def begin(limited: Limited) -> Numbers:
     """Coefficients of a squared rate that is slow where limits would be exceeded, and not much above them."""
     c = np.ones(len(limited.h) + 2)
     speed, acceleration, jerk = limited.excess(c)
@@ -104,7 +118,7 @@ def _laws(bases: list[Base], rate: Numbers) -> list[Law]:
     return [Law(base, part) for base, part in zip(bases, np.split(rate, ends[:-1]), strict=True)]
 
 
-def _excess(pieces: Pieces, interval: NDArray[np.intp], limits: Limits, base: Base) -> Numbers:
+def excess_of(pieces: Pieces, interval: NDArray[np.intp], limits: Limits, base: Base) -> Numbers:
     """How much of their limits of speed, acceleration and jerk the joints use at most in each interval `(3, k)`."""
     speed, acceleration, jerk = pieces.inside(_LOOKED_AT)
     lower, upper = limits.acceleration_bounds

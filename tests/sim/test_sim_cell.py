@@ -5,14 +5,14 @@ import pytest
 from tests.sim.scenario import BAD, WORSE, run_scenario
 
 
-@pytest.mark.parametrize("seed", range(5))
+@pytest.mark.parametrize("seed", range(3))
 def test_at_5_percent_loss_all_programs_end(seed: int) -> None:
     outcome = run_scenario(seed, BAD, longest_s=60.0)
     assert outcome.all_done
     assert min(outcome.time_inside_s.values()) > 1.0
 
 
-@pytest.mark.parametrize("seed", range(100, 110))
+@pytest.mark.parametrize("seed", range(100, 107))
 def test_at_20_percent_loss_with_kills_and_restarts_no_invariant_breaks(seed: int) -> None:
     outcome = run_scenario(seed, WORSE, longest_s=15.0, trouble_every_s=1.5)
     assert outcome.kills + outcome.freezes > 0

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from cell.commands.checks import CellBundle, check_cell
-from cell.core import Answer, Ask, AskDone, Effect, Publish, Request
+from cell.core import Answer, Arrived, Ask, AskDone, Effect, Publish, Request
 from cell.manager.core import ManagerCore
 from cell.manager.records import EstopCleared, EstopLatched, Record, Store, Stored
 from cell.messages import (
@@ -169,7 +169,7 @@ class World:
                 self._send(message, ["manager"])
             case ManagerState():
                 self.seen.manager = message
-                self._send(message, self._agents())
+                self._send_timed(message, self._agents())
             case ZoneGeometry():
                 self._send(message, self._agents())
             case SetpointBlock():
@@ -178,7 +178,7 @@ class World:
                 self.seen.feedback[message.robot] = message
                 for look in self.on_feedback:
                     look(message)
-                self._send(message, [f"robot/{message.robot}"])
+                self._send_timed(message, [f"robot/{message.robot}"])
             case RobotState():
                 self.seen.robots[message.robot] = message
             case GatewayState():
@@ -196,6 +196,15 @@ class World:
         for name in names:
             for delay in self.network.delays():
                 self.clock.after(delay, lambda name=name: self.processes[name].tell(message))
+
+    def _send_timed(self, message: object, names: list[str]) -> None:
+        """To agents, whose shells note when a state comes in."""
+        for name in names:
+            for delay in self.network.delays():
+                self.clock.after(delay, lambda name=name: self._arrive(name, message))
+
+    def _arrive(self, name: str, message: object) -> None:
+        self.processes[name].tell(Arrived(message, self.clock.now))
 
     # Calls
 

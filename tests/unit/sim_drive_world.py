@@ -62,7 +62,7 @@ class Bench:
     """One node and its master. `sent` is everything the node has sent."""
 
     def __init__(self, axis: AxisSettings = AXIS) -> None:
-        self.node = SimulatedNode(axis, CYCLE_S, LAG_S)
+        self.node = SimulatedNode([axis], CYCLE_S, LAG_S)
         self.id = axis.node_id
         self.now = 100.0
         self.sent: list[CanFrame] = []

@@ -36,6 +36,27 @@ def test_a_name_that_is_no_object_says_what_is_allowed() -> None:
         Eds().find("speedometer")
 
 
+@pytest.mark.parametrize(
+    ("text", "axis", "address"),
+    [
+        ("Profile velocity", 1, "6081h:00"),
+        ("Profile velocity", 3, "7081h:00"),
+        ("Profile velocity, axis 2", 1, "6881h:00"),
+        ("6081", 3, "6081h:00"),
+        ("Error register", 2, "1001h:00"),
+    ],
+)
+def test_a_name_means_the_object_of_the_axis_and_an_address_stays_as_it_is(text: str, axis: int, address: str) -> None:
+    name = next(entry.name for entry in Eds() if entry.address == "6081h:00")
+    assert Eds(axes=3).find(text.replace("Profile velocity", name), axis).address == address
+
+
+def test_objects_of_a_further_axis_have_the_types_of_the_first_one_also_where_the_file_leaves_them_out() -> None:
+    for eds in (Eds(axes=1), Eds(axes=3)):
+        assert eds.find("7064").show((-400).to_bytes(4, "little", signed=True)) == "-400 (FFFFFE70h)"
+    assert Eds(axes=2).find("6864").name.endswith(", axis 2")
+
+
 def test_an_address_outside_the_file_is_read_as_bytes() -> None:
     assert Eds().find("2075").show(b"\x01\x02") == "01 02"
 

@@ -16,7 +16,19 @@ MODELS = CONFIGS / "models"
 @pytest.mark.parametrize(
     ("name", "expected"),
     [
-        ("six_axis.yaml", ("BOOK6, family six_axis", "reach", "FRONT/UP/POSITIVE", "all solutions", "-35", "X 880.")),
+        (
+            "six_axis.yaml",
+            (
+                "BOOK6, family six_axis",
+                "reach",
+                "FRONT/UP/POSITIVE",
+                "all solutions",
+                "-35",
+                "X 880.",
+                "400 kg",
+                "estimate",
+            ),
+        ),
         ("scara.yaml", ("linear mm", "-150", "RIGHT, LEFT", "1, 20 mm", "2000 mm/s", "298 N")),
         (
             "palletizer.yaml",

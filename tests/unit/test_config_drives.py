@@ -50,7 +50,17 @@ def test_an_option_that_is_a_list_is_refused_once_with_all_that_is_allowed(tmp_p
         ("channel: two_arms_left, bitrate: 1000000", "channel: two_arms_left, bitrate: 9600", "§9600",
          "bus.bitrate: found 9600, allowed 10000, 20000, 50000, 125000, 250000, 500000, 800000 or 1000000"),
         ("node: 3", "node: 2", "node: §2, gear: 190",
-         "robots.left.axes.J3.node: found 2, the Node-ID of left.J2 too, allowed each Node-ID once"),
+         "robots.left.axes.J3.node: found 2, axis 1, those of left.J2 too, allowed each axis of a node once"),
+        ("node: 3", "node: 4, axis: 2", "axis: §2",
+         "robots.left.axes.J3.axis: found axis 2 of node 4, whose PDOs have the identifiers of Node-ID 5, of left.J5, "
+         "allowed Node-IDs that leave room for all axes of each node"),
+        ("node: 3", "node: 127, axis: 2", "axis: §2",
+         "robots.left.axes.J3.axis: found axis 2 of node 127, whose PDOs have the identifiers of Node-ID 128, beyond"),
+        ("node: 3", "node: 3, axis: 2", "axis: §2",
+         "robots.left.axes.J3.axis: found axis 2 of node 3 without its axis 1, allowed the axes of a node from 1 on"),
+        ("node: 3", "node: 2, axis: 2, error_control: guarding", "node: §2, axis",
+         "robots.left.axes.J3.node: found another error_control than that of left.J2, on the same node, allowed"),
+        ("node: 3", "node: 3, axis: 4", "axis: §4", "robots.left.axes.J3.axis: found 4, allowed 3 or less"),
         ("node: 3", "node: 128", "§128", "robots.left.axes.J3.node: found 128, allowed 127 or less"),
         ("node: 3", "node: 3.0", "§3.0", "robots.left.axes.J3.node: found 3.0, allowed a whole number"),
         ("cycle_s: 0.004", "cycle_s: 0.002", "cycle_s: §0.002",
@@ -85,3 +95,9 @@ def test_an_option_that_is_a_list_is_refused_once_with_all_that_is_allowed(tmp_p
 def test_each_mistake_is_one_line_at_its_place(tmp_path: Path, old: str, new: str, at: str, problem: str) -> None:
     copy = Copy(tmp_path).change(DRIVES, old, new)
     assert any(line.startswith(f"{copy.place(DRIVES, at)}: {problem}") for line in lines(copy))
+
+
+def test_two_axes_on_one_node_are_a_valid_file(tmp_path: Path) -> None:
+    copy = Copy(tmp_path).change(DRIVES, "node: 3", "node: 2, axis: 2")
+    axes = load_drives(copy.drives, "left_bus").robots["left"].axes
+    assert [(axis.node_id, axis.number) for axis in axes[:3]] == [(1, 1), (2, 1), (2, 2)]

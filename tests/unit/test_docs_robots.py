@@ -2,6 +2,7 @@
 
 import re
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -12,12 +13,12 @@ ROOT = Path(__file__).parents[2]
 TEXT = (ROOT / "docs" / "robots.md").read_text()
 
 
-def test_the_first_example_runs(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_examples_run_one_after_the_other(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(ROOT)
-    (code,) = re.findall(r"```python\n(.*?)```", TEXT, re.S)
-    names: dict[str, object] = {}
-    exec(code, names)
+    names: dict[str, Any] = {}
+    exec("".join(re.findall(r"```python\n(.*?)```", TEXT, re.S)), names)
     assert names["q"] is not None
+    assert names["holding"].shape == names["moving"].shape == (1, 6)
 
 
 @pytest.mark.parametrize("family", Family, ids=lambda family: family.value)

@@ -10,7 +10,7 @@ from drive_gateway.gateway.reference import Reference
 def test_a_boot_up_while_a_node_is_configured_begins_its_configuration_anew_without_a_complaint() -> None:
     settings = axis("J1", 1)
     sdo = SdoChannel(1)
-    way = BringUp("node 1", settings, gateway_settings(), sdo, Reference(settings, None))
+    way = BringUp("node 1", [settings], gateway_settings(), sdo, [Reference(settings, None)])
     way.step(0.0, None, False)
     way.booted()  # that of the power-on, sent before the node heard the reset
     way.step(0.01, None, False)

@@ -85,7 +85,7 @@ def test_neighbouring_capsules_of_the_arm_touch_at_home() -> None:
          "motion.filter_ms: found -5, allowed 0 or more"),
         ("acceleration: 280, jerk: 2800", "acceleration: -280", "acceleration: §-280",
          "joints.J1.acceleration: found -280, allowed more than 0"),
-        ("link: 6,", "link: 7,", "link: §7", "capsules[6].link: found 7, allowed 0 (base) to 6 (flange)"),
+        ("link: 6, start", "link: 7, start", "link: §7", "capsules[6].link: found 7, allowed 0 (base) to 6 (flange)"),
         ("radius: 110", "radius: 0", "radius: §0", "capsules[5].radius: found 0, allowed more than 0"),
     ],
 )  # fmt: skip

@@ -49,7 +49,7 @@ class Rig(Bench):
         self.scale = FINE if full else 1.0
         if full:
             servo = FullServo(DATA, FINE * START, LAG_S, DcBus(DcBusData()))
-            self.node = SimulatedNode(FULL_AXIS, CYCLE_S, LAG_S, servo=servo)
+            self.node = SimulatedNode([FULL_AXIS], CYCLE_S, LAG_S, servos=[servo])
         self.prepare(x6065_0=round(1000 * self.scale), x6085_0=round(300_000 * self.scale))
         self.enable()
         self.target = self.drive(0.2, 0.0)

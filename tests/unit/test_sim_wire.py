@@ -65,7 +65,7 @@ def test_frames_never_overlap_and_none_is_lost(sends: list[tuple[int, float]]) -
 
 
 def test_answers_of_nodes_take_the_wire_before_what_is_less_urgent() -> None:
-    bus = SimulatedBus([SimulatedNode(AXIS, CYCLE_S, LAG_S)], BITRATE)
+    bus = SimulatedBus([SimulatedNode([AXIS], CYCLE_S, LAG_S)], BITRATE)
     now = 0.0
     arrived: list[CanFrame] = []
     while not arrived:
@@ -80,7 +80,7 @@ def test_answers_of_nodes_take_the_wire_before_what_is_less_urgent() -> None:
 
 
 def test_without_wire_time_frames_arrive_at_once() -> None:
-    bus = SimulatedBus([SimulatedNode(AXIS, CYCLE_S, LAG_S)], None)
+    bus = SimulatedBus([SimulatedNode([AXIS], CYCLE_S, LAG_S)], None)
     bus.step(0.0)
     bus.step(0.1)
     assert bus.next_at is None

@@ -61,6 +61,9 @@ def test_joint_move_keeps_the_limit_of_each_direction() -> None:
     used = motion.pieces.inside(5)[1]
     assert used.min() >= -3.003
     assert used.max() > 3.5
+    alone = planned(JointMove(START + np.array([0, -1.2, 0, 0, 0, 0]), 1.0, 1), limits=weak)
+    bounds = (-3.0, LIMITS.acceleration[1])
+    assert alone.duration_s == pytest.approx(s_curve(-1.2, LIMITS.velocity[1], bounds, LIMITS.jerk[1]).duration_s)
 
 
 def test_joint_move_takes_as_long_as_the_slowest_joint_alone() -> None:

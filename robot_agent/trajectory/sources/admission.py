@@ -35,8 +35,9 @@ class Admission:
         self._model = model
         self._tcp_speed = tcp_speed_m_s
         self._speed = limits.velocity
-        self._second = limits.ramp_acceleration * cycle_s**2
-        self._third = limits.ramp_jerk * cycle_s**3
+        second = limits.ramp_acceleration_bounds * cycle_s**2 * (1.0 + _TOLERANCE)
+        self._second = second + np.array([[-_ROUNDING], [_ROUNDING]])
+        self._third = limits.ramp_jerk * cycle_s**3 * (1.0 + _TOLERANCE) + _ROUNDING
         lower, upper = model.limits.position.T
         self._lower, self._upper = lower + SOFT_MARGIN, upper - SOFT_MARGIN
 
@@ -62,8 +63,8 @@ class Admission:
             tcp = self.tcp_share(states.q, states.qd)
             speed, why = (tcp, "") if tcp > speed else (speed, why)
         steps = np.diff(np.concatenate([before, states.q]), n=2, axis=0)
-        second = np.abs(steps) / (self._second * (1.0 + _TOLERANCE) + _ROUNDING)
-        third = np.abs(np.diff(steps, axis=0)) / (self._third * (1.0 + _TOLERANCE) + _ROUNDING)
+        second = np.maximum(steps / self._second[0], steps / self._second[1])
+        third = np.abs(np.diff(steps, axis=0)) / self._third
         return Excess(speed, float(second[1:].max(initial=0.0)), float(third.max(initial=0.0)), why)
 
     def tcp_share(self, q: NDArray[np.float64], qd: NDArray[np.float64]) -> float:

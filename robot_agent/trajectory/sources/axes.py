@@ -45,7 +45,7 @@ class JointAxes:
     """Each joint is a coordinate."""
 
     def __init__(self, limits: Limits) -> None:
-        self.acceleration = limits.acceleration
+        self.acceleration = limits.both_ways
         self.jerk = limits.jerk
 
     def motion(self, state: JointState) -> tuple[Numbers, Numbers]:

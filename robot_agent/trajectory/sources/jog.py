@@ -180,7 +180,7 @@ class JogSource:
         speed = min(1.0, _FASTER * last.speed, 1.0 / max(tcp, 1e-9))
         ruling = float(shares[joint]) * speed > 1.0
         why = why_fast(self._model, self.state.q, joint) if ruling else ""
-        hardest = float((limits.acceleration / reach).min() / self._axes.acceleration[wish.index])
+        hardest = float((limits.both_ways / reach).min() / self._axes.acceleration[wish.index])
         jerk = float((limits.jerk / reach).min() / self._axes.jerk[wish.index])
         effort = _Effort(
             1.0 / float(shares[joint]) if ruling else speed,

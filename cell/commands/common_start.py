@@ -1,0 +1,47 @@
+"""`cell run` with several robots: one start at a moment of the cell clock."""
+
+from collections.abc import Sequence
+
+import typer
+
+from cell.commands.connection import STATE_TIMEOUT_S, Operator
+from cell.commands.errors import CommandError
+from cell.messages import CellTime, Halt, Run
+
+
+def run_together(operator: Operator, robots: Sequence[str], ahead_s: float) -> None:
+    """Order all robots to begin `ahead_s` from now; raises `CommandError` when one refuses, the others halted."""
+    twice = sorted({robot for robot in robots if robots.count(robot) > 1})
+    if twice:
+        raise CommandError(f"{twice[0]} a second time, allowed is each robot once")
+    for robot in robots:
+        operator.check_robot(robot)
+    manager = operator.view.wait_for(lambda seen: seen.manager is not None, STATE_TIMEOUT_S).manager
+    if manager is None:
+        raise CommandError(
+            "the manager does not answer, and a common start goes by its clock",
+            f"start it with: cell manager {operator.file}",
+        )
+    order = Run(CellTime(manager.boot, manager.cell_time + ahead_s))
+    ordered: list[str] = []
+    for robot in robots:
+        try:
+            reply = operator.ask_robot(robot, order)
+            refusal = "" if reply.ok else f"{robot} refuses: {reply.text}"
+        except CommandError as error:
+            refusal = f"{robot}: {error}"
+            ordered.append(robot)
+        if refusal:
+            _halt(operator, ordered)
+            raise CommandError(refusal)
+        ordered.append(robot)
+    typer.echo(f"{', '.join(robots)} begin together at cell time {manager.cell_time + ahead_s:.2f} s")
+
+
+def _halt(operator: Operator, robots: Sequence[str]) -> None:
+    """Halt robots that must not begin, whether or not they have heard of it."""
+    for robot in robots:
+        try:
+            typer.echo(operator.ask_robot(robot, Halt()).text, err=True)
+        except CommandError as error:
+            typer.echo(f"{robot}: {error}: halt it by hand", err=True)

@@ -1,0 +1,63 @@
+"""Subcommands whose modules are imported when they are asked for: an order need not wait for the kinematics."""
+
+import importlib
+from collections.abc import Iterator, Mapping, MutableMapping
+from dataclasses import dataclass
+from typing import Any
+
+import typer
+from typer.core import TyperGroup
+
+HELP = {"help_option_names": ["-h", "--help"]}
+
+
+@dataclass(frozen=True, slots=True)
+class Place:
+    """Where a subcommand is defined in this package, and a line that shows its use."""
+
+    module: str
+    function: str
+    example: str
+
+
+def subcommands(places: dict[str, Place]) -> type[TyperGroup]:
+    """The `cls` of a `typer.Typer` that has these subcommands, beside those it registers itself."""
+
+    class Group(TyperGroup):
+        def __init__(self, **given: Any) -> None:
+            super().__init__(**given)
+            self.commands = _Commands(places, self.commands)
+
+    return Group
+
+
+class _Commands(MutableMapping[str, Any]):
+    """Name to command; what was looked up is kept."""
+
+    def __init__(self, places: dict[str, Place], loaded: Mapping[str, Any]) -> None:
+        self._places = places
+        self._loaded = dict(loaded)
+
+    def __getitem__(self, name: str) -> Any:
+        if name not in self._loaded:
+            self._loaded[name] = _load(name, self._places[name])
+        return self._loaded[name]
+
+    def __setitem__(self, name: str, command: Any) -> None:
+        self._loaded[name] = command
+
+    def __delitem__(self, name: str) -> None:
+        del self._loaded[name]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._places | self._loaded)
+
+    def __len__(self) -> int:
+        return len(self._places | self._loaded)
+
+
+def _load(name: str, place: Place) -> Any:
+    function = getattr(importlib.import_module(f"cell.commands.{place.module}"), place.function)
+    app = typer.Typer(add_completion=False, pretty_exceptions_enable=False, context_settings=HELP)
+    app.command(name, epilog=f"Example: {place.example}")(function)
+    return typer.main.get_command(app)

@@ -1,0 +1,180 @@
+"""One axis and its drive as the gateway sees it: what it last said, and how it is commanded. Its node is a `Node`."""
+
+from collections.abc import Callable, Sequence
+
+from cell.messages.drives import AxisStatus
+from cell.messages.gateway_state import NodeStatus
+from drive_gateway.canopen.axis_objects import index_of
+from drive_gateway.canopen.emcy import Emergency
+from drive_gateway.canopen.frame import CanFrame
+from drive_gateway.canopen.pdo_map import CONTROLWORD, INPUTS, STATUS, TARGET_POSITION
+from drive_gateway.canopen.profile_pdos import TARGET_VELOCITY, ProfileSender
+from drive_gateway.canopen.sdo import SdoDone
+from drive_gateway.cia402.state_machine import decode
+from drive_gateway.config.image import INPUTS_EVERY, image_of
+from drive_gateway.config.settings import AxisSettings, GatewaySettings
+from drive_gateway.gateway.node import Node
+from drive_gateway.gateway.reference import Reference
+
+_WITHOUT_TORQUE = {
+    AxisStatus.NOT_READY_TO_SWITCH_ON,
+    AxisStatus.SWITCH_ON_DISABLED,
+    AxisStatus.READY_TO_SWITCH_ON,
+    AxisStatus.FAULT,
+}
+
+
+class Drive:
+    """One axis of `node`; what befalls the node befalls all its drives."""
+
+    def __init__(
+        self, robot: str, axis: AxisSettings, settings: GatewaySettings, node: Node, reference: Reference
+    ) -> None:
+        self.axis = axis
+        self.node = node
+        place = f"node {axis.node_id}" if axis.number == 1 else f"node {axis.node_id} axis {axis.number}"
+        self.label = f"{place} ({robot} {axis.name})"
+        self.image = image_of(axis)
+        self.counts: int | None = None
+        self.counts_per_cycle = 0.0
+        self.statusword = 0
+        self.reference = reference
+        self.missing_tpdos = 0
+        self._robot = robot
+        self._settings = settings
+        self._profile = ProfileSender(self.image.profile) if self.image.profile else None
+        self._status = AxisStatus.SILENT
+        self._tpdo_tick = -1
+        self._tpdo_at = 0.0
+        self._inputs: int | None = None
+        self._inputs_at = 0.0
+        node.attach(self)
+
+    @property
+    def operational(self) -> bool:
+        """Its node is."""
+        return self.node.operational
+
+    @property
+    def emergency(self) -> Emergency | None:
+        """The newest one of its node: a node does not say which of its axes it means."""
+        return self.node.emergency
+
+    @property
+    def status(self) -> AxisStatus:
+        return self._status if self.operational else AxisStatus.SILENT
+
+    @property
+    def without_torque(self) -> bool:
+        """The drive itself says that its power stage is off."""
+        return self.status in _WITHOUT_TORQUE
+
+    def describe(self) -> NodeStatus:
+        nmt = "unknown" if self.node.nmt is None else self.node.nmt.name.lower()
+        code = None if self.emergency is None else self.emergency.code
+        text = "" if self.emergency is None else self.emergency.meaning
+        missing = self.reference.missing
+        return NodeStatus(
+            self.axis.node_id, self._robot, self.axis.name, nmt, self.status, code, text, not missing, missing
+        )
+
+    def said(self) -> str:
+        """Its state in a few words, for the answer to a call."""
+        if not self.operational:
+            return f"{self.label}: {self.node.problem or self.node.phase.value}"
+        emergency = "" if self.emergency is None else f", {self.emergency.code:04X}h {self.emergency.meaning}"
+        return f"{self.label}: {self.status.name}{emergency}"
+
+    # What the drive sends
+
+    def on_tpdo(self, data: bytes, tick: int, now: float) -> None:
+        """Statusword and position, measured at the SYNC numbered `tick`."""
+        if len(data) != STATUS.size:
+            return
+        statusword, counts = STATUS.unpack(data)
+        status = decode(statusword)
+        if status is None:
+            return
+        if self.counts is not None and tick > self._tpdo_tick:
+            self.counts_per_cycle = (counts - self.counts) / (tick - self._tpdo_tick)
+        self._status = status
+        self.statusword = statusword
+        self.counts = counts
+        self._tpdo_tick = tick
+        self._tpdo_at = now
+
+    def on_inputs(self, data: bytes, now: float) -> None:
+        """The drive's digital inputs."""
+        if len(data) == INPUTS.size:
+            self._inputs, self._inputs_at = INPUTS.unpack(data)[0], now
+
+    def digital_inputs(self, now: float) -> int | None:
+        """The newest digital inputs; `None` when they are too old to be believed."""
+        patience_s = self._settings.tpdo_timeout_s + INPUTS_EVERY * self._settings.cycle_s
+        return self._inputs if now - self._inputs_at <= patience_s else None
+
+    # What its node tells
+
+    @property
+    def measured(self) -> bool:
+        """Statusword and position have come since the node's start."""
+        return self._tpdo_tick >= 0
+
+    def started(self, now: float) -> None:
+        self._tpdo_at = now
+
+    def silent_s(self, now: float, tick: int) -> float:
+        if self._tpdo_tick < tick:
+            self.missing_tpdos += 1
+        return now - self._tpdo_at
+
+    def lost(self) -> None:
+        if self.counts is not None:
+            self.reference.lost(self.counts, self._way_to_rest())
+
+    def forget(self) -> None:
+        self._inputs = None
+        self._tpdo_tick = -1
+        self.counts_per_cycle = 0.0
+        self.statusword = 0
+        self.reference.restarted()
+
+    # What the gateway does
+
+    def submit(self, index: int, sub: int, data: bytes | None, then: Callable[[SdoDone], None]) -> None:
+        """Queue a write (`data`) or a read (`None`) of an object of the profile, `index` as axis 1 has it."""
+        self.node.sdo.submit(index_of(index, self.axis.number), sub, data, then)
+
+    def command(self, controlword: int, counts: int, counts_per_s: int = 0) -> list[CanFrame]:
+        """The command of one cycle."""
+        return self.image.frames(controlword, counts, counts_per_s)
+
+    def command_own(self, controlword: int, target: int, velocity: int, now: float) -> list[CanFrame]:
+        """What commands a motion of the drive's own in this cycle: target [counts] and velocity [counts/s]."""
+        if self._profile is None:
+            return self.command(controlword, target)
+        values = {CONTROLWORD: controlword, TARGET_POSITION: target, TARGET_VELOCITY: velocity}
+        return self._profile.frames(values, now)
+
+    @property
+    def velocity_by_pdo(self) -> bool:
+        """Its target velocity goes by PDO, so nobody writes it by SDO."""
+        return self._profile is not None
+
+    def _way_to_rest(self) -> float:
+        """[counts] that a silent drive may still go: until it misses its gateway, and then its quick stop."""
+        speed = abs(self.counts_per_cycle) / self._settings.cycle_s
+        unheard_s = self._settings.heartbeat_timeout_s + self._settings.tpdo_timeout_s
+        return speed * unheard_s + speed**2 / (2.0 * self.axis.quick_stop * abs(self.axis.counts_per_unit))
+
+
+def drives_of(
+    robot: str, axes: Sequence[AxisSettings], settings: GatewaySettings, references: Sequence[Reference]
+) -> list[Drive]:
+    """The drives of one robot in the order of `axes`, those with one Node-ID on one node."""
+    both = list(zip(axes, references, strict=True))
+    nodes: dict[int, Node] = {}
+    for number in {axis.node_id for axis in axes}:
+        mine = sorted((pair for pair in both if pair[0].node_id == number), key=lambda pair: pair[0].number)
+        nodes[number] = Node(robot, [axis for axis, _ in mine], [reference for _, reference in mine], settings)
+    return [Drive(robot, axis, settings, nodes[axis.node_id], reference) for axis, reference in both]

@@ -1,0 +1,82 @@
+"""The torque that each axis' motor gives behind its gear, for a motion of the joints.
+
+    axes = C^T B^T rnea(B q, B q', B q'') + I_m r^2 a''
+
+with B from the joints to the coordinates of the chain (a palletizer's hand stays level, a spindle has a pitch), C the
+coupling (joints = C axes), I_m the rotor's inertia and r shaft angle per axis. Both transposes say that the work is
+the same on either side. Not in it: friction, springs that bear weight, the bars of a palletizer's parallelograms, and
+what a spinning rotor does to the link that carries it.
+"""
+
+import numpy as np
+
+from cell.geometry.arrays import Array
+from robot_agent.dynamics.rigid_body import GRAVITY_M_S2, RigidBody
+from robot_agent.kinematics.model import Model
+from robot_agent.kinematics.serial import SerialModel
+from robot_agent.model.description import LinkMass
+
+
+class AxisTorques:
+    """See the module. A robot without masses has only its rotors, and one without motors no rotors."""
+
+    def __init__(self, model: Model, gravity: Array) -> None:
+        """`gravity`: `(3,)` [m/s^2] acceleration of free fall in the robot's base."""
+        self._model = model
+        self._body = _body(model, gravity)
+        motors = model.description.motors
+        self._rotors = np.array(
+            [
+                motors[name].inertia_kg_m2 * motors[name].ratio ** 2 if name in motors else 0.0
+                for name in model.joint_names
+            ]
+        )
+        """[kg m^2 or kg] at each axis."""
+
+    def of(self, q: Array, qd: Array, qdd: Array) -> Array:
+        """Joints, their speeds and accelerations, `(m, n)` each -> torques of the axes `(m, n)` [Nm, or N of a slide].
+
+        Raises:
+            BadInput: another number of joints, or a value that is not finite.
+        """
+        check, coupling = self._model.check_joints, self._model.coupling
+        q, qd, qdd = check(q), check(qd, "joint speeds"), check(qdd, "joint accelerations")
+        torques = coupling.axes(qdd) * self._rotors
+        if self._body is not None:
+            body, mixing = self._body
+            joints = body.torques(q @ mixing.T, qd @ mixing.T, qdd @ mixing.T) @ mixing
+            torques += coupling.axis_torques(joints)
+        return np.asarray(torques)
+
+    def standing(self, q: Array) -> Array:
+        """Joints `(m, n)` -> what carries the robot at rest there, `(m, n)` [Nm, or N of a slide]."""
+        still = np.zeros_like(q)
+        return self.of(q, still, still)
+
+
+def axis_torques(model: Model, pose_world_base: Array) -> AxisTorques | None:
+    """The torques of a robot whose base is at `pose_world_base` `(4, 4)`; None without both masses and motors."""
+    if _masses(model) or model.description.motors:
+        return AxisTorques(model, pose_world_base[:3, :3].T @ [0.0, 0.0, -GRAVITY_M_S2])
+    return None
+
+
+def _body(model: Model, gravity: Array) -> tuple[RigidBody, Array] | None:
+    """The chain with its masses, and from joints to its coordinates `(s, n)`; None without masses."""
+    masses = _masses(model)
+    if not masses or not isinstance(model, SerialModel):
+        return None
+    return RigidBody(model.chain, masses, model.link_frames, gravity), model.mixing
+
+
+def _masses(model: Model) -> tuple[LinkMass, ...]:
+    """Of links and tool; a tool alone is not the robot's weight, so without links there is none.
+
+    The arms of a delta are closed chains: nothing but its rotors is known.
+    """
+    if not isinstance(model, SerialModel) or not model.masses:
+        return ()
+    tool, flange = model.description.tool, len(model.link_names) - 1
+    if tool is None or tool.mass_kg == 0.0:
+        return model.masses
+    return (*model.masses, LinkMass(flange, tool.mass_kg, tool.centre_m, tool.inertia_kg_m2, f"tool {tool.name}"))

@@ -1,0 +1,79 @@
+"""From paths and their timing to a motion: when each block ends, and where the robot rests."""
+
+from dataclasses import dataclass
+from typing import Self
+
+import numpy as np
+
+from robot_agent.kinematics import Model
+from robot_agent.paths.pose_path import Blend
+from robot_agent.trajectory.independent import Independent
+from robot_agent.trajectory.joint_path import JointPath, Numbers
+from robot_agent.trajectory.law import Timed
+from robot_agent.trajectory.motion import Motion
+from robot_agent.trajectory.moving import Moving, Run
+from robot_agent.trajectory.pieces import Pieces
+
+_STANDING = 1e-12
+"""Squared joint speed below which the time of passing a place says nothing."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Kept:
+    """What comes before the new runs as it is: its curve, when its blocks end, its rests, its blends."""
+
+    pieces: Pieces
+    ends: Numbers
+    """`(blocks,)`, also of those that end in the first of the runs: these are looked up there."""
+    rests: Numbers
+    blends: tuple[Blend, ...]
+
+    @classmethod
+    def nothing(cls, q: Numbers) -> Self:
+        """From rest at joints `q` `(n,)`."""
+        return cls(Pieces.standing(q), np.zeros(0), np.zeros(1), ())
+
+    @classmethod
+    def of(cls, start: Moving, until_s: float) -> Self:
+        """What is left of a motion, for `until_s` [s] from the state on."""
+        rests = start.rests[start.rests <= until_s]
+        return cls(start.left.part(0.0, until_s), start.ends, np.append(0.0, rests), start.blends)
+
+
+def assembled(
+    model: Model, kept: Kept, blocks: int, runs: list[JointPath | Independent], timed: list[Timed], cycle_s: float
+) -> Motion:
+    """The motion through all `runs`, timed, behind what is kept; `blocks` is how many there are, the kept ones too."""
+    begins = end = kept.pieces.duration_s
+    ends = np.append(kept.ends, np.full(blocks - len(kept.ends), -1.0))
+    rests, blends = kept.rests.tolist(), {blend.block: blend for blend in kept.blends}
+    for run, time in zip(runs, timed, strict=True):
+        begins = end
+        if isinstance(run, JointPath):
+            for stretch in run.stretches[:-1]:
+                ends[stretch.block] = begins + _passing(run, time, stretch.end)
+        end = begins + time.pieces.duration_s
+        ends[run.stretches[-1].block] = end
+        rests.append(end)
+        blends |= {blend.block: blend for blend in run.blends}
+    ends = np.maximum.accumulate(np.maximum(ends, 0.0))  # a block of no length ends where the one before it does
+    parts = [kept.pieces, *(time.pieces for time in timed)]
+    pieces = Pieces.joined([part for part in parts if part.duration_s > 0.0] or [kept.pieces])
+    deviation_m = max((time.deviation_m for time in timed), default=0.0)
+    last = None
+    if runs and isinstance(path := runs[-1], JointPath):
+        last = Run(path, timed[-1].times, timed[-1].parameters, begins)
+    in_order = tuple(blends[block] for block in sorted(blends))
+    return Motion(model, pieces, ends, np.array(rests), in_order, cycle_s, deviation_m, last)
+
+
+def _passing(path: JointPath, timed: Timed, parameter: float) -> float:
+    """The time [s] at which `parameter` of the path is passed: interpolated, then by Newton on the joints' way."""
+    place = path.pieces.position(np.array(parameter))[: path.joints]
+    t = float(np.interp(parameter, timed.parameters, timed.times))
+    for _ in range(2):
+        velocity = timed.pieces.derivatives(np.array(t))[0]
+        squared = float(velocity @ velocity)
+        if squared > _STANDING:
+            t += float((place - timed.pieces.position(np.array(t))) @ velocity) / squared
+    return min(max(t, 0.0), timed.pieces.duration_s)

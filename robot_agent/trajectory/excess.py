@@ -1,0 +1,23 @@
+"""How much slower joints over time would have to be to keep their limits."""
+
+import math
+
+import numpy as np
+
+from robot_agent.trajectory.limits import Limits
+from robot_agent.trajectory.pieces import Pieces
+
+_PLACES = 5
+"""In each piece at which it is looked at, both ends included."""
+
+
+def excess(pieces: Pieces, limits: Limits) -> float:
+    """The factor on the clock, below 1 where the joints could be faster; speed, acceleration and jerk together."""
+    speed, acceleration, jerk = pieces.inside(_PLACES)
+    lower, upper = limits.acceleration_bounds
+    used = (
+        np.abs(speed) / limits.velocity,
+        np.maximum(acceleration / lower, acceleration / upper),
+        np.abs(jerk) / limits.jerk,
+    )
+    return max(math.pow(each.max(), 1.0 / order) for order, each in enumerate(used, 1))

@@ -1,0 +1,111 @@
+"""A state of a motion, and what is left of that motion: where another one goes on from."""
+
+from dataclasses import dataclass, replace
+from typing import Self
+
+import numpy as np
+
+from robot_agent.paths.pose_path import Blend
+from robot_agent.trajectory.joint_path import JointPath, Numbers
+from robot_agent.trajectory.pieces import Pieces
+
+_STEP_S = 0.002
+_STANDING = 1e-6
+"""Rate of the parameter below which the robot stands."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Run:
+    """The part of a motion that another may replace: from `begins` [s] of the motion to its end."""
+
+    path: JointPath
+    times: Numbers
+    """`(k,)` [s] since `begins` at which `parameters` `(k,)` of the path are passed."""
+    parameters: Numbers
+    begins: float
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Going:
+    """A path under way. Its blocks count from the one that runs."""
+
+    path: JointPath
+    """From this state on, up to where the motion comes to rest."""
+    joints: Numbers
+    """`(3, n)` position, velocity and acceleration."""
+    rate: Numbers
+    """`(2,)` first and second derivative of the path's parameter by time."""
+    known: Numbers
+    """`(2, k)` rising parameters of the path and the squares of the rate that the motion has there."""
+
+    @classmethod
+    def on(cls, run: Run, left: Pieces, t: float, at_s: float, first: int) -> Self:
+        """The state at time `t` [s] of `left`, which is time `at_s` of a run; `first` is the number of its block."""
+        path, duration_s = run.path, left.duration_s
+        times = np.append(np.arange(t, duration_s, _STEP_S), duration_s)
+        q = left.shape(times)
+        s, rate, change = _along(path, q, np.interp(times + (at_s - t), run.times, run.parameters))
+        rest = path.part(float(s[0]), path.length)
+        head, tail = rest.corner_lengths
+        rest = replace(
+            rest,
+            stretches=tuple(replace(each, block=max(each.block - first, 0)) for each in rest.stretches),
+            corner_lengths=(max(head, 0.0), max(tail, 0.0)),
+            blends=tuple(replace(each, block=each.block - first) for each in rest.blends if each.block > first),
+        )
+        known = np.stack([np.maximum.accumulate(s - s[0]), rate**2])
+        return cls(rest, q[:3, 0], np.array([rate[0], change[0]]), known)
+
+    @property
+    def stands(self) -> bool:
+        """Whether the path begins at rest."""
+        return bool(self.rate[0] <= _STANDING)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Moving:
+    """What `plan` needs to go on from a state of a motion. All times [s] count from the state."""
+
+    left: Pieces
+    """What is left of the motion, as it is."""
+    ends: Numbers
+    """`(blocks,)` when each block that is not finished ends."""
+    rests: Numbers
+    """When the motion rests, its end the last."""
+    blends: tuple[Blend, ...]
+    """Of its blocks that are not finished."""
+    free_s: float
+    """Until then the motion stays as it is: up to its last rest but the end, or to its end."""
+    run: Run | None
+    """What may be replaced by a longer motion from then on; None where that begins at rest, at the end."""
+    at_s: float
+    """The time of the run at `free_s`."""
+    first: int
+    """The number of the first block that is not finished."""
+
+    def going(self, wait_s: float) -> Going | None:
+        """The path under way `wait_s` [s] after `free_s`; None where it is left no more, or not yet moving."""
+        t, at_s = self.free_s + wait_s, self.at_s + wait_s
+        if self.run is None or t >= self.left.duration_s:
+            return None
+        going = Going.on(self.run, self.left, t, at_s, self.first)
+        return going if at_s == 0.0 or not going.stands else None
+
+
+def _along(path: JointPath, states: Numbers, s: Numbers) -> tuple[Numbers, Numbers, Numbers]:
+    """Parameter, its rate and the rate's slope `(k,)` of what the joints do along the path.
+
+    `states` are value and derivatives `(4, k, n)` of the joints by time, `s` `(k,)` is near to the parameter.
+    """
+    q, qd, qdd, _ = states
+    for _ in range(4):
+        place, tangent = path.pieces.shape(s)[:2, :, : path.joints]
+        s = np.clip(s + _share(q - place, tangent), 0.0, path.length)
+    _, tangent, bend = path.pieces.shape(s)[:3, :, : path.joints]
+    rate = _share(qd, tangent)
+    return s, rate, _share(qdd - bend * (rate**2)[:, None], tangent)
+
+
+def _share(vector: Numbers, tangent: Numbers) -> Numbers:
+    """How many times each tangent `(k, n)` is contained in each vector `(k, n)`: least squares."""
+    return np.asarray((vector * tangent).sum(axis=1) / (tangent**2).sum(axis=1))
