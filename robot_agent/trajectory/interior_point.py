@@ -92,6 +92,21 @@ class Search:
         self._duals = np.maximum(self._duals, target[:-2] / self._slacks)
         self._coefficient_duals = np.maximum(self._coefficient_duals, target / self.c)
 
+    def keep_only(self, chosen: NDArray[np.bool_]) -> None:
+        """Go on with some of the paths `(paths,)`."""
+        coefficients = np.flatnonzero(chosen[self._path_of])
+        intervals = coefficients[:-2]
+        counts = np.bincount(self._path_of)[chosen]
+        self.c, self._coefficient_duals = self.c[coefficients], self._coefficient_duals[coefficients]
+        self.limited = self.limited.part(intervals, np.append(0, np.cumsum(counts)[:-1]))
+        self._path_of = np.repeat(np.arange(len(counts)), counts)
+        self._weights = self._weights[:, intervals]
+        self._carried = [each[:, intervals] for each in self._carried]
+        self._gap, self._complement = self._gap[chosen], self._complement[chosen]
+        self._widening, self._duals = self._widening[:, intervals], self._duals[:, intervals]
+        self._gather()
+        self._slacks = self._plain_slacks() + self._widening
+
     def _carry_more(self) -> None:
         """The limits that are closest now besides those that are carried along."""
         before = self._counts()

@@ -136,6 +136,19 @@ class Limited:
             self.starts,
         )
 
+    def part(self, intervals: Places, starts: Places) -> "Limited":
+        """Those of some intervals `(k,)`, out of which paths begin at `starts`."""
+        return Limited(
+            self.acceleration[..., intervals],
+            self.above[:, intervals],
+            self.below[:, intervals],
+            self.jerk[..., intervals],
+            self.speed[..., intervals],
+            self.value[..., intervals],
+            self.h[intervals],
+            starts,
+        )
+
     def use(self, c: Numbers) -> tuple[Numbers, Numbers, Numbers]:
         """What a timing uses of each limit: speed `(places, intervals)`, acceleration and jerk `(m, intervals)`."""
         y = on_windows(self.value, c)

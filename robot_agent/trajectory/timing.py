@@ -51,17 +51,28 @@ def fastest_of(paths: list[JointPath], limits: Limits) -> list[Timed]:
     bases = [law.resampled(ramp / FINE, MOST_INTERVALS) for law in _laws(bases, search.c)]
     margin = np.full((3, 1), MARGIN)
     search = Search(fine := _limited(bases, bounds).tightened(margin), begin(fine))
+    made: list[Timed | None] = [None] * len(paths)
+    waiting = np.arange(len(paths))
     for _ in range(_ATTEMPTS):
-        search.run(gap=0.003, kept=(MARGIN - 1.0) / 2.0)
-        made = [law.timed(path) for law, path in zip(_laws(bases, search.c), paths, strict=True)]
-        excess = [
-            excess_of(timed.pieces, interval, limits, base) for (timed, interval), base in zip(made, bases, strict=True)
-        ]
-        slower = [float((each.max(axis=1) ** (1.0 / np.arange(1.0, 4.0))).max()) for each in excess]
-        if max(slower) <= _ACCEPTED:
+        search.run(gap=0.003, kept=KEPT)
+        laws = _laws([bases[k] for k in waiting], search.c)
+        excess, late = [], []
+        for number, law in zip(waiting, laws, strict=True):
+            timed, interval = law.timed(paths[number])
+            excess.append(excess_of(timed.pieces, interval, limits, law.base))
+            k = float((excess[-1].max(axis=1) ** (1.0 / np.arange(1.0, 4.0))).max())
+            made[number] = _faster(made[number], _slower(timed, max(1.0, k)))
+            late.append(k > _ACCEPTED)
+        if not any(late):
             break
-        search.tighten(np.maximum(_together(excess), 1.0))
-    return [_slower(timed, max(1.0, k)) for (timed, _), k in zip(made, slower, strict=True)]
+        search.tighten(np.maximum(_spread(_together(excess)), 1.0))
+        search.keep_only(np.array(late))
+        waiting = waiting[late]
+    return made
+
+
+def _faster(one: Timed | None, other: Timed) -> Timed:
+    return one if one is not None and one.pieces.duration_s <= other.pieces.duration_s else other
 
 
 def _slower(timed: Timed, k: float) -> Timed:
@@ -133,6 +144,13 @@ def excess_of(pieces: Pieces, interval: NDArray[np.intp], limits: Limits, base: 
     return most
 
 
+SPREAD=0
+def _spread(excess):
+    if not SPREAD: return excess
+    around = np.lib.stride_tricks.sliding_window_view(np.pad(excess, ((0, 0), (1, 1))), 3, axis=1).max(axis=2)
+    return np.where(around > 1.0, around*SPREAD, 1.0)
+
+KEPT=.0005
 def _together(excess: list[Numbers]) -> Numbers:
     """Of all paths, as `Limited.joined` has them."""
     parts = [each for part in excess for each in (part, np.ones((3, 2)))]
