@@ -144,13 +144,19 @@ def excess_of(pieces: Pieces, interval: NDArray[np.intp], limits: Limits, base: 
     return most
 
 
-SPREAD=0
-def _spread(excess):
-    if not SPREAD: return excess
-    around = np.lib.stride_tricks.sliding_window_view(np.pad(excess, ((0, 0), (1, 1))), 3, axis=1).max(axis=2)
-    return np.where(around > 1.0, around*SPREAD, 1.0)
+SPREAD = 0
 
-KEPT=.0005
+
+def _spread(excess):
+    if not SPREAD:
+        return excess
+    around = np.lib.stride_tricks.sliding_window_view(np.pad(excess, ((0, 0), (1, 1))), 3, axis=1).max(axis=2)
+    return np.where(around > 1.0, around * SPREAD, 1.0)
+
+
+KEPT = 0.0005
+
+
 def _together(excess: list[Numbers]) -> Numbers:
     """Of all paths, as `Limited.joined` has them."""
     parts = [each for part in excess for each in (part, np.ones((3, 2)))]
