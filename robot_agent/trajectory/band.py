@@ -65,4 +65,5 @@ def _borders(bands: Numbers, right: Numbers, reduced: Numbers) -> Numbers:
     schur[at[:-1], :, at[1:], :] = -reduced[1:, :2, 2:4]
     rest = right - reduced[:, 2:, 4]
     rest[:-1] -= reduced[1:, :2, 4]
-    return np.linalg.solve(schur.reshape(2 * count, 2 * count), rest.reshape(-1)).reshape(count, 2)
+    border = np.linalg.solve(schur.reshape(2 * count, 2 * count), rest.reshape(-1))
+    return np.asarray(border.reshape(count, 2))

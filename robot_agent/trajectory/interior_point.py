@@ -22,7 +22,9 @@ _MORE = (1, 3, 5)
 """Limits that join them when others are exceeded."""
 _KIND = (1, 1, 2, 2, 0)
 """Of which kind the limits on each side are: acceleration above and below, jerk above and below, speed."""
-_FIRST_STEPS = 6
+_LOOKING_ROUND = (3, 6)
+"""After so many steps more limits are carried along where others are exceeded by more than `_UNSEEN`."""
+_UNSEEN = 0.02
 _AGAIN = 0.02
 """Gap with which the search goes on behind tightened limits."""
 _SMALLEST_GAP = 1e-5
@@ -71,7 +73,7 @@ class Search:
                 if self.limited.largest(self.c) <= 1.0 + kept:
                     break
                 self._carry_more()
-            elif number == _FIRST_STEPS:
+            elif number in _LOOKING_ROUND and self.limited.largest(self.c) > 1.0 + _UNSEEN:
                 self._carry_more()
 
     @property

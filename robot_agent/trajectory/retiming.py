@@ -71,7 +71,7 @@ class Limited:
         k, places = base.intervals, len(PLACES)
         s, *derivatives = base.at(np.arange(k), np.broadcast_to(PLACES[:, None], (places, k)))
         around = base.at(np.arange(k), np.broadcast_to(_AROUND[:, None], (len(_AROUND), k)))[0]
-        rows = bounds.rows(s.ravel(), np.stack([around[:-1].ravel(), around[1:].ravel()]))
+        rows = bounds.rows(s.ravel(), np.stack([around[:-1].ravel(), around[1:].ravel()]), _neighbours(s))
         v, a, j = (each.reshape(-1, 1) for each in derivatives)
         h, affine = base.h, rows.affine
         by_y, by_growth = affine.b * v**2 + affine.a * a, affine.a * v / (2.0 * h)
@@ -164,6 +164,14 @@ class Limited:
     def largest(self, c: Numbers) -> float:
         """The most that a timing uses of any limit."""
         return max(float(each.max()) for each in self.use(c))
+
+
+def _neighbours(s: Numbers) -> Numbers:
+    """The places before and behind each place `(2, places x intervals)`; `s` `(places, intervals)` rises."""
+    every = np.append(s[:-1].T.ravel(), s[-1, -1])
+    here = np.arange(len(every) - 1).reshape(-1, len(s) - 1).T
+    index = np.append(here.ravel(), here[-1] + 1)
+    return np.stack([every[np.maximum(index - 1, 0)], every[np.minimum(index + 1, len(every) - 1)]])
 
 
 def _sum_of(terms: list[Numbers], weights: Numbers) -> Numbers:
