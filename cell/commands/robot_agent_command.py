@@ -56,7 +56,7 @@ def robot_agent(
     try:
         model = load_model(mine.model)
         text = mine.program.read_text(encoding="utf-8")
-        program = parse_program(text, mine.program.name, model.joint_names, model.linear_names)
+        program = parse_program(text, mine.program.name, model.joint_names, model.linear_names, mine.corrections)
     except (KinematicsError, ProgramError) as error:
         raise CommandError(str(error), f"correct it, then: cell check {file}") from error
     options = zenoh_options(mode, connect, listen, config, cfg)

@@ -19,7 +19,12 @@ PERIODS_PER_DEADLINE = 3
 
 def check_cell_file(document: Document, cell: CellFile) -> list[Problem]:
     """All contradictions inside the cell file."""
-    return [*_endpoints(document, cell), *_names(document, cell), *_times(document, cell)]
+    return [
+        *_endpoints(document, cell),
+        *_names(document, cell),
+        *_corrections(document, cell),
+        *_times(document, cell),
+    ]
 
 
 def _endpoints(document: Document, cell: CellFile) -> Iterator[Problem]:
@@ -49,6 +54,28 @@ def _names(document: Document, cell: CellFile) -> Iterator[Problem]:
                 yield document.problem(path, f"unknown robot {name!r}", f"one of {', '.join(robots)}")
             elif name in entry.robots[:index]:
                 yield document.problem(path, f"{name!r} a second time", "each robot once")
+
+
+def _corrections(document: Document, cell: CellFile) -> Iterator[Problem]:
+    belts = document.keys(("conveyors",))
+    for belt, conveyor in cell.conveyors.items():
+        if conveyor.counts_per_metre == 0.0:
+            yield document.problem(("conveyors", belt, "counts_per_metre"), "0", "any number but 0")
+    for robot, entry in cell.robots.items():
+        for name, correction in entry.corrections.items():
+            path: KeyPath = ("robots", robot, "corrections", name)
+            if name == "off":
+                yield document.problem(path, "the name 'off'", "another name: TRACK OFF ends all", at_key=True)
+            if (correction.sensor is None) is (correction.conveyor is None):
+                found = "neither sensor nor conveyor" if correction.sensor is None else "sensor and conveyor"
+                yield document.problem(path, found, "exactly one of them")
+            if correction.conveyor is not None and correction.conveyor not in belts:
+                allowed = f"one of {', '.join(belts)}" if belts else "a conveyor of this file; there is none"
+                yield document.problem((*path, "conveyor"), f"unknown conveyor {correction.conveyor!r}", allowed)
+            if correction.conveyor is not None and correction.largest_turn is not None:
+                yield document.problem(
+                    (*path, "largest_turn"), "a turn", "no largest_turn: a belt does not turn a tool"
+                )
 
 
 def _times(document: Document, cell: CellFile) -> Iterator[Problem]:

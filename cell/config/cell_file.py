@@ -9,13 +9,16 @@ from cell.config.document import Document
 from cell.config.fields import Endpoint, FileName, Name, Pose
 from cell.config.settings import (
     CellSettings,
+    ConveyorSettings,
+    CorrectionSettings,
     GatewayEndpoint,
     OnManagerReturn,
     RobotSettings,
+    SensorFrame,
     Times,
     ZoneSettings,
 )
-from cell.config.units import STRICT, PositiveLength, Seconds, Units
+from cell.config.units import STRICT, Milliseconds, Number, PositiveAngle, PositiveLength, Seconds, Units
 
 _DEFAULT = Times()
 
@@ -27,6 +30,47 @@ class ManagerEntry(BaseModel):
     endpoint: Endpoint = Field(description="where the manager listens, tcp/HOST:PORT")
 
 
+class ConveyorEntry(BaseModel):
+    """A belt and its encoder."""
+
+    model_config = STRICT
+    pose: Pose = Field(description="a frame in world along whose X the belt runs: X, Y, Z, A, B, C")
+    counts_per_metre: Annotated[Number, Field(description="of the encoder; below 0 when it counts backwards")]
+    largest_speed: PositiveLength = Field(description="a faster belt is not believed")
+
+
+class CorrectionEntry(BaseModel):
+    """Something measured that a robot may follow on its path, by `TRACK` in its program."""
+
+    model_config = STRICT
+    sensor: Annotated[SensorFrame | None, Field(strict=False)] = Field(
+        None, description="a sensor's offsets of the tool, in the axes of base or tool; or conveyor"
+    )
+    conveyor: Name | None = Field(None, description="the conveyor to follow; or sensor")
+    largest: PositiveLength = Field(description="farther from its path the robot does not go: it stops")
+    largest_turn: PositiveAngle | None = Field(
+        None, description="likewise for a sensor's turns; without it they are refused"
+    )
+    settle_ms: Milliseconds = Field(50.0, description="measurements are filtered with this time constant")
+    fresh_ms: Milliseconds = Field(200.0, description="the robot stops when the newest measurement is older")
+    speed: PositiveLength = Field(0.2, description="how fast the tool approaches what is measured; default 200 mm/s")
+    acceleration: PositiveLength = Field(2.0, description="likewise, jerk ten times as much; default 2000 mm/s^2")
+
+    def settings(self, name: str, conveyors: dict[str, ConveyorSettings]) -> CorrectionSettings:
+        """The settings; a conveyor must be known."""
+        return CorrectionSettings(
+            name=name,
+            sensor=self.sensor,
+            conveyor=None if self.conveyor is None else conveyors[self.conveyor],
+            largest_m=self.largest,
+            largest_turn_rad=self.largest_turn or 0.0,
+            settle_s=self.settle_ms / 1000.0,
+            fresh_s=self.fresh_ms / 1000.0,
+            speed_m_s=self.speed,
+            acceleration_m_s2=self.acceleration,
+        )
+
+
 class RobotEntry(BaseModel):
     """One robot of the cell."""
 
@@ -35,6 +79,7 @@ class RobotEntry(BaseModel):
     gateway: Name = Field(description="the gateway that drives this robot")
     base: Pose = Field(description="pose of the robot's base in world: X, Y, Z, A, B, C")
     program: FileName = Field(description="the robot's program, relative to this file")
+    corrections: dict[Name, CorrectionEntry] = Field(default={}, description="what TRACK in its program may follow")
 
 
 class GatewayEntry(BaseModel):
@@ -88,6 +133,7 @@ class CellFile(BaseModel):
         description="1 to 16 robots by name", json_schema_extra={"minProperties": 1}
     )
     gateways: dict[Name, GatewayEntry] = Field(description="gateways by name", json_schema_extra={"minProperties": 1})
+    conveyors: dict[Name, ConveyorEntry] = Field(default={}, description="belts that robots may follow, by name")
     zones: dict[Name, ZoneEntry] = Field(default={}, description="exclusive zones by name")
     times: TimesEntry = Field(TimesEntry.model_construct(), description="deadlines in seconds")
     on_manager_return: Annotated[OnManagerReturn, Field(strict=False)] = Field(
@@ -97,6 +143,10 @@ class CellFile(BaseModel):
 
     def settings(self, document: Document, digest: str) -> CellSettings:
         """The settings; file names become absolute, as seen from the cell file."""
+        conveyors = {
+            name: ConveyorSettings(name, belt.pose.settings(), belt.counts_per_metre, belt.largest_speed)
+            for name, belt in self.conveyors.items()
+        }
         return CellSettings(
             name=self.cell,
             file=document.file,
@@ -108,6 +158,7 @@ class CellFile(BaseModel):
                     robot.gateway,
                     robot.base.settings(),
                     document.beside(robot.program),
+                    {key: entry.settings(key, conveyors) for key, entry in robot.corrections.items()},
                 )
                 for name, robot in self.robots.items()
             },

@@ -1,6 +1,6 @@
 """The cell file as the processes use it: SI units, absolute paths, every default filled in."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import Enum
 from pathlib import Path
 
@@ -20,6 +20,41 @@ class PoseSettings:
     quaternion_xyzw: tuple[float, float, float, float]
 
 
+class SensorFrame(Enum):
+    """In whose axes a sensor measures."""
+
+    BASE = "base"
+    TOOL = "tool"
+
+
+@dataclass(frozen=True, slots=True)
+class ConveyorSettings:
+    """A belt that runs along X of `pose`, and its encoder."""
+
+    name: str
+    pose: PoseSettings
+    counts_per_metre: float
+    largest_speed_m_s: float
+
+
+@dataclass(frozen=True, slots=True)
+class CorrectionSettings:
+    """What a robot may follow on its path, and how far: exactly one of `sensor` and `conveyor`."""
+
+    name: str
+    sensor: SensorFrame | None
+    conveyor: ConveyorSettings | None
+    largest_m: float
+    largest_turn_rad: float
+    """0: this sensor measures no turns."""
+    settle_s: float
+    fresh_s: float
+    """Older measurements stop the robot."""
+    speed_m_s: float
+    """How fast the correction approaches what is measured."""
+    acceleration_m_s2: float
+
+
 @dataclass(frozen=True, slots=True)
 class RobotSettings:
     """One robot of the cell: which model, on which gateway, where it stands, what it runs."""
@@ -29,6 +64,7 @@ class RobotSettings:
     gateway: str
     base: PoseSettings
     program: Path
+    corrections: dict[str, CorrectionSettings] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True)

@@ -70,4 +70,5 @@ Angle = Annotated[Number, AfterValidator(_angle)]
 """An angle, or an angular speed, acceleration or jerk, in the file's unit; SI after validation."""
 PositiveLength = Annotated[Positive, AfterValidator(_length)]
 PositiveAngle = Annotated[Positive, AfterValidator(_angle)]
+Milliseconds = Annotated[float, Field(gt=0, le=60_000), AfterValidator(_not_tiny)]
 Seconds = Annotated[float, Field(gt=0, le=3600), AfterValidator(_not_tiny)]

@@ -39,6 +39,7 @@ from cell.messages.commands import (
     WriteObject,
 )
 from cell.messages.common import CellTime, Heard, Token, TokenGone
+from cell.messages.correction import ConveyorCount, Correction
 from cell.messages.drives import AxisStatus, DriveFeedback, PlayoutState
 from cell.messages.estop import Estop
 from cell.messages.event import Event, Severity
@@ -63,6 +64,8 @@ __all__ = [
     "ClearZone",
     "Command",
     "Continue",
+    "ConveyorCount",
+    "Correction",
     "Disable",
     "DisableDrives",
     "DriveFeedback",

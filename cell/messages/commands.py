@@ -295,6 +295,8 @@ class ClaimGrant:
     tick: int
     axes: tuple[str, ...]
     gateway_boot: str
+    torques: bool = False
+    """Some drive takes torque as feed-forward: blocks should carry it."""
 
 
 @dataclass(frozen=True, slots=True)

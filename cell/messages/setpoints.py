@@ -28,3 +28,6 @@ class SetpointBlock:
     """`(m, n)` [rad or m] axis positions, in the axis order of the claim."""
     velocity: NDArray[np.float64]
     """`(m, n)` [rad/s or m/s], for feed-forward."""
+    torque: NDArray[np.float64] | None = None
+    """`(m, n)` [Nm or N] what each axis' motor gives behind its gear, for feed-forward; the last sample is what carries
+    the robot at rest. None: the agent does not know it, or nobody asked (`ClaimGrant.torques`)."""

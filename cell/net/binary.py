@@ -6,7 +6,7 @@ SetpointBlock:
 
 | offset | type | field |
 |---|---|---|
-| 0 | 4 bytes | magic `ZSB1` |
+| 0 | 4 bytes | magic `ZSB2` |
 | 4 | u64 | owner |
 | 12 | u64 | sequence |
 | 20 | u64 | follows |
@@ -16,9 +16,11 @@ SetpointBlock:
 | 48 | u32 | m, number of samples |
 | 52 | u16 | n, number of axes |
 | 54 | u16 | length of the robot's name in bytes |
-| 56 | utf-8 | the robot's name |
+| 56 | u16 | bit 0: with torque, the others 0 |
+| 58 | utf-8 | the robot's name |
 | then | m * n f64 | position, one sample after the other |
 | then | m * n f64 | velocity, likewise |
+| then | m * n f64 | torque, likewise, if bit 0 says so |
 
 DriveFeedback:
 
@@ -52,43 +54,47 @@ from numpy.typing import NDArray
 from cell.messages import AxisStatus, DriveFeedback, PlayoutState, SetpointBlock
 from cell.net.errors import CodecError
 
-_SETPOINTS = struct.Struct("<4s4QdIIHH")
+_SETPOINTS = struct.Struct("<4s4QdIIHHH")
 _FEEDBACK = struct.Struct("<4s5QIBBHHH")
-_SETPOINTS_MAGIC = b"ZSB1"
+_SETPOINTS_MAGIC = b"ZSB2"
 _FEEDBACK_MAGIC = b"ZDF1"
 
 
 def encode_setpoints(block: SetpointBlock) -> bytes:
     """The bytes of a block. Raises `CodecError` for arrays of the wrong shape or numbers that do not fit."""
     kind = "SetpointBlock"
-    position = _floats(kind, "position", block.position)
-    velocity = _floats(kind, "velocity", block.velocity)
-    if position.ndim != 2 or position.shape != velocity.shape:
-        raise CodecError(kind, f"position {position.shape} and velocity {velocity.shape} must both be (m, n)")
+    samples = [_floats(kind, "position", block.position), _floats(kind, "velocity", block.velocity)]
+    if block.torque is not None:
+        samples.append(_floats(kind, "torque", block.torque))
+    shapes = [array.shape for array in samples]
+    if len(shapes[0]) != 2 or len(set(shapes)) > 1:
+        raise CodecError(kind, f"position, velocity and torque {shapes} must all be (m, n)")
     name = block.robot.encode()
-    m, n = position.shape
+    m, n = shapes[0]
     try:
         header = _SETPOINTS.pack(
             _SETPOINTS_MAGIC, block.owner, block.sequence, block.follows, block.first_tick,
-            block.dt_s, block.nominal, m, n, len(name),
+            block.dt_s, block.nominal, m, n, len(name), block.torque is not None,
         )  # fmt: skip
     except struct.error as error:
         raise CodecError(kind, f"header: {error}") from error
     _check_block(m, n, block.nominal, block.dt_s)
-    return header + name + position.tobytes() + velocity.tobytes()
+    return header + name + b"".join(array.tobytes() for array in samples)
 
 
 def decode_setpoints(data: bytes) -> SetpointBlock:
     """The block in `data`. Raises `CodecError`."""
     reader = _Reader("SetpointBlock", data)
     head = reader.header(_SETPOINTS, _SETPOINTS_MAGIC)
-    owner, sequence, follows, first_tick, dt_s, nominal, m, n, name_length = head
+    owner, sequence, follows, first_tick, dt_s, nominal, m, n, name_length, flags = head
+    if flags > 1:
+        raise CodecError("SetpointBlock", f"flags {flags:#06x}: only bit 0 is in use")
     _check_block(m, n, nominal, dt_s)
     robot = reader.text(name_length)
-    reader.expect(16 * m * n)
-    position = reader.floats(m * n).reshape(m, n)
-    velocity = reader.floats(m * n).reshape(m, n)
-    return SetpointBlock(robot, owner, sequence, follows, first_tick, dt_s, nominal, position, velocity)
+    count = 3 if flags else 2
+    reader.expect(8 * count * m * n)
+    samples = [reader.floats(m * n).reshape(m, n) for _ in range(count)]
+    return SetpointBlock(robot, owner, sequence, follows, first_tick, dt_s, nominal, *samples)
 
 
 def _check_block(m: int, n: int, nominal: int, dt_s: float) -> None:

@@ -8,6 +8,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from cell.messages import (
+    ConveyorCount,
+    Correction,
     DriveFeedback,
     Estop,
     Event,
@@ -42,9 +44,9 @@ class _Rule:
     pattern: re.Pattern[str]
 
 
-def _rule(kind: type, template: str, field: str | None = None, chunk: str = r"[^/]+") -> _Rule:
+def _rule(kind: type, template: str, *fields: str, chunk: str = r"[^/]+") -> _Rule:
     def suffix(message: object) -> str:
-        return template.format(getattr(message, field)) if field else template
+        return template.format(*(getattr(message, field) for field in fields))
 
     return _Rule(kind, suffix, re.compile(re.escape(template).replace(r"\{\}", chunk)))
 
@@ -54,6 +56,8 @@ _RULES = (
     _rule(RobotState, "robot/{}/state", "robot"),
     _rule(SetpointBlock, "robot/{}/setpoints", "robot"),
     _rule(JogHeld, "robot/{}/jog", "robot"),
+    _rule(Correction, "robot/{}/correction/{}", "robot", "name"),
+    _rule(ConveyorCount, "conveyor/{}", "conveyor"),
     _rule(DriveFeedback, "robot/{}/drives", "robot"),
     _rule(ManagerState, "manager/state"),
     _rule(GatewayState, "gateway/{}/state", "gateway"),

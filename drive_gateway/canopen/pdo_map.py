@@ -1,8 +1,8 @@
 """The process image on the bus, in one place: what the gateway and the drive of one axis exchange.
 
 The command (controlword and target position) and the status (statusword and actual position) act on every SYNC. What an
-axis has beyond that (a velocity offset, digital inputs) is in PDOs of its own. The image is written to a node by SDO; a
-node obeys what it is given and need not know this file.
+axis has beyond that (velocity and torque offset, digital inputs) is in PDOs of its own. The image is written to a node
+by SDO; a node obeys what it is given and need not know this file.
 
 A drives file may give the first PDOs of its nodes to motions of their own (`profile_pdos`); command and status then are
 the fourth.
@@ -22,6 +22,7 @@ STATUSWORD = 0x6041
 TARGET_POSITION = 0x607A
 POSITION_ACTUAL = 0x6064
 VELOCITY_OFFSET = 0x60B1
+TORQUE_OFFSET = 0x60B2
 INTERPOLATION_DATA = 0x60C1
 DIGITAL_INPUTS = 0x60FD
 
@@ -38,6 +39,8 @@ COMMAND = Struct("<Hi")
 """Controlword, target position [counts]."""
 OFFSET = Struct("<i")
 """Velocity offset [counts/s]."""
+OFFSETS = Struct("<ih")
+"""Velocity offset [counts/s], torque offset [per mille of the motor's rated torque]."""
 STATUS = Struct("<Hi")
 """Statusword, position actual [counts]."""
 INPUTS = Struct("<I")
@@ -117,7 +120,7 @@ class ProcessImage:
     command: Pdo
     status: Pdo
     offset: Pdo | None = None
-    """To the drive: feed-forward."""
+    """To the drive: feed-forward of velocity, or of velocity and torque."""
     inputs: Pdo | None = None
     """From the drive: its digital inputs, every few SYNCs."""
     profile: tuple[Pdo, ...] = ()
@@ -142,12 +145,14 @@ class ProcessImage:
     def _cyclic(self) -> tuple[Pdo, ...]:
         return tuple(pdo for pdo in (self.command, self.offset, self.status, self.inputs) if pdo is not None)
 
-    def frames(self, controlword: int, target: int, velocity: int) -> list[CanFrame]:
-        """The command of one cycle: target [counts] and velocity [counts/s]."""
+    def frames(self, controlword: int, target: int, velocity: int, torque: int) -> list[CanFrame]:
+        """The command of one cycle: target [counts], velocity [counts/s] and torque [per mille of the rated one]."""
         command = CanFrame(self.command.cob_id, COMMAND.pack(controlword, target))
         if self.offset is None:
             return [command]
-        return [CanFrame(self.offset.cob_id, OFFSET.pack(velocity)), command]
+        both = self.offset.data_bytes == OFFSETS.size
+        data = OFFSETS.pack(velocity, torque) if both else OFFSET.pack(velocity)
+        return [CanFrame(self.offset.cob_id, data), command]
 
 
 def process_image(
@@ -156,20 +161,25 @@ def process_image(
     axis: int = 1,
     interpolated: bool = False,
     velocity_offset: bool = False,
+    torque_offset: bool = False,
     inputs_every: int = 0,
     profile: tuple[Pdo, ...] = (),
 ) -> ProcessImage:
-    """The image of one axis; its inputs come with each `inputs_every`-th SYNC (1 to 240), or never (0)."""
+    """The image of one axis; its inputs come with each `inputs_every`-th SYNC (1 to 240), or never (0).
+
+    A torque offset goes beside the velocity offset, never alone.
+    """
     first, second = (4, 3) if profile else (1, 2)
     index, sub = target_object(interpolated)
 
     def pdo(number: int, receive: bool, *entries: int, every: int = EVERY_SYNC) -> Pdo:
         return Pdo(number, receive, node_id, entries_of(entries, axis), every, axis=axis)
 
+    offsets = [_entry(VELOCITY_OFFSET, 32)] * velocity_offset + [_entry(TORQUE_OFFSET, 16)] * torque_offset
     return ProcessImage(
         command=pdo(first, True, _entry(CONTROLWORD, 16), _entry(index, 32) | sub << 8),
         status=pdo(first, False, _entry(STATUSWORD, 16), _entry(POSITION_ACTUAL, 32)),
-        offset=pdo(second, True, _entry(VELOCITY_OFFSET, 32)) if velocity_offset else None,
+        offset=pdo(second, True, *offsets) if offsets else None,
         inputs=pdo(second, False, _entry(DIGITAL_INPUTS, 32), every=inputs_every) if inputs_every else None,
         profile=profile,
     )

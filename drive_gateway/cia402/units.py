@@ -11,6 +11,8 @@ Floats = NDArray[np.float64]
 
 INT32_MIN = -(2**31)
 INT32_MAX = 2**31 - 1
+INT16_MAX = 2**15 - 1
+FINITE = float(np.finfo(np.float64).max)
 
 
 class AxisUnits:
@@ -26,6 +28,10 @@ class AxisUnits:
         limits = [(-np.inf, np.inf) if axis.limits is None else axis.limits for axis in axes]
         self.lowest: Floats = np.maximum(self.int32_lowest, [low for low, _ in limits])
         """`(n,)` [rad or m] position that fits into an int32 and lies within the axis' limits."""
+        per_mille = [np.nan if axis.torque is None else axis.torque.per_mille for axis in axes]
+        self._per_mille = np.nan_to_num(per_mille)
+        self.most_torque: Floats = np.where(np.isnan(per_mille), FINITE, INT16_MAX / np.abs(per_mille))
+        """`(n,)` [Nm or N] that fits into per mille of a rated torque; of axes without one any finite number."""
         self.highest: Floats = np.minimum(self.int32_highest, [high for _, high in limits])
 
     def counts(self, position: Floats) -> list[int]:
@@ -35,6 +41,10 @@ class AxisUnits:
     def counts_per_s(self, velocity: Floats) -> list[int]:
         """Nearest counts per second of `velocity` (n,) [rad/s or m/s]."""
         return [int(speed) for speed in np.rint(velocity * self._scale).tolist()]
+
+    def per_mille(self, torque: Floats) -> list[int]:
+        """Nearest per mille of the motors' rated torques for `torque` (n,) [Nm or N] at the axes; 0 without one."""
+        return [int(share) for share in np.rint(torque * self._per_mille).tolist()]
 
     def position(self, counts: Sequence[int]) -> Floats:
         """`(n,)` [rad or m] of encoder counts."""

@@ -16,6 +16,7 @@ from drive_gateway.config.settings import (
     HomingSettings,
     IdentitySettings,
     InputSettings,
+    TorqueSettings,
 )
 
 
@@ -109,6 +110,9 @@ class AxisEntry(BaseModel):
     limits: tuple[Number, Number] | None = Field(
         default=None, description="lowest and highest axis position, which the drive keeps too (607Dh)"
     )
+    limit_switches: tuple[Number, Number] | None = Field(
+        default=None, description="lower and upper axis position of its limit switches, which its drive shows in 60FDh"
+    )
     encoder_check: EncoderCheckEntry = Field(
         default=EncoderCheckEntry(), description="how an absolute encoder is checked after each start"
     )
@@ -117,8 +121,13 @@ class AxisEntry(BaseModel):
         default="cyclic",
         description="mode in which blocks are played: cyclic synchronous position, or interpolated position",
     )
-    feed_forward: Literal["none", "velocity"] = Field(
-        default="none", description="velocity: each sample's velocity goes to the drive as its offset (60B1h)"
+    rated_torque_nm: Annotated[float, Field(gt=0, le=2**32 / 1000)] | None = Field(
+        default=None, description="rated torque of the motor [Nm], as the drive must show it (6076h)"
+    )
+    feed_forward: Literal["none", "velocity", "torque"] = Field(
+        default="none",
+        description="velocity: each sample's velocity goes to the drive as its offset (60B1h); torque: its torque too "
+        "(60B2h)",
     )
     identity: IdentityEntry = Field(default=IdentityEntry(), description="which drive must be at this node")
     error_control: Literal["heartbeat", "guarding"] = Field(
@@ -137,7 +146,7 @@ class AxisEntry(BaseModel):
     def _homing_si(cls, homing: HomingEntry | None, info: ValidationInfo) -> HomingEntry | None:
         return None if homing is None else homing.in_si(info.data.get("type") == "linear", info)
 
-    @field_validator("limits")
+    @field_validator("limits", "limit_switches")
     @classmethod
     def _limits_si(cls, limits: tuple[float, float] | None, info: ValidationInfo) -> tuple[float, float] | None:
         if limits is None:
@@ -172,15 +181,27 @@ class AxisEntry(BaseModel):
             index_counts=self.counts_per_turn,
             linear=self.linear,
             limits=self.limits,
+            limit_switches=self.limit_switches,
             inputs=None if self.inputs is None else self.inputs.settings(),
             interpolated=self.mode == "interpolated",
-            velocity_offset=self.feed_forward == "velocity",
+            velocity_offset=self.feed_forward != "none",
+            torque=self._torque(),
+            torque_offset=self.feed_forward == "torque",
             identity=self.identity.settings(),
             guarded=self.error_control == "guarding",
             incremental=self.encoder == "incremental",
             absolute=self._absolute() if self.encoder == "absolute" else None,
             homing=None if self.homing is None else self.homing.settings(),
             eds="" if self.eds is None else str(folder / self.eds),
+        )
+
+    def _torque(self) -> TorqueSettings | None:
+        if self.rated_torque_nm is None:
+            return None
+        shaft_per_axis = self.gear * 2 * math.pi / self.feed if self.feed else self.gear
+        return TorqueSettings(
+            rated_mnm=round(1000 * self.rated_torque_nm),
+            per_mille=1000 * self.direction / (shaft_per_axis * self.rated_torque_nm),
         )
 
     def _absolute(self) -> EncoderSettings:

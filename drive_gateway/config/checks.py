@@ -1,5 +1,6 @@
 """What must hold within a drives file beyond its schema."""
 
+import math
 from collections.abc import Iterator
 
 from can.interfaces import VALID_INTERFACES
@@ -19,6 +20,8 @@ from drive_gateway.config.simulation_checks import check_simulation
 
 UINT16_MAX = 2**16 - 1
 UINT32_MAX = 2**32 - 1
+HOMING_AT_LIMIT = {17: -1, 18: 1}
+"""Homing methods whose home point is the edge of a limit switch, and the direction of the counts in which it is."""
 MILLISECOND_FIELDS = ("heartbeat_producer_s", "heartbeat_timeout_s")
 
 
@@ -123,7 +126,11 @@ def _axes(document: Document, drives: DrivesFile) -> Iterator[Problem]:
             allowed = f"more than {least:g}: simulated drives lag by speed times simulated_lag_s"
             yield document.problem((*path, "following_window"), found, allowed)
         counts = abs(axis.counts_per_unit())
+        if axis.feed_forward == "torque" and axis.rated_torque_nm is None:
+            allowed = "rated_torque_nm of the motor beside it, in whose per mille the drive takes torque"
+            yield document.problem((*path, "feed_forward"), "torque without a rated torque", allowed)
         yield from _limits(document, path, axis)
+        yield from _limit_switches(document, path, axis)
         yield from _inputs(document, path, axis)
         yield from _homing(document, path, axis)
         yield from _encoder(document, path, axis)
@@ -160,6 +167,29 @@ def _limits(document: Document, path: KeyPath, axis: AxisEntry) -> Iterator[Prob
     if axis.limits[0] < lowest or axis.limits[1] > highest:
         fits = " to ".join(f"{declared(document, bound, axis.linear):g}" for bound in (lowest, highest))
         yield document.problem((*path, "limits"), found, f"within {fits}, 32 bits of encoder counts")
+
+
+def _limit_switches(document: Document, path: KeyPath, axis: AxisEntry) -> Iterator[Problem]:
+    """Software limits do not go beyond the switches, and an axis that homes at a switch is told its place."""
+    if axis.limit_switches is None:
+        return
+    place = (*path, "limit_switches")
+    ends = axis.limit_switches
+    found = " to ".join(f"{declared(document, end, axis.linear):g}" for end in ends)
+    if ends[0] >= ends[1]:
+        yield document.problem(place, found, "the lower one first")
+        return
+    if axis.limits is not None and not ends[0] <= axis.limits[0] < axis.limits[1] <= ends[1]:
+        limits = " to ".join(f"{declared(document, limit, axis.linear):g}" for limit in axis.limits)
+        yield document.problem(place, found, f"none within the limits, {limits}")
+    if axis.homing is not None and axis.homing.method in HOMING_AT_LIMIT:
+        home = ends[HOMING_AT_LIMIT[axis.homing.method] * axis.direction > 0]
+        if not math.isclose(axis.homing.position, home):
+            stated = document.found((*path, "homing", "position"))
+            allowed = f"{declared(document, home, axis.linear):g}, where the limit switch is that homing finds"
+            yield document.problem((*path, "homing", "position"), stated, allowed)
+    if axis.inputs is not None and {0, 1} & {*axis.inputs.enable, *axis.inputs.door, *axis.inputs.estop}:
+        yield document.problem((*path, "inputs"), "bit 0 or 1", "other bits: these are the limit switches", at_key=True)
 
 
 def _inputs(document: Document, path: KeyPath, axis: AxisEntry) -> Iterator[Problem]:

@@ -1,10 +1,10 @@
 """What the axes of a drives file exchange with their gateway."""
 
-from drive_gateway.canopen.pdo_map import ProcessImage, process_image
+from drive_gateway.canopen.pdo_map import EVERY_SYNC, ProcessImage, process_image
 from drive_gateway.config.settings import AxisSettings
 
 INPUTS_EVERY = 2
-"""SYNCs from one message of an axis' inputs to the next."""
+"""SYNCs from one message of an axis' inputs to the next; limit switches come with every SYNC."""
 
 
 def image_of(axis: AxisSettings) -> ProcessImage:
@@ -14,6 +14,14 @@ def image_of(axis: AxisSettings) -> ProcessImage:
         axis=axis.number,
         interpolated=axis.interpolated,
         velocity_offset=axis.velocity_offset,
-        inputs_every=0 if axis.inputs is None else INPUTS_EVERY,
+        torque_offset=axis.torque_offset,
+        inputs_every=_inputs_every(axis),
         profile=() if axis.profile_pdos is None else axis.profile_pdos.of(axis.node_id, axis.number),
     )
+
+
+def _inputs_every(axis: AxisSettings) -> int:
+    """A limit switch is told with the statusword of the same SYNC, so that it is known why a drive stopped."""
+    if axis.limit_switches is not None:
+        return EVERY_SYNC
+    return 0 if axis.inputs is None else INPUTS_EVERY

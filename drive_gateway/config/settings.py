@@ -61,6 +61,16 @@ class EncoderSettings:
 
 
 @dataclass(frozen=True, slots=True)
+class TorqueSettings:
+    """How torques are told to a drive: in per mille of its motor's rated torque."""
+
+    rated_mnm: int
+    """[mNm] the motor's rated torque, as its drive must show it (6076h)."""
+    per_mille: float
+    """Per mille of that per Nm (or N) of the axis, gear included, negative for a reversed direction."""
+
+
+@dataclass(frozen=True, slots=True)
 class AxisSettings:
     """One axis: its node, its units and its limits. Radians or metres are at the axis, behind the gear."""
 
@@ -96,12 +106,18 @@ class AxisSettings:
     """`None`: the axis cannot home."""
     limits: tuple[float, float] | None = None
     """[rad or m] what the drive itself keeps its targets within (607Dh); a block or a set-up move beyond is refused."""
+    limit_switches: tuple[float, float] | None = None
+    """[rad or m] axis positions of its limit switches (60FDh bits 0 and 1); `None`: it has none, or none to look at."""
     inputs: InputSettings | None = None
     """`None`: the drive's inputs are not looked at."""
     interpolated: bool = False
     """Blocks are played in interpolated position mode, for drives that have no cyclic synchronous position."""
     velocity_offset: bool = False
     """The drive gets the velocity of each sample as feed-forward (60B1h)."""
+    torque: TorqueSettings | None = None
+    """`None`: the motor's rated torque is not known."""
+    torque_offset: bool = False
+    """The drive gets the torque of each sample as feed-forward (60B2h), beside its velocity."""
     identity: IdentitySettings = IdentitySettings()
     guarded: bool = False
     """The node is watched by node guarding instead of heartbeats, for drives that have none."""

@@ -44,6 +44,11 @@ def _motor(document: Document, drives: DrivesFile, path: KeyPath, entry: Simulat
         found = f"{motor.name}, which moves the axis with up to {declared(document, fastest, axis.linear):.0f}"
         speed = document.found(("robots", path[-2], "axes", path[-1], "speed"))
         yield document.problem((*path, "motor"), found, f"a motor that reaches the speed of this axis, {speed}")
+    if axis.rated_torque_nm not in (None, motor.rated_torque_nm):
+        found = f"{motor.name}, rated for {motor.rated_torque_nm:g} Nm"
+        yield document.problem(
+            (*path, "motor"), found, f"a motor with the rated_torque_nm of this axis, {axis.rated_torque_nm:g}"
+        )
     if axis.linear and entry.gravity is not None:
         allowed = "constant_nm for a linear axis: its weight times its feed over 2 pi"
         yield document.problem((*path, "gravity"), "a mass on an arm", allowed, at_key=True)

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from enum import Enum
 
 from cell.core import Effect
+from drive_gateway.canopen.axis_objects import index_of
 from drive_gateway.canopen.nmt import NmtCommand, NmtState, nmt_frame
 from drive_gateway.canopen.pdo_map import SdoWrite, unused
 from drive_gateway.canopen.sdo import SdoChannel, SdoDone, abort_text
@@ -21,6 +22,8 @@ from drive_gateway.gateway.reference import Reference
 RETRY_S = 2.0
 """Pause before a node that failed is tried again."""
 
+IDENTITY = 0x1018
+MOTOR_RATED_TORQUE = 0x6076
 _ABSENT = (0x06020000, 0x06090011)
 """Abort codes: no such object, no such sub-index."""
 
@@ -155,8 +158,9 @@ class BringUp:
             return
         if step.constant and step.shown is not None and not _equal(outcome.data, step.shown):
             self._fail(
-                f"{self._label} is another drive: {step.what} (1018h:{step.sub:02X}) is {_number(outcome.data):X}h, "
-                f"the drives file says {_number(step.shown):X}h; connect the right one, or correct the file"
+                f"{self._label} is another drive: {step.what} ({step.index:04X}h:{step.sub:02X}) is "
+                f"{_constant(step, outcome.data)}, the drives file says {_constant(step, step.shown)}; "
+                "connect the right one, or correct the file"
             )
             return
         if step.shown is not None and not _equal(outcome.data, step.shown):
@@ -175,6 +179,11 @@ def _where(step: _Step) -> str:
     kind = "read of" if step.data is None else "write of"
     expected = "" if step.shown is None else f", expected {_number(step.shown)}"
     return f"{kind} {step.index:04X}h:{step.sub:02X} ({step.what}{expected})"
+
+
+def _constant(step: _Step, data: bytes) -> str:
+    """Identities are written in hex everywhere, quantities are not."""
+    return f"{_number(data):X}h" if step.index == IDENTITY else f"{_number(data)}"
 
 
 def _equal(found: bytes, expected: bytes) -> bool:
@@ -204,7 +213,7 @@ def _written(items: Sequence[Preparation]) -> list[_Step]:
 
 
 def _axis_program(axis: AxisSettings, settings: GatewaySettings, reference: Reference) -> list[_Step]:
-    steps = _written(preparations(axis, settings))
+    steps = _motor(axis) + _written(preparations(axis, settings))
     encoder = axis.absolute
     if encoder is not None and encoder.serial is not None:
         steps.append(_Step("serial number of the encoder", *encoder.serial, None, take=reference.hear_serial))
@@ -221,6 +230,15 @@ def _axis_program(axis: AxisSettings, settings: GatewaySettings, reference: Refe
     return steps + [_Step("PDO mapping", index, sub, None, data) for (index, sub), data in linked.items()]
 
 
+def _motor(axis: AxisSettings) -> list[_Step]:
+    """What torques are told in must be what the drive takes them in."""
+    if axis.torque is None:
+        return []
+    rated = axis.torque.rated_mnm.to_bytes(4, "little")
+    what = "rated torque of the motor in mNm"
+    return [_Step(what, index_of(MOTOR_RATED_TORQUE, axis.number), 0, None, rated, constant=True)]
+
+
 def _parts(write: SdoWrite) -> tuple[int, int, bytes]:
     return write.index, write.sub, write.data
 
@@ -231,7 +249,7 @@ def _identity(identity: IdentitySettings) -> list[_Step]:
     names = ("vendor-ID", "product code", "revision number", "serial number")
     shown = [None if value is None else value.to_bytes(4, "little") for value in wanted]
     return [
-        _Step(name, 0x1018, sub, None, value, constant=True)
+        _Step(name, IDENTITY, sub, None, value, constant=True)
         for sub, (name, value) in enumerate(zip(names, shown, strict=True), start=1)
         if sub == 1 or value is not None
     ]

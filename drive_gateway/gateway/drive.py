@@ -40,7 +40,7 @@ class Drive:
         self.statusword = 0
         self.reference = reference
         self.missing_tpdos = 0
-        self._robot = robot
+        self.robot = robot
         self._settings = settings
         self._profile = ProfileSender(self.image.profile) if self.image.profile else None
         self._status = AxisStatus.SILENT
@@ -75,7 +75,7 @@ class Drive:
         text = "" if self.emergency is None else self.emergency.meaning
         missing = self.reference.missing
         return NodeStatus(
-            self.axis.node_id, self._robot, self.axis.name, nmt, self.status, code, text, not missing, missing
+            self.axis.node_id, self.robot, self.axis.name, nmt, self.status, code, text, not missing, missing
         )
 
     def said(self) -> str:
@@ -145,9 +145,9 @@ class Drive:
         """Queue a write (`data`) or a read (`None`) of an object of the profile, `index` as axis 1 has it."""
         self.node.sdo.submit(index_of(index, self.axis.number), sub, data, then)
 
-    def command(self, controlword: int, counts: int, counts_per_s: int = 0) -> list[CanFrame]:
-        """The command of one cycle."""
-        return self.image.frames(controlword, counts, counts_per_s)
+    def command(self, controlword: int, counts: int, counts_per_s: int = 0, per_mille: int = 0) -> list[CanFrame]:
+        """The command of one cycle: target, and what is fed forward of velocity and of torque [of the rated one]."""
+        return self.image.frames(controlword, counts, counts_per_s, per_mille)
 
     def command_own(self, controlword: int, target: int, velocity: int, now: float) -> list[CanFrame]:
         """What commands a motion of the drive's own in this cycle: target [counts] and velocity [counts/s]."""

@@ -284,12 +284,13 @@ class DriveGroup:
         self._sent.append(position)
         counts = self._units.counts(position)
         speeds = self._units.counts_per_s(velocity)
+        torques = self._units.per_mille(self.playout.torque)
         effects: list[Effect] = []
-        for node, count, speed in zip(self.nodes, counts, speeds, strict=True):
+        for node, count, speed, torque in zip(self.nodes, counts, speeds, torques, strict=True):
             if node.operational or node.node.lost:
                 frames = self.setup.command(node, now)
                 if frames is None:
-                    frames = node.command(self.power.controlword(node), count, speed)
+                    frames = node.command(self.power.controlword(node), count, speed, torque)
                 effects += [Frame(frame) for frame in frames]
         return effects
 

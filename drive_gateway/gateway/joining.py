@@ -41,6 +41,7 @@ class Refusal(Enum):
     POSITION = "position"
     VELOCITY = "velocity"
     SPEED = "speed"
+    TORQUE = "torque"
     ACCELERATION = "acceleration"
     END = "end"
     CLOSING = "closing"
@@ -89,12 +90,25 @@ class JoinRules:
             return Refused(Refusal.CYCLE, f"samples every {block.dt_s} s; the bus cycle is {self._cycle_s} s")
         if not (np.isfinite(block.position).all() and np.isfinite(block.velocity).all()):
             return Refused(Refusal.VALUES, "a sample is not a finite number")
+        if block.torque is not None and (problem := self._torque_problem(block.torque, shape)):
+            return problem
         outside = (block.position < self._units.lowest) | (block.position > self._units.highest)
         if outside.any():
             return Refused(
                 Refusal.RANGE, self._at(outside, "has a position beyond its limits, or beyond the drive's counts")
             )
         return None
+
+    def _torque_problem(self, torque: Floats, shape: tuple[int, ...]) -> Refused | None:
+        if torque.shape != shape:
+            return Refused(Refusal.SHAPE, f"torque {torque.shape}; allowed is that of the positions, {shape}")
+        # Not a number is not within a bound either.
+        beyond = ~(np.abs(torque) <= self._units.most_torque)
+        if not beyond.any():
+            return None
+        axis = int(beyond.any(axis=0).argmax())
+        text = f"has a torque beyond {self._units.most_torque[axis]:.4g} Nm or N, what its drive can be told"
+        return Refused(Refusal.TORQUE, self._at(beyond, text))
 
     def join_problem(self, block: SetpointBlock, before: Before) -> Refused | None:
         """What is wrong with the block as the continuation of the queue."""

@@ -4,7 +4,13 @@ from collections.abc import Callable, Mapping
 
 from cell.messages.commands import ReadObject, WriteObject
 from drive_gateway.canopen.axis_objects import first_axis_index
-from drive_gateway.canopen.pdo_map import CONTROLWORD, INTERPOLATION_DATA, TARGET_POSITION, VELOCITY_OFFSET
+from drive_gateway.canopen.pdo_map import (
+    CONTROLWORD,
+    INTERPOLATION_DATA,
+    TARGET_POSITION,
+    TORQUE_OFFSET,
+    VELOCITY_OFFSET,
+)
 from drive_gateway.canopen.sdo import SdoDone, abort_text
 from drive_gateway.gateway.group import DriveGroup
 from drive_gateway.gateway.node import Node
@@ -62,6 +68,7 @@ def _write_problem(command: WriteObject, node: Node, group: DriveGroup) -> str:
         CONTROLWORD,
         TARGET_POSITION,
         INTERPOLATION_DATA,
+        TORQUE_OFFSET,
         VELOCITY_OFFSET,
     ):
         return f"{command.index:04X}h:{command.sub:02X} of {node.label} is the gateway's; change it in the drives file"

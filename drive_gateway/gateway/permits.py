@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from cell.messages.drives import AxisStatus
 from drive_gateway.gateway.drive import Drive
 from drive_gateway.gateway.inputs import InputKind, OpenInput
+from drive_gateway.gateway.limit_switches import LimitSwitch
 from drive_gateway.gateway.power import Power, PowerState
 from drive_gateway.gateway.setup_desk import SetupDesk
 from drive_gateway.gateway.trouble import Trouble
@@ -65,6 +66,8 @@ class Permits:
             return f"{self._robot} is not referenced: {_missing(lost)}"
         if operational and self.inputs:
             return f"{self._robot} stays off: {self._open()}"
+        if operational and self._watch.limit_switches:
+            return f"{self._robot} stays off: {_at_ends(self._watch.limit_switches)}"
         if not operational or not self._power.all_in(AxisStatus.SWITCH_ON_DISABLED):
             return f"{self._robot} cannot be enabled, all nodes must be in SWITCH_ON_DISABLED: {self.said()}"
         return ""
@@ -108,6 +111,10 @@ class Permits:
     def said(self) -> str:
         """What each node says."""
         return "; ".join(node.said() for node in self._nodes)
+
+
+def _at_ends(switches: Sequence[LimitSwitch]) -> str:
+    return "; ".join(f"{switch.text}, {switch.remedy}" for switch in switches)
 
 
 def _missing(nodes: Sequence[Drive]) -> str:

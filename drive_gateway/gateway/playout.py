@@ -62,6 +62,7 @@ class Playout:
     def __init__(self, axes: Sequence[AxisSettings], cycle_s: float, position: Floats, tick: int = 0) -> None:
         self._rules = JoinRules(axes, AxisUnits(axes), cycle_s)
         self._still: Floats = np.zeros((1, len(axes)))
+        self._standing: Floats = self._still
         self._mode = _Mode.FOLLOWING
         self.tick = tick
         self.owner = 0
@@ -100,6 +101,12 @@ class Playout:
         sample: Floats = self._position[self._row(self.tick)]
         return sample
 
+    @property
+    def torque(self) -> Floats:
+        """`(n,)` [Nm or N] of the newest sample handed out; where nothing moves it is what carries the robot."""
+        sample: Floats = self._torque[self._row(self.tick)]
+        return sample
+
     def own(self, owner: int) -> None:
         """From now on blocks are taken from this owner only (0: nobody)."""
         self.owner = owner
@@ -126,8 +133,14 @@ class Playout:
         self._mode = _Mode.FAULT
 
     def offer(self, block: SetpointBlock) -> Outcome:
-        """Queue a block whole or drop it whole; what was queued then plays on."""
+        """Queue a block whole or drop it whole; what was queued then plays on.
+
+        With the drives off only the torque at its end is taken, which carries the robot once they are on.
+        """
         if self._mode is not _Mode.LIVE:
+            own = block.owner == self.owner and self._rules.form_problem(block) is None
+            if own and block.torque is not None:
+                self._standing = block.torque[-1:]
             return Ignored()
         problem = self._address_problem(block) or self._rules.form_problem(block)
         if problem is None:
@@ -169,6 +182,7 @@ class Playout:
     def _hold(self, position: Floats) -> None:
         self._position: Floats = position[None]
         self._velocity: Floats = self._still
+        self._torque: Floats = self._standing
         self._first = self.tick
         self._ramp_tick = self.tick
         self._rest_tick = self.tick
@@ -179,6 +193,9 @@ class Playout:
         self._position = np.concatenate([self._position[kept], block.position])
         self._velocity = np.concatenate([self._velocity[kept], block.velocity])
         self._velocity[-1] = 0.0
+        torque = np.zeros_like(block.position) if block.torque is None else block.torque
+        self._torque = np.concatenate([self._torque[kept], torque])
+        self._standing = self._torque[-1:]
         self._first = self.tick - 1
         self._ramp_tick = block.first_tick + block.nominal
         moving = np.flatnonzero((np.diff(self._position, axis=0) != 0.0).any(axis=1))

@@ -53,6 +53,7 @@ class Robot:
         self.claims = ClaimBook(drives.robot, first_owner, times.owner_silent_s)
         self._settings = settings
         self._axes = tuple(axis.name for axis in drives.axes)
+        self._torques = any(axis.torque_offset for axis in drives.axes)
         self._boot = boot
         self._log = log
         self._sequence = 0
@@ -89,7 +90,7 @@ class Robot:
         if owner != before:
             self.group.playout.own(owner)
             self._log.info("claimed", f"{self.name} is claimed by boot {call.boot} as owner {owner}")
-        grant = ClaimGrant(owner, self._settings.cycle_s, tick, self._axes, self._boot)
+        grant = ClaimGrant(owner, self._settings.cycle_s, tick, self._axes, self._boot, self._torques)
         return True, f"{self.name} is yours as owner {owner}", grant
 
     def obey(self, call: Release | EnableDrives | DisableDrives | ResetDrives, now: float, then: Then) -> None:

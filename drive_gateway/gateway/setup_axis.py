@@ -23,6 +23,7 @@ from drive_gateway.cia402.setup_objects import (
 )
 from drive_gateway.cia402.state_machine import controlword
 from drive_gateway.gateway.drive import Drive
+from drive_gateway.gateway.limit_switches import limit_switches
 
 STAGE_S = 2.0
 """Time for each stage in which nothing moves."""
@@ -54,6 +55,9 @@ _TARGETS = {
 }
 
 
+_UNDER_WAY = (Stage.STARTING, Stage.ACKNOWLEDGING, Stage.MOVING)
+
+
 class SetupAxis:
     """Feed `step` once per cycle; `controlword` and `target` are what the drive is told in it."""
 
@@ -69,6 +73,7 @@ class SetupAxis:
         self._since = now
         self._still = 0
         self._sent_stop = False
+        self._way = order.velocity if order.target is None else order.target - (node.counts or 0)
         mode = SdoWrite(MODE, 0, order.mode.to_bytes(1, "little"))
         self._steps = deque([(write, write.index, write.sub) for write in order.writes] + [(mode, MODE_DISPLAY, 0)])
         self._write()
@@ -112,12 +117,14 @@ class SetupAxis:
         self._cycles += 1
         word, status = self.node.statusword, self.node.status
         enabled = status is AxisStatus.OPERATION_ENABLED
+        if self.stage in _UNDER_WAY and self.order.mode != HOMING:
+            self._mind_the_ends(now)
         match self.stage:
             case Stage.PREPARING if not self._steps:
                 self._enter(Stage.SWITCHING_ON, now)
             case Stage.SWITCHING_ON if enabled:
                 self._enter(Stage.READY, now)
-            case Stage.STARTING | Stage.ACKNOWLEDGING | Stage.MOVING if not enabled:
+            case stage if stage in _UNDER_WAY and not enabled:
                 self.stop(f"{self.node.label} left Operation Enabled, it is in {status.name}", now)
             case Stage.STARTING if self._cycles > 3 and word & ACKNOWLEDGED:
                 self._enter(Stage.ACKNOWLEDGING, now)
@@ -144,6 +151,11 @@ class SetupAxis:
             self.stop(f"{self.node.label} did not find its home point (homing error)", now)
         elif self._arrived(word):
             self._enter(Stage.SWITCHING_OFF, now)
+
+    def _mind_the_ends(self, now: float) -> None:
+        for switch in limit_switches([self.node], now):
+            if switch.forbids(self._way):
+                self.stop(switch.text, now)
 
     def _arrived(self, word: int) -> bool:
         if self.order.mode == HOMING:

@@ -11,6 +11,7 @@ from drive_gateway.config.settings import AxisSettings
 from drive_gateway.errors import GatewayError
 from drive_gateway.gateway.drive import Drive
 from drive_gateway.gateway.group import DriveGroup
+from drive_gateway.gateway.limit_switches import limit_switches
 from drive_gateway.gateway.setup_motion import SETUP_SHARE, SetupMotion
 
 Plan = tuple[SetupMotion, Sequence[Drive]]
@@ -44,8 +45,8 @@ def move_motion(group: DriveGroup, call: MoveAxes, now: float) -> Plan:
     """All axes of the call from rest to rest in the same time.
 
     Raises:
-        SetupRefused: unknown axis, speed outside 0 to 1, an absolute target of an axis that is not referenced, or a
-            target outside the drive's counts.
+        SetupRefused: unknown axis, speed outside 0 to 1, an absolute target of an axis that is not referenced, a target
+            outside the drive's counts or the limits, or a way into a limit switch.
     """
     nodes = _nodes(group, list(call.targets))
     if not nodes or not 0.0 < call.speed <= 1.0:
@@ -66,6 +67,7 @@ def move_motion(group: DriveGroup, call: MoveAxes, now: float) -> Plan:
         if not INT32_MIN <= target <= INT32_MAX:
             raise SetupRefused(f"{node.label}: {target} counts; allowed are 32 bits")
         _keep_limits(node.axis, node.reference.known, group.watch.position[group.nodes.index(node)] + distance)
+        _leave_switches(node, distance * node.axis.counts_per_unit, now)
         if call.by_velocity:
             orders.append((node, velocity_order(node.axis, motion, ramp)))
         else:
@@ -81,6 +83,13 @@ def _keep_limits(axis: AxisSettings, referenced: bool, position: float) -> None:
     unit, factor = ("mm", 1000.0) if axis.linear else ("deg", degrees(1.0))
     low, high = (f"{factor * limit:.6g}" for limit in axis.limits)
     raise SetupRefused(f"{axis.name} would go to {factor * position:.6g} {unit}; allowed are {low} to {high}")
+
+
+def _leave_switches(node: Drive, way: float, now: float) -> None:
+    """An axis at a limit switch may only go away from it."""
+    for switch in limit_switches([node], now):
+        if switch.forbids(way):
+            raise SetupRefused(f"{switch.text}; {switch.remedy}")
 
 
 def _nodes(group: DriveGroup, names: Sequence[str]) -> list[Drive]:

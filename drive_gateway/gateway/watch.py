@@ -9,6 +9,7 @@ from drive_gateway.cia402.units import AxisUnits
 from drive_gateway.config.settings import GatewaySettings
 from drive_gateway.gateway.drive import Drive
 from drive_gateway.gateway.event_log import EventLog
+from drive_gateway.gateway.limit_switches import LimitSwitch, limit_switches
 from drive_gateway.gateway.measurement import Floats, FollowingMonitor, RestDetector
 from drive_gateway.gateway.node import Node
 from drive_gateway.gateway.power import Power, PowerState
@@ -35,6 +36,8 @@ class Watch:
         """Every axis has been measured at least once."""
         self.standing = False
         """Measured at rest."""
+        self.limit_switches: tuple[LimitSwitch, ...] = ()
+        """Those that end a motion now."""
         self._nodes = nodes
         self._power = power
         self._log = log
@@ -71,11 +74,17 @@ class Watch:
             self._attend(node.node, now)
             if node.status in _FAULT and not self._in_fault:
                 yield _fault_of(node)
+        self.limit_switches = tuple(limit_switches(self._nodes, now))
         if self._power.state is not PowerState.ON:
             self._following.forget()
             return
+        for switch in self.limit_switches:
+            yield switch.trouble
         for node in self._nodes:
-            if node.status is not AxisStatus.OPERATION_ENABLED:
+            if (
+                all(node is not switch.node for switch in self.limit_switches)
+                and node.status is not AxisStatus.OPERATION_ENABLED
+            ):
                 text = f"{node.label} left Operation Enabled, it is in {node.status.name}"
                 yield Trouble("left_enabled", text, "check the drive's enable inputs", node.axis.node_id)
         found = self._following.update(self.position, demand, now)

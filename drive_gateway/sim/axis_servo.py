@@ -38,6 +38,9 @@ class AxisServo(Protocol):
     def feed(self, velocity: float) -> None:
         """Velocity offset [counts/s], from now on."""
 
+    def feed_torque(self, torque_nm: float, period_s: float) -> None:
+        """Torque of the shaft that is fed forward, reached within one interpolation period."""
+
     def follow(self, step_s: float) -> None:
         """One step of interpolation and servo loop."""
 

@@ -18,7 +18,9 @@ _INTERPOLATE = 1 << 4
 _FOLLOWS_COMMAND = 1 << 12
 _SETPOINT_TIMEOUT = key_of(0x2000)
 _TARGET_POSITION = key_of(0x607A)
+_RATED_TORQUE = key_of(0x6076)
 _VELOCITY_OFFSET = key_of(0x60B1)
+_TORQUE_OFFSET = key_of(0x60B2)
 _INTERPOLATION_DATA = key_of(0x60C1, 1)
 _PERIOD_VALUE = key_of(0x60C2, 1)
 _PERIOD_EXPONENT = key_of(0x60C2, 2)
@@ -40,6 +42,7 @@ class CyclicModes:
         objects.followers[_TARGET_POSITION] = lambda target: self._aim(CYCLIC_SYNCHRONOUS_POSITION, target)
         objects.followers[_INTERPOLATION_DATA] = lambda target: self._aim(INTERPOLATED_POSITION, target)
         objects.followers[_VELOCITY_OFFSET] = self._feed
+        objects.followers[_TORQUE_OFFSET] = self._feed_torque
 
     @property
     def active(self) -> bool:
@@ -84,3 +87,7 @@ class CyclicModes:
     def _feed(self, velocity: int) -> None:
         if self.active:
             self._servo.feed(velocity)
+
+    def _feed_torque(self, per_mille: int) -> None:
+        if self.active:
+            self._servo.feed_torque(per_mille * self._numbers[_RATED_TORQUE] * 1e-6, self._period_s)

@@ -24,7 +24,7 @@ from drive_gateway.sim.power_state import (
 )
 from drive_gateway.sim.reference import Reference
 from drive_gateway.sim.servo import SPEED_RESERVE, Servo
-from drive_gateway.sim.setup_modes import SETUP_MODES, SetupModes
+from drive_gateway.sim.setup_modes import HOMING, SETUP_MODES, SetupModes
 from drive_gateway.sim.shown import Shown
 
 CONTROLWORD = key_of(0x6040)
@@ -38,7 +38,6 @@ _FOLLOWING_TIME = key_of(0x6066)
 _QUICK_STOP_DECELERATION = key_of(0x6085)
 _STANDSTILL = key_of(0x606F)
 _INPUTS = key_of(0x60FD)
-
 
 _BRAKE_FACTOR = 2.0
 """The holding brake stops the axis harder than the quick stop does."""
@@ -87,7 +86,8 @@ class Drive:
         self._cyclic = CyclicModes(objects, self.servo, self.reference, self._mode_in_force)
         self.state = DriveState.NOT_READY_TO_SWITCH_ON
         self._displayed = FilteredVelocity(objects.numbers)
-        self._shown = Shown(objects.numbers, self.servo, self.reference)
+        rated_mnm = 0 if axis.torque is None else axis.torque.rated_mnm
+        self._shown = Shown(objects.numbers, self.servo, self.reference, rated_mnm)
         self._emergencies = emergencies
         self._cause_present = cause_present
         self._now: float | None = None
@@ -221,9 +221,9 @@ class Drive:
 
     def _command(self, command: Command) -> None:
         target = commanded(self.state, command, self._numbers[_QUICK_STOP_OPTION])
-        if target is DriveState.READY_TO_SWITCH_ON and not self._permitted:
-            return
-        if target is not self.state:
+        unpowered = target is DriveState.READY_TO_SWITCH_ON and not self._permitted
+        at_end = target is DriveState.OPERATION_ENABLED and self._at_end
+        if target is not self.state and not unpowered and not at_end:
             self._enter(target)
 
     def _acknowledge(self) -> None:
@@ -273,6 +273,9 @@ class Drive:
         if self._cyclic.missing:
             self.fault(SETPOINTS_MISSING)
             return
+        if self._at_end:
+            self._enter(DriveState.QUICK_STOP_ACTIVE)
+            return
         if abs(self.servo.error) <= self._numbers[_FOLLOWING_WINDOW]:
             self._outside_s = 0.0
             return
@@ -280,11 +283,18 @@ class Drive:
         if self._outside_s * 1000.0 > self._numbers[_FOLLOWING_TIME]:
             self.fault(FOLLOWING_ERROR)
 
+    @property
+    def _at_end(self) -> bool:
+        """It runs into a limit switch; homing looks for them, so it may."""
+        if self._numbers[_MODE_DISPLAY] == HOMING or abs(self.servo.velocity) <= self._numbers[_STANDSTILL]:
+            return False
+        return self.reference.switches.stop(self.servo.position, self.servo.velocity)
+
     def _show(self) -> None:
         """Statusword and measurements into their objects."""
         mode = self._numbers[_MODE_DISPLAY]
         bits = self._cyclic.bits
         if self.state is DriveState.OPERATION_ENABLED and mode in SETUP_MODES:
             bits |= self._setup.bits(mode)
-        self._numbers[_INPUTS] = self._inputs
+        self._numbers[_INPUTS] = self._inputs | self.reference.switches.inputs(self.servo.position)
         self._shown.update(self.state, bits, FOLLOWING_ERROR in self.faults)

@@ -10,6 +10,8 @@ _SPAN = 3.5
 """[rad or m] from the home point to a limit switch that is not the home point itself."""
 _HOME_WIDTH = 0.02
 """[rad or m] length of the cam of a home switch."""
+_NEGATIVE_BIT, _POSITIVE_BIT, _HOME_BIT = 1 << 0, 1 << 1, 1 << 2
+"""60FDh."""
 _BEFORE_PULSE = 0.4
 """Turns of the motor from the edge of a switch to the index pulse that is home."""
 
@@ -61,10 +63,17 @@ class Switches:
     """Counts between two index pulses; 0: the encoder has none."""
     phase: float = 0.0
     """Where one of the pulses is."""
+    wired: int = 0
+    """Which of them the drive shows in 60FDh: bit 0 negative, 1 positive, 2 home."""
+    stops: bool = False
+    """The drive stops at its limit switches."""
 
     @classmethod
     def of(cls, axis: AxisSettings) -> "Switches":
-        """As the configured homing expects them: its home point is the edge, or pulse, that its method looks for."""
+        """As the configured homing expects them: its home point is the edge, or pulse, that its method looks for.
+
+        What homing does not say stands in `limit_switches`.
+        """
         scale = abs(axis.counts_per_unit)
         span, width = _SPAN * scale, _HOME_WIDTH * scale
         method = METHODS[35] if axis.homing is None else METHODS[axis.homing.method]
@@ -72,13 +81,35 @@ class Switches:
         home = (place - axis.offset) * axis.counts_per_unit
         edge = home - method.away * _BEFORE_PULSE * axis.index_counts if method.pulse else home
         low = edge - width if method.away > 0.0 else edge
+        ends = [home - span, home + span]
+        if axis.limit_switches is not None:
+            ends = sorted((end - axis.offset) * axis.counts_per_unit for end in axis.limit_switches)
+        if method.look is Look.LIMIT:
+            ends[method.away < 0.0] = edge
+        shown = {Look.HOME: _HOME_BIT, Look.LIMIT: _POSITIVE_BIT if method.away < 0.0 else _NEGATIVE_BIT}
+        stops = axis.limit_switches is not None
         return cls(
-            negative=edge if method.look is Look.LIMIT and method.away > 0.0 else home - span,
-            positive=edge if method.look is Look.LIMIT and method.away < 0.0 else home + span,
+            negative=ends[0],
+            positive=ends[1],
             home=(low, low + width),
             index=axis.index_counts,
             phase=home,
+            wired=shown.get(method.look, 0) | (_NEGATIVE_BIT | _POSITIVE_BIT if stops else 0),
+            stops=stops,
         )
+
+    def inputs(self, place: float) -> int:
+        """Bits of 60FDh that are active at `place`."""
+        if not self.wired:
+            return 0
+        active = _NEGATIVE_BIT if place <= self.negative else 0
+        active |= _POSITIVE_BIT if place >= self.positive else 0
+        active |= _HOME_BIT if self.home[0] <= place <= self.home[1] else 0
+        return active & self.wired
+
+    def stop(self, place: float, velocity: float) -> bool:
+        """The drive stops here on its way in the direction of `velocity`."""
+        return self.stops and self.at_limit(place, velocity)
 
     def edge(self, method: Method) -> float:
         """Where the switch of a method lets go."""

@@ -60,6 +60,9 @@ class Servo:
         """Velocity offset [counts/s], from now on: with the demand's own velocity nothing is left of the lag."""
         self._feed = velocity
 
+    def feed_torque(self, _torque_nm: float, _period_s: float) -> None:
+        """Nothing: this level has no torque."""
+
     def follow(self, step_s: float) -> None:
         """One step of interpolation and position loop."""
         self.limited = False

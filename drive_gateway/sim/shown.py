@@ -12,6 +12,7 @@ _POSITION_DEMAND = key_of(0x6062)
 _POSITION_ACTUAL = key_of(0x6064)
 _VELOCITY_ACTUAL = key_of(0x606C)
 _FOLLOWING_ERROR_ACTUAL = key_of(0x60F4)
+_RATED_TORQUE = key_of(0x6076)
 _ENCODER_SERIAL, _ENCODER_STATUS = key_of(0x2010, 1), key_of(0x2010, 2)
 
 _VOLTAGE_ENABLED = 1 << 4
@@ -24,8 +25,12 @@ _LOW, _HIGH = -(1 << 31), (1 << 31) - 1
 class Shown:
     """Writes the objects that only the drive itself writes."""
 
-    def __init__(self, numbers: MutableMapping[int, int], servo: AxisServo, reference: Reference) -> None:
+    def __init__(
+        self, numbers: MutableMapping[int, int], servo: AxisServo, reference: Reference, rated_mnm: int
+    ) -> None:
+        """`rated_mnm`: rated torque of the motor [mNm]; 0: not known."""
         self._numbers = numbers
+        self._rated_mnm = rated_mnm
         self._servo = servo
         self._reference = reference
 
@@ -41,6 +46,7 @@ class Shown:
             word |= _FOLLOWING_ERROR
         shift = reference.shift
         numbers[_STATUSWORD] = word
+        numbers[_RATED_TORQUE] = self._rated_mnm
         numbers[_ENCODER_SERIAL], numbers[_ENCODER_STATUS] = reference.serial, reference.battery_empty
         numbers[_POSITION_ACTUAL] = _clipped(servo.position - shift)
         numbers[_VELOCITY_ACTUAL] = _clipped(servo.velocity)

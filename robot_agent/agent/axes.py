@@ -6,7 +6,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cell.messages import DriveFeedback
+from robot_agent.dynamics import AxisTorques
 from robot_agent.kinematics import Coupling
+from robot_agent.trajectory import Segment
 
 
 def feedback_in_joints(coupling: Coupling, feedback: DriveFeedback) -> DriveFeedback:
@@ -24,3 +26,15 @@ def samples_in_axes(
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Joint positions and speeds `(m, n)` as the axes of a set-point block."""
     return coupling.axes(q), coupling.axes(qd)
+
+
+def torques_in_axes(torques: AxisTorques | None, segment: Segment) -> NDArray[np.float64] | None:
+    """The torque of each sample `(m, n)` [Nm or N]; None where nobody knows it or asks for it.
+
+    Accelerations are second differences of what is commanded, so that blocks say the same of a sample they share; the
+    last samples are equal, so the last torque is what carries the robot at rest.
+    """
+    if torques is None:
+        return None
+    commanded = np.concatenate([segment.before[-1:], segment.q, segment.q[-1:]])
+    return torques.of(segment.q, segment.qd, np.diff(commanded, n=2, axis=0) / segment.cycle_s**2)

@@ -10,6 +10,8 @@ from cell.core import Arrived, AskDone, Effect, Ended, Frozen, Publish, Request,
 from cell.messages import (
     AxisStatus,
     Body,
+    ConveyorCount,
+    Correction,
     DisableDrives,
     DriveFeedback,
     Estop,
@@ -24,6 +26,7 @@ from cell.messages import (
 )
 from robot_agent.agent.axes import feedback_in_joints, samples_in_axes
 from robot_agent.agent.cell_clock import CellClock
+from robot_agent.agent.corrections import Corrections
 from robot_agent.agent.executive import Executive, Wishes
 from robot_agent.agent.gateway_link import GatewayLink
 from robot_agent.agent.idle import IdleClock
@@ -34,6 +37,7 @@ from robot_agent.agent.planning import PlanFailed, Planned, Planner
 from robot_agent.agent.program_run import ProgramRun
 from robot_agent.agent.report import Reporter
 from robot_agent.agent.zone_claims import ZoneClaims
+from robot_agent.dynamics import AxisTorques, axis_torques
 from robot_agent.kinematics import OpenMechanism
 from robot_agent.language import Pause, Program
 from robot_agent.trajectory import RateRequest
@@ -57,6 +61,8 @@ class AgentCore:
         self._boot = boot
         self._planner_for = planner_for
         self._planner: Planner | None = None
+        self._torques: AxisTorques | None = None
+        """None where the robot's file says too little."""
         self.link = GatewayLink(robot, boot, cell.digest, cell.robots[robot].gateway)
         self.zones = ZoneClaims(robot, boot, cell.times.fresh_s)
         self.run = ProgramRun(program)
@@ -64,6 +70,7 @@ class AgentCore:
         self.pace = Pace()
         self.clock = CellClock()
         self.jogging = Jogging(robot, self.zones)
+        self.corrections = Corrections(robot, cell.robots[robot].corrections, self.clock, self.zones)
         self.operator = Operator(robot, boot, cell.times.command_s, self.link, self.run, self.pace, self.jogging)
         self.mode = Mode.STARTING
         self.executive: Executive | None = None
@@ -94,6 +101,8 @@ class AgentCore:
                 self.zones.heard_geometry(message)
             case Estop():
                 self._hear_estop(message)
+            case Correction() | ConveyorCount():
+                self.corrections.heard(message, now)
             case JogHeld():
                 self.jogging.heard(message)
             case Request():
@@ -101,7 +110,7 @@ class AgentCore:
             case AskDone():
                 self.operator.switched(self.link.done(message))
             case Planned() | PlanFailed():
-                self.run.lookahead.planned(message)
+                self.run.planned(message, self.executive, self.pace.status.stepping)
             case Frozen():
                 self.zones.forget_echoes()
                 self.operator.forget_echoes()
@@ -127,6 +136,8 @@ class AgentCore:
             return effects + self.operator.refuse_all("the robot's gateway has not accepted this agent yet")
         if self._planner is None or self._planner.cycle_s != self.link.grant.cycle_s:
             self._planner = self._planner_for(self.link.grant.cycle_s)
+            self._torques = axis_torques(self._planner.model, self._planner.pose_world_base)
+            self.corrections.place(self._planner.pose_world_base)
         feedback = feedback_in_joints(self._planner.model.coupling, feedback)
         self._follow_drives(feedback, self._planner, now)
         self.mode, answers = self.operator.answer(self._situation(feedback, self._planner), now)
@@ -136,7 +147,7 @@ class AgentCore:
             self.report.event(Severity.INFO, "idle_off", text, f"switch them on again with: cell enable {self._robot}")
             effects.append(self.link.switch(DisableDrives(self._robot, feedback.owner)))
         effects += self._move(feedback, self._planner, now)
-        effects += self.run.lookahead.fill(self.zones.geometry)
+        effects += self._plan_ahead()
         effects.append(self._state(feedback, self._planner, now))
         return effects + self.report.take_events()
 
@@ -196,7 +207,7 @@ class AgentCore:
             except OpenMechanism as error:
                 self._stop(Mode.FAULT, f"the axes cannot be where the drives say: {error}")
                 return
-            self.executive = Executive(planner, standing, feedback, self._cell.times, self._numbers)
+            self.executive = Executive(planner, standing, feedback, self._cell.times, self._numbers, self._asked)
         if self.mode in (Mode.DISABLED, Mode.ENABLING):
             self.mode = Mode.READY
         if self.executive.timeline.observe(feedback):
@@ -224,11 +235,12 @@ class AgentCore:
             return [self._presence(body, {}, 0.0, now), Publish(self._sign_of_life(feedback, planner))]
         age_s = self.link.age(now)
         self._advance_program(executive, feedback, now)
+        self._advance_correction(executive, feedback, planner, now)
         self._advance_jog(executive, feedback, now)
         wants = self._wants(executive, feedback)
         block = None
         if age_s <= max(_STALE_CYCLES * planner.cycle_s, self._cell.times.lead_s):
-            block = executive.next_block(feedback, age_s, self._wishes(now))
+            block = executive.next_block(feedback, age_s, self._wishes(planner, now))
         body = executive.body(feedback, block)
         entered = self.zones.touched(body) - self._touched_before()
         if block is not None and not all(self.zones.permitted(zone, now) for zone in entered):
@@ -238,6 +250,12 @@ class AgentCore:
         stop_time_s = max(0.0, (newest.rest_tick - feedback.tick) * planner.cycle_s)
         presence = self._presence(body, wants, stop_time_s, now)
         return [presence] if block is None else [presence, Publish(executive.sent(block))]
+
+    def _plan_ahead(self) -> list[Effect]:
+        effects, zones = [], self.zones.geometry
+        if self.executive is not None:
+            effects = self.run.extend(self.executive, self.pace.status.stepping, zones)
+        return effects + self.run.lookahead.fill(zones)
 
     def _touched_before(self) -> set[str]:
         return self.zones.touched(self._body) if self._body is not None else set()
@@ -253,7 +271,7 @@ class AgentCore:
             self.mode = Mode.READY
             if self.run.error:
                 self.report.event(Severity.ALARM, "program", self.run.error, "correct the program, then run it again")
-        stepped = executive.at_rest(feedback.tick) and self.pace.step_done(executive.timeline.newest)
+        stepped = executive.path_at_rest(feedback.tick) and self.pace.step_done(executive.timeline.newest)
         if self.mode is Mode.RUNNING and stepped:
             self.pace.no_step()
             self.mode = Mode.HALTED
@@ -268,7 +286,19 @@ class AgentCore:
             self.jogging.rested()
             self.mode = Mode.READY if self.mode is Mode.JOGGING else self.mode
 
-    def _wishes(self, now: float) -> Wishes:
+    def _advance_correction(self, executive: Executive, feedback: DriveFeedback, planner: Planner, now: float) -> None:
+        ending = self.run.correction_ends or not self.run.correction
+        if ending and (executive.corrected or self.run.correction) and executive.at_rest(feedback.tick):
+            executive.stand(planner.standstill(feedback.commanded, ()), feedback.tick)
+            self.run.corrected_to(feedback.commanded)
+        self.corrections.follow(self.run.correction, now)
+        why = self.corrections.problem(now) if self.mode is Mode.RUNNING else ""
+        if why:
+            self.mode = Mode.HALTED
+            remedy = f"see to what is measured, then `cell continue {self._robot}`"
+            self.report.event(Severity.WARNING, "correction", why, remedy)
+
+    def _wishes(self, planner: Planner, now: float) -> Wishes:
         requests = list(self.pace.requests)
         age_s = self.zones.age(now)
         if age_s >= self._cell.times.fresh_s:
@@ -279,6 +309,8 @@ class AgentCore:
             self._stop(Mode.HALTED, "the agent was stopped")
         if self.mode is not Mode.RUNNING:
             requests.append(RateRequest(0.0, "halted" if self.mode is Mode.HALTED else self.mode.value))
+        if self.run.correction_ends:
+            requests.append(RateRequest(0.0, "TRACK OFF"))
         return Wishes(
             requests=tuple(requests),
             stop=self.mode in (Mode.ESTOP, Mode.FAULT),
@@ -290,6 +322,7 @@ class AgentCore:
             follower=self.run.follower if self.mode is Mode.RUNNING and not self.pace.backwards else None,
             not_before_tick=self.run.resume_tick,
             on_time=self.run.starting,
+            correction=self.corrections.wish(planner, now) if self.mode is Mode.RUNNING else None,
             jog=self.jogging.source,
         )
 
@@ -297,11 +330,11 @@ class AgentCore:
         """The zones that the program or a jog crosses soon: zone to seconds until it is entered."""
         if self.mode is not Mode.RUNNING:
             return self.jogging.wants
-        wants: dict[str, float] = {}
+        wants = self.corrections.wants
         block, index = executive.timeline.at(feedback.tick)
         ahead_s = _ZONE_AHEAD_S + (executive.timeline.newest.rest_tick - feedback.tick) * executive.cycle_s
-        until_s = -float(block.segment.tau[index])
-        motions = [block.planned, executive.timeline.newest.planned, *self.run.lookahead.items]
+        until_s = -block.path_segment.state(index).tau
+        motions = [block.path, executive.timeline.newest.path, *self.run.lookahead.items]
         seen: list[object] = []
         for item in motions:
             if isinstance(item, Pause):
@@ -316,6 +349,12 @@ class AgentCore:
 
     # Messages
 
+    @property
+    def _asked(self) -> AxisTorques | None:
+        """The torques, where the gateway asks for them."""
+        grant = self.link.grant
+        return self._torques if grant is not None and grant.torques else None
+
     def _standing_body(self, feedback: DriveFeedback, planner: Planner) -> Body:
         return standing_body(planner.model, planner.pose_world_base, feedback.position, known=feedback.referenced)
 
@@ -323,9 +362,10 @@ class AgentCore:
         """A block that holds; the gateway plays none while the drives are disabled, but hears that the owner lives."""
         joints = np.repeat(feedback.commanded[None, :], _SIGN_OF_LIFE_SAMPLES, axis=0)
         position, velocity = samples_in_axes(planner.model.coupling, joints, np.zeros_like(joints))
+        torque = None if self._asked is None else self._asked.standing(joints)
         return SetpointBlock(
             self._robot, feedback.owner, next(self._numbers), 0, feedback.tick + _STALE_CYCLES, planner.cycle_s,
-            _SIGN_OF_LIFE_SAMPLES, position, velocity,
+            _SIGN_OF_LIFE_SAMPLES, position, velocity, torque,
         )  # fmt: skip
 
     def _presence(self, body: Body, wants: dict[str, float], stop_time_s: float, now: float) -> Publish:
@@ -375,7 +415,9 @@ class AgentCore:
         if not self.zones.fresh(now):
             return "the manager is silent"
         newest = executive.timeline.newest
-        motion, tau = newest.planned, newest.segment.stop_tau
+        if newest.followed is not None and newest.segment.ruled_by:
+            return newest.segment.ruled_by
+        motion, tau = newest.path, newest.path_segment.stop_tau
         if executive.at_motion_end and self.run.follower is not None:
             motion, tau = self.run.follower, 0.0
         if self.pace.override <= 0.0:

@@ -8,12 +8,15 @@ import numpy as np
 
 from cell.config.settings import Times
 from cell.messages import Body, DriveFeedback, SetpointBlock
-from robot_agent.agent.axes import samples_in_axes
+from robot_agent.agent.axes import samples_in_axes, torques_in_axes
+from robot_agent.agent.corrected_blocks import corrected_block, resume
+from robot_agent.agent.corrections import Correcting
 from robot_agent.agent.planning import Planned, Planner, Sampled
 from robot_agent.agent.timeline import SentBlock, Timeline
+from robot_agent.dynamics import AxisTorques
 from robot_agent.kinematics import OpenMechanism
 from robot_agent.trajectory import Governor, Hold, RateRequest, Segment
-from robot_agent.trajectory.sources import JogSource, States, sampled, states_from
+from robot_agent.trajectory.sources import CorrectedSource, JogSource, States, Target, sampled, states_from
 from robot_agent.workspace import body_message, unknown_body
 
 _MEASURED_LAG_S = 0.1
@@ -36,6 +39,8 @@ class Wishes:
     """The follower does not begin earlier (a programmed pause)."""
     on_time: bool = False
     """Nor does it begin later (a common start)."""
+    correction: Correcting | None = None
+    """The follower is corrected."""
     jog: JogSource | None = None
     """What an operator's jog key wants; it rules while the robot is jogged."""
 
@@ -44,9 +49,15 @@ class Executive:
     """Keeps one enabled robot supplied with blocks. Made when the drives are enabled, dropped when they are not."""
 
     def __init__(
-        self, planner: Planner, standing: Planned, feedback: DriveFeedback, times: Times, numbers: Iterator[int]
+        self,
+        planner: Planner,
+        standing: Planned,
+        feedback: DriveFeedback,
+        times: Times,
+        numbers: Iterator[int],
+        torques: AxisTorques | None = None,
     ) -> None:
-        """`numbers` counts the blocks of the present claim, those sent while disabled included."""
+        """`numbers` counts the blocks of the present claim, those sent while disabled included; `torques` go along."""
         self._robot = feedback.robot
         self._planner = planner
         self._cycle_s = planner.cycle_s
@@ -54,6 +65,7 @@ class Executive:
         self._nominal_s = times.nominal_s
         self._owner = feedback.owner
         self._numbers = numbers
+        self._torques = torques
         self._nominal = round(times.nominal_s / self._cycle_s)
         self._governors: dict[int, tuple[Planned, Governor]] = {}
         self._jog: JogSource | None = None
@@ -74,7 +86,16 @@ class Executive:
     def at_motion_end(self) -> bool:
         """Whether the newest accepted block ends where its motion ends."""
         newest = self.timeline.newest
-        return float(newest.segment.tau[-1]) >= newest.planned.motion.duration_s
+        return newest.path_segment.stop_tau >= newest.path.motion.duration_s
+
+    @property
+    def corrected(self) -> bool:
+        """Whether a correction is part of where the newest accepted block leads."""
+        return self.timeline.newest.followed is not None
+
+    def path_at_rest(self, tick: int) -> bool:
+        """Whether path time stands at and after a tick; a tool that follows something may still move."""
+        return self.timeline.path_rest_tick <= tick if self.corrected else self.at_rest(tick)
 
     def at_rest(self, tick: int) -> bool:
         """Whether nothing that was sent moves at or after a tick."""
@@ -86,9 +107,13 @@ class Executive:
         tick = feedback.tick + int(age_s / self._cycle_s)
         join = max(tick + self._lead, base.first_tick)
         self._jog = wishes.jog or self._jog
-        if self._jog is not None and (wishes.jog is not None or isinstance(base.planned, Sampled)):
+        jogged = isinstance(base.planned, Sampled) and base.followed is None
+        if self._jog is not None and (wishes.jog is not None or jogged):
             return self._jog_on(self._jog, base, join, wishes.stop)
-        block = self._start_follower(base, join, wishes)
+        ahead_s = (join - feedback.tick) * self._cycle_s - age_s
+        block = self._start_follower(base, join, wishes, ahead_s)
+        if block is None and base.followed is not None:
+            return self._follow(base.followed.source, base, join, base.path, wishes, ahead_s)
         if block is None:
             index = base.index(join)
             governor = self._governor(base.planned)
@@ -108,7 +133,7 @@ class Executive:
         position, velocity = samples_in_axes(self._planner.model.coupling, segment.q, segment.qd)
         return SetpointBlock(
             self._robot, self._owner, block.sequence, follows, block.first_tick, self._cycle_s, segment.nominal,
-            position, velocity,
+            position, velocity, torques_in_axes(self._torques, segment),
         )  # fmt: skip
 
     def body(self, feedback: DriveFeedback, candidate: SentBlock | None) -> Body:
@@ -151,13 +176,43 @@ class Executive:
         motion, segment = sampled(model, states, nominal.count, before, self._cycle_s, jog.ruled_by)
         return self._block(join, self._planner.sampled(motion), segment)
 
-    def _start_follower(self, base: SentBlock, join: int, wishes: Wishes) -> SentBlock | None:
+    def _begin_correction(self, follower: Planned, correcting: Correcting) -> CorrectedSource:
+        governor, planner = self._governor(follower), self._planner
+        limits, frame, clear = correcting.limits, correcting.frame, correcting.clear
+        return CorrectedSource(planner.model, planner.limits, governor, governor.rest(0.0), limits, frame, clear)
+
+    def _follow(
+        self, source: CorrectedSource, base: SentBlock, tick: int, planned: Planned, wishes: Wishes, ahead_s: float
+    ) -> SentBlock:
+        """The next block of a correction; it begins `ahead_s` from now."""
+        correcting = wishes.correction
+        governor = self._governor(planned)
+        goes_on = base.followed is not None and planned is base.followed.planned
+        resume(source, base, tick, planned, governor)
+        source.requests = wishes.requests
+        if wishes.stop or correcting is None:
+            source.requests = (*wishes.requests, RateRequest(0.0, "stop"))
+        segment, index = (base.path_segment, tick - base.first_tick) if goes_on else (governor.rest(0.0), 0)
+        source.holds = wishes.holds(planned, segment, index)
+        source.target = Target.none() if correcting is None else correcting.target.after(ahead_s)
+        source.cap(wishes.cap_m_s)
+        return corrected_block(self._planner, source, base, tick, planned, self._nominal, next(self._numbers))
+
+    def _start_follower(self, base: SentBlock, join: int, wishes: Wishes, ahead_s: float) -> SentBlock | None:
         follower = wishes.follower
         if follower is None or wishes.stop or not self.at_motion_end:
             return None
-        start = max(join, base.rest_tick, wishes.not_before_tick)
+        start = max(join, base.path_rest_tick, wishes.not_before_tick)
         if start > join + self._nominal_s / self._cycle_s or (wishes.on_time and start > wishes.not_before_tick):
             return None
+        if wishes.correction is not None:
+            stopped = any(request.rate <= 0.0 for request in wishes.requests)
+            if stopped or (base.followed is not None and start > join):
+                return None
+            followed = base.followed
+            source = self._begin_correction(follower, wishes.correction) if followed is None else followed.source
+            later_s = (start - join) * self._cycle_s
+            return self._follow(source, base, start, follower, wishes, ahead_s + later_s)
         governor = self._governor(follower)
         standing = governor.rest(0.0)
         holds = wishes.holds(follower, standing, 0)

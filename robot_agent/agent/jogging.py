@@ -4,16 +4,14 @@ import math
 from collections.abc import Callable
 
 from cell.messages import Heard, Jog, JogHeld
-from robot_agent.agent.planning import ZONE_MARGIN_M, Planner
+from robot_agent.agent.planning import Planner
 from robot_agent.agent.zone_claims import ZoneClaims
-from robot_agent.trajectory.sources import JogSource, JointAxes, States, ToolAxes, Wish
-from robot_agent.workspace import sweep
+from robot_agent.agent.zone_guard import ZoneGuard
+from robot_agent.trajectory.sources import JogSource, JointAxes, ToolAxes, Wish
 
 TOOL_AXES = ("X", "Y", "Z", "A", "B", "C")
 HELD_S = 0.2
 """A press ends when its newest sign of life is older (`docs/architecture.md`, section 6)."""
-_WANTED_S = 1.0
-"""A zone stays asked for so long after a jog has last been in front of it."""
 
 
 class Jogging:
@@ -21,13 +19,11 @@ class Jogging:
 
     def __init__(self, robot: str, zones: ZoneClaims) -> None:
         self._robot = robot
-        self._zones = zones
+        self._guard = ZoneGuard(zones)
         self._press = ""
         self._spent: set[str] = set()
         self._message: JogHeld | None = None
         self._alive_at = -math.inf
-        self._now = 0.0
-        self._ahead: dict[str, float] = {}
         self.source: JogSource | None = None
         """What moves the robot; it stays until the robot is at rest behind the press."""
         self.ended_by = ""
@@ -59,7 +55,7 @@ class Jogging:
         if command.press == self._press:
             return
         self._press, self._alive_at, self.ended_by = command.press, made_at, ""
-        self._ahead.clear()
+        self._guard.forget()
         model, limits, names = planner.model, planner.limits, planner.model.joint_names
         axes: JointAxes | ToolAxes
         if command.axis in names:
@@ -67,7 +63,7 @@ class Jogging:
         else:
             axes, index = ToolAxes(model, limits, command.frame, planner.pose_world_base), TOOL_AXES.index(command.axis)
         wish = Wish(index, command.speed, command.step)
-        clear = self._clear_for(planner)
+        clear = self._guard.clear_for(planner)
         self.source = JogSource(model, limits, planner.cycle_s, axes, wish, clear)
 
     def heard(self, message: JogHeld) -> None:
@@ -76,7 +72,7 @@ class Jogging:
 
     def follow(self, now: float, age_of: Callable[[Heard, float], float]) -> None:
         """Note signs of life, and end the press when they stop or when its step is done."""
-        self._now = now
+        self._guard.at(now)
         message, self._message = self._message, None
         if not self.held or self.source is None:
             return
@@ -103,17 +99,4 @@ class Jogging:
     @property
     def wants(self) -> dict[str, float]:
         """The zones in front of the robot, asked for now."""
-        return {zone: 0.0 for zone, at in self._ahead.items() if self.held and self._now - at < _WANTED_S}
-
-    def _clear_for(self, planner: Planner) -> Callable[[States], str]:
-        def clear(states: States) -> str:
-            """The zone that states would enter without a grant."""
-            path = sweep(planner.model, planner.pose_world_base, states.q)
-            crossed = self._zones.crossed(path, ZONE_MARGIN_M)
-            if crossed is None:
-                return "the zones of the cell have not been heard yet"
-            self._ahead.update(dict.fromkeys(crossed, self._now))
-            closed = (zone for zone in crossed if not self._zones.permitted(zone, self._now))
-            return next(map(self._zones.why_not, closed), "")
-
-        return clear
+        return self._guard.wants if self.held else {}

@@ -1,5 +1,11 @@
-"""The steps that come next: interpreted and planned ahead of the motion."""
+"""The steps that come next: interpreted and planned ahead of the motion.
 
+Moves between which the robot may not have to stop form a chain. The first of a long chain are planned as one motion,
+and while the robot moves along it that motion is extended by the next ones, behind all that is sent already. It ends
+at rest: when an extension comes too late, the robot rests there and goes on as from any other end.
+"""
+
+import math
 from collections import deque
 from dataclasses import dataclass
 
@@ -8,7 +14,7 @@ from numpy.typing import NDArray
 
 from cell.core import Effect
 from cell.messages import ZoneGeometry
-from robot_agent.agent.planning import Plan, PlanFailed, Planned, PlanRequest
+from robot_agent.agent.planning import ExtendRequest, Plan, PlanFailed, Planned, PlanRequest
 from robot_agent.language import (
     Finished,
     Interpreter,
@@ -17,12 +23,23 @@ from robot_agent.language import (
     Pause,
     Program,
     ProgramFault,
+    SplineStep,
     Step,
+    TrackingOff,
+    TrackingOn,
 )
 
 _PLANNED_AHEAD = 3
 _LONGEST_CHAIN = 24
-"""Steps that are planned as one motion; a longer chain rests between its parts."""
+"""Steps that are planned at once."""
+_LEAD_S = 2.0
+"""An extension begins so far ahead of all that is sent, if so much is left: planning may take 0.5 s."""
+_LEAST_LEFT_S = 0.3
+"""Behind the beginning of an extension: later the motion brakes already."""
+_SHORTEST_S = 2.5
+"""A motion shorter than this is over before it can be extended."""
+_KEPT_S = 10.0
+"""Of the motion behind the robot, for going back."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,7 +50,7 @@ class Waiting:
     line: int
 
 
-Item = Planned | PlanFailed | Waiting | Pause | Finished | ProgramFault
+Item = Planned | PlanFailed | Waiting | Pause | TrackingOn | TrackingOff | Finished | ProgramFault
 
 
 class Lookahead:
@@ -42,20 +59,27 @@ class Lookahead:
     def __init__(self) -> None:
         self._interpreter: Interpreter | None = None
         self._items: deque[Item] = deque()
-        self._next: Step | None = None
+        self._coming: deque[Step] = deque()
+        """Interpreted, but not planned."""
         self._plans = 0
         self._end = np.zeros(0)
+        self._last: MotionStep | None = None
+        """Of the newest chain."""
+        self.open: Planned | None = None
+        """The newest motion, while it waits to be extended; nothing is planned behind it."""
+        self._extension: ExtendRequest | None = None
 
     def start(self, program: Program, q: NDArray[np.float64]) -> None:
         """Begin the program with the robot at rest at `q` `(n,)`."""
+        self.stop()
         self._interpreter = Interpreter(program)
-        self._next = None
-        self._items.clear()
         self._end = q
 
     def stop(self) -> None:
         self._interpreter = None
         self._items.clear()
+        self._coming.clear()
+        self.open = self._extension = None
 
     @property
     def head(self) -> Item | None:
@@ -69,63 +93,133 @@ class Lookahead:
         """The head is being executed; what follows becomes the head."""
         self._items.popleft()
 
+    def advance_from(self, q: NDArray[np.float64]) -> None:
+        """The head is done with the robot at rest at `q` `(n,)`, where nobody knew that it would be."""
+        self._end = q
+        self.advance()
+
     def planned(self, result: Planned | PlanFailed) -> None:
         """Take the worker's result; a result for a program that was stopped meanwhile is dropped."""
         for index, item in enumerate(self._items):
             if isinstance(item, Waiting) and item.id == result.id:
                 self._items[index] = result
                 if isinstance(result, Planned):
-                    self._end = result.motion.q(np.array(result.motion.duration_s))
+                    self._behind(result, extensible=result.motion.duration_s >= _SHORTEST_S)
 
-    def rezone(self, again: list[Planned]) -> None:
-        """Replace motions by the same motions against changed zones."""
-        by_id = {planned.id: planned for planned in again}
-        self._items = deque(by_id.get(item.id, item) if isinstance(item, Planned) else item for item in self._items)
+    def extends(self, result: Planned | PlanFailed) -> Planned | None:
+        """The motion that a result of the worker extends."""
+        return self.open if self._extension is not None and result.id == self._extension.id else None
+
+    def extended(self, result: Planned | PlanFailed, taken: bool) -> None:
+        """What became of an extension: the robot is on it, or its steps are to be planned again."""
+        if taken and isinstance(result, Planned):
+            self._extension = None
+            self._behind(result, extensible=True)
+        elif isinstance(result, PlanFailed):
+            self.close()
+        else:
+            self._give_back()
 
     def fill(self, zones: tuple[ZoneGeometry, ...] | None) -> list[Effect]:
         """Interpret further, and hand the next motion to the worker; without zone geometry nothing is planned."""
-        if self._interpreter is None or zones is None:
+        if self._interpreter is None or zones is None or self.open is not None:
             return []
         while len(self._items) < _PLANNED_AHEAD and not self._blocked():
             step = self._take(self._interpreter)
             if isinstance(step, MotionStep):
-                steps = self._chain(self._interpreter, step)
+                steps = self._chain(self._interpreter, step, _LONGEST_CHAIN)
                 self._plans += 1
                 self._items.append(Waiting(self._plans, step.line))
                 return [Plan(PlanRequest(self._plans, steps, self._end, zones))]
             self._items.append(step)
         return []
 
-    def _take(self, interpreter: Interpreter) -> Step:
-        step = self._next or interpreter.next()
-        self._next = None
-        return step
+    def extend(self, lowest_tau: float, sent_tau: float, zones: tuple[ZoneGeometry, ...]) -> list[Effect]:
+        """Ask for more of the open motion when little of it is left behind `sent_tau` [s].
 
-    def _chain(self, interpreter: Interpreter, first: MotionStep) -> tuple[MotionStep, ...]:
+        The robot is on the motion, at `lowest_tau` or later.
+        """
+        running = self.open
+        if running is None or self._extension is not None or self._interpreter is None or self._last is None:
+            return []
+        motion = running.motion
+        at_s = sent_tau + min(_LEAD_S, (motion.duration_s - sent_tau) / 2.0)
+        if motion.duration_s - at_s < _LEAST_LEFT_S or running.zone_versions != {z.zone: z.version for z in zones}:
+            self.close()
+            return []
+        left = len(motion.ends) - int(np.searchsorted(motion.ends, at_s, side="right"))
+        if left > _LONGEST_CHAIN // 2:
+            return []
+        steps = self._chain(self._interpreter, self._last, 1 + _LONGEST_CHAIN - left)[1:]
+        self._plans += 1
+        cut_s = math.floor(max(lowest_tau - _KEPT_S, 0.0) / motion.cycle_s) * motion.cycle_s
+        self._extension = ExtendRequest(
+            self._plans, steps, motion, running.lines, at_s, cut_s, running.first_tau, zones
+        )  # fmt: skip
+        return [Plan(self._extension)]
+
+    def close(self) -> None:
+        """Extend the motion no more: what follows begins where it rests."""
+        self._give_back()
+        self.open = None
+
+    def _give_back(self) -> None:
+        """The steps of an extension that is not wanted any more are still to be planned."""
+        if self._extension is not None:
+            self._coming.extendleft(reversed(self._extension.steps))
+            self._extension = None
+
+    def _behind(self, newest: Planned, extensible: bool) -> None:
+        """Go on behind a motion; if it is extensible and the chain is longer, by extending it."""
+        self._end = newest.motion.q(np.array(newest.motion.duration_s))
+        self.open = newest if extensible and self._chain_goes_on() else None
+
+    def _chain_goes_on(self) -> bool:
+        if self._interpreter is None or self._last is None:
+            return False
+        if not self._coming:
+            self._coming.append(self._interpreter.next())
+        step = self._coming[0]
+        return isinstance(step, MotionStep) and _may_go_on(self._last, step)
+
+    def _take(self, interpreter: Interpreter) -> Step:
+        return self._coming.popleft() if self._coming else interpreter.next()
+
+    def _chain(self, interpreter: Interpreter, first: MotionStep, most: int) -> tuple[MotionStep, ...]:
         """The steps from `first` on between which the robot may not have to stop; they are planned together."""
         steps = [first]
-        while len(steps) < _LONGEST_CHAIN:
+        while len(steps) < most:
             step = self._take(interpreter)
             if not isinstance(step, MotionStep) or not _may_go_on(steps[-1], step):
-                self._next = step
+                self._coming.appendleft(step)
                 break
             steps.append(step)
+        self._last = steps[-1]
         return tuple(steps)
 
     def _blocked(self) -> bool:
-        """Behind a motion without a plan, or behind the end, nothing can be planned."""
-        return any(isinstance(item, Waiting | PlanFailed | Finished | ProgramFault) for item in self._items)
+        """Behind a motion without a plan, where a correction ends, or behind the end, nothing can be planned."""
+        ends = Waiting | PlanFailed | TrackingOff | Finished | ProgramFault
+        return any(isinstance(item, ends) for item in self._items)
 
 
 def _may_go_on(step: MotionStep, following: MotionStep) -> bool:
     """Whether two moves may join without a stop: by a round edge, or because they are tangential.
 
     A joint move behind a move of the flange needs all its joints named: where the flange move leaves the others is not
-    known before it is planned. Where TANG changes, the tool may have to turn before the robot goes on.
+    known before it is planned. A spline takes its direction from a joint move next to it. Where TANG changes, the tool
+    may have to turn before the robot goes on.
     """
-    if isinstance(following, JointStep) and not isinstance(step, JointStep):
+    if isinstance(following, JointStep):
         incomplete = following.joints is not None and None in following.joints
-        return bool(step.pace.round_m) and not incomplete
-    if isinstance(step, JointStep) or isinstance(following, JointStep):
-        return bool(step.pace.round_m)
+        if isinstance(step, JointStep):
+            return bool(step.pace.round_m)
+        return not incomplete and (bool(step.pace.round_m) or _takes_directions(step, step))
+    if isinstance(step, JointStep):
+        return bool(step.pace.round_m) or _takes_directions(following, step)
     return step.pace.round_m != 0.0 and step.tangential_rad == following.tangential_rad
+
+
+def _takes_directions(move: MotionStep, first: MotionStep) -> bool:
+    """Whether a move takes over the direction of a joint move next to it, and the first of both asks for no stop."""
+    return isinstance(move, SplineStep) and move.tangential_rad is None and first.pace.round_m is None

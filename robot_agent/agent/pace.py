@@ -13,6 +13,7 @@ from robot_agent.trajectory import Hold, RateRequest, Segment
 MANUAL_SPEED_M_S = 0.25
 """Reduced speed of manual operation (ISO 10218-1)."""
 _AT_END_S = 1e-5
+_FORGOTTEN = "the path farther back is not known any more"
 _STEP = "step: the block ends here"
 
 
@@ -64,19 +65,24 @@ class Pace:
         self._stepping, self._end = False, None
 
     def holds(self, planned: Planned, segment: Segment, index: int) -> list[Hold]:
-        """Where a step ends on a motion at sample `index` of `segment`; no motion behind that one is begun."""
+        """Where what is known of a motion begins, and where a step ends on it at sample `index` of `segment`.
+
+        No motion behind that one is begun.
+        """
+        first = planned.first_tau
+        known = [Hold(-math.inf, _FORGOTTEN, until=first)] if first > 0.0 else []
         if not self._stepping:
-            return []
+            return known
         end = self._end
         if end is None or end.backwards is not self.backwards:
             end = self._end = self._next_end(planned, segment, index)
         if end is None:
-            return []
-        return [end.hold() if end.planned is planned else Hold(0.0, _STEP)]
+            return known
+        return [*known, end.hold() if end.planned is planned else Hold(0.0, _STEP)]
 
     def _next_end(self, planned: Planned, segment: Segment, index: int) -> _StepEnd | None:
         """The next border of two blocks that braking still allows for; None where only another motion has one."""
-        borders = np.concatenate([[0.0], planned.motion.ends])
+        borders = np.concatenate([[planned.first_tau], planned.motion.ends])
         tau = segment.stop_tau
         gap = _AT_END_S if tau == segment.state(index).tau else -_AT_END_S
         if self.backwards:
@@ -86,6 +92,8 @@ class Pace:
         return _StepEnd(planned, float(behind[0]), False) if len(behind) else None
 
     def step_done(self, newest: SentBlock) -> bool:
-        """Whether the newest accepted block ends where the step does; to be asked when it is at rest."""
+        """Whether the newest accepted block ends where the step does; to be asked when path time stands."""
         end = self._end
-        return end is not None and newest.planned is end.planned and abs(newest.segment.stop_tau - end.tau) <= _AT_END_S
+        return (
+            end is not None and newest.path is end.planned and abs(newest.path_segment.stop_tau - end.tau) <= _AT_END_S
+        )

@@ -13,7 +13,7 @@ from robot_agent.language import FlangeStep, JointStep, LineStep, MotionStep, Sp
 from robot_agent.paths import Arc, Block, JointMove, Line, Sequence, Spline
 from robot_agent.paths.arc import evenly_turned
 from robot_agent.paths.legs import end_of
-from robot_agent.trajectory import Limits, Motion, PlanError, plan
+from robot_agent.trajectory import Limits, Motion, PlanError, plan, spliced
 from robot_agent.workspace import Crossing, Sweep, crossings, sweep
 
 ZONE_MARGIN_M = 0.03
@@ -36,10 +36,39 @@ class PlanRequest:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Plan(Effect):
-    """The shell's worker plans; `Planned` or `PlanFailed` with the same id comes back."""
+class ExtendRequest:
+    """Plan steps that go on from a motion in full motion at its tau `splice_s` [s]; its tau up to `cut_s` is forgotten.
 
-    request: PlanRequest
+    `cut_s` is on the motion's grid and at most `splice_s`.
+    """
+
+    id: int
+    steps: tuple[MotionStep, ...]
+    motion: Motion
+    lines: tuple[int, ...]
+    """The program line of each block of the motion."""
+    splice_s: float
+    cut_s: float
+    first_tau: float
+    """Of the motion, as in `Planned`."""
+    zones: tuple[ZoneGeometry, ...]
+
+    @property
+    def line(self) -> int:
+        """The program line of the first step."""
+        return self.steps[0].line
+
+    @property
+    def start(self) -> NDArray[np.float64]:
+        """Joints `(n,)` where the steps begin."""
+        return self.motion.q(np.array(self.motion.duration_s))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Plan(Effect):
+    """The shell's worker plans; `Planned`, `Extended` or `PlanFailed` with the same id comes back."""
+
+    request: PlanRequest | ExtendRequest
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -53,10 +82,23 @@ class Planned:
     sweep: Sweep
     crossings: tuple[Crossing, ...]
     zone_versions: dict[str, int]
+    first_tau: float = 0.0
+    """The tau [s] that may not be passed backwards; what lies before it is not known any more."""
 
     def line_at(self, tau: float) -> int:
         """The program line that path time `tau` [s] lies in."""
         return self.lines[int(self.motion.block_at(np.array(tau)))]
+
+
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+class Extended(Planned):
+    """A motion that takes the place of the one that it extends while that runs: the same up to `splice_s` [s].
+
+    Its tau 0 is tau `cut_s` of the other one, and `splice_s` counts as its own tau does.
+    """
+
+    cut_s: float
+    splice_s: float
 
 
 class Sampled(Planned):
@@ -81,17 +123,29 @@ class Planner:
         self.pose_world_base = pose_world_base
         self.cycle_s = cycle_s
 
-    def plan(self, request: PlanRequest) -> Planned | PlanFailed:
+    def plan(self, request: PlanRequest | ExtendRequest) -> Planned | PlanFailed:
         """Plan steps; every failure is a `PlanFailed` that says where and why."""
         try:
             sequence = Sequence(self._blocks(request))
+            if isinstance(request, ExtendRequest):
+                return self._extended(request, sequence)
             motion = plan(self.model, sequence, self.limits, start=request.start, cycle_s=self.cycle_s)
-            lines = tuple(block.line for block in sequence.blocks)
-            return self._with_body(request.id, lines, motion, request.zones)
+            return self._with_body(request.id, _lines(sequence), motion, request.zones)
         except PlanError as error:
             return PlanFailed(request.id, error.line, str(error))
         except KinematicsError as error:
             return PlanFailed(request.id, request.line, f"line {request.line}: {error}")
+
+    def _extended(self, request: ExtendRequest, sequence: Sequence) -> Extended:
+        old, at_s, cut_s = request.motion, request.splice_s, request.cut_s
+        onward = plan(self.model, sequence, self.limits, start=old.state(at_s), cycle_s=self.cycle_s)
+        motion = spliced(old, at_s, onward, cut_s)
+        lines = (request.lines + _lines(sequence))[-len(motion.ends) :]
+        whole = self._with_body(request.id, lines, motion, request.zones)
+        return Extended(
+            whole.id, lines, motion, whole.sweep, whole.crossings, whole.zone_versions,
+            first_tau=self.cycle_s if cut_s > 0.0 else request.first_tau, cut_s=cut_s, splice_s=at_s - cut_s,
+        )  # fmt: skip
 
     def standstill(self, q: NDArray[np.float64], zones: tuple[ZoneGeometry, ...]) -> Planned:
         """The motion of a robot that stands at `q` `(n,)`."""
@@ -103,10 +157,11 @@ class Planner:
         body = sweep(self.model, self.pose_world_base, motion.q(motion.grid))
         return Sampled(0, (0,), motion, body, (), {})
 
-    def _blocks(self, request: PlanRequest) -> list[Block]:
+    def _blocks(self, request: PlanRequest | ExtendRequest) -> list[Block]:
         """The steps with every value that they leave to where the robot comes from."""
         blocks: list[Block] = []
-        q, pose = request.start, self.model.forward(request.start)
+        q = request.start
+        pose = self.model.forward(q)
         for step in request.steps:
             if isinstance(step, JointStep):
                 q = joint_target(step, q, self.model.home)
@@ -123,6 +178,10 @@ class Planner:
         body = sweep(self.model, self.pose_world_base, motion.q(taus))
         crossed = tuple(c for zone in zones for c in crossings(body, taus, zone, ZONE_MARGIN_M))
         return Planned(id, lines, motion, body, crossed, {zone.zone: zone.version for zone in zones})
+
+
+def _lines(sequence: Sequence) -> tuple[int, ...]:
+    return tuple(block.line for block in sequence.blocks)
 
 
 def _joint_block(step: JointStep, target: NDArray[np.float64]) -> JointMove:

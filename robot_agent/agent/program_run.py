@@ -3,12 +3,13 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from cell.messages import ProgramState, ProgramStatus
+from cell.core import Effect
+from cell.messages import ProgramState, ProgramStatus, ZoneGeometry
 from robot_agent.agent.executive import Executive
 from robot_agent.agent.lookahead import Lookahead, Waiting
-from robot_agent.agent.planning import PlanFailed, Planned
+from robot_agent.agent.planning import Extended, PlanFailed, Planned
 from robot_agent.agent.timeline import SentBlock
-from robot_agent.language import Finished, Pause, Program, ProgramFault
+from robot_agent.language import Finished, Pause, Program, ProgramFault, TrackingOff, TrackingOn
 
 
 class ProgramRun:
@@ -23,6 +24,10 @@ class ProgramRun:
         self.waited_s: dict[str, float] = {}
         self.resume_tick = 0
         """A programmed pause lasts until this tick."""
+        self.correction = ""
+        """What is measured under this name is followed; empty for nothing."""
+        self.correction_ends = False
+        """The program waits for the correction to come to rest."""
         self.starting = False
         """The first motion is still to come, and has to begin exactly at `resume_tick`."""
         self._pause = (0, 0)
@@ -38,24 +43,49 @@ class ProgramRun:
         self.waited_s = {}
         self.resume_tick, self._pause = at_tick or 0, (0, 0)
         self.starting = at_tick is not None
+        self.correction = ""
         self.lookahead.start(self._program, q)
 
     def fail(self, why: str) -> None:
         """End a running program before its end."""
         if self.running:
             self.state, self.error = ProgramState.FAILED, why
+        self.correction, self.correction_ends = "", False
         self.lookahead.stop()
 
     def accepted(self, block: SentBlock) -> None:
         """The gateway has accepted a block; when it begins the next motion, that one is no longer ahead."""
         head = self.lookahead.head
-        if isinstance(head, Planned) and head.motion is block.planned.motion:
+        if isinstance(head, Planned) and head.motion is block.path.motion:
             self.lookahead.advance()
             self.starting = False
 
     def start_missed(self, tick: int) -> bool:
         """Whether the first motion has not begun at the tick at which it had to."""
         return self.running and self.starting and tick > self.resume_tick
+
+    def planned(self, result: Planned | PlanFailed, executive: Executive | None, stepping: bool) -> None:
+        """Take the worker's result: a motion to come, or one in place of the motion that runs; not while stepping."""
+        old = self.lookahead.extends(result)
+        if old is None:
+            self.lookahead.planned(result)
+            return
+        if isinstance(result, Extended) and executive is not None and not stepping:
+            taken = executive.timeline.exchange(old, result)
+        else:
+            taken = False
+        self.lookahead.extended(result, taken)
+
+    def extend(self, executive: Executive, stepping: bool, zones: tuple[ZoneGeometry, ...] | None) -> list[Effect]:
+        """Ask for more of the motion that runs; a step would lose its end, so behind it the robot rests."""
+        timeline = executive.timeline
+        running = timeline.newest.planned
+        if running is not self.lookahead.open or zones is None:
+            return []
+        if stepping:
+            self.lookahead.close()
+            return []
+        return self.lookahead.extend(*timeline.reach(running), zones)
 
     @property
     def follower(self) -> Planned | None:
@@ -64,19 +94,27 @@ class ProgramRun:
         return head if isinstance(head, Planned) else None
 
     def settle(self, executive: Executive, tick: int, cycle_s: float) -> None:
-        """Take the steps that are no motions, once the motion before them has ended."""
+        """Take the steps that move nothing, once the motion before them has ended."""
         if not self.running or not executive.at_motion_end:
             return
-        rest_tick = max(executive.timeline.rest_tick, self.resume_tick)
+        rest_tick = max(executive.timeline.path_rest_tick, self.resume_tick)
+        self.correction_ends = False
         head = self.lookahead.head
         if isinstance(head, Pause):
             self.resume_tick = rest_tick + round(head.duration_s / cycle_s)
             self._pause = (head.line, rest_tick)
             self.lookahead.advance()
+        elif isinstance(head, Planned) and head.motion.duration_s == 0.0:
+            self.lookahead.advance()
         elif tick >= rest_tick:
             match head:
+                case TrackingOn(name=name):
+                    self.correction = name
+                    self.lookahead.advance()
+                case TrackingOff():
+                    self.correction_ends = True
                 case Finished(line):
-                    self.state, self.line = ProgramState.DONE, line
+                    self.state, self.line, self.correction = ProgramState.DONE, line, ""
                     self.lookahead.stop()
                 case ProgramFault(line, text) | PlanFailed(line=line, text=text):
                     self.line = line
@@ -84,12 +122,19 @@ class ProgramRun:
                 case _:
                     pass
 
+    def corrected_to(self, q: NDArray[np.float64]) -> None:
+        """A correction has ended, with the robot at rest at `q` `(n,)`: the program goes on from there."""
+        self.correction = ""
+        if self.correction_ends:
+            self.correction_ends = False
+            self.lookahead.advance_from(q)
+
     def follow(self, playing: SentBlock, tick: int) -> None:
         """Note the line of the motion or the pause that is played at a tick."""
         if not self.running:
             return
         line, begin = self._pause
-        moving = playing.planned.line_at(float(playing.segment.tau[playing.index(tick)]))
+        moving = playing.path.line_at(playing.path_segment.state(max(0, tick - playing.first_tick)).tau)
         if line > 0 and max(begin, playing.first_tick) <= tick and playing.first_tick < self.resume_tick:
             self.line = line
         elif moving > 0:

@@ -80,12 +80,10 @@ def _measured(state: RobotState, feedback: DriveFeedback, executive: Executive |
     speed, governor = 0.0, None
     if executive is not None:
         block, index = executive.timeline.at(feedback.tick)
-        segment, motion = block.segment, block.planned.motion
+        segment, path = block.segment, block.path_segment.state(index)
         jacobian = planner.model.jacobian(segment.q[index])
         speed = float(np.linalg.norm(jacobian[:3] @ segment.qd[index]))
-        governor = GovernorStatus(
-            float(segment.rate[index]), float(segment.tau[index]), motion.duration_s, segment.ruled_by
-        )
+        governor = GovernorStatus(path.rate, path.tau, block.path.motion.duration_s, segment.ruled_by)
     state = replace(state, tcp_speed_m_s=speed, governor=governor)
     if not feedback.referenced:
         return state

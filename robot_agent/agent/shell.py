@@ -81,7 +81,10 @@ class _Shell:
         self._said = ""
         self._worker: PlanWorker | None = None
         self._calls: Calls | None = None
-        self._states = session.watch("manager/state", "zone/*", f"robot/{robot}/drives", f"robot/{robot}/jog")
+        mine = f"robot/{robot}"
+        self._states = session.watch(
+            "manager/state", "zone/*", "conveyor/*", f"{mine}/drives", f"{mine}/jog", f"{mine}/correction/*"
+        )
         self._estops = session.queue("estop")
         self.ended = threading.Event()
         self.exit_code = 0

@@ -2,13 +2,26 @@
 
 import math
 from collections import deque
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+
+import numpy as np
 
 from cell.messages import DriveFeedback
-from robot_agent.agent.planning import Planned
+from robot_agent.agent.planning import Extended, Planned
 from robot_agent.trajectory import Segment
+from robot_agent.trajectory.sources import CorrectedSource, Given
 
 _KEPT_TICKS = 250
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Followed:
+    """The planned motion that a corrected block follows, and where on it each of its samples is."""
+
+    planned: Planned
+    given: Given
+    source: CorrectedSource
+    """What gives the next block."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -19,6 +32,23 @@ class SentBlock:
     first_tick: int
     planned: Planned
     segment: Segment
+    followed: Followed | None = None
+    """For a corrected block, whose `planned` and `segment` are only its samples."""
+
+    @property
+    def path(self) -> Planned:
+        """The motion that the program means."""
+        return self.planned if self.followed is None else self.followed.planned
+
+    @property
+    def path_segment(self) -> Segment:
+        """How that motion is gone through."""
+        return self.segment if self.followed is None else self.followed.given.path
+
+    @property
+    def path_rest_tick(self) -> int:
+        """The first tick from which on path time stands."""
+        return self.first_tick + self.path_segment.rest_index
 
     def index(self, tick: int) -> int:
         """The sample played at a tick; before the first the first, after the last the last."""
@@ -59,20 +89,37 @@ class Timeline:
         return self._accepted[-1]
 
     @property
-    def rest_tick(self) -> int:
-        """The first tick from which on all accepted blocks stand; many blocks in a row may only repeat that."""
+    def path_rest_tick(self) -> int:
+        """The first tick from which on path time stands in all accepted blocks; many in a row may only repeat that."""
         blocks = reversed(self._accepted)
         later = next(blocks)
         for block in blocks:
-            if later.segment.rest_index > 0 or block.rest_tick > later.first_tick:
+            if later.path_segment.rest_index > 0 or block.path_rest_tick > later.first_tick:
                 break
             later = block
-        return later.rest_tick
+        return later.path_rest_tick
 
     @property
     def played_out_tick(self) -> int:
         """The first tick from which on nothing moves that was ever sent, whether it was accepted or not."""
         return max(block.rest_tick for block in (self.newest, *self._open))
+
+    def reach(self, planned: Planned) -> tuple[float, float]:
+        """The smallest and the largest tau [s] of a motion in the blocks known here; at least one is of that motion."""
+        blocks = [block for block in (*self._accepted, *self._open) if block.planned is planned]
+        taus = np.concatenate([block.segment.tau for block in blocks])
+        return float(taus.min()), float(taus.max())
+
+    def exchange(self, old: Planned, longer: Extended) -> bool:
+        """Let all blocks of the newest motion be blocks of the one that extends it, if they lie in what both share."""
+        if self.newest.planned is not old:
+            return False
+        lowest, highest = self.reach(old)
+        if lowest - longer.cut_s < longer.first_tau or highest - longer.cut_s > longer.splice_s:
+            return False
+        self._accepted = deque(_on(longer, block) if block.planned is old else block for block in self._accepted)
+        self._open = deque(_on(longer, block) if block.planned is old else block for block in self._open)
+        return True
 
     def sent(self, block: SentBlock) -> None:
         self._open.append(block)
@@ -107,6 +154,11 @@ class Timeline:
         undecided = self._open if candidate is None else [*self._open, candidate]
         spans.extend(_span(block, block.first_tick, block.rest_tick) for block in undecided)
         return _merged(spans)
+
+
+def _on(longer: Extended, block: SentBlock) -> SentBlock:
+    segment = block.segment
+    return replace(block, planned=longer, segment=replace(segment, tau=segment.tau - longer.cut_s))
 
 
 def _span(block: SentBlock, from_tick: int, until_tick: int) -> Span:

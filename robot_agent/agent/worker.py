@@ -11,7 +11,7 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
-from robot_agent.agent.planning import PlanFailed, Planned, Planner, PlanRequest
+from robot_agent.agent.planning import ExtendRequest, PlanFailed, Planned, Planner, PlanRequest
 from robot_agent.kinematics import Model
 from robot_agent.trajectory import Limits
 
@@ -28,7 +28,7 @@ class PlanWorker:
         planner = Planner(model, limits, pose_world_base, cycle_s)
         self._process = context.Process(target=_serve, args=(there, planner), daemon=True, name="planner")
         self._there: Connection | None = there
-        self._waiting: deque[PlanRequest] = deque()
+        self._waiting: deque[PlanRequest | ExtendRequest] = deque()
 
     def __enter__(self) -> Self:
         self._process.start()
@@ -45,7 +45,7 @@ class PlanWorker:
         self._process.kill()
         self._process.join(timeout=2.0)
 
-    def submit(self, request: PlanRequest) -> None:
+    def submit(self, request: PlanRequest | ExtendRequest) -> None:
         """Hand a request to the planning process."""
         self._waiting.append(request)
         try:

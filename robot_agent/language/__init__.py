@@ -12,6 +12,8 @@ from robot_agent.language.interpreter import (
     ProgramFault,
     SplineStep,
     Step,
+    TrackingOff,
+    TrackingOn,
 )
 from robot_agent.language.parser import parse_program
 from robot_agent.language.program import (
@@ -29,6 +31,7 @@ from robot_agent.language.program import (
     ProgramProblem,
     Statement,
     Tangent,
+    Track,
     Wait,
 )
 
@@ -58,6 +61,9 @@ __all__ = [
     "Statement",
     "Step",
     "Tangent",
+    "Track",
+    "TrackingOff",
+    "TrackingOn",
     "Wait",
     "parse_program",
 ]

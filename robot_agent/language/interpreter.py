@@ -15,6 +15,7 @@ from robot_agent.language.program import (
     Pace,
     Program,
     Tangent,
+    Track,
     Wait,
 )
 
@@ -49,6 +50,21 @@ class Pause:
 
 
 @dataclass(frozen=True, slots=True)
+class TrackingOn:
+    """The moves that follow are corrected by what is measured under this name."""
+
+    line: int
+    name: str
+
+
+@dataclass(frozen=True, slots=True)
+class TrackingOff:
+    """Come to rest wherever the correction has led; the next move begins there."""
+
+    line: int
+
+
+@dataclass(frozen=True, slots=True)
 class Finished:
     """The program is done."""
 
@@ -63,7 +79,7 @@ class ProgramFault:
     text: str
 
 
-Step = MotionStep | Pause | Finished | ProgramFault
+Step = MotionStep | Pause | TrackingOn | TrackingOff | Finished | ProgramFault
 
 
 class Interpreter:
@@ -74,6 +90,7 @@ class Interpreter:
         self._index = 0
         self._jumps_left: dict[int, int] = {}
         self._tangential_rad: float | None = None
+        self._tracking = False
         self._end: Finished | ProgramFault | None = None
 
     def next(self) -> Step:
@@ -96,11 +113,13 @@ class Interpreter:
                     return JointStep(line, None, speed, pace)
                 case Tangent(line, angle_rad):
                     self._tangential_rad = angle_rad
+                case Track() if self._tracking or statement.name is not None:
+                    return self._track(statement)
                 case Wait(line, duration_s):
                     return Pause(line, duration_s)
                 case Goto():
                     self._jump(statement)
-                case Label():
+                case Label() | Track():
                     pass
                 case End(line):
                     return self._finish(Finished(line))
@@ -115,6 +134,15 @@ class Interpreter:
             self._end = ProgramFault(move.line, text)
             return self._end
         return replace(move, tangential_rad=self._tangential_rad)
+
+    def _track(self, track: Track) -> TrackingOn | TrackingOff:
+        """One step at a call: a correction that is on is ended before the next one begins."""
+        if self._tracking:
+            self._tracking = False
+            self._index -= track.name is not None
+            return TrackingOff(track.line)
+        self._tracking = True
+        return TrackingOn(track.line, track.name or "")
 
     def _jump(self, goto: Goto) -> None:
         if goto.count is None:

@@ -15,6 +15,7 @@ from robot_agent.language.program import (
     ProgramProblem,
     Statement,
     Tangent,
+    Track,
     Wait,
 )
 from robot_agent.language.words import Mistake, Word, named_numbers, number, percent
@@ -25,21 +26,30 @@ _MAX_WAIT_S = 3600.0
 _MAX_JUMPS = 1_000_000
 
 
-def parse_program(text: str, name: str, joint_names: tuple[str, ...], linear: Collection[str] = frozenset()) -> Program:
+def parse_program(
+    text: str,
+    name: str,
+    joint_names: tuple[str, ...],
+    linear: Collection[str] = frozenset(),
+    corrections: Collection[str] | None = None,
+) -> Program:
     """Parse a program.
 
     `joint_names` are the joints that `MJ` may name; joint values are degrees, or millimetres for the joints in
-    `linear`, lengths millimetres, speeds percent of the joint limits (`MJ`, `HOME`) or mm/s (`ML`, `MC`, `MS`). Raises
-    `ProgramError` with every mistake.
+    `linear`, lengths millimetres, speeds percent of the joint limits (`MJ`, `HOME`) or mm/s (`ML`, `MC`, `MS`).
+    `corrections` are the names that `TRACK` may use, `None` for any. Raises `ProgramError` with every mistake.
     """
-    return _Parser(name, joint_names, linear).parse(text)
+    return _Parser(name, joint_names, linear, corrections).parse(text)
 
 
 class _Parser:
-    def __init__(self, name: str, joint_names: tuple[str, ...], linear: Collection[str]) -> None:
+    def __init__(
+        self, name: str, joint_names: tuple[str, ...], linear: Collection[str], corrections: Collection[str] | None
+    ) -> None:
         self._name = name
         self._joints = joint_names
         self._linear = linear
+        self._corrections = corrections
         self._problems: list[ProgramProblem] = []
         self._labels: dict[str, int] = {}
         self._jumps: list[tuple[int, int, Word, int | None]] = []
@@ -51,6 +61,7 @@ class _Parser:
             "MS": self._move,
             "HOME": self._home,
             "TANG": self._tangent,
+            "TRACK": self._track,
             "WAIT": self._wait,
             "LABEL": self._label,
             "GOTO": self._goto,
@@ -100,6 +111,16 @@ class _Parser:
             raise Mistake(named["H"][1].column, f"`{named['H'][1].text}` behind TANG 0", allowed)
         angle = math.radians(named["H"][0]) if named else 0.0
         self._statements.append(Tangent(line, angle if switch == "1" else None))
+
+    def _track(self, line: int, words: list[Word]) -> None:
+        word = self._only_argument(words, "the name of a correction, or OFF")
+        if word.text.upper() == "OFF":
+            self._statements.append(Track(line, None))
+            return
+        if self._corrections is not None and word.text not in self._corrections:
+            known = ", ".join(sorted(self._corrections)) or "this robot has none in the cell file"
+            raise Mistake(word.column, f"unknown correction `{word.text}`", f"OFF or a name of corrections: {known}")
+        self._statements.append(Track(line, word.text))
 
     def _wait(self, line: int, words: list[Word]) -> None:
         word = self._only_argument(words, "a time in seconds")

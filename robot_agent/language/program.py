@@ -98,6 +98,14 @@ class Tangent:
 
 
 @dataclass(frozen=True, slots=True)
+class Track:
+    """`TRACK name`, `TRACK OFF`: from here on the robot follows this correction on its path, or (`None`) none."""
+
+    line: int
+    name: str | None
+
+
+@dataclass(frozen=True, slots=True)
 class Wait:
     """`WAIT s`: stand still."""
 
@@ -130,7 +138,7 @@ class End:
     line: int
 
 
-Statement = MoveJoints | MoveLine | MoveArc | MoveSpline | Home | Tangent | Wait | Label | Goto | End
+Statement = MoveJoints | MoveLine | MoveArc | MoveSpline | Home | Tangent | Track | Wait | Label | Goto | End
 
 
 @dataclass(frozen=True, slots=True)

@@ -39,12 +39,22 @@ class Leg:
     round_m: float | None
     tangential_rad: float | None = None
     """The tool follows the curve at this angle; the only turn says where its tilt comes from."""
+    first_turn: Numbers | None = None
+    """`(3,)` [rad/m] at which the flange arrives turning, where a spline takes it over from a joint move."""
+    last_turn: Numbers | None = None
+    """The same for a joint move behind it."""
 
 
-def legs(blocks: Sequence[tuple[int, FlangeMove]], start: Numbers) -> list[Leg]:
+def legs(
+    blocks: Sequence[tuple[int, FlangeMove]],
+    start: Numbers,
+    arrival: Numbers | None = None,
+    departure: Numbers | None = None,
+) -> list[Leg]:
     """The legs of consecutive blocks (index, move) from flange pose `start` `(4, 4)`; empty moves have none.
 
-    Raises PathError.
+    `arrival` and `departure` are the twists `(6,)` per metre with which the robot comes to the first block and leaves
+    the last one on joint moves; splines take them over. Raises PathError.
     """
     made: list[Leg] = []
     pose, first = start, 0
@@ -55,7 +65,9 @@ def legs(blocks: Sequence[tuple[int, FlangeMove]], start: Numbers) -> list[Leg]:
             while last + 1 < len(blocks) and _goes_on(block, blocks[last + 1][1]):
                 last += 1
             ahead = legs(blocks[last + 1 : last + 2], _end_pose(blocks[last][1]))
-            group = _spline(blocks[first : last + 1], pose, _arrival(made), _departure(ahead))
+            comes = _arrival(made) if made else _direction(arrival)
+            leaves = _departure(ahead) if last + 1 < len(blocks) else _direction(departure)
+            group = _spline(blocks[first : last + 1], pose, comes, leaves)
             first, end = last, _end_pose(blocks[last][1])
         else:
             group = _line(index, block, pose) if isinstance(block, Line) else _arc(index, block, pose)
@@ -66,7 +78,15 @@ def legs(blocks: Sequence[tuple[int, FlangeMove]], start: Numbers) -> list[Leg]:
         made += group
         pose = end
         first += 1
+    if made and arrival is not None and _turns_freely(made[0]):
+        made[0] = replace(made[0], first_turn=arrival[3:])
+    if made and departure is not None and _turns_freely(made[-1]):
+        made[-1] = replace(made[-1], last_turn=departure[3:])
     return made
+
+
+def _turns_freely(leg: Leg) -> bool:
+    return leg.smooth and leg.tangential_rad is None
 
 
 def _goes_on(spline: Spline, following: FlangeMove) -> bool:
@@ -201,6 +221,10 @@ def _spline(
         stop = 0.0 if round_m == 0.0 and number == len(controls) - 1 else None
         made.append(Leg(index, curve, (turn,), (curve.length_m,), False, True, stop))
     return made
+
+
+def _direction(twist: Numbers | None) -> Numbers | None:
+    return None if twist is None else twist[:3]
 
 
 def _arrival(made: list[Leg]) -> Numbers | None:

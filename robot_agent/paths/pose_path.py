@@ -17,6 +17,8 @@ BLEND_TOLERANCE_M = 1e-4
 _SHARPEST_RAD = np.radians(150.0)
 """A corner that turns back more than this is not rounded: its edge would be so tight that stopping is faster."""
 _LONGEST_BLEND_M = 0.05
+_LARGEST_SWING_RAD = 0.5
+"""How far the turn taken over from a joint move may lead where it fades; a quarter of it is seen at the tool."""
 _CURVATURE_STEP = 1e-6
 _KINK_RAD = 1e-9
 
@@ -145,9 +147,22 @@ class _Assembly:
     def _orientation(self, chain: Chain) -> Orientation | Tangential:
         first = self._legs[0]
         if first.tangential_rad is None:
-            return Orientation(tuple(self._turns), tuple(self._windows))
+            return self._turning()
         start = aligned(first.turns[0].rotation, chain.at(np.zeros(1))[1, 0], first.tangential_rad)
         return Tangential(start, chain.at, self._at)
+
+    def _turning(self) -> Orientation:
+        turns, windows = self._turns, self._windows
+        before, behind = self._legs[0].first_turn, self._legs[-1].last_turn
+        if before is not None:
+            lead = _turning_at(turns[0], before, 0.0)
+            windows = [Window(0.0, _wide(lead, turns[0], self._sections[0])), *windows]
+            turns = [lead, *turns]
+        if behind is not None:
+            lead = _turning_at(turns[-1], behind, self._at)
+            windows = [*windows, Window(self._at - _wide(lead, turns[-1], self._sections[-1]), self._at)]
+            turns = [*turns, lead]
+        return Orientation(tuple(turns), tuple(windows))
 
     def _body(self, number: int) -> Trimmed:
         curve = self._legs[number].curve
@@ -194,6 +209,19 @@ class _Assembly:
             wide *= min(0.7, 0.95 * float(np.sqrt(BLEND_TOLERANCE_M / away)))
         self._blends.append(Blend(self._legs[number].block, away))
         return blend, wide
+
+
+def _turning_at(turn: Turn, velocity: Numbers, distance_m: float) -> Turn:
+    """A turn with the orientation of `turn` at a distance, and its own angular velocity `(3,)` [rad/m]."""
+    rate = float(np.linalg.norm(velocity))
+    axis = velocity / rate if rate > 0.0 else turn.axis
+    return Turn(turn.at(np.array(distance_m)), axis, rate, distance_m)
+
+
+def _wide(lead: Turn, turn: Turn, half_m: float) -> float:
+    """How wide one turn passes into the other: at most `half_m`, less where that would swing the tool about."""
+    step = float(np.linalg.norm(lead.velocity - turn.velocity))
+    return min(half_m, _LARGEST_SWING_RAD / max(step, 1e-9))
 
 
 def _deviation(blend: Curve, before: Trimmed, after: Trimmed, wide_m: float) -> float:

@@ -9,6 +9,7 @@ from robot_agent.trajectory.moving import Moving
 from robot_agent.trajectory.plan import plan
 from robot_agent.trajectory.s_curve import SCurve, s_curve
 from robot_agent.trajectory.segment import PathState, Segment
+from robot_agent.trajectory.splice import spliced
 from robot_agent.trajectory.trapezoid import synchronised_trapezoids, trapezoid_in
 
 __all__ = [
@@ -25,6 +26,7 @@ __all__ = [
     "lengths",
     "plan",
     "s_curve",
+    "spliced",
     "synchronised_trapezoids",
     "trapezoid_in",
 ]

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from robot_agent.kinematics import Model
 from robot_agent.kinematics.choice import joint_violation
-from robot_agent.paths import JointMove, Line, PathError, Sequence
+from robot_agent.paths import JointMove, Line, PathError, Sequence, Spline
 from robot_agent.paths.legs import FlangeMove, legs
 from robot_agent.paths.pose_path import PosePath, pose_paths
 from robot_agent.paths.sequence import Block
@@ -25,6 +25,8 @@ from robot_agent.trajectory.pieces import Pieces
 from robot_agent.trajectory.shaped import in_time
 
 _CAP_SAMPLES = 64
+_MOST_TURN_RAD_M = 20.0
+"""A joint move that turns the flange more than this on its way has no direction that a spline could take over."""
 _WAITS_S = (0.0, 0.05, 0.2)
 """How much longer the motion before stays as it is: tried one after the other until a way to go on is found."""
 _KEPT = 1.01
@@ -97,7 +99,7 @@ class _Paths:
     ) -> list[JointPath | Independent]:
         """The paths from rest to rest; the first begins with the path `known`, which has so many blocks."""
         made: list[JointPath | Independent] = [] if known is None else [known]
-        for path in self._paths(start):
+        for path in self._paths(start, known):
             path = path.later(blocks)
             before = made[-1] if made else None
             connection = None
@@ -109,13 +111,13 @@ class _Paths:
                 made[-1] = connection
         return made
 
-    def _paths(self, q: NDArray[np.float64]) -> list[JointPath | Independent]:
+    def _paths(self, q: NDArray[np.float64], known: JointPath | None) -> list[JointPath | Independent]:
         made: list[JointPath | Independent] = []
         numbered = list(enumerate(self._blocks))
         for on_path, group in groupby(numbered, key=lambda each: not isinstance(each[1], JointMove)):
             if on_path:
-                for path in self._flange_paths([(k, b) for k, b in group if not isinstance(b, JointMove)], q):
-                    made.append(self._follow(path, made[-1].end() if made else q))
+                blocks = [(k, b) for k, b in group if not isinstance(b, JointMove)]
+                made += self._followed(blocks, q, made[-1] if made else known)
             else:
                 for index, block in group:
                     if isinstance(block, JointMove):
@@ -124,11 +126,47 @@ class _Paths:
             q = made[-1].end() if made else q
         return made
 
-    def _flange_paths(self, blocks: list[tuple[int, FlangeMove]], q: NDArray[np.float64]) -> list[PosePath]:
+    def _followed(
+        self, blocks: list[tuple[int, FlangeMove]], q: NDArray[np.float64], before: JointPath | Independent | None
+    ) -> list[JointPath]:
+        """Moves of the flange from joints `q` `(n,)`; a spline takes its direction from joint moves at its ends too."""
+        arrival = self._direction(q, before.state(before.length)[1]) if isinstance(before, JointPath) else None
+        made: list[JointPath] = []
+        for path in self._flange_paths(blocks, q, arrival, None):
+            made.append(self._follow(path, made[-1].end() if made else q))
+        departure = self._departure(blocks[-1][0], made[-1].end()) if made else None
+        if departure is not None:
+            last = self._flange_paths(blocks, q, arrival, departure)[-1]
+            made[-1] = self._follow(last, made[-2].end() if len(made) > 1 else q)
+        return made
+
+    def _departure(self, index: int, q: NDArray[np.float64]) -> NDArray[np.float64] | None:
+        """The direction in which a joint move goes on behind block `index`, a spline that ends at joints `q` `(n,)`."""
+        following = self._blocks[index + 1] if index + 1 < len(self._blocks) else None
+        if not (
+            isinstance(self._blocks[index], Spline) and isinstance(following, JointMove) and following.synchronised
+        ):
+            return None
+        self._check_target(index + 1, following)
+        return self._direction(q, following.target - q)
+
+    def _direction(self, q: NDArray[np.float64], way: NDArray[np.float64]) -> NDArray[np.float64] | None:
+        """The flange's twist `(6,)` per metre when the joints leave `q` `(n,)` along `way`; None if it hardly moves."""
+        twist = self._model.jacobian(q) @ way
+        speed = float(np.linalg.norm(twist[:3]))
+        return twist / speed if speed * _MOST_TURN_RAD_M > np.linalg.norm(twist[3:]) else None
+
+    def _flange_paths(
+        self,
+        blocks: list[tuple[int, FlangeMove]],
+        q: NDArray[np.float64],
+        arrival: NDArray[np.float64] | None,
+        departure: NDArray[np.float64] | None,
+    ) -> list[PosePath]:
         for index, block in blocks:
             self._check_poses(index, block)
         try:
-            return pose_paths(legs(blocks, self._model.forward(q)))
+            return pose_paths(legs(blocks, self._model.forward(q), arrival, departure))
         except PathError as error:
             raise PlanError(error.block, self._blocks[error.block].line, error.reason, error.hint) from error
 

@@ -117,9 +117,8 @@ def _flange_move(path: JointPath, limits: Limits) -> Timed | None:
     chosen = _flange_profile(path, limits, float(way), float(turn) if along else float(rates.mean() * way), bend)
     timed = _along(path, chosen, path.joints + along)
     turning = timed.pieces.derivatives(timed.times)[0][:, limits.turning]
-    k = max(
-        1.0, excess(timed.pieces, limits), float(np.linalg.norm(turning, axis=1).max()) / path.stretches[0].joint_rad_s
-    )
+    capped = float(np.linalg.norm(turning, axis=1).max()) / path.stretches[0].joint_rad_s
+    k = max(1.0, excess(timed.pieces, limits), capped)
     return Timed(timed.pieces.slower(1.0 / k), timed.times * k, timed.parameters) if k < _CLOSE else None
 
 

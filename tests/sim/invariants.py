@@ -75,7 +75,9 @@ class Invariants:
         gateway = f"gateway/{self._world.cell.robots[feedback.robot].gateway}"
         axes = self._world.bundle.gateways[gateway.partition("/")[2]].robots[feedback.robot].axes
         nodes = self._world.buses[gateway].nodes
-        measured = np.array([nodes[axis.node_id].position / axis.counts_per_unit + axis.offset for axis in axes])
+        measured = np.array(
+            [nodes[a.node_id].drives[a.number - 1].position / a.counts_per_unit + a.offset for a in axes]
+        )
         return self._world.models[feedback.robot].coupling.joints(measured)
 
     def _within_limits(self, feedback: DriveFeedback, last: deque[NDArray[np.float64]]) -> None:

@@ -10,9 +10,14 @@ import pytest
 from cell.messages import Claim, EnableDrives, ResetDrives, SetpointBlock
 from cell.messages.event import Severity
 from drive_gateway.canopen.frame import CanFrame
+from drive_gateway.config.settings import GatewaySettings
 from tests.sim.gateway_bench import CYCLE_S, GatewayBench, axis, settings
 
-AXES = settings(axis("J1", 1), axis("J2", 2, counts_per_unit=-80_000.0))
+LAYOUTS = [
+    settings(axis("J1", 1), axis("J2", node, number=number, counts_per_unit=-80_000.0))
+    for node, number in ((2, 1), (1, 2))
+]
+"""Two axes on a node each, and both on one."""
 MOVE_S = 2.0
 STOP_S = 1.2
 """Within this time after a fault nothing moves any more: monitoring times, and the braking itself."""
@@ -93,9 +98,9 @@ FAULTS = (
 )
 
 
-def moving() -> GatewayBench:
+def moving(layout: GatewaySettings = LAYOUTS[0]) -> GatewayBench:
     """All axes are on their way through a long move; its agent is never heard again."""
-    world = GatewayBench(AXES)
+    world = GatewayBench(layout)
     world.ready()
     owner = world.enabled()
     s = np.arange(0.0, MOVE_S + CYCLE_S / 2, CYCLE_S) / MOVE_S
@@ -109,15 +114,16 @@ def moving() -> GatewayBench:
 
 
 def places(world: GatewayBench) -> list[float]:
-    return [node.position for node in world.bus.nodes.values()]
+    return [drive.position for node in world.bus.nodes.values() for drive in node.drives]
 
 
 @pytest.mark.parametrize("seed", range(SEEDS))
 def test_a_fault_in_motion_stops_the_robot_is_named_and_can_be_recovered_from(seed: int) -> None:
     rng = random.Random(seed)
     fault = FAULTS[seed % len(FAULTS)]
-    node = rng.choice([1, 2])
-    world = moving()
+    layout = LAYOUTS[seed // len(FAULTS) % 2]
+    node = rng.choice([each.node_id for each in layout.robots["left"].axes])
+    world = moving(layout)
     world.run(rng.uniform(0.3, 1.2))
     world.events.clear()
     fault.begin(world, node, rng)

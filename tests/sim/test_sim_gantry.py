@@ -16,6 +16,8 @@ CYCLE_S = 0.01
 # Thesis, section on PDOs: mapping of all six controllers; identifiers of node 1.
 RPDOS = {0: [0x60400010], 1: [0x607A0020, 0x60820020], 2: [0x60FF0020]}
 TPDOS = {0: [0x60410010, 0x60640020], 1: [0x606C0020, 0x20740020]}
+LIMIT_SWITCHES = [0x60FD0020]
+"""Of the slides."""
 HOME_M = {"J1": -0.005, "J2": -0.005, "J3": 0.805}
 
 
@@ -52,6 +54,15 @@ def homed() -> Gantry:
     return gantry
 
 
+def test_a_slide_that_is_not_referenced_ends_at_its_limit_switch() -> None:
+    gantry = Gantry()
+    assert gantry.set_up(MoveAxes("gantry", {"J1": -0.5}, True, 1.0, False)) == "stopped"
+    assert gantry.said[0] == "stopped: node 1 (gantry J1) is at its negative limit switch (60FDh bit 0)"
+    assert -0.01 < gantry.places()[0] <= -0.005
+    assert "J1=DISTANCE --by" in gantry.ask(MoveAxes("gantry", {"J1": -0.01}, True, 1.0, False)).text
+    assert gantry.set_up(MoveAxes("gantry", {"J1": 0.1}, True, 1.0, False)) == "done"
+
+
 def test_it_homes_the_z_slide_first_then_the_others_and_then_knows_where_it_is(homed: Gantry) -> None:
     begun = [next(at for at, data in homed.since(0.0, 0x200 + node) if data == b"\x1f\0") for node in range(1, 7)]
     assert begun[2] < begun[0] == begun[1] < begun[3] == begun[4] == begun[5]
@@ -69,6 +80,7 @@ def test_every_node_shows_the_pdo_map_of_the_thesis_and_the_cyclic_image_as_its_
         assert homed.read(node, 0x1400 + number, 2) == (1 if number == 3 else 0xFE)
         assert [homed.read(node, 0x1600 + number, 1 + sub) for sub in range(len(entries))] == entries
         assert homed.read(node, 0x1600 + number, 0) == len(entries)
+    tpdos |= {2: LIMIT_SWITCHES} if node <= 3 else {}
     for number, entries in tpdos.items():
         assert homed.read(node, 0x1800 + number, 1) == 0x180 + 0x100 * number + node
         assert [homed.read(node, 0x1A00 + number, 1 + sub) for sub in range(len(entries))] == entries

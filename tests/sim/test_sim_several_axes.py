@@ -5,10 +5,22 @@ import struct
 import numpy as np
 import pytest
 
-from cell.messages import AxisStatus, Claim, EnableDrives, MoveAxes, ReadObject, ResetDrives, SetpointBlock, WriteObject
+from cell.messages import (
+    AxisStatus,
+    Claim,
+    EnableDrives,
+    Home,
+    MoveAxes,
+    ReadObject,
+    ResetDrives,
+    ScanBus,
+    SetpointBlock,
+    WriteObject,
+)
 from drive_gateway.canopen.frame import CanFrame
+from drive_gateway.config.settings import EncoderSettings, InputSettings
 from drive_gateway.sim.power_state import DriveState
-from tests.sim.gateway_bench import CYCLE_S, GatewayBench, axis, settings
+from tests.sim.gateway_bench import CYCLE_S, GatewayBench, axis, homing, settings
 
 COUNTS = 100_000.0
 START = 25_000
@@ -159,6 +171,23 @@ def test_what_the_gateway_keeps_of_a_further_axis_is_not_for_write() -> None:
         assert "the gateway's" in refused.text
 
 
+def test_an_object_of_a_further_axis_is_written_while_all_are_off_and_a_scan_names_each_axis() -> None:
+    world = GatewayBench(AXES)
+    world.ready()
+    write = WriteObject(1, 0x7081, 0, "39300000")
+    written = world.ask(write)
+    assert written.ok, written.text
+    assert world.ask(ReadObject(1, 0x7081, 0)).data == "39300000"
+    assert world.ask(ReadObject(1, 0x6081, 0)).data != "39300000"
+    assert world.ask(ScanBus()).text.splitlines()[:3] == [
+        "node 1 (left J1): SWITCH_ON_DISABLED",
+        "node 1 axis 2 (left J2): SWITCH_ON_DISABLED",
+        "node 1 axis 3 (left J3): SWITCH_ON_DISABLED",
+    ]
+    world.enabled()
+    assert "disable it first" in world.ask(write).text
+
+
 def test_two_axes_with_one_error_say_that_it_is_gone_when_both_are_reset() -> None:
     world = GatewayBench(AXES)
     world.ready()
@@ -173,3 +202,63 @@ def test_two_axes_with_one_error_say_that_it_is_gone_when_both_are_reset() -> No
             sent += node.receive(CanFrame(0x080, b""), world.now)
         told = [frame.data for frame in sent if frame.id == 0x081]
         assert told[1:] == gone
+
+
+def test_a_node_whose_supply_fails_in_motion_stops_the_robot_and_is_configured_again_with_all_its_axes() -> None:
+    world = moving()
+    world.run(0.4)
+    before = len(world.requests)
+    world.bus.nodes[1].power_cycle()
+    stands(world)
+    alarms = [event for event in world.events if event.code == "unexpected_boot"]
+    assert [event.text for event in alarms] == [
+        "left: node 1 (left J1, J2, J3) restarted by itself and lost its configuration"
+    ]
+    world.ready()
+    written = {(request.node_id, request.index) for request in world.requests[before:] if request.data}
+    assert {(1, 0x1017), (1, 0x6085), (1, 0x6885), (1, 0x7085)} <= written
+    assert {node for node, _ in written} == {1}
+    recover(world)
+
+
+def test_the_axes_of_a_node_home_each_by_its_own_method_and_are_all_lost_with_its_supply() -> None:
+    world = GatewayBench(
+        settings(
+            axis("J1", 1, incremental=True, homing=homing(17, 0.3, order=2)),
+            axis("J2", 1, number=2, incremental=True, homing=homing(18, 0.7)),
+            axis("J3", 1, number=3),
+        )
+    )
+    world.ready()
+    assert world.set_up(Home("left", ())) == "done"
+    assert world.said[0] == "homing of left (J2, then J1) is done"
+    assert world.feedback.referenced
+    drives = world.bus.nodes[1].drives
+    places = [drive.position / COUNTS + 0.25 for drive in drives]
+    np.testing.assert_allclose(world.feedback.position, places, atol=1e-4)
+    world.bus.nodes[1].power_cycle()
+    world.until(lambda: not world.state.ready)
+    world.ready()
+    assert [node.axis for node in world.state.nodes if not node.referenced] == ["J1", "J2"]
+
+
+def test_the_encoder_of_one_axis_is_judged_by_itself() -> None:
+    check = EncoderSettings(counts_per_turn=20_000, window=1_000, serial=(0x2810, 1), status=None, battery_mask=0)
+    world = GatewayBench(settings(axis("J1", 1), axis("J2", 1, number=2, absolute=check)))
+    world.ready()
+    world.bus.nodes[1].exchange_encoder(4711, axis=2)
+    world.bus.nodes[1].power_cycle()
+    world.until(lambda: not world.state.ready)
+    world.ready()
+    assert [node.axis for node in world.state.nodes if not node.referenced] == ["J2"]
+
+
+def test_a_door_at_the_inputs_of_one_axis_takes_the_torque_of_the_whole_robot() -> None:
+    guarded = [axis("J1", 1), axis("J2", 1, number=2, inputs=InputSettings(door=(18,))), axis("J3", 4)]
+    world = GatewayBench(settings(*guarded))
+    world.ready()
+    world.enabled()
+    world.bus.nodes[1].set_input(18, False, axis=2)
+    world.until(lambda: set(world.feedback.axes) == {AxisStatus.SWITCH_ON_DISABLED}, within_s=0.4)
+    opened = [event.text for event in world.events if event.code == "door_open"]
+    assert opened == ["left: node 1 axis 2 (left J2): guard door (60FDh bit 18) is open"]

@@ -112,7 +112,9 @@ class World:
         planner, settings = self.planners[robot], self.cell.robots[robot]
         model = self.models[robot]
         text = settings.program.read_text()
-        program = parse_program(text, settings.program.name, model.joint_names, model.linear_names)
+        program = parse_program(
+            text, settings.program.name, model.joint_names, model.linear_names, settings.corrections
+        )
         core = AgentCore(self.cell, robot, lambda _: planner, program, self._boot(robot))
         self._start(f"robot/{robot}", core, AGENT_PERIOD_S)
 

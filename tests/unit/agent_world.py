@@ -8,13 +8,14 @@ from numpy.typing import NDArray
 
 from cell.config.settings import (
     CellSettings,
+    CorrectionSettings,
     GatewayEndpoint,
     OnManagerReturn,
     PoseSettings,
     RobotSettings,
     Times,
 )
-from cell.core import Answer, Ask, AskDone, Effect, Ended, Publish, Request
+from cell.core import Answer, Arrived, Ask, AskDone, Effect, Ended, Publish, Request
 from cell.messages import (
     AxisStatus,
     Call,
@@ -50,9 +51,11 @@ STEP_S = 0.02
 ZONE = ZoneGeometry("handover", 1, (0.6, 2.0, 3.0), (2.8, 0.0, 1.0), (0.0, 0.0, 0.0, 1.0), ("left", "right"))
 
 
-def settings(on_manager_return: OnManagerReturn, times: Times) -> CellSettings:
+def settings(
+    on_manager_return: OnManagerReturn, times: Times, corrections: dict[str, CorrectionSettings]
+) -> CellSettings:
     here = PoseSettings((0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0))
-    robot = RobotSettings("left", Path("model.yaml"), "left_bus", here, Path("left.prog"))
+    robot = RobotSettings("left", Path("model.yaml"), "left_bus", here, Path("left.prog"), corrections)
     gateway = GatewayEndpoint("left_bus", "tcp/127.0.0.1:1", Path("drives.yaml"))
     return CellSettings(
         "test", Path("cell.yaml"), "tcp/127.0.0.1:2", {"left": robot}, {"left_bus": gateway}, {}, times,
@@ -69,15 +72,23 @@ class AgentWorld:
         on_manager_return: OnManagerReturn = OnManagerReturn.CONTINUE,
         arm: Model | None = None,
         times: Times | None = None,
+        corrections: dict[str, CorrectionSettings] | None = None,
     ) -> None:
         arm = arm or model()
         names = arm.joint_names
         self.planner = Planner(arm, Limits.of(arm.description), np.eye(4), CYCLE_S)
         parsed = parse_program(program, "left.prog", names)
         self.agent = AgentCore(
-            settings(on_manager_return, times or Times()), "left", lambda _: self.planner, parsed, "boot"
+            settings(on_manager_return, times or Times(), corrections or {}),
+            "left",
+            lambda _: self.planner,
+            parsed,
+            "boot",
         )
         self.events: list[Event] = []
+        self.torques = False
+        """A drive takes torque as feed-forward."""
+        self.signs_of_life: list[SetpointBlock] = []
         self.now = 100.0
         self.tick = 1
         self.enabled = False
@@ -105,6 +116,8 @@ class AgentWorld:
         self.settling = False
         """The gateway still measures a motion, and does not take the robot back."""
         self.asked_last: type | None = None
+        self.plans_held = False
+        self._plans: list[Planned | PlanFailed] = []
         self.answers_held = False
         self._answers: list[AskDone] = []
         self._calls = 0
@@ -129,7 +142,7 @@ class AgentWorld:
     def step(self) -> None:
         """One agent step and the gateway cycles behind it."""
         if not self.feedback_lost:
-            self.agent.receive(self._feedback(), self.now)
+            self.agent.receive(Arrived(self._feedback(), self.now), self.now)
         if not self.manager_silent:
             self._manager()
         for effect in self.agent.step(self.now):
@@ -147,6 +160,11 @@ class AgentWorld:
         """Let the gateway's answers to the agent's calls arrive."""
         while self._answers:
             self.agent.receive(self._answers.pop(0), self.now)
+
+    def release_plans(self) -> None:
+        """Let the agent have what was planned for it."""
+        while self._plans:
+            self.agent.receive(self._plans.pop(0), self.now)
 
     def _play(self) -> None:
         self.tick += 1
@@ -182,7 +200,7 @@ class AgentWorld:
         heard = {"left": Heard("boot", self.presences[-1].sequence)} if self.presences else {}
         self.agent.receive(ZONE, self.now)
         state = ManagerState("test", "m", 5, self._sequence, self.now, "digest", heard, {"handover": self.zone})
-        self.agent.receive(state, self.now)
+        self.agent.receive(Arrived(state, self.now), self.now)
 
     def _perform(self, effect: Effect) -> None:
         match effect:
@@ -207,13 +225,15 @@ class AgentWorld:
                 result: Planned | PlanFailed = self.planner.plan(request)
                 if isinstance(result, Planned):
                     self.planned.append(result)
-                self.agent.receive(result, self.now)
+                self._plans.append(result)
+                if not self.plans_held:
+                    self.release_plans()
 
     def _gateway_says(self, id: str, command: Command) -> Reply:
         match command:
             case Claim():
                 axes = self.planner.model.joint_names
-                return Reply(id, True, "yours", ClaimGrant(7, CYCLE_S, self.tick, axes, "gateway"))
+                return Reply(id, True, "yours", ClaimGrant(7, CYCLE_S, self.tick, axes, "gateway", self.torques))
             case EnableDrives():
                 self.enabled = True
             case DisableDrives():
@@ -224,6 +244,8 @@ class AgentWorld:
 
     def _offer(self, block: SetpointBlock) -> None:
         """The gateway's rule in short: still to come, and continuous with what is queued."""
+        if not self.enabled:
+            self.signs_of_life.append(block)
         if self.lose_blocks or not self.enabled:
             return
         self.blocks.append(block)

@@ -16,6 +16,13 @@ def test_six_drives_at_250_hz_and_1_mbit_are_sync_twelve_pdos_and_seven_heartbea
     assert bus_load(SIX, 1_000_000, 0.004, 0.1).cyclic == pytest.approx(per_second / 1_000_000)
 
 
+def test_a_torque_offset_makes_the_frame_of_the_velocity_offset_longer() -> None:
+    # One more frame of six bytes per axis instead of one of four.
+    both = [process_image(node, velocity_offset=True, torque_offset=True) for node in range(1, 7)]
+    added = bus_load(both, 1_000_000, 0.004, 0.1).cyclic - bus_load(SIX, 1_000_000, 0.004, 0.1).cyclic
+    assert added == pytest.approx(250 * 6 * PDO / 1_000_000)
+
+
 def test_a_tenth_of_the_wire_is_kept_for_sdo_and_emcy() -> None:
     load = bus_load(SIX, 1_000_000, 0.004, 0.1)
     assert load.total == pytest.approx(load.cyclic + 0.1)

@@ -6,7 +6,7 @@ from gateway_world import axis, gateway_settings
 from hypothesis import given
 from hypothesis import strategies as st
 
-from drive_gateway.cia402.preparation import interpolation_period, preparations
+from drive_gateway.cia402.preparation import interpolation_period, preparations, supervision
 from drive_gateway.cia402.units import INT32_MAX, AxisUnits
 
 AXES = (axis("J1", 1), axis("J2", 2, counts_per_unit=-12345.678, offset=-1.5))
@@ -43,9 +43,9 @@ def test_a_cycle_that_no_drive_knows_is_refused() -> None:
 
 
 def test_a_drive_is_prepared_in_its_own_units() -> None:
-    written = {
-        (item.write.index, item.write.sub): item.write.data for item in preparations(AXES[0], gateway_settings())
-    }
+    settings = gateway_settings()
+    prepared = [*supervision(AXES[0], settings), *preparations(AXES[0], settings)]
+    written = {(item.write.index, item.write.sub): item.write.data for item in prepared}
     assert written == {
         (0x1017, 0): (50).to_bytes(2, "little"),
         (0x1016, 1): (127 << 16 | 200).to_bytes(4, "little"),

@@ -27,6 +27,13 @@ def test_page_shows_path_speed_and_joint_speeds_against_their_limits(tmp_path: P
     assert "in 2 motions" in page
 
 
+def test_a_spline_joins_the_joint_moves_around_it_and_r0_stops_there(tmp_path: Path) -> None:
+    program = "MJ J1=10 J2=5 {}\nMS X=1100 Y=400\nMS X=1000 Y=600 Z=1500\n{}HOME"
+    assert "in 1 motions" in plotted(tmp_path, program.format("", ""))
+    assert "in 2 motions" in plotted(tmp_path, program.format("R=0", ""))
+    assert "in 2 motions" in plotted(tmp_path, program.format("", "WAIT 1\n"))
+
+
 def test_endless_program_is_cut_off(tmp_path: Path) -> None:
     program = tmp_path / "p.prog"
     program.write_text("LABEL a\nMJ J1=10\nMJ J1=-10\nGOTO a")

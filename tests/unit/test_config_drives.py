@@ -88,6 +88,10 @@ def test_an_option_that_is_a_list_is_refused_once_with_all_that_is_allowed(tmp_p
          "robots: found an empty mapping, allowed one or more"),
         ("direction: 1, offset: 0, speed: 121", "direction: 0, offset: 0, speed: 121", "direction: §0",
          "robots.left.axes.J1.direction: found 0, allowed 1 or -1"),
+        ("gear: 200,", "gear: 200, feed_forward: torque,", "feed_forward: §torque",
+         "robots.left.axes.J2.feed_forward: found torque without a rated torque, allowed rated_torque_nm of the motor"),
+        ("gear: 200,", "gear: 200, rated_torque_nm: 0,", "rated_torque_nm: §0",
+         "robots.left.axes.J2.rated_torque_nm: found 0, allowed more than 0"),
         ("interface: virtual", "interface: token_ring", "§token_ring", "bus.interface: found 'token_ring', allowed "
          "one of python-can's: "),
     ],
@@ -101,3 +105,24 @@ def test_two_axes_on_one_node_are_a_valid_file(tmp_path: Path) -> None:
     copy = Copy(tmp_path).change(DRIVES, "node: 3", "node: 2, axis: 2")
     axes = load_drives(copy.drives, "left_bus").robots["left"].axes
     assert [(axis.node_id, axis.number) for axis in axes[:3]] == [(1, 1), (2, 1), (2, 2)]
+
+
+def test_torque_feed_forward_is_told_in_per_mille_through_the_gear(tmp_path: Path) -> None:
+    copy = Copy(tmp_path).change(DRIVES, "gear: 190,", "gear: 190, feed_forward: torque, rated_torque_nm: 9,")
+    axis = load_drives(copy.drives, "left_bus").robots["left"].axes[2]
+    assert (axis.velocity_offset, axis.torque_offset) == (True, True)
+    assert axis.torque is not None
+    # J3 turns against its motor.
+    assert axis.torque.per_mille * 190 * 9 == pytest.approx(-1000)
+    assert axis.torque.rated_mnm == 9000
+
+
+def test_of_a_slide_the_force_goes_through_its_feed(tmp_path: Path) -> None:
+    placer = "mixed/placer_drives.yaml"
+    copy = Copy(tmp_path).change(placer, "feed: 20,", "feed: 20, feed_forward: torque, rated_torque_nm: 1.3,")
+    axis = load_drives(copy.folder / placer, "placer_bus").robots["placer"].axes[2]
+    assert axis.torque is not None
+    # 1.3 Nm at the shaft do 1.3 * 2 pi J in a turn; so does the force over its way.
+    force_n = 1000 / abs(axis.torque.per_mille)
+    way_m = axis.index_counts / abs(axis.counts_per_unit)
+    assert force_n * way_m == pytest.approx(1.3 * 2 * math.pi)

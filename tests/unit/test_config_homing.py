@@ -35,6 +35,19 @@ def test_an_absolute_axis_says_how_it_is_checked(tmp_path: Path) -> None:
     assert untold == EncoderSettings(131072, 8192)
 
 
+@pytest.mark.parametrize(
+    ("method", "direction", "position"), [(17, 1, -175), (18, 1, 175), (17, -1, 175), (18, -1, -175)]
+)
+def test_a_limit_switch_where_homing_finds_it_is_in_si(
+    tmp_path: Path, method: int, direction: int, position: int
+) -> None:
+    homing = HOMING.replace("method: 17", f"method: {method}").replace("-170", f"{position}")
+    copy = copy_with(tmp_path, f"limits: [-170, 170], limit_switches: [-175, 175], {homing}")
+    copy.change(DRIVES, "direction: 1, offset: 0, speed: 121", f"direction: {direction}, offset: 0, speed: 121")
+    axis = load_drives(copy.drives, "left_bus").robots["left"].axes[0]
+    assert axis.limit_switches == pytest.approx((math.radians(-175), math.radians(175)))
+
+
 def test_an_eds_is_looked_for_beside_the_drives_file(tmp_path: Path) -> None:
     copy = copy_with(tmp_path, "eds: my.eds")
     (copy.drives.parent / "my.eds").write_text("")
@@ -68,6 +81,19 @@ def test_an_eds_is_looked_for_beside_the_drives_file(tmp_path: Path) -> None:
         (
             f"encoder: incremental, encoder_check: {{}}, {HOMING}",
             "encoder_check: found a check of an incremental encoder, allowed encoder: absolute",
+        ),
+        ("limit_switches: [170, -170]", "limit_switches: found 170 to -170, allowed the lower one first"),
+        (
+            "limits: [-170, 170], limit_switches: [-165, 175]",
+            "limit_switches: found -165 to 175, allowed none within the limits, -170 to 170",
+        ),
+        (
+            f"limit_switches: [-175, 175], {HOMING}",
+            "homing.position: found -170, allowed -175, where the limit switch is that homing finds",
+        ),
+        (
+            "limit_switches: [-175, 175], inputs: {door: [1]}",
+            "inputs: found bit 0 or 1, allowed other bits: these are the limit switches",
         ),
         (HOMING.replace("slow: 1", "slow: 20"), "homing.slow: found 20, allowed 10 or less"),
         (HOMING.replace("fast: 10", "fast: 200"), "homing.fast: found 200, allowed 121 or less"),

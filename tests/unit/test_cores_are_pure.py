@@ -30,6 +30,7 @@ SHELLS = {
     "drive_gateway/gateway/sdo_workers.py": "the threads that wait for SDOs",
     "drive_gateway/gateway/sdo_transfer.py": "the waits of the canopen client",
     "drive_gateway/gateway/recorder.py": "writes frames to a file",
+    "drive_gateway/canopen/axes_eds.py": "canopen's reader of EDS files",
     "drive_gateway/canopen/eds.py": "canopen's reader of EDS files",
     "drive_gateway/config/checks.py": "asks python-can for its interfaces",
     "drive_gateway/sim/shell.py": "the process of the simulated drives",

@@ -111,6 +111,26 @@ def test_drives_count_through_the_gear_of_the_robot_and_take_no_more_than_its_mo
     assert copy.shown(found[0]) == f"{copy.place(name, new.replace(': ', ': §'))}: {problem}"
 
 
+def test_torques_are_told_in_per_mille_of_the_torque_that_the_robots_motor_has(tmp_path: Path) -> None:
+    copy = Copy(tmp_path).change(DRIVES, "gear: 180", "feed_forward: torque, rated_torque_nm: 8, gear: 180")
+    _, found = check_cell(copy.cell)
+    assert copy.shown(found[0]) == (
+        f"{copy.place(DRIVES, 'rated_torque_nm: §8')}: robots.left.axes.J1.rated_torque_nm: found 8, allowed 9, that "
+        "of the motor of J1 in the file of BOOK6"
+    )
+
+
+def test_torque_feed_forward_needs_a_robot_whose_torques_are_known(tmp_path: Path) -> None:
+    copy = Copy(tmp_path).change(DRIVES, "gear: 180", "feed_forward: torque, rated_torque_nm: 9, gear: 180")
+    text = copy.robot.read_text()
+    copy.robot.write_text(text[: text.index("motors:")] + text[text.index("path:") :])
+    _, found = check_cell(copy.cell)
+    assert (
+        "J1.feed_forward: found torque, allowed velocity or none: the file of BOOK6 has neither masses nor motors"
+        in (copy.shown(found[0]))
+    )
+
+
 @pytest.mark.parametrize("path", MODELS, ids=lambda path: path.stem)
 def test_motors_with_the_name_of_a_simulated_one_have_its_numbers(path: Path) -> None:
     for motor in load_description(path).motors.values():

@@ -66,7 +66,8 @@ def blocks(draw: st.DrawFn) -> SetpointBlock:
     samples = arrays(np.float64, shape, elements=FINITE)
     numbers = [draw(COUNTS) for _ in range(4)]
     dt_s, nominal = draw(st.floats(1e-6, 1e6)), draw(st.integers(0, shape[0]))
-    return SetpointBlock(draw(NAMES), *numbers, dt_s, nominal, draw(samples), draw(samples))
+    torque = draw(st.none() | samples)
+    return SetpointBlock(draw(NAMES), *numbers, dt_s, nominal, draw(samples), draw(samples), torque)
 
 
 @st.composite
@@ -148,10 +149,24 @@ def block(**changes: Any) -> SetpointBlock:
 
 def test_the_layout_of_a_block_is_the_documented_one() -> None:
     data = encode(block())
-    assert data[:4] == b"ZSB1"
-    assert data[54:60] == b"\x04\x00left"
-    assert np.frombuffer(data[60:108], "<f8").tolist() == [1.0, 2.0, 3.0, 4.0, 5.0, 6.0]
-    assert len(data) == 56 + 4 + 2 * 48
+    assert data[:4] == b"ZSB2"
+    assert data[54:62] == b"\x04\x00\x00\x00left"
+    assert np.frombuffer(data[62:110], "<f8").tolist() == [1.0, 2.0, 3.0, 4.0, 5.0, 6.0]
+    assert len(data) == 58 + 4 + 2 * 48
+
+
+def test_the_torque_of_a_block_comes_behind_its_velocity_and_is_announced() -> None:
+    torque = np.array([[7.0, 8.0], [9.0, 10.0], [11.0, 12.0]])
+    data = encode(block(torque=torque))
+    assert data[56:58] == b"\x01\x00"
+    assert np.frombuffer(data[-48:], "<f8").tolist() == torque.ravel().tolist()
+    assert len(data) == 58 + 4 + 3 * 48
+
+
+def test_flags_of_a_later_version_are_refused() -> None:
+    data = encode(block())
+    with pytest.raises(CodecError, match="only bit 0 is in use"):
+        decode(SetpointBlock, data[:56] + b"\x02\x00" + data[58:])
 
 
 @pytest.mark.parametrize(
@@ -159,6 +174,8 @@ def test_the_layout_of_a_block_is_the_documented_one() -> None:
     [
         {"position": np.full((3, 2), math.nan)},
         {"velocity": np.zeros((2, 2))},
+        {"torque": np.zeros((2, 2))},
+        {"torque": np.full((3, 2), math.inf)},
         {"position": np.zeros((0, 2)), "velocity": np.zeros((0, 2))},
         {"nominal": 4},
         {"owner": -1},
@@ -172,8 +189,8 @@ def test_a_block_that_must_not_travel_is_not_encoded(change: dict[str, Any]) -> 
 
 
 def test_another_version_of_a_block_is_refused_by_its_magic() -> None:
-    with pytest.raises(CodecError, match="magic b'ZSB2', expected b'ZSB1'"):
-        decode(SetpointBlock, b"ZSB2" + encode(block())[4:])
+    with pytest.raises(CodecError, match="magic b'ZSB1', expected b'ZSB2'"):
+        decode(SetpointBlock, b"ZSB1" + encode(block())[4:])
 
 
 def test_bytes_behind_a_block_are_refused() -> None:

@@ -1,11 +1,12 @@
 """The drive: power states on the bus, motion, monitoring, and that nothing makes the axis jump."""
 
 import struct
+from dataclasses import replace
 
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from sim_drive_world import CYCLE_S, NODE, QUICK_STOP, START, Bench, Refused
+from sim_drive_world import AXIS, CYCLE_S, NODE, QUICK_STOP, START, Bench, Refused
 
 from drive_gateway.sim.power_state import DriveState
 
@@ -246,3 +247,42 @@ def test_no_frame_raises_or_makes_the_axis_jump(steps: list[tuple[tuple[int, byt
         bench.node.step(bench.now)
         assert at_once == before
         assert abs(bench.node.position - before) <= bench.node.top_speed * wait_s * (1 + 1e-9) + 1e-6
+
+
+def at_the_end(bench: Bench, speed: float) -> None:
+    """Drive with `speed` [counts/s] until the drive stops by itself."""
+    target = bench.node.position
+    for _ in range(500):
+        if bench.node.state is S.QUICK_STOP_ACTIVE:
+            return
+        target += speed * CYCLE_S
+        bench.cycle(ENABLE, target)
+    raise AssertionError(f"still {bench.node.state.name} at {bench.node.position}")
+
+
+def between_ends(low: float, high: float) -> Bench:
+    bench = Bench(replace(AXIS, limit_switches=(low, high)))
+    bench.prepare()
+    bench.enable()
+    return bench
+
+
+def test_a_drive_stops_at_its_limit_switch_by_itself_and_not_before_it_stands_it_is_enabled_again() -> None:
+    bench = between_ends(0.0, 0.8)
+    assert bench.read(0x60FD) & 3 == 0
+    at_the_end(bench, SPEED)
+    assert bench.read(0x60FD) & 3 == 2
+    while not bench.node.servo.standing:
+        assert bench.node.state is S.QUICK_STOP_ACTIVE
+        bench.cycle(ENABLE, 20_000)
+    assert 8_000 <= bench.node.position <= 8_000 + SPEED**2 / (2 * QUICK_STOP) + SPEED * CYCLE_S
+
+
+def test_a_drive_leaves_its_limit_switch_in_the_other_direction_only() -> None:
+    bench = between_ends(0.5, 0.8)
+    assert bench.read(0x60FD) & 3 == 1
+    bench.drive(0.2, speed=5_000.0)
+    assert bench.node.state is S.OPERATION_ENABLED
+    assert bench.read(0x60FD) & 3 == 0
+    at_the_end(bench, -5_000.0)
+    assert bench.read(0x60FD) & 3 == 1

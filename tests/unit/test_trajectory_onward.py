@@ -8,7 +8,7 @@ from six_axis_arm import arm, description
 
 from robot_agent.model.description import Shaping
 from robot_agent.paths import Arc, JointMove, Line, Sequence
-from robot_agent.trajectory import Limits, Motion, PlanError, plan
+from robot_agent.trajectory import Limits, Motion, PlanError, plan, spliced
 
 ARM = arm()
 LIMITS = Limits.of(description())
@@ -92,6 +92,24 @@ def test_the_old_motion_stays_and_the_new_one_has_its_unfinished_blocks_first() 
     assert longer.ends[0] == pytest.approx(motion.ends[1] - tau, abs=1e-3)
     np.testing.assert_allclose(motion.qd(np.array(motion.duration_s)), 0.0, atol=1e-12)
     np.testing.assert_allclose(longer.pose(np.array(longer.duration_s)), blocks[3].target_pose, atol=1e-6)
+
+
+def test_splices_are_the_old_motion_up_to_them_and_the_new_one_behind() -> None:
+    """Of motions that are spliced themselves, too, and without what lies before `first`."""
+    blocks = loop(0.1, 0.05, 0.25)
+    whole, at, first = planned(*blocks[:3]), 0.7, 0.4
+    for number in range(3, 8):
+        onward = extended(whole, at, blocks[number % 4])
+        longer = spliced(whole, at, onward, first)
+        before, behind = np.linspace(first, at, 20), np.linspace(0.0, onward.duration_s, 20)
+        for value in (Motion.q, Motion.qd, Motion.qdd):
+            np.testing.assert_allclose(value(longer, before[1:-1] - first), value(whole, before[1:-1]), atol=1e-9)
+            np.testing.assert_allclose(value(longer, behind[1:] + at - first), value(onward, behind[1:]), atol=1e-9)
+        ended = whole.ends[(whole.ends > first) & (whole.ends <= at)]
+        np.testing.assert_allclose(longer.ends, [*ended - first, *onward.ends + at - first], atol=1e-9)
+        assert (np.diff(longer.ends) > 0.1).all()
+        assert len(longer.rests) == 2
+        whole, at, first = longer, float(longer.ends[-2]) - 0.1, 0.3
 
 
 def test_corner_behind_the_old_end_is_a_stop_or_round_as_programmed() -> None:

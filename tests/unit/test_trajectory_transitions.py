@@ -110,6 +110,44 @@ def test_spline_leaves_a_line_in_its_direction() -> None:
     assert stops(motion) == 0
 
 
+def beside(joints: np.ndarray, x_mm: float, y_mm: float, z_mm: float, turn_deg: float = 0.0) -> np.ndarray:
+    """A pose beside that of joints, turned about the vertical."""
+    pose, moved = MODEL.forward(joints), at(x_mm, y_mm, z_mm, turn_deg)
+    pose[:3, :3] = moved[:3, :3] @ HERE[:3, :3].T @ pose[:3, :3]
+    pose[:3, 3] += moved[:3, 3] - HERE[:3, 3]
+    return pose
+
+
+def angle_deg(first: np.ndarray, second: np.ndarray) -> float:
+    """Between two directions."""
+    return float(np.degrees(np.arccos(first @ second / np.linalg.norm(first) / np.linalg.norm(second))))
+
+
+def test_a_spline_between_joint_moves_goes_their_ways_and_passes_its_points() -> None:
+    there, on = START + 0.1, START + np.array([0.6, 0.0, -0.1, 0.3, 0.2, 0.1])
+    points = [beside(there, 30, 200, 50), beside(there, -20, 420, 90, 8)]
+    motion = planned(JointMove(there, 1.0, 1), *[Spline(p[None], 2) for p in points], JointMove(on, 1.0, 4))
+    assert stops(motion) == 0
+    poses = motion.pose(motion.ends)
+    np.testing.assert_allclose(poses[:3, :3, 3], [p[:3, 3] for p in [MODEL.forward(there), *points]], atol=1.2e-4)
+    np.testing.assert_allclose(poses[:3, :3, :3], [p[:3, :3] for p in [MODEL.forward(there), *points]], atol=1e-3)
+    for tau, travel in ((motion.ends[0], there - START), (motion.ends[2], on - motion.q(motion.ends[2]))):
+        assert angle_deg(motion.qd(tau), travel) < 3.0
+
+
+@pytest.mark.parametrize(
+    "move",
+    [
+        JointMove(START + 0.1, 1.0, 1, synchronised=False),
+        JointMove(START + np.array([0, 0, 0, 0, 0, 0.5]), 1.0, 1),
+        JointMove(START + 0.1, 1.0, 1, round_m=0.0),
+    ],
+    ids=["without step", "turns the flange on the spot", "R0"],
+)
+def test_behind_a_joint_move_without_a_direction_or_with_r0_a_spline_begins_at_rest(move: JointMove) -> None:
+    assert stops(planned(move, Spline(beside(move.target, 30, 200, 50)[None], 2))) == 1
+
+
 def test_arc_by_angle_goes_round_as_often_as_it_says_and_backwards() -> None:
     via, target = at(y_mm=50, z_mm=50), at(y_mm=100)
     motion = planned(Arc(via, target, 1, angle_rad=-4.0 * np.pi))

@@ -62,6 +62,11 @@ def _robot(document: Document, robot: str, axes: dict[str, AxisEntry], model: Ro
     for name in joints:
         if name in axes and name in needs:
             yield from _axis(document, (*path, name), axes[name], needs[name])
+        if name in axes and axes[name].feed_forward == "torque" and not (model.motors or model.masses):
+            allowed = (
+                f"velocity or none: the file of {model.name} has neither masses nor motors, so nobody knows its torques"
+            )
+            yield document.problem((*path, name, "feed_forward"), "torque", allowed)
         if name in axes and name in model.motors:
             yield from _motor(document, (*path, name), axes[name], model.motors[name].motor(), model.name)
 
@@ -100,6 +105,9 @@ def _motor(document: Document, path: KeyPath, axis: AxisEntry, motor: Motor, mod
     if axis.feed is not None and motor.feed_m is not None and not math.isclose(axis.feed, motor.feed_m, rel_tol=1e-9):
         feed = declared(document, motor.feed_m, linear=True)
         yield document.problem((*path, "feed"), document.found((*path, "feed")), f"{feed:g}, {whose}")
+    if axis.rated_torque_nm is not None and not math.isclose(axis.rated_torque_nm, motor.rated_torque_nm, rel_tol=1e-9):
+        found = document.found((*path, "rated_torque_nm"))
+        yield document.problem((*path, "rated_torque_nm"), found, f"{motor.rated_torque_nm:g}, {whose}")
     if axis.speed > motor.fastest:
         most = declared(document, motor.fastest, axis.linear)
         allowed = f"{most:.4g} or less: its motor makes {motor.maximum_speed_rpm:g} turns per minute"

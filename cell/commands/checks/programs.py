@@ -26,7 +26,9 @@ def check_programs(document: Document, named: NamedFiles, models: dict[str, Mode
             joints = expected_joints(model_document, model)
             linear = {name for name, joint in model.joints.items() if joint.linear}
             try:
-                program = parse_program(text, file.name, joints, linear)
+                program = parse_program(
+                    text, file.name, joints, linear, document.keys(("robots", robot, "corrections"))
+                )
             except ProgramError as error:
                 for problem in error.problems:
                     yield Problem(file, problem.line, problem.column, "program", problem.found, problem.allowed)

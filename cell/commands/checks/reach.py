@@ -11,7 +11,17 @@ from robot_agent.agent.targets import joint_target, pose_target
 from robot_agent.kinematics import KinematicsError, Model, TrackError
 from robot_agent.kinematics.choice import joint_violation
 from robot_agent.kinematics.turns import LIMIT_TOLERANCE_RAD
-from robot_agent.language import ArcStep, Finished, Interpreter, JointStep, LineStep, Program, ProgramFault, SplineStep
+from robot_agent.language import (
+    ArcStep,
+    Finished,
+    Interpreter,
+    JointStep,
+    LineStep,
+    Program,
+    ProgramFault,
+    SplineStep,
+    TrackingOff,
+)
 from robot_agent.paths import LineGeometry
 
 MOST_MOTIONS = 2000
@@ -25,7 +35,8 @@ def unreachable_lines(model: Model, program: Program) -> Iterator[tuple[int, str
     """Program lines that lead out of reach or out of the limits, each once, and why.
 
     The program is walked as it would run. Where the robot is before its first motion nobody knows: until the first
-    HOME, or MJ that names all joints, and behind arcs and splines, only targets with all six coordinates are judged.
+    HOME, or MJ that names all joints, and behind arcs, splines and TRACK OFF, only targets with all six coordinates are
+    judged.
     """
     walk, seen, told = _Walk(model), set[tuple[int, bytes]](), set[int]()
     interpreter, since_new = Interpreter(program), 0
@@ -33,7 +44,7 @@ def unreachable_lines(model: Model, program: Program) -> Iterator[tuple[int, str
         step = interpreter.next()
         if isinstance(step, Finished | ProgramFault):
             return
-        if isinstance(step, ArcStep | SplineStep):
+        if isinstance(step, ArcStep | SplineStep | TrackingOff):
             walk.q = None
         if not isinstance(step, JointStep | LineStep):
             continue

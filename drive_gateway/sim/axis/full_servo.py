@@ -1,7 +1,8 @@
 """The full level of an axis: the same surface as the fast one (`Servo`), with a motor, a loop and limits behind it.
 
 The fast level's axis is the command here: it interpolates from SYNC to SYNC, smooths with its lag and makes the braking
-ramps. Its position, velocity and acceleration are what the cascade follows.
+ramps. Its position, velocity and acceleration are what the cascade follows; where a master feeds torque forward, that
+torque takes the place of what its own inertia asks for, but not while the drive brakes by itself.
 """
 
 from collections.abc import Callable
@@ -9,6 +10,7 @@ from collections.abc import Callable
 from drive_gateway.sim.axis.axis_data import BRAKE_OVERLAP_S, AxisData
 from drive_gateway.sim.axis.cascade import Cascade
 from drive_gateway.sim.axis.dc_bus import DcBus
+from drive_gateway.sim.axis.fed_torque import FedTorque
 from drive_gateway.sim.axis.gains import STEP_S
 from drive_gateway.sim.axis.machine import Machine
 from drive_gateway.sim.axis.protection import AMBIENT_C, Protection, Seen
@@ -43,6 +45,7 @@ class FullServo:
         self.top_speed = data.top_speed * self._per_rad
         self._counts = 0
         self._command = Servo(0.0, lag_s, self.top_speed)
+        self._fed = FedTorque()
         self._implausible = _IMPLAUSIBLE * _TOO_FAST * self.top_speed * STEP_S
         self._time = self._due = 0.0
         self._since_switched_s = 0.0
@@ -112,6 +115,10 @@ class FullServo:
     def feed(self, velocity: float) -> None:
         """Velocity offset [counts/s], from now on."""
         self._command.feed(velocity)
+
+    def feed_torque(self, torque_nm: float, period_s: float) -> None:
+        """Torque of the shaft that is fed forward, reached within one interpolation period."""
+        self._fed.toward(torque_nm, period_s)
 
     def follow(self, step_s: float) -> None:
         """Let the loop follow the set points; the stage is switched on first, the brake opens a little later."""
@@ -203,6 +210,7 @@ class FullServo:
     def _open(self) -> None:
         """Bridge off, brake closed."""
         self._powered = False
+        self._fed.reset()
         self.machine.brake_closed = True
 
     def _observe(self) -> None:
@@ -219,7 +227,9 @@ class FullServo:
         reference, before = self._command, self._command.velocity
         if command is not None:
             command(STEP_S)
-        torque = self._inertia * (reference.velocity - before) / (STEP_S * self._per_rad)
+        torque = self._fed.step(STEP_S)
+        if self._braking or not self._fed.given:
+            torque += self._inertia * (reference.velocity - before) / (STEP_S * self._per_rad)
         measured = self.machine.winding.current
         self.machine.drive(self._voltage, dc_v)
         self._voltage = self.cascade.step(

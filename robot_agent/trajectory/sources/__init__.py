@@ -2,6 +2,7 @@
 
 from robot_agent.trajectory.sources.axes import Axes, JointAxes, ToolAxes
 from robot_agent.trajectory.sources.corrected import CorrectedSource, CorrectionFrame, CorrectionLimits
+from robot_agent.trajectory.sources.given import Given
 from robot_agent.trajectory.sources.jog import JOG_SPEED_M_S, JogSource, Wish
 from robot_agent.trajectory.sources.path import PathSource
 from robot_agent.trajectory.sources.sampled import sampled, states_from
@@ -15,6 +16,7 @@ __all__ = [
     "CorrectedSource",
     "CorrectionFrame",
     "CorrectionLimits",
+    "Given",
     "JogSource",
     "JointAxes",
     "JointState",

@@ -1,7 +1,7 @@
 """A path under the governor with a live correction on top: conveyors, sensors."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from enum import Enum
 
@@ -16,6 +16,7 @@ from robot_agent.trajectory.segment import RESTING_SAMPLES, Segment
 from robot_agent.trajectory.sources.admission import Admission, Excess
 from robot_agent.trajectory.sources.axes import turn_by
 from robot_agent.trajectory.sources.flange import tracked, why_lost
+from robot_agent.trajectory.sources.given import Given
 from robot_agent.trajectory.sources.online import NoCourse, approach, course, sampled_course
 from robot_agent.trajectory.sources.source import JointState, States
 from robot_agent.trajectory.sources.target import Target
@@ -77,22 +78,6 @@ _PATH_WAITS = _Effort(0.0, 1.0, 1.0)
 """The path stands while the correction goes where it can."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class _Given:
-    """A block: state `k` of all three belongs to the same tick, the first one is where it was joined."""
-
-    path: Segment
-    correction: Numbers
-    """`(3, m, 6)` offset, velocity, acceleration."""
-    states: States
-
-    def behind(self, ticks: int) -> "_Given":
-        kept = np.minimum(np.arange(ticks, max(self.states.count, ticks + 1)), self.states.count - 1)
-        correction = self.correction[:, kept].copy()
-        correction[1:, -1] = 0.0
-        return _Given(self.path.remainder(ticks, self.path.ruled_by), correction, self.states.behind(ticks))
-
-
 class CorrectedSource:
     """Follows a planned motion and adds an offset of the TCP that is driven towards `target`.
 
@@ -112,21 +97,26 @@ class CorrectedSource:
         segment: Segment,
         correction: CorrectionLimits,
         frame: CorrectionFrame = CorrectionFrame.BASE,
+        clear: Callable[[States], str] = lambda _: "",
     ) -> None:
-        """Begin at the first sample of `segment`, which `governor` gave and at which the robot stands."""
+        """Begin at the first sample of `segment`, which `governor` gave and at which the robot stands.
+
+        `clear` says what the body would enter that it may not (zones); empty when nothing.
+        """
         c = correction
         self._model = model
         self._governor = governor
         self._frame = frame
         self._ramp_factor = limits.ramp_factor
         self._cycle_s = segment.cycle_s
-        self._admission = Admission(model, limits, segment.cycle_s)
+        self._limits = limits
+        self._braking = self._admission = Admission(model, limits, segment.cycle_s)
+        self._cap_m_s: float | None = None
+        self._clear = clear
         self._speed = np.repeat([c.speed_m_s, c.angular_speed_rad_s], 3)
         self._acceleration = np.repeat([c.acceleration_m_s2, c.angular_acceleration_rad_s2], 3)
         self._jerk = np.repeat([c.jerk_m_s3, c.angular_jerk_rad_s3], 3)
-        here = States.standing(segment.q[0], 1)
-        self._given = _Given(segment.remainder(segment.length, ""), np.zeros((3, 1, 6)), here)
-        self._before = np.repeat(segment.q[:1], 2, axis=0)
+        self._given = Given.standing(segment.remainder(segment.length, ""))
         self._index = 0
         self._effort = _Effort(1.0, 1.0, 1.0)
         self.requests: Sequence[RateRequest] = ()
@@ -150,16 +140,34 @@ class CorrectedSource:
         index = min(self._index, self._given.correction.shape[1] - 1)
         return np.asarray(self._given.correction[0, index])
 
-    def resume(self, ticks: int) -> None:
-        """Go on from `ticks` behind where the last `samples` began: blocks overlap."""
-        self._index = ticks
+    @property
+    def given(self) -> Given:
+        """What `samples` and `brake` gave last."""
+        return self._given
+
+    def resume(self, ticks: int, given: Given | None = None, governor: Governor | None = None) -> None:
+        """Go on from `ticks` behind where the last `samples` began: blocks overlap.
+
+        Where those were not played, `given` is the block that is, and `governor` the one of its motion.
+        """
+        self._given, self._index = given or self._given, ticks
+        self._governor = governor or self._governor
+
+    def follow(self, governor: Governor) -> None:
+        """Go on with another motion, which begins where the present one has ended; the correction stays as it is."""
+        self._governor = governor
+        self._given, self._index = self._given.behind(self._index).onto(governor.rest(0.0)), 0
+
+    def cap(self, tcp_speed_m_s: float | None) -> None:
+        """Bound the speed of TCP and flange, path and correction together; `None` lifts the bound."""
+        if tcp_speed_m_s != self._cap_m_s:
+            self._cap_m_s = tcp_speed_m_s
+            bound = np.inf if tcp_speed_m_s is None else tcp_speed_m_s
+            self._admission = Admission(self._model, self._limits, self._cycle_s, bound)
 
     def samples(self, count: int) -> States:
         """The next `count` ticks."""
-        begun = self._given.behind(self._index)
-        history = np.concatenate([self._before, self._given.states.first(self._index).q])[-2:]
-        self._before = history
-        self._given = self._search(begun, count)
+        self._given = self._search(self._given.behind(self._index), count)
         self._index = count
         return self._given.states.behind(1).first(count)
 
@@ -167,7 +175,7 @@ class CorrectedSource:
         """The ramp that was checked with the samples given last, or what is left of it."""
         return self._given.states.behind(self._index + 1)
 
-    def _search(self, begun: _Given, count: int) -> _Given:
+    def _search(self, begun: Given, count: int) -> Given:
         """The path and the correction as wished, as far as the joints allow; else the fastest stop of both."""
         slowest = min(self.requests, key=lambda each: each.rate, default=RateRequest(1.0, ""))
         if slowest.rate <= 0.0:
@@ -188,17 +196,17 @@ class CorrectedSource:
         self.ruled_by = why
         return self._stopped(begun)
 
-    def _within_reach(self, begun: _Given) -> bool:
+    def _within_reach(self, begun: Given) -> bool:
         """Whether the target can be reached from where the path is."""
         poses = self._corrected(begun.path.q[:1], self.target.offset[None])
         return bool(self._model.reaches(self._model.flange_at(poses)).all())
 
-    def _softer_and_softer(self, begun: _Given, count: int, effort: _Effort) -> tuple[_Given | None, _Effort, str]:
+    def _softer_and_softer(self, begun: Given, count: int, effort: _Effort) -> tuple[Given | None, _Effort, str]:
         """The first admissible block of a few tries; the effort tried last, and what was in the way, for people."""
         why = ""
         for _ in range(_TRIES):
             found = self._attempt(begun, count, effort)
-            if isinstance(found, _Given):
+            if isinstance(found, Given):
                 return found, effort, why
             if isinstance(found, str):
                 return None, effort, f"correction: {found}"
@@ -208,16 +216,17 @@ class CorrectedSource:
                 break
         return None, effort, why
 
-    def _stopped(self, begun: _Given) -> _Given:
+    def _stopped(self, begun: Given) -> Given:
         """The fastest stop of path and correction; what was given before when nothing is faster."""
         stopped = self._attempt(begun, 0, _PATH_WAITS)
-        sooner = isinstance(stopped, _Given) and stopped.states.count <= begun.states.count
-        return stopped if isinstance(stopped, _Given) and sooner else begun
+        sooner = isinstance(stopped, Given) and stopped.states.count <= begun.states.count
+        return stopped if isinstance(stopped, Given) and sooner else begun
 
-    def _attempt(self, begun: _Given, count: int, effort: _Effort) -> _Given | Excess | str:
+    def _attempt(self, begun: Given, count: int, effort: _Effort) -> Given | Excess | str:
         """One block with an effort; what exceeds a limit, or why there is none."""
         requests = [*self.requests, RateRequest(effort.rate, "correction")]
-        path = self._governor.next(begun.path, 0, requests, self.holds, stop=count == 0 or effort.rate == 0.0)
+        stop = count == 0 or effort.rate == 0.0
+        path = self._governor.next(begun.path, 0, requests, self.holds, stop, self._cap_m_s)
         try:
             correction = self._correction(begun.correction[:, 0], count, effort)
             ticks = max(path.rest_index, correction.shape[1] - 1) + RESTING_SAMPLES
@@ -230,10 +239,10 @@ class CorrectedSource:
         except NoCourse:
             return _CANNOT_FOLLOW
         states = self._with_derivatives(begun.states, q)
-        excess = self._admission.excess(states, self._before)
+        excess = (self._admission if count > 0 else self._braking).excess(states, begun.before)
         if max(excess.speed, excess.acceleration, excess.jerk) > 1.0:
             return excess
-        return _Given(path, correction, states)
+        return self._clear(states) or Given(path, correction, states, begun.before)
 
     def _correction(self, present: Numbers, count: int, effort: _Effort) -> Numbers:
         """Offset, velocity, acceleration `(3, m, 6)`, `present` `(3, 6)` first: towards the target, then to rest."""

@@ -21,6 +21,10 @@ class Target:
         """The path as it is."""
         return cls(np.zeros(6), np.zeros(6))
 
+    def after(self, seconds: float) -> "Target":
+        """Where it is a while later."""
+        return Target(self.offset + seconds * self.speed, self.speed)
+
 
 class CriticallyDamped:
     """Position and speed of a noisy measurement, critically damped, without lag behind a constant speed.

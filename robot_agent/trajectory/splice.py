@@ -1,0 +1,33 @@
+"""A motion and the one that goes on from it, as one."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from robot_agent.trajectory.motion import Motion
+from robot_agent.trajectory.pieces import Pieces
+
+
+def spliced(motion: Motion, tau: float, onward: Motion, first: float = 0.0) -> Motion:
+    """`motion` from tau `first` up to `tau` [s], and from there on `onward`, planned from its state there.
+
+    Its tau 0 is tau `first` of `motion`, where it may begin in motion; between there and `tau` it is the same motion.
+    Blocks that have ended by `first` are left out.
+    """
+    before = np.searchsorted(motion.ends, [first, tau], side="right")
+    offset = tau - first
+    blocks = int(before[1] - before[0])
+    ends = np.append(motion.ends[before[0] : before[1]] - first, onward.ends + offset)
+    kept = motion.rests[(motion.rests > first) & (motion.rests <= tau)] - first
+    blends = [replace(each, block=each.block - int(before[0])) for each in motion.blends if each.block > before[0]]
+    known = {blend.block: blend for blend in blends}
+    known |= {blend.block + blocks: replace(blend, block=blend.block + blocks) for blend in onward.blends}
+    return replace(
+        onward,
+        pieces=Pieces.joined([motion.pieces.part(first, tau), onward.pieces]),
+        ends=ends,
+        rests=np.concatenate([[0.0], kept, onward.rests[1:] + offset]),
+        blends=tuple(known[block] for block in sorted(known)),
+        filter_deviation_m=max(motion.filter_deviation_m, onward.filter_deviation_m),
+        last=None if onward.last is None else onward.last.later(offset, blocks),
+    )

@@ -1,0 +1,225 @@
+"""Corrections in the agent: followed on the path, stopped by name, left at rest, and never into a closed zone."""
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+
+from cell.config.settings import ConveyorSettings, CorrectionSettings, PoseSettings, SensorFrame
+from cell.geometry.occupied import body_touches_box
+from cell.messages import (
+    CellTime,
+    Continue,
+    ConveyorCount,
+    Correction,
+    Enable,
+    Estop,
+    Halt,
+    Mode,
+    ProgramState,
+    Run,
+    SetManual,
+    ZoneState,
+    ZoneStatus,
+)
+from robot_agent.workspace import zone_box
+from tests.unit.agent_world import CYCLE_S, STEP_S, ZONE, AgentWorld
+
+HERE = PoseSettings((0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0))
+COUNTS_PER_M = 10_000.0
+SEAM = CorrectionSettings("seam", SensorFrame.BASE, None, 0.05, 0.0, 0.05, 0.2, 0.2, 2.0)
+BELT = CorrectionSettings("belt", None, ConveyorSettings("line", HERE, COUNTS_PER_M, 0.5), 0.3, 0.0, 0.1, 0.2, 0.2, 2.0)
+WIDE = CorrectionSettings("wide", SensorFrame.BASE, None, 2.0, 0.0, 0.05, 0.2, 0.5, 2.0)
+ALL = {each.name: each for each in (SEAM, BELT, WIDE)}
+
+START = "MJ J1=10 J2=-10 J3=30 J4=0 J5=60 J6=0\n"
+SEAM_PROGRAM = START + "TRACK seam\nML Y=280 F=60\nML Y=320 F=60 R=0\nTRACK OFF\nML Y=300 F=100\nEND"
+BELT_PROGRAM = START + "TRACK belt\nML Z=1980 F=30\nWAIT 0.2\nML Y=220 F=20\nTRACK OFF\nEND"
+
+
+class Measured(AgentWorld):
+    """With a sensor and a belt that are measured at every step, as long as they are."""
+
+    def __init__(self, program: str) -> None:
+        super().__init__(program, corrections=ALL)
+        self.offset_m = (0.0, 0.0, 0.0)
+        self.belt_m_s = 0.0
+        self.measured_now = True
+
+    def step(self) -> None:
+        if self.measured_now:
+            at = CellTime("m", self.now)
+            for name in ("seam", "wide"):
+                self.agent.receive(Correction("left", name, at, self.offset_m), self.now)
+            counts = round(self.belt_m_s * self.now * COUNTS_PER_M) % 2**32
+            self.agent.receive(ConveyorCount("line", at, counts), self.now)
+        super().step()
+
+    def until(self, done: Callable[[], bool], seconds: float = 40.0) -> None:
+        for _ in range(round(seconds / STEP_S)):
+            if done():
+                return
+            self.step()
+        raise AssertionError(f"not reached in {seconds} s; state {self.states[-1:]}, {self.events}")
+
+    def start(self) -> None:
+        self.until(lambda: self.states != [] and self.state.mode is Mode.DISABLED)
+        self.call(Enable())
+        self.until(lambda: self.state.mode is Mode.READY)
+        self.call(Run())
+        self.until(lambda: self.state.mode is Mode.RUNNING)
+
+    def until_line(self, line: int) -> None:
+        self.until(lambda: self.state.program.line == line)
+
+    def until_rest(self) -> None:
+        self.until(lambda: not np.any(np.diff(self.played[-20:], axis=0)), seconds=3.0)
+
+    @property
+    def done(self) -> bool:
+        return self.state.program.state is ProgramState.DONE
+
+    def places(self) -> np.ndarray:
+        """The TCP `(m, 3)` at every tick."""
+        return np.asarray(self.planner.model.tcp(np.array(self.played))[:, :3, 3])
+
+
+def shares(world: Measured) -> np.ndarray:
+    """The largest shares of speed, ramp acceleration and ramp jerk."""
+    limits = world.planner.limits
+    allowed = (limits.velocity, limits.ramp_acceleration, limits.ramp_jerk)
+    steps = (np.abs(np.diff(world.played, order, axis=0)) / CYCLE_S**order for order in (1, 2, 3))
+    return np.array([(step / limit).max() for step, limit in zip(steps, allowed, strict=True)])
+
+
+def test_a_sensors_offset_is_followed_and_the_next_move_begins_where_it_has_led() -> None:
+    world = Measured(SEAM_PROGRAM)
+    world.start()
+    world.until_line(3)
+    taught = world.places()[-1]
+    world.offset_m = (0.0, 0.0, 0.01)
+    world.until_line(4)
+    world.until_line(6)
+    places = world.places()
+    np.testing.assert_allclose(places[places[:, 1].argmax()], [taught[0], 0.32, taught[2] + 0.01], atol=2e-5)
+    world.until(lambda: world.done)
+    np.testing.assert_allclose(world.places()[-1], [taught[0], 0.3, taught[2] + 0.01], atol=2e-5)
+    assert (shares(world) < 1.01).all()
+    assert all(not np.any(block.velocity[-1]) for block in world.blocks)
+
+
+def test_on_a_belt_the_tool_moves_with_it_over_moves_and_pauses_although_blocks_are_lost() -> None:
+    world, rng = Measured(BELT_PROGRAM), np.random.default_rng(3)
+    world.belt_m_s = 0.05
+    world.start()
+    world.until_line(3)
+
+    def lossy(done: Callable[[], bool]) -> None:
+        def step() -> bool:
+            world.lose_blocks = bool(rng.random() < 0.3)
+            return done()
+
+        world.until(step)
+
+    lossy(lambda: world.state.waiting_for.startswith("WAIT") or world.state.program.line == 5)
+    lossy(lambda: world.state.program.line == 5)
+    place = world.places()[-25:]
+    np.testing.assert_allclose(np.diff(place[:, 0]) / CYCLE_S, 0.05, atol=2e-3)
+    lossy(lambda: world.done)
+    world.lose_blocks = False
+    world.until_rest()
+    assert (shares(world) < 1.01).all()
+
+
+def test_an_old_measurement_halts_the_robot_by_name_until_an_operator_continues() -> None:
+    world = Measured(SEAM_PROGRAM)
+    world.start()
+    world.until_line(4)
+    world.measured_now = False
+    world.until(lambda: world.state.mode is Mode.HALTED, seconds=0.5)
+    world.until_rest()
+    assert any("correction seam: measured 0.2" in event.text for event in world.events)
+    world.measured_now = True
+    world.run(0.5)
+    assert world.state.mode is Mode.HALTED
+    world.call(Continue())
+    world.until(lambda: world.done)
+
+
+def test_an_offset_beyond_the_largest_halts_the_robot_by_name_and_never_carries_it_there() -> None:
+    world = Measured(SEAM_PROGRAM)
+    world.start()
+    world.until_line(4)
+    height = world.places()[-1][2]
+    world.offset_m = (0.0, 0.0, 0.2)
+    world.until(lambda: world.state.mode is Mode.HALTED, seconds=1.0)
+    world.until_rest()
+    assert any("from the path, allowed are 50.0 mm" in event.text for event in world.events)
+    assert world.places()[-1][2] < height + 0.05
+    world.call(Continue())
+    world.run(0.2)
+    assert world.state.mode is Mode.HALTED
+
+
+def test_without_any_measurement_the_program_halts_at_track() -> None:
+    world = Measured(SEAM_PROGRAM)
+    world.measured_now = False
+    world.start()
+    world.until(lambda: world.state.mode is Mode.HALTED)
+    assert any(event.text == "correction seam: not measured yet" for event in world.events)
+
+
+@pytest.mark.parametrize("stop", ["halt", "estop"])
+def test_a_stop_brings_a_tool_on_a_running_belt_to_rest_in_the_world(stop: str) -> None:
+    world = Measured(BELT_PROGRAM)
+    world.belt_m_s = 0.1
+    world.start()
+    world.until_line(5)
+    if stop == "halt":
+        world.call(Halt())
+    else:
+        world.agent.receive(Estop("e", True, "test", "test"), world.now)
+    world.until_rest()
+    if stop == "halt":
+        world.call(Continue())
+        world.until(lambda: world.done)
+    assert (shares(world) < 1.01).all()
+
+
+def test_a_program_that_ends_while_it_follows_ends_at_rest_and_can_be_run_again() -> None:
+    world = Measured(START + "TRACK belt\nML Y=220 F=50\nEND")
+    world.belt_m_s = 0.05
+    world.start()
+    world.until(lambda: world.done)
+    world.until_rest()
+    world.run(0.2)
+    world.call(Run())
+    world.until(lambda: world.state.mode is Mode.RUNNING)
+    world.until(lambda: world.done)
+
+
+def test_manual_speed_bounds_path_and_belt_together() -> None:
+    world = Measured(START + "TRACK belt\nML X=1430 F=400\nTRACK OFF\nEND")
+    world.belt_m_s = 0.1
+    world.start()
+    world.until_line(3)
+    world.call(SetManual(True))
+    begun = len(world.played)
+    world.until(lambda: world.done)
+    speed = np.linalg.norm(np.diff(world.places()[begun:], axis=0), axis=1) / CYCLE_S
+    assert 0.2 < speed.max() < 0.2505
+
+
+def test_a_correction_leads_into_no_zone_without_a_grant() -> None:
+    world = Measured(START + "TRACK wide\nML Y=220 F=2\nTRACK OFF\nEND")
+    world.zone = ZoneStatus(ZoneState.OCCUPIED, "right", None, (), 1, world.now)
+    world.start()
+    world.until_line(3)
+    world.offset_m = (1.15, 0.0, -0.5)
+    world.until(lambda: "held by right" in world.state.waiting_for)
+    box = zone_box(ZONE)
+    assert not any(body_touches_box(presence.body, box) for presence in world.presences)
+    assert "handover" in world.presences[-1].wants
+    world.grant()
+    world.until(lambda: any(body_touches_box(p.body, box) for p in world.presences[-3:]))
+    assert "handover" in world.presences[-1].holds

@@ -1,0 +1,148 @@
+"""Long chains of moves: the motion that runs is extended, and nothing else changes for the operator."""
+
+import numpy as np
+import pytest
+
+from cell.geometry.occupied import body_touches_box
+from cell.messages import Continue, Halt, Mode, ProgramState, SetOverride, Step
+from robot_agent.agent import lookahead
+from robot_agent.agent.planning import Extended
+from robot_agent.workspace import zone_box
+from tests.unit.agent_world import CYCLE_S, ZONE, AgentWorld
+from tests.unit.test_agent_core import running, until
+
+HALF_M, RADIUS_M, SPEED_M_S = 0.01, 0.05, 0.3
+TO_START = "MJ J1=0 J2=-12 J3=65 J4=0 J5=37 J6=0\nML X=1000 Y=-10 Z=1350 A=0 B=90 C=0\n"
+ROUND = """ML Y=10 F=300
+MC QY=45.355 QZ=1364.645 Y=60 Z=1400 F=300
+MC QY=45.355 QZ=1435.355 Y=10 Z=1450 F=300
+ML Y=-10 F=300
+MC QY=-45.355 QZ=1435.355 Y=-60 Z=1400 F=300
+MC QY=-45.355 QZ=1364.645 Y=-10 Z=1350 F=300
+"""
+ROUND_S = (4.0 * HALF_M + 2.0 * np.pi * RADIUS_M) / SPEED_M_S
+ENDLESS = f"{TO_START}LABEL again\n{ROUND}GOTO again"
+
+
+def extensions(world: AgentWorld) -> list[Extended]:
+    return [planned for planned in world.planned if isinstance(planned, Extended)]
+
+
+def on_its_rounds(program: str = ENDLESS) -> AgentWorld:
+    world = running(program)
+    until(world, lambda: world.state.program.line == 5)
+    return world
+
+
+def speeds(world: AgentWorld) -> np.ndarray:
+    places = world.planner.model.forward(np.array(world.played))[:, :3, 3]
+    return np.asarray(np.linalg.norm(np.diff(places, axis=0), axis=1) / CYCLE_S)
+
+
+def off_the_round(world: AgentWorld, since: int) -> float:
+    """Largest distance [m] of the flange from the programmed curve: all of it is at one distance of a line."""
+    x, y, z = world.planner.model.forward(np.array(world.played[since:]))[:, :3, 3].T
+    across = np.hypot(y - np.clip(y, -HALF_M, HALF_M), z - 1.4)
+    return float(np.hypot(across - RADIUS_M, x - 1.0).max())
+
+
+def test_endless_round_of_66_tangential_moves_never_stops() -> None:
+    world = on_its_rounds()
+    since = len(world.played)
+    world.run(11.0 * ROUND_S)
+    moving = speeds(world)[since:]
+    assert moving.min() > 0.8 * SPEED_M_S
+    assert moving.max() < 1.002 * SPEED_M_S
+    assert off_the_round(world, since) < 1.2e-4
+    limits, q = world.planner.limits, np.array(world.played[since:])
+    for order, limit in enumerate((limits.velocity, limits.acceleration, limits.jerk), 1):
+        assert (np.abs(np.diff(q, order, axis=0)).max(axis=0) < 1.001 * limit * CYCLE_S**order + 1e-9).all()
+
+
+def test_what_is_kept_of_an_endless_motion_does_not_grow(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(lookahead, "_KEPT_S", 1.0)
+    world = on_its_rounds()
+    until(world, lambda: len(extensions(world)) > 3)
+    sizes = [len(each.sweep.points) for each in extensions(world)]
+    assert max(sizes[2:]) < 1.05 * sizes[1]
+
+
+def test_robot_goes_back_to_the_beginning_of_what_is_kept_and_on_again(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(lookahead, "_KEPT_S", 1.0)
+    world = on_its_rounds()
+    until(world, lambda: any(each.cut_s > 0.0 for each in extensions(world)))
+    world.run(0.5)
+    since = len(world.played)
+    world.call(SetOverride(-100.0))
+    until(world, lambda: "is not known any more" in world.state.waiting_for)
+    world.run(0.1)
+    assert np.ptp(world.played[-10:], axis=0).max() == 0.0
+    world.call(SetOverride(100.0))
+    seen = len(extensions(world))
+    until(world, lambda: len(extensions(world)) > seen + 1)
+    assert off_the_round(world, since) < 1.2e-4
+
+
+def test_extension_that_arrives_while_halted_is_taken_and_the_robot_goes_on_without_another_stop() -> None:
+    world = on_its_rounds()
+    world.plans_held, asked = True, len(world.planned)
+    until(world, lambda: len(world.planned) > asked)
+    world.call(Halt())
+    until(world, lambda: world.state.mode is Mode.HALTED)
+    world.run(1.0)
+    world.plans_held = False
+    world.release_plans()
+    world.call(Continue())
+    until(world, lambda: world.state.tcp_speed_m_s > 0.8 * SPEED_M_S)
+    since = len(world.played)
+    world.run(3.0 * ROUND_S)
+    assert speeds(world)[since:].min() > 0.8 * SPEED_M_S
+    assert off_the_round(world, since) < 1.2e-4
+
+
+def test_extension_that_comes_too_late_is_dropped_and_the_robot_goes_on_from_where_it_rests() -> None:
+    world = on_its_rounds()
+    world.plans_held = True
+    until(world, lambda: world.state.governor.tau_s >= world.state.governor.duration_s)
+    world.run(0.2)
+    assert np.ptp(world.played[-10:], axis=0).max() == 0.0
+    world.plans_held, since = False, len(world.played)
+    world.release_plans()
+    seen = len(extensions(world))
+    until(world, lambda: len(extensions(world)) > seen)
+    assert off_the_round(world, since) < 1.2e-4
+
+
+def test_move_that_cannot_be_planned_behind_many_that_can_ends_the_program_where_these_end() -> None:
+    fine = TO_START + 5 * ROUND
+    world = on_its_rounds(fine + "ML X=9000\nEND")
+    until(world, lambda: world.state.program.state is ProgramState.FAILED)
+    assert world.state.program.line == 3 + 5 * 6
+    assert "line 33" in world.state.program.error
+    assert off_the_round(world, len(world.played) - 1) < 1.2e-4
+    assert world.state.mode is Mode.READY
+
+
+def test_steps_end_at_every_block_of_an_extended_motion_forwards_and_backwards() -> None:
+    world = on_its_rounds()
+    until(world, lambda: extensions(world) != [])
+    ends = 0
+    for override in (100.0, 100.0, -100.0, -100.0, -100.0):
+        world.call(SetOverride(override))
+        world.call(Step())
+        until(world, lambda: world.state.mode is Mode.RUNNING)
+        until(world, lambda: world.state.mode is Mode.HALTED)
+        tau, planned = world.state.governor.tau_s, extensions(world)[-1]
+        ends += int(np.abs(planned.motion.ends - tau).min() < 2e-5)
+    assert ends == 5
+
+
+def test_zone_that_an_extension_enters_is_not_entered_before_it_is_granted() -> None:
+    world = on_its_rounds(TO_START + 4 * ROUND + "ML X=2450 Y=0 Z=1400 F=800\nML X=1500 F=800\nEND")
+    until(world, lambda: world.state.waiting_for.startswith("zone handover"))
+    box = zone_box(ZONE)
+    assert extensions(world) != []
+    assert not any(body_touches_box(each.body, box) for each in world.presences)
+    world.grant()
+    until(world, lambda: world.state.program.state is ProgramState.DONE)
+    assert any(body_touches_box(each.body, box) for each in world.presences)
