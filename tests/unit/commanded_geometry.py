@@ -8,7 +8,7 @@ from itertools import groupby, pairwise
 import numpy as np
 
 from robot_agent.kinematics import Model
-from robot_agent.paths import JointMove, Sequence
+from robot_agent.paths import JointMove, Sequence, Spline
 from robot_agent.paths.legs import legs
 from robot_agent.paths.pose_path import PosePath, pose_paths
 from robot_agent.trajectory import Motion
@@ -16,6 +16,8 @@ from robot_agent.trajectory import Motion
 _COARSE_M, _FINER = 5e-4, np.linspace(0.0, 1.0, 17)
 _ROUNDS = 3
 """Each makes the step of the search eight times smaller: below 1 um at last."""
+_MOST_TURN_RAD_M = 20.0
+"""A joint move that turns the flange more than this on its way gives a spline no direction."""
 _BULGE = 1.1
 """A corner that the joints round may leave the sphere around it by this factor."""
 
@@ -50,22 +52,34 @@ class Curve:
 def curves(model: Model, sequence: Sequence, start: np.ndarray) -> list[list[Curve]]:
     """What each block commands; moves of the flange with their round edges and blends."""
     made: list[list[Curve]] = [[] for _ in sequence.blocks]
-    q = start
+    q, arrival = start, None
     for joint_move, group in groupby(enumerate(sequence.blocks), key=lambda each: isinstance(each[1], JointMove)):
         if not joint_move:
-            for path in pose_paths(legs(list(group), model.forward(q))):
+            moves, pose = list(group), model.forward(q)
+            for path in pose_paths(legs(moves, pose, arrival)):
+                q = model.track(path.poses(np.linspace(0.0, path.length_m, int(100 * path.length_m) + 200)), q)[-1]
+            last, following = moves[-1][0], sequence.blocks[moves[-1][0] + 1 : moves[-1][0] + 2]
+            goes_on = following and isinstance(sequence.blocks[last], Spline)
+            departure = direction(model, q, following[0].target - q) if goes_on else None
+            for path in pose_paths(legs(moves, pose, arrival, departure)):
                 begins = 0.0
                 for block, end in zip(path.blocks, path.block_ends_m, strict=True):
                     made[block].append(Curve(path, partial(places_on, path), begins, end, end - begins))
                     begins = end
-                q = model.track(path.poses(np.linspace(0.0, path.length_m, int(100 * path.length_m) + 200)), q)[-1]
             continue
         for number, block in group:
             at = partial(places_between, model, q, block.target)
             length_m = float(np.linalg.norm(np.diff(at(_FINER), axis=0), axis=1).sum())
             made[number].append(Curve(block, at, 0.0, 1.0, length_m))
-            q = block.target
+            q, arrival = block.target, direction(model, block.target, block.target - q)
     return made
+
+
+def direction(model: Model, q: np.ndarray, way: np.ndarray) -> np.ndarray | None:
+    """The flange's twist `(6,)` per metre when the joints pass `q` on `way`; None where it mostly turns."""
+    twist = model.jacobian(q) @ way
+    speed = np.linalg.norm(twist[:3])
+    return twist / speed if _MOST_TURN_RAD_M * speed > np.linalg.norm(twist[3:]) else None
 
 
 def places_on(path: PosePath, distance_m: np.ndarray) -> np.ndarray:
@@ -104,9 +118,9 @@ def outside_of_corners(sequence: Sequence, commanded: list[list[Curve]], motion:
     return taus
 
 
-def deviation_m(commanded: list[list[Curve]], motion: Motion, taus: list[np.ndarray]) -> float:
-    """Largest distance [m] of the flange at `taus` of each block from what this block or one beside it commands."""
-    worst = 0.0
+def deviations_m(commanded: list[list[Curve]], motion: Motion, taus: list[np.ndarray]) -> np.ndarray:
+    """Largest distance `(blocks,)` [m] of the flange at `taus` of each block from what it or one beside it commands."""
+    worst = np.zeros(len(taus))
     for block, tau in enumerate(taus):
         places, away = motion.pose(tau)[:, :3, 3], np.full(len(tau), np.inf)
         for number in (block, block - 1, block + 1):
@@ -114,5 +128,17 @@ def deviation_m(commanded: list[list[Curve]], motion: Motion, taus: list[np.ndar
             if far.any() and 0 <= number < len(commanded):
                 own = [curve.distances(places[far]) for curve in commanded[number]]
                 away[far] = np.minimum(away[far], np.min(own, axis=0))
-        worst = max(worst, float(away.max(initial=0.0)))
+        worst[block] = away.max(initial=0.0)
     return worst
+
+
+def blended_m(commanded: list[list[Curve]], motion: Motion) -> np.ndarray:
+    """How far `(blocks,)` [m] a motion says that its joints leave each block to pass into another path smoothly."""
+    told = np.zeros(len(commanded))
+    for blend in motion.blends:
+        before, after = commanded[blend.block - 1], commanded[blend.block]
+        if blend.block > 0 and before[-1].path is not after[0].path:
+            told[blend.block - 1 : blend.block + 1] = np.maximum(
+                told[blend.block - 1 : blend.block + 1], blend.deviation_m
+            )
+    return told
