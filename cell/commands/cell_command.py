@@ -9,6 +9,7 @@ from cell.commands.errors import run_app
 from cell.commands.lazy import HELP, Place, subcommands
 
 FILE = "cell_configs/two_arms/cell.yaml"
+BELT = "cell_configs/belt/cell.yaml"
 MODEL = "cell_configs/models/six_axis.yaml"
 PROGRAM = "cell_configs/two_arms/programs/left.prog"
 
@@ -40,6 +41,10 @@ _ZONE_COMMANDS = {
     "clear": Place("zone", "clear", f"cell zone clear handover -f {FILE}"),
     "adopt": Place("zone", "adopt", f"cell zone adopt handover left -f {FILE}"),
 }
+_SIMULATE_COMMANDS = {
+    "conveyor": Place("simulate", "conveyor", f"cell simulate conveyor belt --speed 50 --every 200 -f {BELT}"),
+    "sensor": Place("simulate", "sensor", f"cell simulate sensor picker seam Z=5 -f {BELT}"),
+}
 
 app = typer.Typer(
     cls=subcommands(_COMMANDS),
@@ -56,6 +61,14 @@ zones = typer.Typer(
     epilog=f"Example: cell zone clear handover -f {FILE}",
 )
 app.add_typer(zones, name="zone")
+simulated = typer.Typer(
+    cls=subcommands(_SIMULATE_COMMANDS),
+    no_args_is_help=True,
+    context_settings=HELP,
+    help="Measurements without a machine, for simulated cells.",
+    epilog=f"Example: cell simulate conveyor belt --speed 50 -f {BELT}",
+)
+app.add_typer(simulated, name="simulate")
 
 
 def _show_version(wanted: bool) -> None:

@@ -9,8 +9,11 @@ from cell.commands.errors import CommandError
 from cell.messages import CellTime, Halt, Run
 
 
-def run_together(operator: Operator, robots: Sequence[str], ahead_s: float) -> None:
-    """Order all robots to begin `ahead_s` from now; raises `CommandError` when one refuses, the others halted."""
+def run_together(operator: Operator, robots: Sequence[str], ahead_s: float, lasting_s: float | None = None) -> None:
+    """Order all robots to begin `ahead_s` from now, and to end their first motions `lasting_s` later if they can.
+
+    Raises `CommandError` when one refuses, the others halted.
+    """
     twice = sorted({robot for robot in robots if robots.count(robot) > 1})
     if twice:
         raise CommandError(f"{twice[0]} a second time, allowed is each robot once")
@@ -22,7 +25,7 @@ def run_together(operator: Operator, robots: Sequence[str], ahead_s: float) -> N
             "the manager does not answer, and a common start goes by its clock",
             f"start it with: cell manager {operator.file}",
         )
-    order = Run(CellTime(manager.boot, manager.cell_time + ahead_s))
+    order = Run(CellTime(manager.boot, manager.cell_time + ahead_s), lasting_s)
     ordered: list[str] = []
     for robot in robots:
         try:

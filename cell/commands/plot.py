@@ -8,10 +8,12 @@ import typer
 
 from cell.commands.errors import CommandError
 from cell.commands.plot_page import Chart, page
+from cell.commands.plot_text import moves, stops, transitions
 from robot_agent.agent.dry_run import dry_run
 from robot_agent.agent.planning import Planned, Planner
 from robot_agent.kinematics import Model, load_model
 from robot_agent.language import ProgramError, parse_program
+from robot_agent.paths import Passing
 from robot_agent.trajectory import Limits, lengths
 
 _CYCLE_S = 0.004
@@ -26,6 +28,8 @@ def plot(
     longest_s: Annotated[float, typer.Option("--longest", help="Cut off endless programs [s].", min=0.1)] = 120.0,
 ) -> None:
     """Plan a program from the robot's home and draw it: path, speed, and joint speeds against their limits.
+
+    Behind the curves stand how far each move goes, and where moves meet: whether the robot stops there, and why.
 
     Pauses are left out, and nothing of a cell is needed: no zones, no gateway. Exits with 1 where a move cannot be
     planned; the page then shows the motion up to there.
@@ -42,7 +46,8 @@ def plot(
     motions = [planned for planned in motions if planned.motion.duration_s > 0.0]
     if motions:
         output.write_text(_page(program.name, robot, motions), encoding="utf-8")
-        typer.echo(f"{output}: {sum(each.motion.duration_s for each in motions):.2f} s in {len(motions)} motions")
+        duration_s = sum(each.motion.duration_s for each in motions)
+        typer.echo(f"{output}: {duration_s:.2f} s in {len(motions)} motions, {stops(motions)} stops inside them")
     if failed is not None:
         raise CommandError(f"{program}: {failed.text}", "correct that line; what comes before it is drawn")
     if not motions:
@@ -72,7 +77,12 @@ def _page(name: str, model: Model, motions: list[Planned]) -> str:
         Chart("Speed of the flange", "s", "mm/s", [("flange", t, speed)], marks),
         Chart("Joint speeds in percent of their limits", "s", "%", joints, marks, (-100.0, 100.0)),
     ]
-    blends = [blend.deviation_m for planned in motions for blend in planned.motion.blends]
+    blends = [
+        each.deviation_m
+        for planned in motions
+        for each in planned.motion.transitions
+        if each.passing is Passing.BLENDED
+    ]
     covered = sum(lengths(planned.motion).sum(axis=0) for planned in motions) * [1000.0, *np.degrees([1.0, 1.0])]
     filtered = [planned.motion.filter_deviation_m for planned in motions]
     summary = [
@@ -82,4 +92,4 @@ def _page(name: str, model: Model, motions: list[Planned]) -> str:
         f"largest deviation where blocks are blended {1e6 * max(blends, default=0.0):.0f} um",
         f"largest deviation by the filter on the axes {1e6 * max(filtered):.0f} um",
     ]
-    return page(name, summary, charts)
+    return page(name, summary, charts, {"Moves": moves(motions), "Where moves meet": transitions(motions)})

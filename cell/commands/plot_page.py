@@ -1,5 +1,6 @@
 """A page with curves over time, drawn as SVG: it opens in any browser and needs nothing else."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from html import escape
 
@@ -28,14 +29,21 @@ class Chart:
     """x is drawn by its logarithm, and must be above 0."""
 
 
-def page(title: str, summary: list[str], charts: list[Chart]) -> str:
-    """The HTML text of a page."""
-    items = "".join(f"<li>{escape(line)}</li>" for line in summary)
+def page(title: str, summary: list[str], charts: list[Chart], lists: Mapping[str, list[str]] | None = None) -> str:
+    """The HTML text of a page; `lists` by their titles come behind the charts, empty ones are left out."""
+    items = _items(summary)
+    listed = "".join(
+        f"<h2>{escape(name)}</h2><ul>{_items(lines)}</ul>" for name, lines in (lists or {}).items() if lines
+    )
     drawn = "".join(f"<h2>{escape(chart.title)}</h2>{_svg(chart)}" for chart in charts)
     return (
         f'<!DOCTYPE html><html lang="en"><head><meta charset="utf-8"><title>{escape(title)}</title>'
-        f"<style>{_STYLE}</style></head><body><h1>{escape(title)}</h1><ul>{items}</ul>{drawn}</body></html>\n"
+        f"<style>{_STYLE}</style></head><body><h1>{escape(title)}</h1><ul>{items}</ul>{drawn}{listed}</body></html>\n"
     )
+
+
+def _items(lines: list[str]) -> str:
+    return "".join(f"<li>{escape(line)}</li>" for line in lines)
 
 
 def _svg(chart: Chart) -> str:

@@ -34,18 +34,25 @@ def run(
     ahead: Annotated[
         float, typer.Option(min=0.5, metavar="SECONDS", help="Several robots: plan for so long, then start.")
     ] = 2.0,
+    last: Annotated[
+        float | None,
+        typer.Option(
+            min=0.1, metavar="SECONDS", help="Several robots: end the first motions together, so long behind the start."
+        ),
+    ] = None,
     file: CellFileOption = Path(CELL_FILE),
     endpoint: ConnectOption = None,
 ) -> None:
     """Start a robot's program from its first line; several robots begin their first motions at the same moment.
 
-    A robot that cannot begin then does not begin at all. When one refuses, the others are halted before the start.
+    A robot that cannot begin then does not begin at all; one that cannot end in time ends as soon as it can. When one
+    refuses, the others are halted before the start.
     """
     if len(robots) == 1:
         _order(robots[0], Run(), file, endpoint)
         return
     with connect(file, endpoint) as operator:
-        run_together(operator, robots, ahead)
+        run_together(operator, robots, ahead, last)
 
 
 def halt(robot: RobotArgument, file: CellFileOption = Path(CELL_FILE), endpoint: ConnectOption = None) -> None:

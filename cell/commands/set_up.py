@@ -13,7 +13,7 @@ from cell.commands.errors import CommandError
 from cell.commands.options import CELL_FILE, CellFileOption, ConnectOption, RobotArgument
 from cell.commands.stop import stop_event
 from cell.commands.view import names
-from cell.messages import AcceptPosition, AxisStatus, Command, HoldSetup, Home, MoveAxes
+from cell.messages import AcceptPosition, AxisStatus, Command, HoldSetup, Home, MoveAxes, PressAxis
 from drive_gateway.config import AxisSettings, RobotDrives, load_drives
 
 HOLD_PERIOD_S = 0.1
@@ -44,23 +44,47 @@ def home(
 def move(
     robot: RobotArgument,
     targets: Annotated[
-        list[str], typer.Argument(metavar="AXIS=VALUE...", help="Position of an axis in degrees or mm; J1=10 J2=-5.")
+        list[str],
+        typer.Argument(
+            metavar="AXIS=VALUE...",
+            help="Position of an axis in degrees or mm; J1=10 J2=-5. With --torque one axis: J2.",
+        ),
     ],
     by: Annotated[bool, typer.Option("--by", help="The values are distances from where the axes are.")] = False,
     speed: Annotated[float, typer.Option("--speed", min=1, max=100, help="Percent of what set-up may use.")] = 20.0,
     velocity: Annotated[
         bool, typer.Option("--velocity", help="Mode profile velocity, which stops by time, not by position.")
     ] = False,
+    torque: Annotated[
+        float | None,
+        typer.Option(
+            "--torque", metavar="NM", help="Give a torque behind the gear instead; Nm, or N.", show_default=False
+        ),
+    ] = None,
+    seconds: Annotated[
+        float | None, typer.Option("--for", metavar="S", help="How long the torque stays.", show_default=False)
+    ] = None,
+    within: Annotated[
+        float, typer.Option("--within", metavar="WAY", help="How far the axis may give way, degrees or mm.")
+    ] = 1.0,
     file: CellFileOption = Path(CELL_FILE),
     endpoint: ConnectOption = None,
 ) -> None:
     """Move axes of a disabled robot by their drives' own profiles, all in the same time; Ctrl-C stops them.
 
     This motion has no path and no zones: every other robot must be disabled. Angles are behind the gear, in
-    degrees; positions of axes that slide are in mm.
+    degrees; positions of axes that slide are in mm. With --torque one axis presses (cyclic torque): the torque rises,
+    stays --for so long, falls and the axis is switched off; quick stop when it moves farther than --within. Stand at
+    the hard-wired emergency stop; Ctrl-C supports and never replaces it.
     """
+    if (torque is None) != (seconds is None):
+        raise CommandError(
+            "--torque and --for go together", f"write for example: cell move {robot} J2 --torque 50 --for 2"
+        )
 
     def order(drives: RobotDrives) -> Command:
+        if torque is not None and seconds is not None:
+            return press_of(drives, targets, torque, seconds, within)
         wanted = dict(target_of(drives, text) for text in targets)
         return MoveAxes(robot, wanted, by, speed / 100.0, velocity)
 
@@ -101,6 +125,16 @@ def target_of(drives: RobotDrives, text: str) -> tuple[str, float]:
     except ValueError:
         raise CommandError(f"{text!r} is no target of an axis", "write for example J1=10, in degrees or mm") from None
     return name, number / 1000.0 if _axis(drives, name).linear else math.radians(number)
+
+
+def press_of(drives: RobotDrives, targets: list[str], torque: float, seconds: float, within: float) -> PressAxis:
+    """A torque [Nm or N] of the one axis that the command line names; `within` in degrees or mm."""
+    if len(targets) != 1 or "=" in targets[0]:
+        example = f"write for example: cell move {drives.robot} J2 --torque 50 --for 2"
+        raise CommandError(f"--torque with {' '.join(targets)!r}; it takes one axis, without a value", example)
+    axis = _axis(drives, targets[0])
+    way = within / 1000.0 if axis.linear else math.radians(within)
+    return PressAxis(drives.robot, axis.name, torque, seconds, way)
 
 
 def _run(robot: str, order: Callable[[RobotDrives], Command], file: Path, endpoint: list[str] | None) -> None:

@@ -35,6 +35,8 @@ class ConveyorSettings:
     pose: PoseSettings
     counts_per_metre: float
     largest_speed_m_s: float
+    parts: bool = False
+    """Parts are told: who follows the belt waits for the next one."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -121,3 +123,4 @@ class CellSettings:
     times: Times
     on_manager_return: OnManagerReturn
     digest: str
+    conveyors: dict[str, ConveyorSettings] = field(default_factory=dict)

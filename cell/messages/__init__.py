@@ -22,6 +22,7 @@ from cell.messages.commands import (
     Home,
     Jog,
     MoveAxes,
+    PressAxis,
     ReadObject,
     RecordBus,
     Release,
@@ -47,7 +48,15 @@ from cell.messages.gateway_state import BusCounters, GatewayState, NodeStatus
 from cell.messages.jog import JogFrame, JogHeld
 from cell.messages.manager_state import ManagerState, ZoneState, ZoneStatus
 from cell.messages.presence import Body, Presence
-from cell.messages.robot_state import GovernorStatus, Mode, PaceStatus, ProgramState, ProgramStatus, RobotState
+from cell.messages.robot_state import (
+    CorrectionStatus,
+    GovernorStatus,
+    Mode,
+    PaceStatus,
+    ProgramState,
+    ProgramStatus,
+    RobotState,
+)
 from cell.messages.setpoints import SetpointBlock
 from cell.messages.zone import ZoneGeometry
 
@@ -66,6 +75,7 @@ __all__ = [
     "Continue",
     "ConveyorCount",
     "Correction",
+    "CorrectionStatus",
     "Disable",
     "DisableDrives",
     "DriveFeedback",
@@ -89,6 +99,7 @@ __all__ = [
     "PaceStatus",
     "PlayoutState",
     "Presence",
+    "PressAxis",
     "ProgramState",
     "ProgramStatus",
     "ReadObject",

@@ -41,6 +41,8 @@ class Run(Command):
     verb: ClassVar[str] = "run"
     at: CellTime | None = None
     """The first motion begins with the first tick at or behind this moment, or not at all."""
+    lasting_s: float | None = None
+    """Above 0, with `at`: the first motion ends so long behind it, or as soon as it can when it takes longer."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -253,6 +255,22 @@ class MoveAxes(Command):
     relative: bool
     speed: float
     by_velocity: bool
+
+
+@dataclass(frozen=True, slots=True)
+class PressAxis(Command):
+    """Set-up: let one axis give a torque while held, without moving farther than `within` [rad or m].
+
+    `torque` [Nm, or N of a slide] is behind the gear, and comes on top of what carries the robot where that is known.
+    It rises evenly, stays for `seconds`, and falls again; then the axis is switched off.
+    """
+
+    verb: ClassVar[str] = "press_axis"
+    robot: str
+    axis: str
+    torque: float
+    seconds: float
+    within: float
 
 
 @dataclass(frozen=True, slots=True)

@@ -66,3 +66,5 @@ class DriveFeedback:
     commanded: NDArray[np.float64]
     """The sample sent for this tick."""
     axes: tuple[AxisStatus, ...]
+    torque: NDArray[np.float64] | None = None
+    """[Nm or N] what each axis' motor gives behind its gear; None: not every drive tells."""

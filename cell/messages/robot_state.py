@@ -62,6 +62,16 @@ class PaceStatus:
 
 
 @dataclass(frozen=True, slots=True)
+class CorrectionStatus:
+    """What the program follows, and how far that is from the programmed path at present, in the axes of the sensor."""
+
+    name: str
+    offset_m: tuple[float, float, float]
+    turn_rad: tuple[float, float, float]
+    """Rotation vector."""
+
+
+@dataclass(frozen=True, slots=True)
 class RobotState:
     """The robot as its agent knows it, at about 50 Hz."""
 
@@ -86,3 +96,4 @@ class RobotState:
     waited_s: dict[str, float] = field(default_factory=dict)
     """Zone: time spent at rest waiting for it since the program started."""
     alarms: tuple[str, ...] = ()
+    correction: CorrectionStatus | None = None

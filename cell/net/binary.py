@@ -26,7 +26,7 @@ DriveFeedback:
 
 | offset | type | field |
 |---|---|---|
-| 0 | 4 bytes | magic `ZDF1` |
+| 0 | 4 bytes | magic `ZDF2` |
 | 4 | u64 | sequence |
 | 12 | u64 | tick |
 | 20 | u64 | owner |
@@ -34,7 +34,7 @@ DriveFeedback:
 | 36 | u64 | refused |
 | 44 | u32 | level |
 | 48 | u8 | state, a `PlayoutState` |
-| 49 | u8 | bit 0 referenced, bit 1 enabled, the others 0 |
+| 49 | u8 | bit 0 referenced, bit 1 enabled, bit 2 with torque, the others 0 |
 | 50 | u16 | n, number of axes |
 | 52 | u16 | length of the robot's name in bytes |
 | 54 | u16 | length of the gateway's boot in bytes |
@@ -44,6 +44,7 @@ DriveFeedback:
 | then | n f64 | position |
 | then | n f64 | velocity |
 | then | n f64 | commanded |
+| then | n f64 | torque, if bit 2 says so |
 """
 
 import struct
@@ -57,7 +58,7 @@ from cell.net.errors import CodecError
 _SETPOINTS = struct.Struct("<4s4QdIIHHH")
 _FEEDBACK = struct.Struct("<4s5QIBBHHH")
 _SETPOINTS_MAGIC = b"ZSB2"
-_FEEDBACK_MAGIC = b"ZDF1"
+_FEEDBACK_MAGIC = b"ZDF2"
 
 
 def encode_setpoints(block: SetpointBlock) -> bytes:
@@ -109,10 +110,12 @@ def encode_feedback(feedback: DriveFeedback) -> bytes:
     kind = "DriveFeedback"
     n = len(feedback.axes)
     arrays = [_floats(kind, name, getattr(feedback, name)) for name in ("position", "velocity", "commanded")]
+    if feedback.torque is not None:
+        arrays.append(_floats(kind, "torque", feedback.torque))
     if any(array.shape != (n,) for array in arrays):
         raise CodecError(kind, f"arrays {[array.shape for array in arrays]} must all be ({n},), as many as axes")
     robot, boot = feedback.robot.encode(), feedback.boot.encode()
-    flags = feedback.referenced | feedback.enabled << 1
+    flags = feedback.referenced | feedback.enabled << 1 | (feedback.torque is not None) << 2
     try:
         header = _FEEDBACK.pack(
             _FEEDBACK_MAGIC, feedback.sequence, feedback.tick, feedback.owner, feedback.block, feedback.refused,
@@ -128,18 +131,20 @@ def decode_feedback(data: bytes) -> DriveFeedback:
     reader = _Reader("DriveFeedback", data)
     head = reader.header(_FEEDBACK, _FEEDBACK_MAGIC)
     sequence, tick, owner, block, refused, level, state, flags, n, robot_length, boot_length = head
-    if flags > 3:
-        raise CodecError("DriveFeedback", f"flags {flags:#04x}: only bits 0 and 1 are in use")
+    if flags > 7:
+        raise CodecError("DriveFeedback", f"flags {flags:#04x}: only bits 0 to 2 are in use")
     robot, boot = reader.text(robot_length), reader.text(boot_length)
-    reader.expect(n + 24 * n)
+    count = 4 if flags & 4 else 3
+    reader.expect(n + 8 * count * n)
     try:
         playout = PlayoutState(state)
         axes = tuple(AxisStatus(value) for value in reader.take(n))
     except ValueError as error:
         raise CodecError("DriveFeedback", str(error)) from error
+    position, velocity, commanded, *torque = [reader.floats(n) for _ in range(count)]
     return DriveFeedback(
         robot, boot, sequence, tick, owner, block, playout, level, refused, bool(flags & 1), bool(flags & 2),
-        reader.floats(n), reader.floats(n), reader.floats(n), axes,
+        position, velocity, commanded, axes, *torque,
     )  # fmt: skip
 
 

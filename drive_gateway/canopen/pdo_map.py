@@ -1,8 +1,9 @@
 """The process image on the bus, in one place: what the gateway and the drive of one axis exchange.
 
-The command (controlword and target position) and the status (statusword and actual position) act on every SYNC. What an
-axis has beyond that (velocity and torque offset, digital inputs) is in PDOs of its own. The image is written to a node
-by SDO; a node obeys what it is given and need not know this file.
+The command (controlword, target position, and target torque where torques are told) and the status (statusword, actual
+position, and actual torque likewise) act on every SYNC. What an axis has beyond that (velocity and torque offset,
+digital inputs) is in PDOs of its own. The image is written to a node by SDO; a node obeys what it is given and need not
+know this file.
 
 A drives file may give the first PDOs of its nodes to motions of their own (`profile_pdos`); command and status then are
 the fourth.
@@ -23,6 +24,8 @@ TARGET_POSITION = 0x607A
 POSITION_ACTUAL = 0x6064
 VELOCITY_OFFSET = 0x60B1
 TORQUE_OFFSET = 0x60B2
+TARGET_TORQUE = 0x6071
+TORQUE_ACTUAL = 0x6077
 INTERPOLATION_DATA = 0x60C1
 DIGITAL_INPUTS = 0x60FD
 
@@ -37,12 +40,16 @@ PDOS = range(1, 5)
 
 COMMAND = Struct("<Hi")
 """Controlword, target position [counts]."""
+COMMAND_WITH_TORQUE = Struct("<Hih")
+"""The same and target torque [per mille of the motor's rated torque]."""
 OFFSET = Struct("<i")
 """Velocity offset [counts/s]."""
 OFFSETS = Struct("<ih")
 """Velocity offset [counts/s], torque offset [per mille of the motor's rated torque]."""
 STATUS = Struct("<Hi")
 """Statusword, position actual [counts]."""
+STATUS_WITH_TORQUE = Struct("<Hih")
+"""The same and torque actual [per mille of the motor's rated torque]."""
 INPUTS = Struct("<I")
 """Digital inputs."""
 
@@ -145,14 +152,23 @@ class ProcessImage:
     def _cyclic(self) -> tuple[Pdo, ...]:
         return tuple(pdo for pdo in (self.command, self.offset, self.status, self.inputs) if pdo is not None)
 
-    def frames(self, controlword: int, target: int, velocity: int, torque: int) -> list[CanFrame]:
-        """The command of one cycle: target [counts], velocity [counts/s] and torque [per mille of the rated one]."""
-        command = CanFrame(self.command.cob_id, COMMAND.pack(controlword, target))
+    def frames(
+        self, controlword: int, target: int, velocity: int = 0, torque: int = 0, target_torque: int = 0
+    ) -> list[CanFrame]:
+        """The command of one cycle: target [counts], what is fed forward of velocity [counts/s] and torque, and the
+        target of mode cyclic torque; torques are per mille of the rated one."""
+        with_torque = self.command.data_bytes == COMMAND_WITH_TORQUE.size
+        data = (
+            COMMAND_WITH_TORQUE.pack(controlword, target, target_torque)
+            if with_torque
+            else COMMAND.pack(controlword, target)
+        )
+        command = CanFrame(self.command.cob_id, data)
         if self.offset is None:
             return [command]
         both = self.offset.data_bytes == OFFSETS.size
-        data = OFFSETS.pack(velocity, torque) if both else OFFSET.pack(velocity)
-        return [CanFrame(self.offset.cob_id, data), command]
+        offsets = OFFSETS.pack(velocity, torque) if both else OFFSET.pack(velocity)
+        return [CanFrame(self.offset.cob_id, offsets), command]
 
 
 def process_image(
@@ -162,12 +178,14 @@ def process_image(
     interpolated: bool = False,
     velocity_offset: bool = False,
     torque_offset: bool = False,
+    torques: bool = False,
     inputs_every: int = 0,
     profile: tuple[Pdo, ...] = (),
 ) -> ProcessImage:
     """The image of one axis; its inputs come with each `inputs_every`-th SYNC (1 to 240), or never (0).
 
-    A torque offset goes beside the velocity offset, never alone.
+    A torque offset goes beside the velocity offset, never alone. `torques`: target and actual torque go with command
+    and status.
     """
     first, second = (4, 3) if profile else (1, 2)
     index, sub = target_object(interpolated)
@@ -176,9 +194,11 @@ def process_image(
         return Pdo(number, receive, node_id, entries_of(entries, axis), every, axis=axis)
 
     offsets = [_entry(VELOCITY_OFFSET, 32)] * velocity_offset + [_entry(TORQUE_OFFSET, 16)] * torque_offset
+    command = [_entry(CONTROLWORD, 16), _entry(index, 32) | sub << 8] + [_entry(TARGET_TORQUE, 16)] * torques
+    status = [_entry(STATUSWORD, 16), _entry(POSITION_ACTUAL, 32)] + [_entry(TORQUE_ACTUAL, 16)] * torques
     return ProcessImage(
-        command=pdo(first, True, _entry(CONTROLWORD, 16), _entry(index, 32) | sub << 8),
-        status=pdo(first, False, _entry(STATUSWORD, 16), _entry(POSITION_ACTUAL, 32)),
+        command=pdo(first, True, *command),
+        status=pdo(first, False, *status),
         offset=pdo(second, True, *offsets) if offsets else None,
         inputs=pdo(second, False, _entry(DIGITAL_INPUTS, 32), every=inputs_every) if inputs_every else None,
         profile=profile,

@@ -13,6 +13,9 @@ from drive_gateway.config.settings import AxisSettings, GatewaySettings
 INTERPOLATED_POSITION, CYCLIC_SYNCHRONOUS_POSITION = 7, 8
 QUICK_STOP_AND_STAY = 6
 """605Ah: brake with the quick-stop deceleration and stay in Quick Stop Active, voltage on."""
+MOTOR_SPEED = 0x6080
+SPEED_RESERVE = 1.2
+"""A motor may turn so much faster than set points ask for, to catch up a lag."""
 ABORT_BY_QUICK_STOP = 3
 """6007h: a lost connection is answered by a quick stop."""
 
@@ -49,7 +52,7 @@ def preparations(axis: AxisSettings, settings: GatewaySettings) -> list[Preparat
         _same("interpolation period", 0x60C2, 1, period, 1),
         _same("interpolation period, power of ten", 0x60C2, 2, exponent, 1),
         *([_same("linear interpolation", 0x60C0, 0, 0, 2)] if axis.interpolated else []),
-        Preparation("mode of operation", SdoWrite(0x6060, 0, played_mode(axis)), 0x6061, 0),
+        *play(axis),
         _same("quick-stop deceleration", 0x6085, 0, round(axis.quick_stop * counts), 4),
         _same("quick-stop option", 0x605A, 0, QUICK_STOP_AND_STAY, 2),
         _same("reaction to a lost connection", 0x6007, 0, ABORT_BY_QUICK_STOP, 2),
@@ -58,6 +61,14 @@ def preparations(axis: AxisSettings, settings: GatewaySettings) -> list[Preparat
         *_limits(axis),
     ]
     return [item.of_axis(axis.number) for item in values]
+
+
+def play(axis: AxisSettings) -> list[Preparation]:
+    """What plays blocks, at the indices of axis 1: the mode, and a motor that may turn as fast as they ask for."""
+    mode = Preparation("mode of operation", SdoWrite(0x6060, 0, played_mode(axis)), 0x6061, 0)
+    if axis.torque is None:
+        return [mode]
+    return [_same("highest motor speed", MOTOR_SPEED, 0, round(SPEED_RESERVE * axis.speed * axis.torque.rpm), 4), mode]
 
 
 def _limits(axis: AxisSettings) -> list[Preparation]:

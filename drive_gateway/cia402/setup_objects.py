@@ -1,12 +1,14 @@
-"""What is written to a drive before it makes a motion of its own, in set-up: homing, profile position and velocity."""
+"""What is written to a drive before it makes a motion of its own, in set-up: homing, profile position and velocity,
+or gives a torque."""
 
 from dataclasses import dataclass
 
 from drive_gateway.canopen.pdo_map import TARGET_POSITION, SdoWrite
+from drive_gateway.cia402.preparation import MOTOR_SPEED
 from drive_gateway.cia402.profile import Trapezoid
-from drive_gateway.config.settings import AxisSettings, HomingSettings
+from drive_gateway.config.settings import AxisSettings, HomingSettings, TorqueSettings
 
-PROFILE_POSITION, PROFILE_VELOCITY, HOMING = 1, 3, 6
+PROFILE_POSITION, PROFILE_VELOCITY, HOMING, CYCLIC_TORQUE = 1, 3, 6, 10
 MODE, MODE_DISPLAY, TARGET_VELOCITY = 0x6060, 0x6061, 0x60FF
 
 START = 1 << 4
@@ -21,9 +23,41 @@ POSITION_TIME_MS = 50
 """... for this long (6068h)."""
 
 
+PRESS_RAMP_S = 0.5
+"""From no torque to the rated one."""
+
+
+@dataclass(frozen=True, slots=True)
+class Press:
+    """A torque that rises evenly, stays, and falls again, and what the axis may move meanwhile."""
+
+    per_mille: int
+    """Of the motor's rated torque."""
+    hold_s: float
+    within: float
+    """[counts] from where it began."""
+    allowed: str
+    """`within` for people."""
+
+    @property
+    def ramp_s(self) -> float:
+        return PRESS_RAMP_S * abs(self.per_mille) / 1000.0
+
+    @property
+    def lasts_s(self) -> float:
+        return self.hold_s + 2.0 * self.ramp_s
+
+    def at(self, elapsed_s: float) -> int:
+        """[per mille] after so long; 0 before and after."""
+        near_end = min(elapsed_s, self.lasts_s - elapsed_s)
+        share = 1.0 if near_end >= self.ramp_s else max(0.0, near_end) / self.ramp_s
+        return round(share * self.per_mille)
+
+
 @dataclass(frozen=True, slots=True)
 class SetupOrder:
-    """One motion of one drive: its mode, the objects written before, and the target or the speed and its time."""
+    """One motion of one drive: its mode, the objects written before, and the target, the speed and its time, or the
+    torque."""
 
     mode: int
     writes: tuple[SdoWrite, ...]
@@ -33,6 +67,8 @@ class SetupOrder:
     """[counts/s] of a profile velocity."""
     stop_s: float = 0.0
     """A profile velocity is taken back to zero after this time."""
+    press: Press | None = None
+    """Of mode cyclic torque."""
 
 
 def homing_order(axis: AxisSettings, homing: HomingSettings) -> SetupOrder:
@@ -69,6 +105,11 @@ def velocity_order(axis: AxisSettings, motion: Trapezoid, acceleration: float) -
     writes = (SdoWrite(TARGET_VELOCITY, 0, bytes(4)), *_ramps(acceleration * counts))
     velocity = round(motion.velocity * axis.counts_per_unit)
     return SetupOrder(PROFILE_VELOCITY, writes, velocity=velocity, stop_s=motion.stop_s)
+
+
+def press_order(torque: TorqueSettings, speed: float, press: Press) -> SetupOrder:
+    """A torque, with a motor that does not turn faster than the axis' `speed` [rad/s or m/s]."""
+    return SetupOrder(CYCLIC_TORQUE, (_u32(MOTOR_SPEED, 0, speed * torque.rpm),), press=press)
 
 
 def _ramps(counts: float) -> tuple[SdoWrite, SdoWrite]:

@@ -46,6 +46,10 @@ class AxisUnits:
         """Nearest per mille of the motors' rated torques for `torque` (n,) [Nm or N] at the axes; 0 without one."""
         return [int(share) for share in np.rint(torque * self._per_mille).tolist()]
 
+    def torque(self, per_mille: Sequence[int]) -> Floats:
+        """`(n,)` [Nm or N] at the axes, all of which know their motors' rated torques."""
+        return np.asarray(per_mille, dtype=np.float64) / self._per_mille
+
     def position(self, counts: Sequence[int]) -> Floats:
         """`(n,)` [rad or m] of encoder counts."""
         return np.asarray(counts, dtype=np.float64) / self._scale + self._offset

@@ -15,6 +15,7 @@ def image_of(axis: AxisSettings) -> ProcessImage:
         interpolated=axis.interpolated,
         velocity_offset=axis.velocity_offset,
         torque_offset=axis.torque_offset,
+        torques=axis.torque is not None,
         inputs_every=_inputs_every(axis),
         profile=() if axis.profile_pdos is None else axis.profile_pdos.of(axis.node_id, axis.number),
     )

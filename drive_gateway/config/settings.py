@@ -68,6 +68,8 @@ class TorqueSettings:
     """[mNm] the motor's rated torque, as its drive must show it (6076h)."""
     per_mille: float
     """Per mille of that per Nm (or N) of the axis, gear included, negative for a reversed direction."""
+    rpm: float
+    """[1/min] of the motor per rad/s (or m/s) of the axis."""
 
 
 @dataclass(frozen=True, slots=True)

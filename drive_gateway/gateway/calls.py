@@ -13,6 +13,7 @@ from cell.messages.commands import (
     HoldSetup,
     Home,
     MoveAxes,
+    PressAxis,
     ReadObject,
     RecordBus,
     Release,
@@ -28,7 +29,16 @@ from drive_gateway.gateway.robot import Robot
 from drive_gateway.gateway.scan import Scan
 
 RobotCommand = (
-    Claim | Release | EnableDrives | DisableDrives | ResetDrives | Home | MoveAxes | HoldSetup | AcceptPosition
+    Claim
+    | Release
+    | EnableDrives
+    | DisableDrives
+    | ResetDrives
+    | Home
+    | MoveAxes
+    | PressAxis
+    | HoldSetup
+    | AcceptPosition
 )
 CALLS = tuple(
     command.verb
@@ -45,6 +55,7 @@ CALLS = tuple(
         RecordBus,
         Home,
         MoveAxes,
+        PressAxis,
         HoldSetup,
         AcceptPosition,
     )
@@ -120,6 +131,7 @@ class Calls:
                 | ResetDrives()
                 | Home()
                 | MoveAxes()
+                | PressAxis()
                 | HoldSetup()
                 | AcceptPosition() as command
             ):
@@ -139,7 +151,7 @@ class Calls:
         match command:
             case Claim():
                 self._replies.give(call_id, *self._claim(robot, command))
-            case Home() | MoveAxes():
+            case Home() | MoveAxes() | PressAxis():
                 others = [other.name for other in self._robots.values() if other.group.setup.motion is not None]
                 if others:
                     then(False, f"{others[0]} is being set up; one robot at a time")

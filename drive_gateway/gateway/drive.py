@@ -7,7 +7,7 @@ from cell.messages.gateway_state import NodeStatus
 from drive_gateway.canopen.axis_objects import index_of
 from drive_gateway.canopen.emcy import Emergency
 from drive_gateway.canopen.frame import CanFrame
-from drive_gateway.canopen.pdo_map import CONTROLWORD, INPUTS, STATUS, TARGET_POSITION
+from drive_gateway.canopen.pdo_map import CONTROLWORD, INPUTS, STATUS, STATUS_WITH_TORQUE, TARGET_POSITION
 from drive_gateway.canopen.profile_pdos import TARGET_VELOCITY, ProfileSender
 from drive_gateway.canopen.sdo import SdoDone
 from drive_gateway.cia402.state_machine import decode
@@ -38,6 +38,8 @@ class Drive:
         self.counts: int | None = None
         self.counts_per_cycle = 0.0
         self.statusword = 0
+        self.per_mille: int | None = None
+        """Of its motor's rated torque: what it gives. `None`: it does not tell."""
         self.reference = reference
         self.missing_tpdos = 0
         self.robot = robot
@@ -65,6 +67,12 @@ class Drive:
         return self._status if self.operational else AxisStatus.SILENT
 
     @property
+    def torque(self) -> float | None:
+        """[Nm or N] what its motor gives behind its gear; `None`: it does not tell."""
+        scale = self.axis.torque
+        return None if scale is None or self.per_mille is None else self.per_mille / scale.per_mille
+
+    @property
     def without_torque(self) -> bool:
         """The drive itself says that its power stage is off."""
         return self.status in _WITHOUT_TORQUE
@@ -88,10 +96,14 @@ class Drive:
     # What the drive sends
 
     def on_tpdo(self, data: bytes, tick: int, now: float) -> None:
-        """Statusword and position, measured at the SYNC numbered `tick`."""
-        if len(data) != STATUS.size:
+        """Statusword, position and torque, measured at the SYNC numbered `tick`."""
+        if len(data) != self.image.status.data_bytes:
             return
-        statusword, counts = STATUS.unpack(data)
+        torque = None
+        if len(data) == STATUS_WITH_TORQUE.size:
+            statusword, counts, torque = STATUS_WITH_TORQUE.unpack(data)
+        else:
+            statusword, counts = STATUS.unpack(data)
         status = decode(statusword)
         if status is None:
             return
@@ -99,6 +111,7 @@ class Drive:
             self.counts_per_cycle = (counts - self.counts) / (tick - self._tpdo_tick)
         self._status = status
         self.statusword = statusword
+        self.per_mille = torque
         self.counts = counts
         self._tpdo_tick = tick
         self._tpdo_at = now
@@ -148,6 +161,10 @@ class Drive:
     def command(self, controlword: int, counts: int, counts_per_s: int = 0, per_mille: int = 0) -> list[CanFrame]:
         """The command of one cycle: target, and what is fed forward of velocity and of torque [of the rated one]."""
         return self.image.frames(controlword, counts, counts_per_s, per_mille)
+
+    def press(self, controlword: int, per_mille: int) -> list[CanFrame]:
+        """The command of one cycle in mode cyclic torque."""
+        return self.image.frames(controlword, self.counts or 0, target_torque=per_mille)
 
     def command_own(self, controlword: int, target: int, velocity: int, now: float) -> list[CanFrame]:
         """What commands a motion of the drive's own in this cycle: target [counts] and velocity [counts/s]."""

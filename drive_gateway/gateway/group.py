@@ -288,7 +288,7 @@ class DriveGroup:
         effects: list[Effect] = []
         for node, count, speed, torque in zip(self.nodes, counts, speeds, torques, strict=True):
             if node.operational or node.node.lost:
-                frames = self.setup.command(node, now)
+                frames = self.setup.command(node, torque, now)
                 if frames is None:
                     frames = node.command(self.power.controlword(node), count, speed, torque)
                 effects += [Frame(frame) for frame in frames]

@@ -1,8 +1,9 @@
 """Drives that made a motion of their own go back to the mode of blocks before their robot is enabled."""
 
+from collections.abc import Sequence
+
 from drive_gateway.canopen.sdo import SdoDone
-from drive_gateway.cia402.preparation import played_mode
-from drive_gateway.cia402.setup_objects import MODE, MODE_DISPLAY
+from drive_gateway.cia402.preparation import Preparation, play
 from drive_gateway.gateway.drive import Drive
 
 
@@ -31,15 +32,23 @@ class ModeKeeper:
 
     def _ask(self, node: Drive) -> None:
         self._other[node] = True
-        mode = played_mode(node.axis)
+        self._write(node, play(node.axis))
+
+    def _write(self, node: Drive, items: Sequence[Preparation]) -> None:
+        """Write and read back one object after another; a drive that shows something else is asked again."""
+        first = items[0]
 
         def written(_outcome: SdoDone) -> None:
-            node.submit(MODE_DISPLAY, 0, None, shown)
+            node.submit(first.shown_index, first.shown_sub, None, shown)
 
         def shown(outcome: SdoDone) -> None:
-            if outcome.data == mode:
-                self._other.pop(node, None)
-            elif node in self._other:
+            if node not in self._other:
+                return
+            if outcome.data != first.write.data:
                 self._other[node] = False
+            elif items[1:]:
+                self._write(node, items[1:])
+            else:
+                del self._other[node]
 
-        node.submit(MODE, 0, mode, written)
+        node.submit(first.write.index, first.write.sub, first.write.data, written)

@@ -11,6 +11,7 @@ from cell.messages.commands import (
     EnableDrives,
     Home,
     MoveAxes,
+    PressAxis,
     Release,
     ResetDrives,
 )
@@ -24,7 +25,7 @@ from drive_gateway.gateway.group import DriveGroup, Then
 from drive_gateway.gateway.joining import Refusal, Refused
 from drive_gateway.gateway.measurement import Floats
 from drive_gateway.gateway.permits import StopOrder
-from drive_gateway.gateway.setup_plan import SetupRefused, homing_motion, move_motion
+from drive_gateway.gateway.setup_plan import SetupRefused, homing_motion, move_motion, press_motion
 
 REPEAT_S = 1.0
 """Refused blocks are told at most this often."""
@@ -110,7 +111,7 @@ class Robot:
             case ResetDrives():
                 self.group.reset(now, then)
 
-    def set_up(self, call: Home | MoveAxes, now: float, then: Then) -> None:
+    def set_up(self, call: Home | MoveAxes | PressAxis, now: float, then: Then) -> None:
         """Begin a motion of the drives' own; the operator must hold it."""
         problem = self.group.permits.setup()
         if problem:
@@ -119,6 +120,8 @@ class Robot:
         try:
             if isinstance(call, Home):
                 motion, nodes = homing_motion(self.group, call.axes, now)
+            elif isinstance(call, PressAxis):
+                motion, nodes = press_motion(self.group, call, now)
             else:
                 motion, nodes = move_motion(self.group, call, now)
         except SetupRefused as refusal:
@@ -199,4 +202,5 @@ class Robot:
             velocity=group.watch.velocity,
             commanded=commanded,
             axes=tuple(node.status for node in group.nodes),
+            torque=group.watch.torque,
         )

@@ -19,6 +19,7 @@ from drive_gateway.cia402.setup_objects import (
     STANDING,
     START,
     TARGET_VELOCITY,
+    Press,
     SetupOrder,
 )
 from drive_gateway.cia402.state_machine import controlword
@@ -69,11 +70,14 @@ class SetupAxis:
         """Why it ended early."""
         self.velocity = 0
         """[counts/s] for 60FFh."""
+        self.torque = 0
+        """[per mille of the rated one] of mode cyclic torque, on top of what carries the robot."""
+        self._began_at = node.counts or 0
         self._cycles = 0
         self._since = now
         self._still = 0
         self._sent_stop = False
-        self._way = order.velocity if order.target is None else order.target - (node.counts or 0)
+        self._way = _way(order, node.counts or 0)
         mode = SdoWrite(MODE, 0, order.mode.to_bytes(1, "little"))
         self._steps = deque([(write, write.index, write.sub) for write in order.writes] + [(mode, MODE_DISPLAY, 0)])
         self._write()
@@ -96,6 +100,15 @@ class SetupAxis:
         """Its motion ended as it should."""
         return self.stage is Stage.ENDED and not self.problem
 
+    def progress(self) -> str:
+        """What it does, and with which torque it presses, for people."""
+        doing = f"{self.node.axis.name} {self.stage.value}"
+        if self.order.press is None or self.stage is not Stage.MOVING or self.node.torque is None:
+            return doing
+        # Two digits: each change is a line on the operator's screen.
+        torque = float(f"{self.node.torque:.2g}")
+        return f"{self.node.axis.name} gives {torque:g} {'N' if self.node.axis.linear else 'Nm'}"
+
     def start(self, now: float) -> None:
         """All axes are ready."""
         if self.order.mode == PROFILE_VELOCITY:
@@ -108,7 +121,7 @@ class SetupAxis:
         if self.stage in (Stage.STOPPING, Stage.SWITCHING_OFF, Stage.ENDED):
             return
         self.problem = problem
-        self.velocity = 0
+        self.velocity = self.torque = 0
         self._still = 0
         self._enter(Stage.STOPPING if not self.node.without_torque else Stage.SWITCHING_OFF, now)
 
@@ -130,6 +143,8 @@ class SetupAxis:
                 self._enter(Stage.ACKNOWLEDGING, now)
             case Stage.ACKNOWLEDGING if not word & ACKNOWLEDGED:
                 self._enter(Stage.MOVING, now)
+            case Stage.MOVING if self.order.press is not None:
+                self._press(self.order.press, now)
             case Stage.MOVING:
                 self._watch(word, now)
             case Stage.STOPPING:
@@ -151,6 +166,17 @@ class SetupAxis:
             self.stop(f"{self.node.label} did not find its home point (homing error)", now)
         elif self._arrived(word):
             self._enter(Stage.SWITCHING_OFF, now)
+
+    def _press(self, press: Press, now: float) -> None:
+        """Torque moves what nothing holds: that ends it."""
+        elapsed_s = now - self._since
+        if abs((self.node.counts or 0) - self._began_at) > press.within:
+            self.stop(f"{self.node.label} gave way: it moved farther than the {press.allowed} it may", now)
+        elif elapsed_s >= press.lasts_s:
+            self.torque = 0
+            self._enter(Stage.SWITCHING_OFF, now)
+        else:
+            self.torque = press.at(elapsed_s)
 
     def _mind_the_ends(self, now: float) -> None:
         for switch in limit_switches([self.node], now):
@@ -211,3 +237,10 @@ class SetupAxis:
                 self.problem = f"{self.node.label} refused its target velocity: {outcome.problem}"
 
         self.node.submit(TARGET_VELOCITY, 0, data, written)
+
+
+def _way(order: SetupOrder, counts: int) -> int:
+    """In whose direction the axis goes, or presses, from `counts`."""
+    if order.press is not None:
+        return order.press.per_mille
+    return order.velocity if order.target is None else order.target - counts

@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 
 from drive_gateway.canopen.frame import CanFrame
+from drive_gateway.cia402.units import INT16_MAX
 from drive_gateway.gateway.drive import Drive
 from drive_gateway.gateway.event_log import EventLog
 from drive_gateway.gateway.mode_keeper import ModeKeeper
@@ -50,10 +51,18 @@ class SetupDesk:
             # Not before: what a drive shows while it is prepared is its mode from before the motion.
             self._modes.step()
 
-    def command(self, node: Drive, now: float) -> list[CanFrame] | None:
-        """What a drive that moves by itself is told in this cycle; `None` for all others."""
+    def command(self, node: Drive, carrying: int, now: float) -> list[CanFrame] | None:
+        """What a drive that moves by itself is told in this cycle; `None` for all others.
+
+        `carrying` is what its axis needs at rest, as far as it is known [per mille of its motor's rated torque].
+        """
         axis = None if self.motion is None else self.motion.controls(node)
-        return None if axis is None else node.command_own(axis.controlword, axis.target, axis.velocity, now)
+        if axis is None:
+            return None
+        if axis.order.press is not None:
+            most = INT16_MAX
+            return node.press(axis.controlword, max(-most, min(most, carrying + axis.torque)))
+        return node.command_own(axis.controlword, axis.target, axis.velocity, now)
 
     def _end(self) -> None:
         ended, self.motion = self.motion, None

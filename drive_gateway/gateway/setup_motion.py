@@ -43,7 +43,7 @@ class SetupMotion:
 
     def progress(self) -> str:
         """What each axis of the present group does."""
-        return "; ".join(f"{axis.node.axis.name} {axis.stage.value}" for axis in self._axes)
+        return "; ".join(axis.progress() for axis in self._axes)
 
     def hold(self, now: float) -> None:
         """The operator still wants it."""

@@ -3,9 +3,16 @@
 from collections.abc import Sequence
 from math import degrees
 
-from cell.messages.commands import MoveAxes
+from cell.messages.commands import MoveAxes, PressAxis
 from drive_gateway.cia402.profile import together
-from drive_gateway.cia402.setup_objects import SetupOrder, homing_order, position_order, velocity_order
+from drive_gateway.cia402.setup_objects import (
+    Press,
+    SetupOrder,
+    homing_order,
+    position_order,
+    press_order,
+    velocity_order,
+)
 from drive_gateway.cia402.units import INT32_MAX, INT32_MIN
 from drive_gateway.config.settings import AxisSettings
 from drive_gateway.errors import GatewayError
@@ -13,6 +20,10 @@ from drive_gateway.gateway.drive import Drive
 from drive_gateway.gateway.group import DriveGroup
 from drive_gateway.gateway.limit_switches import limit_switches
 from drive_gateway.gateway.setup_motion import SETUP_SHARE, SetupMotion
+
+LONGEST_PRESS_S = 60.0
+FARTHEST_PRESS = 0.2
+"""[rad or m] that an axis may give way."""
 
 Plan = tuple[SetupMotion, Sequence[Drive]]
 
@@ -76,11 +87,54 @@ def move_motion(group: DriveGroup, call: MoveAxes, now: float) -> Plan:
     return SetupMotion(f"{kind} of {group.robot} ({_names(nodes)})", [orders], now), nodes
 
 
+def press_motion(group: DriveGroup, call: PressAxis, now: float) -> Plan:
+    """One axis gives a torque, and is switched off afterwards.
+
+    Raises:
+        SetupRefused: unknown axis, one whose motor's rated torque nobody knows, a robot that is not referenced, a
+            torque, time or way out of range, or a torque towards an active limit switch.
+    """
+    (node,) = _nodes(group, [call.axis])
+    torque = node.axis.torque
+    if torque is None:
+        raise SetupRefused(f"{node.label} has no rated_torque_nm in the drives file, and so takes no torque")
+    lost = [other for other in group.nodes if not other.reference.known]
+    if lost:
+        raise SetupRefused(
+            f"{_names(lost)} of {group.robot} not referenced; home first: what carries the robot depends on where it is"
+        )
+    unit, factor = _unit(node.axis)
+    most = 1000.0 / abs(torque.per_mille)
+    if not 0.0 < abs(call.torque) <= most:
+        found = f"{call.torque:g} {'N' if node.axis.linear else 'Nm'}"
+        raise SetupRefused(
+            f"{node.axis.name} with {found}; allowed is up to {most:.4g}, its motor's rated torque, not 0"
+        )
+    if not (0.0 < call.seconds <= LONGEST_PRESS_S and 0.0 < call.within <= FARTHEST_PRESS):
+        found = f"{call.seconds:g} s within {factor * call.within:.4g} {unit}"
+        allowed = f"above 0, up to {LONGEST_PRESS_S:g} s and {factor * FARTHEST_PRESS:.4g} {unit}"
+        raise SetupRefused(f"{node.axis.name} for {found}; allowed are {allowed}")
+    press = Press(
+        per_mille=round(call.torque * torque.per_mille),
+        hold_s=call.seconds,
+        within=call.within * abs(node.axis.counts_per_unit),
+        allowed=f"{factor * call.within:.4g} {unit}",
+    )
+    _leave_switches(node, press.per_mille, now)
+    order = press_order(torque, SETUP_SHARE * node.axis.speed, press)
+    return SetupMotion(f"torque of {group.robot} ({node.axis.name})", [[(node, order)]], now), [node]
+
+
+def _unit(axis: AxisSettings) -> tuple[str, float]:
+    """For people, and what it is of SI."""
+    return ("mm", 1000.0) if axis.linear else ("deg", degrees(1.0))
+
+
 def _keep_limits(axis: AxisSettings, referenced: bool, position: float) -> None:
     """An axis that is not referenced has no limits yet."""
     if axis.limits is None or not referenced or axis.limits[0] <= position <= axis.limits[1]:
         return
-    unit, factor = ("mm", 1000.0) if axis.linear else ("deg", degrees(1.0))
+    unit, factor = _unit(axis)
     low, high = (f"{factor * limit:.6g}" for limit in axis.limits)
     raise SetupRefused(f"{axis.name} would go to {factor * position:.6g} {unit}; allowed are {low} to {high}")
 

@@ -32,6 +32,8 @@ class Watch:
         axes = [node.axis for node in nodes]
         self.position: Floats = np.zeros(len(axes))
         self.velocity: Floats = np.zeros(len(axes))
+        self.torque: Floats | None = None
+        """`None`: not every drive tells what it gives."""
         self.measured = False
         """Every axis has been measured at least once."""
         self.standing = False
@@ -55,6 +57,9 @@ class Watch:
         self.measured = True
         self.position = self._units.position(known)
         self.velocity = self._units.velocity([node.counts_per_cycle / self._cycle_s for node in self._nodes])
+        torques = [node.per_mille for node in self._nodes]
+        told = [torque for torque in torques if torque is not None]
+        self.torque = self._units.torque(told) if len(told) == len(torques) else None
         self.standing = self._rest.update(self.position, now)
         for node, count in zip(self._nodes, known, strict=True):
             self._judge(node, count)
@@ -80,11 +85,9 @@ class Watch:
             return
         for switch in self.limit_switches:
             yield switch.trouble
+        at_end = [switch.node for switch in self.limit_switches]
         for node in self._nodes:
-            if (
-                all(node is not switch.node for switch in self.limit_switches)
-                and node.status is not AxisStatus.OPERATION_ENABLED
-            ):
+            if node.status is not AxisStatus.OPERATION_ENABLED and node not in at_end:
                 text = f"{node.label} left Operation Enabled, it is in {node.status.name}"
                 yield Trouble("left_enabled", text, "check the drive's enable inputs", node.axis.node_id)
         found = self._following.update(self.position, demand, now)

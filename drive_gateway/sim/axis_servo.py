@@ -41,6 +41,17 @@ class AxisServo(Protocol):
     def feed_torque(self, torque_nm: float, period_s: float) -> None:
         """Torque of the shaft that is fed forward, reached within one interpolation period."""
 
+    @property
+    def torque_nm(self) -> float:
+        """Of the shaft."""
+
+    @property
+    def has_torque(self) -> bool:
+        """It knows mode cyclic torque."""
+
+    def press(self, torque_nm: float, top_speed: float) -> None:
+        """Give this torque of the shaft, turning with up to `top_speed` [rad/s], until the axis holds or brakes."""
+
     def follow(self, step_s: float) -> None:
         """One step of interpolation and servo loop."""
 

@@ -1,23 +1,28 @@
-"""The modes in which set points come with the bus cycle (CiA 402): cyclic synchronous position, interpolated position.
+"""The modes in which set points come with the bus cycle (CiA 402): cyclic synchronous position, interpolated position,
+cyclic synchronous torque.
 
 The demand runs to each set point within one interpolation period (60C2h). In interpolated position controlword bit 4
-enables the interpolation, and statusword bit 12 says that it is active; without it the axis holds its place.
+enables the interpolation, and statusword bit 12 says that it is active; without it the axis holds its place. In cyclic
+torque the axis gives the target torque as it comes, up to the highest motor speed (6080h).
 """
 
 from collections.abc import Callable
 
+from drive_gateway.sim.axis.motor_data import RAD_S_PER_RPM
 from drive_gateway.sim.axis_servo import AxisServo
 from drive_gateway.sim.dictionary import key_of
 from drive_gateway.sim.objects import AxisObjects
 from drive_gateway.sim.reference import Reference
 
-INTERPOLATED_POSITION, CYCLIC_SYNCHRONOUS_POSITION = 7, 8
-CYCLIC_MODES = (INTERPOLATED_POSITION, CYCLIC_SYNCHRONOUS_POSITION)
+INTERPOLATED_POSITION, CYCLIC_SYNCHRONOUS_POSITION, CYCLIC_TORQUE = 7, 8, 10
+CYCLIC_MODES = (INTERPOLATED_POSITION, CYCLIC_SYNCHRONOUS_POSITION, CYCLIC_TORQUE)
 
 _INTERPOLATE = 1 << 4
 _FOLLOWS_COMMAND = 1 << 12
 _SETPOINT_TIMEOUT = key_of(0x2000)
 _TARGET_POSITION = key_of(0x607A)
+_TARGET_TORQUE = key_of(0x6071)
+_MOTOR_SPEED = key_of(0x6080)
 _RATED_TORQUE = key_of(0x6076)
 _VELOCITY_OFFSET = key_of(0x60B1)
 _TORQUE_OFFSET = key_of(0x60B2)
@@ -41,6 +46,7 @@ class CyclicModes:
             objects.followers[key] = self.set_period
         objects.followers[_TARGET_POSITION] = lambda target: self._aim(CYCLIC_SYNCHRONOUS_POSITION, target)
         objects.followers[_INTERPOLATION_DATA] = lambda target: self._aim(INTERPOLATED_POSITION, target)
+        objects.followers[_TARGET_TORQUE] = self._press
         objects.followers[_VELOCITY_OFFSET] = self._feed
         objects.followers[_TORQUE_OFFSET] = self._feed_torque
 
@@ -48,7 +54,9 @@ class CyclicModes:
     def active(self) -> bool:
         """Set points are followed, so they must come."""
         mode = self._mode()
-        return mode == CYCLIC_SYNCHRONOUS_POSITION or (mode == INTERPOLATED_POSITION and self._interpolating)
+        return mode in (CYCLIC_SYNCHRONOUS_POSITION, CYCLIC_TORQUE) or (
+            mode == INTERPOLATED_POSITION and self._interpolating
+        )
 
     @property
     def bits(self) -> int:
@@ -90,4 +98,13 @@ class CyclicModes:
 
     def _feed_torque(self, per_mille: int) -> None:
         if self.active:
-            self._servo.feed_torque(per_mille * self._numbers[_RATED_TORQUE] * 1e-6, self._period_s)
+            self._servo.feed_torque(self._torque_nm(per_mille), self._period_s)
+
+    def _press(self, per_mille: int) -> None:
+        if self._mode() == CYCLIC_TORQUE:
+            self._servo.press(self._torque_nm(per_mille), self._numbers[_MOTOR_SPEED] * RAD_S_PER_RPM)
+            self._setpoint_at = self.now
+
+    def _torque_nm(self, per_mille: int) -> float:
+        """Of the shaft."""
+        return per_mille * self._numbers[_RATED_TORQUE] * 1e-6

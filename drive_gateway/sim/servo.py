@@ -60,6 +60,19 @@ class Servo:
         """Velocity offset [counts/s], from now on: with the demand's own velocity nothing is left of the lag."""
         self._feed = velocity
 
+    @property
+    def torque_nm(self) -> float:
+        """None is known at this level."""
+        return 0.0
+
+    @property
+    def has_torque(self) -> bool:
+        """Not at this level."""
+        return False
+
+    def press(self, _torque_nm: float, _top_speed: float) -> None:
+        """Nothing: without torque the mode is refused."""
+
     def feed_torque(self, _torque_nm: float, _period_s: float) -> None:
         """Nothing: this level has no torque."""
 

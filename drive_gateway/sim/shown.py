@@ -12,13 +12,14 @@ _POSITION_DEMAND = key_of(0x6062)
 _POSITION_ACTUAL = key_of(0x6064)
 _VELOCITY_ACTUAL = key_of(0x606C)
 _FOLLOWING_ERROR_ACTUAL = key_of(0x60F4)
-_RATED_TORQUE = key_of(0x6076)
+_RATED_TORQUE, _TORQUE_ACTUAL = key_of(0x6076), key_of(0x6077)
 _ENCODER_SERIAL, _ENCODER_STATUS = key_of(0x2010, 1), key_of(0x2010, 2)
 
 _VOLTAGE_ENABLED = 1 << 4
 _REMOTE = 1 << 9
 _INTERNAL_LIMIT = 1 << 11
 _FOLLOWING_ERROR = 1 << 13
+_MOST_TORQUE = (1 << 15) - 1
 _LOW, _HIGH = -(1 << 31), (1 << 31) - 1
 
 
@@ -47,6 +48,9 @@ class Shown:
         shift = reference.shift
         numbers[_STATUSWORD] = word
         numbers[_RATED_TORQUE] = self._rated_mnm
+        if self._rated_mnm:
+            per_mille = round(1e6 * servo.torque_nm / self._rated_mnm)
+            numbers[_TORQUE_ACTUAL] = max(-_MOST_TORQUE, min(_MOST_TORQUE, per_mille))
         numbers[_ENCODER_SERIAL], numbers[_ENCODER_STATUS] = reference.serial, reference.battery_empty
         numbers[_POSITION_ACTUAL] = _clipped(servo.position - shift)
         numbers[_VELOCITY_ACTUAL] = _clipped(servo.velocity)

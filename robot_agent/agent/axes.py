@@ -12,12 +12,13 @@ from robot_agent.trajectory import Segment
 
 
 def feedback_in_joints(coupling: Coupling, feedback: DriveFeedback) -> DriveFeedback:
-    """What a gateway says about its axes, as positions and speeds of the joints."""
+    """What a gateway says about its axes, as positions, speeds and torques of the joints."""
     return replace(
         feedback,
         position=coupling.joints(feedback.position),
         velocity=coupling.joints(feedback.velocity),
         commanded=coupling.joints(feedback.commanded),
+        torque=None if feedback.torque is None else coupling.joint_torques(feedback.torque),
     )
 
 

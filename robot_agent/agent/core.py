@@ -37,15 +37,14 @@ from robot_agent.agent.planning import PlanFailed, Planned, Planner
 from robot_agent.agent.program_run import ProgramRun
 from robot_agent.agent.report import Reporter
 from robot_agent.agent.zone_claims import ZoneClaims
+from robot_agent.agent.zones_ahead import zones_ahead
 from robot_agent.dynamics import AxisTorques, axis_torques
 from robot_agent.kinematics import OpenMechanism
-from robot_agent.language import Pause, Program
+from robot_agent.language import Program
 from robot_agent.trajectory import RateRequest
 from robot_agent.workspace import standing_body
 
 _STALE_CYCLES = 5
-_ZONE_AHEAD_S = 0.6
-"""A zone is asked for this long, plus the time to stop, before it is entered; a grant takes about 0.05 s."""
 _SIGN_OF_LIFE_SAMPLES = 3
 
 
@@ -89,7 +88,7 @@ class AgentCore:
         """Take one message; see `cell.core`."""
         match message:
             case Arrived(inner, at):
-                self._time(inner, at)
+                self.clock.arrived(inner, at)
                 self.receive(inner, now)
             case DriveFeedback():
                 self.link.heard(message, now)
@@ -117,13 +116,6 @@ class AgentCore:
             case Shutdown():
                 self._leaving = True
 
-    def _time(self, message: object, at: float) -> None:
-        """What a message says about the clocks of others."""
-        if isinstance(message, ManagerState):
-            self.clock.heard_state(message, at)
-        elif isinstance(message, DriveFeedback) and self.link.grant is not None:
-            self.clock.heard_feedback(message, self.link.grant.cycle_s, at)
-
     def step(self, now: float) -> list[Effect]:
         """Everything due at `now`; see `cell.core`."""
         feedback = self.link.owned
@@ -137,6 +129,7 @@ class AgentCore:
         if self._planner is None or self._planner.cycle_s != self.link.grant.cycle_s:
             self._planner = self._planner_for(self.link.grant.cycle_s)
             self._torques = axis_torques(self._planner.model, self._planner.pose_world_base)
+            self.clock.ticks_last(self._planner.cycle_s)
             self.corrections.place(self._planner.pose_world_base)
         feedback = feedback_in_joints(self._planner.model.coupling, feedback)
         self._follow_drives(feedback, self._planner, now)
@@ -147,7 +140,7 @@ class AgentCore:
             self.report.event(Severity.INFO, "idle_off", text, f"switch them on again with: cell enable {self._robot}")
             effects.append(self.link.switch(DisableDrives(self._robot, feedback.owner)))
         effects += self._move(feedback, self._planner, now)
-        effects += self._plan_ahead()
+        effects += self._plan_ahead(feedback)
         effects.append(self._state(feedback, self._planner, now))
         return effects + self.report.take_events()
 
@@ -251,10 +244,10 @@ class AgentCore:
         presence = self._presence(body, wants, stop_time_s, now)
         return [presence] if block is None else [presence, Publish(executive.sent(block))]
 
-    def _plan_ahead(self) -> list[Effect]:
+    def _plan_ahead(self, feedback: DriveFeedback) -> list[Effect]:
         effects, zones = [], self.zones.geometry
         if self.executive is not None:
-            effects = self.run.extend(self.executive, self.pace.status.stepping, zones)
+            effects = self.run.extend(self.executive, feedback.tick, self.pace.status.stepping, zones)
         return effects + self.run.lookahead.fill(zones)
 
     def _touched_before(self) -> set[str]:
@@ -287,8 +280,7 @@ class AgentCore:
             self.mode = Mode.READY if self.mode is Mode.JOGGING else self.mode
 
     def _advance_correction(self, executive: Executive, feedback: DriveFeedback, planner: Planner, now: float) -> None:
-        ending = self.run.correction_ends or not self.run.correction
-        if ending and (executive.corrected or self.run.correction) and executive.at_rest(feedback.tick):
+        if self.run.leaves_correction(executive) and executive.at_rest(feedback.tick):
             executive.stand(planner.standstill(feedback.commanded, ()), feedback.tick)
             self.run.corrected_to(feedback.commanded)
         self.corrections.follow(self.run.correction, now)
@@ -311,6 +303,7 @@ class AgentCore:
             requests.append(RateRequest(0.0, "halted" if self.mode is Mode.HALTED else self.mode.value))
         if self.run.correction_ends:
             requests.append(RateRequest(0.0, "TRACK OFF"))
+        waits = self.mode is not Mode.RUNNING or self.corrections.waiting
         return Wishes(
             requests=tuple(requests),
             stop=self.mode in (Mode.ESTOP, Mode.FAULT),
@@ -319,9 +312,10 @@ class AgentCore:
                 *(hold for _, hold in self.zones.holds_on(planned, now)),
             ],
             cap_m_s=self.pace.cap_m_s,
-            follower=self.run.follower if self.mode is Mode.RUNNING and not self.pace.backwards else None,
+            follower=None if waits or self.pace.backwards else self.run.follower,
             not_before_tick=self.run.resume_tick,
             on_time=self.run.starting,
+            end_tick=self.run.end_tick,
             correction=self.corrections.wish(planner, now) if self.mode is Mode.RUNNING else None,
             jog=self.jogging.source,
         )
@@ -330,22 +324,7 @@ class AgentCore:
         """The zones that the program or a jog crosses soon: zone to seconds until it is entered."""
         if self.mode is not Mode.RUNNING:
             return self.jogging.wants
-        wants = self.corrections.wants
-        block, index = executive.timeline.at(feedback.tick)
-        ahead_s = _ZONE_AHEAD_S + (executive.timeline.newest.rest_tick - feedback.tick) * executive.cycle_s
-        until_s = -block.path_segment.state(index).tau
-        motions = [block.path, executive.timeline.newest.path, *self.run.lookahead.items]
-        seen: list[object] = []
-        for item in motions:
-            if isinstance(item, Pause):
-                until_s += item.duration_s
-            elif isinstance(item, Planned) and item.motion not in seen:
-                seen.append(item.motion)
-                for crossing in item.crossings:
-                    if until_s + crossing.leave_tau > 0.0 and until_s + crossing.enter_tau < ahead_s:
-                        wants.setdefault(crossing.zone, max(0.0, until_s + crossing.enter_tau))
-                until_s += item.motion.duration_s
-        return wants
+        return self.corrections.wants | zones_ahead(executive, self.run.lookahead.items, feedback.tick)
 
     # Messages
 
@@ -362,7 +341,7 @@ class AgentCore:
         """A block that holds; the gateway plays none while the drives are disabled, but hears that the owner lives."""
         joints = np.repeat(feedback.commanded[None, :], _SIGN_OF_LIFE_SAMPLES, axis=0)
         position, velocity = samples_in_axes(planner.model.coupling, joints, np.zeros_like(joints))
-        torque = None if self._asked is None else self._asked.standing(joints)
+        torque = self._asked.standing(joints) if self._asked is not None and feedback.referenced else None
         return SetpointBlock(
             self._robot, feedback.owner, next(self._numbers), 0, feedback.tick + _STALE_CYCLES, planner.cycle_s,
             _SIGN_OF_LIFE_SAMPLES, position, velocity, torque,
@@ -405,11 +384,13 @@ class AgentCore:
         """Why the robot stands although its program runs; also keeps account of the time spent so."""
         passed_s, self._stepped_at = now - self._stepped_at, now
         executive = self.executive
+        if self.mode is Mode.HALTED:
+            return self.corrections.problem(now)
         if self.mode is Mode.JOGGING and self.jogging.source is not None:
             return self.jogging.ended_by or self.jogging.source.ruled_by
         if self.mode is not Mode.RUNNING or executive is None or not executive.at_rest(feedback.tick):
             return ""
-        why = self.run.why_idle(feedback.tick, cycle_s)
+        why = self.run.why_idle(feedback.tick, cycle_s) or self.corrections.waiting
         if why:
             return why
         if not self.zones.fresh(now):

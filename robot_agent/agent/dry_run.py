@@ -3,7 +3,7 @@
 import numpy as np
 
 from robot_agent.agent.lookahead import Lookahead, Waiting
-from robot_agent.agent.planning import Plan, PlanFailed, Planned, Planner
+from robot_agent.agent.planning import Extended, Plan, PlanFailed, Planned, Planner
 from robot_agent.language import Finished, Program, ProgramFault
 
 
@@ -21,7 +21,7 @@ def dry_run(planner: Planner, program: Program, longest_s: float) -> tuple[list[
                 lookahead.planned(planner.plan(effect.request))
         match lookahead.head:
             case Planned() as planned:
-                motions.append(planned)
+                motions.append(_as_it_runs(planner, lookahead, planned, longest_s))
             case PlanFailed() as failed:
                 return motions, failed
             case ProgramFault(line, text):
@@ -32,3 +32,24 @@ def dry_run(planner: Planner, program: Program, longest_s: float) -> tuple[list[
                 pass
         lookahead.advance()
     return motions, None
+
+
+def _as_it_runs(planner: Planner, lookahead: Lookahead, planned: Planned, longest_s: float) -> Planned:
+    """A motion with all by which the robot would extend it meanwhile."""
+    while lookahead.open is planned:
+        longer = _extended(planner, lookahead, planned) if planned.motion.duration_s < longest_s else None
+        if longer is None:
+            lookahead.close()
+        else:
+            planned = longer
+    return planned
+
+
+def _extended(planner: Planner, lookahead: Lookahead, planned: Planned) -> Planned | None:
+    for sent_tau in planned.motion.ends.tolist():
+        for effect in lookahead.extend((0.0, sent_tau), sent_tau, ()):
+            if isinstance(effect, Plan):
+                result = planner.plan(effect.request)
+                lookahead.extended(result, taken=isinstance(result, Extended))
+                return result if isinstance(result, Extended) else None
+    return None

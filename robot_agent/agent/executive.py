@@ -39,6 +39,8 @@ class Wishes:
     """The follower does not begin earlier (a programmed pause)."""
     on_time: bool = False
     """Nor does it begin later (a common start)."""
+    end_tick: int | None = None
+    """The motion ends then, if it can."""
     correction: Correcting | None = None
     """The follower is corrected."""
     jog: JogSource | None = None
@@ -121,7 +123,8 @@ class Executive:
             if join >= base.rest_tick:
                 previous, index = governor.rest(float(base.segment.tau[-1])), 0
             holds = wishes.holds(base.planned, previous, index)
-            segment = governor.next(previous, index, wishes.requests, holds, wishes.stop, wishes.cap_m_s)
+            requests = self._requests(wishes, base.planned, join, previous.state(index).tau)
+            segment = governor.next(previous, index, requests, holds, wishes.stop, wishes.cap_m_s)
             block = self._block(join, base.planned, segment)
         return block
 
@@ -189,10 +192,10 @@ class Executive:
         governor = self._governor(planned)
         goes_on = base.followed is not None and planned is base.followed.planned
         resume(source, base, tick, planned, governor)
-        source.requests = wishes.requests
+        segment, index = (base.path_segment, tick - base.first_tick) if goes_on else (governor.rest(0.0), 0)
+        source.requests = self._requests(wishes, planned, tick, segment.state(index).tau)
         if wishes.stop or correcting is None:
             source.requests = (*wishes.requests, RateRequest(0.0, "stop"))
-        segment, index = (base.path_segment, tick - base.first_tick) if goes_on else (governor.rest(0.0), 0)
         source.holds = wishes.holds(planned, segment, index)
         source.target = Target.none() if correcting is None else correcting.target.after(ahead_s)
         source.cap(wishes.cap_m_s)
@@ -206,18 +209,33 @@ class Executive:
         if start > join + self._nominal_s / self._cycle_s or (wishes.on_time and start > wishes.not_before_tick):
             return None
         if wishes.correction is not None:
-            stopped = any(request.rate <= 0.0 for request in wishes.requests)
-            if stopped or (base.followed is not None and start > join):
-                return None
-            followed = base.followed
-            source = self._begin_correction(follower, wishes.correction) if followed is None else followed.source
-            later_s = (start - join) * self._cycle_s
-            return self._follow(source, base, start, follower, wishes, ahead_s + later_s)
+            return self._start_corrected(base, join, start, follower, wishes, ahead_s)
         governor = self._governor(follower)
         standing = governor.rest(0.0)
         holds = wishes.holds(follower, standing, 0)
-        segment = governor.next(standing, 0, wishes.requests, holds, cap_m_s=wishes.cap_m_s)
+        requests = self._requests(wishes, follower, start, 0.0)
+        segment = governor.next(standing, 0, requests, holds, cap_m_s=wishes.cap_m_s)
         return self._block(start, follower, segment) if segment.tau[-1] > 0.0 else None
+
+    def _start_corrected(
+        self, base: SentBlock, join: int, start: int, follower: Planned, wishes: Wishes, ahead_s: float
+    ) -> SentBlock | None:
+        """The first block on `follower`; a tool that follows something already joins at once or waits where it is."""
+        holds = wishes.holds(follower, self._governor(follower).rest(0.0), 0)
+        held = any(hold.tau <= 0.0 for hold in holds) or any(request.rate <= 0.0 for request in wishes.requests)
+        if wishes.correction is None or held or (base.followed is not None and start > join):
+            return None
+        followed = base.followed
+        source = self._begin_correction(follower, wishes.correction) if followed is None else followed.source
+        return self._follow(source, base, start, follower, wishes, ahead_s + (start - join) * self._cycle_s)
+
+    def _requests(self, wishes: Wishes, planned: Planned, tick: int, tau: float) -> tuple[RateRequest, ...]:
+        """What is asked for of a motion that is at `tau` [s] at a tick."""
+        left_s = 0.0 if wishes.end_tick is None else (wishes.end_tick - tick) * self._cycle_s
+        if left_s <= 0.0 or tau >= planned.motion.duration_s:
+            return wishes.requests
+        ending = RateRequest.ending_in(left_s, planned.motion.duration_s - tau, "ending together")
+        return (*wishes.requests, ending)
 
     def _block(self, first_tick: int, planned: Planned, segment: Segment) -> SentBlock:
         return SentBlock(next(self._numbers), first_tick, planned, segment)

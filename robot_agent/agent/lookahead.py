@@ -14,16 +14,15 @@ from numpy.typing import NDArray
 
 from cell.core import Effect
 from cell.messages import ZoneGeometry
+from robot_agent.agent.joining import straight_on, why_apart
 from robot_agent.agent.planning import ExtendRequest, Plan, PlanFailed, Planned, PlanRequest
 from robot_agent.language import (
     Finished,
     Interpreter,
-    JointStep,
     MotionStep,
     Pause,
     Program,
     ProgramFault,
-    SplineStep,
     Step,
     TrackingOff,
     TrackingOn,
@@ -33,11 +32,13 @@ _PLANNED_AHEAD = 3
 _LONGEST_CHAIN = 24
 """Steps that are planned at once."""
 _LEAD_S = 2.0
-"""An extension begins so far ahead of all that is sent, if so much is left: planning may take 0.5 s."""
+"""An extension begins so far ahead of all that is sent, or half of what is left: planning may take 0.5 s."""
 _LEAST_LEFT_S = 0.3
 """Behind the beginning of an extension: later the motion brakes already."""
 _SHORTEST_S = 2.5
 """A motion shorter than this is over before it can be extended."""
+_TIME_TO_PLAN_S = 1.0
+"""So long before the end of a motion that cannot be extended the next one is planned."""
 _KEPT_S = 10.0
 """Of the motion behind the robot, for going back."""
 
@@ -64,7 +65,7 @@ class Lookahead:
         self._plans = 0
         self._end = np.zeros(0)
         self._last: MotionStep | None = None
-        """Of the newest chain."""
+        """Of the newest motion."""
         self.open: Planned | None = None
         """The newest motion, while it waits to be extended; nothing is planned behind it."""
         self._extension: ExtendRequest | None = None
@@ -112,8 +113,8 @@ class Lookahead:
 
     def extended(self, result: Planned | PlanFailed, taken: bool) -> None:
         """What became of an extension: the robot is on it, or its steps are to be planned again."""
-        if taken and isinstance(result, Planned):
-            self._extension = None
+        if taken and self._extension is not None and isinstance(result, Planned):
+            self._last, self._extension = self._extension.steps[-1], None
             self._behind(result, extensible=True)
         elif isinstance(result, PlanFailed):
             self.close()
@@ -127,25 +128,28 @@ class Lookahead:
         while len(self._items) < _PLANNED_AHEAD and not self._blocked():
             step = self._take(self._interpreter)
             if isinstance(step, MotionStep):
-                steps = self._chain(self._interpreter, step, _LONGEST_CHAIN)
+                steps = self._chain(self._interpreter, step, _LONGEST_CHAIN, self._end)
                 self._plans += 1
+                self._last = steps[-1]
                 self._items.append(Waiting(self._plans, step.line))
                 return [Plan(PlanRequest(self._plans, steps, self._end, zones))]
             self._items.append(step)
         return []
 
-    def extend(self, lowest_tau: float, sent_tau: float, zones: tuple[ZoneGeometry, ...]) -> list[Effect]:
-        """Ask for more of the open motion when little of it is left behind `sent_tau` [s].
+    def extend(self, reach: tuple[float, float], played_tau: float, zones: tuple[ZoneGeometry, ...]) -> list[Effect]:
+        """Ask for more of the open motion when little of it is left.
 
-        The robot is on the motion, at `lowest_tau` or later.
+        All blocks that count lie within the taus `reach` [s]; `played_tau` is where the robot is.
         """
         running = self.open
         if running is None or self._extension is not None or self._interpreter is None or self._last is None:
             return []
-        motion = running.motion
+        motion, (lowest_tau, sent_tau) = running.motion, reach
         at_s = sent_tau + min(_LEAD_S, (motion.duration_s - sent_tau) / 2.0)
-        if motion.duration_s - at_s < _LEAST_LEFT_S or running.zone_versions != {z.zone: z.version for z in zones}:
-            self.close()
+        too_late = motion.duration_s - at_s < _LEAST_LEFT_S
+        if too_late or running.zone_versions != {zone.zone: zone.version for zone in zones}:
+            if motion.duration_s - played_tau < _TIME_TO_PLAN_S:
+                self.close()
             return []
         left = len(motion.ends) - int(np.searchsorted(motion.ends, at_s, side="right"))
         if left > _LONGEST_CHAIN // 2:
@@ -180,46 +184,29 @@ class Lookahead:
         if not self._coming:
             self._coming.append(self._interpreter.next())
         step = self._coming[0]
-        return isinstance(step, MotionStep) and _may_go_on(self._last, step)
+        return isinstance(step, MotionStep) and not why_apart(self._last, step)
 
     def _take(self, interpreter: Interpreter) -> Step:
         return self._coming.popleft() if self._coming else interpreter.next()
 
-    def _chain(self, interpreter: Interpreter, first: MotionStep, most: int) -> tuple[MotionStep, ...]:
-        """The steps from `first` on between which the robot may not have to stop; they are planned together."""
+    def _chain(
+        self, interpreter: Interpreter, first: MotionStep, most: int, start: NDArray[np.float64] | None = None
+    ) -> tuple[MotionStep, ...]:
+        """The steps from `first` on between which the robot may not have to stop; they are planned together.
+
+        `start` `(n,)` are the joints before the first one, None where they are not known.
+        """
         steps = [first]
         while len(steps) < most:
             step = self._take(interpreter)
-            if not isinstance(step, MotionStep) or not _may_go_on(steps[-1], step):
-                self._coming.appendleft(step)
-                break
-            steps.append(step)
-        self._last = steps[-1]
+            if isinstance(step, MotionStep) and (not why_apart(steps[-1], step) or straight_on(start, steps, step)):
+                steps.append(step)
+                continue
+            self._coming.appendleft(step)
+            break
         return tuple(steps)
 
     def _blocked(self) -> bool:
         """Behind a motion without a plan, where a correction ends, or behind the end, nothing can be planned."""
         ends = Waiting | PlanFailed | TrackingOff | Finished | ProgramFault
         return any(isinstance(item, ends) for item in self._items)
-
-
-def _may_go_on(step: MotionStep, following: MotionStep) -> bool:
-    """Whether two moves may join without a stop: by a round edge, or because they are tangential.
-
-    A joint move behind a move of the flange needs all its joints named: where the flange move leaves the others is not
-    known before it is planned. A spline takes its direction from a joint move next to it. Where TANG changes, the tool
-    may have to turn before the robot goes on.
-    """
-    if isinstance(following, JointStep):
-        incomplete = following.joints is not None and None in following.joints
-        if isinstance(step, JointStep):
-            return bool(step.pace.round_m)
-        return not incomplete and (bool(step.pace.round_m) or _takes_directions(step, step))
-    if isinstance(step, JointStep):
-        return bool(step.pace.round_m) or _takes_directions(following, step)
-    return step.pace.round_m != 0.0 and step.tangential_rad == following.tangential_rad
-
-
-def _takes_directions(move: MotionStep, first: MotionStep) -> bool:
-    """Whether a move takes over the direction of a joint move next to it, and the first of both asks for no stop."""
-    return isinstance(move, SplineStep) and move.tangential_rad is None and first.pace.round_m is None

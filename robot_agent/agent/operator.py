@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from cell.core import Answer, Effect, Request
 from cell.messages import (
     Call,
-    CellTime,
     Command,
     Continue,
     Disable,
@@ -188,8 +187,8 @@ class Operator:
                 return self._enable(mode, situation)
             case Disable():
                 return self._disable(mode, situation)
-            case Run(at):
-                return self._start(mode, situation, at, now)
+            case Run():
+                return self._start(mode, situation, command, now)
             case Continue():
                 return self._continue(mode)
             case Step():
@@ -223,7 +222,7 @@ class Operator:
         self._run.fail("the drives were switched off by an operator")
         return _Passed(DisableDrives(self._robot, situation.feedback.owner), Mode.READY)
 
-    def _start(self, mode: Mode, situation: Situation, at: CellTime | None, now: float) -> _Done | _Refused:
+    def _start(self, mode: Mode, situation: Situation, run: Run, now: float) -> _Done | _Refused:
         executive, feedback = situation.executive, situation.feedback
         if mode is Mode.RUNNING:
             return _Refused(f"{self._robot} is running already: halt it first")
@@ -238,11 +237,14 @@ class Operator:
             return _Refused(
                 f"{self._robot} has a negative override, a program begins forwards: {override}, then run it"
             )
-        tick = situation.clock.start_tick(at, now, situation.planner.cycle_s) if at is not None else None
+        tick = situation.clock.start_tick(run.at, now) if run.at is not None else None
         if isinstance(tick, str):
             return _Refused(tick)
+        end_tick = None
+        if tick is not None and run.lasting_s is not None:
+            end_tick = tick + round(run.lasting_s / executive.cycle_s)
         executive.stand(situation.planner.standstill(feedback.commanded, ()), feedback.tick)
-        self._run.start(feedback.commanded, tick)
+        self._run.start(feedback.commanded, tick, end_tick)
         self._pace.no_step()
         return _Done(f"{self._robot} runs {self._run.status.name} from its first line", Mode.RUNNING)
 
@@ -275,7 +277,7 @@ class Operator:
 
     def _step(self, mode: Mode, situation: Situation, now: float) -> _Done | _Refused:
         if mode not in (Mode.RUNNING, Mode.HALTED):
-            started = self._start(mode, situation, None, now)
+            started = self._start(mode, situation, Run(), now)
             if isinstance(started, _Refused):
                 return started
         self._pace.step()

@@ -30,6 +30,8 @@ class ProgramRun:
         """The program waits for the correction to come to rest."""
         self.starting = False
         """The first motion is still to come, and has to begin exactly at `resume_tick`."""
+        self.end_tick: int | None = None
+        """The first motion ends then; None when nobody says so, or behind it."""
         self._pause = (0, 0)
         """Line of the newest pause and the tick at which it begins."""
 
@@ -37,13 +39,16 @@ class ProgramRun:
     def running(self) -> bool:
         return self.state is ProgramState.RUNNING
 
-    def start(self, q: NDArray[np.float64], at_tick: int | None = None) -> None:
-        """Begin at the first line, with `at_tick` exactly then; the robot stands at `q` `(n,)`."""
+    def start(self, q: NDArray[np.float64], at_tick: int | None = None, end_tick: int | None = None) -> None:
+        """Begin at the first line, with `at_tick` exactly then; the robot stands at `q` `(n,)`.
+
+        With `end_tick` the first motion is slowed down so that it ends then.
+        """
         self.state, self.error, self.line = ProgramState.RUNNING, "", 0
         self.waited_s = {}
         self.resume_tick, self._pause = at_tick or 0, (0, 0)
-        self.starting = at_tick is not None
-        self.correction = ""
+        self.starting, self.end_tick = at_tick is not None, end_tick
+        self.correction, self.correction_ends = "", False
         self.lookahead.start(self._program, q)
 
     def fail(self, why: str) -> None:
@@ -76,16 +81,23 @@ class ProgramRun:
             taken = False
         self.lookahead.extended(result, taken)
 
-    def extend(self, executive: Executive, stepping: bool, zones: tuple[ZoneGeometry, ...] | None) -> list[Effect]:
-        """Ask for more of the motion that runs; a step would lose its end, so behind it the robot rests."""
+    def extend(
+        self, executive: Executive, tick: int, stepping: bool, zones: tuple[ZoneGeometry, ...] | None
+    ) -> list[Effect]:
+        """Ask for more of the motion that runs.
+
+        A step or a common end would lose its end, and a corrected path is not extended: behind them the robot rests.
+        """
         timeline = executive.timeline
-        running = timeline.newest.planned
+        running = timeline.newest.path
         if running is not self.lookahead.open or zones is None:
             return []
-        if stepping:
+        if stepping or executive.corrected or self.end_tick is not None:
             self.lookahead.close()
             return []
-        return self.lookahead.extend(*timeline.reach(running), zones)
+        block, index = timeline.at(tick)
+        played_tau = float(block.segment.tau[index]) if block.planned is running else 0.0
+        return self.lookahead.extend(timeline.reach(), played_tau, zones)
 
     @property
     def follower(self) -> Planned | None:
@@ -99,6 +111,8 @@ class ProgramRun:
             return
         rest_tick = max(executive.timeline.path_rest_tick, self.resume_tick)
         self.correction_ends = False
+        if not self.starting and tick >= rest_tick:
+            self.end_tick = None
         head = self.lookahead.head
         if isinstance(head, Pause):
             self.resume_tick = rest_tick + round(head.duration_s / cycle_s)
@@ -121,6 +135,10 @@ class ProgramRun:
                     self.fail(text)
                 case _:
                     pass
+
+    def leaves_correction(self, executive: Executive) -> bool:
+        """Whether a correction is to end where the robot comes to rest: TRACK OFF, or the end of the program."""
+        return self.correction_ends or (executive.corrected and not self.correction)
 
     def corrected_to(self, q: NDArray[np.float64]) -> None:
         """A correction has ended, with the robot at rest at `q` `(n,)`: the program goes on from there."""

@@ -8,6 +8,7 @@ from cell.core import Publish
 from cell.geometry.pose import compose
 from cell.geometry.quaternion import from_matrix
 from cell.messages import (
+    CorrectionStatus,
     DriveFeedback,
     Event,
     GovernorStatus,
@@ -72,19 +73,24 @@ class Reporter:
             waited_s=dict(run.waited_s),
             alarms=alarms,
         )
-        return state if feedback is None else _measured(state, feedback, executive, planner)
+        return state if feedback is None else _measured(state, run, feedback, executive, planner)
 
 
-def _measured(state: RobotState, feedback: DriveFeedback, executive: Executive | None, planner: Planner) -> RobotState:
+def _measured(
+    state: RobotState, run: ProgramRun, feedback: DriveFeedback, executive: Executive | None, planner: Planner
+) -> RobotState:
     """With what the feedback says; joints that are not referenced, and a TCP that cannot be, stay None."""
-    speed, governor = 0.0, None
+    speed, governor, correction = 0.0, None, None
     if executive is not None:
         block, index = executive.timeline.at(feedback.tick)
         segment, path = block.segment, block.path_segment.state(index)
         jacobian = planner.model.jacobian(segment.q[index])
         speed = float(np.linalg.norm(jacobian[:3] @ segment.qd[index]))
+        if block.followed is not None and run.correction:
+            x, y, z, a, b, c = block.followed.given.offset(index).tolist()
+            correction = CorrectionStatus(run.correction, (x, y, z), (a, b, c))
         governor = GovernorStatus(path.rate, path.tau, block.path.motion.duration_s, segment.ruled_by)
-    state = replace(state, tcp_speed_m_s=speed, governor=governor)
+    state = replace(state, tcp_speed_m_s=speed, governor=governor, correction=correction)
     if not feedback.referenced:
         return state
     state = replace(state, joints=tuple(feedback.position.tolist()))

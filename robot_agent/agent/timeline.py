@@ -4,8 +4,6 @@ import math
 from collections import deque
 from dataclasses import dataclass, replace
 
-import numpy as np
-
 from cell.messages import DriveFeedback
 from robot_agent.agent.planning import Extended, Planned
 from robot_agent.trajectory import Segment
@@ -104,17 +102,17 @@ class Timeline:
         """The first tick from which on nothing moves that was ever sent, whether it was accepted or not."""
         return max(block.rest_tick for block in (self.newest, *self._open))
 
-    def reach(self, planned: Planned) -> tuple[float, float]:
-        """The smallest and the largest tau [s] of a motion in the blocks known here; at least one is of that motion."""
-        blocks = [block for block in (*self._accepted, *self._open) if block.planned is planned]
-        taus = np.concatenate([block.segment.tau for block in blocks])
-        return float(taus.min()), float(taus.max())
+    def reach(self) -> tuple[float, float]:
+        """The smallest and the largest tau [s] of the newest motion that was played or may be, as far as is known."""
+        newest = self.newest.planned
+        span = next(each for each in self.spans(self._accepted[0].first_tick) if each.planned is newest)
+        return span.first_tau, span.last_tau
 
     def exchange(self, old: Planned, longer: Extended) -> bool:
         """Let all blocks of the newest motion be blocks of the one that extends it, if they lie in what both share."""
         if self.newest.planned is not old:
             return False
-        lowest, highest = self.reach(old)
+        lowest, highest = self.reach()
         if lowest - longer.cut_s < longer.first_tau or highest - longer.cut_s > longer.splice_s:
             return False
         self._accepted = deque(_on(longer, block) if block.planned is old else block for block in self._accepted)

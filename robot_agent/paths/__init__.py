@@ -6,5 +6,18 @@ from robot_agent.paths.joint_move import JointMove
 from robot_agent.paths.line import Line, LineGeometry
 from robot_agent.paths.sequence import Block, Sequence
 from robot_agent.paths.spline import Spline
+from robot_agent.paths.transition import Continuity, Passing, Transition
 
-__all__ = ["Arc", "Block", "JointMove", "Line", "LineGeometry", "PathError", "Sequence", "Spline"]
+__all__ = [
+    "Arc",
+    "Block",
+    "Continuity",
+    "JointMove",
+    "Line",
+    "LineGeometry",
+    "Passing",
+    "PathError",
+    "Sequence",
+    "Spline",
+    "Transition",
+]

@@ -95,6 +95,20 @@ def smooth(x: Numbers) -> Numbers:
     return x**3 * (10.0 - 15.0 * x + 6.0 * x * x)
 
 
+_SHARES = np.linspace(0.0, 1.0, 1001)
+_SYMMETRIC = float((smooth(_SHARES) * np.abs(0.5 - _SHARES))[:501].max())
+_ONE_SIDED = float((smooth(_SHARES) * (1.0 - _SHARES)).max())
+
+
+def swing(before: Turn, after: Turn, width_m: float, one_sided: bool = False) -> float:
+    """How far [rad] a window takes the orientation from the turn that counts there, for small angles.
+
+    Before the middle that is `before`, behind it `after`; in a one-sided window it is `after` from the first place on.
+    """
+    step = float(np.linalg.norm(after.velocity - before.velocity))
+    return (_ONE_SIDED if one_sided else _SYMMETRIC) * step * width_m
+
+
 def between(before: Numbers, after: Numbers, share: Numbers) -> Numbers:
     """Rotations `(m, 3, 3)`, `share` `(m,)` of the shortest way from `before` to `after`."""
     way = rotation_vectors(after @ np.swapaxes(before, -1, -2)) * share[:, None]

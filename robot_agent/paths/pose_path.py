@@ -7,28 +7,19 @@ import numpy as np
 from robot_agent.paths.chain import Chain
 from robot_agent.paths.curves import Curve, Numbers, Trimmed, joining
 from robot_agent.paths.legs import Leg, turn_before
-from robot_agent.paths.orientation import Orientation, Turn, Window
+from robot_agent.paths.meeting import SHARPEST_RAD, TANGENT_RAD, Meeting, via
+from robot_agent.paths.orientation import Orientation, Turn, Window, swing
 from robot_agent.paths.tangential import Tangential, aligned
+from robot_agent.paths.transition import Transition
 
-TANGENT_RAD = 2e-3
-"""Directions that differ by less are one: blending takes care of the rest."""
 BLEND_TOLERANCE_M = 1e-4
 """How far blending a step of the curvature may leave the programmed curve."""
-_SHARPEST_RAD = np.radians(150.0)
-"""A corner that turns back more than this is not rounded: its edge would be so tight that stopping is faster."""
+_LOOKED_AT = 33
 _LONGEST_BLEND_M = 0.05
 _LARGEST_SWING_RAD = 0.5
 """How far the turn taken over from a joint move may lead where it fades; a quarter of it is seen at the tool."""
 _CURVATURE_STEP = 1e-6
 _KINK_RAD = 1e-9
-
-
-@dataclass(frozen=True, slots=True)
-class Blend:
-    """Where a path leaves the programmed curve to join two blocks: the later block, and how far at most [m]."""
-
-    block: int
-    deviation_m: float
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -40,7 +31,8 @@ class PosePath:
     blocks: tuple[int, ...]
     block_ends_m: Numbers
     """`(len(blocks),)` where each block ends."""
-    blends: tuple[Blend, ...]
+    transitions: tuple[Transition, ...]
+    """Between its blocks."""
 
     @property
     def length_m(self) -> float:
@@ -78,33 +70,41 @@ def pose_paths(legs: list[Leg]) -> list[PosePath]:
         if number == len(legs) - 1 or joints[number] is None:
             group = legs[first : number + 1]
             paths += [_Assembly([turn], []).path() for turn in turn_before(group[0])]
-            paths.append(_Assembly(group, joints[first:number]).path())
+            paths.append(_Assembly(group, [joint for joint in joints[first:number] if joint]).path())
             first = number + 1
     return paths
 
 
-def _joint(legs: list[Leg], number: int) -> float | None:
-    """Distance by which the corner behind a leg is cut, 0 where the legs are tangential, None where the robot stops."""
+@dataclass(frozen=True, slots=True)
+class _Joint:
+    """Two legs that meet without a stop, and by how much the corner between them is cut; 0: they are tangential."""
+
+    meeting: Meeting
+    cut_m: float
+
+
+def _joint(legs: list[Leg], number: int) -> _Joint | None:
+    """How a leg and the next one meet; None where the robot stops."""
     before, after = legs[number], legs[number + 1]
     if before.on_the_spot or after.on_the_spot or before.round_m == 0.0:
         return None
     if before.tangential_rad != after.tangential_rad:
         return None
-    ends = before.curve.at(np.array(before.curve.length_m))[1], after.curve.at(np.zeros(()))[1]
-    angle = 2.0 * np.arcsin(min(1.0, float(np.linalg.norm(ends[0] - ends[1])) / 2.0))
-    if angle <= TANGENT_RAD:
-        return 0.0
-    if before.round_m is None or before.smooth or after.smooth or angle > _SHARPEST_RAD:
+    meeting = Meeting.of(before, after)
+    if meeting.turn_rad <= TANGENT_RAD:
+        return _Joint(meeting, 0.0)
+    if before.round_m is None or before.smooth or after.smooth or meeting.turn_rad > SHARPEST_RAD:
         return None
-    return min(before.round_m, before.curve.length_m / 2.0, after.curve.length_m / 2.0)
+    return _Joint(meeting, min(before.round_m, before.curve.length_m / 2.0, after.curve.length_m / 2.0))
 
 
 class _Assembly:
     """Puts legs and what joins them one behind the other."""
 
-    def __init__(self, legs: list[Leg], cuts: list[float | None]) -> None:
+    def __init__(self, legs: list[Leg], joints: list[_Joint]) -> None:
         self._legs = legs
-        self._cuts = [0.0, *[cut or 0.0 for cut in cuts], 0.0]
+        self._meetings = [joint.meeting for joint in joints]
+        self._cuts = [0.0, *[joint.cut_m for joint in joints], 0.0]
         self._curves: list[Curve] = []
         self._at = 0.0
         self._starts = [0.0]
@@ -112,7 +112,8 @@ class _Assembly:
         self._windows: list[Window] = []
         self._sections: list[float] = []
         self._ends: dict[int, float] = {}
-        self._blends: list[Blend] = []
+        self._met: dict[int, Transition] = {}
+        self._vias: list[Transition] = []
 
     def path(self) -> PosePath:
         """The whole path."""
@@ -141,7 +142,7 @@ class _Assembly:
             self._orientation(chain),
             tuple(self._ends),
             np.array(list(self._ends.values())),
-            tuple(self._blends),
+            (*self._met.values(), *self._vias),
         )
 
     def _orientation(self, chain: Chain) -> Orientation | Tangential:
@@ -156,12 +157,14 @@ class _Assembly:
         before, behind = self._legs[0].first_turn, self._legs[-1].last_turn
         if before is not None:
             lead = _turning_at(turns[0], before, 0.0)
-            windows = [Window(0.0, _wide(lead, turns[0], self._sections[0])), *windows]
-            turns = [lead, *turns]
+            wide = _wide(lead, turns[0], self._sections[0])
+            self._vias += via(self._legs[0].block, lead, turns[0], swing(lead, turns[0], wide, one_sided=True))
+            windows, turns = [Window(0.0, wide), *windows], [lead, *turns]
         if behind is not None:
             lead = _turning_at(turns[-1], behind, self._at)
-            windows = [*windows, Window(self._at - _wide(lead, turns[-1], self._sections[-1]), self._at)]
-            turns = [*turns, lead]
+            wide = _wide(lead, turns[-1], self._sections[-1])
+            self._vias += via(self._legs[-1].block, turns[-1], lead, swing(turns[-1], lead, wide, one_sided=True))
+            windows, turns = [*windows, Window(self._at - wide, self._at)], [*turns, lead]
         return Orientation(tuple(turns), tuple(windows))
 
     def _body(self, number: int) -> Trimmed:
@@ -188,17 +191,32 @@ class _Assembly:
                 wide = min(half, self._sections[-1])
                 border = offset_m + first
                 self._windows.append(Window(border - wide, border + wide))
+                self._report(number, turn, 2.0 * wide, inside=len(self._turns) > known)
             self._turns.append(replace(turn, anchor_m=offset_m - cut + turn.anchor_m))
             self._sections.append(half)
+
+    def _report(self, number: int, turn: Turn, width_m: float, inside: bool) -> None:
+        """How far the orientation leaves the programmed one where `turn` takes over, inside a leg or before it."""
+        swing_rad = swing(self._turns[-1], turn, width_m)
+        if inside:
+            self._vias += via(self._legs[number].block, self._turns[-1], turn, swing_rad)
+        else:
+            self._met[number] = replace(self._met[number], deviation_rad=swing_rad)
 
     def _connector(self, bodies: list[Trimmed], number: int) -> tuple[Curve | None, float]:
         """What joins body number - 1 and the next: a round edge, a blend, or nothing; and what it takes from both."""
         before, after, cut = bodies[number - 1], bodies[number], self._cuts[number]
-        if cut:
-            return joining(before.at(np.array(before.length_m)), after.at(np.zeros(())), 2.0 * cut), cut
+        meeting = self._meetings[number - 1]
         ends = before.at(np.array(before.length_m)), after.at(np.zeros(()))
+        if cut:
+            edge = joining(*ends, 2.0 * cut)
+            corner = self._legs[number].curve.at(np.zeros(()))[0]
+            passed = edge.at(np.linspace(0.0, edge.length_m, _LOOKED_AT))[0] - corner
+            self._met[number] = meeting.rounded(cut, float(np.linalg.norm(passed, axis=1).min()))
+            return edge, cut
         kink, step = (float(np.linalg.norm(ends[1][k] - ends[0][k])) for k in (1, 2))
         if kink <= _KINK_RAD and step <= _CURVATURE_STEP:
+            self._met[number] = meeting.passed(0.0)
             return None, 0.0
         wide = min(0.45 * before.length_m, 0.45 * after.length_m, _LONGEST_BLEND_M)
         for _ in range(8):
@@ -207,7 +225,7 @@ class _Assembly:
             if away <= BLEND_TOLERANCE_M:
                 break
             wide *= min(0.7, 0.95 * float(np.sqrt(BLEND_TOLERANCE_M / away)))
-        self._blends.append(Blend(self._legs[number].block, away))
+        self._met[number] = meeting.passed(away)
         return blend, wide
 
 
@@ -226,7 +244,7 @@ def _wide(lead: Turn, turn: Turn, half_m: float) -> float:
 
 def _deviation(blend: Curve, before: Trimmed, after: Trimmed, wide_m: float) -> float:
     """Largest distance [m] of a blend from the two curves that it replaces near their common end."""
-    share = np.linspace(0.0, 1.0, 33)
+    share = np.linspace(0.0, 1.0, _LOOKED_AT)
     position = blend.at(share * blend.length_m)[0]
     along = (2.0 * share - 1.0) * wide_m
     first = before.at(before.length_m + np.minimum(along, 0.0))

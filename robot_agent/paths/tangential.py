@@ -67,6 +67,11 @@ class Tangential:
         return self._rates(distance_m)[:, None] * UP, change[:, None] * UP
 
     def _rates(self, distance_m: Numbers) -> Numbers:
-        _, tangent, curvature = self.path(distance_m)
-        across = tangent[:, 0] * curvature[:, 1] - tangent[:, 1] * curvature[:, 0]
-        return np.asarray(across / np.maximum((tangent[:, :2] ** 2).sum(axis=1), 1e-12))
+        return turn_rates(self.path(distance_m))
+
+
+def turn_rates(states: Numbers) -> Numbers:
+    """Rate [rad/m] `(k,)` at which the heading changes where a curve has `states` `(3, k, 3)`, as `Curve.at`."""
+    _, tangent, curvature = states
+    across = tangent[:, 0] * curvature[:, 1] - tangent[:, 1] * curvature[:, 0]
+    return np.asarray(across / np.maximum((tangent[:, :2] ** 2).sum(axis=1), 1e-12))

@@ -6,7 +6,7 @@ from typing import Self
 import numpy as np
 
 from robot_agent.kinematics import Model
-from robot_agent.paths.pose_path import Blend
+from robot_agent.paths.transition import Transition, in_order
 from robot_agent.trajectory.independent import Independent
 from robot_agent.trajectory.joint_path import JointPath, Numbers
 from robot_agent.trajectory.law import Timed
@@ -20,13 +20,13 @@ _STANDING = 1e-12
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Kept:
-    """What comes before the new runs as it is: its curve, when its blocks end, its rests, its blends."""
+    """What comes before the new runs as it is: its curve, when its blocks end, its rests, how its blocks meet."""
 
     pieces: Pieces
     ends: Numbers
     """`(blocks,)`, also of those that end in the first of the runs: these are looked up there."""
     rests: Numbers
-    blends: tuple[Blend, ...]
+    transitions: tuple[Transition, ...]
 
     @classmethod
     def nothing(cls, q: Numbers) -> Self:
@@ -37,7 +37,7 @@ class Kept:
     def of(cls, start: Moving, until_s: float) -> Self:
         """What is left of a motion, for `until_s` [s] from the state on."""
         rests = start.rests[start.rests <= until_s]
-        return cls(start.left.part(0.0, until_s), start.ends, np.append(0.0, rests), start.blends)
+        return cls(start.left.part(0.0, until_s), start.ends, np.append(0.0, rests), start.transitions)
 
 
 def assembled(
@@ -46,7 +46,7 @@ def assembled(
     """The motion through all `runs`, timed, behind what is kept; `blocks` is how many there are, the kept ones too."""
     begins = end = kept.pieces.duration_s
     ends = np.append(kept.ends, np.full(blocks - len(kept.ends), -1.0))
-    rests, blends = kept.rests.tolist(), {blend.block: blend for blend in kept.blends}
+    rests, transitions = kept.rests.tolist(), list(kept.transitions)
     for run, time in zip(runs, timed, strict=True):
         begins = end
         if isinstance(run, JointPath):
@@ -55,7 +55,7 @@ def assembled(
         end = begins + time.pieces.duration_s
         ends[run.stretches[-1].block] = end
         rests.append(end)
-        blends |= {blend.block: blend for blend in run.blends}
+        transitions += run.transitions
     ends = np.maximum.accumulate(np.maximum(ends, 0.0))  # a block of no length ends where the one before it does
     parts = [kept.pieces, *(time.pieces for time in timed)]
     pieces = Pieces.joined([part for part in parts if part.duration_s > 0.0] or [kept.pieces])
@@ -63,8 +63,7 @@ def assembled(
     last = None
     if runs and isinstance(path := runs[-1], JointPath):
         last = Run(path, timed[-1].times, timed[-1].parameters, begins)
-    in_order = tuple(blends[block] for block in sorted(blends))
-    return Motion(model, pieces, ends, np.array(rests), in_order, cycle_s, deviation_m, last)
+    return Motion(model, pieces, ends, np.array(rests), in_order(transitions), cycle_s, deviation_m, last)
 
 
 def _passing(path: JointPath, timed: Timed, parameter: float) -> float:

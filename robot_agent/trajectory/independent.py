@@ -6,7 +6,7 @@ import numpy as np
 
 from robot_agent.kinematics import Model
 from robot_agent.model.description import ProfileKind
-from robot_agent.paths.pose_path import Blend
+from robot_agent.paths.transition import Transition
 from robot_agent.trajectory.excess import excess
 from robot_agent.trajectory.joint_path import Numbers, Stretch
 from robot_agent.trajectory.law import Timed
@@ -26,14 +26,12 @@ class Independent:
     """`(n,)` joints."""
     target: Numbers
     stretch: Stretch
+    transitions: tuple[Transition, ...] = ()
+    """The stop in front of it."""
 
     @property
     def stretches(self) -> tuple[Stretch, ...]:
         return (self.stretch,)
-
-    @property
-    def blends(self) -> tuple[Blend, ...]:
-        return ()
 
     def end(self) -> Numbers:
         """Joints `(n,)` at the end."""
@@ -41,7 +39,8 @@ class Independent:
 
     def later(self, blocks: int) -> "Independent":
         """The same with so many blocks before it."""
-        return replace(self, stretch=replace(self.stretch, block=self.stretch.block + blocks))
+        transitions = tuple(each.shifted(blocks) for each in self.transitions)
+        return replace(self, stretch=replace(self.stretch, block=self.stretch.block + blocks), transitions=transitions)
 
     def in_time(self, model: Model, limits: Limits) -> Timed:
         """Each joint as fast as its limits allow; all of them slower where the flange or the joints have a cap."""

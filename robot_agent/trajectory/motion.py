@@ -1,12 +1,12 @@
 """A planned motion: joints over planned time tau, at rest at both ends."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from robot_agent.kinematics import Model
-from robot_agent.paths.pose_path import Blend
+from robot_agent.paths.transition import Transition
 from robot_agent.trajectory.moving import Moving, Run
 from robot_agent.trajectory.pieces import Pieces
 
@@ -23,10 +23,13 @@ class Motion:
     ends: NDArray[np.float64]
     """`(blocks,)` tau at which each block ends; with a round edge, in its middle."""
     rests: NDArray[np.float64]
-    """Rising values of tau at which the plan itself is at rest, the end among them, and the start, where one that goes
-    on from another motion moves."""
-    blends: tuple[Blend, ...]
-    """Where the path leaves the programmed curves to join two blocks smoothly, and how far."""
+    """Rising values of tau at which the plan itself is at rest, the end among them. The first is always 0, where a
+    motion that goes on from another one is moving."""
+    transitions: tuple[Transition, ...]
+    """How each block meets the one before it, by their order.
+
+    A block of no length meets nothing. Nothing is told where a motion that should have gone on in motion rests because
+    no timing was found."""
     cycle_s: float
     filter_deviation_m: float = 0.0
     """How far at most the filter on the axes takes the flange off the path."""
@@ -76,7 +79,7 @@ class Motion:
             left=self.pieces.part(tau, end),
             ends=self.ends[first:] - tau,
             rests=self.rests[self.rests > tau] - tau,
-            blends=tuple(replace(each, block=each.block - first) for each in self.blends if each.block > first),
+            transitions=tuple(each.shifted(-first) for each in self.transitions if each.block > first),
             free_s=max(begins - tau, 0.0),
             run=self.last,
             at_s=max(tau - begins, 0.0),

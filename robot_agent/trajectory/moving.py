@@ -5,7 +5,7 @@ from typing import Self
 
 import numpy as np
 
-from robot_agent.paths.pose_path import Blend
+from robot_agent.paths.transition import Transition
 from robot_agent.trajectory.joint_path import JointPath, Numbers
 from robot_agent.trajectory.pieces import Pieces
 
@@ -55,7 +55,7 @@ class Going:
             rest,
             stretches=tuple(replace(each, block=max(each.block - first, 0)) for each in rest.stretches),
             corner_lengths=(max(head, 0.0), max(tail, 0.0)),
-            blends=tuple(replace(each, block=each.block - first) for each in rest.blends if each.block > first),
+            transitions=tuple(each.shifted(-first) for each in rest.transitions if each.block > first),
         )
         known = np.stack([np.maximum.accumulate(s - s[0]), rate**2])
         return cls(rest, q[:3, 0], np.array([rate[0], change[0]]), known)
@@ -76,7 +76,7 @@ class Moving:
     """`(blocks,)` when each block that is not finished ends."""
     rests: Numbers
     """When the motion rests, its end the last."""
-    blends: tuple[Blend, ...]
+    transitions: tuple[Transition, ...]
     """Of its blocks that are not finished."""
     free_s: float
     """Until then the motion stays as it is: up to its last rest but the end, or to its end."""

@@ -12,11 +12,13 @@ from robot_agent.paths import JointMove, Line, PathError, Sequence, Spline
 from robot_agent.paths.legs import FlangeMove, legs
 from robot_agent.paths.pose_path import PosePath, pose_paths
 from robot_agent.paths.sequence import Block
+from robot_agent.paths.transition import Continuity, Passing, Transition
 from robot_agent.trajectory.assembly import Kept, assembled
+from robot_agent.trajectory.connected import connected
 from robot_agent.trajectory.errors import PlanError
 from robot_agent.trajectory.follow import follow
 from robot_agent.trajectory.independent import Independent
-from robot_agent.trajectory.joint_path import JointPath, Stretch, connected
+from robot_agent.trajectory.joint_path import JointPath, Stretch
 from robot_agent.trajectory.limits import Limits
 from robot_agent.trajectory.motion import Motion
 from robot_agent.trajectory.moving import Moving
@@ -57,6 +59,7 @@ def plan(
 
 def _onward(model: Model, paths: "_Paths", limits: Limits, start: Moving, cycle_s: float) -> Motion:
     known, filtered = len(start.ends), limits.shaping.filter_s > 0.0
+    stop: tuple[Transition, ...] = ()
     for wait_s in () if filtered else _WAITS_S:
         going = start.going(wait_s)
         if going is None:
@@ -64,6 +67,7 @@ def _onward(model: Model, paths: "_Paths", limits: Limits, start: Moving, cycle_
         runs = paths.runs(going.path.end(), going.path, known)
         first = runs[0]
         if first is going.path or not isinstance(first, JointPath):
+            stop = runs[1].transitions[:1] if len(runs) > 1 else ()
             break  # the robot stops where the new blocks begin
         timed = in_time(model, [first], limits)[0] if going.stands else fastest_onward(first, limits, going)
         if timed is not None:
@@ -75,6 +79,7 @@ def _onward(model: Model, paths: "_Paths", limits: Limits, start: Moving, cycle_
     whole_s = start.left.duration_s
     runs = paths.runs(start.left.position(np.array(whole_s)), blocks=known)
     times = in_time(model, runs, limits)
+    runs[:1] = [replace(run, transitions=(*stop, *run.transitions)) for run in runs[:1]]
     motion = assembled(model, Kept.of(start, whole_s), known + paths.blocks, runs, times, cycle_s)
     return replace(motion, last=None) if filtered else motion
 
@@ -101,15 +106,21 @@ class _Paths:
         made: list[JointPath | Independent] = [] if known is None else [known]
         for path in self._paths(start, known):
             path = path.later(blocks)
-            before = made[-1] if made else None
-            connection = None
-            if isinstance(before, JointPath) and isinstance(path, JointPath):
-                connection = connected(self._model, self._limits.velocity, before, path)
-            if connection is None:
-                made.append(path)
+            meeting = self._meeting(made[-1], path) if made else path
+            if isinstance(meeting, Transition):
+                made.append(replace(path, transitions=(meeting, *path.transitions)))
             else:
-                made[-1] = connection
+                made[-1:] = [meeting]
         return made
+
+    def _meeting(
+        self, before: JointPath | Independent, path: JointPath | Independent
+    ) -> JointPath | Independent | Transition:
+        """Both in one, or the stop between them."""
+        if isinstance(before, JointPath) and isinstance(path, JointPath):
+            return connected(self._model, self._limits.velocity, before, path)
+        blocks = before.stretches[-1].block, path.stretches[0].block
+        return Transition(*blocks, Continuity.C0, Passing.STOPS, "where joints are not in step each arrives by itself")
 
     def _paths(self, q: NDArray[np.float64], known: JointPath | None) -> list[JointPath | Independent]:
         made: list[JointPath | Independent] = []
@@ -130,7 +141,9 @@ class _Paths:
         self, blocks: list[tuple[int, FlangeMove]], q: NDArray[np.float64], before: JointPath | Independent | None
     ) -> list[JointPath]:
         """Moves of the flange from joints `q` `(n,)`; a spline takes its direction from joint moves at its ends too."""
-        arrival = self._direction(q, before.state(before.length)[1]) if isinstance(before, JointPath) else None
+        arrival = None
+        if isinstance(before, JointPath) and not before.stops_for:
+            arrival = self._direction(q, before.state(before.length)[1])
         made: list[JointPath] = []
         for path in self._flange_paths(blocks, q, arrival, None):
             made.append(self._follow(path, made[-1].end() if made else q))
@@ -142,10 +155,10 @@ class _Paths:
 
     def _departure(self, index: int, q: NDArray[np.float64]) -> NDArray[np.float64] | None:
         """The direction in which a joint move goes on behind block `index`, a spline that ends at joints `q` `(n,)`."""
-        following = self._blocks[index + 1] if index + 1 < len(self._blocks) else None
-        if not (
-            isinstance(self._blocks[index], Spline) and isinstance(following, JointMove) and following.synchronised
-        ):
+        block, following = self._blocks[index], self._blocks[index + 1] if index + 1 < len(self._blocks) else None
+        if not isinstance(block, Spline) or block.round_m == 0.0:
+            return None
+        if not isinstance(following, JointMove) or not following.synchronised:
             return None
         self._check_target(index + 1, following)
         return self._direction(q, following.target - q)
@@ -198,9 +211,8 @@ class _Paths:
         corners = float(ends[0]), float(ends[-2]) if len(ends) > 1 else 0.0
         curvature = np.column_stack([made.parameter, made.curvature])
         last = self._blocks[path.blocks[-1]]
-        # a tool that follows the path may have to turn behind it; what is rounded there is rounded in the path already
-        round_m = 0.0 if isinstance(last, FlangeMove) and last.tangential_rad is not None else last.round_m
-        return JointPath(made.pieces, stretches, curvature, path.blends, corners, round_m)
+        transitions, stops_for = path.transitions, _stops_for(last)
+        return JointPath(made.pieces, stretches, curvature, transitions, corners, last.round_m, stops_for)
 
     def _joint_move(self, index: int, block: JointMove, start: NDArray[np.float64]) -> JointPath | Independent | None:
         """A straight line in joint space, or every joint by itself; None where it goes nowhere."""
@@ -215,7 +227,7 @@ class _Paths:
         if not block.synchronised:
             return Independent(start, np.asarray(block.target, dtype=np.float64), stretch)
         pieces = self._straight(start, travel, length, capped=stretch.capped)
-        return JointPath(pieces, (stretch,), np.zeros((0, 2)), (), (length, 0.0), block.round_m)
+        return JointPath(pieces, (stretch,), np.zeros((0, 2)), (), (length, 0.0), block.round_m, _stops_for(block))
 
     def _straight(self, start: NDArray[np.float64], travel: NDArray[np.float64], length: float, capped: bool) -> Pieces:
         """The joints evenly along their way; with the flange's way and turn where these have a cap."""
@@ -251,6 +263,13 @@ class _Paths:
                 reason = str(joint_violation(self._model, int(joint), float(value)))
                 hint = "choose a target inside the joint's range"
                 raise PlanError(index, block.line, reason, hint, joint=name, limit="position")
+
+
+def _stops_for(block: Block) -> str:
+    """Why the robot stops behind a block in any case; empty where the block leaves that to what follows."""
+    if not isinstance(block, JointMove) and block.tangential_rad is not None:
+        return "the tool follows the path up to there and may have to turn"
+    return "a round edge of 0 asks for a stop" if block.round_m == 0.0 else ""
 
 
 def _stretch(end: float, index: int, block: Block, joint_speed: float, on_path: bool) -> Stretch:

@@ -8,6 +8,7 @@ import numpy as np
 
 from robot_agent.kinematics import Model
 from robot_agent.model.description import ProfileKind
+from robot_agent.paths import Passing
 from robot_agent.trajectory.excess import excess
 from robot_agent.trajectory.gaussian import filtered
 from robot_agent.trajectory.independent import Independent
@@ -61,9 +62,13 @@ def _ruled(path: JointPath, limits: Limits) -> Timed | None:
     timed = single(path, limits)
     if timed is not None:
         return timed
-    one_move = len({each.block for each in path.stretches}) == 1 and not path.blends
+    one_move = len({each.block for each in path.stretches}) == 1 and not _has_vias(path)
     shaped = one_move and limits.shaping.profile is not ProfileKind.S_CURVE
     return _slowed(path, limits) if shaped else None
+
+
+def _has_vias(path: JointPath) -> bool:
+    return any(each.passing is Passing.BLENDED and each.deviation_m > 0.0 for each in path.transitions)
 
 
 def single(path: JointPath, limits: Limits) -> Timed | None:

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from robot_agent.paths.transition import in_order
 from robot_agent.trajectory.motion import Motion
 from robot_agent.trajectory.pieces import Pieces
 
@@ -19,15 +20,18 @@ def spliced(motion: Motion, tau: float, onward: Motion, first: float = 0.0) -> M
     blocks = int(before[1] - before[0])
     ends = np.append(motion.ends[before[0] : before[1]] - first, onward.ends + offset)
     kept = motion.rests[(motion.rests > first) & (motion.rests <= tau)] - first
-    blends = [replace(each, block=each.block - int(before[0])) for each in motion.blends if each.block > before[0]]
-    known = {blend.block: blend for blend in blends}
-    known |= {blend.block + blocks: replace(blend, block=blend.block + blocks) for blend in onward.blends}
+    meeting = [each for each in motion.transitions if before[0] < each.block <= before[1]]
     return replace(
         onward,
         pieces=Pieces.joined([motion.pieces.part(first, tau), onward.pieces]),
         ends=ends,
         rests=np.concatenate([[0.0], kept, onward.rests[1:] + offset]),
-        blends=tuple(known[block] for block in sorted(known)),
+        transitions=in_order(
+            [
+                *(each.shifted(-int(before[0])) for each in meeting),
+                *(each.shifted(blocks) for each in onward.transitions),
+            ]
+        ),
         filter_deviation_m=max(motion.filter_deviation_m, onward.filter_deviation_m),
         last=None if onward.last is None else onward.last.later(offset, blocks),
     )

@@ -15,6 +15,8 @@ from tests.sim.world import World
 _ON_PATH_RAD = 2e-6
 _LIMIT_TOLERANCE = 1.01
 _PATH_STEP_S = 0.001
+_PASSES_RAD = 2e-3
+"""More than the joints move in a step."""
 _BODY_EVERY_TICKS = 2
 
 
@@ -110,9 +112,10 @@ class Invariants:
         if path is None:
             count = max(2, int(motion.duration_s / _PATH_STEP_S))
             path = self._paths[id(motion)] = motion.q(np.linspace(0.0, motion.duration_s, count))
-        near = int(np.abs(path - q).max(axis=1).argmin())
-        piece = path[max(near - 2, 0) : near + 3]
-        start, way = piece[:-1], np.diff(piece, axis=0)
+        away = np.abs(path - q).max(axis=1)
+        near = np.flatnonzero(away <= away.min() + _PASSES_RAD)  # a path may pass a place more than once
+        first = np.clip((near[:, None] + [-1, 0]).ravel(), 0, len(path) - 2)
+        start, way = path[first], path[first + 1] - path[first]
         share = np.clip(((q - start) * way).sum(1) / np.maximum((way * way).sum(1), 1e-30), 0.0, 1.0)
         return float(np.abs(start + share[:, None] * way - q).max(axis=1).min())
 

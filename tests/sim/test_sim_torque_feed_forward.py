@@ -1,101 +1,13 @@
 """The torque of each sample as a drive's feed-forward: on a motor with a heavy arm, as bytes, and when blocks stop."""
 
-from dataclasses import replace
-from math import pi
-from struct import Struct
-
 import numpy as np
 import pytest
 
-from cell.messages import Claim, EnableDrives, SetpointBlock
 from drive_gateway.config.settings import TorqueSettings
-from drive_gateway.config.simulation import Level, Simulation
-from drive_gateway.sim.axis.axis_data import AxisData
-from drive_gateway.sim.axis.dc_bus import DcBusData
-from drive_gateway.sim.axis.encoder import EncoderData
+from drive_gateway.config.simulation import Level
 from drive_gateway.sim.axis.full_servo import FullServo
-from drive_gateway.sim.axis.gains import ServoData
-from drive_gateway.sim.axis.load import GRAVITY_M_S2, pendulum
-from drive_gateway.sim.axis.mechanics import LoadData
-from drive_gateway.sim.axis.motor_data import MOTORS
 from tests.sim.gateway_bench import CYCLE_S, GatewayBench, axis, settings
-
-GEAR, RATED_NM = 100.0, 9.0
-COUNTS = 131072 * GEAR / (2 * pi)
-MASS_KG, LENGTH_M, INERTIA = 55.0, 0.5, 20.0
-MOTOR = MOTORS["joint-large"]
-SOFT = ServoData(speed_hz=10.0, reset_s=0.1, position_per_s=5.0)
-OFFSETS = Struct("<ih")
-
-
-def torque_nm(q: np.ndarray, acceleration: np.ndarray) -> np.ndarray:
-    """Of an arm that stands upright at zero, rotor included."""
-    inertia = INERTIA + MOTOR.inertia_kg_m2 * GEAR**2
-    return inertia * acceleration - MASS_KG * GRAVITY_M_S2 * LENGTH_M * np.sin(q)
-
-
-class HeavyArm(GatewayBench):
-    """One axis with a soft servo loop, and what its agent would send."""
-
-    def __init__(self, feed_forward: str, level: Level = Level.FULL, direction: int = 1) -> None:
-        arm = axis(
-            "J1", 1, counts_per_unit=direction * COUNTS, offset=0.0, simulated_start=0.3,
-            velocity_offset=feed_forward != "none", torque_offset=feed_forward == "torque",
-            torque=TorqueSettings(round(1000 * RATED_NM), 1000 * direction / (GEAR * RATED_NM)),
-        )  # fmt: skip
-        data = AxisData(
-            motor=MOTOR, gear=GEAR, direction=direction, offset=0.0, load=LoadData(INERTIA, 5.0, 5.0),
-            torque=pendulum(MASS_KG, LENGTH_M, pi), encoder=EncoderData(131072), servo=SOFT,
-            top_speed=2.4 * GEAR, seed=1,
-        )  # fmt: skip
-        simulation = Simulation(level=level, wire_time=False, dc_bus=DcBusData(), axes={("left", "J1"): data})
-        super().__init__(replace(settings(arm), simulated_lag_s=0.004, simulation=simulation))
-        self.ready()
-        claim = self.ask(Claim("left", "agent", "d")).claim
-        assert claim is not None
-        self.asked_for_torques, self.owner = claim.torques, claim.owner
-        self.sequence = 0
-        self.errors: list[float] = []
-        self.stand()
-
-    def cycle(self, late_s: float = 0.0) -> None:
-        super().cycle(late_s)
-        if hasattr(self, "errors"):
-            self.errors.append(self.bus.nodes[1].drives[0].servo.error / COUNTS)
-
-    def send(self, position: np.ndarray, velocity: np.ndarray, acceleration: np.ndarray) -> None:
-        self.sequence += 1
-        assert self.feedback is not None
-        block = SetpointBlock(
-            "left", self.owner, self.sequence, 0, self.feedback.tick + 5, CYCLE_S, len(position),
-            position[:, None], velocity[:, None], torque_nm(position, acceleration)[:, None],
-        )  # fmt: skip
-        self.tell(block)
-
-    def stand(self) -> None:
-        """A sign of life: where the arm is, and what carries it there."""
-        assert self.feedback is not None
-        self.send(np.repeat(self.feedback.commanded, 3), np.zeros(3), np.zeros(3))
-        self.run(3 * CYCLE_S)
-
-    def switch_on(self) -> None:
-        """Until the brake has opened."""
-        reply = self.ask(EnableDrives("left", self.owner))
-        assert reply.ok, reply.text
-        self.run(0.25)
-
-    def swing(self, way: float = 1.2, seconds: float = 1.2) -> np.ndarray:
-        """A quintic from rest to rest, played out; answers the positions."""
-        t = np.append(np.arange(0.0, seconds + CYCLE_S / 2, CYCLE_S) / seconds, [1.0, 1.0])
-        assert self.feedback is not None
-        q = self.feedback.commanded[0] + way * (10 * t**3 - 15 * t**4 + 6 * t**5)
-        speed = way * (30 * t**2 - 60 * t**3 + 30 * t**4) / seconds
-        self.send(q, speed, way * (60 * t - 180 * t**2 + 120 * t**3) / seconds**2)
-        self.run(seconds + 0.1)
-        return q
-
-    def offsets(self) -> list[tuple[int, int]]:
-        return [OFFSETS.unpack(frame.data) for frame in self.frames if frame.id == 0x301]  # type: ignore[misc]
+from tests.sim.heavy_arm import COUNTS, GEAR, RATED_NM, HeavyArm, torque_nm
 
 
 @pytest.fixture(scope="module")
@@ -161,7 +73,7 @@ def test_a_gateway_without_torque_feed_forward_asks_for_none_and_sends_none() ->
 
 
 def test_a_drive_with_a_motor_of_another_rated_torque_is_not_configured() -> None:
-    world = GatewayBench(settings(axis("J1", 1, torque=TorqueSettings(9000, 1.0))))
+    world = GatewayBench(settings(axis("J1", 1, torque=TorqueSettings(9000, 1.0, 1000.0))))
     world.bus.nodes[1].drives[0]._shown._rated_mnm = 3600
     world.until(lambda: world.state is not None and "another drive" in world.state.problem)
     assert world.state is not None
@@ -178,3 +90,21 @@ def test_a_drive_that_brakes_by_itself_keeps_carrying_its_arm() -> None:
     for _ in range(50):
         servo.brake(CYCLE_S, 10.0 * COUNTS)
     assert abs(servo.position - before) / COUNTS < 1e-4
+
+
+def test_what_the_motor_gives_is_told_in_the_feedback(swung: dict[str, HeavyArm]) -> None:
+    for world in swung.values():
+        world.run(1.0)
+        assert world.feedback is not None
+        assert world.feedback.torque is not None
+        carried = torque_nm(world.feedback.position, np.zeros(1))
+        # Dry friction may carry up to 5 Nm of it.
+        np.testing.assert_allclose(world.feedback.torque, carried, atol=6.0)
+        assert abs(carried[0]) > 200.0
+
+
+def test_a_robot_whose_drives_do_not_all_tell_their_torque_tells_none() -> None:
+    world = GatewayBench(settings(axis("J1", 1), axis("J2", 2, torque=TorqueSettings(9000, 1.0, 1000.0))))
+    world.ready()
+    assert world.feedback is not None
+    assert world.feedback.torque is None

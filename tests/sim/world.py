@@ -171,7 +171,7 @@ class World:
                 self._send(message, ["manager"])
             case ManagerState():
                 self.seen.manager = message
-                self._send_timed(message, self._agents())
+                self.tell_timed(message, self._agents())
             case ZoneGeometry():
                 self._send(message, self._agents())
             case SetpointBlock():
@@ -180,7 +180,7 @@ class World:
                 self.seen.feedback[message.robot] = message
                 for look in self.on_feedback:
                     look(message)
-                self._send_timed(message, [f"robot/{message.robot}"])
+                self.tell_timed(message, [f"robot/{message.robot}"])
             case RobotState():
                 self.seen.robots[message.robot] = message
             case GatewayState():
@@ -199,7 +199,7 @@ class World:
             for delay in self.network.delays():
                 self.clock.after(delay, lambda name=name: self.processes[name].tell(message))
 
-    def _send_timed(self, message: object, names: list[str]) -> None:
+    def tell_timed(self, message: object, names: list[str]) -> None:
         """To agents, whose shells note when a state comes in."""
         for name in names:
             for delay in self.network.delays():

@@ -8,7 +8,7 @@ from itertools import groupby, pairwise
 import numpy as np
 
 from robot_agent.kinematics import Model
-from robot_agent.paths import JointMove, Sequence, Spline
+from robot_agent.paths import JointMove, Passing, Sequence, Spline
 from robot_agent.paths.legs import legs
 from robot_agent.paths.pose_path import PosePath, pose_paths
 from robot_agent.trajectory import Motion
@@ -59,7 +59,7 @@ def curves(model: Model, sequence: Sequence, start: np.ndarray) -> list[list[Cur
             for path in pose_paths(legs(moves, pose, arrival)):
                 q = model.track(path.poses(np.linspace(0.0, path.length_m, int(100 * path.length_m) + 200)), q)[-1]
             last, following = moves[-1][0], sequence.blocks[moves[-1][0] + 1 : moves[-1][0] + 2]
-            goes_on = following and isinstance(sequence.blocks[last], Spline)
+            goes_on = following and isinstance(sequence.blocks[last], Spline) and sequence.blocks[last].round_m != 0.0
             departure = direction(model, q, following[0].target - q) if goes_on else None
             for path in pose_paths(legs(moves, pose, arrival, departure)):
                 begins = 0.0
@@ -71,7 +71,8 @@ def curves(model: Model, sequence: Sequence, start: np.ndarray) -> list[list[Cur
             at = partial(places_between, model, q, block.target)
             length_m = float(np.linalg.norm(np.diff(at(_FINER), axis=0), axis=1).sum())
             made[number].append(Curve(block, at, 0.0, 1.0, length_m))
-            q, arrival = block.target, direction(model, block.target, block.target - q)
+            arrival = None if block.round_m == 0.0 else direction(model, block.target, block.target - q)
+            q = block.target
     return made
 
 
@@ -135,10 +136,9 @@ def deviations_m(commanded: list[list[Curve]], motion: Motion, taus: list[np.nda
 def blended_m(commanded: list[list[Curve]], motion: Motion) -> np.ndarray:
     """How far `(blocks,)` [m] a motion says that its joints leave each block to pass into another path smoothly."""
     told = np.zeros(len(commanded))
-    for blend in motion.blends:
-        before, after = commanded[blend.block - 1], commanded[blend.block]
-        if blend.block > 0 and before[-1].path is not after[0].path:
-            told[blend.block - 1 : blend.block + 1] = np.maximum(
-                told[blend.block - 1 : blend.block + 1], blend.deviation_m
-            )
+    for each in motion.transitions:
+        apart = commanded[each.before][-1].path is not commanded[each.block][0].path
+        if each.passing is Passing.BLENDED and apart:
+            both = [each.before, each.block]
+            told[both] = np.maximum(told[both], each.deviation_m)
     return told

@@ -3,6 +3,7 @@
 from dataclasses import replace
 
 import numpy as np
+import pytest
 from six_axis_arm import description
 
 from cell.messages import Enable, Mode, ProgramState, Run
@@ -50,6 +51,15 @@ def test_the_speeds_of_a_block_are_those_of_the_axes() -> None:
     speed = block.velocity[fastest]
     assert abs(speed[3]) > 0.5
     np.testing.assert_allclose(speed[4], -0.02 * speed[3], atol=1e-12)
+
+
+def test_torques_of_the_axes_are_heard_as_those_that_the_joints_feel() -> None:
+    feedback = replace(AgentWorld("END")._feedback(), torque=np.array([5.0, -40.0, 12.0, 3.0, 2.0, 1.0]))
+    heard = feedback_in_joints(ARM.coupling, feedback)
+    assert heard.torque is not None
+    assert feedback.torque is not None
+    speeds = np.array([0.1, 0.2, -0.3, 1.0, -2.0, 0.7])
+    assert heard.torque @ ARM.coupling.joints(speeds) == pytest.approx(feedback.torque @ speeds)
 
 
 def test_without_coupling_feedback_stays_as_it_is() -> None:

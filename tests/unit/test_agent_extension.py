@@ -6,10 +6,13 @@ import pytest
 from cell.geometry.occupied import body_touches_box
 from cell.messages import Continue, Halt, Mode, ProgramState, SetOverride, Step
 from robot_agent.agent import lookahead
+from robot_agent.agent.dry_run import dry_run
 from robot_agent.agent.planning import Extended
+from robot_agent.language import parse_program
 from robot_agent.workspace import zone_box
 from tests.unit.agent_world import CYCLE_S, ZONE, AgentWorld
 from tests.unit.test_agent_core import running, until
+from tests.unit.test_agent_corrections import START, Measured
 
 HALF_M, RADIUS_M, SPEED_M_S = 0.01, 0.05, 0.3
 TO_START = "MJ J1=0 J2=-12 J3=65 J4=0 J5=37 J6=0\nML X=1000 Y=-10 Z=1350 A=0 B=90 C=0\n"
@@ -46,7 +49,10 @@ def off_the_round(world: AgentWorld, since: int) -> float:
     return float(np.hypot(across - RADIUS_M, x - 1.0).max())
 
 
-def test_endless_round_of_66_tangential_moves_never_stops() -> None:
+def test_endless_round_of_66_tangential_moves_never_stops_and_what_is_kept_does_not_grow(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(lookahead, "_KEPT_S", 1.0)
     world = on_its_rounds()
     since = len(world.played)
     world.run(11.0 * ROUND_S)
@@ -57,14 +63,18 @@ def test_endless_round_of_66_tangential_moves_never_stops() -> None:
     limits, q = world.planner.limits, np.array(world.played[since:])
     for order, limit in enumerate((limits.velocity, limits.acceleration, limits.jerk), 1):
         assert (np.abs(np.diff(q, order, axis=0)).max(axis=0) < 1.001 * limit * CYCLE_S**order + 1e-9).all()
-
-
-def test_what_is_kept_of_an_endless_motion_does_not_grow(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(lookahead, "_KEPT_S", 1.0)
-    world = on_its_rounds()
-    until(world, lambda: len(extensions(world)) > 3)
     sizes = [len(each.sweep.points) for each in extensions(world)]
     assert max(sizes[2:]) < 1.05 * sizes[1]
+
+
+def test_dry_run_shows_a_long_chain_as_it_runs() -> None:
+    arm = AgentWorld("END").planner
+    program = parse_program(TO_START + 5 * ROUND + "MJ J1=20\nEND", "long.prog", arm.model.joint_names)
+    motions, failed = dry_run(arm, program, 60.0)
+    assert failed is None
+    assert [len(planned.lines) for planned in motions] == [1, 31, 1]
+    assert motions[1].lines == tuple(range(2, 33))
+    assert len(motions[1].motion.rests) == 3
 
 
 def test_robot_goes_back_to_the_beginning_of_what_is_kept_and_on_again(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -95,7 +105,7 @@ def test_extension_that_arrives_while_halted_is_taken_and_the_robot_goes_on_with
     world.call(Continue())
     until(world, lambda: world.state.tcp_speed_m_s > 0.8 * SPEED_M_S)
     since = len(world.played)
-    world.run(3.0 * ROUND_S)
+    world.run(2.0 * ROUND_S)
     assert speeds(world)[since:].min() > 0.8 * SPEED_M_S
     assert off_the_round(world, since) < 1.2e-4
 
@@ -111,6 +121,21 @@ def test_extension_that_comes_too_late_is_dropped_and_the_robot_goes_on_from_whe
     seen = len(extensions(world))
     until(world, lambda: len(extensions(world)) > seen)
     assert off_the_round(world, since) < 1.2e-4
+
+
+def test_extension_that_is_late_is_asked_for_again_farther_ahead() -> None:
+    """Its last move, which asks for a stop behind it, says nothing about how its first one is joined."""
+    world = running(TO_START + 4 * ROUND + "ML Y=10 F=300 R=0\nML Z=1340\nEND")
+    until(world, lambda: len(world.planned) > 1)
+    world.plans_held = True
+    until(world, lambda: extensions(world) != [])
+    until(world, lambda: world.state.governor.tau_s > extensions(world)[0].splice_s)
+    world.plans_held = False
+    world.release_plans()
+    until(world, lambda: world.state.program.state is ProgramState.DONE)
+    first, second = extensions(world)
+    assert first.lines == second.lines
+    assert second.splice_s > first.splice_s + 0.5
 
 
 def test_move_that_cannot_be_planned_behind_many_that_can_ends_the_program_where_these_end() -> None:
@@ -146,3 +171,11 @@ def test_zone_that_an_extension_enters_is_not_entered_before_it_is_granted() -> 
     world.grant()
     until(world, lambda: world.state.program.state is ProgramState.DONE)
     assert any(body_touches_box(each.body, box) for each in world.presences)
+
+
+def test_long_chain_that_follows_a_sensor_is_not_extended_but_ends() -> None:
+    moves = "".join(f"ML Y={280 + 8 * number} F=80\n" for number in range(26))
+    world = Measured(f"{START}TRACK seam\n{moves}TRACK OFF\nEND")
+    world.start()
+    world.until(lambda: world.done)
+    assert [len(planned.lines) for planned in world.planned] == [1, 24, 2]

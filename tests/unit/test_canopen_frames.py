@@ -68,6 +68,17 @@ def test_a_pdo_is_linked_in_the_prescribed_order() -> None:
     assert process_image(1).status.writes() == expected
 
 
+def test_torques_fill_the_pdos_of_an_axis_and_each_axis_of_a_node_has_its_own_objects() -> None:
+    image = process_image(5, axis=2, velocity_offset=True, torque_offset=True, torques=True)
+    assert image.command.entries == (0x68400010, 0x687A0020, 0x68710010)
+    assert image.status.entries == (0x68410010, 0x68640020, 0x68770010)
+    assert image.offset is not None
+    assert image.offset.entries == (0x68B10020, 0x68B20010)
+    offsets, command = image.frames(0x0F, -2, 300, -40, 7)
+    assert offsets.data == bytes.fromhex("2c010000d8ff")
+    assert command.data == bytes.fromhex("0f00feffffff0700")
+
+
 def test_identifiers_split_into_function_and_node() -> None:
     assert (cob_id.function_code(0x5FF), cob_id.node_id(0x5FF)) == (cob_id.SDO_FROM_NODE, 127)
 

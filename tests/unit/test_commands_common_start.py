@@ -31,8 +31,8 @@ class Cell:
 
 def test_all_robots_get_the_same_moment() -> None:
     cell = Cell()
-    run_together(cell, ["left", "right"], 2.0)  # type: ignore[arg-type]
-    assert cell.asked == [(robot, Run(CellTime("m", 102.0))) for robot in ("left", "right")]
+    run_together(cell, ["left", "right"], 2.0, 6.0)  # type: ignore[arg-type]
+    assert cell.asked == [(robot, Run(CellTime("m", 102.0), 6.0)) for robot in ("left", "right")]
 
 
 def test_when_one_refuses_those_that_were_ordered_are_halted() -> None:

@@ -11,10 +11,10 @@ from typer.testing import CliRunner
 from cell.commands import drive_gateway_command
 from cell.commands.drives import drives_table
 from cell.commands.errors import CommandError
-from cell.commands.set_up import target_of
+from cell.commands.set_up import press_of, target_of
 from cell.commands.view import Snapshot
 from cell.config import load_cell
-from cell.messages import AxisStatus, BusCounters, GatewayState, NodeStatus
+from cell.messages import AxisStatus, BusCounters, GatewayState, NodeStatus, PressAxis
 from drive_gateway.config import load_drives
 
 
@@ -71,3 +71,17 @@ def test_a_target_is_in_degrees_or_for_an_axis_that_slides_in_millimetres() -> N
         target_of(drives, "J9=1")
     with pytest.raises(CommandError, match="'J1' is no target"):
         target_of(drives, "J1")
+
+
+def test_a_torque_is_given_to_one_axis_whose_way_is_in_degrees_or_mm() -> None:
+    turning = load_drives(TWO_ARMS.parent / "left_drives.yaml", "left_bus").robots["left"]
+    sliding = replace(turning, axes=(replace(turning.axes[0], linear=True), *turning.axes[1:]))
+    assert press_of(turning, ["J1"], 50.0, 2.0, 1.0) == PressAxis(
+        "left", "J1", 50.0, 2.0, pytest.approx(math.radians(1))
+    )
+    assert press_of(sliding, ["J1"], -50.0, 2.0, 1.0) == PressAxis("left", "J1", -50.0, 2.0, pytest.approx(0.001))
+    for words in (["J1=5"], ["J1", "J2"], []):
+        with pytest.raises(CommandError, match="it takes one axis, without a value"):
+            press_of(turning, words, 50.0, 2.0, 1.0)
+    with pytest.raises(CommandError, match="robot left has no axis J9; its axes are J1, J2"):
+        press_of(turning, ["J9"], 50.0, 2.0, 1.0)

@@ -1,5 +1,7 @@
 """`cell plot` draws a program, and names the line that cannot be planned."""
 
+import re
+from html import unescape
 from pathlib import Path
 
 import pytest
@@ -32,6 +34,37 @@ def test_a_spline_joins_the_joint_moves_around_it_and_r0_stops_there(tmp_path: P
     assert "in 1 motions" in plotted(tmp_path, program.format("", ""))
     assert "in 2 motions" in plotted(tmp_path, program.format("R=0", ""))
     assert "in 2 motions" in plotted(tmp_path, program.format("", "WAIT 1\n"))
+
+
+@pytest.mark.parametrize(
+    ("program", "passed", "motions"),
+    [
+        ("MJ J1=10\nMJ J1=20\nMJ J1=40", ["1 to 2", "2 to 3"], 1),
+        ("MJ J1=10 J2=5\nMJ J1=20 J2=11\nMJ J1=40 J2=23", ["2 to 3"], 2),
+        ("ML Z=1800\nMJ J1=10\nMJ J1=20", ["2 to 3"], 2),
+        ("MJ J1=10 R=0\nMJ J1=20", [], 2),
+        ("MJ J1=10 SYNC=0\nMJ J1=20", [], 2),
+        ("MJ J1=20\nMJ J1=10", [], 2),
+    ],
+)
+def test_joint_moves_that_go_straight_on_are_one_motion(
+    tmp_path: Path, program: str, passed: list[str], motions: int
+) -> None:
+    page = plotted(tmp_path, program)
+    assert f"in {motions} motions" in page
+    assert re.findall(r"line (\d to \d): C2, passes<", page) == passed
+
+
+def test_page_says_how_far_each_move_goes_and_how_moves_meet(tmp_path: Path) -> None:
+    page = unescape(plotted(tmp_path, "HOME\nML Z=1800 F=300 R=30\nML Y=200 R=200\nML X=1250\nML X=1200\nWAIT 1\nHOME"))
+    for text in (
+        "line 5: 50.0 mm, 0.0 deg, joints",
+        "line 2 to 3: C0, rounds the corner, 7.95 mm beside it (the path turns by 90.0 deg; round edge of 30 mm)",
+        "round edge of 200 mm, cut to 100.0 mm: half of the shorter move",
+        "line 4 to 5: C0, stops (the path turns by 180.0 deg; there is no round edge)",
+        "line 5 to 7: stops, the next move is planned by itself",
+    ):
+        assert text in page
 
 
 def test_endless_program_is_cut_off(tmp_path: Path) -> None:

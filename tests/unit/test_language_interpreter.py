@@ -2,7 +2,17 @@
 
 import math
 
-from robot_agent.language import Finished, Interpreter, LineStep, Pause, ProgramFault, Step, parse_program
+from robot_agent.language import (
+    Finished,
+    Interpreter,
+    LineStep,
+    Pause,
+    ProgramFault,
+    Step,
+    TrackingOff,
+    TrackingOn,
+    parse_program,
+)
 
 
 def steps_of(text: str, count: int) -> list[Step]:
@@ -54,3 +64,15 @@ def test_an_orientation_while_the_tool_follows_the_path_is_a_fault() -> None:
         assert isinstance(fault, ProgramFault)
         assert fault.line == 3
         assert "leave them out, or TANG 0" in fault.text
+
+
+def test_a_correction_ends_before_another_or_the_same_one_begins_and_only_once() -> None:
+    steps = steps_of("TRACK OFF\nTRACK a\nTRACK b\nWAIT 1\nTRACK off\nTRACK OFF\nWAIT 2", 6)
+    assert steps == [
+        TrackingOn(2, "a"),
+        TrackingOff(3),
+        TrackingOn(3, "b"),
+        Pause(4, 1.0),
+        TrackingOff(5),
+        Pause(7, 2.0),
+    ]

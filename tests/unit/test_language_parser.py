@@ -87,7 +87,7 @@ def test_a_jump_points_behind_its_label_even_when_the_label_comes_later() -> Non
 @pytest.mark.parametrize(
     ("text", "problem"),
     [
-        ("FLY X=1", "1:1: found `FLY`, allowed one of MJ, ML, MC, MS, HOME, TANG, WAIT, LABEL, GOTO, END"),
+        ("FLY X=1", "1:1: found `FLY`, allowed one of MJ, ML, MC, MS, HOME, TANG, TRACK, WAIT, LABEL, GOTO, END"),
         ("MJ", "1:1: found MJ without a joint, allowed at least one of J1, J2, J3, J4, J5, J6"),
         (
             "MJ J7=1",
@@ -107,6 +107,7 @@ def test_a_jump_points_behind_its_label_even_when_the_label_comes_later() -> Non
         ("TANG", "1:1: found `TANG`, allowed TANG 1, with H=degrees if wanted, or TANG 0"),
         ("TANG 2", "1:6: found `TANG 2`, allowed TANG 1, with H=degrees if wanted, or TANG 0"),
         ("TANG 0 H=5", "1:8: found `H=5` behind TANG 0, allowed TANG 1, with H=degrees if wanted, or TANG 0"),
+        ("TRACK", "1:1: found 0 words behind TRACK, allowed the name of a correction, or OFF"),
         ("MC X=1", "1:1: found MC without a via point, allowed at least one of QX, QY, QZ"),
         ("MC QX=1", "1:1: found MC without a coordinate, allowed at least one of X, Y, Z, A, B, C"),
         ("MC QX=1 X=2 H=0", "1:13: found H=0, allowed degrees of the circle to go, any but 0; negative is backwards"),

@@ -78,7 +78,8 @@ def feedbacks(draw: st.DrawFn) -> DriveFeedback:
     level, flags = draw(st.integers(0, 2**32 - 1)), draw(st.tuples(st.booleans(), st.booleans()))
     state, refused = draw(st.sampled_from(PlayoutState)), draw(COUNTS)
     positions = [draw(values) for _ in range(3)]
-    return DriveFeedback(draw(NAMES), draw(NAMES), *numbers, state, level, refused, *flags, *positions, axes)
+    torque = draw(st.none() | values)
+    return DriveFeedback(draw(NAMES), draw(NAMES), *numbers, state, level, refused, *flags, *positions, axes, torque)
 
 
 def messages(kind: type) -> st.SearchStrategy[Any]:

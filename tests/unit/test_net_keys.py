@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cell.messages import Body, Estop, Event, Presence, Severity, ZoneGeometry
+from cell.messages import Body, CellTime, ConveyorCount, Correction, Estop, Event, Presence, Severity, ZoneGeometry
 from cell.net.keys import STATE_KINDS, Alive, Keys
 
 KEYS = Keys("two_arms")
@@ -22,6 +22,8 @@ KEYS = Keys("two_arms")
         (Estop("e", True, "me", "test"), "cell/two_arms/estop"),
         (Event("gateway/bus", 1, Severity.INFO, "code", "text"), "cell/two_arms/event/gateway/bus"),
         (Event("manager", 1, Severity.INFO, "code", "text"), "cell/two_arms/event/manager"),
+        (Correction("left", "seam", CellTime("m", 1.0), (0.0, 0.0, 0.0)), "cell/two_arms/robot/left/correction/seam"),
+        (ConveyorCount("belt", CellTime("m", 1.0), 7), "cell/two_arms/conveyor/belt"),
         (ZoneGeometry("middle", 1, (1, 1, 1), (0, 0, 0), (0, 0, 0, 1), ()), "cell/two_arms/zone/middle"),
     ],
 )

@@ -53,6 +53,14 @@ def test_joint_moves_are_as_long_as_worked(first: float, last: float, way_mm: fl
     assert np.degrees([rotation, joints]) == pytest.approx([way_deg, way_deg])
 
 
+def test_a_joint_move_in_mm_per_second_takes_its_way_at_that_speed() -> None:
+    worked = VECTORS["joint_move_in_mm_s"]
+    start, target = (np.radians([worked[end], 0, 0, 0, 0, 0]) for end in ("from", "to"))
+    motion = planned(JointMove(target, 1.0, 1, speed_m_s=worked["speed"] / 1000.0), start=start)
+    assert motion.tcp_speed(np.array(motion.duration_s / 2.0)) == pytest.approx(worked["speed"] / 1000.0, rel=1e-2)
+    assert worked["time"] < motion.duration_s < 1.01 * worked["time"]
+
+
 def test_lengths_are_those_of_each_block() -> None:
     here = ARM.forward(WORK)
     turned, beside = here.copy(), here.copy()

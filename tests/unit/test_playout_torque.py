@@ -13,7 +13,7 @@ from drive_gateway.config.settings import TorqueSettings
 from drive_gateway.gateway.joining import Refusal, Refused
 from drive_gateway.gateway.playout import Accepted, Ignored, Playout
 
-RATED = TorqueSettings(rated_mnm=2000, per_mille=-1000 / (50 * 2.0))
+RATED = TorqueSettings(rated_mnm=2000, per_mille=-1000 / (50 * 2.0), rpm=50 * 30 / np.pi)
 """2 Nm behind a gear of 50, turning the other way round: per mille of 100 Nm."""
 AXES = (axis("J1", 1, torque=RATED, torque_offset=True), axis("J2", 2))
 START = np.array([0.1, -0.2])

@@ -7,7 +7,9 @@ from io import StringIO
 
 import canopen
 
+from drive_gateway.sim.cyclic_modes import CYCLIC_MODES
 from drive_gateway.sim.dictionary import key_of, load_dictionary
+from drive_gateway.sim.setup_modes import SETUP_MODES
 
 LISTS = ("MandatoryObjects", "OptionalObjects", "ManufacturerObjects")
 
@@ -27,6 +29,11 @@ def test_dictionary_is_loaded_once() -> None:
 
 def test_device_type_says_servo_drive_of_cia_402() -> None:
     assert load_dictionary().entries[key_of(0x1000)].default == 0x00020192
+
+
+def test_every_mode_that_the_drive_takes_is_one_that_it_says_to_support() -> None:
+    supported = load_dictionary().entries[key_of(0x6502)].default
+    assert supported == sum(1 << mode - 1 for mode in (*CYCLIC_MODES, *SETUP_MODES))
 
 
 def test_limits_come_from_the_type_where_the_eds_names_none() -> None:

@@ -7,7 +7,7 @@ import pytest
 from six_axis_arm import arm, description
 
 from robot_agent.model.description import Shaping
-from robot_agent.paths import Arc, JointMove, Line, Sequence
+from robot_agent.paths import Arc, JointMove, Line, Passing, Sequence
 from robot_agent.trajectory import Limits, Motion, PlanError, plan, spliced
 
 ARM = arm()
@@ -109,6 +109,8 @@ def test_splices_are_the_old_motion_up_to_them_and_the_new_one_behind() -> None:
         np.testing.assert_allclose(longer.ends, [*ended - first, *onward.ends + at - first], atol=1e-9)
         assert (np.diff(longer.ends) > 0.1).all()
         assert len(longer.rests) == 2
+        borders = [(each.before, each.block) for each in longer.transitions]
+        assert borders == [(k, k + 1) for k in range(len(longer.ends) - 1)]
         whole, at, first = longer, float(longer.ends[-2]) - 0.1, 0.3
 
 
@@ -118,6 +120,9 @@ def test_corner_behind_the_old_end_is_a_stop_or_round_as_programmed() -> None:
     stopped = extended(sharp, 0.5, aside)
     assert_same_state(sharp, 0.5, stopped)
     np.testing.assert_allclose(stopped.pose(stopped.rests[1:2])[0, :3, 3], beside(0, 0.2)[:3, 3], atol=1e-6)
+    (stop,) = stopped.transitions
+    assert (stop.before, stop.block, stop.passing) == (0, 1, Passing.STOPS)
+    assert stop.reason == "the path turns by 90.0 deg; there is no round edge"
     rounded = planned(replace(first, round_m=0.02))
     flowing = extended(rounded, 0.5, aside)
     assert_same_state(rounded, 0.5, flowing)

@@ -152,7 +152,12 @@ class TestWristSingularity:
 
     @pytest.mark.parametrize(
         ("z", "slowest", "duration"),
-        [(2.65, 0.042679, 3.23189), (2.64, 0.085265, 3.02516), (2.659, 0.0042722, 3.73872)],
+        [
+            (2.65, 0.042679, 3.23189),
+            (2.64, 0.085265, 3.02516),
+            (2.659, 0.0042722, 3.73872),
+            (2.6, 0.1, 3.0),
+        ],
     )
     def test_near_it_the_line_is_as_fast_as_the_wrist_allows(self, z: float, slowest: float, duration: float) -> None:
         lifted = PathLimits(1.0, 1e3, 1e6, 10.0, 1e3, 1e6)

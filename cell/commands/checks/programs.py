@@ -3,10 +3,11 @@
 from collections.abc import Iterator
 from pathlib import Path
 
+from cell.commands.checks.edges import idle_edges
 from cell.commands.checks.reach import unreachable_lines
 from cell.commands.checks.readings import NamedFiles
 from cell.config.document import Document, Naming, read_text
-from cell.config.problem import Problem
+from cell.config.problem import Problem, Severity
 from robot_agent.kinematics import Model
 from robot_agent.language import Program, ProgramError, parse_program
 from robot_agent.model.checks import expected_joints
@@ -33,8 +34,15 @@ def check_programs(document: Document, named: NamedFiles, models: dict[str, Mode
                 for problem in error.problems:
                     yield Problem(file, problem.line, problem.column, "program", problem.found, problem.allowed)
                 continue
+            yield from _edges(program, file)
             if robot in models:
                 yield from _reach(models[robot], program, file)
+
+
+def _edges(program: Program, file: Path) -> Iterator[Problem]:
+    for line, why in idle_edges(program):
+        found, allowed = f"an R without effect, the robot stops: {why}", "R where the next move can be joined"
+        yield Problem(file, line, 1, "program", found, f"{allowed}; docs/language.md", Severity.WARNING)
 
 
 def _reach(model: Model, program: Program, file: Path) -> Iterator[Problem]:

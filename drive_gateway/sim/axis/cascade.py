@@ -34,6 +34,7 @@ class Cascade:
         self._most = CURRENT_MARGIN * motor.peak_current
         self._smoothing = STEP_S / (STEP_S + SPEED_FILTER_S)
         self._speed_loop = Regulator(gains.speed, gains.speed_integral, STEP_S)
+        self._limiter = Regulator(gains.speed, gains.speed_integral, STEP_S)
         self._current_integral = 0j
         self._angle = self._ahead_of_encoder = 0.0
         self.injected = 0.0
@@ -52,6 +53,7 @@ class Cascade:
         """
         self._ahead_of_encoder = magnets - angle
         self._speed_loop.reset()
+        self._limiter.reset()
         self._current_integral = 0j
         self._angle = angle
         self.speed = self.regulated = self.set_current = 0.0
@@ -72,6 +74,22 @@ class Cascade:
         ahead = torque / self._torque_per_ampere
         self.regulated = self._speed_loop.step(wanted - self.speed, ahead, self._most)
         self.set_current = self.regulated + self.injected
+        return self._voltage(measured, dc_v)
+
+    def give(self, torque: float, top_speed: float, measured: complex, dc_v: float) -> complex:
+        """One period of mode cyclic torque, to the voltage; towards `top_speed` a speed limiter takes over.
+
+        Limiter and speed loop follow what is given, so that either goes on from there without a step.
+        """
+        wanted = min(max(torque / self._torque_per_ampere, -self._most), self._most)
+        forwards = self.speed >= 0.0
+        error = (top_speed if forwards else -top_speed) - self.speed
+        bound = self._limiter.step(error, 0.0, self._most)
+        current = min(wanted, bound) if forwards else max(wanted, bound)
+        if current == wanted:
+            self._limiter.resume(wanted, error)
+        self._speed_loop.resume(current, 0.0)
+        self.regulated = self.set_current = current
         return self._voltage(measured, dc_v)
 
     def _voltage(self, measured: complex, dc_v: float) -> complex:

@@ -46,6 +46,8 @@ class FullServo:
         self._counts = 0
         self._command = Servo(0.0, lag_s, self.top_speed)
         self._fed = FedTorque()
+        self._pressed: tuple[float, float] | None = None
+        """Torque [Nm] and top speed [rad/s] of the shaft in mode cyclic torque."""
         self._implausible = _IMPLAUSIBLE * _TOO_FAST * self.top_speed * STEP_S
         self._time = self._due = 0.0
         self._since_switched_s = 0.0
@@ -102,8 +104,26 @@ class FullServo:
         self._open()
         self.hold()
 
+    @property
+    def torque_nm(self) -> float:
+        """What the motor gives now."""
+        return self.machine.torque
+
+    @property
+    def has_torque(self) -> bool:
+        """It knows mode cyclic torque."""
+        return True
+
+    def press(self, torque_nm: float, top_speed: float) -> None:
+        """Give this torque of the shaft, turning with up to `top_speed` [rad/s], until the axis holds or brakes."""
+        self._pressed = torque_nm, top_speed
+
     def hold(self) -> None:
         """The demand becomes the position: what was commanded before is forgotten."""
+        self._pressed = None
+        self._stand()
+
+    def _stand(self) -> None:
         self._command.position = float(self._counts)
         self._command.velocity = 0.0
         self._command.hold()
@@ -127,7 +147,7 @@ class FullServo:
 
     def brake(self, step_s: float, deceleration: float) -> None:
         """Brake by the motor with `deceleration` [counts/s^2] and stand; by the holding brake if the bridge is open."""
-        command = self._command
+        command, self._pressed = self._command, None
         if not self._braking:
             self._braking = True
             command.position, command.velocity = float(self._counts), self.cascade.speed * self._per_rad
@@ -138,7 +158,7 @@ class FullServo:
 
         How hard the brake stops a moving axis follows from its torque.
         """
-        self._braking = False
+        self._braking, self._pressed = False, None
         self._run(step_s, None)
 
     # Faults on command
@@ -162,8 +182,8 @@ class FullServo:
     # Steps of the loop
 
     def _follow(self, step_s: float) -> None:
-        if self.machine.brake_closed:
-            self.hold()
+        if self.machine.brake_closed or self._pressed is not None:
+            self._stand()
         else:
             self._command.follow(step_s)
 
@@ -232,9 +252,12 @@ class FullServo:
             torque += self._inertia * (reference.velocity - before) / (STEP_S * self._per_rad)
         measured = self.machine.winding.current
         self.machine.drive(self._voltage, dc_v)
-        self._voltage = self.cascade.step(
-            reference.position / self._per_rad, reference.velocity / self._per_rad, torque, measured, dc_v
-        )
+        if self._pressed is not None:
+            self._voltage = self.cascade.give(*self._pressed, measured, dc_v)
+        else:
+            self._voltage = self.cascade.step(
+                reference.position / self._per_rad, reference.velocity / self._per_rad, torque, measured, dc_v
+            )
         square = measured.real * measured.real + measured.imag * measured.imag
         self._sum += square
         if square > self._peak:

@@ -17,6 +17,11 @@ class Regulator:
         self.integral = 0.0
         self.limited = False
 
+    def resume(self, output: float, error: float) -> None:
+        """Go on from an output that something else gave at this error."""
+        self.integral = output - self.kp * error
+        self.limited = False
+
     def step(self, error: float, ahead: float, limit: float) -> float:
         """One step; `ahead` is fed forward, the result is within +-`limit`."""
         integral = self.integral + self._gain * error

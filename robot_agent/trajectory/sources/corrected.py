@@ -137,8 +137,7 @@ class CorrectedSource:
     @property
     def offset(self) -> Numbers:
         """`(6,)` the correction in `state`."""
-        index = min(self._index, self._given.correction.shape[1] - 1)
-        return np.asarray(self._given.correction[0, index])
+        return self._given.offset(self._index)
 
     @property
     def given(self) -> Given:

@@ -26,6 +26,10 @@ class Given:
         here = path.q[:1]
         return cls(path, np.zeros((3, 1, 6)), States.standing(here[0], 1), np.repeat(here, 2, axis=0))
 
+    def offset(self, index: int) -> NDArray[np.float64]:
+        """`(6,)` the correction in state `index`; behind the last one it rests where that is."""
+        return np.asarray(self.correction[0, min(index, self.correction.shape[1] - 1)])
+
     def behind(self, ticks: int) -> "Given":
         """What comes from tick `ticks` on."""
         kept = np.minimum(np.arange(ticks, max(self.states.count, ticks + 1)), self.states.count - 1)

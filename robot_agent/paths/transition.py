@@ -1,0 +1,51 @@
+"""How two blocks meet: how far they go on as one, and what the robot does there."""
+
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+from enum import Enum
+
+
+class Continuity(Enum):
+    """Of two blocks as they are programmed, judged by what the joints feel, so the orientation counts too."""
+
+    C0 = "C0"
+    """Only the place: the direction steps, or how fast the flange turns on its way."""
+    C1 = "C1"
+    """Place and direction; the curvature steps, and with it the acceleration at constant speed."""
+    C2 = "C2"
+    """Place, direction and curvature."""
+
+
+class Passing(Enum):
+    """What the robot does where two blocks meet."""
+
+    STOPS = "stops"
+    ROUNDED = "rounds the corner"
+    BLENDED = "passes blended"
+    THROUGH = "passes"
+
+
+@dataclass(frozen=True, slots=True)
+class Transition:
+    """Where block `before` ends and block `block` begins, both counted from 0; one number at a via inside a block."""
+
+    before: int
+    block: int
+    continuity: Continuity
+    passing: Passing
+    reason: str
+    """What steps there, and why the robot stops, for people; empty where nothing does."""
+    deviation_m: float = 0.0
+    """How far at most the path leaves the blocks where it is blended, or passes a rounded corner."""
+    deviation_rad: float = 0.0
+    """How far at most the flange turns from its programmed orientation where its rate is blended, to both sides of the
+    border; at the border it has the programmed one."""
+
+    def shifted(self, blocks: int) -> "Transition":
+        """The same with so many blocks more before it; a block that would come before all others becomes the first."""
+        return replace(self, before=max(self.before + blocks, 0), block=self.block + blocks)
+
+
+def in_order(transitions: Iterable[Transition]) -> tuple[Transition, ...]:
+    """Each once, by their blocks."""
+    return tuple(sorted(dict.fromkeys(transitions), key=lambda each: (each.block, each.before)))
