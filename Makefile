@@ -12,6 +12,9 @@ RUN_READY := $(VENV)/.ready-run
 TEST_READY := $(VENV)/.ready-test
 BENCH_READY := $(VENV)/.ready-bench
 
+# As in the commands themselves (cell/commands/start.py): the matrices are small, and spinning threads take the processor.
+export OPENBLAS_NUM_THREADS ?= 1
+
 .PHONY: help demo test lint soak bench clean
 .DEFAULT_GOAL := help
 

@@ -1,15 +1,20 @@
 """The first thing that every command does; it imports next to nothing, so that Ctrl-C is in good hands at once."""
 
 import importlib
+import os
 import signal
 
 
 def start(module: str) -> None:
     """Import `module`, which takes most of a second, and call its `main`.
 
+    Linear algebra keeps to one thread unless the user's environment says otherwise: the matrices are small, and threads
+    that spin take the processor from the other processes of the cell.
+
     Until a command takes SIGINT over (`cell.commands.stop`), Ctrl-C ends the process without a word, as it ends any
     program that holds nothing.
     """
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
         signal.signal(signal.SIGINT, signal.SIG_DFL)
     importlib.import_module(module).main()
