@@ -25,7 +25,7 @@ _AXES = ("X", "Y", "Z", "A", "B", "C")
 
 def conveyor(
     name: Annotated[str, typer.Argument(metavar="CONVEYOR", help="Name of the conveyor in the cell file.")],
-    speed: Annotated[float, typer.Option(help="Of the belt, in mm/s; below 0 backwards.")] = 50.0,
+    speed: Annotated[float, typer.Option(min=-1e5, max=1e5, help="Of the belt, in mm/s; below 0 backwards.")] = 50.0,
     file: CellFileOption = Path(CELL_FILE),
     endpoint: ConnectOption = None,
 ) -> None:
