@@ -11,6 +11,7 @@ from rich.console import Console
 from rich.table import Table
 from ruckig import InputParameter, Ruckig, Trajectory
 
+from bench.corrections import corrections
 from bench.drives import simulated_drives
 from bench.gateway import gateways
 from bench.kinematics import kinematics
@@ -121,8 +122,9 @@ def main() -> None:
     q = np.random.default_rng(1).uniform(lower, upper, (POSES, model.n))
     table = Table("what", "median", "ratio", "to")
     limits = Limits.of(model.description)
-    inverse = kinematics(model, load_model(NUMERIC), q)
-    own = [profile(), *motions(model, limits), *mixed_motion(model, limits)]
+    iterating = load_model(NUMERIC)
+    inverse = kinematics(model, iterating, q)
+    own = [profile(), *motions(model, limits), *mixed_motion(model, limits), *corrections(model, iterating)]
     for row in [*inverse, *own, *simulated_drives(), *gateways()]:
         table.add_row(*row.cells())
     Console().print(table)

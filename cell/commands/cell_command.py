@@ -42,7 +42,7 @@ _ZONE_COMMANDS = {
     "adopt": Place("zone", "adopt", f"cell zone adopt handover left -f {FILE}"),
 }
 _SIMULATE_COMMANDS = {
-    "conveyor": Place("simulate", "conveyor", f"cell simulate conveyor belt --speed 50 -f {BELT}"),
+    "conveyor": Place("simulate", "conveyor", f"cell simulate conveyor belt --speed 50 --every 200 -f {BELT}"),
     "sensor": Place("simulate", "sensor", f"cell simulate sensor picker seam Z=5 -f {BELT}"),
 }
 

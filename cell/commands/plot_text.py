@@ -9,6 +9,8 @@ from robot_agent.agent.planning import Planned
 from robot_agent.paths import Passing, Transition
 from robot_agent.trajectory import lengths
 
+_VISIBLE_RAD = 1e-4
+
 
 def moves(motions: list[Planned]) -> list[str]:
     """Way, rotation, way of the joints and time of each move; equal ones in one line."""
@@ -45,7 +47,7 @@ def _meeting(planned: Planned, transition: Transition) -> str:
         parts.append(f"{1000.0 * transition.deviation_m:.2f} mm beside it")
     elif transition.deviation_m > 0.0:
         parts.append(f"at most {1e6 * transition.deviation_m:.0f} um away")
-    if transition.deviation_rad > 0.0:
+    if transition.deviation_rad > _VISIBLE_RAD:
         parts.append(f"turned at most {np.degrees(transition.deviation_rad):.2f} deg beside it")
     return ", ".join(parts) + (f" ({transition.reason})" if transition.reason else "")
 

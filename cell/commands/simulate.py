@@ -26,6 +26,10 @@ _AXES = ("X", "Y", "Z", "A", "B", "C")
 def conveyor(
     name: Annotated[str, typer.Argument(metavar="CONVEYOR", help="Name of the conveyor in the cell file.")],
     speed: Annotated[float, typer.Option(min=-1e5, max=1e5, help="Of the belt, in mm/s; below 0 backwards.")] = 50.0,
+    every: Annotated[
+        float | None,
+        typer.Option(min=1.0, max=1e6, metavar="MM", help="A part on the belt every so many mm; else none."),
+    ] = None,
     file: CellFileOption = Path(CELL_FILE),
     endpoint: ConnectOption = None,
 ) -> None:
@@ -37,9 +41,12 @@ def conveyor(
         belts = operator.settings.conveyors
         if name not in belts:
             raise CommandError(f"no conveyor {name!r} in {file}; its conveyors are: {names(belts) or 'none'}")
-        counts_per_s = speed / 1000.0 * belts[name].counts_per_metre
+        per_metre = belts[name].counts_per_metre
         typer.echo(f"conveyor {name} runs at {speed:g} mm/s until Ctrl-C")
-        _measure(operator, lambda at, passed_s: ConveyorCount(name, at, belt_counts(counts_per_s, passed_s)))
+        _measure(
+            operator,
+            lambda at, passed_s: ConveyorCount(name, at, *belt_counts(speed / 1000.0 * passed_s, per_metre, every)),
+        )
 
 
 def sensor(
@@ -80,9 +87,13 @@ def sensor_offset(words: list[str]) -> tuple[float, ...]:
     return tuple(found.values())
 
 
-def belt_counts(counts_per_s: float, passed_s: float) -> int:
-    """What the 32-bit counter of a belt shows that has run for `passed_s` [s]."""
-    return round(counts_per_s * passed_s) % _COUNTER
+def belt_counts(way_m: float, counts_per_metre: float, every_mm: float | None) -> tuple[int, int | None]:
+    """What the 32-bit counter of a belt shows that has run `way_m` [m], and what it did when the newest part passed."""
+    part = None
+    if every_mm is not None and abs(way_m) >= every_mm / 1000.0:
+        passed_m = math.copysign(math.floor(1000.0 * abs(way_m) / every_mm) * every_mm / 1000.0, way_m)
+        part = round(passed_m * counts_per_metre) % _COUNTER
+    return round(way_m * counts_per_metre) % _COUNTER, part
 
 
 def _measure(operator: Operator, message: Callable[[CellTime, float], object]) -> None:

@@ -6,6 +6,7 @@ from cell.config.cell_file import CellFile
 from cell.config.document import Document
 from cell.config.fields import host_and_port
 from cell.config.problem import KeyPath, Problem
+from cell.geometry import NoFrame
 
 BLOCK_PERIOD_S = 0.02
 """An agent sends a set-point block, and its state, this often (architecture, sections 4 and 5.1)."""
@@ -59,8 +60,17 @@ def _names(document: Document, cell: CellFile) -> Iterator[Problem]:
 def _corrections(document: Document, cell: CellFile) -> Iterator[Problem]:
     belts = document.keys(("conveyors",))
     for belt, conveyor in cell.conveyors.items():
+        where: KeyPath = ("conveyors", belt)
         if conveyor.counts_per_metre == 0.0:
-            yield document.problem(("conveyors", belt, "counts_per_metre"), "0", "any number but 0")
+            yield document.problem((*where, "counts_per_metre"), "0", "any number but 0")
+        if (conveyor.pose is None) is (conveyor.points is None):
+            found = "neither pose nor points" if conveyor.pose is None else "pose and points"
+            yield document.problem(where, found, "exactly one of them")
+            continue
+        try:
+            conveyor.frame()
+        except NoFrame as error:
+            yield document.problem((*where, "points"), error.defect, "three points apart from each other")
     for robot, entry in cell.robots.items():
         for name, correction in entry.corrections.items():
             path: KeyPath = ("robots", robot, "corrections", name)

@@ -3,22 +3,25 @@
 import dataclasses
 from typing import Annotated
 
+import numpy as np
 from pydantic import BaseModel, Field
 
 from cell.config.document import Document
-from cell.config.fields import Endpoint, FileName, Name, Pose
+from cell.config.fields import Endpoint, FileName, Name, Point, Pose
 from cell.config.settings import (
     CellSettings,
     ConveyorSettings,
     CorrectionSettings,
     GatewayEndpoint,
     OnManagerReturn,
+    PoseSettings,
     RobotSettings,
     SensorFrame,
     Times,
     ZoneSettings,
 )
 from cell.config.units import STRICT, Milliseconds, Number, PositiveAngle, PositiveLength, Seconds, Units
+from cell.geometry import frame_from_points, quaternion
 
 _DEFAULT = Times()
 
@@ -34,9 +37,25 @@ class ConveyorEntry(BaseModel):
     """A belt and its encoder."""
 
     model_config = STRICT
-    pose: Pose = Field(description="a frame in world along whose X the belt runs: X, Y, Z, A, B, C")
+    pose: Pose | None = Field(
+        None, description="a frame in world along whose X the belt runs: X, Y, Z, A, B, C; or points"
+    )
+    points: tuple[Point, Point, Point] | None = Field(
+        None, description="or measured in world, [x, y, z] each: a mark on the belt, the same farther along, one aside"
+    )
     counts_per_metre: Annotated[Number, Field(description="of the encoder; below 0 when it counts backwards")]
     largest_speed: PositiveLength = Field(description="a faster belt is not believed")
+    parts: bool = Field(False, description="its encoder tells when parts pass: TRACK waits for the next part")
+
+    def frame(self) -> PoseSettings:
+        """The frame in world. Raises `cell.geometry.NoFrame` for points without one, ValueError without either."""
+        if self.points is not None:
+            pose = frame_from_points(*np.array(self.points))
+            x, y, z, w = quaternion.from_matrix(pose[:3, :3]).tolist()
+            return PoseSettings(self.points[0], (x, y, z, w))
+        if self.pose is None:
+            raise ValueError("a conveyor with neither pose nor points")
+        return self.pose.settings()
 
 
 class CorrectionEntry(BaseModel):
@@ -144,7 +163,7 @@ class CellFile(BaseModel):
     def settings(self, document: Document, digest: str) -> CellSettings:
         """The settings; file names become absolute, as seen from the cell file."""
         conveyors = {
-            name: ConveyorSettings(name, belt.pose.settings(), belt.counts_per_metre, belt.largest_speed)
+            name: ConveyorSettings(name, belt.frame(), belt.counts_per_metre, belt.largest_speed, belt.parts)
             for name, belt in self.conveyors.items()
         }
         return CellSettings(

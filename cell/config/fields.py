@@ -37,6 +37,9 @@ def host_and_port(endpoint: str) -> tuple[str, int]:
     return "127.0.0.1" if host in ("localhost", "[::1]") else host, int(match["port"])
 
 
+Point = tuple[Length, Length, Length]
+
+
 class Pose(BaseModel):
     """A pose: position X, Y, Z and angles A, B, C with R = Rz(C) Ry(B) Rx(A), all about the fixed axes."""
 

@@ -35,6 +35,8 @@ class ConveyorSettings:
     pose: PoseSettings
     counts_per_metre: float
     largest_speed_m_s: float
+    parts: bool = False
+    """Parts are told: who follows the belt waits for the next one."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -29,3 +29,5 @@ class ConveyorCount:
     """When it was read."""
     counts: int
     """0 to 2^32 - 1; it wraps around in both directions."""
+    part: int | None = None
+    """What the counter was when the newest part passed the place where parts were taught; None where none has."""

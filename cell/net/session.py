@@ -13,6 +13,8 @@ from cell.core import Ask, AskDone
 from cell.messages import (
     Call,
     Command,
+    ConveyorCount,
+    Correction,
     DriveFeedback,
     Estop,
     Event,
@@ -51,6 +53,8 @@ _PRIORITY = {
     SetpointBlock: zenoh.Priority.REAL_TIME,
     DriveFeedback: zenoh.Priority.REAL_TIME,
     JogHeld: zenoh.Priority.INTERACTIVE_HIGH,
+    Correction: zenoh.Priority.INTERACTIVE_HIGH,
+    ConveyorCount: zenoh.Priority.INTERACTIVE_HIGH,
     Presence: zenoh.Priority.INTERACTIVE_HIGH,
     ManagerState: zenoh.Priority.INTERACTIVE_HIGH,
     Event: zenoh.Priority.DATA_HIGH,

@@ -121,7 +121,7 @@ class AxisEntry(BaseModel):
         default="cyclic",
         description="mode in which blocks are played: cyclic synchronous position, or interpolated position",
     )
-    rated_torque_nm: Annotated[float, Field(gt=0, le=2**32 / 1000)] | None = Field(
+    rated_torque_nm: Annotated[float, Field(ge=0.001, le=1e6)] | None = Field(
         default=None, description="rated torque of the motor [Nm], as the drive must show it (6076h)"
     )
     feed_forward: Literal["none", "velocity", "torque"] = Field(

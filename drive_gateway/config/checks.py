@@ -9,6 +9,7 @@ from cell.config.document import Document
 from cell.config.problem import KeyPath, Problem, Severity
 from cell.config.reading import declared
 from drive_gateway.canopen.pdo_map import ProcessImage
+from drive_gateway.cia402.preparation import SPEED_RESERVE
 from drive_gateway.cia402.units import AxisUnits
 from drive_gateway.config.axis_entry import AxisEntry
 from drive_gateway.config.bus_load import KEPT_FREE, REFUSE_ABOVE, WARN_ABOVE, bus_load
@@ -126,9 +127,6 @@ def _axes(document: Document, drives: DrivesFile) -> Iterator[Problem]:
             allowed = f"more than {least:g}: simulated drives lag by speed times simulated_lag_s"
             yield document.problem((*path, "following_window"), found, allowed)
         counts = abs(axis.counts_per_unit())
-        if axis.feed_forward == "torque" and axis.rated_torque_nm is None:
-            allowed = "rated_torque_nm of the motor beside it, in whose per mille the drive takes torque"
-            yield document.problem((*path, "feed_forward"), "torque without a rated torque", allowed)
         yield from _limits(document, path, axis)
         yield from _limit_switches(document, path, axis)
         yield from _inputs(document, path, axis)
@@ -136,6 +134,7 @@ def _axes(document: Document, drives: DrivesFile) -> Iterator[Problem]:
         yield from _encoder(document, path, axis)
         if axis.eds is not None and not document.beside(axis.eds).is_file():
             yield document.problem((*path, "eds"), f"no file {axis.eds!r}", "an EDS or DCF file beside this one")
+        yield from _torque(document, path, axis)
         for name in ("quick_stop", "following_window"):
             if getattr(axis, name) * counts > UINT32_MAX:
                 most = declared(document, UINT32_MAX / counts, axis.linear)
@@ -153,6 +152,19 @@ def _homing(document: Document, path: KeyPath, axis: AxisEntry) -> Iterator[Prob
             found = document.found((*path, "homing", name))
             allowed = f"{declared(document, most, axis.linear):g} or less"
             yield document.problem((*path, "homing", name), found, allowed)
+
+
+def _torque(document: Document, path: KeyPath, axis: AxisEntry) -> Iterator[Problem]:
+    torque = axis.settings(str(path[-1])).torque
+    if torque is None:
+        if axis.feed_forward == "torque":
+            allowed = "rated_torque_nm of the motor beside it, in whose per mille the drive takes torque"
+            yield document.problem((*path, "feed_forward"), "torque without a rated torque", allowed)
+        return
+    fastest = UINT32_MAX / (SPEED_RESERVE * torque.rpm)
+    if axis.speed > fastest:
+        allowed = f"{declared(document, fastest, axis.linear):g} or less, 32 bits of motor turns per minute (6080h)"
+        yield document.problem((*path, "speed"), document.found((*path, "speed")), allowed)
 
 
 def _limits(document: Document, path: KeyPath, axis: AxisEntry) -> Iterator[Problem]:

@@ -72,7 +72,7 @@ class SetupAxis:
         """[counts/s] for 60FFh."""
         self.torque = 0
         """[per mille of the rated one] of mode cyclic torque, on top of what carries the robot."""
-        self._began_at = 0
+        self._began_at = node.counts or 0
         self._cycles = 0
         self._since = now
         self._still = 0
@@ -114,7 +114,6 @@ class SetupAxis:
         if self.order.mode == PROFILE_VELOCITY:
             self._set_velocity(self.order.velocity)
         position = self.order.mode == PROFILE_POSITION
-        self._began_at = self.node.counts or 0
         self._enter(Stage.STARTING if position else Stage.MOVING, now)
 
     def stop(self, problem: str, now: float) -> None:

@@ -91,13 +91,18 @@ def press_motion(group: DriveGroup, call: PressAxis, now: float) -> Plan:
     """One axis gives a torque, and is switched off afterwards.
 
     Raises:
-        SetupRefused: unknown axis, one whose motor's rated torque nobody knows, a torque, time or way out of range, or
-            a torque towards an active limit switch.
+        SetupRefused: unknown axis, one whose motor's rated torque nobody knows, a robot that is not referenced, a
+            torque, time or way out of range, or a torque towards an active limit switch.
     """
     (node,) = _nodes(group, [call.axis])
     torque = node.axis.torque
     if torque is None:
         raise SetupRefused(f"{node.label} has no rated_torque_nm in the drives file, and so takes no torque")
+    lost = [other for other in group.nodes if not other.reference.known]
+    if lost:
+        raise SetupRefused(
+            f"{_names(lost)} of {group.robot} not referenced; home first: what carries the robot depends on where it is"
+        )
     unit, factor = _unit(node.axis)
     most = 1000.0 / abs(torque.per_mille)
     if not 0.0 < abs(call.torque) <= most:

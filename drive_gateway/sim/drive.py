@@ -8,7 +8,7 @@ from collections.abc import Callable
 from drive_gateway.config.settings import AxisSettings
 from drive_gateway.sim.abort import Abort, AccessRefused
 from drive_gateway.sim.axis_servo import AxisServo
-from drive_gateway.sim.cyclic_modes import CYCLIC_MODES, CYCLIC_TORQUE, CyclicModes
+from drive_gateway.sim.cyclic_modes import CYCLIC_TORQUE, CyclicModes
 from drive_gateway.sim.dictionary import key_of
 from drive_gateway.sim.emergency import COMMUNICATION_LOST, FOLLOWING_ERROR, SETPOINTS_MISSING, Emergencies
 from drive_gateway.sim.filtered_velocity import FilteredVelocity
@@ -32,6 +32,7 @@ _ABORT_CONNECTION = key_of(0x6007)
 _ERROR_CODE = key_of(0x603F)
 _QUICK_STOP_OPTION = key_of(0x605A)
 _MODE = key_of(0x6060)
+_SUPPORTED_MODES = key_of(0x6502)
 _MODE_DISPLAY = key_of(0x6061)
 _FOLLOWING_WINDOW = key_of(0x6065)
 _FOLLOWING_TIME = key_of(0x6066)
@@ -113,6 +114,8 @@ class Drive:
 
     def reset(self) -> None:
         """Transition 0: the drive restarts without power; the axis is where it is."""
+        if not self.servo.has_torque:
+            self._numbers[_SUPPORTED_MODES] &= ~(1 << CYCLIC_TORQUE - 1)
         self.servo.switch_on()
         self.reference.switched_on(self.servo.position)
         self.state = DriveState.NOT_READY_TO_SWITCH_ON
@@ -173,8 +176,7 @@ class Drive:
     # Objects
 
     def _known_mode(self, mode: int) -> None:
-        known = mode in CYCLIC_MODES or mode in SETUP_MODES
-        if not known or (mode == CYCLIC_TORQUE and not self.servo.has_torque):
+        if mode < 1 or not self._numbers[_SUPPORTED_MODES] >> mode - 1 & 1:
             raise AccessRefused(Abort.RANGE)
 
     def _known_option(self, option: int) -> None:

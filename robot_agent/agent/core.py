@@ -19,14 +19,15 @@ from cell.messages import (
     ManagerState,
     Mode,
     PlayoutState,
-    Presence,
     SetpointBlock,
     Severity,
     ZoneGeometry,
 )
+from robot_agent.agent.announcer import Announcer
 from robot_agent.agent.axes import feedback_in_joints, samples_in_axes
 from robot_agent.agent.cell_clock import CellClock
 from robot_agent.agent.corrections import Corrections
+from robot_agent.agent.estop_latch import EstopLatch
 from robot_agent.agent.executive import Executive, Wishes
 from robot_agent.agent.gateway_link import GatewayLink
 from robot_agent.agent.idle import IdleClock
@@ -36,6 +37,7 @@ from robot_agent.agent.pace import Pace
 from robot_agent.agent.planning import PlanFailed, Planned, Planner
 from robot_agent.agent.program_run import ProgramRun
 from robot_agent.agent.report import Reporter
+from robot_agent.agent.stillness import Stillness
 from robot_agent.agent.zone_claims import ZoneClaims
 from robot_agent.agent.zones_ahead import zones_ahead
 from robot_agent.dynamics import AxisTorques, axis_torques
@@ -73,14 +75,12 @@ class AgentCore:
         self.operator = Operator(robot, boot, cell.times.command_s, self.link, self.run, self.pace, self.jogging)
         self.mode = Mode.STARTING
         self.executive: Executive | None = None
-        self.estop: Estop | None = None
-        self._cleared_estops: set[str] = set()
+        self._estop = EstopLatch()
         self._numbers = itertools.count(1)
-        self._presence_sequence = 0
-        self._body: Body | None = None
+        self._announcer = Announcer(robot, boot, cell.digest, self.zones)
         self._stopped_by = ""
         """Why the mode is FAULT or ESTOP."""
-        self._stepped_at = 0.0
+        self._stillness = Stillness(self.run, self.zones, self.pace, self.jogging, self.corrections)
         self._idle = IdleClock(cell.times.idle_off_s)
         self._leaving = False
 
@@ -156,7 +156,7 @@ class AgentCore:
     def _situation(self, feedback: DriveFeedback, planner: Planner) -> Situation:
         state = self.zones.state
         refusal = state.refused.get(self._robot, "") if state is not None else ""
-        return Situation(self.mode, self.executive, planner, self.estop, feedback, refusal, self.clock)
+        return Situation(self.mode, self.executive, planner, self._estop.active, feedback, refusal, self.clock)
 
     # What the drives, the e-stop and the manager impose on the mode
 
@@ -168,19 +168,15 @@ class AgentCore:
         self._numbers = itertools.count(1)
 
     def _hear_estop(self, estop: Estop) -> None:
-        if not estop.active:
-            self._cleared_estops.add(estop.id)
-            if self.estop is not None and self.estop.id == estop.id:
-                self.estop = None
-        elif estop.id not in self._cleared_estops and self.estop is None:
-            self.estop = estop
+        if self._estop.heard(estop):
             text = f"emergency stop by {estop.by}: {estop.reason}"
             self.report.event(Severity.ALARM, "estop", text, "find the cause, then `cell reset`")
 
     def _follow_drives(self, feedback: DriveFeedback, planner: Planner, now: float) -> None:
         faulty = feedback.state in (PlayoutState.FAULT, PlayoutState.STOPPING)
-        if self.estop is not None:
-            self._stop(Mode.ESTOP, f"emergency stop by {self.estop.by}: {self.estop.reason}")
+        estop = self._estop.active
+        if estop is not None:
+            self._stop(Mode.ESTOP, f"emergency stop by {estop.by}: {estop.reason}")
         elif faulty:
             self._stop(Mode.FAULT, "the gateway reports a fault of the robot's drives")
         elif self.link.age(now) > self._cell.times.feedback_lost_s:
@@ -219,13 +215,16 @@ class AgentCore:
     def _move(self, feedback: DriveFeedback, planner: Planner, now: float) -> list[Effect]:
         """The next presence and, behind it, the next block."""
         executive = self.executive
-        if executive is None and self._body is None and AxisStatus.SILENT in feedback.axes:
+        if executive is None and self._announcer.body is None and AxisStatus.SILENT in feedback.axes:
             # The drives have not been heard yet. To the manager a robot that never reported is as good as anywhere.
             return [Publish(self._sign_of_life(feedback, planner))]
         if executive is None:
             body = self._standing_body(feedback, planner)
             self.zones.update_holds(now, self.zones.touched(body), set())
-            return [self._presence(body, {}, 0.0, now), Publish(self._sign_of_life(feedback, planner))]
+            return [
+                self._announcer.presence(body, {}, 0.0, self._estop.active, now),
+                Publish(self._sign_of_life(feedback, planner)),
+            ]
         age_s = self.link.age(now)
         self._advance_program(executive, feedback, now)
         self._advance_correction(executive, feedback, planner, now)
@@ -235,13 +234,13 @@ class AgentCore:
         if age_s <= max(_STALE_CYCLES * planner.cycle_s, self._cell.times.lead_s):
             block = executive.next_block(feedback, age_s, self._wishes(planner, now))
         body = executive.body(feedback, block)
-        entered = self.zones.touched(body) - self._touched_before()
+        entered = self._announcer.entered(body)
         if block is not None and not all(self.zones.permitted(zone, now) for zone in entered):
             block, body = None, executive.body(feedback, None)
         self.zones.update_holds(now, self.zones.touched(body), set(wants))
         newest = block if block is not None else executive.timeline.newest
         stop_time_s = max(0.0, (newest.rest_tick - feedback.tick) * planner.cycle_s)
-        presence = self._presence(body, wants, stop_time_s, now)
+        presence = self._announcer.presence(body, wants, stop_time_s, self._estop.active, now)
         return [presence] if block is None else [presence, Publish(executive.sent(block))]
 
     def _plan_ahead(self, feedback: DriveFeedback) -> list[Effect]:
@@ -250,13 +249,10 @@ class AgentCore:
             effects = self.run.extend(self.executive, feedback.tick, self.pace.status.stepping, zones)
         return effects + self.run.lookahead.fill(zones)
 
-    def _touched_before(self) -> set[str]:
-        return self.zones.touched(self._body) if self._body is not None else set()
-
     def _advance_program(self, executive: Executive, feedback: DriveFeedback, now: float) -> None:
         cycle_s = executive.cycle_s
         if self.run.start_missed(feedback.tick):
-            why = self._why_idle(feedback, cycle_s, now) or "the robot was held up"
+            why = self._stillness.why(self.mode, executive, feedback.tick, now) or "the robot was held up"
             self.run.fail(f"the common start was missed: {why}")
         self.run.settle(executive, feedback.tick, cycle_s)
         self.run.follow(executive.timeline.at(feedback.tick)[0], feedback.tick)
@@ -296,6 +292,8 @@ class AgentCore:
         if age_s >= self._cell.times.fresh_s:
             if self.mode is Mode.RUNNING and self._cell.on_manager_return is OnManagerReturn.OPERATOR:
                 self.mode = Mode.HALTED
+                remedy = f"when it is back: cell continue {self._robot}"
+                self.report.event(Severity.WARNING, "manager_silent", "halted: the manager is silent", remedy)
             requests.append(RateRequest(0.0, "the manager is silent"))
         if self._leaving and self.mode is Mode.RUNNING:
             self._stop(Mode.HALTED, "the agent was stopped")
@@ -303,6 +301,7 @@ class AgentCore:
             requests.append(RateRequest(0.0, "halted" if self.mode is Mode.HALTED else self.mode.value))
         if self.run.correction_ends:
             requests.append(RateRequest(0.0, "TRACK OFF"))
+        waits = self.mode is not Mode.RUNNING or self.corrections.waiting
         return Wishes(
             requests=tuple(requests),
             stop=self.mode in (Mode.ESTOP, Mode.FAULT),
@@ -311,7 +310,7 @@ class AgentCore:
                 *(hold for _, hold in self.zones.holds_on(planned, now)),
             ],
             cap_m_s=self.pace.cap_m_s,
-            follower=self.run.follower if self.mode is Mode.RUNNING and not self.pace.backwards else None,
+            follower=None if waits or self.pace.backwards else self.run.follower,
             not_before_tick=self.run.resume_tick,
             on_time=self.run.starting,
             end_tick=self.run.end_tick,
@@ -340,33 +339,14 @@ class AgentCore:
         """A block that holds; the gateway plays none while the drives are disabled, but hears that the owner lives."""
         joints = np.repeat(feedback.commanded[None, :], _SIGN_OF_LIFE_SAMPLES, axis=0)
         position, velocity = samples_in_axes(planner.model.coupling, joints, np.zeros_like(joints))
-        torque = None if self._asked is None else self._asked.standing(joints)
+        torque = self._asked.standing(joints) if self._asked is not None and feedback.referenced else None
         return SetpointBlock(
             self._robot, feedback.owner, next(self._numbers), 0, feedback.tick + _STALE_CYCLES, planner.cycle_s,
             _SIGN_OF_LIFE_SAMPLES, position, velocity, torque,
         )  # fmt: skip
 
-    def _presence(self, body: Body, wants: dict[str, float], stop_time_s: float, now: float) -> Publish:
-        self._body = body
-        self._presence_sequence += 1
-        self.zones.sent_presence(self._presence_sequence, now)
-        return Publish(
-            Presence(
-                robot=self._robot,
-                boot=self._boot,
-                sequence=self._presence_sequence,
-                heard=self.zones.heard,
-                digest=self._cell.digest,
-                body=body,
-                stop_time_s=stop_time_s,
-                holds=dict(self.zones.holds),
-                wants=wants,
-                estop_acknowledged=self.estop.id if self.estop is not None else None,
-            )
-        )
-
     def _state(self, feedback: DriveFeedback, planner: Planner, now: float) -> Publish:
-        waiting_for = self._why_idle(feedback, planner.cycle_s, now)
+        waiting_for = self._stillness.why(self.mode, self.executive, feedback.tick, now)
         alarm = self._stopped_by if self.mode in (Mode.FAULT, Mode.ESTOP) else self.run.error
         alarms = (alarm,) if alarm else ()
         zones = tuple(sorted(self.zones.holds))
@@ -378,33 +358,3 @@ class AgentCore:
         )  # fmt: skip
         self.operator.sent_state(state.sequence, now)
         return Publish(state)
-
-    def _why_idle(self, feedback: DriveFeedback, cycle_s: float, now: float) -> str:
-        """Why the robot stands although its program runs; also keeps account of the time spent so."""
-        passed_s, self._stepped_at = now - self._stepped_at, now
-        executive = self.executive
-        if self.mode is Mode.HALTED:
-            return self.corrections.problem(now)
-        if self.mode is Mode.JOGGING and self.jogging.source is not None:
-            return self.jogging.ended_by or self.jogging.source.ruled_by
-        if self.mode is not Mode.RUNNING or executive is None or not executive.at_rest(feedback.tick):
-            return ""
-        why = self.run.why_idle(feedback.tick, cycle_s)
-        if why:
-            return why
-        if not self.zones.fresh(now):
-            return "the manager is silent"
-        newest = executive.timeline.newest
-        if newest.followed is not None and newest.segment.ruled_by:
-            return newest.segment.ruled_by
-        motion, tau = newest.path, newest.path_segment.stop_tau
-        if executive.at_motion_end and self.run.follower is not None:
-            motion, tau = self.run.follower, 0.0
-        if self.pace.override <= 0.0:
-            return newest.segment.ruled_by or f"{self.pace.requests[0].who}: at the beginning of this motion"
-        blocking = [held for held in self.zones.holds_on(motion, now) if held[1].until > tau]
-        if not blocking:
-            return ""
-        zone, hold = min(blocking, key=lambda held: held[1].tau)
-        self.run.waited_s[zone] = self.run.waited_s.get(zone, 0.0) + passed_s
-        return hold.who

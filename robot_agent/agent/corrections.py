@@ -55,6 +55,9 @@ class Corrections:
         self._refused: dict[str, str] = {}
         self._followed = ""
         self._zero: NDArray[np.float64] | None = None
+        """The offset at which the path is as it was taught."""
+        self._taken: dict[str, float] = {}
+        """Belt: where it was when the part that was followed last had passed."""
 
     def place(self, pose_world_base: NDArray[np.float64]) -> None:
         """The robot's base stands at `pose_world_base` `(4, 4)`; measurements before that are not taken."""
@@ -71,7 +74,7 @@ class Corrections:
                         source.measured(np.array([*message.offset_m, *message.turn_rad]), at)
                 case ConveyorCount(), Conveyor() if belt is not None and belt.name == message.conveyor:
                     if (at := self._measured_at(name, message.at, now)) is not None:
-                        source.measured(message.counts, at)
+                        source.measured(message.counts, at, message.part)
 
     def _measured_at(self, name: str, moment: CellTime, now: float) -> float | None:
         """A measurement's moment on the own clock [s]; None, and why, when it cannot be dated."""
@@ -86,12 +89,17 @@ class Corrections:
         return now + until_s
 
     def follow(self, name: str, now: float) -> None:
-        """The correction that the program follows; empty for none. A belt's way counts from here on."""
+        """The correction that the program follows; empty for none. A belt's way counts from here on, or from a part."""
         self._guard.at(now)
         if name != self._followed:
             self._followed = name
             self._guard.forget()
             self._zero = None
+
+    @property
+    def waiting(self) -> str:
+        """What is waited for before the first move can be corrected, for people; empty for nothing."""
+        return f"{self._followed}: the next part" if self._followed and self._zero is None else ""
 
     @property
     def wants(self) -> dict[str, float]:
@@ -108,6 +116,8 @@ class Corrections:
         except Stale as error:
             refused = self._refused.get(self._followed)
             return f"correction {error}{f'; {refused}' if refused else ''}"
+        if target is None:
+            return ""
         away_m, turned = (float(np.linalg.norm(part)) for part in np.split(target.offset, 2))
         if away_m > settings.largest_m:
             return (
@@ -123,7 +133,8 @@ class Corrections:
 
     def wish(self, planner: Planner, now: float) -> Correcting | None:
         """How to correct the next block, when the program follows something and `problem` says nothing against it."""
-        if not self._followed:
+        target = self._target(now) if self._followed else None
+        if target is None:
             return None
         settings = self._settings[self._followed]
         limits = CorrectionLimits(
@@ -133,15 +144,30 @@ class Corrections:
             *_TURNING,
         )
         frame = CorrectionFrame.TOOL if settings.sensor is SensorFrame.TOOL else CorrectionFrame.BASE
-        return Correcting(limits, frame, self._target(now), self._guard.clear_for(planner))
+        return Correcting(limits, frame, target, self._guard.clear_for(planner))
 
-    def _target(self, now: float) -> Target:
-        """Raises `Stale`."""
-        source = self._sources[self._followed]
+    def _target(self, now: float) -> Target | None:
+        """None while a part is waited for. Raises `Stale`."""
+        source, settings = self._sources[self._followed], self._settings[self._followed]
         target = source.target(now)
         if self._zero is None:
-            self._zero = target.offset if isinstance(source, Conveyor) else np.zeros(6)
-        return Target(target.offset - self._zero, target.speed)
+            if isinstance(source, SensorOffset):
+                self._zero = np.zeros(6)
+            elif settings.conveyor is None or not settings.conveyor.parts:
+                self._zero = target.offset
+            else:
+                self._zero = self._zero_of_part(source, target, settings)
+        return None if self._zero is None else Target(target.offset - self._zero, target.speed)
+
+    def _zero_of_part(self, belt: Conveyor, target: Target, settings: CorrectionSettings) -> NDArray[np.float64] | None:
+        """The newest part, unless it was followed already or is half of what is allowed away; then None."""
+        if belt.part_m is None or belt.part_m == self._taken.get(self._followed):
+            return None
+        zero = belt.offset_at(belt.part_m)
+        if np.linalg.norm(target.offset - zero) > settings.largest_m / 2.0:
+            return None
+        self._taken[self._followed] = belt.part_m
+        return zero
 
 
 def _source(settings: CorrectionSettings, pose_world_base: NDArray[np.float64]) -> SensorOffset | Conveyor:

@@ -209,19 +209,25 @@ class Executive:
         if start > join + self._nominal_s / self._cycle_s or (wishes.on_time and start > wishes.not_before_tick):
             return None
         if wishes.correction is not None:
-            stopped = any(request.rate <= 0.0 for request in wishes.requests)
-            if stopped or (base.followed is not None and start > join):
-                return None
-            followed = base.followed
-            source = self._begin_correction(follower, wishes.correction) if followed is None else followed.source
-            later_s = (start - join) * self._cycle_s
-            return self._follow(source, base, start, follower, wishes, ahead_s + later_s)
+            return self._start_corrected(base, join, start, follower, wishes, ahead_s)
         governor = self._governor(follower)
         standing = governor.rest(0.0)
         holds = wishes.holds(follower, standing, 0)
         requests = self._requests(wishes, follower, start, 0.0)
         segment = governor.next(standing, 0, requests, holds, cap_m_s=wishes.cap_m_s)
         return self._block(start, follower, segment) if segment.tau[-1] > 0.0 else None
+
+    def _start_corrected(
+        self, base: SentBlock, join: int, start: int, follower: Planned, wishes: Wishes, ahead_s: float
+    ) -> SentBlock | None:
+        """The first block on `follower`; a tool that follows something already joins at once or waits where it is."""
+        holds = wishes.holds(follower, self._governor(follower).rest(0.0), 0)
+        held = any(hold.tau <= 0.0 for hold in holds) or any(request.rate <= 0.0 for request in wishes.requests)
+        if wishes.correction is None or held or (base.followed is not None and start > join):
+            return None
+        followed = base.followed
+        source = self._begin_correction(follower, wishes.correction) if followed is None else followed.source
+        return self._follow(source, base, start, follower, wishes, ahead_s + (start - join) * self._cycle_s)
 
     def _requests(self, wishes: Wishes, planned: Planned, tick: int, tau: float) -> tuple[RateRequest, ...]:
         """What is asked for of a motion that is at `tau` [s] at a tick."""

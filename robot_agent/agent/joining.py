@@ -1,6 +1,15 @@
 """Which moves of a program are planned as one motion."""
 
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robot_agent.agent.targets import joint_target
 from robot_agent.language import JointStep, MotionStep, SplineStep
+
+_NEARLY_STRAIGHT = 1e-2
+"""What nearly goes straight on is planned together; planning then tells exactly."""
 
 
 def why_apart(step: MotionStep, following: MotionStep) -> str:
@@ -18,8 +27,39 @@ def why_apart(step: MotionStep, following: MotionStep) -> str:
 
 
 def _why_joints_apart(step: MotionStep, following: MotionStep) -> str:
+    if any(isinstance(move, JointStep) and not move.synchronised for move in (step, following)):
+        return "with SYNC=0 each joint arrives by itself"
     joints = following.joints if isinstance(following, JointStep) and not isinstance(step, JointStep) else None
     if joints is not None and None in joints:
         return f"the MJ in line {following.line} does not name all joints"
     takes_over = any(isinstance(move, SplineStep) and move.tangential_rad is None for move in (step, following))
     return "" if step.pace.round_m is not None or takes_over else "next to a joint move it takes an R"
+
+
+def straight_on(start: NDArray[np.float64] | None, steps: Sequence[MotionStep], following: MotionStep) -> bool:
+    """Whether `following` is a joint move in the direction of the last of `steps`, which then needs no round edge.
+
+    `start` `(n,)` are the joints before the first step, None where nobody knows them. Behind a move of the flange and
+    behind HOME they are not known until all of them are named again.
+    """
+    if steps[-1].pace.round_m is not None:
+        return False
+    places = [start]
+    for step in (*steps, following):
+        places.append(_behind(step, places[-1]))
+    before, corner, behind = places[-3:]
+    if before is None or corner is None or behind is None or not isinstance(steps[-1], JointStep):
+        return False
+    ways = corner - before, behind - corner
+    lengths = [float(np.linalg.norm(way)) for way in ways]
+    if min(lengths) == 0.0:
+        return False
+    return bool(np.linalg.norm(ways[0] / lengths[0] - ways[1] / lengths[1]) < _NEARLY_STRAIGHT)
+
+
+def _behind(step: MotionStep, q: NDArray[np.float64] | None) -> NDArray[np.float64] | None:
+    if not isinstance(step, JointStep) or step.joints is None or not step.synchronised:
+        return None
+    if q is None:
+        return None if None in step.joints else np.array(step.joints, dtype=np.float64)
+    return joint_target(step, q, q)

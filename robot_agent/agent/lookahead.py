@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from cell.core import Effect
 from cell.messages import ZoneGeometry
-from robot_agent.agent.joining import why_apart
+from robot_agent.agent.joining import straight_on, why_apart
 from robot_agent.agent.planning import ExtendRequest, Plan, PlanFailed, Planned, PlanRequest
 from robot_agent.language import (
     Finished,
@@ -65,7 +65,7 @@ class Lookahead:
         self._plans = 0
         self._end = np.zeros(0)
         self._last: MotionStep | None = None
-        """Of the newest chain."""
+        """Of the newest motion."""
         self.open: Planned | None = None
         """The newest motion, while it waits to be extended; nothing is planned behind it."""
         self._extension: ExtendRequest | None = None
@@ -113,8 +113,8 @@ class Lookahead:
 
     def extended(self, result: Planned | PlanFailed, taken: bool) -> None:
         """What became of an extension: the robot is on it, or its steps are to be planned again."""
-        if taken and isinstance(result, Planned):
-            self._extension = None
+        if taken and self._extension is not None and isinstance(result, Planned):
+            self._last, self._extension = self._extension.steps[-1], None
             self._behind(result, extensible=True)
         elif isinstance(result, PlanFailed):
             self.close()
@@ -128,8 +128,9 @@ class Lookahead:
         while len(self._items) < _PLANNED_AHEAD and not self._blocked():
             step = self._take(self._interpreter)
             if isinstance(step, MotionStep):
-                steps = self._chain(self._interpreter, step, _LONGEST_CHAIN)
+                steps = self._chain(self._interpreter, step, _LONGEST_CHAIN, self._end)
                 self._plans += 1
+                self._last = steps[-1]
                 self._items.append(Waiting(self._plans, step.line))
                 return [Plan(PlanRequest(self._plans, steps, self._end, zones))]
             self._items.append(step)
@@ -188,16 +189,21 @@ class Lookahead:
     def _take(self, interpreter: Interpreter) -> Step:
         return self._coming.popleft() if self._coming else interpreter.next()
 
-    def _chain(self, interpreter: Interpreter, first: MotionStep, most: int) -> tuple[MotionStep, ...]:
-        """The steps from `first` on between which the robot may not have to stop; they are planned together."""
+    def _chain(
+        self, interpreter: Interpreter, first: MotionStep, most: int, start: NDArray[np.float64] | None = None
+    ) -> tuple[MotionStep, ...]:
+        """The steps from `first` on between which the robot may not have to stop; they are planned together.
+
+        `start` `(n,)` are the joints before the first one, None where they are not known.
+        """
         steps = [first]
         while len(steps) < most:
             step = self._take(interpreter)
-            if not isinstance(step, MotionStep) or why_apart(steps[-1], step):
-                self._coming.appendleft(step)
-                break
-            steps.append(step)
-        self._last = steps[-1]
+            if isinstance(step, MotionStep) and (not why_apart(steps[-1], step) or straight_on(start, steps, step)):
+                steps.append(step)
+                continue
+            self._coming.appendleft(step)
+            break
         return tuple(steps)
 
     def _blocked(self) -> bool:

@@ -48,7 +48,7 @@ class ProgramRun:
         self.waited_s = {}
         self.resume_tick, self._pause = at_tick or 0, (0, 0)
         self.starting, self.end_tick = at_tick is not None, end_tick
-        self.correction = ""
+        self.correction, self.correction_ends = "", False
         self.lookahead.start(self._program, q)
 
     def fail(self, why: str) -> None:

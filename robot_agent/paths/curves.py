@@ -5,6 +5,7 @@ tangent and curvature vector `(3, ..., 3)` [m, 1, 1/m].
 """
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Protocol
@@ -83,49 +84,88 @@ class Polynomial:
 
     @cached_property
     def length_m(self) -> float:
-        return float(self._starts[-1])
+        return float(self.starts[-1])
 
     @cached_property
-    def _starts(self) -> Numbers:
+    def starts(self) -> Numbers:
+        """Distances `(cells + 1,)` at which the cells begin, and the end."""
         edges = np.arange(_CELLS) / _CELLS
-        return np.append(0.0, np.cumsum(self._distance(edges, np.full(_CELLS, 1.0 / _CELLS))))
+        lengths = _distance(self.coefficients, edges, np.full(_CELLS, 1.0 / _CELLS))
+        return np.append(0.0, np.cumsum(lengths))
 
     def parameter(self, distance_m: Numbers) -> Numbers:
         """u `(...)` at `distance_m` `(...)`."""
         distance = np.clip(np.asarray(distance_m, dtype=np.float64), 0.0, self.length_m)
-        cell = np.clip(np.searchsorted(self._starts, distance, side="right") - 1, 0, _CELLS - 1)
-        missing = distance - self._starts[cell]
-        edge = cell / _CELLS
-        step = missing / np.maximum(self._starts[cell + 1] - self._starts[cell], _SMALLEST_SPEED) / _CELLS
-        for _ in range(_NEWTON_STEPS):
-            speed = np.maximum(np.linalg.norm(self.derivative(edge + step, 1), axis=-1), _SMALLEST_SPEED)
-            change = (self._distance(edge, step) - missing) / speed
-            step = step - change
-            if np.abs(change).max(initial=0.0) < _SMALL_STEP:
-                break
-        return edge + step
+        cell = np.clip(np.searchsorted(self.starts, distance, side="right") - 1, 0, _CELLS - 1)
+        return _parameter(self.coefficients, distance, cell, self.starts[cell], self.starts[cell + 1])
 
     def derivative(self, u: Numbers, order: int) -> Numbers:
         """The `order`-th derivative by u `(..., 3)` at u `(...)`; 0 is the position."""
-        c, u = self.coefficients, np.asarray(u, dtype=np.float64)[..., None]
-        value = np.zeros((*u.shape[:-1], 3))
-        for power in range(len(c) - 1, order - 1, -1):
-            value = value * u + math.perm(power, order) * c[power]
-        return value
+        return _derivative(self.coefficients, np.asarray(u, dtype=np.float64), order)
 
     def at(self, distance_m: Numbers) -> Numbers:
         """See the module."""
-        u = self.parameter(distance_m)
-        first, second = self.derivative(u, 1), self.derivative(u, 2)
-        square = np.maximum((first * first).sum(axis=-1, keepdims=True), _SMALLEST_SPEED**2)
-        tangent = first / np.sqrt(square)
-        bent = second - tangent * (tangent * second).sum(axis=-1, keepdims=True)
-        return np.stack([self.derivative(u, 0), tangent, bent / square])
+        return _states(self.coefficients, self.parameter(distance_m))
 
-    def _distance(self, u: Numbers, step: Numbers) -> Numbers:
-        places = u[..., None] + step[..., None] * (0.5 + _GAUSS_X)
-        distance: Numbers = step * (np.linalg.norm(self.derivative(places, 1), axis=-1) @ _GAUSS_W)
-        return distance
+
+class Polynomials:
+    """Several polynomial curves, for asking about places on all of them at once."""
+
+    def __init__(self, curves: Sequence[Polynomial]) -> None:
+        """At least one curve."""
+        highest = max(len(each.coefficients) for each in curves)
+        self._coefficients = np.zeros((highest, len(curves), 3))
+        for number, each in enumerate(curves):
+            self._coefficients[: len(each.coefficients), number] = each.coefficients
+        self._starts = np.stack([each.starts for each in curves])
+
+    def at(self, which: NDArray[np.intp], distance_m: Numbers) -> Numbers:
+        """States as in the module `(3, k, 3)`, each at a distance `(k,)` on the curve with number `which` `(k,)`."""
+        starts = self._starts[which]
+        distance = np.clip(distance_m, 0.0, starts[:, -1])
+        cell = np.clip((starts <= distance[:, None]).sum(axis=1) - 1, 0, _CELLS - 1)
+        borders = self._starts[which, cell], self._starts[which, cell + 1]
+        coefficients = self._coefficients[:, which]
+        return _states(coefficients, _parameter(coefficients, distance, cell, *borders))
+
+
+def _parameter(c: Numbers, distance: Numbers, cell: NDArray[np.intp], first: Numbers, last: Numbers) -> Numbers:
+    """u `(...)` of distances `(...)` that lie in cells, which reach from distance `first` to `last`.
+
+    Here and below `c` are the coefficients of one polynomial, or of one for each distance `(degree + 1, ..., 3)`.
+    """
+    missing, edge = distance - first, cell / _CELLS
+    step = missing / np.maximum(last - first, _SMALLEST_SPEED) / _CELLS
+    for _ in range(_NEWTON_STEPS):
+        tangent = _derivative(c, edge + step, 1)
+        speed = np.maximum(np.sqrt((tangent * tangent).sum(axis=-1)), _SMALLEST_SPEED)
+        change = (_distance(c, edge, step) - missing) / speed
+        step = step - change
+        if np.abs(change).max(initial=0.0) < _SMALL_STEP:
+            break
+    return np.asarray(edge + step)
+
+
+def _distance(c: Numbers, u: Numbers, step: Numbers) -> Numbers:
+    places = u[..., None] + step[..., None] * (0.5 + _GAUSS_X)
+    tangent = _derivative(c[..., None, :], places, 1)
+    distance: Numbers = step * (np.sqrt((tangent * tangent).sum(axis=-1)) @ _GAUSS_W)
+    return distance
+
+
+def _derivative(c: Numbers, u: Numbers, order: int) -> Numbers:
+    value, u = np.zeros((*u.shape, 3)), u[..., None]
+    for power in range(len(c) - 1, order - 1, -1):
+        value = value * u + math.perm(power, order) * c[power]
+    return value
+
+
+def _states(c: Numbers, u: Numbers) -> Numbers:
+    first, second = _derivative(c, u, 1), _derivative(c, u, 2)
+    square = np.maximum((first * first).sum(axis=-1, keepdims=True), _SMALLEST_SPEED**2)
+    tangent = first / np.sqrt(square)
+    bent = second - tangent * (tangent * second).sum(axis=-1, keepdims=True)
+    return np.stack([_derivative(c, u, 0), tangent, bent / square])
 
 
 @dataclass(frozen=True, slots=True, eq=False)

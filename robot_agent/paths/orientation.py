@@ -1,6 +1,7 @@
 """Orientation along a path: turns at a constant rate, one after the other, blended so that the rate never jumps."""
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -40,7 +41,7 @@ class Window:
     last_m: float
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, eq=False)
 class Orientation:
     """Turns in order; `windows[k]` leads from turn k to turn k + 1 and they do not overlap.
 
@@ -55,27 +56,38 @@ class Orientation:
     def at(self, distance_m: Numbers) -> Numbers:
         """Rotations `(..., 3, 3)` at `distance_m` `(...)`."""
         at = np.asarray(distance_m, dtype=np.float64)
-        middles = [(window.first_m + window.last_m) / 2.0 for window in self.windows]
-        turn = np.searchsorted(middles, at, side="right")
-        rotations = np.empty((*at.shape, 3, 3))
-        for index, each in enumerate(self.turns):
-            chosen = turn == index
-            if chosen.any():
-                rotations[chosen] = each.at(at[chosen])
-        for index, window in enumerate(self.windows):
-            inside = (at > window.first_m) & (at < window.last_m)
-            if inside.any():
-                share = smooth((at[inside] - window.first_m) / (window.last_m - window.first_m))
-                before, after = (each.at(at[inside]) for each in self.turns[index : index + 2])
-                rotations[inside] = between(before, after, share)
+        first, last = self._borders
+        rotations = self._turned(np.searchsorted((first + last) / 2.0, at, side="right"), at)
+        if self.windows:
+            window = np.maximum(np.searchsorted(first, at) - 1, 0)
+            inside = (at > first[window]) & (at < last[window])
+            k, at = window[inside], at[inside]
+            share = smooth((at - first[k]) / (last[k] - first[k]))
+            rotations[inside] = between(self._turned(k, at), self._turned(k + 1, at), share)
         return rotations
 
     def spin(self, distance_m: Numbers) -> tuple[Numbers, Numbers]:
         """Angular velocity per distance `(k, 3)` and its derivative, at distances `(k,)`."""
-        here, ahead, behind = (self.at(distance_m + step) for step in (0.0, _STEP_M, -_STEP_M))
-        forth = rotation_vectors(ahead @ np.swapaxes(here, -1, -2))
-        back = rotation_vectors(behind @ np.swapaxes(here, -1, -2))
+        here, ahead, behind = self.at(np.add.outer([0.0, _STEP_M, -_STEP_M], distance_m))
+        forth, back = rotation_vectors(np.stack([ahead, behind]) @ np.swapaxes(here, -1, -2))
         return (forth - back) / (2.0 * _STEP_M), (forth + back) / _STEP_M**2
+
+    def _turned(self, turn: NDArray[np.intp], at: Numbers) -> Numbers:
+        """Rotations `(..., 3, 3)` of the turns with these numbers `(...)` at distances `(...)`."""
+        rotations, axes, rates, anchors = self._stacked
+        return turned(axes[turn], rates[turn] * (at - anchors[turn])) @ rotations[turn]
+
+    @cached_property
+    def _stacked(self) -> tuple[Numbers, Numbers, Numbers, Numbers]:
+        """Rotation, axis, rate and anchor of all turns."""
+        each = [(turn.rotation, turn.axis, turn.rate_rad_m, turn.anchor_m) for turn in self.turns]
+        rotations, axes, rates, anchors = zip(*each, strict=True)
+        return np.array(rotations), np.array(axes), np.array(rates), np.array(anchors)
+
+    @cached_property
+    def _borders(self) -> Numbers:
+        """`(2, windows)` where each window begins and ends."""
+        return np.array([(window.first_m, window.last_m) for window in self.windows]).reshape(-1, 2).T
 
 
 def smooth(x: Numbers) -> Numbers:
@@ -101,13 +113,8 @@ def between(before: Numbers, after: Numbers, share: Numbers) -> Numbers:
     """Rotations `(m, 3, 3)`, `share` `(m,)` of the shortest way from `before` to `after`."""
     way = rotation_vectors(after @ np.swapaxes(before, -1, -2)) * share[:, None]
     angle = np.linalg.norm(way, axis=-1)
-    axes = way / np.where(angle > 0.0, angle, 1.0)[:, None]
-    x, y, z = np.moveaxis(axes, -1, 0)
-    zero = np.zeros_like(x)
-    cross = np.stack([zero, -z, y, z, zero, -x, -y, x, zero], axis=-1).reshape(*x.shape, 3, 3)
-    a = angle[:, None, None]
-    step: Numbers = np.eye(3) + np.sin(a) * cross + 2.0 * np.sin(a / 2.0) ** 2 * (cross @ cross)
-    return step @ before
+    step = turned(way / np.where(angle > 0.0, angle, 1.0)[:, None], angle)
+    return np.asarray(step @ before)
 
 
 def rotation_vectors(rotations: Numbers) -> Numbers:
@@ -127,10 +134,15 @@ def axis_angle(rotation: Numbers) -> tuple[Numbers, float]:
 
 
 def turned(axis: Numbers, angle: Numbers) -> Numbers:
-    """Rotations `(..., 3, 3)` by `angle` `(...)` about `axis` `(3,)` (Rodrigues)."""
-    x, y, z = axis
-    cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-    a = np.asarray(angle)[..., None, None]
+    """Rotations `(..., 3, 3)` by `angle` `(...)` about unit axes `(..., 3)`, or one `(3,)` (Rodrigues)."""
+    angle = np.asarray(angle)
+    x, y, z = np.moveaxis(axis, -1, 0)
+    cosine, sine = np.cos(angle), np.sin(angle)
     # 2 sin^2(a/2) is 1 - cos(a) without its cancellation near zero
-    rotation: Numbers = np.eye(3) + np.sin(a) * cross + 2.0 * np.sin(a / 2.0) ** 2 * (cross @ cross)
+    rest = 2.0 * np.sin(angle / 2.0) ** 2
+    rotation = np.empty((*angle.shape, 3, 3))
+    rotation[..., 0, 0], rotation[..., 1, 1], rotation[..., 2, 2] = (cosine + rest * each * each for each in (x, y, z))
+    for row, column, one, other, third in ((0, 1, x, y, z), (1, 2, y, z, x), (2, 0, z, x, y)):
+        both, own = rest * one * other, sine * third
+        rotation[..., row, column], rotation[..., column, row] = both - own, both + own
     return rotation

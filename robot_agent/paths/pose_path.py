@@ -1,11 +1,10 @@
 """A path of the flange without a corner: curves that join smoothly, with the orientation along them."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import partial
 
 import numpy as np
 
+from robot_agent.paths.chain import Chain
 from robot_agent.paths.curves import Curve, Numbers, Trimmed, joining
 from robot_agent.paths.legs import Leg, turn_before
 from robot_agent.paths.meeting import SHARPEST_RAD, TANGENT_RAD, Meeting, via
@@ -27,9 +26,7 @@ _KINK_RAD = 1e-9
 class PosePath:
     """Flange poses by distance 0 to `length_m`; for a turn on the spot the distance is the angle [rad]."""
 
-    curves: tuple[Curve, ...]
-    starts_m: Numbers
-    """`(curves + 1,)` where each curve begins, and the end."""
+    chain: Chain
     orientation: Orientation | Tangential
     blocks: tuple[int, ...]
     block_ends_m: Numbers
@@ -39,13 +36,13 @@ class PosePath:
 
     @property
     def length_m(self) -> float:
-        return float(self.starts_m[-1])
+        return self.chain.length_m
 
     @property
     def borders_m(self) -> Numbers:
         """Rising distances at which the third derivative may jump, both ends included."""
         windows = [edge for window in self.orientation.windows for edge in (window.first_m, window.last_m)]
-        inside = np.unique(np.concatenate([self.starts_m, windows]))
+        inside = np.unique(np.concatenate([self.chain.starts_m, windows]))
         inside = inside[(inside > 1e-9) & (inside < self.length_m - 1e-9)]
         kept = inside[np.diff(inside, prepend=0.0) > 1e-7]
         return np.concatenate([[0.0], kept, [self.length_m]])
@@ -54,28 +51,15 @@ class PosePath:
         """`(m, 4, 4)` at distances `(m,)`."""
         poses = np.zeros((len(distance_m), 4, 4))
         poses[:, :3, :3] = self.orientation.at(distance_m)
-        poses[:, :3, 3] = self._positions(distance_m)[0]
+        poses[:, :3, 3] = self.chain.at(distance_m)[0]
         poses[:, 3, 3] = 1.0
         return poses
 
     def twists(self, distance_m: Numbers) -> tuple[Numbers, Numbers]:
         """Twist `(m, 6)` per distance, linear then angular in base axes, and its derivative by distance."""
-        _, tangent, curvature = self._positions(distance_m)
+        _, tangent, curvature = self.chain.at(distance_m)
         spin, change = self.orientation.spin(distance_m)
         return np.concatenate([tangent, spin], axis=1), np.concatenate([curvature, change], axis=1)
-
-    def _positions(self, distance_m: Numbers) -> Numbers:
-        return positions(self.curves, self.starts_m, distance_m)
-
-
-def positions(curves: Sequence[Curve], starts_m: Numbers, distance_m: Numbers) -> Numbers:
-    """Position, tangent and curvature `(3, k, 3)` at distances `(k,)` along curves that begin at `starts_m`."""
-    index = np.clip(np.searchsorted(starts_m, distance_m, side="right") - 1, 0, len(curves) - 1)
-    states = np.empty((3, len(distance_m), 3))
-    for number in np.unique(index):
-        chosen = index == number
-        states[:, chosen] = curves[number].at(distance_m[chosen] - starts_m[number])
-    return states
 
 
 def pose_paths(legs: list[Leg]) -> list[PosePath]:
@@ -152,23 +136,21 @@ class _Assembly:
                 if self._cuts[number + 1]:
                     self._windows.append(Window(before, self._at))
         self._ends[self._legs[-1].block] = self._at
+        chain = Chain(tuple(self._curves), np.array(self._starts))
         return PosePath(
-            tuple(self._curves),
-            np.array(self._starts),
-            self._orientation(),
+            chain,
+            self._orientation(chain),
             tuple(self._ends),
             np.array(list(self._ends.values())),
             (*self._met.values(), *self._vias),
         )
 
-    def _orientation(self) -> Orientation | Tangential:
+    def _orientation(self, chain: Chain) -> Orientation | Tangential:
         first = self._legs[0]
         if first.tangential_rad is None:
             return self._turning()
-        curves, starts = tuple(self._curves), np.array(self._starts)
-        tangent = curves[0].at(np.zeros(()))[1]
-        start = aligned(first.turns[0].rotation, tangent, first.tangential_rad)
-        return Tangential(start, partial(positions, curves, starts), self._at)
+        start = aligned(first.turns[0].rotation, chain.at(np.zeros(1))[1, 0], first.tangential_rad)
+        return Tangential(start, chain.at, self._at)
 
     def _turning(self) -> Orientation:
         turns, windows = self._turns, self._windows
@@ -218,7 +200,7 @@ class _Assembly:
         swing_rad = swing(self._turns[-1], turn, width_m)
         if inside:
             self._vias += via(self._legs[number].block, self._turns[-1], turn, swing_rad)
-        elif number in self._met:
+        else:
             self._met[number] = replace(self._met[number], deviation_rad=swing_rad)
 
     def _connector(self, bodies: list[Trimmed], number: int) -> tuple[Curve | None, float]:

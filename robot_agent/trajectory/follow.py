@@ -76,7 +76,7 @@ class _Follower:
     ) -> None:
         self._model, self._path, self._start = model, path, start
         self._velocity, self._flips, self._refuse = velocity, flips, refuse
-        self._on_the_spot = bool(np.linalg.norm(path.curves[0].at(np.zeros(()))[1]) == 0.0)
+        self._on_the_spot = bool(np.linalg.norm(path.chain.at(np.zeros(1))[1]) == 0.0)
 
     def run(self) -> Followed:
         nodes = self._first_nodes()

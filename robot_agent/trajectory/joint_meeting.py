@@ -40,9 +40,7 @@ class JointMeeting:
         jacobian = model.jacobian(first.end())
         twists = [jacobian @ state[1] for state in states]
         ways = [float(np.linalg.norm(twist[:3])) for twist in twists]
-        turn = 0.0
-        if min(ways) > _STANDS:
-            turn = _angle(*(float(np.linalg.norm(a)) for a in _sum_and_difference(twists, ways)))
+        turn = _angle(*twists) if min(ways) > _STANDS else 0.0
         reason = _reason(
             2.0 * float(np.arcsin(min(1.0, kink / 2.0))), turn, twists, ways, edge.on_path or after.on_path
         )
@@ -86,14 +84,10 @@ class JointMeeting:
         return Continuity.C1 if self.step > STEP_OF_CURVATURE else Continuity.C2
 
 
-def _sum_and_difference(twists: list[Numbers], ways: list[float]) -> tuple[Numbers, Numbers]:
-    first, second = (twist[:3] / way for twist, way in zip(twists, ways, strict=True))
-    return first + second, second - first
-
-
-def _angle(total: float, difference: float) -> float:
-    """Between two unit vectors, exact for small and for large ones (Kahan)."""
-    return float(2.0 * np.arctan2(difference, total))
+def _angle(before: Numbers, after: Numbers) -> float:
+    """Between the directions of two twists `(6,)`, exact for small angles and for those near pi."""
+    first, second = (twist[:3] / np.linalg.norm(twist[:3]) for twist in (before, after))
+    return float(2.0 * np.arctan2(np.linalg.norm(second - first), np.linalg.norm(second + first)))
 
 
 def _reason(joints_rad: float, turn_rad: float, twists: list[Numbers], ways: list[float], on_path: bool) -> str:

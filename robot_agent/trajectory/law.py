@@ -18,7 +18,7 @@ _PARTS = 8
 _PIECES = 4
 """Of the joints' spline per interval."""
 _HALVINGS = 5
-_EXACT = 1e-6
+_EXACT = 2e-6
 """Largest distance [rad or m] of the joints over time from the joints along the path."""
 _GAUSS_X, _GAUSS_W = (values / 2.0 for values in np.polynomial.legendre.leggauss(3))
 _PLACES = np.arange(_PARTS) / _PARTS

@@ -23,10 +23,13 @@ class Motion:
     ends: NDArray[np.float64]
     """`(blocks,)` tau at which each block ends; with a round edge, in its middle."""
     rests: NDArray[np.float64]
-    """Rising values of tau at which the plan itself is at rest, the end among them, and the start, where one that goes
-    on from another motion moves."""
+    """Rising values of tau at which the plan itself is at rest, the end among them. The first is always 0, where a
+    motion that goes on from another one is moving."""
     transitions: tuple[Transition, ...]
-    """How each block meets the one before it, by their order; a block of no length meets nothing."""
+    """How each block meets the one before it, by their order.
+
+    A block of no length meets nothing. Nothing is told where a motion that should have gone on in motion rests because
+    no timing was found."""
     cycle_s: float
     filter_deviation_m: float = 0.0
     """How far at most the filter on the axes takes the flange off the path."""

@@ -113,7 +113,7 @@ def _roomy(limited: Limited, intervals: int, more: float, jerk: float) -> Limite
     Those of jerk to `jerk` times what the first interval needs at least.
     """
     uses = limited.use(np.ones(len(limited.h) + 2))[:2]
-    at_once = [float(use[0, : use.shape[1] // len(PLACES)].max()) for use in uses]
+    at_once = [float(use[: len(use) // len(PLACES), 0].max()) for use in uses]
     room = np.ones((3, len(limited.h)))
     for order, used in enumerate(at_once):
         room[order, :intervals] = 1.0 / max(1.0, more * used)
@@ -129,7 +129,7 @@ def _begin(limited: Limited) -> Numbers:
 
 def _least_jerk(limited: Limited) -> float:
     """The least that the first interval can use of its limits of jerk."""
-    jerk, value = limited.jerk[:, 0], limited.value[:, 0]
+    jerk, value = limited.jerk[..., 0], limited.value[..., 0]
     third = np.linspace(0.7, 1.3, 301)[:, None]
     rate = np.sqrt(value[0] + value[1] + third * value[2])
     used = np.abs(jerk[0] + jerk[1] + third * jerk[2]) * np.repeat(rate, limited.rows, axis=1)

@@ -7,6 +7,7 @@ q' s_dddot + 3 q'' s_dot s_ddot + q''' s_dot^3; the flange's way and turn are tw
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from robot_agent.trajectory.affine import Affine, Scaled
 from robot_agent.trajectory.joint_path import JointPath, Numbers
@@ -52,27 +53,37 @@ class PathLimits:
         self._joint = np.array([each.joint_rad_s for each in path.stretches])
         self._lateral = np.array([flange.acceleration_m_s2 if each.on_path else np.inf for each in path.stretches])
 
-    def rows(self, at: Numbers, around: Numbers | None = None) -> Rows:
+    def rows(self, at: Numbers, around: Numbers | None = None, wide: Numbers | None = None) -> Rows:
         """The rows at parameters `at` `(k,)`.
 
         With `around` `(2, k)` the third derivative is its mean from the one to the other: what jerk a motion has that
-        is looked at no closer.
+        is looked at no closer. With `wide` `(2, k)` the bound on the speed is the least of all stretches between.
         """
         _, first, second, third = self._path.pieces.shape(at)
         if around is not None:
             ends = self._path.pieces.shape(around)[2]
             width = (around[1] - around[0])[:, None]
-            wide = width > _NARROW
-            third = np.where(wide, (ends[1] - ends[0]) / np.where(wide, width, 1.0), third)
+            far = width > _NARROW
+            third = np.where(far, (ends[1] - ends[0]) / np.where(far, width, 1.0), third)
         stretch = np.searchsorted(self._ends, at, side="right")
+        fastest = self._fastest(at, first, stretch)
+        for each in () if wide is None else np.searchsorted(self._ends, wide, side="right"):
+            other = np.flatnonzero(each != stretch)
+            fastest[other] = np.minimum(fastest[other], self._fastest(at[other], first[other], each[other]))
         jerk = self._jerk[stretch]
+        affine = Affine(first, second, np.zeros(1), -self._lowest[stretch], self._highest[stretch])
+        return Rows(affine.scaled(), first / jerk, second / jerk, third / jerk, fastest)
+
+    def _fastest(self, at: Numbers, first: Numbers, stretch: NDArray[np.intp]) -> Numbers:
+        """The bound `(k,)` on the squared rate of the parameter with the limits of `stretch` `(k,)`.
+
+        `first` `(k, n + 2)` is the path's first derivative there.
+        """
         with np.errstate(divide="ignore"):
             fastest = ((self._velocity[stretch] / np.abs(first)) ** 2).min(axis=1)
             turning = (first[:, self._turning] ** 2).sum(axis=1)
             fastest = np.minimum(fastest, self._joint[stretch] ** 2 / np.maximum(turning, 1e-300))
             if len(self._path.curvature):
                 bend = np.interp(at, self._path.curvature[:, 0], self._path.curvature[:, 1])
-                way = first[:, -2] ** 2 * bend
-                fastest = np.minimum(fastest, self._lateral[stretch] / way)
-        affine = Affine(first, second, np.zeros(1), -self._lowest[stretch], self._highest[stretch])
-        return Rows(affine.scaled(), first / jerk, second / jerk, third / jerk, fastest)
+                fastest = np.minimum(fastest, self._lateral[stretch] / (first[:, -2] ** 2 * bend))
+        return np.asarray(fastest)

@@ -59,6 +59,7 @@ def plan(
 
 def _onward(model: Model, paths: "_Paths", limits: Limits, start: Moving, cycle_s: float) -> Motion:
     known, filtered = len(start.ends), limits.shaping.filter_s > 0.0
+    stop: tuple[Transition, ...] = ()
     for wait_s in () if filtered else _WAITS_S:
         going = start.going(wait_s)
         if going is None:
@@ -66,6 +67,7 @@ def _onward(model: Model, paths: "_Paths", limits: Limits, start: Moving, cycle_
         runs = paths.runs(going.path.end(), going.path, known)
         first = runs[0]
         if first is going.path or not isinstance(first, JointPath):
+            stop = runs[1].transitions[:1] if len(runs) > 1 else ()
             break  # the robot stops where the new blocks begin
         timed = in_time(model, [first], limits)[0] if going.stands else fastest_onward(first, limits, going)
         if timed is not None:
@@ -77,6 +79,7 @@ def _onward(model: Model, paths: "_Paths", limits: Limits, start: Moving, cycle_
     whole_s = start.left.duration_s
     runs = paths.runs(start.left.position(np.array(whole_s)), blocks=known)
     times = in_time(model, runs, limits)
+    runs[:1] = [replace(run, transitions=(*stop, *run.transitions)) for run in runs[:1]]
     motion = assembled(model, Kept.of(start, whole_s), known + paths.blocks, runs, times, cycle_s)
     return replace(motion, last=None) if filtered else motion
 
@@ -138,7 +141,9 @@ class _Paths:
         self, blocks: list[tuple[int, FlangeMove]], q: NDArray[np.float64], before: JointPath | Independent | None
     ) -> list[JointPath]:
         """Moves of the flange from joints `q` `(n,)`; a spline takes its direction from joint moves at its ends too."""
-        arrival = self._direction(q, before.state(before.length)[1]) if isinstance(before, JointPath) else None
+        arrival = None
+        if isinstance(before, JointPath) and not before.stops_for:
+            arrival = self._direction(q, before.state(before.length)[1])
         made: list[JointPath] = []
         for path in self._flange_paths(blocks, q, arrival, None):
             made.append(self._follow(path, made[-1].end() if made else q))
@@ -150,10 +155,10 @@ class _Paths:
 
     def _departure(self, index: int, q: NDArray[np.float64]) -> NDArray[np.float64] | None:
         """The direction in which a joint move goes on behind block `index`, a spline that ends at joints `q` `(n,)`."""
-        following = self._blocks[index + 1] if index + 1 < len(self._blocks) else None
-        if not (
-            isinstance(self._blocks[index], Spline) and isinstance(following, JointMove) and following.synchronised
-        ):
+        block, following = self._blocks[index], self._blocks[index + 1] if index + 1 < len(self._blocks) else None
+        if not isinstance(block, Spline) or block.round_m == 0.0:
+            return None
+        if not isinstance(following, JointMove) or not following.synchronised:
             return None
         self._check_target(index + 1, following)
         return self._direction(q, following.target - q)

@@ -17,8 +17,8 @@ Row = list[list[float]]
 """For each joint -B, A, J/|q'|, q''/q', q'''/q'."""
 
 _STEP_S = 0.004
-_CHUNK = 32
-_MARGINS = (0.98, 0.98, 0.95, 1.0, 1.0)
+_CHUNK = 128
+_ACCELERATION_MARGIN, _JERK_MARGIN = 0.98, 0.95
 """For what lies between the steps in which the bounds are used."""
 _STANDING = 1e-7
 """[rad/s or m/s] Below this a joint counts as moving this fast: its quotients stay finite."""
@@ -29,7 +29,8 @@ class RateBounds:
 
     def __init__(self, track: Track, limits: Limits) -> None:
         self._track = track
-        self._limits = limits
+        self._acceleration = _ACCELERATION_MARGIN * limits.ramp_acceleration_bounds
+        self._jerk = _JERK_MARGIN * limits.ramp_jerk
         self._chunks: dict[int, list[Row]] = {}
         self._last = max(int(track.duration_s / _STEP_S), 1) - 1
 
@@ -45,8 +46,12 @@ class RateBounds:
         way = (np.arange(chunk * _CHUNK, (chunk + 1) * _CHUNK) + 0.5) * _STEP_S
         first, second, third = self._track.derivatives(np.minimum(way, (self._last + 0.5) * _STEP_S))
         first = np.where(np.abs(first) < _STANDING, np.copysign(_STANDING, first), first)
-        limits = self._limits
-        ends = limits.ramp_acceleration_bounds[:, None] / first
-        columns = [ends.min(axis=0), ends.max(axis=0), limits.ramp_jerk / np.abs(first), second / first, third / first]
-        rows: list[Row] = (np.stack(columns, axis=-1) * _MARGINS).tolist()
+        table, inverse = np.empty((*first.shape, 5)), 1.0 / first
+        one, other = self._acceleration[0] * inverse, self._acceleration[1] * inverse
+        np.minimum(one, other, out=table[..., 0])
+        np.maximum(one, other, out=table[..., 1])
+        np.multiply(self._jerk, np.abs(inverse), out=table[..., 2])
+        np.multiply(second, inverse, out=table[..., 3])
+        np.multiply(third, inverse, out=table[..., 4])
+        rows: list[Row] = table.tolist()
         return rows

@@ -39,16 +39,18 @@ def basis(places: Numbers) -> Numbers:
 
 
 def on_windows(rows: Numbers, c: Numbers) -> Numbers:
-    """Rows `(3, intervals, m)` times the three coefficients of each interval, out of `c` `(intervals + 2,)`."""
-    column = c[:, None]
-    return np.asarray(rows[0] * column[:-2] + rows[1] * column[1:-1] + rows[2] * column[2:])
+    """Rows `(3, m, intervals)` times the three coefficients of each interval, out of `c` `(intervals + 2,)`."""
+    values = rows[0] * c[:-2]
+    values += rows[1] * c[1:-1]
+    values += rows[2] * c[2:]
+    return np.asarray(values)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Limited:
-    """The limits as rows for the coefficients of y, `(3, intervals, m)` with m = places x rows, places first.
+    """The limits as rows for the coefficients of y, `(3, m, intervals)` with m = places x rows, places first.
 
-    `acceleration` in between `-below` and `above` `(intervals, m)`; `jerk` within 1 / sqrt(y); `speed` up to 1.
+    `acceleration` in between `-below` and `above` `(m, intervals)`; `jerk` within 1 / sqrt(y); `speed` up to 1.
     """
 
     acceleration: Numbers
@@ -57,7 +59,7 @@ class Limited:
     jerk: Numbers
     speed: Numbers
     value: Numbers
-    """`(3, intervals, places)` rows of y itself."""
+    """`(3, places, intervals)` rows of y itself."""
     h: Numbers
     """`(intervals,)` [s] of each interval."""
     starts: Places
@@ -66,10 +68,10 @@ class Limited:
     @classmethod
     def of(cls, base: Base, bounds: PathLimits) -> "Limited":
         """The limits along one path."""
-        k = base.intervals
-        s, *derivatives = base.at(np.arange(k)[:, None], np.broadcast_to(PLACES, (k, len(PLACES))))
-        around = base.at(np.arange(k)[:, None], np.broadcast_to(_AROUND, (k, len(_AROUND))))[0]
-        rows = bounds.rows(s.ravel(), np.stack([around[:, :-1].ravel(), around[:, 1:].ravel()]))
+        k, places = base.intervals, len(PLACES)
+        s, *derivatives = base.at(np.arange(k), np.broadcast_to(PLACES[:, None], (places, k)))
+        around = base.at(np.arange(k), np.broadcast_to(_AROUND[:, None], (len(_AROUND), k)))[0]
+        rows = bounds.rows(s.ravel(), np.stack([around[:-1].ravel(), around[1:].ravel()]), _neighbours(s))
         v, a, j = (each.reshape(-1, 1) for each in derivatives)
         h, affine = base.h, rows.affine
         by_y, by_growth = affine.b * v**2 + affine.a * a, affine.a * v / (2.0 * h)
@@ -81,16 +83,20 @@ class Limited:
         )
         squared = derivatives[0].ravel() ** 2
         faster = squared / np.maximum(rows.fastest, 1e-12 * squared + 1e-300)
-        rule = np.broadcast_to(basis(PLACES)[:, None], (len(PLACES), k, 3, 3))
-        rule = np.moveaxis(rule, (2, 3, 1, 0), (0, 1, 2, 3))  # (derivative, coefficient, intervals, places)
-        shaped = [each.reshape(k, len(PLACES), -1) for each in (by_y, by_growth, *terms)]
+        rule = np.moveaxis(basis(PLACES), 0, -1)  # (derivative, coefficient, places)
+
+        def by_interval(values: Numbers) -> Numbers:
+            """Values `(places x intervals, rows)` as `(places, rows, intervals)`."""
+            return np.ascontiguousarray(np.swapaxes(values.reshape(places, k, -1), 1, 2))
+
+        shaped = [by_interval(each) for each in (by_y, by_growth, *terms)]
         return cls(
             np.stack([_sum_of(shaped[:2], rule[:, i]) for i in range(3)]),
-            affine.above.reshape(k, -1),
-            affine.below.reshape(k, -1),
+            by_interval(affine.above).reshape(-1, k),
+            by_interval(affine.below).reshape(-1, k),
             np.stack([_sum_of(shaped[2:], rule[:, i]) for i in range(3)]),
-            faster.reshape(k, -1) * rule[0],
-            rule[0],
+            faster.reshape(places, k) * rule[0][..., None],
+            np.repeat(rule[0][..., None], k, axis=2),
             np.full(k, h),
             np.zeros(1, dtype=np.intp),
         )
@@ -99,29 +105,26 @@ class Limited:
     def joined(cls, parts: list["Limited"]) -> "Limited":
         """Paths one behind the other; two intervals without limits and without duration keep their rates apart."""
 
-        def gap(shape: tuple[int, ...], axis: int, value: float) -> Numbers:
-            return np.full((*shape[:axis], 2, *shape[axis + 1 :]), value)
-
-        def join(name: str, axis: int, value: float) -> Numbers:
+        def join(name: str, value: float) -> Numbers:
             arrays = []
             for part in parts:
-                array = getattr(part, name)
-                arrays += [array, gap(array.shape, axis, value)]
-            return np.concatenate(arrays[:-1], axis=axis)
+                array: Numbers = getattr(part, name)
+                arrays += [array, np.full((*array.shape[:-1], 2), value)]
+            return np.concatenate(arrays[:-1], axis=-1)
 
-        rows = [join("acceleration", 1, 0.0), join("above", 0, 1.0), join("below", 0, 1.0), join("jerk", 1, 0.0)]
-        rows += [join("speed", 1, 0.0), join("value", 1, 1.0), join("h", 0, 0.0)]
+        rows = [join("acceleration", 0.0), join("above", 1.0), join("below", 1.0), join("jerk", 0.0)]
+        rows += [join("speed", 0.0), join("value", 1.0), join("h", 0.0)]
         starts = np.cumsum([0, *[len(part.h) + 2 for part in parts[:-1]]])
         return cls(rows[0], rows[1], rows[2], rows[3], rows[4], rows[5], rows[6], starts)
 
     @property
     def rows(self) -> int:
         """At each place."""
-        return int(self.jerk.shape[2]) // len(PLACES)
+        return int(self.jerk.shape[1]) // len(PLACES)
 
     def tightened(self, excess: Numbers) -> "Limited":
         """The same with the limits of speed, acceleration and jerk divided by `excess` `(3, intervals)`."""
-        speed, acceleration, jerk = excess[..., None]
+        speed, acceleration, jerk = excess
         return Limited(
             self.acceleration * acceleration,
             self.above,
@@ -133,24 +136,45 @@ class Limited:
             self.starts,
         )
 
+    def part(self, intervals: Places, starts: Places) -> "Limited":
+        """Those of some intervals `(k,)`, out of which paths begin at `starts`."""
+        return Limited(
+            self.acceleration[..., intervals],
+            self.above[:, intervals],
+            self.below[:, intervals],
+            self.jerk[..., intervals],
+            self.speed[..., intervals],
+            self.value[..., intervals],
+            self.h[intervals],
+            starts,
+        )
+
     def use(self, c: Numbers) -> tuple[Numbers, Numbers, Numbers]:
-        """What a timing uses of each limit: speed `(intervals, places)`, acceleration and jerk `(intervals, m)`."""
+        """What a timing uses of each limit: speed `(places, intervals)`, acceleration and jerk `(m, intervals)`."""
         y = on_windows(self.value, c)
         acceleration = on_windows(self.acceleration, c)
-        jerk = np.abs(on_windows(self.jerk, c)) * np.repeat(np.sqrt(y), self.rows, axis=1)
+        jerk = np.abs(on_windows(self.jerk, c)) * np.repeat(np.sqrt(y), self.rows, axis=0)
         speed = np.sqrt(on_windows(self.speed, c))
         return speed, np.maximum(acceleration / self.above, -acceleration / self.below), jerk
 
     def excess(self, c: Numbers) -> Numbers:
         """The most that a timing uses in each interval `(3, intervals)` of speed, acceleration and jerk."""
-        return np.stack([each.max(axis=1) for each in self.use(c)])
+        return np.stack([each.max(axis=0) for each in self.use(c)])
 
     def largest(self, c: Numbers) -> float:
         """The most that a timing uses of any limit."""
         return max(float(each.max()) for each in self.use(c))
 
 
+def _neighbours(s: Numbers) -> Numbers:
+    """The places before and behind each place `(2, places x intervals)`; `s` `(places, intervals)` rises."""
+    every = np.append(s[:-1].T.ravel(), s[-1, -1])
+    here = np.arange(len(every) - 1).reshape(-1, len(s) - 1).T
+    index = np.append(here.ravel(), here[-1] + 1)
+    return np.stack([every[np.maximum(index - 1, 0)], every[np.minimum(index + 1, len(every) - 1)]])
+
+
 def _sum_of(terms: list[Numbers], weights: Numbers) -> Numbers:
-    """Terms `(intervals, places, rows)` times weights `(terms, intervals, places)`: `(intervals, places x rows)`."""
-    total = sum(term * weight[..., None] for term, weight in zip(terms, weights, strict=False))
-    return np.asarray(total).reshape(len(terms[0]), -1)
+    """Terms `(places, rows, intervals)` times weights `(terms, places)`: `(places x rows, intervals)`."""
+    total = sum(term * weight[:, None, None] for term, weight in zip(terms, weights, strict=False))
+    return np.asarray(total).reshape(-1, terms[0].shape[2])

@@ -104,17 +104,18 @@ class Sampler:
         rest = int(np.argmax(way >= way[-1]))
         if rest == 0:
             return None
-        kept = np.minimum(np.arange(rest + RESTING_SAMPLES), len(way) - 1)
-        kept[rest:] = len(way) - 1
-        moving = np.arange(len(kept)) < rest
-        way, rate, slope = way[kept], np.where(moving, rate[kept], 0.0), np.where(moving, slope[kept], 0.0)
+        still = np.zeros(RESTING_SAMPLES)
+        rate, slope = np.concatenate([rate[:rest], still]), np.concatenate([slope[:rest], still])
+        way = np.concatenate([way[:rest], np.full(RESTING_SAMPLES, way[-1])])
         if (rate > 1.0 + _TOLERANCE).any() or (join.cap is not None and not join.cap.kept(way, rate)):
             return None
-        tau, sign = np.append(join.tau, self._track.taus(way[1:])), self._track.sign
+        tau, sign = np.concatenate([[join.tau], self._track.taus(way[1:])]), self._track.sign
         (q, qd), before = self._track.sampled(tau), join.before
-        steps = np.diff(np.concatenate([before, q]), n=2, axis=0)
-        beyond = (steps[1:] < self._second[0]) | (steps[1:] > self._second[1])
-        if beyond.any() or (np.abs(np.diff(steps, axis=0)) > self._third).any():
+        first = q - np.concatenate([before[1:], q[:-1]])
+        steps = first - np.concatenate([before[1:] - before[:1], first[:-1]])
+        if (steps[1:] < self._second[0]).any() or (steps[1:] > self._second[1]).any():
+            return None
+        if (np.abs(steps[1:] - steps[:-1]) > self._third).any():
             return None
         rate, slope = sign * rate, sign * slope
         nominal = min(nominal, rest)

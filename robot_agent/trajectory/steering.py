@@ -104,8 +104,7 @@ class Steering:
         for left, mean in _LOOKED_AT:
             rate = target + (state.rate - target) * left * left
             way = state.tau + duration * (1.0 - left) * (target + (state.rate - target) * mean)
-            low, high = _bends(self._bounds.row(way), rate, left * state.rate_dot)
-            if needed > (high if sign < 0.0 else -low):
+            if needed > _counter_bend(self._bounds.row(way), rate, left * state.rate_dot, sign):
                 return False
         return True
 
@@ -121,6 +120,17 @@ def _bends(row: Row, rate: float, slope: float) -> tuple[float, float]:
         if jerk - path < high:
             high = jerk - path
     return low, high
+
+
+def _counter_bend(row: Row, rate: float, slope: float, sign: float) -> float:
+    """The bound on the slope's slope [1/s^2] against a change of the rate in the direction `sign`."""
+    cube, cross = sign * rate * rate * rate, 3.0 * sign * rate * slope
+    most = math.inf
+    for _, _, jerk, second, third in row:
+        bend = jerk + cube * third + cross * second
+        if bend < most:
+            most = bend
+    return most
 
 
 def _ahead(row: Row, rate: float, slope: float, h: float, low: float, high: float) -> tuple[float, float, float, float]:

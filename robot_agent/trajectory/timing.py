@@ -25,13 +25,15 @@ _FEWEST_INTERVALS, MOST_INTERVALS = 16, 1200
 _BEGIN = 0.9
 """The squared rate that the search begins with."""
 _AROUND = 3
-_ATTEMPTS = 3
+_ATTEMPTS = 4
 _LOOKED_AT = 3
 """Places in each piece."""
 MARGIN = 1.001
 """Limits are divided by it, so that the search may stop when it is so near to them."""
 _ACCEPTED = 1.004
 """Slowing down all of a motion by so much is better than another attempt."""
+_CERTAIN = 1.0005
+"""Limits are tightened by so much more than they are exceeded."""
 
 
 def fastest(path: JointPath, limits: Limits) -> Timed:
@@ -51,17 +53,30 @@ def fastest_of(paths: list[JointPath], limits: Limits) -> list[Timed]:
     bases = [law.resampled(ramp / FINE, MOST_INTERVALS) for law in _laws(bases, search.c)]
     margin = np.full((3, 1), MARGIN)
     search = Search(fine := _limited(bases, bounds).tightened(margin), begin(fine))
+    return _kept(paths, bases, search, limits)
+
+
+def _kept(paths: list[JointPath], bases: list[Base], search: Search, limits: Limits) -> list[Timed]:
+    """Joints over time that keep their limits everywhere; paths where they do not yet are searched again."""
+    made: dict[int, Timed] = {}
+    waiting = list(range(len(paths)))
     for _ in range(_ATTEMPTS):
-        search.run(gap=0.003, kept=(MARGIN - 1.0) / 2.0)
-        made = [law.timed(path) for law, path in zip(_laws(bases, search.c), paths, strict=True)]
-        excess = [
-            excess_of(timed.pieces, interval, limits, base) for (timed, interval), base in zip(made, bases, strict=True)
-        ]
-        slower = [float((each.max(axis=1) ** (1.0 / np.arange(1.0, 4.0))).max()) for each in excess]
-        if max(slower) <= _ACCEPTED:
+        search.run(gap=0.003, kept=MARGIN - 1.0)
+        excess, late = [], []
+        for number, law in zip(waiting, _laws([bases[k] for k in waiting], search.c), strict=True):
+            timed, interval = law.timed(paths[number])
+            excess.append(excess_of(timed.pieces, interval, limits, law.base))
+            k = float((excess[-1].max(axis=1) ** (1.0 / np.arange(1.0, 4.0))).max())
+            each = _slower(timed, max(1.0, k))
+            if number not in made or each.pieces.duration_s < made[number].pieces.duration_s:
+                made[number] = each
+            late.append(k > _ACCEPTED)
+        if not any(late):
             break
-        search.tighten(np.maximum(_together(excess), 1.0))
-    return [_slower(timed, max(1.0, k)) for (timed, _), k in zip(made, slower, strict=True)]
+        search.tighten(_tighter(excess))
+        search.keep_only(np.array(late))
+        waiting = [number for number, again in zip(waiting, late, strict=True) if again]
+    return [made[number] for number in range(len(paths))]
 
 
 def _slower(timed: Timed, k: float) -> Timed:
@@ -133,7 +148,9 @@ def excess_of(pieces: Pieces, interval: NDArray[np.intp], limits: Limits, base: 
     return most
 
 
-def _together(excess: list[Numbers]) -> Numbers:
-    """Of all paths, as `Limited.joined` has them."""
+def _tighter(excess: list[Numbers]) -> Numbers:
+    """By what to divide the limits of all paths, as `Limited.joined` has them: where they are exceeded, and beside."""
     parts = [each for part in excess for each in (part, np.ones((3, 2)))]
-    return np.concatenate(parts[:-1], axis=1)
+    whole = np.pad(np.concatenate(parts[:-1], axis=1), ((0, 0), (1, 1)))
+    around = np.lib.stride_tricks.sliding_window_view(whole, 3, axis=1).max(axis=2)
+    return np.where(around > 1.0, around * _CERTAIN, 1.0)

@@ -20,11 +20,14 @@ class Track:
     """1 forwards, -1 backwards."""
     rests: Numbers
     """Rising values of way at which the plan itself is at rest, both ends among them."""
+    degree: int
+    """Of the polynomials of the motion."""
 
     @classmethod
     def of(cls, motion: Motion, forwards: bool) -> "Track":
         rests = motion.rests if forwards else (motion.duration_s - motion.rests)[::-1]
-        return cls(motion, 1.0 if forwards else -1.0, rests)
+        degree = 5 if motion.pieces.coefficients[:, 4:].any() else 3
+        return cls(motion, 1.0 if forwards else -1.0, rests, degree)
 
     @property
     def duration_s(self) -> float:
@@ -52,9 +55,9 @@ class Track:
         pieces = self.motion.pieces
         piece = np.searchsorted(pieces.knots[1:-1], taus, side="right")
         x = (taus - pieces.knots[piece])[:, None]
-        c = pieces.coefficients[piece].transpose(1, 0, 2)
-        q, qd = c[5], 5.0 * c[5]
-        for power in (4, 3, 2, 1):
+        c, degree = pieces.coefficients[piece].transpose(1, 0, 2), self.degree
+        q, qd = c[degree], degree * c[degree]
+        for power in range(degree - 1, 0, -1):
             q, qd = q * x + c[power], qd * x + power * c[power]
         return q * x + c[0], qd
 

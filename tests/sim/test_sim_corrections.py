@@ -13,6 +13,7 @@ from tests.sim.world import World, load_bundle
 CELL = Path(__file__).parents[2] / "cell_configs" / "belt" / "cell.yaml"
 MEASURED_EVERY_S = 0.02
 COUNTS_PER_S = 500
+PART_COUNTS = 1000
 
 
 def measure(world: World) -> None:
@@ -21,7 +22,7 @@ def measure(world: World) -> None:
     if manager is not None:
         at = CellTime(manager.boot, world.processes["manager"].core._cell_time(world.clock.now))
         counts = round(COUNTS_PER_S * world.clock.now) % 2**32
-        world.tell_timed(ConveyorCount("belt", at, counts), ["robot/left"])
+        world.tell_timed(ConveyorCount("belt", at, counts, counts - counts % PART_COUNTS), ["robot/left"])
     world.clock.after(MEASURED_EVERY_S, lambda: measure(world))
 
 

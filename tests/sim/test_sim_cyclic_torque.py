@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from cell.messages import AxisStatus, PressAxis
+from drive_gateway.config.settings import TorqueSettings
 from drive_gateway.config.simulation import Level
-from tests.sim.gateway_bench import GatewayBench, axis, settings
+from tests.sim.gateway_bench import GatewayBench, axis, homing, settings
 from tests.sim.heavy_arm import COUNTS, GEAR, RATED_NM, HeavyArm, torque_nm
 
 COMMAND = Struct("<Hih")
@@ -141,6 +142,13 @@ def test_an_axis_without_a_rated_torque_takes_no_torque() -> None:
     world.ready()
     reply = world.ask(PressAxis("left", "J1", 1.0, 1.0, 0.01))
     assert reply.text == "node 1 (left J1) has no rated_torque_nm in the drives file, and so takes no torque"
+
+
+def test_a_robot_that_is_not_referenced_must_home_first() -> None:
+    rated = TorqueSettings(9000, 1.0, 1000.0)
+    world = GatewayBench(settings(axis("J1", 1, torque=rated), axis("J2", 2, incremental=True, homing=homing(17, 0.1))))
+    world.ready()
+    assert "J2 of left not referenced; home first" in world.ask(PressAxis("left", "J1", 1.0, 1.0, 0.01)).text
 
 
 def test_a_drive_without_torque_refuses_the_mode_and_is_named() -> None:

@@ -5,7 +5,7 @@ import random
 import numpy as np
 import pytest
 
-from cell.messages import AxisStatus, CellTime, DriveFeedback, ManagerState, PlayoutState, Run
+from cell.messages import AxisStatus, CellTime, DriveFeedback, ManagerState, PlayoutState, ProgramState, Run
 from robot_agent.agent.cell_clock import CellClock
 from tests.unit.test_agent_core import enabled, ended, until
 
@@ -79,3 +79,17 @@ def test_robots_with_motions_of_different_length_begin_and_end_with_the_same_tic
     assert other[0] == begin
     assert other[1] == pytest.approx(end, abs=2)
     assert (end - begin) * CYCLE_S == pytest.approx(3.0, abs=0.02)
+
+
+def test_a_robot_that_cannot_begin_in_time_does_not_begin_and_says_why() -> None:
+    world = enabled("MJ J1=20")
+    stood = world.commanded
+    world.call(Run(CellTime("m", world.now + 0.5)))
+    world.lose_blocks = True
+    world.run(0.2)
+    assert world.state.waiting_for == "the common start, in 0.3 s"
+    until(world, lambda: world.state.program.state is ProgramState.FAILED)
+    world.lose_blocks = False
+    world.run(0.5)
+    assert world.state.program.error == "the common start was missed: the robot was held up"
+    np.testing.assert_array_equal(world.commanded, stood)

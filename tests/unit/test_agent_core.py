@@ -122,6 +122,12 @@ def test_it_stops_in_front_of_a_zone_that_is_not_granted_and_says_who_holds_it()
     assert world.state.waited_s["handover"] > 0.0
 
 
+def test_a_move_to_where_the_robot_stands_is_done_at_once() -> None:
+    world = running("HOME\nHOME\nMJ J1=5\nEND")
+    until(world, ended(world))
+    assert world.commanded[0] == pytest.approx(np.radians(5.0))
+
+
 def test_a_free_zone_costs_no_stop() -> None:
     world = running(INTO_ZONE)
     world.grant()

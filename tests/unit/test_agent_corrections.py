@@ -1,6 +1,7 @@
 """Corrections in the agent: followed on the path, stopped by name, left at rest, and never into a closed zone."""
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -19,6 +20,7 @@ from cell.messages import (
     ProgramState,
     Run,
     SetManual,
+    Step,
     ZoneState,
     ZoneStatus,
 )
@@ -30,7 +32,8 @@ COUNTS_PER_M = 10_000.0
 SEAM = CorrectionSettings("seam", SensorFrame.BASE, None, 0.05, 0.0, 0.05, 0.2, 0.2, 2.0)
 BELT = CorrectionSettings("belt", None, ConveyorSettings("line", HERE, COUNTS_PER_M, 0.5), 0.3, 0.0, 0.1, 0.2, 0.2, 2.0)
 WIDE = CorrectionSettings("wide", SensorFrame.BASE, None, 2.0, 0.0, 0.05, 0.2, 0.5, 2.0)
-ALL = {each.name: each for each in (SEAM, BELT, WIDE)}
+PICK = replace(BELT, name="pick", conveyor=ConveyorSettings("parts", HERE, COUNTS_PER_M, 0.5, parts=True))
+ALL = {each.name: each for each in (SEAM, BELT, PICK, WIDE)}
 
 START = "MJ J1=10 J2=-10 J3=30 J4=0 J5=60 J6=0\n"
 SEAM_PROGRAM = START + "TRACK seam\nML Y=280 F=60\nML Y=320 F=60 R=0\nTRACK OFF\nML Y=300 F=100\nEND"
@@ -45,6 +48,8 @@ class Measured(AgentWorld):
         self.offset_m = (0.0, 0.0, 0.0)
         self.belt_m_s = 0.0
         self.measured_now = True
+        self.part_at: float | None = None
+        """When the newest part passed."""
 
     def step(self) -> None:
         if self.measured_now:
@@ -52,7 +57,9 @@ class Measured(AgentWorld):
             for name in ("seam", "wide"):
                 self.agent.receive(Correction("left", name, at, self.offset_m), self.now)
             counts = round(self.belt_m_s * self.now * COUNTS_PER_M) % 2**32
-            self.agent.receive(ConveyorCount("line", at, counts), self.now)
+            part = None if self.part_at is None else round(self.belt_m_s * self.part_at * COUNTS_PER_M) % 2**32
+            for name in ("line", "parts"):
+                self.agent.receive(ConveyorCount(name, at, counts, part), self.now)
         super().step()
 
     def until(self, done: Callable[[], bool], seconds: float = 40.0) -> None:
@@ -99,7 +106,11 @@ def test_a_sensors_offset_is_followed_and_the_next_move_begins_where_it_has_led(
     taught = world.places()[-1]
     world.offset_m = (0.0, 0.0, 0.01)
     world.until_line(4)
+    assert world.state.correction is not None
+    assert world.state.correction.name == "seam"
+    assert world.state.correction.offset_m == pytest.approx((0.0, 0.0, 0.01), abs=1e-4)
     world.until_line(6)
+    assert world.state.correction is None
     places = world.places()
     np.testing.assert_allclose(places[places[:, 1].argmax()], [taught[0], 0.32, taught[2] + 0.01], atol=2e-5)
     world.until(lambda: world.done)
@@ -169,6 +180,23 @@ def test_without_any_measurement_the_program_halts_at_track() -> None:
     assert any(event.text == "correction seam: not measured yet" for event in world.events)
 
 
+def test_on_a_belt_with_parts_the_program_waits_for_each_and_meets_it() -> None:
+    world = Measured(START + "LABEL again\nTRACK pick\nML Z=2000 F=50\nWAIT 0.3\nTRACK OFF\nGOTO again 1\nEND")
+    world.belt_m_s = 0.05
+    world.start()
+    world.until(lambda: world.state.waiting_for == "pick: the next part")
+    world.run(0.2)
+    taught = world.places()[-1]
+    world.part_at = world.now - 0.5
+    world.until_line(5)
+    world.run(0.2)
+    way = world.belt_m_s * (world.now - world.part_at)
+    assert world.places()[-1][0] - taught[0] == pytest.approx(way, abs=3e-3)
+    world.until(lambda: world.state.waiting_for == "pick: the next part")
+    world.part_at = world.now
+    world.until(lambda: world.done)
+
+
 @pytest.mark.parametrize("stop", ["halt", "estop"])
 def test_a_stop_brings_a_tool_on_a_running_belt_to_rest_in_the_world(stop: str) -> None:
     world = Measured(BELT_PROGRAM)
@@ -196,6 +224,22 @@ def test_a_program_that_ends_while_it_follows_ends_at_rest_and_can_be_run_again(
     world.call(Run())
     world.until(lambda: world.state.mode is Mode.RUNNING)
     world.until(lambda: world.done)
+
+
+def test_a_step_ends_with_its_block_although_the_belt_runs_on() -> None:
+    world = Measured(START + "TRACK belt\nML Z=2000 F=60\nML Z=1990 F=60 R=0\nML Y=220\nEND")
+    world.belt_m_s = 0.02
+    world.until(lambda: world.states != [] and world.state.mode is Mode.DISABLED)
+    world.call(Enable())
+    world.until(lambda: world.state.mode is Mode.READY)
+    heights = []
+    for _ in range(3):
+        world.call(Step())
+        world.until(lambda: world.state.mode is Mode.RUNNING)
+        world.until(lambda: world.state.mode is Mode.HALTED)
+        world.until_rest()
+        heights.append(float(world.places()[-1][2]))
+    assert heights[1:] == pytest.approx([2.0, 1.99], abs=2e-5)
 
 
 def test_manual_speed_bounds_path_and_belt_together() -> None:

@@ -12,6 +12,7 @@ from robot_agent.language import parse_program
 from robot_agent.workspace import zone_box
 from tests.unit.agent_world import CYCLE_S, ZONE, AgentWorld
 from tests.unit.test_agent_core import running, until
+from tests.unit.test_agent_corrections import START, Measured
 
 HALF_M, RADIUS_M, SPEED_M_S = 0.01, 0.05, 0.3
 TO_START = "MJ J1=0 J2=-12 J3=65 J4=0 J5=37 J6=0\nML X=1000 Y=-10 Z=1350 A=0 B=90 C=0\n"
@@ -104,7 +105,7 @@ def test_extension_that_arrives_while_halted_is_taken_and_the_robot_goes_on_with
     world.call(Continue())
     until(world, lambda: world.state.tcp_speed_m_s > 0.8 * SPEED_M_S)
     since = len(world.played)
-    world.run(3.0 * ROUND_S)
+    world.run(2.0 * ROUND_S)
     assert speeds(world)[since:].min() > 0.8 * SPEED_M_S
     assert off_the_round(world, since) < 1.2e-4
 
@@ -120,6 +121,21 @@ def test_extension_that_comes_too_late_is_dropped_and_the_robot_goes_on_from_whe
     seen = len(extensions(world))
     until(world, lambda: len(extensions(world)) > seen)
     assert off_the_round(world, since) < 1.2e-4
+
+
+def test_extension_that_is_late_is_asked_for_again_farther_ahead() -> None:
+    """Its last move, which asks for a stop behind it, says nothing about how its first one is joined."""
+    world = running(TO_START + 4 * ROUND + "ML Y=10 F=300 R=0\nML Z=1340\nEND")
+    until(world, lambda: len(world.planned) > 1)
+    world.plans_held = True
+    until(world, lambda: extensions(world) != [])
+    until(world, lambda: world.state.governor.tau_s > extensions(world)[0].splice_s)
+    world.plans_held = False
+    world.release_plans()
+    until(world, lambda: world.state.program.state is ProgramState.DONE)
+    first, second = extensions(world)
+    assert first.lines == second.lines
+    assert second.splice_s > first.splice_s + 0.5
 
 
 def test_move_that_cannot_be_planned_behind_many_that_can_ends_the_program_where_these_end() -> None:
@@ -155,3 +171,11 @@ def test_zone_that_an_extension_enters_is_not_entered_before_it_is_granted() -> 
     world.grant()
     until(world, lambda: world.state.program.state is ProgramState.DONE)
     assert any(body_touches_box(each.body, box) for each in world.presences)
+
+
+def test_long_chain_that_follows_a_sensor_is_not_extended_but_ends() -> None:
+    moves = "".join(f"ML Y={280 + 8 * number} F=80\n" for number in range(26))
+    world = Measured(f"{START}TRACK seam\n{moves}TRACK OFF\nEND")
+    world.start()
+    world.until(lambda: world.done)
+    assert [len(planned.lines) for planned in world.planned] == [1, 24, 2]

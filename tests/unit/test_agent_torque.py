@@ -88,6 +88,13 @@ def test_signs_of_life_say_what_carries_the_arm_before_it_is_switched_on() -> No
     np.testing.assert_allclose(sign.torque, np.repeat(torques.standing(HOME[None]), 3, axis=0), atol=1e-9)
 
 
+def test_of_a_robot_that_does_not_know_where_it_is_nobody_knows_what_carries_it() -> None:
+    world = AgentWorld("END", arm=_arm())
+    world.torques, world.referenced = True, False
+    _until(world, lambda: len(world.signs_of_life) > 3)
+    assert all(block.torque is None for block in world.signs_of_life)
+
+
 def test_there_are_none_where_no_drive_takes_them_or_nobody_knows_them() -> None:
     for world in (_ran(False, _arm()), _ran(True, _arm(masses=()))):
         assert all(block.torque is None for block in [*world.blocks, *world.signs_of_life])

@@ -1,5 +1,6 @@
 """`cell plot` draws a program, and names the line that cannot be planned."""
 
+import re
 from html import unescape
 from pathlib import Path
 
@@ -33,6 +34,25 @@ def test_a_spline_joins_the_joint_moves_around_it_and_r0_stops_there(tmp_path: P
     assert "in 1 motions" in plotted(tmp_path, program.format("", ""))
     assert "in 2 motions" in plotted(tmp_path, program.format("R=0", ""))
     assert "in 2 motions" in plotted(tmp_path, program.format("", "WAIT 1\n"))
+
+
+@pytest.mark.parametrize(
+    ("program", "passed", "motions"),
+    [
+        ("MJ J1=10\nMJ J1=20\nMJ J1=40", ["1 to 2", "2 to 3"], 1),
+        ("MJ J1=10 J2=5\nMJ J1=20 J2=11\nMJ J1=40 J2=23", ["2 to 3"], 2),
+        ("ML Z=1800\nMJ J1=10\nMJ J1=20", ["2 to 3"], 2),
+        ("MJ J1=10 R=0\nMJ J1=20", [], 2),
+        ("MJ J1=10 SYNC=0\nMJ J1=20", [], 2),
+        ("MJ J1=20\nMJ J1=10", [], 2),
+    ],
+)
+def test_joint_moves_that_go_straight_on_are_one_motion(
+    tmp_path: Path, program: str, passed: list[str], motions: int
+) -> None:
+    page = plotted(tmp_path, program)
+    assert f"in {motions} motions" in page
+    assert re.findall(r"line (\d to \d): C2, passes<", page) == passed
 
 
 def test_page_says_how_far_each_move_goes_and_how_moves_meet(tmp_path: Path) -> None:

@@ -19,4 +19,11 @@ def test_other_words_are_refused_with_an_example(word: str) -> None:
 
 
 def test_a_belt_that_runs_backwards_counts_down_through_the_counters_end() -> None:
-    assert [belt_counts(-500.0, passed_s) for passed_s in (0.0, 0.01)] == [0, 2**32 - 5]
+    assert [belt_counts(way_m, 10_000.0, None) for way_m in (0.0, -0.0005)] == [(0, None), (2**32 - 5, None)]
+
+
+@pytest.mark.parametrize(
+    ("way_m", "found"), [(0.05, (500, None)), (0.25, (2500, 2000)), (-0.15, (2**32 - 1500, 2**32 - 1000))]
+)
+def test_parts_pass_at_equal_distances(way_m: float, found: tuple[int, int | None]) -> None:
+    assert belt_counts(way_m, 10_000.0, 100.0) == found

@@ -11,6 +11,7 @@ from tests.unit.config_world import CONFIGS, Copy
 
 BELT = "belt/cell.yaml"
 PROGRAM = "belt/programs/left.prog"
+POSE = "pose: {X: 1350, Y: 0, Z: 900, A: 0, B: 0, C: 90}"
 SEAM = "seam: {sensor: base, largest: 20}"
 
 
@@ -22,6 +23,14 @@ def test_lengths_and_times_become_si_and_a_conveyor_is_what_its_name_says() -> N
     assert (belt.conveyor.largest_speed_m_s, belt.largest_m, belt.settle_s) == (0.3, 0.6, 0.1)
     assert (seam.sensor, seam.conveyor, seam.largest_m) == (SensorFrame.BASE, None, 0.02)
     assert (seam.largest_turn_rad, seam.fresh_s, seam.speed_m_s) == (0.0, 0.2, 0.2)
+
+
+def test_a_belt_measured_by_three_points_is_the_one_with_their_pose(tmp_path: Path) -> None:
+    points = "points: [[1350, -400, 900], [1350, 400, 900], [1000, 0, 900]]"
+    measured = load_cell(Copy(tmp_path).change(BELT, POSE, points).folder / BELT).conveyors["belt"].pose
+    given = load_cell(CONFIGS / BELT).conveyors["belt"].pose
+    assert measured.quaternion_xyzw == pytest.approx(given.quaternion_xyzw)
+    assert measured.position_m == (1.35, -0.4, 0.9)
 
 
 @pytest.mark.parametrize(
@@ -37,6 +46,11 @@ def test_lengths_and_times_become_si_and_a_conveyor_is_what_its_name_says() -> N
          "robots.left.corrections.belt.largest_turn: found a turn, allowed no largest_turn: belts do not turn"),
         (BELT, "counts_per_metre: 10000", "counts_per_metre: 0", (BELT, "counts_per_metre: §0"),
          "conveyors.belt.counts_per_metre: found 0, allowed any number but 0"),
+        (BELT, f"{POSE}, ", "", (BELT, "belt: §{counts"),
+         "conveyors.belt: found neither pose nor points, allowed exactly one of them"),
+        (BELT, POSE, "points: [[0, 0, 0], [100, 0, 0], [200, 0, 0]]", (BELT, "points: §["),
+         "conveyors.belt.points: found the points lie in one line, allowed three points apart from "
+         "each other"),
         (PROGRAM, "TRACK seam", "TRACK seem", (PROGRAM, "TRACK §seem"),
          "program: found unknown correction `seem`, allowed OFF or a name of corrections: belt, seam"),
     ],

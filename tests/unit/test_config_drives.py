@@ -91,7 +91,10 @@ def test_an_option_that_is_a_list_is_refused_once_with_all_that_is_allowed(tmp_p
         ("gear: 200,", "gear: 200, feed_forward: torque,", "feed_forward: §torque",
          "robots.left.axes.J2.feed_forward: found torque without a rated torque, allowed rated_torque_nm of the motor"),
         ("gear: 200,", "gear: 200, rated_torque_nm: 0,", "rated_torque_nm: §0",
-         "robots.left.axes.J2.rated_torque_nm: found 0, allowed more than 0"),
+         "robots.left.axes.J2.rated_torque_nm: found 0, allowed 0.001 or more"),
+        ("gear: 200, counts_per_turn: 131072, direction: 1, offset: 0, speed: 110",
+         "gear: 1e6, rated_torque_nm: 9, counts_per_turn: 131072, direction: 1, offset: 0, speed: 1e6", "speed: §1e6",
+         "robots.left.axes.J2.speed: found 1000000.0, allowed 21474.8 or less, 32 bits of motor turns per minute"),
         ("interface: virtual", "interface: token_ring", "§token_ring", "bus.interface: found 'token_ring', allowed "
          "one of python-can's: "),
     ],

@@ -63,7 +63,7 @@ def _spoil(tree: object, rng: random.Random) -> None:
             node[key] = rng.choice(ODD_VALUES)
 
 
-@settings(max_examples=50, deadline=None)
+@settings(max_examples=30, deadline=None)
 @given(name=st.sampled_from([CELL, ROBOT, DRIVES]), seed=st.integers(0, 2**32), count=st.integers(1, 4))
 def test_a_spoilt_file_gives_problems_with_an_address_and_nothing_else(
     copy: Copy, name: str, seed: int, count: int
@@ -102,8 +102,8 @@ def test_a_hole_in_the_text_gives_problems_and_nothing_else(copy: Copy, name: st
     assert bundle is not None or problems
 
 
-MOST_NUMBERS = 100
-"""Of longer files every second number will do: most keys are there for each axis."""
+MOST_NUMBERS = 40
+"""Of longer files every few numbers will do: most keys are there for each axis."""
 NUMBERS = ["1e308", "-1e308", "5e-324", "1" + "0" * 400, "1e9", "-1e9", "1e-9", "0", "-0.0"]
 
 

@@ -56,8 +56,17 @@ def test_disabled_axis_stands_whatever_the_target() -> None:
 def test_a_mode_that_the_drive_does_not_have_is_refused() -> None:
     bench = Bench()
     bench.boot()
+    for mode in (9, -1, 0, 33):
+        with pytest.raises(Refused, match="06090030"):
+            bench.write(0x6060, 0, mode, 1)
+
+
+def test_the_fast_level_has_no_current_and_no_mode_of_torque() -> None:
+    bench = Bench()
+    bench.boot()
+    assert bench.read(0x6502, 0) == 0xE5
     with pytest.raises(Refused, match="06090030"):
-        bench.write(0x6060, 0, 9, 1)
+        bench.write(0x6060, 0, 10, 1)
     bench.write(0x6060, 0, 8, 1)
     assert bench.read(0x6061) == 8
 

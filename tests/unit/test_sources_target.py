@@ -59,3 +59,11 @@ def test_a_sensors_offset_settles_where_it_is_measured_and_is_not_extrapolated()
     target = sensor.target(59 * DT + 0.05)
     assert target.offset[2] == pytest.approx(0.002, abs=1e-6)
     assert not target.speed.any()
+
+
+def test_a_part_stays_where_it_passed_whatever_the_counter_does_behind_it() -> None:
+    conveyor = belt()
+    for k, counts in enumerate((2**32 - 30, 2**32 - 10, 10, 30)):
+        conveyor.measured(counts, k * DT, part=None if k == 0 else 2**32 - 20)
+    assert conveyor.part_m == pytest.approx(0.010)
+    np.testing.assert_allclose(conveyor.offset_at(0.010)[:3], [0.0, 0.010, 0.0], atol=1e-12)

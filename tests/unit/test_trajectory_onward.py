@@ -7,7 +7,7 @@ import pytest
 from six_axis_arm import arm, description
 
 from robot_agent.model.description import Shaping
-from robot_agent.paths import Arc, JointMove, Line, Sequence
+from robot_agent.paths import Arc, JointMove, Line, Passing, Sequence
 from robot_agent.trajectory import Limits, Motion, PlanError, plan, spliced
 
 ARM = arm()
@@ -120,6 +120,9 @@ def test_corner_behind_the_old_end_is_a_stop_or_round_as_programmed() -> None:
     stopped = extended(sharp, 0.5, aside)
     assert_same_state(sharp, 0.5, stopped)
     np.testing.assert_allclose(stopped.pose(stopped.rests[1:2])[0, :3, 3], beside(0, 0.2)[:3, 3], atol=1e-6)
+    (stop,) = stopped.transitions
+    assert (stop.before, stop.block, stop.passing) == (0, 1, Passing.STOPS)
+    assert stop.reason == "the path turns by 90.0 deg; there is no round edge"
     rounded = planned(replace(first, round_m=0.02))
     flowing = extended(rounded, 0.5, aside)
     assert_same_state(rounded, 0.5, flowing)

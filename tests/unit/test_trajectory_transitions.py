@@ -144,7 +144,11 @@ def test_a_spline_between_joint_moves_goes_their_ways_and_passes_its_points() ->
     ids=["without step", "turns the flange on the spot", "R0"],
 )
 def test_behind_a_joint_move_without_a_direction_or_with_r0_a_spline_begins_at_rest(move: JointMove) -> None:
-    assert stops(planned(move, Spline(beside(move.target, 30, 200, 50)[None], 2))) == 1
+    motion = planned(move, Spline(beside(move.target, 30, 200, 50)[None], 2))
+    assert stops(motion) == 1
+    place = motion.pose(motion.rests[1] + np.array([0.0, 0.05]))[:, :3, 3]
+    chord = beside(move.target, 30, 200, 50)[:3, 3] - place[0]
+    assert angle_deg(place[1] - place[0], chord) < 0.1
 
 
 def test_arc_by_angle_goes_round_as_often_as_it_says_and_backwards() -> None:

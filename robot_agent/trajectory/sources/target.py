@@ -111,13 +111,24 @@ class Conveyor:
         self._filter = CriticallyDamped(settle_s)
         self._last: int | None = None
         self._counts = 0
+        self.part_m: float | None = None
+        """Where the belt was [m] when the newest part passed the place at which it was taught; None when none has."""
 
-    def measured(self, counts: int, at: float) -> None:
-        """The encoder's 32-bit counter at `at` [s]; it may wrap around. At its first value the path is as taught."""
+    def measured(self, counts: int, at: float, part: int | None = None) -> None:
+        """The encoder's 32-bit counter at `at` [s]; it may wrap around. At its first value the path is as taught.
+
+        `part` is what it was when the newest part passed.
+        """
         if self._last is not None:
-            self._counts += (counts - self._last + _COUNTER // 2) % _COUNTER - _COUNTER // 2
+            self._counts += _way(self._last, counts)
         self._last = counts
+        if part is not None:
+            self.part_m = (self._counts + _way(counts, part)) * self._metres_per_count
         self._filter.measured(np.array([self._counts * self._metres_per_count]), at)
+
+    def offset_at(self, place_m: float | NDArray[np.float64]) -> NDArray[np.float64]:
+        """The offset `(6,)` that belongs to a place of the belt [m], or its speed to the belt's [m/s]."""
+        return place_m * np.append(self._along, np.zeros(3))
 
     def target(self, now: float) -> Target:
         """Where the correction shall be at `now` [s], extrapolated with the measured speed. Raises `Stale`."""
@@ -125,8 +136,12 @@ class Conveyor:
         _check_fresh(self._name, age_s, self._fresh_s)
         travelled, speed = self._filter.at(self._filter.measured_at)
         speed = np.clip(speed, -self._largest, self._largest)
-        along = np.append(self._along, np.zeros(3))
-        return Target((travelled + age_s * speed) * along, speed * along)
+        return Target(self.offset_at(travelled + age_s * speed), self.offset_at(speed))
+
+
+def _way(before: int, behind: int) -> int:
+    """From one value of the counter to another, the shorter way round."""
+    return (behind - before + _COUNTER // 2) % _COUNTER - _COUNTER // 2
 
 
 def _check_fresh(name: str, age_s: float, fresh_s: float) -> None:

@@ -1,0 +1,59 @@
+"""Curves one behind the other."""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robot_agent.paths.curves import Curve, Numbers, Polynomial, Polynomials, Trimmed
+
+
+@dataclass(frozen=True, eq=False)
+class Chain:
+    """`curves` by distance from the beginning of the first; they begin and end at `starts_m` `(curves + 1,)`."""
+
+    curves: tuple[Curve, ...]
+    starts_m: Numbers
+
+    @property
+    def length_m(self) -> float:
+        return float(self.starts_m[-1])
+
+    def at(self, distance_m: Numbers) -> Numbers:
+        """Position, tangent and curvature `(3, k, 3)` at distances `(k,)`."""
+        index = np.clip(np.searchsorted(self.starts_m, distance_m, side="right") - 1, 0, len(self.curves) - 1)
+        own = distance_m - self.starts_m[index]
+        states = np.empty((3, len(distance_m), 3))
+        others = np.ones(len(distance_m), dtype=np.bool_)
+        if self._polynomials is not None:
+            number, trimmed = self._known[0][index], self._known[1][index]
+            others = number < 0
+            states[:, ~others] = self._polynomials.at(number[~others], (own + trimmed)[~others])
+        for curve in np.unique(index[others]):
+            chosen = index == curve
+            states[:, chosen] = self.curves[curve].at(own[chosen])
+        return states
+
+    @cached_property
+    def _bare(self) -> list[tuple[Curve, float]]:
+        """Each curve without what trims it, and the distance that is trimmed off its beginning."""
+        bare = []
+        for curve in self.curves:
+            trimmed = 0.0
+            while isinstance(curve, Trimmed):
+                trimmed, curve = trimmed + curve.first_m, curve.curve
+            bare.append((curve, trimmed))
+        return bare
+
+    @cached_property
+    def _known(self) -> tuple[NDArray[np.intp], Numbers]:
+        """The number of each curve among the polynomials, or -1; and what is trimmed off it."""
+        is_known = np.array([isinstance(curve, Polynomial) for curve, _ in self._bare])
+        number = np.where(is_known, np.cumsum(is_known) - 1, -1)
+        return number, np.array([trimmed for _, trimmed in self._bare])
+
+    @cached_property
+    def _polynomials(self) -> Polynomials | None:
+        found = [curve for curve, _ in self._bare if isinstance(curve, Polynomial)]
+        return Polynomials(found) if found else None
