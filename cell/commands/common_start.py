@@ -8,6 +8,8 @@ from cell.commands.connection import STATE_TIMEOUT_S, Operator
 from cell.commands.errors import CommandError
 from cell.messages import CellTime, Halt, Run
 
+AHEAD_S = 2.0
+
 
 def run_together(operator: Operator, robots: Sequence[str], ahead_s: float, lasting_s: float | None = None) -> None:
     """Order all robots to begin `ahead_s` from now, and to end their first motions `lasting_s` later if they can.
@@ -38,7 +40,8 @@ def run_together(operator: Operator, robots: Sequence[str], ahead_s: float, last
             _halt(operator, ordered)
             raise CommandError(refusal)
         ordered.append(robot)
-    typer.echo(f"{', '.join(robots)} begin together at cell time {manager.cell_time + ahead_s:.2f} s")
+    begin = "begin together" if len(robots) > 1 else "begins"
+    typer.echo(f"{', '.join(robots)} {begin} at cell time {manager.cell_time + ahead_s:.2f} s")
 
 
 def _halt(operator: Operator, robots: Sequence[str]) -> None:

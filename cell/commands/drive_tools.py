@@ -15,6 +15,8 @@ from cell.commands.gateway_line import (
 )
 from cell.commands.options import CellFileArgument
 from cell.commands.stop import stop_event
+from cell.commands.view import names
+from cell.config import ConfigError, load_cell_alone
 from cell.messages import RecordBus, ScanBus
 from drive_gateway.canopen.cob_id import MASTER_NODE_ID
 from drive_gateway.canopen.eds import Eds, ObjectEntry
@@ -33,14 +35,15 @@ def scan(
         str | None, typer.Argument(metavar="[GATEWAY]", help="Gateway of the cell file; none for a drives file.")
     ] = None,
 ) -> None:
-    """Show every node on a bus, also those that no file names: device type, vendor, product, serial number.
+    """Show every node on a bus, also those that no file names.
 
-    A running gateway is asked and answers from its bus; where none runs the bus is opened here.
+    A running gateway is asked: it knows the state of its drives, and the device type of other nodes. Where none runs
+    the bus is opened here, and every node tells its device type, vendor, product and serial number.
     """
     if gateway is None:
         if not file.is_file():
             raise CommandError(f"{file}: no such drives file", "name a drives file, or a cell file and a gateway")
-        drives = load_drives(file, file.stem)
+        drives = _drives_alone(file)
         if drives.bus.interface == "virtual":
             raise CommandError(
                 f"the bus {drives.bus.channel} is virtual: it lives in its gateway's process",
@@ -55,6 +58,20 @@ def scan(
     drives = drives_of(file, gateway)
     refuse_virtual(drives, file)
     _scan_bus(drives)
+
+
+def _drives_alone(file: Path) -> GatewaySettings:
+    """A drives file that no cell file names. Raises `CommandError` for a cell file, `ConfigError` for its problems."""
+    try:
+        return load_drives(file, file.stem)
+    except ConfigError:
+        try:
+            gateways = load_cell_alone(file).gateways
+        except ConfigError:
+            pass
+        else:
+            raise CommandError(f"{file} is a cell file: name one of its gateways, too: {names(gateways)}") from None
+        raise
 
 
 def _scan_bus(drives: GatewaySettings) -> None:

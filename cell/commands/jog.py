@@ -65,7 +65,7 @@ def jog(
         sliding = axis not in _ALONG + _ABOUT and _slides(operator.settings, robot, axis)
         command = jog_command(axis, direction, speed, step, frame, sliding)
         report(robot, operator.ask_robot(robot, command))
-        _hold(operator, robot, command.press, stop)
+        hold(operator, robot, command.press, stop)
 
 
 def jog_command(
@@ -96,20 +96,30 @@ def _slides(settings: CellSettings, robot: str, joint: str) -> bool:
         raise CommandError(str(error), f"correct it, then: cell check {settings.file}") from error
 
 
-def _hold(operator: Operator, robot: str, press: str, stop: threading.Event) -> None:
-    """Say that the key is held until `stop`, or until the robot has ended the jog; then wait until it rests."""
+def hold(operator: Operator, robot: str, press: str, stop: threading.Event) -> None:
+    """Say that the key is held until `stop`, or until the robot has ended the jog; then wait until it rests.
+
+    Raises `CommandError` when the robot falls silent, or is not seen to jog.
+    """
     said, begun, heard_at, released = "", False, time.monotonic(), 0
+    begins_by = heard_at + SILENT_S
     while True:
         state = operator.view.look().robots.get(robot)
         if state is None:
             if time.monotonic() - heard_at > SILENT_S:
                 raise CommandError(f"robot {robot} is silent", "look at the robot; it comes to rest by itself")
         else:
-            heard_at = time.monotonic()
-            begun = begun or state.mode is Mode.JOGGING
-            if begun and state.mode is not Mode.JOGGING:
+            heard_at, jogging = time.monotonic(), state.mode is Mode.JOGGING
+            begun = begun or jogging
+            if begun and not jogging:
                 typer.echo(f"{robot}: {said or 'is at rest'}; the jog has ended")
                 return
+            if not begun and (heard_at > begins_by or released == _RELEASES):
+                reason = why(state) or "no sign of the key arrived in time"
+                raise CommandError(
+                    f"{robot}: the jog was over before it was seen: {reason}",
+                    "press again; take load off the hosts and the network when it happens again",
+                )
             if released < _RELEASES:
                 operator.session.publish(JogHeld(robot, press, not stop.is_set(), echo(state)))
                 released += stop.is_set()

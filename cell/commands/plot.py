@@ -7,7 +7,7 @@ import numpy as np
 import typer
 
 from cell.commands.errors import CommandError
-from cell.commands.plot_page import Chart, page
+from cell.commands.plot_page import Chart, page, write_page
 from cell.commands.plot_text import moves, stops, transitions
 from robot_agent.agent.dry_run import dry_run
 from robot_agent.agent.planning import Planned, Planner
@@ -31,8 +31,8 @@ def plot(
 
     Behind the curves stand how far each move goes, and where moves meet: whether the robot stops there, and why.
 
-    Pauses are left out, and nothing of a cell is needed: no zones, no gateway. Exits with 1 where a move cannot be
-    planned; the page then shows the motion up to there.
+    Pauses and what TRACK follows are left out, and nothing of a cell is needed: no zones, no gateway. Exits with 1
+    where a move cannot be planned; the page then shows the motion up to there.
     """
     robot = load_model(model)
     planner = Planner(robot, Limits.of(robot.description), np.eye(4), _CYCLE_S)
@@ -45,7 +45,7 @@ def plot(
     motions, failed = dry_run(planner, parsed, longest_s)
     motions = [planned for planned in motions if planned.motion.duration_s > 0.0]
     if motions:
-        output.write_text(_page(program.name, robot, motions), encoding="utf-8")
+        write_page(output, _page(program.name, robot, motions))
         duration_s = sum(each.motion.duration_s for each in motions)
         typer.echo(f"{output}: {duration_s:.2f} s in {len(motions)} motions, {stops(motions)} stops inside them")
     if failed is not None:

@@ -3,9 +3,12 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from html import escape
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
+
+from cell.commands.errors import CommandError
 
 _WIDTH, _HEIGHT, _MARGIN = 900.0, 240.0, 50.0
 _COLOURS = ("#1b6ca8", "#c8553d", "#2e8b57", "#8e5ea2", "#b8860b", "#4d4d4d")
@@ -27,6 +30,16 @@ class Chart:
     equal: bool = False
     decades: bool = False
     """x is drawn by its logarithm, and must be above 0."""
+
+
+def write_page(file: Path, text: str) -> None:
+    """Write a page. Raises `CommandError` where nothing can be written."""
+    try:
+        file.write_text(text, encoding="utf-8")
+    except OSError as error:
+        raise CommandError(
+            f"{file} cannot be written: {error.strerror}", "name a file in a folder that exists"
+        ) from error
 
 
 def page(title: str, summary: list[str], charts: list[Chart], lists: Mapping[str, list[str]] | None = None) -> str:

@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 
-from cell.commands.common_start import run_together
+from cell.commands.common_start import AHEAD_S, run_together
 from cell.commands.connection import connect, report
 from cell.commands.options import CELL_FILE, CellFileOption, ConnectOption, RobotArgument
 from cell.messages import Command, Continue, Disable, Enable, Halt, Run, SetManual, SetOverride, Step
@@ -32,12 +32,19 @@ def _order(robot: str, command: Command, file: Path, endpoints: list[str] | None
 def run(
     robots: Annotated[list[str], typer.Argument(metavar="ROBOT...", help="Names of robots in the cell file.")],
     ahead: Annotated[
-        float, typer.Option(min=0.5, metavar="SECONDS", help="Several robots: plan for so long, then start.")
-    ] = 2.0,
+        float | None,
+        typer.Option(
+            min=0.5,
+            max=600,
+            metavar="SECONDS",
+            help=f"Plan for so long, then start. [default: {AHEAD_S:g} for several robots; one starts at once]",
+            show_default=False,
+        ),
+    ] = None,
     last: Annotated[
         float | None,
         typer.Option(
-            min=0.1, metavar="SECONDS", help="Several robots: end the first motions together, so long behind the start."
+            min=0.1, max=3600, metavar="SECONDS", help="End the first motions together, so long behind the start."
         ),
     ] = None,
     file: CellFileOption = Path(CELL_FILE),
@@ -48,11 +55,11 @@ def run(
     A robot that cannot begin then does not begin at all; one that cannot end in time ends as soon as it can. When one
     refuses, the others are halted before the start.
     """
-    if len(robots) == 1:
+    if len(robots) == 1 and ahead is None and last is None:
         _order(robots[0], Run(), file, endpoint)
         return
     with connect(file, endpoint) as operator:
-        run_together(operator, robots, ahead, last)
+        run_together(operator, robots, AHEAD_S if ahead is None else ahead, last)
 
 
 def halt(robot: RobotArgument, file: CellFileOption = Path(CELL_FILE), endpoint: ConnectOption = None) -> None:

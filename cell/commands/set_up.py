@@ -58,14 +58,20 @@ def move(
     torque: Annotated[
         float | None,
         typer.Option(
-            "--torque", metavar="NM", help="Give a torque behind the gear instead; Nm, or N.", show_default=False
+            "--torque",
+            metavar="NM",
+            help="Give a torque behind the gear instead; Nm, or N.",
+            show_default=False,
+            min=-1e6,
+            max=1e6,
         ),
     ] = None,
     seconds: Annotated[
-        float | None, typer.Option("--for", metavar="S", help="How long the torque stays.", show_default=False)
+        float | None,
+        typer.Option("--for", metavar="S", help="How long the torque stays.", show_default=False, max=3600),
     ] = None,
     within: Annotated[
-        float, typer.Option("--within", metavar="WAY", help="How far the axis may give way, degrees or mm.")
+        float, typer.Option("--within", metavar="WAY", help="How far the axis may give way, degrees or mm.", max=1000)
     ] = 1.0,
     file: CellFileOption = Path(CELL_FILE),
     endpoint: ConnectOption = None,
@@ -118,12 +124,14 @@ def _axis(drives: RobotDrives, name: str) -> AxisSettings:
 
 
 def target_of(drives: RobotDrives, text: str) -> tuple[str, float]:
-    """A word of the command line as an axis and its target [rad or m]."""
+    """A word of the command line as an axis and its target [rad or m]. Raises `CommandError`."""
     name, _, value = text.partition("=")
     try:
         number = float(value)
     except ValueError:
-        raise CommandError(f"{text!r} is no target of an axis", "write for example J1=10, in degrees or mm") from None
+        number = math.nan
+    if not math.isfinite(number):
+        raise CommandError(f"{text!r} is no target of an axis", "write for example J1=10, in degrees or mm")
     return name, number / 1000.0 if _axis(drives, name).linear else math.radians(number)
 
 

@@ -25,9 +25,10 @@ _AXES = ("X", "Y", "Z", "A", "B", "C")
 
 def conveyor(
     name: Annotated[str, typer.Argument(metavar="CONVEYOR", help="Name of the conveyor in the cell file.")],
-    speed: Annotated[float, typer.Option(help="Of the belt, in mm/s; below 0 backwards.")] = 50.0,
+    speed: Annotated[float, typer.Option(min=-1e5, max=1e5, help="Of the belt, in mm/s; below 0 backwards.")] = 50.0,
     every: Annotated[
-        float | None, typer.Option(min=1.0, metavar="MM", help="A part on the belt every so many mm; else none.")
+        float | None,
+        typer.Option(min=1.0, max=1e6, metavar="MM", help="A part on the belt every so many mm; else none."),
     ] = None,
     file: CellFileOption = Path(CELL_FILE),
     endpoint: ConnectOption = None,

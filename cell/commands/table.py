@@ -72,8 +72,14 @@ def why(state: RobotState) -> str:
 def labelled_why(state: RobotState) -> str:
     """`why` with what it is in front of it, so that waiting does not look like an alarm; then the pace."""
     reason = why(state)
-    labelled = f"{'alarm' if state.alarms or state.program.error else 'waits'}: {reason}" if reason else ""
+    labelled = f"{_label(state, reason)}: {reason}" if reason else ""
     return "; ".join(filter(None, (labelled, pace_text(state))))
+
+
+def _label(state: RobotState, reason: str) -> str:
+    if reason == state.program.error and state.mode not in ALARMED:
+        return "program ended"
+    return "alarm" if state.alarms or state.program.error else "waits"
 
 
 def pace_text(state: RobotState) -> str:

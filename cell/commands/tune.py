@@ -11,6 +11,7 @@ from rich.table import Table
 
 from cell.commands.chart import chart
 from cell.commands.errors import CommandError
+from cell.commands.plot_page import write_page
 from cell.commands.tune_page import tune_page
 from cell.commands.view import names
 from drive_gateway.config import GatewaySettings
@@ -50,7 +51,7 @@ def show_tuning(gateway: GatewaySettings, axis: str, output: Path | None = None)
     console.print(_numbers(points))
     if output is not None:
         lines = [f"{what}: {value}" for what, value in summary.items()]
-        output.write_text(tune_page(name, lines, points, step, found), encoding="utf-8")
+        write_page(output, tune_page(name, lines, points, step, found))
         typer.echo(f"the curves are in {output}")
     if found.gain < ENOUGH:
         typer.echo(f"The gain margin is below {ENOUGH:g}: lower simulation.axes ... servo.speed_hz of {name}.")

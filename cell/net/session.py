@@ -87,6 +87,7 @@ class CellSession:
         self.keys = Keys(cell)
         self.role, self.name, self.boot = role, name, boot
         self.decoder = Decoder(self.keys, report)
+        self._report = report
         self._options = zenoh_options or ZenohOptions()
         self._link = effective_link(link, self._options)
         self._config = zenoh_config(self._link, self._options)
@@ -114,7 +115,10 @@ class CellSession:
         self.close()
 
     def close(self) -> None:
-        """Stop hearing, then serving, then publishing, then being alive. May be repeated."""
+        """Stop hearing, then serving, then publishing, then being alive. May be repeated.
+
+        A peer that has frozen can keep Zenoh from closing in time; that is reported, and the session is given up.
+        """
         session, self._session = self._session, None
         if session is None:
             return
@@ -128,7 +132,10 @@ class CellSession:
             for item in declared:
                 item.undeclare()
         finally:
-            session.close()  # type: ignore[no-untyped-call]
+            try:
+                session.close()  # type: ignore[no-untyped-call]
+            except zenoh.ZError as error:
+                self._report(f"the session did not close in order: {str(error).split(' at /')[0]}")
 
     def _why_not(self, reason: str) -> NetError:
         if "listener" in reason or "Address already in use" in reason:

@@ -29,13 +29,31 @@ def test_a_line_that_leaves_the_reach_is_named_with_the_place() -> None:
 
 
 def test_a_target_with_all_coordinates_is_judged_before_the_start_is_known() -> None:
-    ((line, why),) = found("ML X=9000 Y=0 Z=0 A=0 B=0 C=0\nML Z=9000")
+    ((line, why),) = found("ML X=9000 Y=0 Z=0 A=0 B=0 C=0\nML Z=2000")
     assert line == 1
     assert "too far" in why
 
 
 def test_what_depends_on_an_unknown_start_is_not_judged() -> None:
-    assert found("ML X=9000\nMJ J1=10\nML Z=9000") == []
+    assert found("ML X=3000\nMJ J1=10\nML Z=3000") == []
+
+
+def test_a_coordinate_beyond_all_reach_needs_no_known_start() -> None:
+    within, beyond = 1000 * ARM.reach_m - 1, 1000 * ARM.reach_m + 1
+    ((line, why),) = found(f"ML X={within}\nML Y=-{beyond}\nML X={within / 2**0.5 - 1} Z={within / 2**0.5 - 1}")
+    assert (line, why.split(", ")[0]) == (2, f"at least {beyond:.0f} mm from the base")
+
+
+@pytest.mark.parametrize(
+    ("text", "line", "why"),
+    [
+        ("LABEL a\nGOTO a", 2, "put one into the loop"),
+        ("HOME\nTANG 1\nML X=1000 A=0 B=0 C=0", 3, "leave them out, or TANG 0"),
+    ],
+)
+def test_what_fails_wherever_the_robot_is_is_named(text: str, line: int, why: str) -> None:
+    ((found_line, text_found),) = found(text)
+    assert (found_line, text_found[-len(why) :]) == (line, why)
 
 
 def test_a_joint_target_outside_the_limits_is_named() -> None:
@@ -44,7 +62,7 @@ def test_a_joint_target_outside_the_limits_is_named() -> None:
 
 
 def test_behind_a_failure_nothing_is_judged_until_the_joints_are_known_again() -> None:
-    lines = [line for line, _ in found("HOME\nMJ J5=60\nML X=9000\nML Z=9000\nHOME\nMJ J5=60\nML Z=9000")]
+    lines = [line for line, _ in found("HOME\nMJ J5=60\nML X=9000\nML Z=3000\nHOME\nMJ J5=60\nML Z=9000")]
     assert lines == [3, 7]
 
 
@@ -73,7 +91,7 @@ def test_cell_check_names_the_program_and_the_line(tmp_path: Path) -> None:
     assert bundle is None
     (problem,) = problems
     assert copy.shown(problem).startswith(f"{PROGRAM}:12:1: program: found 'ML X=2980 F=900': at X ")
-    assert "too far, allowed what BOOK6 reaches from where it is then" in str(problem)
+    assert "too far, allowed what BOOK6 can do from where it is then" in str(problem)
 
 
 @pytest.mark.parametrize(

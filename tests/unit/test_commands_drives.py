@@ -62,6 +62,10 @@ def test_bytes_to_a_file_need_one_object_and_a_domain_needs_a_file(tmp_path: Pat
     assert "none cannot be read" in missing
 
 
+def test_a_scan_of_a_cell_file_asks_for_one_of_its_gateways() -> None:
+    assert "is a cell file: name one of its gateways, too: left_bus, right_bus" in refused("scan", str(TWO_ARMS))
+
+
 def test_a_target_is_in_degrees_or_for_an_axis_that_slides_in_millimetres() -> None:
     drives = load_drives(TWO_ARMS.parent / "left_drives.yaml", "left_bus").robots["left"]
     sliding = replace(drives, axes=(replace(drives.axes[0], linear=True), *drives.axes[1:]))
@@ -69,8 +73,9 @@ def test_a_target_is_in_degrees_or_for_an_axis_that_slides_in_millimetres() -> N
     assert target_of(sliding, "J1=90") == ("J1", pytest.approx(0.09))
     with pytest.raises(CommandError, match="robot left has no axis J9; its axes are J1, J2"):
         target_of(drives, "J9=1")
-    with pytest.raises(CommandError, match="'J1' is no target"):
-        target_of(drives, "J1")
+    for word in ("J1", "J1=far", "J1=nan", "J1=inf"):
+        with pytest.raises(CommandError, match="is no target of an axis"):
+            target_of(drives, word)
 
 
 def test_a_torque_is_given_to_one_axis_whose_way_is_in_degrees_or_mm() -> None:

@@ -1,12 +1,14 @@
 """`cell jog`: from an operator's words in mm and deg to the call in SI."""
 
 import math
+import threading
+from types import SimpleNamespace
 
 import pytest
 
 from cell.commands.errors import CommandError
-from cell.commands.jog import Direction, jog_command
-from cell.messages import Jog, JogFrame
+from cell.commands.jog import Direction, hold, jog_command
+from cell.messages import Jog, JogFrame, JogHeld, Mode, ProgramState, ProgramStatus, RobotState
 
 
 def command(axis: str, sign: str, speed: float | None = None, step: float | None = None, sliding: bool = False) -> Jog:
@@ -37,3 +39,19 @@ def test_every_press_has_a_name_of_its_own() -> None:
 def test_a_speed_or_step_that_is_not_above_0_is_refused(words: dict[str, float]) -> None:
     with pytest.raises(CommandError, match="allowed is any above 0"):
         command("X", "+", **words)
+
+
+def test_a_jog_that_was_over_before_it_was_seen_ends_the_command_too() -> None:
+    program = ProgramStatus("left.prog", ProgramState.LOADED, 0, "")
+    at_rest = RobotState("left", "b", 1, Mode.READY, program, None, None, None, 0.0, None)
+    said: list[JogHeld] = []
+    operator = SimpleNamespace(
+        view=SimpleNamespace(look=lambda: SimpleNamespace(robots={"left": at_rest})),
+        session=SimpleNamespace(publish=said.append),
+    )
+    released = threading.Event()
+    released.set()
+    with pytest.raises(CommandError, match="the jog was over before it was seen: no sign of the key arrived in time"):
+        hold(operator, "left", "press", released)  # type: ignore[arg-type]
+    assert said
+    assert not any(message.held for message in said)

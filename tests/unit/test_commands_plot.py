@@ -67,6 +67,14 @@ def test_page_says_how_far_each_move_goes_and_how_moves_meet(tmp_path: Path) -> 
         assert text in page
 
 
+def test_a_page_that_cannot_be_written_is_an_error_for_people(tmp_path: Path) -> None:
+    program, page = tmp_path / "p.prog", tmp_path / "missing" / "p.html"
+    program.write_text("HOME\nMJ J1=10")
+    result = CliRunner().invoke(app, ["plot", str(program), "--model", MODEL, "-o", str(page)])
+    assert isinstance(result.exception, CommandError)
+    assert result.exception.what == f"{page} cannot be written: No such file or directory"
+
+
 def test_endless_program_is_cut_off(tmp_path: Path) -> None:
     program = tmp_path / "p.prog"
     program.write_text("LABEL a\nMJ J1=10\nMJ J1=-10\nGOTO a")

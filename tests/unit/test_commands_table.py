@@ -49,6 +49,15 @@ def test_an_alarm_goes_before_what_is_waited_for_and_is_said_once() -> None:
     assert why(alarmed) == "emergency stop: door open"
 
 
+def test_why_a_program_ended_is_no_alarm_once_its_cause_is_cleared() -> None:
+    error = "emergency stop by joe: door open"
+    program = ProgramStatus("left.prog", ProgramState.FAILED, 8, "ML X=1650", error)
+    stopped = dataclasses.replace(RUNNING, mode=Mode.ESTOP, program=program, alarms=(error,))
+    cleared = dataclasses.replace(stopped, mode=Mode.DISABLED)
+    assert robot_line("left", stopped).endswith(f"alarm: {error}")
+    assert robot_line("left", cleared).endswith(f"program ended: {error}")
+
+
 def test_a_zone_names_its_holder_its_queue_and_its_reason() -> None:
     zone = ZoneStatus(ZoneState.ORPHANED, "left", None, ("right",), 1, 0.0, "left is silent")
     assert zone_line("handover", zone) == "zone handover: orphaned, last held by left, next right (left is silent)"

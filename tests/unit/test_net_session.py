@@ -8,6 +8,7 @@ from contextlib import ExitStack
 
 import numpy as np
 import pytest
+import zenoh
 
 from cell.core import Answer, Ask, AskDone
 from cell.messages import (
@@ -306,6 +307,26 @@ def test_a_session_closes_after_an_exception_and_may_be_closed_again(cell: Cell)
     with pytest.raises(NetError, match="closed"):
         session.publish(presence("right"))
     assert set(threading.enumerate()) == threads
+
+
+def test_a_session_that_frozen_peers_keep_from_closing_is_reported_and_given_up(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    reports: list[str] = []
+    session = CellSession(CELL, Link(mode="peer", listen=(endpoint(),)), "manager", CELL, "b1", report=reports.append)
+    closed: list[zenoh.Session] = []
+    close = zenoh.Session.close
+
+    def late(opened: zenoh.Session) -> None:
+        close(opened)  # type: ignore[no-untyped-call]
+        closed.append(opened)
+        raise zenoh.ZError("close operation timed out! at /somewhere/close.rs:135.")
+
+    monkeypatch.setattr(zenoh.Session, "close", late)
+    with session:
+        session.publish(presence("left"))
+    assert len(closed) == 1
+    assert reports == ["the session did not close in order: close operation timed out!"]
 
 
 def test_a_session_does_not_hear_itself(pair: tuple[CellSession, CellSession]) -> None:

@@ -48,4 +48,4 @@ def _edges(program: Program, file: Path) -> Iterator[Problem]:
 def _reach(model: Model, program: Program, file: Path) -> Iterator[Problem]:
     for line, why in unreachable_lines(model, program):
         found = f"{program.text_of(line)!r}: {why}"
-        yield Problem(file, line, 1, "program", found, f"what {model.description.name} reaches from where it is then")
+        yield Problem(file, line, 1, "program", found, f"what {model.description.name} can do from where it is then")

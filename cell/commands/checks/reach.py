@@ -32,16 +32,18 @@ STEP_RAD = math.radians(1.0)
 
 
 def unreachable_lines(model: Model, program: Program) -> Iterator[tuple[int, str]]:
-    """Program lines that lead out of reach or out of the limits, each once, and why.
+    """Program lines that lead out of reach or out of the limits, or fail wherever the robot is; each once, and why.
 
     The program is walked as it would run. Where the robot is before its first motion nobody knows: until the first
-    HOME, or MJ that names all joints, and behind arcs, splines and TRACK OFF, only targets with all six coordinates are
-    judged.
+    HOME, or MJ that names all joints, and behind arcs, splines and TRACK OFF, targets with all six coordinates are
+    judged, and others when what they name is farther away than any part of the robot can be.
     """
     walk, seen, told = _Walk(model), set[tuple[int, bytes]](), set[int]()
     interpreter, since_new = Interpreter(program), 0
     for _ in range(MOST_MOTIONS):
         step = interpreter.next()
+        if isinstance(step, ProgramFault):
+            yield step.line, step.text
         if isinstance(step, Finished | ProgramFault):
             return
         if isinstance(step, ArcStep | SplineStep | TrackingOff):
@@ -107,7 +109,16 @@ class _Walk:
 
     def _whole_pose(self, step: LineStep) -> str:
         if None in step.position_m or step.orientation_abc is None:
-            return ""
+            return self._named_place(step)
         pose = from_xyz_abc(np.array([*step.position_m, *step.orientation_abc], dtype=float))
         violation = self._model.why_unreachable(pose)
         return "" if violation is None else str(violation)
+
+    def _named_place(self, step: LineStep) -> str:
+        named_m = math.hypot(*(value for value in step.position_m if value is not None))
+        reach_m = self._model.reach_m
+        if named_m <= reach_m:
+            return ""
+        return (
+            f"at least {1000 * named_m:.0f} mm from the base, no part of the robot gets beyond {1000 * reach_m:.0f} mm"
+        )
