@@ -78,7 +78,8 @@ def test_limit_that_forbids_standing_still_is_refused() -> None:
 
 
 def test_paths_timed_together_take_as_long_as_each_by_itself() -> None:
-    paths, allowed = [smooth_path(seed) for seed in (3, 11, 12)], limits(0.1)
+    # the second and the last exceed a limit between places at first: they are searched again, the others not
+    paths, allowed = [smooth_path(seed) for seed in (0, 13, 14, 2)], limits(0.1)
     together = [timed.pieces.duration_s for timed in fastest_of(paths, allowed)]
     alone = [fastest(path, allowed).pieces.duration_s for path in paths]
     np.testing.assert_allclose(together, alone, rtol=3e-3)
