@@ -14,7 +14,7 @@ from robot_agent.trajectory import Limits
 from robot_agent.trajectory.affine import Affine
 from robot_agent.trajectory.path_limits import Rows
 from robot_agent.trajectory.reachable import fastest_speeds
-from robot_agent.trajectory.timing import fastest
+from robot_agent.trajectory.timing import fastest, fastest_of
 
 
 def limits(jerk_s: float) -> Limits:
@@ -75,3 +75,11 @@ def test_limit_that_forbids_standing_still_is_refused() -> None:
     one = np.ones((1, 1))
     with pytest.raises(ValueError, match="standing still"):
         Affine(one, one, 2.0 * one, -one, one).scaled()
+
+
+def test_paths_timed_together_take_as_long_as_each_by_itself() -> None:
+    # the second and the last exceed a limit between places at first: they are searched again, the others not
+    paths, allowed = [smooth_path(seed) for seed in (0, 13, 14, 2)], limits(0.1)
+    together = [timed.pieces.duration_s for timed in fastest_of(paths, allowed)]
+    alone = [fastest(path, allowed).pieces.duration_s for path in paths]
+    np.testing.assert_allclose(together, alone, rtol=7e-3)  # the gap and the slowing down that a search may end with
