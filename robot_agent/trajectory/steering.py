@@ -14,6 +14,10 @@ _MOST_STEPS = 200
 _SHORTEST_S, _LONGEST_S = 2e-4, 0.04
 _HALVINGS = 3
 _LEAST_SHARE = 0.2
+_LONGEST_LANDING_S = 60.0
+"""A slope so small that its landing would take longer leads nowhere."""
+_FASTEST = 4.0
+"""A higher rate is not sent whatever leads to it, and the bounds there, which grow with its cube, say nothing."""
 _SAME_RATE, _SAME_SLOPE = 1e-9, 1e-6
 
 
@@ -40,7 +44,7 @@ class Steering:
         pieces: list[tuple[float, float]] = []
         halvings = 0
         low, high = _bends(self._bounds.row(way), rate, slope)
-        while way < limit and len(pieces) < _MOST_STEPS:
+        while way < limit and rate < _FASTEST and len(pieces) < _MOST_STEPS:
             ahead = self._bounds.row(way + h * (rate + h * slope / 2.0))
             end = max(rate + h * (slope + h * bend / 2.0), 0.0)
             step_low, step_high, least, most = _ahead(ahead, end, slope, h, low, high)
@@ -64,8 +68,9 @@ class Steering:
             else:
                 break
         missing = target - rate
-        if slope * missing > 0.0 and way < limit:
-            pieces.append((2.0 * missing / slope, -slope * slope / (2.0 * missing)))
+        landing_s = 2.0 * missing / slope if slope != 0.0 else math.inf
+        if way < limit and 0.0 < landing_s < _LONGEST_LANDING_S:
+            pieces.append((landing_s, -slope * slope / (2.0 * missing)))
         return RateLaw.of_pieces(start.rate, start.rate_dot, pieces, target)
 
     def _plan(self, start: PathState, target: float, share: float) -> tuple[float, float]:
