@@ -8,14 +8,12 @@ from dataclasses import dataclass, replace
 from drive_gateway.canopen.axis_objects import index_of
 from drive_gateway.canopen.cob_id import MASTER_NODE_ID
 from drive_gateway.canopen.pdo_map import SdoWrite
-from drive_gateway.config.settings import AxisSettings, GatewaySettings
+from drive_gateway.config.settings import MOTOR_SPEED_RESERVE, AxisSettings, GatewaySettings
 
 INTERPOLATED_POSITION, CYCLIC_SYNCHRONOUS_POSITION = 7, 8
 QUICK_STOP_AND_STAY = 6
 """605Ah: brake with the quick-stop deceleration and stay in Quick Stop Active, voltage on."""
 MOTOR_SPEED = 0x6080
-SPEED_RESERVE = 1.2
-"""A motor may turn so much faster than set points ask for, to catch up a lag."""
 ABORT_BY_QUICK_STOP = 3
 """6007h: a lost connection is answered by a quick stop."""
 
@@ -68,7 +66,10 @@ def play(axis: AxisSettings) -> list[Preparation]:
     mode = Preparation("mode of operation", SdoWrite(0x6060, 0, played_mode(axis)), 0x6061, 0)
     if axis.torque is None:
         return [mode]
-    return [_same("highest motor speed", MOTOR_SPEED, 0, round(SPEED_RESERVE * axis.speed * axis.torque.rpm), 4), mode]
+    return [
+        _same("highest motor speed", MOTOR_SPEED, 0, round(MOTOR_SPEED_RESERVE * axis.speed * axis.torque.rpm), 4),
+        mode,
+    ]
 
 
 def _limits(axis: AxisSettings) -> list[Preparation]:

@@ -9,8 +9,6 @@ from drive_gateway.config.settings import AxisSettings
 
 Floats = NDArray[np.float64]
 
-INT32_MIN = -(2**31)
-INT32_MAX = 2**31 - 1
 INT16_MAX = 2**15 - 1
 FINITE = float(np.finfo(np.float64).max)
 
@@ -21,18 +19,15 @@ class AxisUnits:
     def __init__(self, axes: Sequence[AxisSettings]) -> None:
         self._scale = np.array([axis.counts_per_unit for axis in axes], dtype=np.float64)
         self._offset = np.array([axis.offset for axis in axes], dtype=np.float64)
-        at_bounds = np.stack([self._offset + bound / self._scale for bound in (INT32_MIN, INT32_MAX)])
-        self.int32_lowest: Floats = at_bounds.min(axis=0)
-        """`(n,)` [rad or m] position that still fits into an int32."""
-        self.int32_highest: Floats = at_bounds.max(axis=0)
-        limits = [(-np.inf, np.inf) if axis.limits is None else axis.limits for axis in axes]
-        self.lowest: Floats = np.maximum(self.int32_lowest, [low for low, _ in limits])
+        fitting = np.array([axis.int32_range for axis in axes])
+        allowed = np.array([(-np.inf, np.inf) if axis.limits is None else axis.limits for axis in axes])
+        self.lowest: Floats = np.maximum(fitting, allowed)[:, 0]
         """`(n,)` [rad or m] position that fits into an int32 and lies within the axis' limits."""
+        self.highest: Floats = np.minimum(fitting, allowed)[:, 1]
         per_mille = [np.nan if axis.torque is None else axis.torque.per_mille for axis in axes]
         self._per_mille = np.nan_to_num(per_mille)
         self.most_torque: Floats = np.where(np.isnan(per_mille), FINITE, INT16_MAX / np.abs(per_mille))
         """`(n,)` [Nm or N] that fits into per mille of a rated torque; of axes without one any finite number."""
-        self.highest: Floats = np.minimum(self.int32_highest, [high for _, high in limits])
 
     def counts(self, position: Floats) -> list[int]:
         """Nearest counts of `position` (n,) [rad or m], which must fit into an int32."""

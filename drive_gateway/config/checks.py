@@ -9,14 +9,13 @@ from cell.config.document import Document
 from cell.config.problem import KeyPath, Problem, Severity
 from cell.config.reading import declared
 from drive_gateway.canopen.pdo_map import ProcessImage
-from drive_gateway.cia402.preparation import SPEED_RESERVE
-from drive_gateway.cia402.units import AxisUnits
 from drive_gateway.config.axis_entry import AxisEntry
 from drive_gateway.config.bus_load import KEPT_FREE, REFUSE_ABOVE, WARN_ABOVE, bus_load
 from drive_gateway.config.drives_file import DrivesFile
 from drive_gateway.config.image import image_of
 from drive_gateway.config.node_checks import check_nodes
 from drive_gateway.config.profile_entry import check_profile_pdos
+from drive_gateway.config.settings import MOTOR_SPEED_RESERVE
 from drive_gateway.config.simulation_checks import check_simulation
 
 UINT16_MAX = 2**16 - 1
@@ -161,7 +160,7 @@ def _torque(document: Document, path: KeyPath, axis: AxisEntry) -> Iterator[Prob
             allowed = "rated_torque_nm of the motor beside it, in whose per mille the drive takes torque"
             yield document.problem((*path, "feed_forward"), "torque without a rated torque", allowed)
         return
-    fastest = UINT32_MAX / (SPEED_RESERVE * torque.rpm)
+    fastest = UINT32_MAX / (MOTOR_SPEED_RESERVE * torque.rpm)
     if axis.speed > fastest:
         allowed = f"{declared(document, fastest, axis.linear):g} or less, 32 bits of motor turns per minute (6080h)"
         yield document.problem((*path, "speed"), document.found((*path, "speed")), allowed)
@@ -174,8 +173,7 @@ def _limits(document: Document, path: KeyPath, axis: AxisEntry) -> Iterator[Prob
     if axis.limits[0] >= axis.limits[1]:
         yield document.problem((*path, "limits"), found, "the lower one first")
         return
-    units = AxisUnits([axis.settings(str(path[-1]))])
-    lowest, highest = float(units.int32_lowest[0]), float(units.int32_highest[0])
+    lowest, highest = axis.settings(str(path[-1])).int32_range
     if axis.limits[0] < lowest or axis.limits[1] > highest:
         fits = " to ".join(f"{declared(document, bound, axis.linear):g}" for bound in (lowest, highest))
         yield document.problem((*path, "limits"), found, f"within {fits}, 32 bits of encoder counts")

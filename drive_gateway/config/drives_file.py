@@ -11,6 +11,7 @@ from cell.config.units import STRICT, Seconds, Units
 from drive_gateway.config.axis_entry import AxisEntry
 from drive_gateway.config.profile_entry import ProfilePdosEntry
 from drive_gateway.config.settings import (
+    MOTOR_SPEED_RESERVE,
     AxisSettings,
     BusSettings,
     GatewaySettings,
@@ -19,7 +20,6 @@ from drive_gateway.config.settings import (
 from drive_gateway.config.simulation import Level, Simulation
 from drive_gateway.config.simulation_entry import AxisName, SimulationEntry
 from drive_gateway.sim.axis.axis_data import AxisData
-from drive_gateway.sim.servo import SPEED_RESERVE
 
 
 class BusEntry(BaseModel):
@@ -108,7 +108,7 @@ class DrivesFile(BaseModel):
                     direction=axis.direction,
                     counts_per_turn=axis.counts_per_turn,
                     offset=axis.offset / axis.way_per_rad(),
-                    top_speed=SPEED_RESERVE * axis.speed * axis.gear / axis.way_per_rad(),
+                    top_speed=MOTOR_SPEED_RESERVE * axis.speed * axis.gear / axis.way_per_rad(),
                     seed=axis.node + 0x80 * (axis.axis - 1),
                 )
         return found

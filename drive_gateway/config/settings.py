@@ -5,6 +5,10 @@ from dataclasses import dataclass, field
 from drive_gateway.canopen.profile_pdos import ProfilePdos
 from drive_gateway.config.simulation import Simulation
 
+INT32_MIN, INT32_MAX = -(2**31), 2**31 - 1
+MOTOR_SPEED_RESERVE = 1.2
+"""A motor may turn so much faster than set points ask for, to catch up a lag."""
+
 
 @dataclass(frozen=True, slots=True)
 class HomingSettings:
@@ -127,6 +131,12 @@ class AxisSettings:
     """PDOs for motions that the drive makes by itself; `None`: these go by the cyclic image and SDO."""
     eds: str = ""
     """File with the names and types of the node's objects; empty: plain CiA 402, as the simulated drive has them."""
+
+    @property
+    def int32_range(self) -> tuple[float, float]:
+        """[rad or m] lowest and highest position whose counts fit into an int32."""
+        ends = [self.offset + bound / self.counts_per_unit for bound in (INT32_MIN, INT32_MAX)]
+        return min(ends), max(ends)
 
 
 @dataclass(frozen=True, slots=True)

@@ -13,8 +13,7 @@ from drive_gateway.cia402.setup_objects import (
     press_order,
     velocity_order,
 )
-from drive_gateway.cia402.units import INT32_MAX, INT32_MIN
-from drive_gateway.config.settings import AxisSettings
+from drive_gateway.config.settings import INT32_MAX, INT32_MIN, AxisSettings
 from drive_gateway.errors import GatewayError
 from drive_gateway.gateway.drive import Drive
 from drive_gateway.gateway.group import DriveGroup

@@ -5,7 +5,7 @@ While the power stage is off a brake holds the axis. When the stage goes off in 
 
 from collections.abc import Callable
 
-from drive_gateway.config.settings import AxisSettings
+from drive_gateway.config.settings import MOTOR_SPEED_RESERVE, AxisSettings
 from drive_gateway.sim.abort import Abort, AccessRefused
 from drive_gateway.sim.axis_servo import AxisServo
 from drive_gateway.sim.cyclic_modes import CYCLIC_TORQUE, CyclicModes
@@ -23,7 +23,7 @@ from drive_gateway.sim.power_state import (
     commanded,
 )
 from drive_gateway.sim.reference import Reference
-from drive_gateway.sim.servo import SPEED_RESERVE, Servo
+from drive_gateway.sim.servo import Servo
 from drive_gateway.sim.setup_modes import HOMING, SETUP_MODES, SetupModes
 from drive_gateway.sim.shown import Shown
 
@@ -78,7 +78,7 @@ class Drive:
     ) -> None:
         scale = abs(axis.counts_per_unit)
         start = (axis.simulated_start - axis.offset) * axis.counts_per_unit
-        self.servo: AxisServo = servo or Servo(start, lag_s, SPEED_RESERVE * axis.speed * scale)
+        self.servo: AxisServo = servo or Servo(start, lag_s, MOTOR_SPEED_RESERVE * axis.speed * scale)
         self._brake = _BRAKE_FACTOR * axis.quick_stop * scale
         self._cycle_s = cycle_s
         self._numbers = objects.numbers

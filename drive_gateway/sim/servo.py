@@ -12,8 +12,6 @@ from math import exp
 
 from drive_gateway.canopen.emcy import MOTOR_HOT
 
-SPEED_RESERVE = 1.2
-"""The motor turns faster than the axis may, so that a lag can be caught up."""
 _SHORTEST_LAG_S = 1e-4
 """A lag of zero is taken as this: no axis follows at once."""
 

@@ -7,7 +7,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from drive_gateway.cia402.preparation import interpolation_period, preparations, supervision
-from drive_gateway.cia402.units import INT32_MAX, AxisUnits
+from drive_gateway.cia402.units import AxisUnits
+from drive_gateway.config.settings import INT32_MAX
 
 AXES = (axis("J1", 1), axis("J2", 2, counts_per_unit=-12345.678, offset=-1.5))
 UNITS = AxisUnits(AXES)

@@ -9,7 +9,6 @@ from cell.commands.checks.readings import Readings
 from cell.config.document import Document
 from cell.config.problem import KeyPath, Problem
 from cell.config.reading import declared
-from drive_gateway.cia402.units import AxisUnits
 from drive_gateway.config.axis_entry import AxisEntry
 from robot_agent.model.axis_needs import AxisNeed, axis_needs
 from robot_agent.model.description import Motor
@@ -116,8 +115,7 @@ def _motor(document: Document, path: KeyPath, axis: AxisEntry, motor: Motor, mod
 
 def _counter(document: Document, path: KeyPath, axis: AxisEntry, need: AxisNeed) -> Iterator[Problem]:
     """The drive's 32-bit position must not wrap within the axis' limits, following error included."""
-    units = AxisUnits([axis.settings(str(path[-1]))])
-    lowest, highest = float(units.int32_lowest[0]), float(units.int32_highest[0])
+    lowest, highest = axis.settings(str(path[-1])).int32_range
     low, high = np.array(need.position) + np.array([-1, 1]) * axis.following_window
     if lowest <= low and high <= highest:
         return
