@@ -40,7 +40,7 @@ def wait_until_inside(live: LiveCell) -> Token:
 
 
 def test_both_robots_brake_on_their_paths_and_both_programs_end_after_the_manager_is_back(live: LiveCell) -> None:
-    live.without_repeats()
+    live.without_repeats("left", "right")
     processes = start_all(live)
     enable_and_run(live)
     (zone,) = live.settings.zones.values()
