@@ -73,19 +73,3 @@ def angle_between(start: Array, end: Array) -> Array:
     shorter = np.where(np.sum(a * b, axis=-1, keepdims=True) < 0, -b, b)
     angle: Array = 4 * np.arctan2(np.linalg.norm(a - shorter, axis=-1), np.linalg.norm(a + shorter, axis=-1))
     return angle
-
-
-def slerp(start: Array, end: Array, share: Array) -> Array:
-    """Rotation at constant angular velocity from `start` to `end`, the shortest way.
-
-    `start`, `end`: unit quaternions `(..., 4)`; `share`: `(...)`, 0 at the start, 1 at the end; all broadcast. For a
-    half turn, where two ways are equally short, the way of the given signs is taken.
-    """
-    a, b = np.asarray(start, dtype=float), np.asarray(end, dtype=float)
-    b = np.where(np.sum(a * b, axis=-1, keepdims=True) < 0, -b, b)
-    half = angle_between(a, b)[..., None] / 2
-    u = np.asarray(share, dtype=float)[..., None]
-    # np.sinc keeps sin(k x) / sin(x) finite and exact down to x = 0.
-    whole = np.sinc(half / np.pi)
-    q = (1 - u) * np.sinc((1 - u) * half / np.pi) / whole * a + u * np.sinc(u * half / np.pi) / whole * b
-    return np.asarray(q / np.linalg.norm(q, axis=-1, keepdims=True))

@@ -46,18 +46,6 @@ class Unreachable(NetError):
         self.reason = reason
 
 
-class LinksMissing(NetError):
-    """Fewer links than needed came up in time."""
-
-    def __init__(self, expected: int, found: int, endpoints: Sequence[str], timeout_s: float) -> None:
-        super().__init__(
-            f"{found} of {expected} links are up after {timeout_s:g} s; waiting for {', '.join(endpoints) or 'peers'}"
-        )
-        self.expected = expected
-        self.found = found
-        self.endpoints = tuple(endpoints)
-
-
 class CallError(NetError):
     """A call that brought no reply. None of its kinds means yes."""
 

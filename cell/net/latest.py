@@ -50,14 +50,12 @@ class Latest:
         self._decoder = decoder
         self._lock = Lock()
         self._new: dict[str, tuple[bytes, float]] = {}
-        self._arrivals: dict[str, int] = {}
 
     def store(self, key: str, payload: bytes) -> None:
         """Called by Zenoh's thread."""
         at = time.monotonic()
         with self._lock:
             self._new[key] = (payload, at)
-            self._arrivals[key] = self._arrivals.get(key, 0) + 1
 
     def take_new(self) -> list[object]:
         """The newest message of each key that arrived since the last call."""
@@ -69,8 +67,3 @@ class Latest:
             new, self._new = self._new, {}
         decoded = ((self._decoder.decode(key, payload), at) for key, (payload, at) in new.items())
         return [Arrived(message, at) for message, at in decoded if message is not None]
-
-    def arrivals(self) -> dict[str, int]:
-        """Payloads that arrived so far, by key."""
-        with self._lock:
-            return dict(self._arrivals)

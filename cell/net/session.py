@@ -1,6 +1,5 @@
 """A process' Zenoh session: what it publishes, hears, serves and asks, and the order in which all of it ends."""
 
-import time
 import uuid
 from collections.abc import Callable
 from types import TracebackType
@@ -35,7 +34,6 @@ from cell.net.errors import (
     CodecError,
     ConfigurationError,
     EndpointInUse,
-    LinksMissing,
     NetError,
     NoAnswer,
     Unreachable,
@@ -59,7 +57,6 @@ _PRIORITY = {
     ManagerState: zenoh.Priority.INTERACTIVE_HIGH,
     Event: zenoh.Priority.DATA_HIGH,
 }
-_LINK_POLL_S = 0.01
 
 
 def new_call(command: Command, heard: Heard | None = None) -> Call:
@@ -267,14 +264,6 @@ class CellSession:
     def links(self) -> int:
         """Transports that are up."""
         return len(self._open.info.transports())
-
-    def wait_links(self, timeout_s: float, at_least: int) -> None:
-        """Wait until that many links are up: an open session of a peer may have none yet. Raises `LinksMissing`."""
-        deadline = time.monotonic() + timeout_s
-        while (found := self.links()) < at_least:
-            if time.monotonic() > deadline:
-                raise LinksMissing(at_least, found, self._link.connect, timeout_s)
-            time.sleep(_LINK_POLL_S)
 
 
 def _outcome(to: str, verb: str, replies: list[zenoh.Reply]) -> Reply:

@@ -98,5 +98,5 @@ class Jogging:
 
     @property
     def wants(self) -> dict[str, float]:
-        """The zones in front of the robot, asked for now."""
+        """The zones in front of the robot: seconds until they are entered, which is 0."""
         return self._guard.wants if self.held else {}

@@ -29,7 +29,7 @@ class ZoneGuard:
 
     @property
     def wants(self) -> dict[str, float]:
-        """The zones in front of the robot, asked for now."""
+        """The zones in front of the robot: seconds until they are entered, which is 0."""
         return {zone: 0.0 for zone, at in self._ahead.items() if self._now - at < _WANTED_S}
 
     def clear_for(self, planner: Planner) -> Callable[[States], str]:

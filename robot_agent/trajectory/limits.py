@@ -59,11 +59,6 @@ class Limits:
         return self.ramp_factor * self.acceleration_bounds
 
     @property
-    def ramp_acceleration(self) -> NDArray[np.float64]:
-        """`(n,)` what the samples on the wire may use, ramps included."""
-        return self.ramp_factor * self.acceleration
-
-    @property
     def ramp_jerk(self) -> NDArray[np.float64]:
         """`(n,)` what the samples on the wire may use, ramps included."""
         return self.ramp_factor * self.jerk

@@ -91,7 +91,7 @@ class Invariants:
         jerk = np.diff(acceleration, axis=0) / dt
         for what, found, allowed in (
             ("velocity", velocity[-1], limits.velocity),
-            ("acceleration", acceleration[-1], limits.ramp_acceleration),
+            ("acceleration", acceleration[-1], limits.ramp_acceleration_bounds[1]),
             ("jerk", jerk[-1], limits.ramp_jerk),
         ):
             if (np.abs(found) > allowed * _LIMIT_TOLERANCE).any():

@@ -93,7 +93,7 @@ class Drive:
         self.play(4)
         taus, q = np.array(self.played_tau), np.array(self.played)
         np.testing.assert_allclose(q, self.motion.q(taus), atol=1e-6)
-        for order, limit in enumerate((LIMITS.velocity, LIMITS.ramp_acceleration, LIMITS.ramp_jerk), 1):
+        for order, limit in enumerate((LIMITS.velocity, LIMITS.ramp_acceleration_bounds[1], LIMITS.ramp_jerk), 1):
             reached = np.abs(np.diff(q, order, axis=0)).max(axis=0) / CYCLE_S**order
             assert (reached <= 1.01 * limit).all(), (order, reached / limit)
 

@@ -77,7 +77,7 @@ class Jogged:
     def shares(self) -> np.ndarray:
         """The largest shares of speed, ramp acceleration and ramp jerk in what was played and still will be."""
         q = np.concatenate([np.array(self.played), self.way.q[1:]])
-        allowed = (self.limits.velocity, self.limits.ramp_acceleration, self.limits.ramp_jerk)
+        allowed = (self.limits.velocity, self.limits.ramp_acceleration_bounds[1], self.limits.ramp_jerk)
         return np.array(
             [
                 (np.abs(np.diff(q, order, axis=0)) / CYCLE_S**order / limit).max()

@@ -92,7 +92,7 @@ def test_a_program_runs_to_its_end_within_the_limits() -> None:
     acceleration = np.diff(velocity, axis=0) / CYCLE_S
     limits = world.planner.limits
     assert (np.abs(velocity) <= limits.velocity * 1.001).all()
-    assert (np.abs(acceleration) <= limits.ramp_acceleration * 1.001).all()
+    assert (np.abs(acceleration) <= limits.ramp_acceleration_bounds[1] * 1.001).all()
     assert np.abs(world.commanded - world.planner.model.home).max() < 1e-9
 
 

@@ -94,7 +94,7 @@ class Measured(AgentWorld):
 def shares(world: Measured) -> np.ndarray:
     """The largest shares of speed, ramp acceleration and ramp jerk."""
     limits = world.planner.limits
-    allowed = (limits.velocity, limits.ramp_acceleration, limits.ramp_jerk)
+    allowed = (limits.velocity, limits.ramp_acceleration_bounds[1], limits.ramp_jerk)
     steps = (np.abs(np.diff(world.played, order, axis=0)) / CYCLE_S**order for order in (1, 2, 3))
     return np.array([(step / limit).max() for step, limit in zip(steps, allowed, strict=True)])
 

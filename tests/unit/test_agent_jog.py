@@ -217,7 +217,7 @@ def test_lost_blocks_do_not_take_it_out_of_its_way() -> None:
     world.run(RAMP_S)
     q = np.array(world.played)[:, 0]
     assert (np.diff(q) >= 0.0).all()
-    assert np.abs(np.diff(q, 2)).max() / CYCLE_S**2 <= world.planner.limits.ramp_acceleration[0] * 1.01
+    assert np.abs(np.diff(q, 2)).max() / CYCLE_S**2 <= world.planner.limits.ramp_acceleration_bounds[1][0] * 1.01
 
 
 def test_a_running_program_is_not_jogged_and_a_halted_one_ends() -> None:

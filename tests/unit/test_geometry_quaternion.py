@@ -34,25 +34,6 @@ def test_matrix_to_quaternion_is_exact_for_small_angles_and_half_turns(axis: tup
     assert found[3] >= 0
 
 
-def test_slerp_turns_at_constant_speed_the_shortest_way() -> None:
-    start, end = RANDOM[:250], RANDOM[250:]
-    angle = quaternion.angle_between(start, end)
-    assert (angle <= np.pi).all()
-    for share in (0.0, 0.25, 0.9, 1.0):
-        between = quaternion.slerp(start, end, np.full(250, share))
-        np.testing.assert_allclose(quaternion.angle_between(start, between), share * angle, atol=1e-12)
-        np.testing.assert_allclose(quaternion.angle_between(between, end), (1 - share) * angle, atol=1e-12)
-
-
-def test_slerp_broadcasts_one_pair_over_many_shares() -> None:
-    assert quaternion.slerp(RANDOM[0], RANDOM[1], np.linspace(0, 1, 7)).shape == (7, 4)
-
-
-def test_slerp_between_equal_and_opposite_quaternions_stays() -> None:
-    q = RANDOM[0]
-    np.testing.assert_allclose(quaternion.slerp(q, -q, np.array(0.3)), q, atol=1e-15)
-
-
 def test_angle_is_exact_for_tiny_rotations() -> None:
     tiny = np.array([np.sin(5e-10), 0.0, 0.0, np.cos(5e-10)])
     assert quaternion.angle_between(np.array([0.0, 0.0, 0.0, 1.0]), tiny) == np.float64(1e-9)

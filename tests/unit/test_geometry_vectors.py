@@ -21,6 +21,7 @@ from cell.geometry import (
     transform_points,
 )
 from robot_agent.kinematics import Fixed, tcp_in_world
+from robot_agent.paths.orientation import between
 
 VECTORS: dict[str, Any] = json.loads((Path(__file__).parents[1] / "vectors" / "frames.json").read_text())
 
@@ -139,8 +140,8 @@ def test_angles_give_the_quaternion_and_its_angle() -> None:
 
 @each("slerp")
 @pytest.mark.parametrize("sign", [1, -1])
-def test_slerp_from_the_identity(case: dict, sign: int) -> None:
+def test_part_of_a_turn_from_the_identity(case: dict, sign: int) -> None:
     end = sign * quaternion.from_matrix(turn(*case["to"])[:3, :3])
-    between = quaternion.slerp(np.array([0.0, 0, 0, 1]), end, np.array(case["share"]))
-    matrix = with_rotation(quaternion.to_matrix(between).tolist())
+    part = between(np.eye(3), quaternion.to_matrix(end), np.array([case["share"]]))
+    matrix = with_rotation(part[0].tolist())
     np.testing.assert_allclose(np.degrees(to_xyz_abc(matrix)[3:]), case["abc"], atol=2e-6)

@@ -18,7 +18,6 @@ def test_only_the_newest_of_a_key_is_taken_and_only_once() -> None:
         latest.store("cell/c/estop", encode(estop(number)))
     assert latest.take_new() == [estop(3)]
     assert latest.take_new() == []
-    assert latest.arrivals() == {"cell/c/estop": 3}
 
 
 def test_garbage_is_counted_and_reported_once_per_key() -> None:

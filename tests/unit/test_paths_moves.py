@@ -7,6 +7,7 @@ from hypothesis import strategies as st
 
 from cell.geometry.quaternion import angle_between, from_matrix, to_matrix
 from robot_agent.paths import JointMove, Line, LineGeometry, Sequence
+from robot_agent.paths.orientation import between
 
 COMPONENT = st.floats(-1.0, 1.0)
 QUATERNION = st.tuples(COMPONENT, COMPONENT, COMPONENT, COMPONENT).filter(lambda q: np.linalg.norm(q) > 0.1)
@@ -38,6 +39,15 @@ def test_orientation_turns_the_shortest_way_in_step_with_the_position(
     whole = angle_between(from_matrix(start[:3, :3]), from_matrix(target[:3, :3]))
     assert turned == pytest.approx(u * whole, abs=1e-9)
     assert between[0, 3] == pytest.approx(u, abs=1e-12)
+
+
+def test_part_of_a_turn_is_at_constant_speed_the_shortest_way() -> None:
+    start, end = to_matrix(np.random.default_rng(5).normal(size=(2, 250, 4)))
+    angle = angle_between(from_matrix(start), from_matrix(end))
+    for share in (0.0, 0.25, 0.9, 1.0):
+        part = between(start, end, np.full(250, share))
+        np.testing.assert_allclose(angle_between(from_matrix(start), from_matrix(part)), share * angle, atol=1e-9)
+        np.testing.assert_allclose(angle_between(from_matrix(part), from_matrix(end)), (1 - share) * angle, atol=1e-9)
 
 
 def test_quarter_turn_about_z_matches_the_worked_slerp() -> None:

@@ -17,9 +17,8 @@ LEAD = 10
 @pytest.mark.parametrize("number", range(len(MOTIONS)))
 def test_blocks_join_without_a_step_whatever_is_lost_or_late(loss: float, number: int) -> None:
     motion, rng = MOTIONS[number], np.random.default_rng(number)
-    axes = [
-        axis(f"J{i + 1}", i + 1, speed=LIMITS.velocity[i], acceleration=LIMITS.ramp_acceleration[i]) for i in range(6)
-    ]
+    ramp = LIMITS.ramp_acceleration_bounds[1]
+    axes = [axis(f"J{i + 1}", i + 1, speed=LIMITS.velocity[i], acceleration=ramp[i]) for i in range(6)]
     playout = Playout(axes, CYCLE_S, motion.q(np.array(0.0)), tick=100)
     playout.own(7)
     playout.go_live()
@@ -49,7 +48,7 @@ def test_blocks_join_without_a_step_whatever_is_lost_or_late(loss: float, number
     q = np.array(played)
     assert lost > 0
     np.testing.assert_allclose(q[-1], motion.q(np.array(motion.duration_s)), atol=1e-9)
-    for order, limit in enumerate((LIMITS.velocity, LIMITS.ramp_acceleration, LIMITS.ramp_jerk), 1):
+    for order, limit in enumerate((LIMITS.velocity, LIMITS.ramp_acceleration_bounds[1], LIMITS.ramp_jerk), 1):
         assert (np.abs(np.diff(q, order, axis=0)).max(axis=0) / CYCLE_S**order <= 1.01 * limit).all()
     path = motion.q(np.linspace(0.0, motion.duration_s, 20_001))
     assert max(np.abs(path - sample).max(axis=1).min() for sample in q[::7]) < 2e-4

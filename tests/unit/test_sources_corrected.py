@@ -68,7 +68,7 @@ class Followed:
     def shares(self) -> np.ndarray:
         """The largest shares of speed, ramp acceleration and ramp jerk in what was played and its ramp to rest."""
         q = np.concatenate([np.array(self.played), self.ramp.q])
-        allowed = (LIMITS.velocity, LIMITS.ramp_acceleration, LIMITS.ramp_jerk)
+        allowed = (LIMITS.velocity, LIMITS.ramp_acceleration_bounds[1], LIMITS.ramp_jerk)
         return np.array(
             [
                 (np.abs(np.diff(q, order, axis=0)) / CYCLE_S**order / limit).max()

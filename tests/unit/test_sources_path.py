@@ -44,7 +44,7 @@ def away_from_path(q: np.ndarray) -> float:
 
 def peaks(q: np.ndarray) -> np.ndarray:
     """Largest velocity, acceleration and jerk of samples over what a ramp may use."""
-    allowed = (LIMITS.velocity, LIMITS.ramp_acceleration, LIMITS.ramp_jerk)
+    allowed = (LIMITS.velocity, LIMITS.ramp_acceleration_bounds[1], LIMITS.ramp_jerk)
     return np.array(
         [
             (np.abs(np.diff(q, order, axis=0)) / CYCLE_S**order / limit).max(initial=0.0)

@@ -136,7 +136,7 @@ def test_next_motion_spliced_at_the_rest_index_keeps_the_limits() -> None:
     governor = Governor(following, LIMITS, CYCLE_S, nominal_s=0.12)
     begun = governor.next(governor.rest(0.0), 0, [], [])
     q = np.concatenate([last.q[: last.rest_index], begun.q])
-    for order, limit in ((2, LIMITS.ramp_acceleration), (3, LIMITS.ramp_jerk)):
+    for order, limit in ((2, LIMITS.ramp_acceleration_bounds[1]), (3, LIMITS.ramp_jerk)):
         assert (np.abs(np.diff(q, order, axis=0)).max(axis=0) / CYCLE_S**order <= 1.01 * limit).all()
 
 
@@ -256,7 +256,7 @@ def fastest_stop_s(velocity: float, acceleration: float) -> float:
     request.control_interface = ControlInterface.Velocity
     request.current_velocity, request.current_acceleration = [velocity], [acceleration]
     request.target_velocity = request.target_acceleration = [0.0]
-    request.max_acceleration, request.max_jerk = [LIMITS.ramp_acceleration[0]], [LIMITS.ramp_jerk[0]]
+    request.max_acceleration, request.max_jerk = [LIMITS.ramp_acceleration_bounds[1][0]], [LIMITS.ramp_jerk[0]]
     trajectory = Trajectory(1)
     Ruckig(1).calculate(request, trajectory)
     return float(trajectory.duration)

@@ -105,7 +105,7 @@ class Commands(RuleBasedStateMachine):
         lower, upper = LIMITS_POSITION
         assert (q >= lower).all()
         assert (q <= upper).all()
-        for order, limit in enumerate((LIMITS.velocity, LIMITS.ramp_acceleration, LIMITS.ramp_jerk), 1):
+        for order, limit in enumerate((LIMITS.velocity, LIMITS.ramp_acceleration_bounds[1], LIMITS.ramp_jerk), 1):
             reached = np.abs(np.diff(q, order, axis=0)).max(axis=0, initial=0.0) / CYCLE_S**order
             assert (reached <= 1.01 * limit).all(), (order, reached / limit)
         self.finishes()
