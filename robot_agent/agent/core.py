@@ -3,13 +3,10 @@
 import itertools
 from collections.abc import Callable
 
-import numpy as np
-
 from cell.config.settings import CellSettings, OnManagerReturn
 from cell.core import Arrived, AskDone, Effect, Ended, Frozen, Publish, Request, Shutdown
 from cell.messages import (
     AxisStatus,
-    Body,
     ConveyorCount,
     Correction,
     DisableDrives,
@@ -19,16 +16,15 @@ from cell.messages import (
     ManagerState,
     Mode,
     PlayoutState,
-    SetpointBlock,
     Severity,
     ZoneGeometry,
 )
 from robot_agent.agent.announcer import Announcer
-from robot_agent.agent.axes import feedback_in_joints, samples_in_axes
+from robot_agent.agent.axes import feedback_in_joints
 from robot_agent.agent.cell_clock import CellClock
 from robot_agent.agent.corrections import Corrections
 from robot_agent.agent.estop_latch import EstopLatch
-from robot_agent.agent.executive import Executive, Wishes
+from robot_agent.agent.executive import Executive
 from robot_agent.agent.gateway_link import GatewayLink
 from robot_agent.agent.idle import IdleClock
 from robot_agent.agent.jogging import Jogging
@@ -37,17 +33,17 @@ from robot_agent.agent.pace import Pace
 from robot_agent.agent.planning import PlanFailed, Planned, Planner
 from robot_agent.agent.program_run import ProgramRun
 from robot_agent.agent.report import Reporter
+from robot_agent.agent.sign_of_life import sign_of_life
 from robot_agent.agent.stillness import Stillness
+from robot_agent.agent.wishes import Wisher
 from robot_agent.agent.zone_claims import ZoneClaims
 from robot_agent.agent.zones_ahead import zones_ahead
 from robot_agent.dynamics import AxisTorques, axis_torques
 from robot_agent.kinematics import OpenMechanism
 from robot_agent.language import Program
-from robot_agent.trajectory import RateRequest
 from robot_agent.workspace import standing_body
 
 _STALE_CYCLES = 5
-_SIGN_OF_LIFE_SAMPLES = 3
 
 
 class AgentCore:
@@ -81,6 +77,7 @@ class AgentCore:
         self._stopped_by = ""
         """Why the mode is FAULT or ESTOP."""
         self._stillness = Stillness(self.run, self.zones, self.pace, self.jogging, self.corrections)
+        self._wisher = Wisher(self.run, self.zones, self.pace, self.jogging, self.corrections)
         self._idle = IdleClock(cell.times.idle_off_s)
         self._leaving = False
 
@@ -217,13 +214,14 @@ class AgentCore:
         executive = self.executive
         if executive is None and self._announcer.body is None and AxisStatus.SILENT in feedback.axes:
             # The drives have not been heard yet. To the manager a robot that never reported is as good as anywhere.
-            return [Publish(self._sign_of_life(feedback, planner))]
+            return [self._sign_of_life(feedback, planner)]
         if executive is None:
-            body = self._standing_body(feedback, planner)
+            model, base = planner.model, planner.pose_world_base
+            body = standing_body(model, base, feedback.position, known=feedback.referenced)
             self.zones.update_holds(now, self.zones.touched(body), set())
             return [
                 self._announcer.presence(body, {}, 0.0, self._estop.active, now),
-                Publish(self._sign_of_life(feedback, planner)),
+                self._sign_of_life(feedback, planner),
             ]
         age_s = self.link.age(now)
         self._advance_program(executive, feedback, now)
@@ -232,7 +230,8 @@ class AgentCore:
         wants = self._wants(executive, feedback)
         block = None
         if age_s <= max(_STALE_CYCLES * planner.cycle_s, self._cell.times.lead_s):
-            block = executive.next_block(feedback, age_s, self._wishes(planner, now))
+            self._end_running(now)
+            block = executive.next_block(feedback, age_s, self._wisher.wishes(self.mode, planner, now))
         body = executive.body(feedback, block)
         entered = self._announcer.entered(body)
         if block is not None and not all(self.zones.permitted(zone, now) for zone in entered):
@@ -286,37 +285,16 @@ class AgentCore:
             remedy = f"see to what is measured, then `cell continue {self._robot}`"
             self.report.event(Severity.WARNING, "correction", why, remedy)
 
-    def _wishes(self, planner: Planner, now: float) -> Wishes:
-        requests = list(self.pace.requests)
-        age_s = self.zones.age(now)
-        if age_s >= self._cell.times.fresh_s:
-            if self.mode is Mode.RUNNING and self._cell.on_manager_return is OnManagerReturn.OPERATOR:
-                self.mode = Mode.HALTED
-                remedy = f"when it is back: cell continue {self._robot}"
-                self.report.event(Severity.WARNING, "manager_silent", "halted: the manager is silent", remedy)
-            requests.append(RateRequest(0.0, "the manager is silent"))
-        if self._leaving and self.mode is Mode.RUNNING:
-            self._stop(Mode.HALTED, "the agent was stopped")
+    def _end_running(self, now: float) -> None:
+        """Halt a running program behind a silent manager, if an operator is to decide then, and before leaving."""
         if self.mode is not Mode.RUNNING:
-            requests.append(RateRequest(0.0, "halted" if self.mode is Mode.HALTED else self.mode.value))
-        if self.run.correction_ends:
-            requests.append(RateRequest(0.0, "TRACK OFF"))
-        waits = self.mode is not Mode.RUNNING or self.corrections.waiting
-        return Wishes(
-            requests=tuple(requests),
-            stop=self.mode in (Mode.ESTOP, Mode.FAULT),
-            holds=lambda planned, segment, index: [
-                *self.pace.holds(planned, segment, index),
-                *(hold for _, hold in self.zones.holds_on(planned, now)),
-            ],
-            cap_m_s=self.pace.cap_m_s,
-            follower=None if waits or self.pace.backwards else self.run.follower,
-            not_before_tick=self.run.resume_tick,
-            on_time=self.run.starting,
-            end_tick=self.run.end_tick,
-            correction=self.corrections.wish(planner, now) if self.mode is Mode.RUNNING else None,
-            jog=self.jogging.source,
-        )
+            return
+        if not self.zones.fresh(now) and self._cell.on_manager_return is OnManagerReturn.OPERATOR:
+            self.mode = Mode.HALTED
+            remedy = f"when it is back: cell continue {self._robot}"
+            self.report.event(Severity.WARNING, "manager_silent", "halted: the manager is silent", remedy)
+        elif self._leaving:
+            self._stop(Mode.HALTED, "the agent was stopped")
 
     def _wants(self, executive: Executive, feedback: DriveFeedback) -> dict[str, float]:
         """The zones that the program or a jog crosses soon: zone to seconds until it is entered."""
@@ -332,18 +310,8 @@ class AgentCore:
         grant = self.link.grant
         return self._torques if grant is not None and grant.torques else None
 
-    def _standing_body(self, feedback: DriveFeedback, planner: Planner) -> Body:
-        return standing_body(planner.model, planner.pose_world_base, feedback.position, known=feedback.referenced)
-
-    def _sign_of_life(self, feedback: DriveFeedback, planner: Planner) -> SetpointBlock:
-        """A block that holds; the gateway plays none while the drives are disabled, but hears that the owner lives."""
-        joints = np.repeat(feedback.commanded[None, :], _SIGN_OF_LIFE_SAMPLES, axis=0)
-        position, velocity = samples_in_axes(planner.model.coupling, joints, np.zeros_like(joints))
-        torque = self._asked.standing(joints) if self._asked is not None and feedback.referenced else None
-        return SetpointBlock(
-            self._robot, feedback.owner, next(self._numbers), 0, feedback.tick + _STALE_CYCLES, planner.cycle_s,
-            _SIGN_OF_LIFE_SAMPLES, position, velocity, torque,
-        )  # fmt: skip
+    def _sign_of_life(self, feedback: DriveFeedback, planner: Planner) -> Publish:
+        return Publish(sign_of_life(next(self._numbers), feedback, planner, self._asked))
 
     def _state(self, feedback: DriveFeedback, planner: Planner, now: float) -> Publish:
         waiting_for = self._stillness.why(self.mode, self.executive, feedback.tick, now)

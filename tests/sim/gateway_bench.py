@@ -21,15 +21,14 @@ from drive_gateway.canopen.frame import CanFrame
 from drive_gateway.canopen.sdo import Sdo
 from drive_gateway.config.settings import (
     AxisSettings,
-    BusSettings,
     GatewaySettings,
     HomingSettings,
-    RobotDrives,
 )
 from drive_gateway.gateway.core import GatewayCore
 from drive_gateway.gateway.effects import Frame, StorePosition
 from drive_gateway.gateway.encoder_record import EncoderRecord
 from tests.sim.bus import Bus
+from tests.unit.gateway_world import gateway_settings
 
 CYCLE_S = 0.004
 TIMES = Times()
@@ -56,18 +55,7 @@ def homing(method: int, position: float, order: int = 1) -> HomingSettings:
 
 
 def settings(*axes: AxisSettings) -> GatewaySettings:
-    return GatewaySettings(
-        name="bus",
-        bus=BusSettings("virtual", "bench", 1_000_000, {}),
-        cycle_s=CYCLE_S,
-        overrun_limit_s=0.02,
-        heartbeat_producer_s=0.05,
-        heartbeat_timeout_s=0.2,
-        tpdo_timeout_s=0.05,
-        boot_timeout_s=1.0,
-        simulated_lag_s=0.008,
-        robots={"left": RobotDrives("left", axes)},
-    )
+    return gateway_settings(axes, name="bus", boot_timeout_s=1.0, simulated_lag_s=0.008)
 
 
 class GatewayBench:

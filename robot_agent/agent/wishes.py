@@ -1,0 +1,56 @@
+"""What is wanted of the next block, by everyone who may want something of it."""
+
+from cell.messages import Mode
+from robot_agent.agent.corrections import Corrections
+from robot_agent.agent.executive import Wishes
+from robot_agent.agent.jogging import Jogging
+from robot_agent.agent.pace import Pace
+from robot_agent.agent.planning import Planned, Planner
+from robot_agent.agent.program_run import ProgramRun
+from robot_agent.agent.zone_claims import ZoneClaims
+from robot_agent.trajectory import Hold, RateRequest, Segment
+
+
+class Wisher:
+    """Puts together what the operator, the zones, the program, its corrections and a jog want."""
+
+    def __init__(
+        self, run: ProgramRun, zones: ZoneClaims, pace: Pace, jogging: Jogging, corrections: Corrections
+    ) -> None:
+        self._run = run
+        self._zones = zones
+        self._pace = pace
+        self._jogging = jogging
+        self._corrections = corrections
+
+    def wishes(self, mode: Mode, planner: Planner, now: float) -> Wishes:
+        """For a block that is made at `now` [s]."""
+
+        def holds(planned: Planned, segment: Segment, index: int) -> list[Hold]:
+            zones = (hold for _, hold in self._zones.holds_on(planned, now))
+            return [*self._pace.holds(planned, segment, index), *zones]
+
+        running = mode is Mode.RUNNING
+        waits = not running or self._corrections.waiting
+        return Wishes(
+            requests=tuple(self._requests(mode, now)),
+            stop=mode in (Mode.ESTOP, Mode.FAULT),
+            holds=holds,
+            cap_m_s=self._pace.cap_m_s,
+            follower=None if waits or self._pace.backwards else self._run.follower,
+            not_before_tick=self._run.resume_tick,
+            on_time=self._run.starting,
+            end_tick=self._run.end_tick,
+            correction=self._corrections.wish(planner, now) if running else None,
+            jog=self._jogging.source,
+        )
+
+    def _requests(self, mode: Mode, now: float) -> list[RateRequest]:
+        requests = list(self._pace.requests)
+        if not self._zones.fresh(now):
+            requests.append(RateRequest(0.0, "the manager is silent"))
+        if mode is not Mode.RUNNING:
+            requests.append(RateRequest(0.0, "halted" if mode is Mode.HALTED else mode.value))
+        if self._run.correction_ends:
+            requests.append(RateRequest(0.0, "TRACK OFF"))
+        return requests
