@@ -7,7 +7,8 @@ import numpy as np
 import typer
 
 from cell.commands.errors import CommandError
-from cell.commands.plot_page import Chart, page, write_page
+from cell.commands.plot_chart import Chart
+from cell.commands.plot_page import page, write_page
 from cell.commands.plot_text import moves, stops, transitions
 from robot_agent.agent.dry_run import dry_run
 from robot_agent.agent.planning import Planned, Planner

@@ -4,6 +4,7 @@ import re
 from html import unescape
 from pathlib import Path
 
+import numpy as np
 import pytest
 from typer.testing import CliRunner
 
@@ -73,6 +74,26 @@ def test_a_page_that_cannot_be_written_is_an_error_for_people(tmp_path: Path) ->
     result = CliRunner().invoke(app, ["plot", str(program), "--model", MODEL, "-o", str(page)])
     assert isinstance(result.exception, CommandError)
     assert result.exception.what == f"{page} cannot be written: No such file or directory"
+
+
+def test_a_picture_is_not_what_is_written_and_the_name_of_one_is_refused(tmp_path: Path) -> None:
+    program = tmp_path / "p.prog"
+    program.write_text("MJ J1=10")
+    result = CliRunner().invoke(app, ["plot", str(program), "--model", MODEL, "-o", str(tmp_path / "p.png")])
+    assert isinstance(result.exception, CommandError)
+    assert result.exception.next_step == "name a file like p.html"
+    assert not (tmp_path / "p.png").exists()
+
+
+def test_axes_have_round_numbers_and_no_chart_is_taller_than_a_screen(tmp_path: Path) -> None:
+    page = plotted(tmp_path, "MJ J2=-12 J3=65 J5=37")
+    pictures = page.split("<svg")[1:]
+    assert max(float(re.findall(r'height="(\d+)"', picture)[0]) for picture in pictures) < 600
+    for picture in pictures:
+        numbers = [float(number) for number in re.findall(r'text-anchor="end">([-.\de+]+)<', picture)]
+        assert len(numbers) > 2
+        assert np.diff(numbers) == pytest.approx(numbers[1] - numbers[0])
+        assert f"{numbers[1] - numbers[0]:e}"[0] in "125"
 
 
 def test_endless_program_is_cut_off(tmp_path: Path) -> None:
