@@ -63,7 +63,7 @@ def test_page_says_how_far_each_move_goes_and_how_moves_meet(tmp_path: Path) -> 
         "line 2 to 3: C0, rounds the corner, 7.95 mm beside it (the path turns by 90.0 deg; round edge of 30 mm)",
         "round edge of 200 mm, cut to 100.0 mm: half of the shorter move",
         "line 4 to 5: C0, stops (the path turns by 180.0 deg; there is no round edge)",
-        "line 5 to 7: stops, the next move is planned by itself",
+        "line 5 to 7: stops, the next move is planned by itself (WAIT 1 in line 6 comes before the next move)",
     ):
         assert text in page
 
