@@ -28,7 +28,7 @@ def dry_run(planner: Planner, program: Program, longest_s: float) -> tuple[list[
             case PlanFailed() as failed:
                 return motions, failed
             case ProgramFault(line, text):
-                return motions, PlanFailed(0, line, text)
+                return motions, PlanFailed(0, line, f"line {line}: {text}")
             case Finished() | Waiting() | None:
                 break
             case _:

@@ -111,6 +111,18 @@ def test_line_that_cannot_be_planned_is_named_and_what_comes_before_it_is_drawn(
 
 
 @pytest.mark.parametrize(
+    ("program", "why"),
+    [
+        ("MJ J1=10\nMS X=1000 Y=0\nMS X=800 Y=0\nMS X=1000 Y=0", "line 4, block 3: the spline turns back on itself"),
+        ("MJ J1=10\nTANG 1\nML X=1000 A=0 B=90 C=0", "line 3: A, B and C are named while TANG is on"),
+    ],
+)
+def test_what_no_robot_can_do_is_named_with_its_line(tmp_path: Path, program: str, why: str) -> None:
+    with pytest.raises(CommandError, match=why):
+        plotted(tmp_path, program)
+
+
+@pytest.mark.parametrize(
     ("name", "program", "joint"),
     [
         ("scara", "MJ J3=-100\nML X=400 Y=100", "J4"),
