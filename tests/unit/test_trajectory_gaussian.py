@@ -60,7 +60,7 @@ def test_a_move_is_not_slowed_down_where_the_filter_makes_the_flange_do_what_the
     """Turn a little on a straight line, stray a little where it turns on the spot: neither is near its limit."""
     target = MODEL.forward(START)
     target[:3, 3] += [0.0, 0.2 if turn == 0.0 else 0.0, 0.0]
-    target[:3, :3] = target[:3, :3] @ from_xyz_abc(np.array([0.0, 0.0, 0.0, turn, 0.0, 0.0]))[:3, :3]
+    target[:3, :3] = target[:3, :3] @ from_xyz_abc(np.array([0.0, 0.0, 0.0, 0.0, turn, 0.0]))[:3, :3]
     move = Sequence([Line(target, 0.25, 1)])
     plain, motion = planned(move, 0.0), planned(move, 0.05)
     assert motion.duration_s == pytest.approx(plain.duration_s + 0.05, rel=1e-3)
