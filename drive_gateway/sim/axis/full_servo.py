@@ -195,6 +195,7 @@ class FullServo:
         self._peak = self._sum = 0.0
         dc_v, before = self._bus.voltage, self._counts
         self._switch(command is not None, steps * STEP_S)
+        self.machine.begin(self._time)
         for _ in range(steps):
             self._observe()
             if self._powered:

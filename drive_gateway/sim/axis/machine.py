@@ -8,6 +8,7 @@ from drive_gateway.sim.axis.encoder import Encoder
 from drive_gateway.sim.axis.gains import STEP_S
 from drive_gateway.sim.axis.mechanics import Mechanics
 from drive_gateway.sim.axis.motor_data import COPPER_PER_K, MAGNET_PER_K, REFERENCE_C
+from drive_gateway.sim.axis.robot_load import ShaftLoad
 from drive_gateway.sim.axis.winding import Winding
 
 OVERLOAD = 1.5
@@ -29,6 +30,9 @@ class Machine:
         self.brake_closed = True
         self.brake_stuck = False
         self.overloaded = False
+        self.robot: ShaftLoad | None = None
+        """The shaft's share of a whole robot."""
+        self._carried = 0.0
         self.used_j = 0.0
         """Energy taken from the DC bus since it was last asked for."""
 
@@ -44,6 +48,11 @@ class Machine:
         above = motor_c - REFERENCE_C
         self.winding.set_resistance(self._motor.phase_resistance * (1.0 + COPPER_PER_K * above))
         self._torque_per_ampere = self._motor.torque_per_ampere * (1.0 + MAGNET_PER_K * above)
+
+    def begin(self, time_s: float) -> None:
+        """A few steps follow, the first at `time_s` [s]."""
+        if self.robot is not None:
+            self._carried = self.robot(time_s)
 
     def drive(self, voltage: complex, dc_v: float) -> None:
         """One step with the bridge on."""
@@ -63,7 +72,7 @@ class Machine:
 
     def _move(self, torque: float) -> None:
         data, mechanics = self._data, self.mechanics
-        load = data.torque(data.axis_angle(mechanics.load_angle)) * self._per_gear
+        load = data.torque(data.axis_angle(mechanics.load_angle)) * self._per_gear + self._carried
         brake = self._motor.brake_torque_nm if self.brake_closed or self.brake_stuck else 0.0
         if self.overloaded:
             brake += OVERLOAD * self._motor.peak_current * self._motor.torque_per_ampere
