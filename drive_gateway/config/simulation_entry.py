@@ -89,9 +89,9 @@ class SimulatedAxisEntry(BaseModel):
         self, *, gear: float, direction: int, counts_per_turn: int, offset: float, top_speed: float, seed: int
     ) -> AxisData:
         """With what the axis itself says: `offset` [rad] behind the gear, `top_speed` [rad/s] of the shaft."""
-        torques = [constant(self.constant_nm)]
-        torques += [] if self.gravity is None else [self.gravity.load()]
+        torques = [] if self.gravity is None else [self.gravity.load()]
         torques += [] if self.stops is None else [stops(*self.stops)]
+        torques += [constant(self.constant_nm)] if self.constant_nm or not torques else []
         return AxisData(
             motor=MOTORS[self.motor],
             gear=gear,

@@ -44,8 +44,8 @@ def test_the_load_of_a_whole_robot_is_asked_for_where_its_axes_are(tmp_path: Pat
     asked: list[np.ndarray] = []
 
     def weight(axes: np.ndarray, _speeds: np.ndarray, _accelerations: np.ndarray) -> np.ndarray:
-        asked.append(axes)
-        return np.zeros(6)
+        asked.append(axes[0])
+        return np.zeros_like(axes)
 
     for node in simulated_nodes(full, {"left": weight}):
         node.step(0.0)
@@ -76,6 +76,8 @@ def test_file_without_a_simulation_is_good(tmp_path: Path) -> None:
          "simulation.dc_bus: found 400, 560, 500, 780, allowed low_v, supply_v, chopper_v, high_v each above the one"),
         ("  axes:\n    left:\n      J1: {motor", "  axes:\n    middle:\n      J1: {motor",
          "simulation.axes.middle: found 'middle', allowed a robot of this file: left"),
+        ("  wire_time: true", "  masses: robot",
+         "simulation.axes.left.J2.gravity: found a mass on an arm, allowed none with masses: robot, which are those of"),
         ("      J6: {motor: joint-small", "      J7: {motor: joint-small",
          "simulation.axes.left.J7: found 'J7', allowed an axis of left: J1, J2, J3, J4, J5, J6"),
     ],

@@ -202,6 +202,8 @@ class FullServo:
                 self._drive(command, dc_v)
             else:
                 self.machine.coast()
+                if self.machine.resting and self.standing:
+                    break  # and so it stays for the rest of the interval
         self._mean_speed = (self._counts - before) / (steps * STEP_S)
         if not self._powered:
             self.hold()

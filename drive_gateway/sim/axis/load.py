@@ -28,4 +28,6 @@ def stops(low_rad: float, high_rad: float) -> Load:
 
 def together(*loads: Load) -> Load:
     """The sum of several."""
+    if len(loads) == 1:
+        return loads[0]
     return lambda angle: sum(load(angle) for load in loads)

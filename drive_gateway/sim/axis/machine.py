@@ -3,7 +3,7 @@
 from math import cos, sin
 
 from drive_gateway.sim.axis.axis_data import AxisData
-from drive_gateway.sim.axis.commutation import clarke, space_vector
+from drive_gateway.sim.axis.commutation import bridged
 from drive_gateway.sim.axis.encoder import Encoder
 from drive_gateway.sim.axis.gains import STEP_S
 from drive_gateway.sim.axis.mechanics import Mechanics
@@ -26,7 +26,6 @@ class Machine:
         self.winding = Winding(data.motor, STEP_S)
         self.mechanics = Mechanics(data.motor.inertia_kg_m2, data.load, data.gear, shaft, STEP_S)
         self.encoder = Encoder(data.encoder, shaft, data.seed)
-        self.duties = (0.0, 0.0, 0.0)
         self.brake_closed = True
         self.brake_stuck = False
         self.overloaded = False
@@ -43,6 +42,11 @@ class Machine:
         current = self.winding.current
         return self._torque_per_ampere * (current.imag * cos(electric) - current.real * sin(electric))
 
+    @property
+    def resting(self) -> bool:
+        """The brake is closed and holds; nothing gives way behind it."""
+        return self.brake_closed and self.mechanics.resting
+
     def warm(self, motor_c: float) -> None:
         """A hot winding has more resistance, hot magnets give less torque."""
         above = motor_c - REFERENCE_C
@@ -57,8 +61,7 @@ class Machine:
     def drive(self, voltage: complex, dc_v: float) -> None:
         """One step with the bridge on."""
         mechanics, winding = self.mechanics, self.winding
-        self.duties = u, v, w = space_vector(voltage, dc_v)
-        applied = dc_v * clarke(u, v, w)
+        applied = bridged(voltage, dc_v)
         before = winding.current
         winding.step(applied, mechanics.angle, mechanics.speed)
         mean = 0.5 * (before + winding.current)

@@ -48,6 +48,11 @@ class Mechanics:
         """Of motor and load together [kg m^2]."""
         return self._motor + self.load_inertia
 
+    @property
+    def resting(self) -> bool:
+        """One stiff mass that stands."""
+        return self._stiffness is None and self.speed == 0.0
+
     def step(self, torque: float, load_torque: float, brake: float) -> None:
         """One step with the motor's `torque`, the load's `load_torque` and a brake that holds up to `brake`."""
         h = self._step_s
