@@ -117,7 +117,7 @@ class SimulationEntry(BaseModel):
     )
     masses: Literal["axes", "robot"] = Field(
         default="axes",
-        description="full level, axes: each axis has the load said here; robot: it carries the masses of the robot file",
+        description="full level, axes: each has the load said here; robot: they carry the masses of the robot file",
     )
     wire_time: bool = Field(default=False, description="frames take their time on the wire, at the bus' bit rate")
     dc_bus: DcBusEntry = Field(default=DcBusEntry(), description="the DC bus that the drives share")

@@ -54,7 +54,7 @@ def run_gateway(
     """Run one gateway until `stop` is set; then play out, switch off and leave the bus.
 
     With `simulate` the bus' drives run in this process too, on their own handle of the same bus. They stand where the
-    drives file says at each start, so only without it `state_folder` keeps where axes stand. `robots` are the loads that
+    drives file says at each start, so only without it `state_folder` keeps where axes stand. `robots`: the loads that
     they carry at the full level.
 
     Returns:

@@ -13,7 +13,9 @@ _ABORT = 0x80
 class Bus:
     """Hands every frame to every node and the nodes' answers to `deliver`."""
 
-    def __init__(self, settings: GatewaySettings, deliver: Callable[[object], None], robots: Robots | None = None) -> None:
+    def __init__(
+        self, settings: GatewaySettings, deliver: Callable[[object], None], robots: Robots | None = None
+    ) -> None:
         self._deliver = deliver
         self.nodes = {node.node_id: node for node in simulated_nodes(settings, robots)}
 

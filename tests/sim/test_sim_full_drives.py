@@ -1,4 +1,4 @@
-"""Agent, gateway and fully simulated drives that carry the masses of the robot's file, on virtual time: the shipped cell."""
+"""Agent, gateway and fully simulated drives that carry the masses of the robot's file: the shipped cell."""
 
 from collections.abc import Callable
 from pathlib import Path

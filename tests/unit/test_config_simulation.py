@@ -77,7 +77,7 @@ def test_file_without_a_simulation_is_good(tmp_path: Path) -> None:
         ("  axes:\n    left:\n      J1: {motor", "  axes:\n    middle:\n      J1: {motor",
          "simulation.axes.middle: found 'middle', allowed a robot of this file: left"),
         ("  wire_time: true", "  masses: robot",
-         "simulation.axes.left.J2.gravity: found a mass on an arm, allowed none with masses: robot, which are those of"),
+         "simulation.axes.left.J2.gravity: found a mass on an arm, allowed none with masses: robot, which are those"),
         ("      J6: {motor: joint-small", "      J7: {motor: joint-small",
          "simulation.axes.left.J7: found 'J7', allowed an axis of left: J1, J2, J3, J4, J5, J6"),
     ],

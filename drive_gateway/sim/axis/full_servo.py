@@ -13,7 +13,7 @@ from drive_gateway.sim.axis.dc_bus import DcBus
 from drive_gateway.sim.axis.fed_torque import FedTorque
 from drive_gateway.sim.axis.gains import STEP_S
 from drive_gateway.sim.axis.machine import Machine
-from drive_gateway.sim.axis.protection import AMBIENT_C, Protection, Seen
+from drive_gateway.sim.axis.protection import AMBIENT_C, WARM_K, Protection, Seen
 from drive_gateway.sim.servo import Servo
 
 _STILL_RAD_S = 0.5
@@ -90,6 +90,11 @@ class FullServo:
         """Error codes of what was found since the last call, the worst first."""
         found, self._new = self._new, []
         return found
+
+    @property
+    def warnings(self) -> int:
+        """What is near its limit: bits of 2002h."""
+        return self.protection.warnings
 
     def persists(self, code: int) -> bool:
         """Whether the cause of an error code is still there."""
@@ -178,6 +183,10 @@ class FullServo:
     def heat(self, hot: bool) -> None:
         """The motor is a little hotter than it may be, and cools down by itself; or is as cool as its surroundings."""
         self.protection.motor_c = self._hot_c if hot else AMBIENT_C
+
+    def warm(self) -> None:
+        """On command: the motor is nearly too hot, and cools down by itself."""
+        self.protection.motor_c = self._hot_c - 0.5 * WARM_K
 
     # Steps of the loop
 

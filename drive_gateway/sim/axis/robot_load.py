@@ -1,4 +1,4 @@
-"""The load that a whole robot puts on the shafts of its motors: gravity in its pose, inertia, what its axes do to each other.
+"""The load that a whole robot puts on the shafts of its motors: gravity, inertia, what its axes do to each other.
 
 Whoever knows the robot hands one function in. It is evaluated for all axes at once and held in between: the inertia
 M_ii(q) of each axis moves with its motor, and all that is left of the robot's motion is its load:
