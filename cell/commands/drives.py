@@ -39,7 +39,17 @@ def drives_table(settings: CellSettings, seen: Snapshot) -> Table:
     title, caption = f"drives of cell {settings.name}", "\n".join(counters)
     table = Table(title=title, title_justify="left", caption=caption, box=SIMPLE_HEAD, padding=(0, 1, 0, 0))
     table.caption_justify = "left"
-    for heading in ("gateway", "node", "robot", "axis", "NMT", "drive", "largest error", "referenced", "emergency"):
+    for heading in (
+        "gateway",
+        "node",
+        "robot",
+        "axis",
+        "NMT",
+        "drive",
+        "largest error\nmrad or mm",
+        "referenced",
+        "emergency",
+    ):
         table.add_column(heading)
     for name in settings.gateways:
         gateway = seen.gateways.get(name)

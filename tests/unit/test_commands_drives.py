@@ -15,6 +15,7 @@ from cell.commands.set_up import press_of, target_of
 from cell.commands.view import Snapshot
 from cell.config import load_cell
 from cell.messages import AxisStatus, BusCounters, GatewayState, NodeStatus, PressAxis
+from drive_gateway.canopen.nmt import NmtState
 from drive_gateway.config import load_drives
 
 
@@ -34,6 +35,14 @@ def test_every_node_is_a_row_with_its_emergency_and_its_meaning() -> None:
     assert cells[8] == "8611h following error over its window"
     assert "late cycles 2 of 100, worst 6.0 ms, missing TPDOs 3, blocks 40 taken 1 refused" in str(table.caption)
     assert "gateway right_bus: silent" in str(table.caption)
+
+
+def test_states_have_the_names_of_the_standard() -> None:
+    assert [status.words for status in AxisStatus] == [
+        "Not Ready to Switch On", "Switch On Disabled", "Ready to Switch On", "Switched On", "Operation Enabled",
+        "Quick Stop Active", "Fault Reaction Active", "Fault", "Silent",
+    ]  # fmt: skip
+    assert [state.words for state in NmtState] == ["Boot-up", "Stopped", "Operational", "Pre-operational"]
 
 
 def refused(*words: str) -> str:
