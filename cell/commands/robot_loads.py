@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from cell.commands.errors import CommandError
 from cell.config.settings import CellSettings
 
 if TYPE_CHECKING:
@@ -15,7 +16,8 @@ def robot_loads(cell: CellSettings, drives: GatewaySettings) -> dict[str, RobotT
     """By robot of a gateway; empty unless its drives file says that they carry whole robots (`masses: robot`).
 
     Raises:
-        cell.config.ConfigError: a robot's file has problems.
+        CommandError: a robot has no masses.
+        cell.config.ConfigError: its file has problems.
     """
     if not drives.simulation.whole_robots:
         return {}
@@ -27,6 +29,7 @@ def robot_loads(cell: CellSettings, drives: GatewaySettings) -> dict[str, RobotT
     for name in drives.robots:
         robot = cell.robots[name]
         torques = axis_torques(load_model(robot.model), base_pose(robot))
-        if torques is not None:
-            loads[name] = torques.of_links
+        if torques is None or not torques.knows_links:
+            raise CommandError(f"{robot.model} has no masses that the drives of {name} could carry", "set masses: axes")
+        loads[name] = torques.of_links
     return loads

@@ -51,6 +51,8 @@ def _motor(document: Document, drives: DrivesFile, path: KeyPath, entry: Simulat
         )
     if axis.linear and entry.stops is not None:
         yield document.problem((*path, "stops"), "stops", "none for a linear axis", at_key=True)
+    elif entry.stops is not None and entry.stops[0] >= entry.stops[1]:
+        yield document.problem((*path, "stops"), "the higher position first", "the lower one first")
     if entry.gravity is not None and drives.simulation.masses == "robot":
         allowed = "none with masses: robot, which are those of the robot's file"
         yield document.problem((*path, "gravity"), "a mass on an arm", allowed, at_key=True)

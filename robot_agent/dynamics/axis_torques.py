@@ -33,6 +33,11 @@ class AxisTorques:
         )
         """[kg m^2 or kg] at each axis."""
 
+    @property
+    def knows_links(self) -> bool:
+        """The robot has masses."""
+        return self._body is not None
+
     def of(self, q: Array, qd: Array, qdd: Array) -> Array:
         """Joints, their speeds and accelerations, `(m, n)` each -> torques of the axes `(m, n)` [Nm, or N of a slide].
 

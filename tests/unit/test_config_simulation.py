@@ -78,6 +78,8 @@ def test_file_without_a_simulation_is_good(tmp_path: Path) -> None:
          "simulation.axes.middle: found 'middle', allowed a robot of this file: left"),
         ("  wire_time: true", "  masses: robot",
          "simulation.axes.left.J2.gravity: found a mass on an arm, allowed none with masses: robot, which are those"),
+        ("J1: {motor: joint-large,", "J1: {motor: joint-large, stops: [10, -10],",
+         "simulation.axes.left.J1.stops: found the higher position first, allowed the lower one first"),
         ("      J6: {motor: joint-small", "      J7: {motor: joint-small",
          "simulation.axes.left.J7: found 'J7', allowed an axis of left: J1, J2, J3, J4, J5, J6"),
     ],

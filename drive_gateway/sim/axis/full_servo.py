@@ -283,18 +283,10 @@ class FullServo:
         self._time += seconds
         self._bus.take(self.machine.taken(), self._time)
         speed = self.cascade.speed
-        found = self.protection.update(
-            Seen(
-                seconds=seconds,
-                mean_square=self._sum / steps,
-                peak_square=self._peak,
-                dc_v=dc_v,
-                speed=speed,
-                blocked=self._powered and self.cascade.limited and abs(speed) < _STILL_RAD_S,
-                encoder_bad=self.machine.encoder.failed or self._jumped,
-                powered=self._powered,
-            )
-        )
+        stuck = self._powered and self.cascade.limited and abs(speed) < _STILL_RAD_S
+        bad = self.machine.encoder.failed or self._jumped
+        seen = Seen(seconds, self._sum / steps, self._peak, dc_v, speed, stuck, bad, self._powered)
+        found = self.protection.update(seen)
         self.machine.warm(self.protection.motor_c)
         self._jumped = False
         self._new += found

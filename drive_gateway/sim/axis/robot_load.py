@@ -25,8 +25,8 @@ ShaftLoad = Callable[[float], float]
 
 HELD_S = 0.002
 """Shortest time between two evaluations."""
-LEAST_KG_M2 = 1e-9
-"""At the shaft, of an axis that no mass is beside of: two masses need one."""
+LEAST_SHARE = 0.1
+"""Of the inertia that an axis has by itself: its steps never carry less, so that a stiffness stays stable."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,6 +48,7 @@ class RobotLoad:
         self._parts = [shaft.mechanics for shaft in shafts]
         self._way = np.array([shaft.way_per_rad for shaft in shafts])
         self._offset = np.array([shaft.offset for shaft in shafts])
+        self._least = LEAST_SHARE * np.array([shaft.mechanics.load_inertia for shaft in shafts])
         self._speed = np.zeros(len(shafts))
         self._held: list[float] = [0.0] * len(shafts)
         self._time: float | None = None
@@ -73,7 +74,7 @@ class RobotLoad:
         speeds[0], accelerations[0] = way * speed, way * acceleration
         accelerations[2:] = np.eye(axes)
         torques = self._torques(np.tile(position, (axes + 2, 1)), speeds, accelerations)
-        inertia = (np.diagonal(torques[2:]) - torques[1]) * way**2
+        inertia = np.maximum((np.diagonal(torques[2:]) - torques[1]) * way**2, self._least)
         for part, own in zip(self._parts, inertia.tolist(), strict=True):
-            part.load_inertia = max(own, LEAST_KG_M2)
+            part.load_inertia = own
         self._held = (inertia * acceleration - way * torques[0]).tolist()
