@@ -93,7 +93,7 @@ def test_an_arm_whose_agent_dies_in_motion_is_held_where_it_stands_until_its_bra
     stood = arm.places()
     arm.clock.run_until(arm.clock.now + 0.6)
     assert arm.seen.feedback["stacker"].enabled
-    # Measured: 0.02 mrad. Without its torque J3 would give way by about 1 mrad, before its soft loop carries it.
+    # Measured: 0.02 mrad.
     assert np.abs(arm.places() - stood).max() < 2e-4
     carried = arm.seen.feedback["stacker"].torque
     assert carried is not None
