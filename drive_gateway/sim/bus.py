@@ -62,7 +62,7 @@ class SimulatedBus:
         return arrived
 
     def _keep_in_step(self, now: float) -> None:
-        """After a pause of this process no axis moves through all of it alone: they share a DC bus, or carry one robot."""
+        """After a pause no axis moves through all of it alone: they share a DC bus, or carry one robot."""
         moved = now if self._moved is None else self._moved
         while now - moved > IN_STEP_S:
             moved += IN_STEP_S
