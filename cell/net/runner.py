@@ -34,9 +34,9 @@ def run_core(
 ) -> None:
     """Step `core` every `period_s` until `stop` is set.
 
-    In each cycle the core gets what `inbox()` returns, steps once, and its effects go to `perform` in order. A cycle
-    that starts more than a period late is told to `on_late` (lateness in s); missed cycles are left out, never caught
-    up. `realtime` asks for SCHED_FIFO and does without when the process may not.
+    In each cycle the core gets what `inbox()` returns, steps once, and its effects go to `perform` one by one.
+    A cycle that starts more than a period late is told to `on_late` (lateness in s); missed cycles are left out, never
+    caught up. `realtime` asks for SCHED_FIFO and does without when the process may not.
     """
     with _steady_interpreter(), scheduling(realtime):
         due = last = time.monotonic()
