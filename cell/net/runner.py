@@ -14,7 +14,7 @@ from cell.core import Core, Effect, Frozen
 FREEZE_S = 0.25
 """A gap between two steps above this is a freeze: what waits in the queues may be that old."""
 _SWITCH_INTERVAL_S = 1e-4
-_REALTIME_PRIORITY = 50
+_LOOP_PRIORITY, _FEEDING_PRIORITY = 50, 40
 
 
 def new_boot() -> str:
@@ -74,12 +74,16 @@ def _steady_interpreter() -> Iterator[None]:
 
 
 @contextmanager
-def scheduling(realtime: bool) -> Iterator[None]:
-    """SCHED_FIFO for the calling thread where the system has it and allows it."""
+def scheduling(realtime: bool, *, feeding: bool = False) -> Iterator[None]:
+    """SCHED_FIFO for the calling thread where the system has it and allows it; threads that it starts inherit it.
+
+    `feeding`: for threads that bring a loop its messages; they come after every loop and before all else.
+    """
     policy, param = os.sched_getscheduler(0), os.sched_getparam(0)
     if realtime:
         try:
-            os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(_REALTIME_PRIORITY))
+            priority = _FEEDING_PRIORITY if feeding else _LOOP_PRIORITY
+            os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(priority))
         except PermissionError:
             realtime = False
     try:

@@ -128,7 +128,8 @@ class JoinRules:
 
     def _limit_problem(self, block: SetpointBlock, series: Floats) -> Refused | None:
         step = np.diff(series, axis=0) / self._cycle_s
-        fast = (np.abs(step) > self._speed_bound) | np.pad(np.abs(block.velocity) > self._speed_bound, ((1, 1), (0, 0)))
+        fast = np.abs(step) > self._speed_bound
+        fast[1:-1] |= np.abs(block.velocity) > self._speed_bound
         if fast.any():
             axis = int(fast.any(axis=0).argmax())
             found = max(np.abs(step[:, axis]).max(), np.abs(block.velocity[:, axis]).max())

@@ -18,7 +18,7 @@ from cell.net.calls import Calls
 from cell.net.inbox import Inbox
 from cell.net.latest import Latest
 from cell.net.options import Link, ZenohOptions
-from cell.net.runner import new_boot, run_core
+from cell.net.runner import new_boot, run_core, scheduling
 from cell.net.session import CellSession
 from drive_gateway.canopen.frame import CanFrame
 from drive_gateway.canopen.sdo import Sdo
@@ -78,7 +78,9 @@ def run_gateway(
             process=f"process {os.getpid()}",
             stored={} if store is None else store.records,
         )
-        session = stack.enter_context(CellSession(cell, link, "gateway", settings.name, boot, zenoh_options))
+        # Zenoh's threads start here: on a busy host a block must not wait for a processor before the cycle sees it.
+        with scheduling(realtime=True, feeding=True):
+            session = stack.enter_context(CellSession(cell, link, "gateway", settings.name, boot, zenoh_options))
         if simulate:
             stack.enter_context(SimulatedDrives(settings))
         shell = _Shell(core, settings, times, session, stop, store)
