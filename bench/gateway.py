@@ -73,8 +73,8 @@ def _latency(owners: list[Owner], idle_s: list[float], how: str) -> Row:
     """From a block to its first frame. A block may wait for the next cycle, so one cycle does not count."""
     latencies = np.concatenate([owner.latencies for owner in owners])
     p99_s = float(np.quantile(latencies, 0.99))
-    late = sum(owner.late for owner in owners)
-    spread = f"{_spread(latencies)} ms with the wait, {late} of {len(latencies) + late} too late for their tick"
+    late, lost = sum(owner.late for owner in owners), sum(owner.lost for owner in owners)
+    spread = f"{_spread(latencies)} ms with the wait, {len(latencies)} blocks, {late} a cycle late, {lost} lost"
     beyond_s = max(0.0, p99_s - CYCLE_S)
     return Row(
         f"block to frame beyond the cycle, p99, {how} (p50, p90, p99: {spread})",

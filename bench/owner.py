@@ -14,15 +14,12 @@ from cell.messages.gateway_state import BusCounters
 from cell.net.errors import NoAnswer
 from cell.net.options import Link
 from cell.net.session import CellSession, new_call
-from drive_gateway.cia402.units import AxisUnits
 from drive_gateway.config import load_drives
 
 Floats = NDArray[np.float64]
 
 CYCLE_S, BLOCK_PERIOD_S, SAMPLES = 0.004, 0.02, 45
 READY_S = 60.0
-WAY_S = 0.2e-3
-"""A block that is sent so long before the next SYNC, or longer, is meant for the set points right behind that SYNC."""
 LEAD = 20
 """Ticks from the newest feedback to the first sample of the block that takes the first axis to where it is marked."""
 _BELOW, _ABOVE = 0.45, 0.55
@@ -33,24 +30,25 @@ bus changes by one count: so the first frame that carries a block is known."""
 class Owner:
     """Claims one robot, enables it and sends it blocks that hold it where it is, at random moments of the cycle.
 
-    In the cycle of the SYNC numbered `tick` the set points of `tick + 1` are made. Each block begins with the earliest
-    tick that it can reach, so that the time until its first frame, which is that of the first axis, is due to the
-    network and the gateway and not to a lead that its sender chose.
+    In the cycle of the SYNC numbered `tick` the set points of `tick + 1` are made. Each block begins with the tick that
+    the next cycle makes, so that the time until its first frame, which is that of the first axis, is due to the network
+    and the gateway and not to a lead that its sender chose. A block that misses that cycle is refused by the one after
+    it; then the frame of that cycle counts, which would have carried the block, had it been meant for it.
     """
 
     def __init__(self, settings: CellSettings, robot: str, stack: ExitStack) -> None:
         self._robot, self._gateway = robot, settings.robots[robot].gateway
         gateway = settings.gateways[self._gateway]
         drives = load_drives(gateway.drives, self._gateway)
-        axis = drives.robots[robot].axes[0]
-        self._first_axis = AxisUnits([axis])
-        self._ear = stack.enter_context(BusEar(drives.bus, axis.node_id, self._on_target))
+        self._first_axis = drives.robots[robot].axes[0]
+        self._ear = stack.enter_context(BusEar(drives.bus, self._first_axis.node_id, self._on_target))
         link = Link("client", connect=(gateway.endpoint,), open_timeout_s=READY_S)
         self._session = stack.enter_context(CellSession(settings.name, link, "robot", robot, f"bench-{robot}"))
         self._latest = self._session.watch(f"robot/{robot}/drives", f"gateway/{self._gateway}/state")
         self._feedback: DriveFeedback | None = None
         self._state: GatewayState | None = None
-        self._tick_of_first_sync = -1
+        self._ticks_before = -1
+        """SYNCs before the first one that was heard."""
         self._sequence, self._next = 0, 0.0
         self._count: int | None = None
         self._shown = 0
@@ -58,7 +56,9 @@ class Owner:
         self.latencies: list[float] = []
         """[s] from a block to its first frame."""
         self.late = 0
-        """Blocks whose set points had been made already when they came."""
+        """Of these, blocks whose set points had been made already when they came."""
+        self.lost = 0
+        """Blocks of which nothing was seen."""
         while self._feedback is None or self._state is None or not self._state.ready:
             self._listen()
             time.sleep(0.01)
@@ -82,7 +82,7 @@ class Owner:
     def forget(self) -> None:
         """What was measured so far does not count."""
         self.latencies.clear()
-        self.late = 0
+        self.late = self.lost = 0
 
     def step(self) -> None:
         """Listen, and send the next block when it is due."""
@@ -94,14 +94,13 @@ class Owner:
         if self._count is None:
             self._count = self._approach(feedback)
             return
-        self.late += self._sent is not None
+        self.lost += self._sent is not None
         above = self._shown == self._count
         position = feedback.commanded.copy()
         position[0] = self._mark(self._count, _ABOVE if above else _BELOW)
-        now = time.time()
-        reachable = 2 if now - self._ear.sync_at < CYCLE_S - WAY_S else 3
-        self._sent = now, self._count + above
-        self._publish(self._tick_of_first_sync + self._ear.syncs + reachable, np.tile(position, (SAMPLES, 1)))
+        block = np.tile(position, (SAMPLES, 1))
+        self._sent = time.time(), self._count + above
+        self._publish(self._ear.syncs + self._ticks_before + 2, block)
 
     def _approach(self, feedback: DriveFeedback) -> int | None:
         """Let the first axis go the part of a count to the mark; the whole count below, when it is there."""
@@ -115,22 +114,14 @@ class Owner:
         return None
 
     def _mark(self, count: int, past: float) -> float:
-        return float(self._first_axis.position([count + past])[0])
+        return self._first_axis.offset + (count + past) / self._first_axis.counts_per_unit
 
     def _publish(self, first_tick: int, position: Floats) -> None:
+        before, still = self._sequence, np.zeros_like(position)
         self._sequence += 1
-        block = SetpointBlock(
-            self._robot,
-            self._owner,
-            self._sequence,
-            self._sequence - 1,
-            first_tick,
-            CYCLE_S,
-            30,
-            position,
-            0 * position,
+        self._session.publish(
+            SetpointBlock(self._robot, self._owner, before + 1, before, first_tick, CYCLE_S, 30, position, still)
         )
-        self._session.publish(block)
 
     def _on_target(self, at: float, target: int) -> None:
         self._shown = target
@@ -146,8 +137,18 @@ class Owner:
             if isinstance(message, GatewayState):
                 self._state = message
             elif isinstance(message, DriveFeedback):
-                self._feedback = message
-                self._tick_of_first_sync = max(self._tick_of_first_sync, message.tick - self._ear.syncs)
+                self._take(message)
+
+    def _take(self, feedback: DriveFeedback) -> None:
+        before, self._feedback = self._feedback, feedback
+        self._ticks_before = max(self._ticks_before, feedback.tick - self._ear.syncs)
+        if self._sent is None or before is None or feedback.refused == before.refused:
+            return
+        at = self._ear.command_at(feedback.tick - self._ticks_before)
+        if at is not None:
+            self.latencies.append(at - self._sent[0])
+            self.late += 1
+            self._sent = None
 
     def _ask(self, command: Claim | EnableDrives) -> Reply:
         deadline = time.monotonic() + READY_S
