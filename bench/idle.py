@@ -51,7 +51,8 @@ class IdleLoop:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        self._stop.set()
+        # Not by `_stop`: the process would wait until somebody takes what it has measured.
+        self._process.terminate()
         self._process.join()
 
     def lateness_s(self) -> list[float]:
