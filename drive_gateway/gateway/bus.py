@@ -13,6 +13,7 @@ from cell.net.runner import scheduling
 from drive_gateway.canopen.frame import CanFrame
 from drive_gateway.config.settings import BusSettings
 from drive_gateway.errors import GatewayError
+from drive_gateway.gateway.own_frames import leave_out_own
 
 _POLL_S = 0.1
 """The reader looks this often whether it should go on; it waits for nothing else."""
@@ -55,7 +56,7 @@ class BusPort:
     The cycle reads with `take` what has come since the cycle before, which costs it no wake-up and no change of thread
     per frame. While somebody is in `attend`, because an answer is waited for, a thread reads the frames as they come,
     and `on_frame` is called from there. Left out are extended and error frames, which are no business of CANopen, and
-    identifiers that this port sends itself: nobody else may, and some buses (udp_multicast) give all frames back.
+    identifiers that this port sends itself: nobody else may, and some buses give all frames back.
     """
 
     def __init__(self, settings: BusSettings, on_frame: Callable[[CanFrame], None]) -> None:
@@ -64,6 +65,7 @@ class BusPort:
         self._bus: can.BusABC | None = None
         self._sending = threading.Lock()
         self._own: set[int] = set()
+        self._mark = 0.0
         self._reading = threading.Lock()
         """Held by whoever reads, so that frames stay in their order."""
         self._attendants = 0
@@ -78,6 +80,8 @@ class BusPort:
     def __enter__(self) -> Self:
         """Open the bus. Raises `BusError`."""
         self._bus = bus = open_bus(self._settings)
+        if self._settings.interface == "udp_multicast":
+            self._mark = leave_out_own(bus)
         self._reader = threading.Thread(target=self._read, args=(bus,), name=f"can-{bus.channel_info}", daemon=True)
         self._reader.start()
         return self
@@ -95,7 +99,11 @@ class BusPort:
     def send(self, frame: CanFrame) -> None:
         """Send a frame. One that the driver does not take is counted: the drives watch for silence themselves."""
         message = can.Message(
-            arbitration_id=frame.id, data=frame.data, is_remote_frame=frame.remote, is_extended_id=False
+            timestamp=self._mark,
+            arbitration_id=frame.id,
+            data=frame.data,
+            is_remote_frame=frame.remote,
+            is_extended_id=False,
         )
         if not frame.remote:
             self._own.add(frame.id)

@@ -1,5 +1,6 @@
 """The gateway's handle of its bus: who reads when, what is handed over, and what is left out."""
 
+import socket
 import threading
 import time
 from collections.abc import Iterator
@@ -75,6 +76,40 @@ def test_frames_that_only_this_port_may_send_and_frames_that_are_no_canopen_are_
         send(peer, TPDO)
         port.take()
         assert ids(got) == [0x701, TPDO]
+
+
+def test_a_multicast_bus_gives_a_port_only_what_others_send(monkeypatch: pytest.MonkeyPatch) -> None:
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as free:
+        free.bind(("127.0.0.1", 0))
+        number = free.getsockname()[1]
+    options = {"port": number, "hop_limit": 0}
+    settings = BusSettings("udp_multicast", "239.74.163.2", 1_000_000, options)
+    read: list[int] = []
+    receive = can.BusABC.recv
+
+    def watched(bus: can.BusABC, timeout: float | None = None) -> can.Message | None:
+        message = receive(bus, timeout)
+        if message is not None:
+            read.append(message.arbitration_id)
+        return message
+
+    got: SimpleQueue[CanFrame] = SimpleQueue()
+    with (
+        can.Bus(interface="udp_multicast", channel="239.74.163.2", **options) as peer,
+        BusPort(settings, got.put) as port,
+    ):
+        monkeypatch.setattr(can.BusABC, "recv", watched)
+        port.send(CanFrame(RPDO, b"\1\2"))
+        port.send(CanFrame(0x701, b"", remote=True))
+        assert [(peer.recv(DEADLINE_S) or can.Message()).arbitration_id for _ in range(2)] == [RPDO, 0x701]
+        read.clear()
+        send(peer, TPDO)
+        deadline = time.monotonic() + DEADLINE_S
+        while not read and time.monotonic() < deadline:
+            port.take()
+        port.take()
+        # The kernel has dropped its own: the port has not even read them.
+        assert read == ids(got) == [TPDO]
 
 
 def test_a_node_that_babbles_cannot_keep_the_cycle(request: pytest.FixtureRequest) -> None:
