@@ -58,7 +58,7 @@ class Owner:
         self.late = 0
         """Of these, blocks whose set points had been made already when they came."""
         self.lost = 0
-        """Blocks of which nothing was seen."""
+        """Of these, blocks of which nothing was seen until the next one was sent: they count with that time."""
         while self._feedback is None or self._state is None or not self._state.ready:
             self._listen()
             time.sleep(0.01)
@@ -94,7 +94,9 @@ class Owner:
         if self._count is None:
             self._count = self._approach(feedback)
             return
-        self.lost += self._sent is not None
+        if self._sent is not None:
+            self.lost += 1
+            self.latencies.append(time.time() - self._sent[0])
         above = self._shown == self._count
         position = feedback.commanded.copy()
         position[0] = self._mark(self._count, _ABOVE if above else _BELOW)
