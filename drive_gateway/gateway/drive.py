@@ -35,6 +35,10 @@ class Drive:
         self.node = node
         place = f"node {axis.node_id}" if axis.number == 1 else f"node {axis.node_id} axis {axis.number}"
         self.label = f"{place} ({robot} {axis.name})"
+        self.operational = False
+        """Its node is."""
+        self.status = AxisStatus.SILENT
+        """As its statusword tells while its node is operational."""
         self.image = image_of(axis)
         self.counts: int | None = None
         self.counts_per_cycle = 0.0
@@ -48,7 +52,7 @@ class Drive:
         self.robot = robot
         self._settings = settings
         self._profile = ProfileSender(self.image.profile) if self.image.profile else None
-        self._status = AxisStatus.SILENT
+        self._heard = AxisStatus.SILENT
         self._tpdo_tick = -1
         self._tpdo_at = 0.0
         self._inputs: int | None = None
@@ -58,18 +62,9 @@ class Drive:
         node.attach(self)
 
     @property
-    def operational(self) -> bool:
-        """Its node is."""
-        return self.node.operational
-
-    @property
     def emergency(self) -> Emergency | None:
         """The newest one that is its own."""
         return self.node.emergency_of(self.label)
-
-    @property
-    def status(self) -> AxisStatus:
-        return self._status if self.operational else AxisStatus.SILENT
 
     @property
     def warns(self) -> bool:
@@ -121,7 +116,9 @@ class Drive:
             return
         if self.counts is not None and tick > self._tpdo_tick:
             self.counts_per_cycle = (counts - self.counts) / (tick - self._tpdo_tick)
-        self._status = status
+        self._heard = status
+        if self.operational:
+            self.status = status
         self.statusword = statusword
         self.per_mille = torque
         self.counts = counts
@@ -147,6 +144,7 @@ class Drive:
 
     def started(self, now: float) -> None:
         self._tpdo_at = now
+        self.operational, self.status = True, self._heard
 
     def silent_s(self, now: float, tick: int) -> float:
         if self._tpdo_tick < tick:
@@ -165,6 +163,7 @@ class Drive:
 
     def lost(self) -> None:
         self._asked = False
+        self.operational, self.status = False, AxisStatus.SILENT
         if self.counts is not None:
             self.reference.lost(self.counts, self._way_to_rest())
 

@@ -61,6 +61,8 @@ class Node:
         self.id = first.node_id
         self.label = f"node {self.id} ({robot} {', '.join(axis.name for axis in axes)})"
         self.sdo = SdoChannel(self.id)
+        self.operational = False
+        """Brought up, and not lost since."""
         self.emergency: Emergency | None = None
         self._errors: dict[str, Emergency] = {}
         """Of axes of a node with several, by their labels."""
@@ -86,10 +88,6 @@ class Node:
     @property
     def phase(self) -> Phase:
         return self._bring_up.phase
-
-    @property
-    def operational(self) -> bool:
-        return self._bring_up.phase is Phase.OPERATIONAL and not self._lost
 
     @property
     def lost(self) -> bool:
@@ -167,6 +165,7 @@ class Node:
             before = self._bring_up.phase
             effects = self._bring_up.step(now, self.nmt, all(axis.measured for axis in self._axes))
             if self._bring_up.phase is Phase.OPERATIONAL:
+                self.operational = True
                 self._heartbeat_at = now
                 for axis in self._axes:
                     axis.started(now)
@@ -178,8 +177,10 @@ class Node:
         request = self.sdo.poll()
         return effects if request is None else [*effects, request]
 
-    def check(self) -> list[Trouble]:
+    def check(self) -> Sequence[Trouble]:
         """The troubles since the last check, oldest first."""
+        if not self._troubles:
+            return ()
         troubles, self._troubles = self._troubles, []
         return troubles
 
@@ -204,10 +205,13 @@ class Node:
             axis.forget()
 
     def _watch(self, now: float, tick: int) -> None:
-        silences = [(axis.silent_s(now, tick), axis.label) for axis in self._axes]
-        silent_s, label = max(silences, key=lambda silence: silence[0])
-        if silent_s > self._settings.tpdo_timeout_s:
-            self._lose("tpdo_silent", f"{label} sent no TPDO for {silent_s:.3f} s", "check power and wiring")
+        longest_s, label = 0.0, ""
+        for axis in self._axes:
+            silent_s = axis.silent_s(now, tick)
+            if silent_s > longest_s:
+                longest_s, label = silent_s, axis.label
+        if longest_s > self._settings.tpdo_timeout_s:
+            self._lose("tpdo_silent", f"{label} sent no TPDO for {longest_s:.3f} s", "check power and wiring")
             return
         silent_s = now - self._heartbeat_at
         if silent_s > self._settings.heartbeat_timeout_s:
@@ -216,7 +220,7 @@ class Node:
             self._lose("heartbeat_lost", text, "check power and wiring")
 
     def _lose(self, code: str, text: str, remedy: str) -> None:
-        self._lost = True
+        self._lost, self.operational = True, False
         self.sdo.forget()
         for axis in self._axes:
             axis.lost()

@@ -52,16 +52,14 @@ class Watch:
 
     def measure(self, now: float) -> None:
         """Take what the nodes said; as long as one of them has said nothing yet, all stays as it is."""
-        counts = [node.counts for node in self._nodes]
-        known = [count for count in counts if count is not None]
-        if len(known) < len(counts):
+        known = [node.counts for node in self._nodes if node.counts is not None]
+        if len(known) < len(self._nodes):
             return
         self.measured = True
         self.position = self._units.position(known)
         self.velocity = self._units.velocity([node.counts_per_cycle / self._cycle_s for node in self._nodes])
-        torques = [node.per_mille for node in self._nodes]
-        told = [torque for torque in torques if torque is not None]
-        self.torque = self._units.torque(told) if len(told) == len(torques) else None
+        told = [node.per_mille for node in self._nodes if node.per_mille is not None]
+        self.torque = self._units.torque(told) if len(told) == len(self._nodes) else None
         self.standing = self._rest.update(self.position, now)
         for node, count in zip(self._nodes, known, strict=True):
             self._judge(node, count)
