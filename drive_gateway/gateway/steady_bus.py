@@ -1,0 +1,116 @@
+"""A handle of a CAN bus that outlives the bus' failures: it tells them, and is opened again until the bus is back."""
+
+import threading
+import time
+from collections.abc import Callable
+
+import can
+
+from drive_gateway.config.settings import BusSettings
+from drive_gateway.errors import GatewayError
+from drive_gateway.gateway.bus import open_bus
+from drive_gateway.gateway.bus_news import BusBack, BusDisturbed, BusFailed, BusNews
+from drive_gateway.gateway.error_frame import BUS_OFF, meaning
+
+REOPEN_S = 0.5
+"""Between two attempts to open a failed bus."""
+TELL_S = 10.0
+"""The same trouble of a bus that still works is told again after this time."""
+
+
+class SteadyBus:
+    """One thread calls `receive`, any may call `send`. What happens to the bus goes to `on_news`, from either.
+
+    An interface that goes down, an adapter that is unplugged, and a controller in bus-off are failures. Of the first
+    two a handle does not recover with every driver, so another one is opened every `REOPEN_S` until one can be read.
+
+    Raises:
+        BusError: the bus cannot be opened (when it is made; later that is a failure like others).
+    """
+
+    def __init__(self, settings: BusSettings, on_news: Callable[[BusNews], None]) -> None:
+        self._settings = settings
+        self._on_news = on_news
+        self._lock = threading.Lock()
+        self._bus: can.BusABC | None = open_bus(settings)
+        self._failed = False
+        self._bus_off = False
+        self._reopen_at = 0.0
+        self._unsent = 0
+        self._quiet_until: dict[str, float] = {}
+
+    def receive(self, timeout_s: float) -> can.Message | None:
+        """The next data or remote frame; `None` when none comes in time or the bus has failed."""
+        bus = self._reopened(timeout_s) if self._bus is None else self._bus
+        if bus is None:
+            return None
+        try:
+            message = bus.recv(timeout_s)
+        except (can.CanError, OSError) as error:
+            self.close()
+            self._bus_off = False
+            self._reopen_at = time.monotonic() + REOPEN_S
+            self._fail(str(error))
+            return None
+        if message is not None and message.is_error_frame:
+            self._judge(message)
+            return None
+        if self._failed and (message is not None or not self._bus_off):
+            self._failed = self._bus_off = False
+            self._on_news(BusBack())
+        return message
+
+    def send(self, message: can.Message) -> None:
+        """Send a frame. One that the driver does not take is lost: who waits for it watches for silence itself."""
+        with self._lock:
+            try:
+                if self._bus is not None:
+                    self._bus.send(message)
+                return
+            except (can.CanError, OSError) as error:
+                self._unsent += 1
+                problem = str(error)
+        if not self._failed:
+            text = f"frames are not sent, {self._unsent} so far, the newest {message.arbitration_id:03X}h: {problem}"
+            self._disturbed("unsent", text)
+
+    def close(self) -> None:
+        with self._lock:
+            if self._bus is not None:
+                self._bus.shutdown()
+            self._bus = None
+
+    def _judge(self, message: can.Message) -> None:
+        found = meaning(message) if self._settings.interface == "socketcan" else ""
+        if found == BUS_OFF:
+            # The same handle is good again when the controller is; a frame is the sign of it.
+            self._bus_off = True
+            self._fail(found)
+        elif found:
+            self._disturbed(found, found)
+
+    def _disturbed(self, kind: str, text: str) -> None:
+        now = time.monotonic()
+        if now >= self._quiet_until.get(kind, 0.0):
+            self._quiet_until[kind] = now + TELL_S
+            self._on_news(BusDisturbed(text))
+
+    def _fail(self, text: str) -> None:
+        if not self._failed:
+            self._failed = True
+            self._on_news(BusFailed(text))
+
+    def _reopened(self, timeout_s: float) -> can.BusABC | None:
+        """A new handle when it is time for one; else the time that the caller would have waited for a frame passes."""
+        left_s = self._reopen_at - time.monotonic()
+        if left_s > 0.0:
+            time.sleep(min(left_s, timeout_s))
+            return None
+        self._reopen_at = time.monotonic() + REOPEN_S
+        try:
+            bus = open_bus(self._settings)
+        except GatewayError:
+            return None
+        with self._lock:
+            self._bus = bus
+        return bus
