@@ -1,6 +1,7 @@
 """Who is on the bus: every Node-ID is asked for its device type, a few per cycle, and answers are collected."""
 
 from collections.abc import Callable, Collection
+from math import ceil
 
 from cell.core import Effect
 from drive_gateway.canopen.cob_id import MASTER_NODE_ID, SDO_TO_NODE
@@ -10,7 +11,9 @@ from drive_gateway.gateway.effects import Frame
 READ_DEVICE_TYPE = bytes.fromhex("4000100000000000")
 """SDO read request of 1000h:00."""
 PER_CYCLE = 2
-"""Requests per bus cycle, so that the process data keep their room."""
+"""Requests per bus cycle, so that the process data keep their room; more where cycles are long."""
+ASK_WITHIN_S = 1.0
+"""All are asked within this time: a caller waits 2 s for the answer."""
 LISTEN_S = 0.3
 """A node answers an SDO within a few ms; after the last request it gets this long."""
 
@@ -21,8 +24,9 @@ Found = Callable[[dict[int, int]], None]
 class Scan:
     """Looks for nodes that are not in the drives file; those that are have their own SDO channel and are left alone."""
 
-    def __init__(self, known: Collection[int]) -> None:
+    def __init__(self, known: Collection[int], cycle_s: float) -> None:
         self._strange = [number for number in range(1, MASTER_NODE_ID) if number not in known]
+        self._per_cycle = max(PER_CYCLE, ceil(len(self._strange) * cycle_s / ASK_WITHIN_S))
         self._asking: list[int] = []
         self._waiting: list[Found] = []
         self._found: dict[int, int] = {}
@@ -44,7 +48,7 @@ class Scan:
         """The requests of this cycle; tells what was found when the time is over."""
         if not self._waiting:
             return []
-        asked, self._asking = self._asking[:PER_CYCLE], self._asking[PER_CYCLE:]
+        asked, self._asking = self._asking[: self._per_cycle], self._asking[self._per_cycle :]
         if asked:
             self._until = now + LISTEN_S
         elif now >= self._until:
