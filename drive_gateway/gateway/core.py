@@ -169,7 +169,10 @@ class GatewayCore:
                 node.on_emergency(frame.data)
 
     def _on_bus(self, news: BusNews, now: float) -> None:
-        """A bus that fails stops its robots at once; the drives stop by themselves, because they miss the gateway."""
+        """A bus that fails stops its robots at once; the drives stop by themselves, because they miss the gateway.
+
+        When it is back, nodes that could not be reached are tried again without the wait for their boot-up.
+        """
         name, remedy = name_of(self._settings.bus), remedy_of(self._settings.bus)
         match news:
             case BusFailed(text):
@@ -185,6 +188,9 @@ class GatewayCore:
             case BusBack():
                 self._bus_problem = ""
                 self._log.info("bus_back", f"{name} works again")
+                for node in self._nodes.values():
+                    if not node.operational and not node.lost:
+                        node.bring_up_again(now)
 
     def _on_estop(self, estop: Estop, now: float) -> None:
         if not self._estop.receive(estop, now):

@@ -422,6 +422,19 @@ def test_a_bus_that_fails_stops_the_robot_at_once_and_says_so_until_it_is_back()
     assert world.feedback.state is PlayoutState.FAULT
 
 
+def test_nodes_that_were_out_of_reach_are_brought_up_as_soon_as_the_bus_is_back() -> None:
+    world = World(gateway_settings(boot_timeout_s=30.0))
+    world.enabled()
+    for drive in world.drives.values():
+        drive.alive = False
+    world.tell(BusFailed("Network is down"))
+    world.run(TIMES.estop_delay_s + 0.5)
+    for drive in world.drives.values():
+        drive.alive = True
+    world.tell(BusBack())
+    world.until(lambda: world.state.ready, within_s=2.0)
+
+
 def test_a_bus_that_fails_before_anything_runs_leaves_nothing_to_acknowledge() -> None:
     world = World()
     world.tell(BusFailed("Network is down"), BusBack(), BusDisturbed("no node acknowledges"))
