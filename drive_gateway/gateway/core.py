@@ -75,7 +75,7 @@ class GatewayCore:
         self._by_inputs: dict[int, Drive] = {
             drive.image.inputs.cob_id: drive for drive in self._drives if drive.image.inputs is not None
         }
-        self._scan = Scan(self._nodes, settings.cycle_s)
+        self._scan = Scan(self._nodes)
         self._calls = Calls(settings.name, boot, digest, process, self._robots, self._scan)
         self._estop = EstopLatch()
         self._buttons = EstopButtons(settings.name, boot)

@@ -143,7 +143,7 @@ class Drive:
 
     def lost(self) -> None:
         if self.counts is not None:
-            self.reference.lost(self.counts, self._way_to_rest())
+            self.reference.lost(self.counts, self._way_to_rest(), torque=self._status not in _WITHOUT_TORQUE)
 
     def forget(self) -> None:
         self._inputs = None

@@ -77,7 +77,7 @@ def test_a_scan_asks_every_strange_node_and_names_all() -> None:
 
 
 def test_a_scan_with_long_cycles_asks_everybody_before_its_caller_gives_up() -> None:
-    scan, found, cycle_s = Scan((1, 2), 0.04), list[Mapping[int, int]](), 0.04
+    scan, found, cycle_s = Scan((1, 2)), list[Mapping[int, int]](), 0.04
     scan.begin(found.append)
     asked = [len(scan.step(number * cycle_s)) for number in range(round(1.5 / cycle_s))]
     assert sum(asked) == 124
