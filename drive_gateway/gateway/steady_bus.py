@@ -63,16 +63,18 @@ class SteadyBus:
     def send(self, message: can.Message) -> None:
         """Send a frame. One that the driver does not take is lost: who waits for it watches for silence itself."""
         with self._lock:
+            told = self._failed
             try:
                 if self._bus is not None:
                     self._bus.send(message)
                 return
             except (can.CanError, OSError) as error:
-                self._unsent += 1
                 problem = str(error)
-        if not self._failed:
-            text = f"frames are not sent, {self._unsent} so far, the newest {message.arbitration_id:03X}h: {problem}"
-            self._disturbed("unsent", text)
+            if told:
+                return
+            self._unsent += 1
+        text = f"frames are not sent, {self._unsent} so far, the newest {message.arbitration_id:03X}h: {problem}"
+        self._disturbed("unsent", text)
 
     def close(self) -> None:
         with self._lock:
