@@ -154,7 +154,6 @@ def test_a_node_that_was_lost_in_motion_may_have_braked_and_no_more() -> None:
 @pytest.mark.parametrize(
     ("torque", "said"),
     [(True, "it had torque when it was last heard"), (False, "jumped by 6 whole turns of the motor")],
-    [(True, "it had torque when it was last heard"), (False, "jumped by 6 whole turns of the motor")],
 )
 def test_turns_that_are_missing_after_a_silence_were_lost_only_where_there_was_no_torque(
     torque: bool, said: str
