@@ -152,7 +152,7 @@ class DriveGroup:
         """Stop all drives of the robot with voltage on; nothing moves again before reset and enable."""
         self._log.alarm(trouble, self.robot)
         if self.power.state in (PowerState.STOPPING, PowerState.FAULT):
-            self.permits.trouble = self.permits.trouble or trouble
+            self.permits.trouble = trouble.instead_of(self.permits.trouble)
             return
         self.permits.trouble = trouble
         self._answer(False, f"{self.robot}: {trouble.text}; {trouble.remedy}")

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from typing import Protocol
 
 from cell.core import Effect
-from drive_gateway.canopen.emcy import NO_ERROR, Emergency, decode_emergency
+from drive_gateway.canopen.emcy import NO_ERROR, Emergency, decode_emergency, meaning_of
 from drive_gateway.canopen.nmt import NmtState, decode_heartbeat
 from drive_gateway.canopen.sdo import SdoChannel
 from drive_gateway.config.settings import AxisSettings, GatewaySettings
@@ -12,7 +12,7 @@ from drive_gateway.gateway.bring_up import BringUp, Phase
 from drive_gateway.gateway.effects import Frame
 from drive_gateway.gateway.guarding import Guarding
 from drive_gateway.gateway.reference import Reference
-from drive_gateway.gateway.trouble import Trouble
+from drive_gateway.gateway.trouble import AXIS_ERROR, EMERGENCY, Trouble
 
 
 class AxisOfNode(Protocol):
@@ -32,6 +32,9 @@ class AxisOfNode(Protocol):
 
     def lost(self) -> None:
         """The node is not operational any more."""
+
+    def ask_error(self) -> None:
+        """Let it read which error its axis has; the answer goes to `Node.axis_error`."""
 
     def forget(self) -> None:
         """The node is reset: what it said before says nothing any more."""
@@ -59,6 +62,8 @@ class Node:
         self.label = f"node {self.id} ({robot} {', '.join(axis.name for axis in axes)})"
         self.sdo = SdoChannel(self.id)
         self.emergency: Emergency | None = None
+        self._errors: dict[str, Emergency] = {}
+        """Of axes of a node with several, by their labels."""
         self.told_problem = ""
         self.nmt: NmtState | None = None
         self._axes: list[AxisOfNode] = []
@@ -116,7 +121,7 @@ class Node:
             text = f"{self.label} restarted by itself and lost its configuration"
             self._lose("unexpected_boot", text, "check its supply")
         else:
-            text = f"{self.label} left Operational, its heartbeat says {state.name}"
+            text = f"{self.label} left Operational, its heartbeat says {state.words}"
             self._lose("left_operational", text, "look for a second master on the bus")
 
     def on_emergency(self, data: bytes) -> None:
@@ -125,11 +130,31 @@ class Node:
             return
         if emergency.code == NO_ERROR:
             self.emergency = None
+            self._errors.clear()
             return
         self.emergency = emergency
         if self.operational:
             text = f"{self.label} reports {emergency.code:04X}h: {emergency.meaning}"
-            self._troubles.append(Trouble("emergency", text, emergency.remedy, self.id, emergency.code))
+            self._troubles.append(Trouble(EMERGENCY, text, emergency.remedy, self.id, emergency.code))
+        if len(self._axes) > 1:
+            for axis in self._axes:
+                axis.ask_error()
+
+    def axis_error(self, label: str, code: int) -> None:
+        """An axis of a node with several tells its own error (603Fh), 0: it has none."""
+        if self.emergency is None or code == NO_ERROR:
+            self._errors.pop(label, None)
+            return
+        meaning, remedy = meaning_of(code)
+        error = Emergency(code, self.emergency.register, meaning, remedy)
+        if self._errors.get(label) != error and self.operational:
+            text = f"{label} has the error {code:04X}h: {meaning}"
+            self._troubles.append(Trouble(AXIS_ERROR, text, remedy, self.id, code))
+        self._errors[label] = error
+
+    def emergency_of(self, label: str) -> Emergency | None:
+        """What is wrong with an axis: its own error, or the node's emergency as long as nobody says whose it is."""
+        return self._errors.get(label) if self._errors else self.emergency
 
     # What the gateway does
 
@@ -174,6 +199,7 @@ class Node:
             self._guarding.restart()
         self.nmt = None
         self.emergency = None
+        self._errors.clear()
         for axis in self._axes:
             axis.forget()
 

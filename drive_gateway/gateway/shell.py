@@ -30,7 +30,7 @@ from drive_gateway.gateway.effects import Frame, Record, RecordEnded, RecordSaid
 from drive_gateway.gateway.position_store import PositionStore
 from drive_gateway.gateway.recorder import LONGEST_S, Recorder
 from drive_gateway.gateway.sdo_workers import SdoWorkers
-from drive_gateway.sim.shell import SimulatedDrives
+from drive_gateway.sim.shell import Robots, SimulatedDrives
 
 CLOSING_S = 5.0
 """After its own e-stop delay a gateway that is stopped gets this long to switch its drives off."""
@@ -47,13 +47,15 @@ def run_gateway(
     link: Link,
     stop: Event,
     simulate: bool = False,
+    robots: Robots | None = None,
     state_folder: Path | None = None,
     zenoh_options: ZenohOptions | None = None,
 ) -> int:
     """Run one gateway until `stop` is set; then play out, switch off and leave the bus.
 
     With `simulate` the bus' drives run in this process too, on their own handle of the same bus. They stand where the
-    drives file says at each start, so only without it `state_folder` keeps where axes stand.
+    drives file says at each start, so only without it `state_folder` keeps where axes stand. `robots`: the loads that
+    they carry at the full level.
 
     Returns:
         0 when all drives were switched off, 1 when a drive did not say that it is off.
@@ -80,7 +82,7 @@ def run_gateway(
         )
         session = stack.enter_context(CellSession(cell, link, "gateway", settings.name, boot, zenoh_options))
         if simulate:
-            stack.enter_context(SimulatedDrives(settings))
+            stack.enter_context(SimulatedDrives(settings, robots))
         shell = _Shell(settings, times, session, stop, store)
         stack.enter_context(shell.port)
         stack.enter_context(shell.workers)

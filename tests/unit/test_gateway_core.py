@@ -293,7 +293,7 @@ def test_a_drive_that_stays_off_is_named_in_the_answer() -> None:
     owner = world.claim()
     reply = world.ask(EnableDrives("left", owner))
     assert not reply.ok
-    assert "node 2 (left J2): SWITCH_ON_DISABLED" in reply.text
+    assert "node 2 (left J2): Switch On Disabled" in reply.text
     world.until(lambda: all(drive.status is S.SWITCH_ON_DISABLED for drive in world.drives.values()))
 
 
@@ -394,7 +394,7 @@ def test_a_reset_says_which_cause_is_still_there() -> None:
     stopped_by(world, "emergency")
     reply = world.ask(ResetDrives("left", owner))
     assert not reply.ok
-    assert "node 1 (left J1): FAULT, 8611h following error" in reply.text
+    assert "node 1 (left J1): Fault, 8611h following error" in reply.text
     assert world.feedback.state is PlayoutState.FAULT
 
 
