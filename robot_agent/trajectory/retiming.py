@@ -40,10 +40,7 @@ def basis(places: Numbers) -> Numbers:
 
 def on_windows(rows: Numbers, c: Numbers) -> Numbers:
     """Rows `(3, m, intervals)` times the three coefficients of each interval, out of `c` `(intervals + 2,)`."""
-    values = rows[0] * c[:-2]
-    values += rows[1] * c[1:-1]
-    values += rows[2] * c[2:]
-    return np.asarray(values)
+    return np.asarray(np.einsum("imk,ik->mk", rows, np.stack([c[:-2], c[1:-1], c[2:]])))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -150,20 +147,20 @@ class Limited:
         )
 
     def use(self, c: Numbers) -> tuple[Numbers, Numbers, Numbers]:
-        """What a timing uses of each limit: speed `(places, intervals)`, acceleration and jerk `(m, intervals)`."""
+        """What a timing uses of each limit: speed `(places, intervals)`, acceleration and jerk `(m, intervals)`.
+
+        Negative where it is the lower bound that is close.
+        """
         y = on_windows(self.value, c)
         acceleration = on_windows(self.acceleration, c)
-        jerk = np.abs(on_windows(self.jerk, c)) * np.repeat(np.sqrt(y), self.rows, axis=0)
-        speed = np.sqrt(on_windows(self.speed, c))
-        return speed, np.maximum(acceleration / self.above, -acceleration / self.below), jerk
+        acceleration /= np.where(acceleration > 0.0, self.above, self.below)
+        jerk = on_windows(self.jerk, c)
+        jerk.reshape(len(y), -1, y.shape[1])[...] *= np.sqrt(y)[:, None]
+        return np.sqrt(on_windows(self.speed, c)), acceleration, jerk
 
     def excess(self, c: Numbers) -> Numbers:
         """The most that a timing uses in each interval `(3, intervals)` of speed, acceleration and jerk."""
-        return np.stack([each.max(axis=0) for each in self.use(c)])
-
-    def largest(self, c: Numbers) -> float:
-        """The most that a timing uses of any limit."""
-        return max(float(each.max()) for each in self.use(c))
+        return np.stack([np.abs(each).max(axis=0) for each in self.use(c)])
 
 
 def _neighbours(s: Numbers) -> Numbers:
