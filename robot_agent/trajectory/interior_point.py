@@ -21,8 +21,8 @@ _CARRIED = (2, 8, 14)
 """Limits of speed, acceleration and jerk carried along per interval."""
 _MORE = (1, 3, 5)
 """Limits that join them when others are exceeded."""
-_LOOKING_ROUND = (3, 6)
-"""After so many steps more limits are carried along where others are exceeded by more than `_UNSEEN`."""
+_LOOKING_ROUND = 2
+"""Every so many steps more limits are carried along where others are exceeded by more than `_UNSEEN`."""
 _UNSEEN = 0.02
 _AGAIN = 0.02
 """Gap with which the search goes on behind tightened limits."""
@@ -32,8 +32,8 @@ _SMALLEST_GAP = 1e-5
 _NEAR = 0.2
 """Gap below which a search has come somewhere."""
 _MOST_STEPS = 90
-_SLACK = 0.05
-"""Given to a limit that is not kept yet."""
+_SLACK, _SLACK_SHARE = 0.05, 0.3
+"""Given at most to a limit that is not kept yet; and by how much more the more it is exceeded."""
 _TOUCHING = 0.01
 """Share of it below which a limit counts as not kept."""
 _BOUNDARY = 0.95
@@ -76,7 +76,7 @@ class Search:
             if done.all() and self._widening.max() < kept:
                 if not self._carry_more(kept):
                     break
-            elif number in _LOOKING_ROUND:
+            elif number % _LOOKING_ROUND == 0:
                 self._carry_more(_UNSEEN)
 
     @property
@@ -252,11 +252,12 @@ class Search:
         return np.diff(np.append(self.limited.starts, len(self.c))) * float(sum(self._counts()) + 1)
 
 
+def _widened(slacks: Numbers, room: Numbers) -> Numbers:
+    """What is added to limits that are exceeded or nearly so."""
+    room = room + _SLACK_SHARE * np.maximum(-slacks, 0.0)
+    return np.where(slacks < _TOUCHING * room, room - slacks, 0.0)
+
+
 def _dot(first: Numbers, second: Numbers) -> Numbers:
     """`(intervals,)` sums of products over all rows `(rows, intervals)`."""
     return np.asarray(np.einsum("mk,mk->k", first, second))
-
-
-def _widened(slacks: Numbers, room: Numbers) -> Numbers:
-    """What is added to limits that are exceeded or nearly so."""
-    return np.where(slacks < _TOUCHING * room, room - slacks, 0.0)
