@@ -49,17 +49,20 @@ class PosePath:
 
     def poses(self, distance_m: Numbers) -> Numbers:
         """`(m, 4, 4)` at distances `(m,)`."""
-        poses = np.zeros((len(distance_m), 4, 4))
-        poses[:, :3, :3] = self.orientation.at(distance_m)
-        poses[:, :3, 3] = self.chain.at(distance_m)[0]
-        poses[:, 3, 3] = 1.0
-        return poses
+        return _poses(self.orientation.at(distance_m), self.chain.at(distance_m)[0])
 
-    def twists(self, distance_m: Numbers) -> tuple[Numbers, Numbers]:
-        """Twist `(m, 6)` per distance, linear then angular in base axes, and its derivative by distance."""
-        _, tangent, curvature = self.chain.at(distance_m)
-        spin, change = self.orientation.spin(distance_m)
-        return np.concatenate([tangent, spin], axis=1), np.concatenate([curvature, change], axis=1)
+    def states(self, distance_m: Numbers) -> tuple[Numbers, Numbers, Numbers]:
+        """Poses as above; twist `(m, 6)` per distance, linear then angular in base axes; its derivative by distance."""
+        place, tangent, curvature = self.chain.at(distance_m)
+        rotation, spin, change = self.orientation.states(distance_m)
+        twist = np.concatenate([tangent, spin], axis=1), np.concatenate([curvature, change], axis=1)
+        return _poses(rotation, place), *twist
+
+
+def _poses(rotation: Numbers, place: Numbers) -> Numbers:
+    poses = np.zeros((len(place), 4, 4))
+    poses[:, :3, :3], poses[:, :3, 3], poses[:, 3, 3] = rotation, place, 1.0
+    return poses
 
 
 def pose_paths(legs: list[Leg]) -> list[PosePath]:
