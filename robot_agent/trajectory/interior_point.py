@@ -122,7 +122,7 @@ class Search:
             return False
         before = self._counts()
         for use, carried, side in zip(uses, self._carried, self._sides, strict=True):
-            here = np.take_along_axis(use, carried, axis=0)
+            here = _taken(use, carried)
             np.put_along_axis(use, carried, np.where(here * side > 0.0, 0.0, here), axis=0)
         self._choose(uses, _MORE)
         self._gather()
@@ -140,7 +140,7 @@ class Search:
         """Also so many of the limits that are used most, each on the side where it is."""
         for kind, (use, count) in enumerate(zip(uses, more, strict=True)):
             chosen = np.argpartition(-np.abs(use), min(count, len(use) - 1), axis=0)[:count]
-            side = np.where(np.take_along_axis(use, chosen, axis=0) < 0.0, -1.0, 1.0)
+            side = np.where(_taken(use, chosen) < 0.0, -1.0, 1.0)
             self._carried[kind] = np.concatenate([self._carried[kind], chosen])
             self._sides[kind] = np.concatenate([self._sides[kind], side])
 
@@ -151,11 +151,11 @@ class Search:
     def _gather(self) -> None:
         """Rows `(3, limits, intervals)` of what is limited and of y where jerk is, and the bounds that stay."""
         limits, (v, a, j), sides = self.limited, self._carried, self._sides
-        taken = ((limits.speed, v), (limits.acceleration, a), (limits.jerk, j))
-        rows = [np.take_along_axis(each, at[None], axis=1) for each, at in taken]
-        self._rows = np.concatenate([each * side for each, side in zip(rows, sides, strict=True)], axis=1)
-        self._values_there = np.take_along_axis(limits.value, (j // limits.rows)[None], axis=1)
-        above, below = (np.take_along_axis(each, a, axis=0) for each in (limits.above, limits.below))
+        rows = [_taken(each, at) for each, at in ((limits.speed, v), (limits.acceleration, a), (limits.jerk, j))]
+        self._rows = np.concatenate(rows, axis=1)
+        self._rows *= np.concatenate(sides)
+        self._values_there = _taken(limits.value, j // limits.rows)
+        above, below = _taken(limits.above, a), _taken(limits.below, a)
         self._bounds = np.concatenate([np.ones(v.shape), np.where(sides[1] > 0.0, above, below)])
         self._sided = np.concatenate([self._rows, np.broadcast_to(_DURATION, (3, 3, len(limits.h)))], axis=1)
         self._place()
@@ -256,6 +256,12 @@ def _widened(slacks: Numbers, room: Numbers) -> Numbers:
     """What is added to limits that are exceeded or nearly so."""
     room = room + _SLACK_SHARE * np.maximum(-slacks, 0.0)
     return np.where(slacks < _TOUCHING * room, room - slacks, 0.0)
+
+
+def _taken(values: Numbers, at: NDArray[np.intp]) -> Numbers:
+    """Of values `(..., m, intervals)` those `(..., n, intervals)` with the numbers `at` `(n, intervals)` out of m."""
+    count = values.shape[-1]
+    return np.take(values.reshape(*values.shape[:-2], -1), at * count + np.arange(count), axis=-1)
 
 
 def _dot(first: Numbers, second: Numbers) -> Numbers:

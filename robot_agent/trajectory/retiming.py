@@ -68,7 +68,7 @@ class Limited:
         k, places = base.intervals, len(PLACES)
         s, *derivatives = base.at(np.arange(k), np.broadcast_to(PLACES[:, None], (places, k)))
         around = base.at(np.arange(k), np.broadcast_to(_AROUND[:, None], (len(_AROUND), k)))[0]
-        rows = bounds.rows(s.ravel(), np.stack([around[:-1].ravel(), around[1:].ravel()]), _neighbours(s))
+        rows = bounds.rows(s.ravel(), around, _neighbours(s))
         v, a, j = (each.reshape(-1, 1) for each in derivatives)
         h, affine = base.h, rows.affine
         by_y, by_growth = affine.b * v**2 + affine.a * a, affine.a * v / (2.0 * h)
@@ -86,12 +86,11 @@ class Limited:
             """Values `(places x intervals, rows)` as `(places, rows, intervals)`."""
             return np.ascontiguousarray(np.swapaxes(values.reshape(places, k, -1), 1, 2))
 
-        shaped = [by_interval(each) for each in (by_y, by_growth, *terms)]
         return cls(
-            np.stack([_sum_of(shaped[:2], rule[:, i]) for i in range(3)]),
+            _sum_of([by_interval(each) for each in (by_y, by_growth)], rule),
             by_interval(affine.above).reshape(-1, k),
             by_interval(affine.below).reshape(-1, k),
-            np.stack([_sum_of(shaped[2:], rule[:, i]) for i in range(3)]),
+            _sum_of([by_interval(each) for each in terms], rule),
             faster.reshape(places, k) * rule[0][..., None],
             np.repeat(rule[0][..., None], k, axis=2),
             np.full(k, h),
@@ -171,7 +170,7 @@ def _neighbours(s: Numbers) -> Numbers:
     return np.stack([every[np.maximum(index - 1, 0)], every[np.minimum(index + 1, len(every) - 1)]])
 
 
-def _sum_of(terms: list[Numbers], weights: Numbers) -> Numbers:
-    """Terms `(places, rows, intervals)` times weights `(terms, places)`: `(places x rows, intervals)`."""
-    total = sum(term * weight[:, None, None] for term, weight in zip(terms, weights, strict=False))
-    return np.asarray(total).reshape(-1, terms[0].shape[2])
+def _sum_of(terms: list[Numbers], rule: Numbers) -> Numbers:
+    """Terms `(places, rows, intervals)` times the basis `(terms, 3, places)`: `(3, places x rows, intervals)`."""
+    total = np.einsum("tip,tprk->iprk", rule[: len(terms)], np.stack(terms))
+    return np.asarray(total).reshape(3, -1, terms[0].shape[2])
