@@ -24,7 +24,7 @@ _ROUNDS = 24
 _MOST_PARTS = 4
 _SPACING_M = 0.03
 _SPACING_RAD = 0.1
-_FEWEST_PARTS = 12
+_FEWEST_PARTS = 16
 """Of each curve of the path at first, which mostly is fine enough: to divide them all once more takes longer."""
 _FINEST_M = 1e-8
 _MOST_NODES = 6000

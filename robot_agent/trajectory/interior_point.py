@@ -17,9 +17,9 @@ from robot_agent.trajectory.affine import Numbers
 from robot_agent.trajectory.band import solve_banded
 from robot_agent.trajectory.retiming import Limited, basis, on_windows
 
-_CARRIED = (2, 8, 14)
+_CARRIED = (2, 6, 10)
 """Limits of speed, acceleration and jerk carried along per interval."""
-_MORE = (1, 3, 5)
+_MORE = (1, 2, 3)
 """Limits that join them when others are exceeded."""
 _LOOKING_ROUND = 2
 """Every so many steps more limits are carried along where others are exceeded by more than `_UNSEEN`."""
