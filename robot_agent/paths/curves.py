@@ -123,8 +123,8 @@ class Polynomial:
 class Polynomials:
     """Several polynomial curves, for asking about many places on all of them at once.
 
-    u of a length is a quintic in each cell, which begins and ends with the rates at which u grows there. Where one of the
-    curves nearly stands, and that is too rough, u follows by Newton.
+    u of a length is a quintic in each cell, which begins and ends with the rates at which u grows there. Where one of
+    the curves nearly stands, and that is too rough, u follows by Newton.
     """
 
     def __init__(self, curves: Sequence[Polynomial]) -> None:
@@ -151,7 +151,7 @@ class Polynomials:
         return _states((_powers(u, self._orders.shape[1])[:, None] @ self._orders[which])[:, 0])
 
     def _clocks(self) -> Numbers | None:
-        """Coefficients `(curves, cells, 6)` of u over the share of each cell's distance; None where that is too rough."""
+        """Coefficients `(curves, cells, 6)` of u over the share of a cell's distance; None where that is too rough."""
         values = _powers(_EDGES, self._orders.shape[1]) @ self._orders
         first, second = values[..., 3:6], values[..., 6:]
         square = np.maximum((first * first).sum(axis=-1), _SMALLEST_SPEED)

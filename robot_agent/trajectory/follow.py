@@ -195,7 +195,7 @@ class _Follower:
             where = float(nodes[int(np.argmax(condition))])
             reason = "the path passes exactly through a singular pose, where a joint would have to turn instantly"
             raise self._refuse(where, reason, _HINT, None, "velocity", self._path.poses(np.array([where]))[0])
-        return inverse if self._model.n == 6 else inverse @ transposed
+        return np.asarray(inverse if self._model.n == 6 else inverse @ transposed, dtype=np.float64)
 
 
 def _divided(nodes: Numbers, parts: Numbers) -> Numbers:

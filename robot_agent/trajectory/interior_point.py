@@ -1,10 +1,10 @@
 """Solves a retiming: a primal-dual interior-point method on the limits that matter.
 
 The duration is minimised over the coefficients of y. Each limit has a slack; one that the beginning exceeds is widened
-first and comes back by the share of each step. Only the limits that are closest in each interval are carried along, each
-on the side where it is close, and more of them every few steps. Source: Nocedal and Wright, "Numerical Optimization",
-chapter 19. The curvature of jerk's limit is left out as far as it is larger than that of the duration, which keeps every
-step a step downhill.
+first and comes back by the share of each step. Only the limits that are closest in each interval are carried along: of
+acceleration and speed on the side where they are close, of jerk, which changes sides quickly, on both. Others join them
+where they are exceeded. Source: Nocedal and Wright, "Numerical Optimization", chapter 19. The curvature of jerk's limit
+is left out as far as it is larger than that of the duration, which keeps every step a step downhill.
 
 What belongs to the limits has the shape `(limits, intervals)`, in the order speed, acceleration, jerk. Besides, no
 coefficient may become negative.
@@ -55,10 +55,13 @@ class Search:
         none = np.zeros((0, len(limited.h)))
         self._carried, self._sides = [none.astype(np.intp)] * 3, [none] * 3
         self._choose(limited.use(c), _CARRIED)
-        self._carried[2], self._sides[2] = np.tile(self._carried[2], (2, 1)), np.concatenate([self._sides[2], -self._sides[2]])
+        self._carried[2], self._sides[2] = (
+            np.tile(self._carried[2], (2, 1)),
+            np.concatenate([self._sides[2], -self._sides[2]]),
+        )
         self._gather()
         self._gap, self._before_s = np.full(len(counts), np.inf), np.zeros(len(counts))
-        self._complement = self._duration / self._size()
+        self._complement = self._duration / self._size
         plain = self._plain
         self._widening = _widened(plain, np.full((1, 1), _SLACK))
         self._slacks = plain + self._widening
@@ -90,7 +93,7 @@ class Search:
         self._gather()
         most = np.maximum.reduceat(excess.max(axis=0), self.limited.starts)
         self._before_s = self._duration
-        self._complement = np.clip(most - 1.0, _AGAIN, 1.0) * self._before_s / self._size()
+        self._complement = np.clip(most - 1.0, _AGAIN, 1.0) * self._before_s / self._size
         target = self._complement[self._path_of]
         slacks = self._plain + self._widening
         more = _widened(slacks, np.minimum(_SLACK, np.sqrt(target[:-2])))
@@ -107,7 +110,8 @@ class Search:
         self.limited = self.limited.part(intervals, np.append(0, np.cumsum(counts)[:-1]))
         self._path_of = np.repeat(np.arange(len(counts)), counts)
         self._weights = self._weights[:, intervals]
-        self._carried, self._sides = ([each[:, intervals] for each in kind] for kind in (self._carried, self._sides))
+        self._carried = [each[:, intervals] for each in self._carried]
+        self._sides = [each[:, intervals] for each in self._sides]
         self._gap, self._complement, self._before_s = (
             each[chosen] for each in (self._gap, self._complement, self._before_s)
         )
@@ -123,7 +127,7 @@ class Search:
         before = self._counts()
         for use, carried, side in zip(uses, self._carried, self._sides, strict=True):
             here = _taken(use, carried)
-            np.put_along_axis(use, carried, np.where(here * side > 0.0, 0.0, here), axis=0)
+            use[carried, np.arange(use.shape[1])] = np.where(here * side > 0.0, 0.0, here)
         self._choose(uses, _MORE)
         self._gather()
         known = np.concatenate([np.arange(n) < old for n, old in zip(self._counts(), before, strict=True)])
@@ -139,7 +143,7 @@ class Search:
     def _choose(self, uses: tuple[Numbers, Numbers, Numbers], more: tuple[int, int, int]) -> None:
         """Also so many of the limits that are used most, each on the side where it is."""
         for kind, (use, count) in enumerate(zip(uses, more, strict=True)):
-            chosen = np.argpartition(-np.abs(use), min(count, len(use) - 1), axis=0)[:count]
+            chosen = _largest(use, min(count, len(use)))
             side = np.where(_taken(use, chosen) < 0.0, -1.0, 1.0)
             self._carried[kind] = np.concatenate([self._carried[kind], chosen])
             self._sides[kind] = np.concatenate([self._sides[kind], side])
@@ -149,8 +153,9 @@ class Search:
         return [len(each) for each in self._carried]
 
     def _gather(self) -> None:
-        """Rows `(3, limits, intervals)` of what is limited and of y where jerk is, and the bounds that stay."""
+        """Rows `(3, limits, intervals)` of what is limited and of y where jerk is; bounds; number of limits."""
         limits, (v, a, j), sides = self.limited, self._carried, self._sides
+        self._size = np.bincount(self._path_of) * float(sum(self._counts()) + 1)
         rows = [_taken(each, at) for each, at in ((limits.speed, v), (limits.acceleration, a), (limits.jerk, j))]
         self._rows = np.concatenate(rows, axis=1)
         self._rows *= np.concatenate(sides)
@@ -204,7 +209,7 @@ class Search:
         duration = self._duration
         self._gap = rest / duration
         centre = np.where(least > 0.8, 0.1, np.where(least > 0.4, 0.3, 0.6))
-        self._complement = np.maximum(centre * rest, _SMALLEST_GAP * duration) / self._size()
+        self._complement = np.maximum(centre * rest, _SMALLEST_GAP * duration) / self._size
 
     def _newton(self, weight: Numbers, pull: Numbers, coefficient_pull: Numbers) -> Numbers:
         """The change of the coefficients; none of those that are held."""
@@ -247,10 +252,6 @@ class Search:
         whole[:-2] = together(whole[:-2], by_interval)
         return np.asarray(together.reduceat(whole, self.limited.starts))
 
-    def _size(self) -> Numbers:
-        """Number of limits `(paths,)`."""
-        return np.diff(np.append(self.limited.starts, len(self.c))) * float(sum(self._counts()) + 1)
-
 
 def _widened(slacks: Numbers, room: Numbers) -> Numbers:
     """What is added to limits that are exceeded or nearly so."""
@@ -258,10 +259,20 @@ def _widened(slacks: Numbers, room: Numbers) -> Numbers:
     return np.where(slacks < _TOUCHING * room, room - slacks, 0.0)
 
 
+def _largest(use: Numbers, count: int) -> NDArray[np.intp]:
+    """Numbers `(count, intervals)` of the largest magnitudes in each interval."""
+    rest, intervals = np.abs(use), np.arange(use.shape[1])
+    chosen = np.empty((count, use.shape[1]), dtype=np.intp)
+    for number in range(count):
+        chosen[number] = rest.argmax(axis=0)
+        rest[chosen[number], intervals] = -1.0
+    return chosen
+
+
 def _taken(values: Numbers, at: NDArray[np.intp]) -> Numbers:
     """Of values `(..., m, intervals)` those `(..., n, intervals)` with the numbers `at` `(n, intervals)` out of m."""
     count = values.shape[-1]
-    return np.take(values.reshape(*values.shape[:-2], -1), at * count + np.arange(count), axis=-1)
+    return np.asarray(np.take(values.reshape(*values.shape[:-2], -1), at * count + np.arange(count), axis=-1))
 
 
 def _dot(first: Numbers, second: Numbers) -> Numbers:

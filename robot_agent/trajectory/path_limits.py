@@ -56,9 +56,9 @@ class PathLimits:
     def rows(self, at: Numbers, around: Numbers | None = None, wide: Numbers | None = None) -> Rows:
         """The rows at parameters `at` `(k,)`.
 
-        With borders `around` `(places + 1, m)` of the parts in which `at`, `m` for each place, lies the third derivative is
-        its mean in these: what jerk a motion has that is looked at no closer. With `wide` `(2, k)` the bound on the speed
-        is the least of all stretches between.
+        With borders `around` `(places + 1, m)` of the parts in which `at` lies, `m` for each place, the third
+        derivative is its mean in these: what jerk a motion has that is looked at no closer. With `wide` `(2, k)` the
+        bound on the speed is the least of all stretches between.
         """
         first, second, third = self._path.pieces.slopes(at)
         if around is not None:

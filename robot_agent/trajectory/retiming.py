@@ -67,7 +67,7 @@ class Limited:
         """The limits along one path."""
         k, places = base.intervals, len(PLACES)
         s, *derivatives = base.at(np.arange(k), np.broadcast_to(PLACES[:, None], (places, k)))
-        around = base.at(np.arange(k), np.broadcast_to(_AROUND[:, None], (len(_AROUND), k)))[0]
+        around = base.places(np.arange(k), np.broadcast_to(_AROUND[:, None], (len(_AROUND), k)))
         rows = bounds.rows(s.ravel(), around, _neighbours(s))
         v, a, j = (each.reshape(-1, 1) for each in derivatives)
         h, affine = base.h, rows.affine
