@@ -64,21 +64,21 @@ class Sampler:
         missing = limit - start.tau - law.advance
         return law.duration_s + (max(missing, 0.0) / law.target if law.target > 0.0 else 0.0)
 
-    def ride(self, join: Join, start: PathState, law: RateLaw, nominal: int, limit: float, who: str) -> Segment | None:
-        """`law` from `start` up to way `limit`, where it or the plan rests."""
+    def ride(self, join: Join, start: PathState, law: RateLaw, nominal: int, limit: float, who: str) -> Segment | int:
+        """`law` from `start` up to way `limit`, where it or the plan rests, or the first sample that breaks a limit."""
         riding_s = self.riding_s(start, law, limit)
         if riding_s >= _LONGEST_S:
-            return None
+            return len(self._times)
         last = max(nominal, math.ceil(riding_s / self._cycle_s))
         return self._segment(join, start, law, last, nominal, limit, who, law)
 
     def brake(
         self, join: Join, start: PathState, law: RateLaw, until_s: float, ramp: RateLaw, limit: float, who: str
-    ) -> Segment | None:
-        """`law` for `until_s` [s], then `ramp` to rest, at way `limit` [s] at the latest."""
+    ) -> Segment | int:
+        """`law` for `until_s` [s], then `ramp` to rest at way `limit` [s] at the latest; or as `ride`."""
         whole_s = until_s + ramp.duration_s
         if whole_s >= _LONGEST_S:
-            return None
+            return len(self._times)
         last, nominal = math.ceil(whole_s / self._cycle_s - 1e-9), int(until_s / self._cycle_s + 1e-9)
         begun = law if until_s > 0.0 else None
         return self._segment(join, start, law.then(until_s, ramp), last, nominal, limit, who, begun)
@@ -92,20 +92,22 @@ class Sampler:
     def _segment(
         self, join: Join, start: PathState, law: RateLaw, last: int, nominal: int, limit: float, who: str,
         begun: RateLaw | None,
-    ) -> Segment | None:  # fmt: skip
+    ) -> Segment | int:  # fmt: skip
         """The samples of `law` if the joints keep the `ramp` limits in them, the join included, and the cap.
 
-        From sample `last` on the robot rests. None where a limit is not kept, and where nothing moves.
+        From sample `last` on the robot rests. Else the first sample that breaks a limit; 0 where nothing moves.
         """
         advance, rate, slope = law.at(self._times[: last + _BEHIND])
         way = np.maximum.accumulate(np.minimum(start.tau + advance, limit))
         rest = int(way.searchsorted(way[-1]))
         if rest == 0:
-            return None
+            return 0
         way, rate, slope = (each[: rest + RESTING_SAMPLES] for each in (way, rate, slope))
         rate[rest:] = slope[rest:] = 0.0
-        if rate.max() > 1.0 + _TOLERANCE or (join.cap is not None and not join.cap.kept(way, rate)):
-            return None
+        if rate.max() > 1.0 + _TOLERANCE:
+            return int(rate.argmax())
+        if join.cap is not None and not join.cap.kept(way, rate):
+            return rest
         tau, sign = self._track.taus(way), self._track.sign
         tau[0] = join.tau
         (q, qd), before = self._track.sampled(tau), join.before
@@ -113,8 +115,9 @@ class Sampler:
         steps = commanded[1:] - commanded[:-1]
         second = steps[2:] - steps[1:-1]
         third = second - (steps[1:-1] - steps[:-2])
-        if (second < self._second[0]).any() or (second > self._second[1]).any() or (np.abs(third) > self._third).any():
-            return None
+        broken = (second < self._second[0]) | (second > self._second[1]) | (np.abs(third) > self._third)
+        if broken.any():
+            return int(broken.any(axis=1).argmax()) + 1
         rate, slope = sign * rate, sign * slope
         nominal = min(nominal, rest)
         return Segment(tau, rate, slope, q, rate[:, None] * qd, nominal, who, before, self._cycle_s, begun)

@@ -78,7 +78,7 @@ class Steering:
         row = self._bounds.row(start.tau)
         low, high = _bends(row, rate, slope)
         counter = max(high if slope < 0.0 else -low, 1e-3)
-        coasted = rate + slope * abs(slope) / (2.0 * counter)
+        coasted = rate + slope * abs(slope) / (2.0 * counter * share * _LANDING)
         sign = -1.0 if target == 0.0 or coasted > target else 1.0
         between = (rate + target) / 2.0
         low, high = _bends(row, between, 0.0)
@@ -108,10 +108,10 @@ class _Landing:
         `far_s` is not what the change will end with; what lies there does not matter.
         """
         sign, missing = self._sign, self._target - rate
-        if sign * missing <= 0.0:
-            return False
         if sign * slope <= 0.0:
             return True
+        if sign * missing <= 0.0:
+            return False
         needed = sign * slope * slope / (2.0 * missing * self._share)
         if needed > counter:
             return False
