@@ -21,7 +21,7 @@ _HOLD_MARGIN_S = 2e-9
 _SHARES = (1.0, 0.85, 0.65, 0.45, 0.25, 0.1)
 """Of what the joints allow: tried one after the other until the samples keep the limits."""
 _RAMPS_OF_FIRST, _RAMPS = _SHARES[:4], _SHARES[:2]
-"""Tried behind the first way to a rate and behind each gentler one. Where these are too hard no gentler one ever did."""
+"""Tried behind the first way to a rate and behind each gentler one: where these are too hard, so are gentler ones."""
 _ATTEMPTS = 8
 _NEAR_S = 1e-3
 _VERY_NEAR = 3e-3
@@ -132,9 +132,7 @@ class OneWay:
                 return ended
         return None
 
-    def _ended(
-        self, join: Join, start: PathState, law: RateLaw, shares: tuple[float, ...], who: str
-    ) -> Segment | None:
+    def _ended(self, join: Join, start: PathState, law: RateLaw, shares: tuple[float, ...], who: str) -> Segment | None:
         """`law` over the nominal part, and its end; None where the joints break a limit whatever the end."""
         nominal_s = self._nominal * self._cycle_s
         end = self._sampler.after(start, law, nominal_s)
@@ -180,16 +178,18 @@ class OneWay:
     def _braking_at(self, start: PathState, law: RateLaw, stop: float, share: float) -> tuple[float, RateLaw] | None:
         """When on `law` to begin which ramp so that it ends exactly at way `stop`; None when it is too late for that.
 
-        Bracketing (Illinois) until the stop is near, then the same ramp a little earlier, later or longer.
+        Bracketing (Illinois) until the stop is near, then the same ramp a little earlier, later or longer. From rest
+        the way grows with the cube of the time, so there its cube root is looked at.
         """
-        low, high = 0.0, self._nominal * self._cycle_s
-        early, ramp = self._stop_of(start, law, low, share, stop)
-        if early > 0.0:
+        low, high, order = 0.0, self._nominal * self._cycle_s, 3.0 if start.rate == 0.0 else 1.0
+        at_once, _ = self._stop_of(start, law, low, share, stop)
+        if at_once > 0.0:
             return None
-        late, _ = self._stop_of(start, law, high, share, stop)
-        if late < 0.0:
+        last, _ = self._stop_of(start, law, high, share, stop)
+        if last < 0.0:
             return None
-        t, gap = low, early
+        early = -((-at_once) ** (1.0 / order))
+        late = early + (last - at_once) ** (1.0 / order)
         for _ in range(_ATTEMPTS):
             t = (low * late - high * early) / (late - early) if late > early else low
             gap, ramp = self._stop_of(start, law, t, share, stop)
@@ -198,10 +198,11 @@ class OneWay:
                 return max(t - gap / end.rate, 0.0), ramp
             if abs(gap) < _VERY_NEAR * float(np.abs(ramp.states[:, 3]).max()) * ramp.duration_s**3:
                 return t, ramp.longer(-gap)
+            behind = max(gap - at_once, 0.0) ** (1.0 / order) - (-at_once) ** (1.0 / order)
             if gap > 0.0:
-                high, late, early = t, gap, early / 2.0
+                high, late, early = t, behind, early / 2.0
             else:
-                low, early, late = t, gap, late / 2.0
+                low, early, late = t, behind, late / 2.0
         return None
 
     def _stop_of(self, start: PathState, law: RateLaw, t: float, share: float, stop: float) -> tuple[float, RateLaw]:

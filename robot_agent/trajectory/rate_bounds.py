@@ -21,7 +21,7 @@ Row = list[list[float]]
 
 _STEP_S = 0.004
 _CHUNK = 64
-_ACCELERATION_MARGIN, _JERK_MARGIN = 0.98, 0.95
+_ACCELERATION_MARGIN, _JERK_MARGIN = 0.98, 0.94
 """For what lies between the steps in which the bounds are used."""
 _STANDING = 1e-7
 """[rad/s or m/s] Below this a joint counts as moving this fast: its quotients stay finite."""

@@ -6,10 +6,9 @@ from robot_agent.trajectory.rate_bounds import RateBounds, Row
 from robot_agent.trajectory.rate_law import RateLaw
 from robot_agent.trajectory.segment import PathState
 
-_LANDING = 0.96
 _LOOKED_AT = ((0.5, 7.0 / 12.0), (0.0, 1.0 / 3.0))
 """Where a landing is looked at: the share of its time that is left, and the mean of the missing rate until there."""
-_STEPS = 16
+_STEPS = 14
 _MOST_STEPS = 200
 _SHORTEST_S, _LONGEST_S = 2e-4, 0.04
 _HALVINGS = 3
@@ -78,7 +77,7 @@ class Steering:
         row = self._bounds.row(start.tau)
         low, high = _bends(row, rate, slope)
         counter = max(high if slope < 0.0 else -low, 1e-3)
-        coasted = rate + slope * abs(slope) / (2.0 * counter * share * _LANDING)
+        coasted = rate + slope * abs(slope) / (2.0 * counter * share)
         sign = -1.0 if target == 0.0 or coasted > target else 1.0
         between = (rate + target) / 2.0
         low, high = _bends(row, between, 0.0)
@@ -99,7 +98,7 @@ class _Landing:
 
     def __init__(self, bounds: RateBounds, target: float, sign: float, share: float, far_s: float) -> None:
         self._bounds, self._far_s = bounds, far_s
-        self._target, self._sign, self._share = target, sign, share * _LANDING
+        self._target, self._sign, self._share = target, sign, share
 
     def possible(self, way: float, rate: float, slope: float, counter: float) -> bool:
         """Whether it is within the bounds from a state on.
