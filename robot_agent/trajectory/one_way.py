@@ -20,7 +20,7 @@ AT_HOLD_S = 1e-6
 _HOLD_MARGIN_S = 2e-9
 _SHARES = (1.0, 0.85, 0.65, 0.45, 0.25, 0.1)
 """Of what the joints allow: tried one after the other until the samples keep the limits."""
-_RAMPS_OF_FIRST, _RAMPS = _SHARES[:4], _SHARES[:2]
+_RAMPS_OF_FIRST, _RAMPS = _SHARES[:3], _SHARES[:2]
 """Tried behind the first way to a rate and behind each gentler one: where these are too hard, so are gentler ones."""
 _ATTEMPTS = 8
 _NEAR_S = 1e-3

@@ -9,7 +9,7 @@ from robot_agent.trajectory.segment import PathState
 _LOOKED_AT = ((0.5, 7.0 / 12.0), (0.0, 1.0 / 3.0))
 """Where a landing is looked at: the share of its time that is left, and the mean of the missing rate until there."""
 _STEPS = 14
-_MOST_STEPS = 200
+_MOST_STEPS = 80
 _SHORTEST_S, _LONGEST_S = 2e-4, 0.04
 _HALVINGS = 3
 _LEAST_SHARE = 0.2
