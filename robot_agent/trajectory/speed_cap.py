@@ -10,17 +10,19 @@ _MARGIN = 0.995
 """For what lies between the places at which the speed is looked at."""
 _REACH_S = 0.5
 """A segment at rate 1 does not come much further than this before it rests."""
+_STRETCH = 50
+"""How many places are looked at together, when a segment first comes near one of them: motions may be long."""
 
 
 class SpeedCap:
-    """The same for all segments of one track."""
+    """The same for all segments of one track. It holds for the TCP of the mounted tool and for the flange."""
 
     def __init__(self, track: Track, cap_m_s: float) -> None:
         """`cap_m_s` is above 0 [m/s]."""
         self.cap_m_s = cap_m_s
-        steps = int(np.ceil(track.duration_s / _STEP_S)) + 1
-        way = np.minimum(np.arange(steps) * _STEP_S, track.duration_s)
-        self._speed = track.motion.tcp_speed(track.taus(way))
+        self._track = track
+        self._speed = np.zeros(int(np.ceil(track.duration_s / _STEP_S)) + 1)
+        self._known = np.zeros(-(-len(self._speed) // _STRETCH), dtype=np.bool_)
 
     @property
     def who(self) -> str:
@@ -34,7 +36,7 @@ class SpeedCap:
     def rate(self, way: float, rate: float) -> float:
         """The largest rate that may be kept from `way` [s] on until a segment rests; `rate` is the present one."""
         first = min(int(way / _STEP_S), len(self._speed) - 1)
-        peaks = np.maximum.accumulate(self._speed[first : first + int(_REACH_S / _STEP_S) + 1])
+        peaks = np.maximum.accumulate(self._speeds(first, first + int(_REACH_S / _STEP_S) + 1))
         reach = np.arange(len(peaks)) * _STEP_S / _REACH_S
         allowed = reach * peaks <= _MARGIN * self.cap_m_s
         last = max(int(np.argmin(allowed)) - 1 if not allowed.all() else len(peaks) - 1, 0)
@@ -44,5 +46,19 @@ class SpeedCap:
     def _at(self, way: Numbers) -> Numbers:
         index = np.minimum((way / _STEP_S).astype(np.int64), len(self._speed) - 1)
         following = np.minimum(index + 1, len(self._speed) - 1)
-        speed: Numbers = np.maximum(self._speed[index], self._speed[following])
-        return speed
+        first = int(index.min())
+        speeds = self._speeds(first, int(following.max()) + 1)
+        return np.asarray(np.maximum(speeds[index - first], speeds[following - first]))
+
+    def _speeds(self, first: int, end: int) -> Numbers:
+        """At rate 1, at the places `first` to `end` of the track, as far as it goes."""
+        stretches = np.arange(first // _STRETCH, min(-(-end // _STRETCH), len(self._known)))
+        new = stretches[~self._known[stretches]]
+        if len(new):
+            places = (new[:, None] * _STRETCH + np.arange(_STRETCH)).ravel()
+            places = places[places < len(self._speed)]
+            taus = self._track.taus(np.minimum(places * _STEP_S, self._track.duration_s))
+            motion = self._track.motion
+            self._speed[places] = motion.model.tool_speed(motion.q(taus), motion.qd(taus))
+            self._known[new] = True
+        return self._speed[first:end]

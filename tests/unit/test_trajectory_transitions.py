@@ -193,10 +193,10 @@ def test_caps_hold_on_every_move(block: Block) -> None:
 
 def test_speed_of_a_joint_move_can_be_capped_in_metres() -> None:
     motion = planned(JointMove(START + np.array([0.6, 0, 0, 0, 0, 0]), 1.0, 1, speed_m_s=0.2))
-    assert motion.tcp_speed(motion.grid).max() == pytest.approx(0.2, rel=5e-3)
+    assert motion.flange_speed(motion.grid).max() == pytest.approx(0.2, rel=5e-3)
 
 
 def test_lateral_acceleration_limits_the_speed_on_a_circle() -> None:
     motion = planned(Arc(at(y_mm=20, z_mm=20), at(y_mm=40), 1, angle_rad=4 * np.pi))
     most = np.sqrt(LIMITS.path.acceleration_m_s2 * 0.02)
-    assert motion.tcp_speed(motion.grid).max() <= most * 1.001
+    assert motion.flange_speed(motion.grid).max() <= most * 1.001
