@@ -191,6 +191,32 @@ def test_caps_hold_on_every_move(block: Block) -> None:
     assert np.linalg.norm(turn, axis=1).max() == pytest.approx(0.1, rel=5e-3)
 
 
+@pytest.mark.parametrize("round_m", [0.02, 0.1])
+@pytest.mark.parametrize(
+    ("kinds", "caps_m_s"),
+    [("line joints", (0.1, np.inf)), ("joints line", (np.inf, 0.1)), ("joints joints", (0.1, 0.2))],
+)
+def test_caps_hold_in_corners_that_the_joints_round(kinds: str, caps_m_s: tuple[float, float], round_m: float) -> None:
+    start, blocks = START, []
+    for line, (kind, cap) in enumerate(zip(kinds.split(), caps_m_s, strict=True), 1):
+        speed = cap if np.isfinite(cap) else None
+        if kind == "line":
+            pose = MODEL.forward(start)
+            pose[:3, 3] += [0.0, 0.15, 0.0]
+            blocks.append(Line(pose, speed, line, round_m=round_m))
+        else:
+            start = start + np.array([[0.4, 0.1, 0.0, 0.0, 0.0, 0.0], [0.3, 0.1, 0.4, 0.3, 0.1, 0.2]][line - 1])
+            blocks.append(JointMove(start, 1.0, line, speed_m_s=speed, round_m=round_m))
+    motion = planned(*blocks)
+    assert stops(motion) == 0
+    taus = np.arange(0.0, motion.duration_s, 1e-3)
+    number, speeds = motion.block_at(taus), motion.flange_speed(taus)
+    for block, cap in enumerate(caps_m_s):
+        fastest = speeds[number == block].max()
+        assert fastest <= 1.001 * cap
+        assert fastest > 0.9 * min(cap, 0.5)
+
+
 def test_speed_of_a_joint_move_can_be_capped_in_metres() -> None:
     motion = planned(JointMove(START + np.array([0.6, 0, 0, 0, 0, 0]), 1.0, 1, speed_m_s=0.2))
     assert motion.flange_speed(motion.grid).max() == pytest.approx(0.2, rel=5e-3)
