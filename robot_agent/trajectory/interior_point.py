@@ -55,7 +55,10 @@ class Search:
         none = np.zeros((0, len(limited.h)))
         self._carried, self._sides = [none.astype(np.intp)] * 3, [none] * 3
         self._choose(limited.use(c), _CARRIED)
-        self._carried[2], self._sides[2] = np.tile(self._carried[2], (2, 1)), np.concatenate([self._sides[2], -self._sides[2]])
+        self._carried[2], self._sides[2] = (
+            np.tile(self._carried[2], (2, 1)),
+            np.concatenate([self._sides[2], -self._sides[2]]),
+        )
         self._gather()
         self._gap, self._before_s = np.full(len(counts), np.inf), np.zeros(len(counts))
         self._complement = self._duration / self._size()

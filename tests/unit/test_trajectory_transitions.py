@@ -217,6 +217,29 @@ def test_caps_hold_in_corners_that_the_joints_round(kinds: str, caps_m_s: tuple[
         assert fastest > 0.9 * min(cap, 0.5)
 
 
+SMALL = [
+    ([Line(at(y_mm=100), None, 1, round_m=1e-4), Line(at(y_mm=100, z_mm=100), None, 2)], 0.58),
+    (
+        [
+            Line(at(y_mm=100), None, 1),
+            Line(at(y_mm=101, turn_deg=20), None, 2),
+            Line(at(y_mm=200, turn_deg=20), None, 3),
+        ],
+        1.2,
+    ),
+    ([Spline(np.array([at(y_mm=100), at(y_mm=100.5, turn_deg=20), at(y_mm=200, turn_deg=20)]), 1)], 1.2),
+    ([Spline(np.array([at(y_mm=100 + 0.3 * k, z_mm=0.02 * (k % 3)) for k in range(8)] + [at(y_mm=200)]), 1)], 0.68),
+]
+"""Moves with something small on the way, and how long [s] they would take without a limit of jerk."""
+
+
+@pytest.mark.parametrize(("blocks", "bound_s"), SMALL, ids=["corner", "turn", "spline that turns", "fine spline"])
+def test_something_small_on_the_way_slows_the_robot_there_only(blocks: list[Block], bound_s: float) -> None:
+    motion = planned(*blocks)
+    assert stops(motion) == 0
+    assert motion.duration_s < 2.5 * bound_s + 0.2
+
+
 def test_speed_of_a_joint_move_can_be_capped_in_metres() -> None:
     motion = planned(JointMove(START + np.array([0.6, 0, 0, 0, 0, 0]), 1.0, 1, speed_m_s=0.2))
     assert motion.flange_speed(motion.grid).max() == pytest.approx(0.2, rel=5e-3)
