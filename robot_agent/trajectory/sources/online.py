@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from ruckig import ControlInterface, InputParameter, Ruckig, Synchronization, Trajectory
+from ruckig import ControlInterface, InputParameter, Ruckig, RuckigError, Synchronization, Trajectory
 
 _ROUNDING = 1e-12
 """Speeds and accelerations below this are what rounding leaves of zero."""
@@ -92,7 +92,7 @@ def _solved(wanted: InputParameter, m: int) -> Trajectory:
     found = Trajectory(m)
     try:
         solved = Ruckig(m).calculate(wanted, found) >= 0
-    except ValueError:  # a result for which the binding has no name
+    except (ValueError, RuckigError):  # the former for a result that the binding has no name for
         solved = False
     if not solved:
         start = f"velocity {wanted.current_velocity} and acceleration {wanted.current_acceleration}"
