@@ -127,13 +127,18 @@ class OneWay:
     def _onwards(self, join: Join, start: PathState, wish: Wish) -> Segment | None:
         """The nominal part, then the fastest ramp, or on to where the plan itself rests if that is sooner."""
         for law, shares in self._laws(join, start, wish.rate):
-            ended = self._ended(join, start, law, shares, wish.who)
+            ended = self._ended(join, start, law, shares, wish)
             if ended is not None:
                 return ended
         return None
 
-    def _ended(self, join: Join, start: PathState, law: RateLaw, shares: tuple[float, ...], who: str) -> Segment | None:
-        """`law` over the nominal part, and its end; None where the joints break a limit whatever the end."""
+    def _ended(
+        self, join: Join, start: PathState, law: RateLaw, shares: tuple[float, ...], wish: Wish
+    ) -> Segment | None:
+        """`law` over the nominal part, and its end; None where the joints break a limit whatever the end.
+
+        Without a ramp it ends where the plan rests, if that is not behind the bound.
+        """
         nominal_s = self._nominal * self._cycle_s
         end = self._sampler.after(start, law, nominal_s)
         limit = self.track.next_rest(end.tau)
@@ -142,12 +147,14 @@ class OneWay:
             ramp = self._steering.change(end, 0.0, share, limit)
             if ramp.duration_s >= riding_s or end.tau + ramp.advance >= limit:
                 break
-            braked = self._sampler.brake(join, start, law, nominal_s, ramp, limit, who)
+            braked = self._sampler.brake(join, start, law, nominal_s, ramp, limit, wish.who)
             if isinstance(braked, Segment):
                 return braked
             if braked <= self._nominal:
                 return None
-        ridden = self._sampler.ride(join, start, law, self._nominal, limit, who)
+        if limit > wish.bound:
+            return None
+        ridden = self._sampler.ride(join, start, law, self._nominal, limit, wish.who)
         return ridden if isinstance(ridden, Segment) else None
 
     def _up_to(self, join: Join, start: PathState, wish: Wish) -> Segment | None:
