@@ -212,7 +212,7 @@ class GatewayCore:
 
     def _confirm(self) -> None:
         estop = self._estop.active
-        if estop is None or not all(robot.group.secured for robot in self._robots.values()):
+        if estop is None or not all(robot.group.standstill.secured for robot in self._robots.values()):
             self._confirmed = None
         elif self._confirmed != estop.id:
             self._confirmed = estop.id
@@ -220,19 +220,21 @@ class GatewayCore:
             self._log.info("estop_confirmed", f"emergency stop {estop.id}: all robots measured at rest and off")
 
     def _all_off(self) -> bool:
-        return all(robot.group.idle for robot in self._robots.values())
+        return all(robot.group.standstill.idle for robot in self._robots.values())
 
     def _state(self) -> GatewayState:
         self._sequence += 1
         nodes = tuple(drive.describe() for drive in self._drives)
+        modes = [robot.group.setup.problem for robot in self._robots.values()]
+        problems = [problem for problem in (*(node.problem for node in self._nodes.values()), *modes) if problem]
         return GatewayState(
             gateway=self._settings.name,
             boot=self._boot,
             sequence=self._sequence,
             cycle_s=self._settings.cycle_s,
             interface=self._settings.bus.interface,
-            ready=all(drive.operational and drive.reference.judged for drive in self._drives),
-            problem="; ".join(node.problem for node in self._nodes.values() if node.problem),
+            ready=not problems and all(drive.operational and drive.reference.judged for drive in self._drives),
+            problem="; ".join(problems),
             owners={name: robot.claims.boot for name, robot in self._robots.items() if robot.claims.owner},
             estop_confirmed=self._confirmed,
             nodes=nodes,

@@ -15,6 +15,7 @@ from drive_gateway.config.image import INPUTS_EVERY, image_of
 from drive_gateway.config.settings import AxisSettings, GatewaySettings
 from drive_gateway.gateway.node import Node
 from drive_gateway.gateway.reference import Reference
+from drive_gateway.gateway.rest import AxisRest
 
 _WITHOUT_TORQUE = {
     AxisStatus.NOT_READY_TO_SWITCH_ON,
@@ -22,6 +23,8 @@ _WITHOUT_TORQUE = {
     AxisStatus.READY_TO_SWITCH_ON,
     AxisStatus.FAULT,
 }
+MASKED_FAULT_S = 1.0
+"""A drive that shows the reaction to a fault and stands for this long is in the fault: transition 14 goes by itself."""
 
 
 class Drive:
@@ -41,11 +44,14 @@ class Drive:
         self.per_mille: int | None = None
         """Of its motor's rated torque: what it gives. `None`: it does not tell."""
         self.reference = reference
+        self.rest = AxisRest(axis, settings)
         self.missing_tpdos = 0
         self.robot = robot
         self._settings = settings
         self._profile = ProfileSender(self.image.profile) if self.image.profile else None
         self._status = AxisStatus.SILENT
+        self._status_since = 0.0
+        self._masks_fault = False
         self._tpdo_tick = -1
         self._tpdo_at = 0.0
         self._inputs: int | None = None
@@ -64,7 +70,14 @@ class Drive:
 
     @property
     def status(self) -> AxisStatus:
-        return self._status if self.operational else AxisStatus.SILENT
+        if not self.operational:
+            return AxisStatus.SILENT
+        return AxisStatus.FAULT if self._masks_fault else self._status
+
+    @property
+    def velocity(self) -> float:
+        """[rad/s or m/s] between its newest two positions."""
+        return self.counts_per_cycle / self._settings.cycle_s / self.axis.counts_per_unit
 
     @property
     def torque(self) -> float | None:
@@ -109,8 +122,10 @@ class Drive:
             return
         if self.counts is not None and tick > self._tpdo_tick:
             self.counts_per_cycle = (counts - self.counts) / (tick - self._tpdo_tick)
-        self._status = status
+        if status is not self._status:
+            self._status, self._status_since = status, now
         self.statusword = statusword
+        self.rest.take(counts, now)
         self.per_mille = torque
         self.counts = counts
         self._tpdo_tick = tick
@@ -135,6 +150,13 @@ class Drive:
 
     def started(self, now: float) -> None:
         self._tpdo_at = now
+
+    def look(self, now: float) -> None:
+        """Once per cycle: what the newest measurements, or the lack of them, say about rest and fault."""
+        self.rest.update(self.operational, now)
+        # Some drives show one pattern in the reaction and in the fault, and keep bit 4: see `decode`.
+        reacts = self._status is AxisStatus.FAULT_REACTION_ACTIVE
+        self._masks_fault = reacts and self.rest.standing and now - self._status_since >= MASKED_FAULT_S
 
     def silent_s(self, now: float, tick: int) -> float:
         if self._tpdo_tick < tick:

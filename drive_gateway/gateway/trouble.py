@@ -2,6 +2,9 @@
 
 from dataclasses import dataclass
 
+HARD_WIRED = "use the hard-wired emergency stop now and keep everybody away"
+"""What is left to do where software cannot stop a drive."""
+
 
 @dataclass(frozen=True, slots=True)
 class Trouble:

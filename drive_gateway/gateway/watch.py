@@ -10,7 +10,7 @@ from drive_gateway.config.settings import GatewaySettings
 from drive_gateway.gateway.drive import Drive
 from drive_gateway.gateway.event_log import EventLog
 from drive_gateway.gateway.limit_switches import LimitSwitch, limit_switches
-from drive_gateway.gateway.measurement import Floats, FollowingMonitor, RestDetector
+from drive_gateway.gateway.measurement import Floats, FollowingMonitor
 from drive_gateway.gateway.node import Node
 from drive_gateway.gateway.power import Power, PowerState
 from drive_gateway.gateway.trouble import Trouble
@@ -37,7 +37,7 @@ class Watch:
         self.measured = False
         """Every axis has been measured at least once."""
         self.standing = False
-        """Measured at rest."""
+        """Every axis is measured at rest; a silent one has had the time to stop by itself."""
         self.limit_switches: tuple[LimitSwitch, ...] = ()
         """Those that end a motion now."""
         self._nodes = nodes
@@ -45,11 +45,13 @@ class Watch:
         self._log = log
         self._cycle_s = settings.cycle_s
         self._units = AxisUnits(axes)
-        self._rest = RestDetector(axes)
         self._following = FollowingMonitor(axes, settings.overrun_limit_s)
 
     def measure(self, now: float) -> None:
-        """Take what the nodes said; as long as one of them has said nothing yet, all stays as it is."""
+        """Take what the nodes said; positions stay as they are as long as one node has said nothing yet."""
+        for node in self._nodes:
+            node.look(now)
+        self.standing = all(node.rest.standing for node in self._nodes)
         counts = [node.counts for node in self._nodes]
         known = [count for count in counts if count is not None]
         if len(known) < len(counts):
@@ -60,13 +62,13 @@ class Watch:
         torques = [node.per_mille for node in self._nodes]
         told = [torque for torque in torques if torque is not None]
         self.torque = self._units.torque(told) if len(told) == len(torques) else None
-        self.standing = self._rest.update(self.position, now)
         for node, count in zip(self._nodes, known, strict=True):
             self._judge(node, count)
 
     def forget_rest(self) -> None:
         """Something moves now: standstill must be measured anew."""
-        self._rest.forget()
+        for node in self._nodes:
+            node.rest.measure_anew()
         self.standing = False
 
     def troubles(self, demand: Floats, now: float) -> Iterator[Trouble]:
@@ -109,7 +111,7 @@ class Watch:
 
     def _attend(self, node: Node, now: float) -> None:
         """A node that was lost is brought up again when nothing moves; an absent one is told once."""
-        if node.lost and self._power.state in (PowerState.OFF, PowerState.FAULT):
+        if node.may_return(now, self._power.state in (PowerState.OFF, PowerState.FAULT)):
             node.bring_up_again(now)
         elif node.problem and node.problem != node.told_problem and not node.lost:
             self._log.warn("node_absent", node.problem, "correct the cause; the node is tried again by itself")
