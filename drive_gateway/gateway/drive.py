@@ -46,6 +46,8 @@ class Drive:
         self.reference = reference
         self.rest = AxisRest(axis, settings)
         self.missing_tpdos = 0
+        self.found_with_torque = False
+        """Its first statusword said so: an earlier gateway ended without switching it off. Nobody has been told yet."""
         self.robot = robot
         self._settings = settings
         self._profile = ProfileSender(self.image.profile) if self.image.profile else None
@@ -122,6 +124,8 @@ class Drive:
             return
         if self.counts is not None and tick > self._tpdo_tick:
             self.counts_per_cycle = (counts - self.counts) / (tick - self._tpdo_tick)
+        if self._status is AxisStatus.SILENT:
+            self.found_with_torque = status not in _WITHOUT_TORQUE
         if status is not self._status:
             self._status, self._status_since = status, now
         self.statusword = statusword

@@ -96,6 +96,8 @@ class Node:
     @property
     def problem(self) -> str:
         """Why it is not operational, for people; empty when it is or when its first attempt goes on."""
+        if self._stop.active:
+            return f"{self.label} did not stop, so it was stopped by NMT"
         return f"{self.label} was lost" if self._lost else self._bring_up.problem
 
     # What the node sends

@@ -51,6 +51,8 @@ class Watch:
         """Take what the nodes said; positions stay as they are as long as one node has said nothing yet."""
         for node in self._nodes:
             node.look(now)
+            if node.found_with_torque:
+                self._tell_find(node)
         self.standing = all(node.rest.standing for node in self._nodes)
         counts = [node.counts for node in self._nodes]
         known = [count for count in counts if count is not None]
@@ -104,6 +106,11 @@ class Watch:
         reference.judge(counts)
         if not reference.known:
             self._log.warn("not_referenced", f"{node.label}: {reference.why}", reference.remedy)
+
+    def _tell_find(self, node: Drive) -> None:
+        node.found_with_torque = False
+        text = f"{node.label} had torque when this gateway started; reset of its communication stops it"
+        self._log.warn("found_with_torque", text, "look how the gateway before ended, then enable the robot again")
 
     @property
     def _in_fault(self) -> bool:
