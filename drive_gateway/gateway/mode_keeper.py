@@ -59,7 +59,7 @@ class ModeKeeper:
                 self._write(node, each, play(node.axis))
             elif each.since is not None and each.found and not each.told and now - each.since > PATIENCE_S:
                 each.told = True
-                remedy = "switch the drive off and on, or look into its manual; the robot stays off until it does"
+                remedy = "look into the manual of the drive; the robot stays off until it takes it"
                 self._log.warn("mode_refused", each.found, remedy)
 
     def _write(self, node: Drive, each: _Return, items: Sequence[Preparation]) -> None:

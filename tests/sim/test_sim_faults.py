@@ -1,30 +1,22 @@
 """Whatever goes wrong on a bus in mid-motion: the robot stops, somebody says why, and an operator gets it back."""
 
 import random
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass, replace
+from collections.abc import Callable
+from dataclasses import dataclass
 
 import numpy as np
 import pytest
 
-from cell.messages import AxisStatus, Claim, EnableDrives, Event, ResetDrives, SetpointBlock
+from cell.messages import AxisStatus, Claim, EnableDrives, Event, ResetDrives
 from cell.messages.drives import PlayoutState
 from cell.messages.event import Severity
 from drive_gateway.canopen.frame import CanFrame
 from drive_gateway.config.settings import GatewaySettings
 from drive_gateway.gateway import bring_up
 from drive_gateway.sim.axis_servo import AxisServo
-from tests.sim.gateway_bench import CYCLE_S, GatewayBench, axis, settings
+from tests.sim.gateway_bench import GatewayBench
+from tests.sim.long_move import LAYOUTS, moving, places
 
-LAYOUTS = [
-    replace(
-        settings(axis("J1", 1), axis("J2", node, number=number, counts_per_unit=-80_000.0)),
-        boot_timeout_s=0.4,
-    )
-    for node, number in ((2, 1), (1, 2))
-]
-"""Two axes on a node each, and both on one."""
-MOVE_S = 5.0
 BEGIN_S = (0.4, 0.7)
 """When after the start of the move something breaks: both axes go with 0.1 rad/s and more."""
 STOP_S = 0.7
@@ -155,26 +147,6 @@ FAULTS = (
 )
 
 
-def moving(layout: GatewaySettings = LAYOUTS[0]) -> GatewayBench:
-    """All axes are on their way through a long move; its agent is never heard again."""
-    world = GatewayBench(layout)
-    world.until(lambda: world.state is not None and world.state.ready and world.feedback is not None)
-    world.run(0.12)
-    owner = world.enabled()
-    s = np.arange(0.0, MOVE_S + CYCLE_S / 2, CYCLE_S) / MOVE_S
-    way = np.array([4.5, -4.0])
-    position = world.feedback.commanded + np.outer(s**3 * (10 - 15 * s + 6 * s**2), way)
-    velocity = np.outer(30 * s**2 * (1 - s) ** 2 / MOVE_S, way)
-    first = world.feedback.tick + 5
-    world.tell(SetpointBlock("left", owner, 1, 0, first, CYCLE_S, len(s), position, velocity))
-    world.until(lambda: world.feedback.block == 1)
-    return world
-
-
-def places(world: GatewayBench) -> list[float]:
-    return [drive.position for node in world.bus.nodes.values() for drive in node.drives]
-
-
 def named(world: GatewayBench, fault: Fault, node: int) -> list[Event]:
     """What was said that names this fault and its node."""
     events = [event for event in world.events if event.severity is not Severity.INFO]
@@ -189,10 +161,9 @@ def named(world: GatewayBench, fault: Fault, node: int) -> list[Event]:
 
 
 @pytest.fixture
-def impatient(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
+def impatient(monkeypatch: pytest.MonkeyPatch) -> None:
     """Nodes that are away are tried more often, so that nobody waits for them."""
     monkeypatch.setattr(bring_up, "RETRY_S", 0.1)
-    yield
 
 
 @pytest.mark.usefixtures("impatient")
