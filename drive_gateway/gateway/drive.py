@@ -128,6 +128,7 @@ class Drive:
             self.found_with_torque = status not in _WITHOUT_TORQUE
         if status is not self._status:
             self._status, self._status_since = status, now
+            self._masks_fault = False
         self.statusword = statusword
         self.rest.take(counts, now)
         self.per_mille = torque
@@ -154,13 +155,15 @@ class Drive:
 
     def started(self, now: float) -> None:
         self._tpdo_at = now
+        self.rest.heard()
 
     def look(self, now: float) -> None:
         """Once per cycle: what the newest measurements, or the lack of them, say about rest and fault."""
-        self.rest.update(self.operational, now)
-        # Some drives show one pattern in the reaction and in the fault, and keep bit 4: see `decode`.
-        reacts = self._status is AxisStatus.FAULT_REACTION_ACTIVE
-        self._masks_fault = reacts and self.rest.standing and now - self._status_since >= MASKED_FAULT_S
+        if not self.operational:
+            self.rest.silent(now)
+        elif self._status is AxisStatus.FAULT_REACTION_ACTIVE:
+            # Some drives show one pattern in the reaction and in the fault, and keep bit 4: see `decode`.
+            self._masks_fault = self.rest.standing and now - self._status_since >= MASKED_FAULT_S
 
     def silent_s(self, now: float, tick: int) -> float:
         if self._tpdo_tick < tick:
@@ -179,6 +182,11 @@ class Drive:
         self.reference.restarted()
 
     # What the gateway does
+
+    def stop_by_network(self, now: float) -> None:
+        """It does not obey: NMT stop of its node, and no trust in it before it is measured at rest."""
+        self.rest.distrust()
+        self.node.stop(now, self.rest.silent_stop_s)
 
     def submit(self, index: int, sub: int, data: bytes | None, then: Callable[[SdoDone], None]) -> None:
         """Queue a write (`data`) or a read (`None`) of an object of the profile, `index` as axis 1 has it."""

@@ -23,7 +23,7 @@ from drive_gateway.gateway.reference import Reference
 from drive_gateway.gateway.setup_desk import SetupDesk
 from drive_gateway.gateway.standstill import Standstill
 from drive_gateway.gateway.stop_watch import StopWatch
-from drive_gateway.gateway.trouble import Trouble
+from drive_gateway.gateway.trouble import HARD_WIRED, Trouble
 from drive_gateway.gateway.watch import Watch
 
 Then = Callable[[bool, str], None]
@@ -141,8 +141,7 @@ class DriveGroup:
         # The answer to the last SYNC shows the position at which the sample before it had been reached.
         for trouble in self.watch.troubles(self._sent[0], now):
             self.fault(trouble, now)
-        for trouble in self._stop_watch.step(self._must_stand, now):
-            self.fault(trouble, now)
+        self._mind_rest(now)
         self._mind_inputs(now)
         self.power.step(now)
         self._progress(now)
@@ -154,11 +153,19 @@ class DriveGroup:
 
     # Power
 
+    def _mind_rest(self, now: float) -> None:
+        """Axes that should stand must come to rest; in `ON` it is the following error that is watched."""
+        if self.watch.standing or self.power.stoppable:
+            self._stop_watch.forget()
+            return
+        for trouble in self._stop_watch.step(self._must_stand, now):
+            self.fault(trouble, now)
+
     def _must_stand(self, drive: Drive) -> bool:
         """Nothing wants a motion of it any more: it was told to stop, or it has torque for no reason."""
         if self.power.state in (PowerState.STOPPING, PowerState.FAULT):
             return True
-        return not (self.power.stoppable or drive.without_torque or self.setup.wants(drive))
+        return not (drive.without_torque or self.setup.wants(drive))
 
     def _mind_inputs(self, now: float) -> None:
         """A safety input that opens stops the robot; voltage goes when it stands, and does not return by itself."""
@@ -219,7 +226,10 @@ class DriveGroup:
             self._answer(False, f"{self.robot} could not be reset, a cause is still there: {found}")
         elif state is PowerState.SWITCHING_OFF:
             text = f"the drives did not switch off: {found}"
-            self.fault(Trouble("not_off", text, "use the hard-wired emergency stop and look at the drives"), now)
+            self.fault(Trouble("not_off", text, HARD_WIRED), now)
+            for node in self.nodes:
+                if node.operational and not node.without_torque:
+                    node.stop_by_network(now)
         else:
             self._answer(False, f"{self.robot} got no further than {state.value}: {found}")
             self._switch_off(now)

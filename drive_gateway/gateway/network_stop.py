@@ -36,7 +36,7 @@ class NetworkStop:
 
     def frames(self, now: float, nmt: NmtState | None) -> list[CanFrame]:
         """What is to be sent in this cycle; `nmt` is what the node's newest heartbeat says."""
-        if not self.active or nmt is NmtState.STOPPED or not self._due <= now < self._until:
+        if nmt is NmtState.STOPPED or not self._due <= now < self._until:
             return []
         self._due = now + REPEAT_S
         return [self._frame]

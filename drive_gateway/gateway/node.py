@@ -154,7 +154,8 @@ class Node:
         guard = self._guarding.poll(now) if self._guarding is not None and self._watched else None
         if guard is not None:
             effects = [*effects, Frame(guard)]
-        effects += [Frame(frame) for frame in self._stop.frames(now, self.nmt)]
+        if self._stop.active:
+            effects = [*effects, *(Frame(frame) for frame in self._stop.frames(now, self.nmt))]
         request = self.sdo.poll()
         return effects if request is None else [*effects, request]
 

@@ -16,7 +16,7 @@ BRAKING_RESERVE = 2.0
 
 
 class AxisRest:
-    """Feed `take` with each measurement and `update` once per cycle."""
+    """Feed `take` with each measurement, and `silent` in each cycle in which the node is not operational."""
 
     def __init__(self, axis: AxisSettings, settings: GatewaySettings) -> None:
         self.standing = False
@@ -32,17 +32,22 @@ class AxisRest:
         self._window = max(REST_WINDOW * abs(axis.counts_per_unit), LEAST_COUNTS)
         self._anchor: int | None = None
         self._still_since = 0.0
-        self._measured_at = 0.0
         self._silent_since: float | None = None
         self._distrusted = False
 
     def take(self, counts: int, now: float) -> None:
         """One measured position."""
+        if self._silent_since is not None:
+            self._silent_since = now
         if self._anchor is None:
             self._anchor, self._still_since = counts, now
+            self.standing = False
         elif abs(counts - self._anchor) > self._window:
             self._anchor, self._still_since, self.moved_at = counts, now, now
-        self._measured_at = now
+            self.standing = False
+        elif not self.standing and now - self._still_since >= REST_S:
+            self.standing = True
+            self._distrusted = False
 
     def measure_anew(self) -> None:
         """Something moves it from now on: what was measured before says nothing."""
@@ -54,14 +59,15 @@ class AxisRest:
         self._distrusted = True
         self.measure_anew()
 
-    def update(self, heard: bool, now: float) -> None:
-        """One cycle; `heard`: its node is operational, so its position comes."""
-        if heard:
-            self._silent_since = None
-            self.standing = self._anchor is not None and self._measured_at - self._still_since >= REST_S
-            self._distrusted = self._distrusted and not self.standing
-            return
+    def heard(self) -> None:
+        """Its node is operational from now on."""
+        self._silent_since = None
+        self.measure_anew()
+
+    def silent(self, now: float) -> None:
+        """Its node is not operational in this cycle."""
         if self._silent_since is None:
             self._silent_since = now
-            self._anchor = None
-        self.standing = not self._distrusted and now - self._silent_since >= self.silent_stop_s
+            self.measure_anew()
+        elif not self._distrusted and now - self._silent_since >= self.silent_stop_s:
+            self.standing = True

@@ -220,6 +220,7 @@ class SetupAxis:
             self.stop(f"{self.node.label} got no further than {self.stage.value}: {self.node.said()}", now)
             return
         self.problem = f"{self.node.label} did not switch off: {self.node.said()}"
+        self.node.stop_by_network(now)
         self.trouble = Trouble("not_off", self.problem, HARD_WIRED, self.node.axis.node_id)
         self._enter(Stage.ENDED, now)
 

@@ -15,6 +15,11 @@ class StopWatch:
         self._since: dict[Drive, float] = {}
         self._told: set[Drive] = set()
 
+    def forget(self) -> None:
+        """The robot stands, or something wants it to move."""
+        self._since.clear()
+        self._told.clear()
+
     def step(self, due: Callable[[Drive], bool], now: float) -> Iterator[Trouble]:
         """One cycle; `due` says of which drives nothing wants a motion. Drives that cannot be heard are waited for."""
         for drive in self._drives:
@@ -30,11 +35,10 @@ class StopWatch:
     def _stop(self, drive: Drive, now: float) -> Trouble:
         unit, factor = ("mm/s", 1000.0) if drive.axis.linear else ("deg/s", degrees(1.0))
         moves = f"{drive.rest.stop_s:.2g} s later it still moves with {factor * abs(drive.velocity):.3g} {unit}"
-        drive.rest.distrust()
         if drive.without_torque:
             text = f"{drive.label} has no torque and should stand, but {moves}: its brake does not hold"
             return Trouble("does_not_stop", text, f"{HARD_WIRED}, then secure the axis", drive.axis.node_id)
         text = f"{drive.label} was told to stop, but {moves}"
         remedy = f"{HARD_WIRED}; its node is stopped by NMT meanwhile, to which its drive should answer as 6007h says"
-        drive.node.stop(now, drive.rest.silent_stop_s)
+        drive.stop_by_network(now)
         return Trouble("does_not_stop", text, remedy, drive.axis.node_id)

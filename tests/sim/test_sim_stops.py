@@ -141,6 +141,8 @@ def test_a_drive_that_stays_switched_on_after_set_up_is_an_alarm() -> None:
     alarm = next(event for event in world.events if event.code == "not_off")
     assert alarm.text.startswith("left: node 1 (left J1) did not switch off")
     assert "hard-wired emergency stop" in alarm.remedy
+    world.until(lambda: NMT_STOP in world.frames, within_s=0.05)
+    assert world.feedback.state is PlayoutState.STOPPING
 
 
 # Blocks
