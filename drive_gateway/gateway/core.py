@@ -1,10 +1,11 @@
 """The gateway's core: one CAN bus, its drives and the robots they belong to.
 
-Order of a cycle: SYNC first, then the RPDOs for the next SYNC; the nodes' TPDOs arrive in between. A sample that is
-sent in the cycle of SYNC `tick` acts at SYNC `tick + 1`, so a block may still change tick `tick + 2` and later.
+Order of a cycle: the TPDOs that answer the SYNC before, SYNC, then the RPDOs for the next one. A sample that is sent in
+the cycle of SYNC `tick` acts at SYNC `tick + 1`. Blocks are taken last, right before the RPDOs are made: one that has
+come by then may begin with tick `tick + 1`.
 """
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 
 from cell.config.settings import Times
 from cell.core import Effect, Ended, Publish, Request, Shutdown
@@ -17,9 +18,10 @@ from drive_gateway.canopen.nmt import SYNC_FRAME, NmtCommand, NmtState, heartbea
 from drive_gateway.canopen.sdo import SdoDone
 from drive_gateway.config.bus_load import bus_load
 from drive_gateway.config.settings import GatewaySettings
+from drive_gateway.gateway.bus_news import BusBack, BusDisturbed, BusFailed, BusNews, name_of, remedy_of
 from drive_gateway.gateway.calls import Calls
 from drive_gateway.gateway.drive import Drive
-from drive_gateway.gateway.effects import Frame, RecordEnded, RecordSaid
+from drive_gateway.gateway.effects import Frame, RecordEnded, RecordSaid, TakeBlocks
 from drive_gateway.gateway.encoder_record import EncoderRecord
 from drive_gateway.gateway.estop import EstopLatch
 from drive_gateway.gateway.estop_button import EstopButtons
@@ -31,6 +33,7 @@ from drive_gateway.gateway.scan import Scan
 from drive_gateway.gateway.trouble import Trouble
 
 STATE_PERIOD_S = 0.2
+_SYNC, _TAKE_BLOCKS, _HEARTBEAT = Frame(SYNC_FRAME), TakeBlocks(), Frame(heartbeat_frame(NmtState.OPERATIONAL))
 
 
 class GatewayCore:
@@ -87,6 +90,7 @@ class GatewayCore:
         self._confirmed: str | None = None
         self._closing_since: float | None = None
         images = [drive.image for drive in self._drives]
+        self._bus_problem = ""
         self._bus_load = bus_load(images, settings.bus.bitrate, settings.cycle_s, settings.heartbeat_producer_s).cyclic
 
     def receive(self, message: object, now: float) -> None:
@@ -106,6 +110,8 @@ class GatewayCore:
                 self._on_estop(message, now)
             case Request():
                 self._calls.request(message, now, self._tick)
+            case BusFailed() | BusBack() | BusDisturbed():
+                self._on_bus(message, now)
             case RecordSaid():
                 self._calls.recorded(message)
             case RecordEnded(text):
@@ -113,32 +119,38 @@ class GatewayCore:
             case Shutdown():
                 self._on_shutdown(now)
 
-    def step(self, now: float) -> list[Effect]:
+    def step(self, now: float) -> Iterator[Effect]:
+        """One cycle. The effects come one by one: SYNC leaves before anything is computed."""
         self._now = now
         self._tick += 1
-        effects: list[Effect] = [Frame(SYNC_FRAME)]
+        yield _SYNC
         lateness = self._lateness.cycle(now)
         if lateness > self._settings.overrun_limit_s:
             self._on_overrun(lateness, now)
         order = self._stop_order()
+        after: list[Effect] = []
         for robot in self._robots.values():
-            effects += robot.step(now, self._tick, order)
+            after += robot.observe(now, self._tick, order)
+        yield _TAKE_BLOCKS
+        for robot in self._robots.values():
+            yield from robot.command(now, self._tick)
+        yield from after
         if now >= self._heartbeat_due:
             # From the cycle and from nothing else: when the loop hangs, the drives must miss it.
             self._heartbeat_due = now + self._settings.heartbeat_producer_s
-            effects.append(Frame(heartbeat_frame(NmtState.OPERATIONAL)))
-        effects += self._scan.step(now)
-        effects += self._press(now)
+            yield _HEARTBEAT
+        yield from self._scan.step(now)
+        yield from self._press(now)
         self._confirm()
-        effects += self._log.take()
-        effects += self._calls.take(now)
+        yield from self._log.take()
+        yield from self._calls.take(now)
         if now >= self._state_due:
             self._state_due = now + STATE_PERIOD_S
-            effects.append(Publish(self._state()))
+            yield Publish(self._state())
         if self._closing_since is not None and self._all_off():
-            effects += [Frame(nmt_frame(NmtCommand.ENTER_PRE_OPERATIONAL, number)) for number in self._nodes]
-            effects.append(Ended())
-        return effects
+            for number in self._nodes:
+                yield Frame(nmt_frame(NmtCommand.ENTER_PRE_OPERATIONAL, number))
+            yield Ended()
 
     # Messages
 
@@ -163,6 +175,30 @@ class GatewayCore:
                 node.on_error_control(frame.data, now)
             case cob_id.EMCY:
                 node.on_emergency(frame.data)
+
+    def _on_bus(self, news: BusNews, now: float) -> None:
+        """A bus that fails stops its robots at once; the drives stop by themselves, because they miss the gateway.
+
+        When it is back, nodes that could not be reached are tried again without the wait for their boot-up.
+        """
+        name, remedy = name_of(self._settings.bus), remedy_of(self._settings.bus)
+        match news:
+            case BusFailed(text):
+                trouble = Trouble("bus_failed", f"{name} failed: {text}", remedy)
+                self._bus_problem = f"{trouble.text}; {remedy}"
+                running = [robot for robot in self._robots.values() if robot.group.operational]
+                for robot in running:
+                    robot.group.fault(trouble, now)
+                if not running:
+                    self._log.warn(trouble.code, trouble.text, remedy)
+            case BusDisturbed(text):
+                self._log.warn("bus_disturbed", f"{name}: {text}", "check wiring, termination, bit rate and txqueuelen")
+            case BusBack():
+                self._bus_problem = ""
+                self._log.info("bus_back", f"{name} works again")
+                for node in self._nodes.values():
+                    if not node.operational and not node.lost:
+                        node.bring_up_again(now)
 
     def _on_estop(self, estop: Estop, now: float) -> None:
         if not self._estop.receive(estop, now):
@@ -227,14 +263,15 @@ class GatewayCore:
         nodes = tuple(drive.describe() for drive in self._drives)
         modes = [robot.group.setup.problem for robot in self._robots.values()]
         problems = [problem for problem in (*(node.problem for node in self._nodes.values()), *modes) if problem]
+        problem = self._bus_problem or "; ".join(problems)
         return GatewayState(
             gateway=self._settings.name,
             boot=self._boot,
             sequence=self._sequence,
             cycle_s=self._settings.cycle_s,
             interface=self._settings.bus.interface,
-            ready=not problems and all(drive.operational and drive.reference.judged for drive in self._drives),
-            problem="; ".join(problems),
+            ready=not problem and all(drive.operational and drive.reference.judged for drive in self._drives),
+            problem=problem,
             owners={name: robot.claims.boot for name, robot in self._robots.items() if robot.claims.owner},
             estop_confirmed=self._confirmed,
             nodes=nodes,

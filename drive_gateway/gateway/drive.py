@@ -10,13 +10,14 @@ from drive_gateway.canopen.frame import CanFrame
 from drive_gateway.canopen.pdo_map import CONTROLWORD, INPUTS, STATUS, STATUS_WITH_TORQUE, TARGET_POSITION
 from drive_gateway.canopen.profile_pdos import TARGET_VELOCITY, ProfileSender
 from drive_gateway.canopen.sdo import SdoDone
-from drive_gateway.cia402.state_machine import decode
+from drive_gateway.cia402.state_machine import WARNING, decode
 from drive_gateway.config.image import INPUTS_EVERY, image_of
 from drive_gateway.config.settings import AxisSettings, GatewaySettings
 from drive_gateway.gateway.node import Node
 from drive_gateway.gateway.reference import Reference
 from drive_gateway.gateway.rest import AxisRest
 
+_ERROR_CODE = 0x603F
 _WITHOUT_TORQUE = {
     AxisStatus.NOT_READY_TO_SWITCH_ON,
     AxisStatus.SWITCH_ON_DISABLED,
@@ -37,6 +38,10 @@ class Drive:
         self.node = node
         place = f"node {axis.node_id}" if axis.number == 1 else f"node {axis.node_id} axis {axis.number}"
         self.label = f"{place} ({robot} {axis.name})"
+        self.operational = False
+        """Its node is."""
+        self.status = AxisStatus.SILENT
+        """As its statusword tells while its node is operational."""
         self.image = image_of(axis)
         self.counts: int | None = None
         self.counts_per_cycle = 0.0
@@ -48,38 +53,36 @@ class Drive:
         self.missing_tpdos = 0
         self.found_with_torque = False
         """Its first statusword said so: an earlier gateway ended without switching it off. Nobody has been told yet."""
+        self.largest_error: float | None = None
+        """[rad or m] following error since it was enabled, where it has been."""
         self.robot = robot
         self._settings = settings
         self._profile = ProfileSender(self.image.profile) if self.image.profile else None
-        self._status = AxisStatus.SILENT
-        self._status_since = 0.0
+        self._heard = AxisStatus.SILENT
+        self._heard_since = 0.0
         self._masks_fault = False
         self._tpdo_tick = -1
         self._tpdo_at = 0.0
         self._inputs: int | None = None
         self._inputs_at = 0.0
+        self._asked = False
+        """Which error it has is being read."""
         node.attach(self)
 
     @property
-    def operational(self) -> bool:
-        """Its node is."""
-        return self.node.operational
-
-    @property
     def emergency(self) -> Emergency | None:
-        """The newest one of its node: a node does not say which of its axes it means."""
-        return self.node.emergency
-
-    @property
-    def status(self) -> AxisStatus:
-        if not self.operational:
-            return AxisStatus.SILENT
-        return AxisStatus.FAULT if self._masks_fault else self._status
+        """The newest one that is its own."""
+        return self.node.emergency_of(self.label)
 
     @property
     def velocity(self) -> float:
         """[rad/s or m/s] between its newest two positions."""
         return self.counts_per_cycle / self._settings.cycle_s / self.axis.counts_per_unit
+
+    @property
+    def warns(self) -> bool:
+        """It says that something is near a limit of its own, or that it can only go one way."""
+        return self.operational and bool(self.statusword & WARNING)
 
     @property
     def torque(self) -> float | None:
@@ -93,20 +96,22 @@ class Drive:
         return self.status in _WITHOUT_TORQUE
 
     def describe(self) -> NodeStatus:
-        nmt = "unknown" if self.node.nmt is None else self.node.nmt.name.lower()
+        nmt = "unknown" if self.node.nmt is None else self.node.nmt.words
         code = None if self.emergency is None else self.emergency.code
         text = "" if self.emergency is None else self.emergency.meaning
         missing = self.reference.missing
         return NodeStatus(
-            self.axis.node_id, self.robot, self.axis.name, nmt, self.status, code, text, not missing, missing
-        )
+            self.axis.node_id, self.robot, self.axis.name, nmt, self.status, code, text, not missing, missing,
+            self.warns, self.largest_error,
+        )  # fmt: skip
 
     def said(self) -> str:
         """Its state in a few words, for the answer to a call."""
         if not self.operational:
             return f"{self.label}: {self.node.problem or self.node.phase.value}"
         emergency = "" if self.emergency is None else f", {self.emergency.code:04X}h {self.emergency.meaning}"
-        return f"{self.label}: {self.status.name}{emergency}"
+        warning = ", warning" if self.warns else ""
+        return f"{self.label}: {self.status.words}{warning}{emergency}"
 
     # What the drive sends
 
@@ -124,11 +129,13 @@ class Drive:
             return
         if self.counts is not None and tick > self._tpdo_tick:
             self.counts_per_cycle = (counts - self.counts) / (tick - self._tpdo_tick)
-        if self._status is AxisStatus.SILENT:
+        if self._heard is AxisStatus.SILENT:
             self.found_with_torque = status not in _WITHOUT_TORQUE
-        if status is not self._status:
-            self._status, self._status_since = status, now
+        if status is not self._heard:
+            self._heard, self._heard_since = status, now
             self._masks_fault = False
+        if self.operational:
+            self.status = AxisStatus.FAULT if self._masks_fault else status
         self.statusword = statusword
         self.rest.take(counts, now)
         self.per_mille = torque
@@ -155,26 +162,40 @@ class Drive:
 
     def started(self, now: float) -> None:
         self._tpdo_at = now
+        self.operational, self.status = True, self._heard
         self.rest.heard()
 
     def look(self, now: float) -> None:
         """Once per cycle: what the newest measurements, or the lack of them, say about rest and fault."""
         if not self.operational:
             self.rest.silent(now)
-        elif self._status is AxisStatus.FAULT_REACTION_ACTIVE:
+        elif self._heard is AxisStatus.FAULT_REACTION_ACTIVE:
             # Some drives show one pattern in the reaction and in the fault, and keep bit 4: see `decode`.
-            self._masks_fault = self.rest.standing and now - self._status_since >= MASKED_FAULT_S
+            self._masks_fault = self.rest.standing and now - self._heard_since >= MASKED_FAULT_S
 
     def silent_s(self, now: float, tick: int) -> float:
         if self._tpdo_tick < tick:
             self.missing_tpdos += 1
         return now - self._tpdo_at
 
+    def ask_error(self) -> None:
+        if not self._asked:
+            self._asked = True
+            self.submit(_ERROR_CODE, 0, None, self._take_error)
+
+    def _take_error(self, done: SdoDone) -> None:
+        self._asked = False
+        if len(done.data) == 2:
+            self.node.axis_error(self.label, int.from_bytes(done.data, "little"))
+
     def lost(self) -> None:
+        self._asked = False
+        self.operational, self.status = False, AxisStatus.SILENT
         if self.counts is not None:
-            self.reference.lost(self.counts, self._way_to_rest())
+            self.reference.lost(self.counts, self._way_to_rest(), torque=self._heard not in _WITHOUT_TORQUE)
 
     def forget(self) -> None:
+        self._asked = False
         self._inputs = None
         self._tpdo_tick = -1
         self.counts_per_cycle = 0.0

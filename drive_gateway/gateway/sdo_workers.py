@@ -3,6 +3,7 @@
 import logging
 from collections.abc import Callable, Iterable
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import AbstractContextManager
 from types import TracebackType
 from typing import Any, Self
 
@@ -36,12 +37,20 @@ class _Network(canopen.Network):
 
 
 class SdoWorkers:
-    """Context manager. `done` gets the outcome of each request, from a worker's thread."""
+    """Context manager. `done` gets the outcome of each request, from a worker's thread.
+
+    A transfer runs inside `attend()`, in which received frames must come to `take` without delay.
+    """
 
     def __init__(
-        self, node_ids: Iterable[int], send: Callable[[CanFrame], None], done: Callable[[SdoDone], None]
+        self,
+        node_ids: Iterable[int],
+        send: Callable[[CanFrame], None],
+        attend: Callable[[], AbstractContextManager[None]],
+        done: Callable[[SdoDone], None],
     ) -> None:
         self._done = done
+        self._attend = attend
         self._network = _Network(send)
         self._clients: dict[int, Any] = {}
         for number in node_ids:
@@ -79,10 +88,11 @@ class SdoWorkers:
         timeout_s = STORE_TIMEOUT_S if request.index == STORE_PARAMETERS else RESPONSE_TIMEOUT_S
         client.RESPONSE_TIMEOUT = timeout_s
         try:
-            if request.data is None:
-                data = read_object(client, request.index, request.sub)
-            else:
-                write_object(client, request.index, request.sub, request.data)
+            with self._attend():
+                if request.data is None:
+                    data = read_object(client, request.index, request.sub)
+                else:
+                    write_object(client, request.index, request.sub, request.data)
         except canopen.SdoAbortedError as error:
             abort_code, problem = error.code, abort_text(error.code)
         except (canopen.SdoCommunicationError, can.CanError, OSError) as error:

@@ -4,7 +4,6 @@ import logging
 import threading
 import time
 from collections.abc import Mapping
-from dataclasses import replace
 from math import ceil
 from types import TracebackType
 from typing import Self
@@ -15,16 +14,19 @@ from cell.net.runner import scheduling
 from drive_gateway.canopen.frame import CanFrame
 from drive_gateway.config.settings import AxisSettings, GatewaySettings
 from drive_gateway.config.simulation import Level
-from drive_gateway.gateway.bus import BusError, open_bus
+from drive_gateway.gateway.bus import BusError
+from drive_gateway.gateway.bus_news import BusBack, BusDisturbed, BusFailed, BusNews, name_of
+from drive_gateway.gateway.steady_bus import SteadyBus
 from drive_gateway.sim.axis.dc_bus import DcBus
 from drive_gateway.sim.axis.full_servo import FullServo
-from drive_gateway.sim.axis.load import Load, together
+from drive_gateway.sim.axis.robot_load import RobotLoad, RobotTorques, Shaft
 from drive_gateway.sim.bus import SimulatedBus
 from drive_gateway.sim.node import SimulatedNode
 
 _log = logging.getLogger(__name__)
 
-Loads = Mapping[tuple[str, str], Load]
+Robots = Mapping[str, RobotTorques]
+"""What moves the links of each robot, by its name."""
 
 STEP_S = 0.005
 """Period of the nodes' own timers, and longest wait for a frame."""
@@ -46,18 +48,18 @@ class SimulatedDrives:
         BusError: the bus cannot be opened (on entering).
     """
 
-    def __init__(self, settings: GatewaySettings, loads: Loads | None = None) -> None:
+    def __init__(self, settings: GatewaySettings, robots: Robots | None = None) -> None:
         self._settings = settings.bus
-        self.nodes = simulated_nodes(settings, loads)
+        self.nodes = simulated_nodes(settings, robots)
         self._carrier = SimulatedBus(self.nodes, settings.bus.bitrate if settings.simulation.wire_time else None)
         self.problem = ""
         self.ended = threading.Event()
         self._closing = threading.Event()
-        self._bus: can.BusABC | None = None
+        self._bus: SteadyBus | None = None
         self._thread: threading.Thread | None = None
 
     def __enter__(self) -> Self:
-        bus = self._bus = open_bus(self._settings)
+        bus = self._bus = SteadyBus(self._settings, self._tell)
         self._thread = threading.Thread(target=self._run, args=(bus,), name="simulated drives", daemon=True)
         self._thread.start()
         return self
@@ -69,9 +71,9 @@ class SimulatedDrives:
         if self._thread is not None:
             self._thread.join(_CLOSE_TIMEOUT_S)
         if self._bus is not None:
-            self._bus.shutdown()
+            self._bus.close()
 
-    def _run(self, bus: can.BusABC) -> None:
+    def _run(self, bus: SteadyBus) -> None:
         try:
             # Drives are computers of their own: they must not wait for this one more than their master does.
             with scheduling(realtime=True):
@@ -82,14 +84,14 @@ class SimulatedDrives:
         finally:
             self.ended.set()
 
-    def _serve(self, bus: can.BusABC) -> None:
+    def _serve(self, bus: SteadyBus) -> None:
         stepped = 0.0
         while not self._closing.is_set():
-            message = bus.recv(self._patience(stepped + STEP_S))
+            message = bus.receive(self._patience(stepped + STEP_S))
             now = time.monotonic()
             if message is not None:
                 now -= _age(message)
-                if not message.is_extended_id and not message.is_error_frame:
+                if not message.is_extended_id:
                     frame = CanFrame(message.arbitration_id, bytes(message.data), message.is_remote_frame)
                     _send(bus, self._carrier.receive(frame, now))
             if now - stepped >= STEP_S:
@@ -98,6 +100,15 @@ class SimulatedDrives:
             else:
                 _send(bus, self._carrier.carry(now))
 
+    def _tell(self, news: BusNews) -> None:
+        """Drives live on without a bus and miss their master; only people need to know why."""
+        name = name_of(self._settings)
+        match news:
+            case BusFailed(text) | BusDisturbed(text):
+                _log.warning("simulated drives: %s: %s", name, text)
+            case BusBack():
+                _log.warning("simulated drives: %s works again", name)
+
     def _patience(self, step_at: float) -> float:
         """How long to wait for a frame of the master: until the nodes' timers or one of their own frames are due."""
         arrival = self._carrier.next_at
@@ -105,14 +116,13 @@ class SimulatedDrives:
         return min(max(due - time.monotonic(), _GRAIN_S), STEP_S)
 
 
-def simulated_nodes(settings: GatewaySettings, loads: Loads | None = None) -> list[SimulatedNode]:
+def simulated_nodes(settings: GatewaySettings, robots: Robots | None = None) -> list[SimulatedNode]:
     """One node per Node-ID. They wait for set points as long as a cycle of this gateway may be late.
 
-    `loads` are torques on axes beside those of the file, for who knows the whole robot; by robot and axis, at the full
-    level only.
+    `robots` put their loads on the axes beside those of the file, at the full level only.
     """
     timeout = min(_LONGEST_SETPOINT_TIMEOUT, max(2, ceil(settings.overrun_limit_s / settings.cycle_s) + 1))
-    bus = DcBus(settings.simulation.dc_bus)
+    servos = _full_servos(settings, robots or {}) if settings.simulation.level is Level.FULL else {}
     by_node: dict[int, list[tuple[str, AxisSettings]]] = {}
     for name, robot in settings.robots.items():
         for axis in robot.axes:
@@ -120,26 +130,32 @@ def simulated_nodes(settings: GatewaySettings, loads: Loads | None = None) -> li
     nodes = []
     for named in by_node.values():
         named.sort(key=lambda pair: pair[1].number)
-        servos = [_full_servo(settings, name, axis, bus, loads or {}) for name, axis in named]
+        behind = [servos.get((name, axis.name)) for name, axis in named]
         axes = [axis for _, axis in named]
-        nodes.append(SimulatedNode(axes, settings.cycle_s, settings.simulated_lag_s, timeout, servos))
+        nodes.append(SimulatedNode(axes, settings.cycle_s, settings.simulated_lag_s, timeout, behind))
     return nodes
 
 
-def _full_servo(
-    settings: GatewaySettings, robot: str, axis: AxisSettings, bus: DcBus, loads: Loads
-) -> FullServo | None:
-    """The axis at the full level, `None` at the fast one."""
-    if settings.simulation.level is Level.FAST:
-        return None
-    data = settings.simulation.axes[robot, axis.name]
-    if (robot, axis.name) in loads:
-        data = replace(data, torque=together(data.torque, loads[robot, axis.name]))
-    start = (axis.simulated_start - axis.offset) * axis.counts_per_unit
-    return FullServo(data, start, settings.simulated_lag_s, bus)
+def _full_servos(settings: GatewaySettings, robots: Robots) -> dict[tuple[str, str], FullServo]:
+    """By robot and axis."""
+    bus = DcBus(settings.simulation.dc_bus)
+    servos: dict[tuple[str, str], FullServo] = {}
+    for name, robot in settings.robots.items():
+        shafts = []
+        for axis in robot.axes:
+            data = settings.simulation.axes[name, axis.name]
+            start = (axis.simulated_start - axis.offset) * axis.counts_per_unit
+            servo = servos[name, axis.name] = FullServo(data, start, settings.simulated_lag_s, bus)
+            way_per_rad = data.counts_per_rad / axis.counts_per_unit
+            shafts.append(Shaft(servo.machine.mechanics, way_per_rad, axis.offset))
+        if name in robots:
+            load = RobotLoad(robots[name], shafts)
+            for number, axis in enumerate(robot.axes):
+                servos[name, axis.name].machine.robot = load.of(number)
+    return servos
 
 
-def run_simulated_drives(settings: GatewaySettings, stop: threading.Event) -> int:
+def run_simulated_drives(settings: GatewaySettings, stop: threading.Event, robots: Robots | None = None) -> int:
     """Run the drives of a bus alone in this process until `stop` is set; returns the exit code of the command.
 
     Raises:
@@ -151,7 +167,7 @@ def run_simulated_drives(settings: GatewaySettings, stop: threading.Event) -> in
             "it lives inside one process, drives alone on it would meet nobody",
             "start the gateway with --simulate, or choose a bus that processes share: udp_multicast, socketcan (vcan)",
         )
-    with SimulatedDrives(settings) as drives:
+    with SimulatedDrives(settings, robots) as drives:
         numbers = ", ".join(str(node.node_id) for node in drives.nodes)
         print(f"simulated drives on {settings.bus.interface} {settings.bus.channel}: nodes {numbers}", flush=True)
         while not stop.wait(0.1):
@@ -166,6 +182,6 @@ def _age(message: can.Message) -> float:
     return age_s if 0.0 < age_s < _OLDEST_S else 0.0
 
 
-def _send(bus: can.BusABC, frames: list[CanFrame]) -> None:
+def _send(bus: SteadyBus, frames: list[CanFrame]) -> None:
     for frame in frames:
         bus.send(can.Message(arbitration_id=frame.id, data=frame.data, is_extended_id=False))

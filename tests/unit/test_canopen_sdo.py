@@ -1,6 +1,7 @@
 """One SDO request per node at a time, in order."""
 
 import json
+from contextlib import nullcontext
 from pathlib import Path
 from queue import SimpleQueue
 
@@ -50,7 +51,7 @@ class _Node:
         self.answer = bytes.fromhex(answer)
         self.requests: list[bytes] = []
         self.outcomes: SimpleQueue[SdoDone] = SimpleQueue()
-        self.workers = SdoWorkers([1], self.send, self.outcomes.put)
+        self.workers = SdoWorkers([1], self.send, nullcontext, self.outcomes.put)
 
     def send(self, frame: CanFrame) -> None:
         self.requests.append(frame.data)

@@ -1,10 +1,13 @@
 """An operator's access to the nodes through their gateway: read always, write only when nothing can come of it."""
 
+from collections.abc import Mapping
+
 from gateway_world import World
 
 from cell.messages import ReadObject, RecordBus, ScanBus, WriteObject
 from drive_gateway.canopen.frame import CanFrame
 from drive_gateway.gateway.effects import RecordEnded, RecordSaid
+from drive_gateway.gateway.scan import Scan
 
 
 def test_an_object_is_read_while_the_robot_is_enabled() -> None:
@@ -65,12 +68,20 @@ def test_a_scan_asks_every_strange_node_and_names_all() -> None:
     world.tell(CanFrame(0x580 + 9, bytes.fromhex("4300100092010200")))
     world.until(lambda: request in world.replies)
     assert world.replies[request].text.split("\n") == [
-        "node 1 (left J1): SWITCH_ON_DISABLED",
-        "node 2 (left J2): SWITCH_ON_DISABLED",
+        "node 1 (left J1): Switch On Disabled",
+        "node 2 (left J2): Switch On Disabled",
         "node 9: not in the drives file, device type 00020192h",
     ]
     asked = {frame.id - 0x600 for frame in world.frames if 0x600 < frame.id < 0x680}
     assert asked == set(range(3, 127))
+
+
+def test_a_scan_with_long_cycles_asks_everybody_before_its_caller_gives_up() -> None:
+    scan, found, cycle_s = Scan((1, 2)), list[Mapping[int, int]](), 0.04
+    scan.begin(found.append)
+    asked = [len(scan.step(number * cycle_s)) for number in range(round(1.5 / cycle_s))]
+    assert sum(asked) == 124
+    assert found == [{}]
 
 
 def test_a_recording_is_answered_when_it_began_and_told_when_it_ended() -> None:
