@@ -60,7 +60,6 @@ class Drive:
         self._profile = ProfileSender(self.image.profile) if self.image.profile else None
         self._heard = AxisStatus.SILENT
         self._heard_since = 0.0
-        self._masks_fault = False
         self._tpdo_tick = -1
         self._tpdo_at = 0.0
         self._inputs: int | None = None
@@ -129,19 +128,21 @@ class Drive:
             return
         if self.counts is not None and tick > self._tpdo_tick:
             self.counts_per_cycle = (counts - self.counts) / (tick - self._tpdo_tick)
-        if self._heard is AxisStatus.SILENT:
-            self.found_with_torque = status not in _WITHOUT_TORQUE
         if status is not self._heard:
-            self._heard, self._heard_since = status, now
-            self._masks_fault = False
-        if self.operational:
-            self.status = AxisStatus.FAULT if self._masks_fault else status
+            self._changed(status, now)
         self.statusword = statusword
         self.rest.take(counts, now)
         self.per_mille = torque
         self.counts = counts
         self._tpdo_tick = tick
         self._tpdo_at = now
+
+    def _changed(self, status: AxisStatus, now: float) -> None:
+        if self._heard is AxisStatus.SILENT:
+            self.found_with_torque = status not in _WITHOUT_TORQUE
+        self._heard, self._heard_since = status, now
+        if self.operational:
+            self.status = status
 
     def on_inputs(self, data: bytes, now: float) -> None:
         """The drive's digital inputs."""
@@ -165,13 +166,10 @@ class Drive:
         self.operational, self.status = True, self._heard
         self.rest.heard()
 
-    def look(self, now: float) -> None:
-        """Once per cycle: what the newest measurements, or the lack of them, say about rest and fault."""
-        if not self.operational:
-            self.rest.silent(now)
-        elif self._heard is AxisStatus.FAULT_REACTION_ACTIVE:
-            # Some drives show one pattern in the reaction and in the fault, and keep bit 4: see `decode`.
-            self._masks_fault = self.rest.standing and now - self._heard_since >= MASKED_FAULT_S
+    def judge_reaction(self, now: float) -> None:
+        """Some drives show one pattern in the reaction and in the fault, and keep bit 4 (see `decode`): time tells."""
+        if self.rest.standing and now - self._heard_since >= MASKED_FAULT_S:
+            self.status = AxisStatus.FAULT
 
     def silent_s(self, now: float, tick: int) -> float:
         if self._tpdo_tick < tick:

@@ -51,11 +51,16 @@ class Watch:
 
     def measure(self, now: float) -> None:
         """Take what the nodes said; positions stay as they are as long as one node has said nothing yet."""
+        standing = True
         for node in self._nodes:
-            node.look(now)
-            if node.found_with_torque:
-                self._tell_find(node)
-        self.standing = all(node.rest.standing for node in self._nodes)
+            if not node.operational:
+                node.rest.silent(now)
+                if node.found_with_torque:
+                    self._tell_find(node)
+            elif node.status is AxisStatus.FAULT_REACTION_ACTIVE:
+                node.judge_reaction(now)
+            standing = standing and node.rest.standing
+        self.standing = standing
         known = [node.counts for node in self._nodes if node.counts is not None]
         if len(known) < len(self._nodes):
             return
