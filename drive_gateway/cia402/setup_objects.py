@@ -13,6 +13,8 @@ MODE, MODE_DISPLAY, TARGET_VELOCITY = 0x6060, 0x6061, 0x60FF
 
 START = 1 << 4
 """Controlword: new set point, or homing begins."""
+HALT = 1 << 8
+"""Controlword: brake on the ramp of the motion and stay enabled (605Dh = 1, the value drives have of themselves)."""
 REACHED, ACKNOWLEDGED, ATTAINED, STANDING, FAILED = 1 << 10, 1 << 12, 1 << 12, 1 << 12, 1 << 13
 """Statusword; bits 12 and 13 mean what the mode says."""
 
@@ -67,6 +69,8 @@ class SetupOrder:
     """[counts/s] of a profile velocity."""
     stop_s: float = 0.0
     """A profile velocity is taken back to zero after this time."""
+    ramp_s: float = 0.0
+    """From its highest speed to rest, on the ramp on which it halts."""
     press: Press | None = None
     """Of mode cyclic torque."""
 
@@ -82,7 +86,7 @@ def homing_order(axis: AxisSettings, homing: HomingSettings) -> SetupOrder:
         _u32(0x609A, 0, homing.acceleration * counts),
         SdoWrite(0x607C, 0, home.to_bytes(4, "little", signed=True)),
     )
-    return SetupOrder(HOMING, writes)
+    return SetupOrder(HOMING, writes, ramp_s=homing.fast / homing.acceleration)
 
 
 def position_order(axis: AxisSettings, target: int, motion: Trapezoid, acceleration: float) -> SetupOrder:
@@ -96,7 +100,8 @@ def position_order(axis: AxisSettings, target: int, motion: Trapezoid, accelerat
         SdoWrite(0x6068, 0, POSITION_TIME_MS.to_bytes(2, "little")),
         _u32(0x6081, 0, abs(motion.velocity) * counts),
     )
-    return SetupOrder(PROFILE_POSITION, (*writes, *_ramps(acceleration * counts)), target=target)
+    ramp_s = abs(motion.velocity) / acceleration
+    return SetupOrder(PROFILE_POSITION, (*writes, *_ramps(acceleration * counts)), target=target, ramp_s=ramp_s)
 
 
 def velocity_order(axis: AxisSettings, motion: Trapezoid, acceleration: float) -> SetupOrder:
@@ -104,7 +109,8 @@ def velocity_order(axis: AxisSettings, motion: Trapezoid, acceleration: float) -
     counts = abs(axis.counts_per_unit)
     writes = (SdoWrite(TARGET_VELOCITY, 0, bytes(4)), *_ramps(acceleration * counts))
     velocity = round(motion.velocity * axis.counts_per_unit)
-    return SetupOrder(PROFILE_VELOCITY, writes, velocity=velocity, stop_s=motion.stop_s)
+    ramp_s = abs(motion.velocity) / acceleration
+    return SetupOrder(PROFILE_VELOCITY, writes, velocity=velocity, stop_s=motion.stop_s, ramp_s=ramp_s)
 
 
 def press_order(torque: TorqueSettings, speed: float, press: Press) -> SetupOrder:

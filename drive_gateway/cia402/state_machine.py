@@ -35,7 +35,9 @@ _BY_MASK: tuple[tuple[int, int, AxisStatus], ...] = (
 def decode(statusword: int) -> AxisStatus | None:
     """The state that a statusword shows; `None` for one of the patterns that no state has.
 
-    Some drives show xx0x1111 both in the reaction to a fault and in the fault itself: voltage enabled (bit 4) tells.
+    Some drives show xx0x1111 both in the reaction to a fault and in the fault itself: voltage enabled (bit 4) tells,
+    where it means the motor's voltage. Where it means the supply it stays set, and only time tells
+    (`Drive.judge_reaction`).
     """
     return _STATES[statusword & 0x7F]
 

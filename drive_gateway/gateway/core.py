@@ -248,7 +248,7 @@ class GatewayCore:
 
     def _confirm(self) -> None:
         estop = self._estop.active
-        if estop is None or not all(robot.group.secured for robot in self._robots.values()):
+        if estop is None or not all(robot.group.standstill.secured for robot in self._robots.values()):
             self._confirmed = None
         elif self._confirmed != estop.id:
             self._confirmed = estop.id
@@ -256,19 +256,22 @@ class GatewayCore:
             self._log.info("estop_confirmed", f"emergency stop {estop.id}: all robots measured at rest and off")
 
     def _all_off(self) -> bool:
-        return all(robot.group.idle for robot in self._robots.values())
+        return all(robot.group.standstill.idle for robot in self._robots.values())
 
     def _state(self) -> GatewayState:
         self._sequence += 1
         nodes = tuple(drive.describe() for drive in self._drives)
+        modes = [robot.group.setup.problem for robot in self._robots.values()]
+        problems = [problem for problem in (*(node.problem for node in self._nodes.values()), *modes) if problem]
+        problem = self._bus_problem or "; ".join(problems)
         return GatewayState(
             gateway=self._settings.name,
             boot=self._boot,
             sequence=self._sequence,
             cycle_s=self._settings.cycle_s,
             interface=self._settings.bus.interface,
-            ready=not self._bus_problem and all(drive.operational and drive.reference.judged for drive in self._drives),
-            problem=self._bus_problem or "; ".join(node.problem for node in self._nodes.values() if node.problem),
+            ready=not problem and all(drive.operational and drive.reference.judged for drive in self._drives),
+            problem=problem,
             owners={name: robot.claims.boot for name, robot in self._robots.items() if robot.claims.owner},
             estop_confirmed=self._confirmed,
             nodes=nodes,

@@ -15,6 +15,7 @@ from drive_gateway.config.image import INPUTS_EVERY, image_of
 from drive_gateway.config.settings import AxisSettings, GatewaySettings
 from drive_gateway.gateway.node import Node
 from drive_gateway.gateway.reference import Reference
+from drive_gateway.gateway.rest import AxisRest
 
 _ERROR_CODE = 0x603F
 _WITHOUT_TORQUE = {
@@ -23,6 +24,8 @@ _WITHOUT_TORQUE = {
     AxisStatus.READY_TO_SWITCH_ON,
     AxisStatus.FAULT,
 }
+MASKED_FAULT_S = 1.0
+"""A drive that shows the reaction to a fault and stands for this long is in the fault: transition 14 goes by itself."""
 
 
 class Drive:
@@ -46,13 +49,17 @@ class Drive:
         self.per_mille: int | None = None
         """Of its motor's rated torque: what it gives. `None`: it does not tell."""
         self.reference = reference
+        self.rest = AxisRest(axis, settings)
         self.missing_tpdos = 0
+        self.found_with_torque = False
+        """Its first statusword said so: an earlier gateway ended without switching it off. Nobody has been told yet."""
         self.largest_error: float | None = None
         """[rad or m] following error since it was enabled, where it has been."""
         self.robot = robot
         self._settings = settings
         self._profile = ProfileSender(self.image.profile) if self.image.profile else None
         self._heard = AxisStatus.SILENT
+        self._heard_since = 0.0
         self._tpdo_tick = -1
         self._tpdo_at = 0.0
         self._inputs: int | None = None
@@ -65,6 +72,11 @@ class Drive:
     def emergency(self) -> Emergency | None:
         """The newest one that is its own."""
         return self.node.emergency_of(self.label)
+
+    @property
+    def velocity(self) -> float:
+        """[rad/s or m/s] between its newest two positions."""
+        return self.counts_per_cycle / self._settings.cycle_s / self.axis.counts_per_unit
 
     @property
     def warns(self) -> bool:
@@ -116,14 +128,21 @@ class Drive:
             return
         if self.counts is not None and tick > self._tpdo_tick:
             self.counts_per_cycle = (counts - self.counts) / (tick - self._tpdo_tick)
-        self._heard = status
-        if self.operational:
-            self.status = status
+        if status is not self._heard:
+            self._changed(status, now)
         self.statusword = statusword
+        self.rest.take(counts, now)
         self.per_mille = torque
         self.counts = counts
         self._tpdo_tick = tick
         self._tpdo_at = now
+
+    def _changed(self, status: AxisStatus, now: float) -> None:
+        if self._heard is AxisStatus.SILENT:
+            self.found_with_torque = status not in _WITHOUT_TORQUE
+        self._heard, self._heard_since = status, now
+        if self.operational:
+            self.status = status
 
     def on_inputs(self, data: bytes, now: float) -> None:
         """The drive's digital inputs."""
@@ -145,6 +164,12 @@ class Drive:
     def started(self, now: float) -> None:
         self._tpdo_at = now
         self.operational, self.status = True, self._heard
+        self.rest.heard()
+
+    def judge_reaction(self, now: float) -> None:
+        """Some drives show one pattern in the reaction and in the fault, and keep bit 4 (see `decode`): time tells."""
+        if self.rest.standing and now - self._heard_since >= MASKED_FAULT_S:
+            self.status = AxisStatus.FAULT
 
     def silent_s(self, now: float, tick: int) -> float:
         if self._tpdo_tick < tick:
@@ -176,6 +201,11 @@ class Drive:
         self.reference.restarted()
 
     # What the gateway does
+
+    def stop_by_network(self, now: float) -> None:
+        """It does not obey: NMT stop of its node, and no trust in it before it is measured at rest."""
+        self.rest.distrust()
+        self.node.stop(now, self.rest.silent_stop_s)
 
     def submit(self, index: int, sub: int, data: bytes | None, then: Callable[[SdoDone], None]) -> None:
         """Queue a write (`data`) or a read (`None`) of an object of the profile, `index` as axis 1 has it."""

@@ -5,12 +5,11 @@ from collections.abc import Callable, Iterator, Mapping
 
 import numpy as np
 
-from cell.config.settings import Times
 from cell.core import Effect
 from cell.messages.drives import AxisStatus, PlayoutState
 from drive_gateway.cia402.units import AxisUnits
 from drive_gateway.config.settings import GatewaySettings, RobotDrives
-from drive_gateway.gateway.drive import drives_of
+from drive_gateway.gateway.drive import Drive, drives_of
 from drive_gateway.gateway.effects import Frame
 from drive_gateway.gateway.encoder_record import EncoderRecord
 from drive_gateway.gateway.event_log import EventLog
@@ -22,7 +21,9 @@ from drive_gateway.gateway.position_keeper import PositionKeeper
 from drive_gateway.gateway.power import Power, PowerState
 from drive_gateway.gateway.reference import Reference
 from drive_gateway.gateway.setup_desk import SetupDesk
-from drive_gateway.gateway.trouble import Trouble
+from drive_gateway.gateway.standstill import Standstill
+from drive_gateway.gateway.stop_watch import StopWatch
+from drive_gateway.gateway.trouble import HARD_WIRED, Trouble
 from drive_gateway.gateway.watch import Watch
 
 Then = Callable[[bool, str], None]
@@ -36,7 +37,6 @@ class DriveGroup:
         self,
         drives: RobotDrives,
         settings: GatewaySettings,
-        times: Times,
         log: EventLog,
         stored: Mapping[str, EncoderRecord],
     ) -> None:
@@ -51,13 +51,13 @@ class DriveGroup:
         self.playout = Playout(axes, settings.cycle_s, self.watch.position, tick=1)
         self.setup = SetupDesk(log)
         self._keeper = PositionKeeper(self.robot, self.nodes)
+        self.standstill = Standstill(self.nodes, self.power, self.watch, self.playout, self.setup)
+        self._stop_watch = StopWatch(self.nodes)
         self.permits = Permits(self.robot, self.nodes, self.power, self.watch, self.setup)
-        self._stop_time_s = times.estop_delay_s
         self._log = log
         self._units = AxisUnits(axes)
         self._window: Floats = np.array([axis.following_window for axis in axes])
         self._sent: deque[Floats] = deque([self.watch.position] * 3, maxlen=3)
-        self._stopped_by = 0.0
         self._then: Then | None = None
 
     @property
@@ -73,39 +73,6 @@ class DriveGroup:
     def commanded(self) -> Floats:
         """`(n,)` [rad or m] the sample of the present tick."""
         return self._sent[-1]
-
-    @property
-    def at_rest(self) -> bool:
-        """Nothing commands a motion, and none is measured while there is torque."""
-        match self.power.state:
-            case PowerState.STOPPING:
-                return False
-            case PowerState.OFF | PowerState.FAULT:
-                return self.setup.motion is None
-        return self.playout.at_rest and self.watch.standing
-
-    @property
-    def idle(self) -> bool:
-        """Switched off as far as this gateway can: nothing is commanded, nothing is waited for."""
-        if self.power.state is PowerState.FAULT:
-            return self.idle_nodes
-        return self.power.state is PowerState.OFF and self.setup.motion is None
-
-    @property
-    def idle_nodes(self) -> bool:
-        """Every node that can be heard says that it has no torque."""
-        return all(not node.operational or node.without_torque for node in self.nodes)
-
-    @property
-    def switched_off(self) -> bool:
-        """Off or in fault, standing as far as it is measured, and no node that can be heard has torque."""
-        standing = self.watch.standing or not self.watch.measured
-        return self.power.state in (PowerState.OFF, PowerState.FAULT) and standing and self.idle_nodes
-
-    @property
-    def secured(self) -> bool:
-        """Measured at rest and without torque, by every drive's own word."""
-        return self.watch.standing and self.operational and self.power.off
 
     def enable(self, now: float, then: Then) -> None:
         """Switch on; the robot holds the position that is measured."""
@@ -126,10 +93,12 @@ class DriveGroup:
                 then(True, f"{self.robot} stops its set-up motion and switches off")
             case PowerState.OFF:
                 then(True, f"{self.robot} is off already")
+            case PowerState.FAULT if problem := self.permits.restless():
+                then(False, problem)
             case PowerState.FAULT:
                 self.power.released = True
                 then(True, f"{self.robot} is in fault and loses its voltage: {self.permits.cause()}")
-            case PowerState.ON if self.at_rest:
+            case PowerState.ON if self.standstill.at_rest:
                 self._then = then
                 self._switch_off(now)
             case PowerState.ON:
@@ -138,8 +107,10 @@ class DriveGroup:
                 then(False, self.permits.busy())
 
     def reset(self, now: float, then: Then) -> None:
-        """Acknowledge a fault. Nothing moves and nothing is enabled by this."""
+        """Acknowledge a fault, only at rest. Nothing moves and nothing is enabled by this."""
         match self.power.state:
+            case PowerState.FAULT if problem := self.permits.restless():
+                then(False, problem)
             case PowerState.FAULT:
                 self._then = then
                 self.power.enter(PowerState.RESETTING, now)
@@ -156,7 +127,7 @@ class DriveGroup:
             return
         self.permits.trouble = trouble
         self._answer(False, f"{self.robot}: {trouble.text}; {trouble.remedy}")
-        if self.power.state is PowerState.OFF and self.setup.motion is None:
+        if self.power.state is PowerState.OFF and self.standstill.at_rest:
             self._stand_in_fault(now)
         else:
             self.setup.abandon(trouble.text, now)
@@ -170,13 +141,15 @@ class DriveGroup:
         # The answer to the last SYNC shows the position at which the sample before it had been reached.
         for trouble in self.watch.troubles(self._sent[0], now):
             self.fault(trouble, now)
+        self._mind_rest(now)
         self._mind_inputs(now)
         self.power.step(now)
         self._progress(now)
-        self.setup.step(now)
+        for trouble in self.setup.step(now):
+            self.fault(trouble, now)
         if order is not None:
             self._obey(order, now)
-        return [*after, *self._keeper.step(self.secured, now)]
+        return [*after, *self._keeper.step(self.standstill.secured, now)]
 
     def command(self, now: float) -> Iterator[Effect]:
         """The RPDOs for the next SYNC."""
@@ -194,6 +167,20 @@ class DriveGroup:
                     yield Frame(frame)
 
     # Power
+
+    def _mind_rest(self, now: float) -> None:
+        """Axes that should stand must come to rest; in `ON` it is the following error that is watched."""
+        if self.watch.standing or self.power.stoppable:
+            self._stop_watch.forget()
+            return
+        for trouble in self._stop_watch.step(self._must_stand, now):
+            self.fault(trouble, now)
+
+    def _must_stand(self, drive: Drive) -> bool:
+        """Nothing wants a motion of it any more: it was told to stop, or it has torque for no reason."""
+        if self.power.state in (PowerState.STOPPING, PowerState.FAULT):
+            return True
+        return not (drive.without_torque or self.setup.wants(drive))
 
     def _mind_inputs(self, now: float) -> None:
         """A safety input that opens stops the robot; voltage goes when it stands, and does not return by itself."""
@@ -225,7 +212,7 @@ class DriveGroup:
                 self.playout.go_live()
                 self._log.info("enabled", f"{self.robot} is enabled")
                 self._answer(True, f"{self.robot} is enabled: {len(self.nodes)} drives hold their position")
-            case PowerState.STOPPING if self._has_stopped(now):
+            case PowerState.STOPPING if self.watch.standing:
                 self._after_stop(now)
         if self.power.late(now):
             self._too_late(now)
@@ -239,12 +226,6 @@ class DriveGroup:
     def _moved(self) -> bool:
         """An axis left the position that was taken over as its target."""
         return bool((np.abs(self.watch.position - self.playout.position) > self._window).any())
-
-    def _has_stopped(self, now: float) -> bool:
-        if self.watch.standing and self.operational:
-            return True
-        # After a fault the drives keep their voltage, so it may be declared without a measured standstill.
-        return self.permits.trouble is not None and now >= self._stopped_by
 
     def _after_stop(self, now: float) -> None:
         if self.permits.trouble is None:
@@ -260,7 +241,10 @@ class DriveGroup:
             self._answer(False, f"{self.robot} could not be reset, a cause is still there: {found}")
         elif state is PowerState.SWITCHING_OFF:
             text = f"the drives did not switch off: {found}"
-            self.fault(Trouble("not_off", text, "use the hard-wired emergency stop and look at the drives"), now)
+            self.fault(Trouble("not_off", text, HARD_WIRED), now)
+            for node in self.nodes:
+                if node.operational and not node.without_torque:
+                    node.stop_by_network(now)
         else:
             self._answer(False, f"{self.robot} got no further than {state.value}: {found}")
             self._switch_off(now)
@@ -271,7 +255,7 @@ class DriveGroup:
             case PowerState.SWITCHING_ON | PowerState.HANDING_OVER | PowerState.ENABLING:
                 self._answer(False, f"{self.robot} stays off: {order.reason}")
                 self._switch_off(now)
-            case PowerState.ON if self.at_rest:
+            case PowerState.ON if self.standstill.at_rest:
                 self._switch_off(now)
             case PowerState.ON if now >= order.deadline:
                 text = f"{self.robot} is not at rest in time ({order.reason}): quick stop"
@@ -287,7 +271,6 @@ class DriveGroup:
     def _quick_stop(self, now: float) -> None:
         self.playout.stop()
         self.watch.forget_rest()
-        self._stopped_by = now + self._stop_time_s
         self.power.enter(PowerState.STOPPING, now)
 
     def _stand_in_fault(self, now: float) -> None:

@@ -1,4 +1,4 @@
-"""What the measured positions of one robot say: is it at rest, does it follow its command."""
+"""What the measured positions of one robot say about its command: does it follow."""
 
 from collections.abc import Sequence
 
@@ -8,31 +8,6 @@ from numpy.typing import NDArray
 from drive_gateway.config.settings import AxisSettings
 
 Floats = NDArray[np.float64]
-
-REST_S = 0.1
-"""A robot is at rest when no axis left its window for this long."""
-REST_WINDOW = 2e-4
-"""[rad or m] window of one axis, at least three counts: 2 mrad/s or 2 mm/s over `REST_S`."""
-
-
-class RestDetector:
-    """Measured standstill: positions stay within a window around an anchor."""
-
-    def __init__(self, axes: Sequence[AxisSettings]) -> None:
-        self._window: Floats = np.array([max(REST_WINDOW, 3.0 / abs(axis.counts_per_unit)) for axis in axes])
-        self._anchor: Floats | None = None
-        self._since = 0.0
-
-    def update(self, position: Floats, now: float) -> bool:
-        """Take the measured axes, `(n,)` [rad or m]; true when they have been at rest for `REST_S`."""
-        if self._anchor is None or (np.abs(position - self._anchor) > self._window).any():
-            self._anchor = position
-            self._since = now
-        return now - self._since >= REST_S
-
-    def forget(self) -> None:
-        """Nothing is known any more, for example because an axis is silent."""
-        self._anchor = None
 
 
 class FollowingMonitor:

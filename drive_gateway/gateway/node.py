@@ -11,6 +11,7 @@ from drive_gateway.config.settings import AxisSettings, GatewaySettings
 from drive_gateway.gateway.bring_up import BringUp, Phase
 from drive_gateway.gateway.effects import Frame
 from drive_gateway.gateway.guarding import Guarding
+from drive_gateway.gateway.network_stop import NetworkStop
 from drive_gateway.gateway.reference import Reference
 from drive_gateway.gateway.trouble import AXIS_ERROR, EMERGENCY, Trouble
 
@@ -74,6 +75,7 @@ class Node:
         self._guarding = Guarding(self.id, settings.heartbeat_producer_s) if first.guarded else None
         self._heartbeat_at = 0.0
         self._lost = False
+        self._stop = NetworkStop(self.id)
         self._troubles: list[Trouble] = []
 
     def attach(self, axis: AxisOfNode) -> None:
@@ -97,6 +99,8 @@ class Node:
     @property
     def problem(self) -> str:
         """Why it is not operational, for people; empty when it is or when its first attempt goes on."""
+        if self._stop.active:
+            return f"{self.label} did not stop, so it was stopped by NMT"
         return f"{self.label} was lost" if self._lost else self._bring_up.problem
 
     # What the node sends
@@ -174,6 +178,8 @@ class Node:
         guard = self._guarding.poll(now) if self._guarding is not None and self._watched else None
         if guard is not None:
             effects = [*effects, Frame(guard)]
+        if self._stop.active:
+            effects = [*effects, *(Frame(frame) for frame in self._stop.frames(now, self.nmt))]
         request = self.sdo.poll()
         return effects if request is None else [*effects, request]
 
@@ -184,9 +190,19 @@ class Node:
         troubles, self._troubles = self._troubles, []
         return troubles
 
+    def stop(self, now: float, lasts_s: float) -> None:
+        """NMT stop, for drives that nothing else stops; they must stand within `lasts_s`."""
+        self._stop.begin(now, lasts_s)
+        self._leave()
+
+    def may_return(self, now: float, idle: bool) -> bool:
+        """It is lost and may be brought up again: now that nothing moves (`idle`), or to see what NMT stop did."""
+        return self._lost and (self._stop.over(now) if self._stop.active else idle)
+
     def bring_up_again(self, now: float) -> None:
         """Start over after a loss."""
         self._lost = False
+        self._stop.end()
         self._bring_up.restart(now)
 
     @property
@@ -219,9 +235,12 @@ class Node:
             text = f"{self.label} {silence} for {silent_s:.3f} s"
             self._lose("heartbeat_lost", text, "check power and wiring")
 
-    def _lose(self, code: str, text: str, remedy: str) -> None:
+    def _leave(self) -> None:
         self._lost, self.operational = True, False
         self.sdo.forget()
         for axis in self._axes:
             axis.lost()
+
+    def _lose(self, code: str, text: str, remedy: str) -> None:
+        self._leave()
         self._troubles.append(Trouble(code, text, remedy, self.id))

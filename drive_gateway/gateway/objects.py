@@ -72,6 +72,6 @@ def _write_problem(command: WriteObject, node: Node, group: DriveGroup) -> str:
         VELOCITY_OFFSET,
     ):
         return f"{command.index:04X}h:{command.sub:02X} of {node.label} is the gateway's; change it in the drives file"
-    if not group.switched_off:
+    if not group.standstill.switched_off:
         return f"{group.robot} is not at rest and switched off: {group.permits.said()}; disable it first"
     return ""

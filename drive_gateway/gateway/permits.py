@@ -9,7 +9,7 @@ from drive_gateway.gateway.inputs import InputKind, OpenInput
 from drive_gateway.gateway.limit_switches import LimitSwitch
 from drive_gateway.gateway.power import Power, PowerState
 from drive_gateway.gateway.setup_desk import SetupDesk
-from drive_gateway.gateway.trouble import Trouble
+from drive_gateway.gateway.trouble import HARD_WIRED, Trouble
 from drive_gateway.gateway.watch import Watch
 
 
@@ -61,6 +61,8 @@ class Permits:
             return self.busy()
         if self.order is not None:
             return f"{self._robot} stays off: {self.order.reason}"
+        if self._setup.problem:
+            return f"{self._robot} stays off: {self._setup.problem}"
         if self._setup.busy:
             return f"{self._robot} is being set up; enable it when that is done"
         operational = all(node.operational for node in self._nodes)
@@ -101,7 +103,16 @@ class Permits:
     def _open(self) -> str:
         return "; ".join(f"{item.text}, {item.remedy}" for item in self.inputs)
 
+    def restless(self) -> str:
+        """Losing the voltage after a fault: a drive that is not measured at rest would run out uncontrolled."""
+        restless = [node.label for node in self._nodes if not node.rest.standing]
+        if not restless:
+            return ""
+        return f"{self._robot} may still move: {', '.join(restless)} not measured at rest; {HARD_WIRED} until it stands"
+
     def busy(self) -> str:
+        if self._power.state is PowerState.STOPPING and self.restless():
+            return self.restless()
         return f"{self._robot} is busy: {self._power.state.value}; ask again when that is done"
 
     def in_fault(self) -> str:

@@ -47,6 +47,7 @@ _TIMED = {
     PowerState.SWITCHING_OFF,
     PowerState.RESETTING,
 }
+_CAN_STOP = {AxisStatus.OPERATION_ENABLED, AxisStatus.QUICK_STOP_ACTIVE}
 _STOPPABLE = {PowerState.SWITCHING_ON, PowerState.HANDING_OVER, PowerState.ENABLING, PowerState.ON}
 
 
@@ -117,6 +118,9 @@ class Power:
         if self.state is PowerState.RESETTING and status is AxisStatus.FAULT:
             return FAULT_RESET if self._cycles > RESET_LOW_CYCLES else DISABLE_VOLTAGE
         target = AxisStatus.SWITCH_ON_DISABLED if self.released else self._target
+        if self.state is PowerState.OFF and status in _CAN_STOP and not node.rest.standing:
+            # Found with torque and in motion: without torque it would run out uncontrolled.
+            target = AxisStatus.QUICK_STOP_ACTIVE
         word = controlword(status, target)
         interpolates = node.axis.interpolated and status is target is AxisStatus.OPERATION_ENABLED
         return word | INTERPOLATE if interpolates else word

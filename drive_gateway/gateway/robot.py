@@ -50,7 +50,7 @@ class Robot:
         stored: Mapping[str, EncoderRecord],
     ) -> None:
         self.name = drives.robot
-        self.group = DriveGroup(drives, settings, times, log, stored)
+        self.group = DriveGroup(drives, settings, log, stored)
         self.claims = ClaimBook(drives.robot, first_owner, times.owner_silent_s)
         self._settings = settings
         self._axes = tuple(axis.name for axis in drives.axes)
@@ -85,7 +85,7 @@ class Robot:
 
     def claim(self, call: Claim, now: float, tick: int) -> tuple[bool, str, ClaimGrant | None]:
         before = self.claims.owner
-        owner = self.claims.claim(call.boot, self.group.at_rest, now)
+        owner = self.claims.claim(call.boot, self.group.standstill.at_rest, now)
         if isinstance(owner, ClaimRefused):
             return False, owner.text, None
         if owner != before:
@@ -164,7 +164,7 @@ class Robot:
         if not self.group.watch.measured:
             # Without feedback the owner has nothing to answer: its silence says nothing yet.
             self.claims.alive(self.claims.owner, now)
-        elif self.claims.expire(self.group.at_rest, now):
+        elif self.claims.expire(self.group.standstill.at_rest, now):
             self.group.playout.own(0)
             self._log.warn("claim_ended", f"{self.name}: its owner fell silent", "start the robot's agent again")
         return self.group.observe(now, tick, order)
@@ -177,7 +177,7 @@ class Robot:
             yield Publish(self._feedback(tick, commanded_before))
 
     def _release(self, then: Then) -> None:
-        if not self.group.at_rest:
+        if not self.group.standstill.at_rest:
             then(False, f"{self.name} moves; release it at rest")
             return
         self.claims.end()

@@ -10,6 +10,7 @@ from drive_gateway.cia402.setup_objects import (
     ACKNOWLEDGED,
     ATTAINED,
     FAILED,
+    HALT,
     HOMING,
     MODE,
     MODE_DISPLAY,
@@ -25,13 +26,14 @@ from drive_gateway.cia402.setup_objects import (
 from drive_gateway.cia402.state_machine import controlword
 from drive_gateway.gateway.drive import Drive
 from drive_gateway.gateway.limit_switches import limit_switches
+from drive_gateway.gateway.trouble import HARD_WIRED, Trouble
 
 STAGE_S = 2.0
 """Time for each stage in which nothing moves."""
 SETTLED_CYCLES = 6
 """Cycles after which a statusword surely answers the newest controlword or object."""
-STILL_CYCLES = 25
-"""Cycles without motion after a quick stop."""
+HALT_RESERVE = 2.0
+"""An axis may need so many times its ramp until it has halted; then it gets a quick stop."""
 
 
 class Stage(Enum):
@@ -41,6 +43,7 @@ class Stage(Enum):
     STARTING = "starting"
     ACKNOWLEDGING = "taking its set point"
     MOVING = "moving"
+    HALTING = "halting"
     STOPPING = "quick stop"
     SWITCHING_OFF = "switching off"
     ENDED = "done"
@@ -52,11 +55,16 @@ _TARGETS = {
     Stage.STARTING: AxisStatus.OPERATION_ENABLED,
     Stage.ACKNOWLEDGING: AxisStatus.OPERATION_ENABLED,
     Stage.MOVING: AxisStatus.OPERATION_ENABLED,
+    Stage.HALTING: AxisStatus.OPERATION_ENABLED,
     Stage.STOPPING: AxisStatus.QUICK_STOP_ACTIVE,
 }
 
 
-_UNDER_WAY = (Stage.STARTING, Stage.ACKNOWLEDGING, Stage.MOVING)
+_UNDER_WAY = (Stage.STARTING, Stage.ACKNOWLEDGING, Stage.MOVING, Stage.HALTING)
+
+
+_UNTIMED = (Stage.READY, Stage.MOVING, Stage.HALTING, Stage.STOPPING, Stage.ENDED)
+"""Nothing but the operator, the motion itself or the watch over stops ends these."""
 
 
 class SetupAxis:
@@ -67,7 +75,11 @@ class SetupAxis:
         self.order = order
         self.stage = Stage.PREPARING
         self.problem = ""
-        """Why it ended early."""
+        """Why it ended early, but for a halt."""
+        self.trouble: Trouble | None = None
+        """Why its robot must be stopped."""
+        self.halted = False
+        """It was told to halt before its end."""
         self.velocity = 0
         """[counts/s] for 60FFh."""
         self.torque = 0
@@ -75,7 +87,6 @@ class SetupAxis:
         self._began_at = node.counts or 0
         self._cycles = 0
         self._since = now
-        self._still = 0
         self._sent_stop = False
         self._way = _way(order, node.counts or 0)
         mode = SdoWrite(MODE, 0, order.mode.to_bytes(1, "little"))
@@ -90,7 +101,9 @@ class SetupAxis:
     @property
     def controlword(self) -> int:
         word = controlword(self.node.status, _TARGETS.get(self.stage, AxisStatus.SWITCH_ON_DISABLED))
-        homing = self.order.mode == HOMING and self.stage is Stage.MOVING
+        if self.stage is Stage.HALTING:
+            word |= HALT
+        homing = self.order.mode == HOMING and self.stage in (Stage.MOVING, Stage.HALTING)
         # A set point is taken on the rising edge, when the target has arrived for sure.
         setting = self.stage is Stage.STARTING and self._cycles > 3
         return word | START if homing or setting else word
@@ -98,7 +111,7 @@ class SetupAxis:
     @property
     def attained(self) -> bool:
         """Its motion ended as it should."""
-        return self.stage is Stage.ENDED and not self.problem
+        return self.stage is Stage.ENDED and not self.problem and not self.halted
 
     def progress(self) -> str:
         """What it does, and with which torque it presses, for people."""
@@ -116,13 +129,23 @@ class SetupAxis:
         position = self.order.mode == PROFILE_POSITION
         self._enter(Stage.STARTING if position else Stage.MOVING, now)
 
+    def halt(self, problem: str, now: float) -> None:
+        """Brake on the ramp of its motion and switch off; a torque has no ramp to rest, so there it is a quick stop."""
+        if self.halted or self.stage not in _UNDER_WAY or self.order.press is not None:
+            if self.stage is not Stage.HALTING:
+                self.stop(problem, now)
+            return
+        self.halted = True
+        self.node.rest.measure_anew()
+        self._enter(Stage.HALTING, now)
+
     def stop(self, problem: str, now: float) -> None:
         """Stop by a quick stop and switch off."""
         if self.stage in (Stage.STOPPING, Stage.SWITCHING_OFF, Stage.ENDED):
             return
         self.problem = problem
         self.velocity = self.torque = 0
-        self._still = 0
+        self.node.rest.measure_anew()
         self._enter(Stage.STOPPING if not self.node.without_torque else Stage.SWITCHING_OFF, now)
 
     def step(self, now: float) -> None:
@@ -147,10 +170,10 @@ class SetupAxis:
                 self._press(self.order.press, now)
             case Stage.MOVING:
                 self._watch(word, now)
-            case Stage.STOPPING:
-                self._still = 0 if self.node.counts_per_cycle else self._still + 1
-                if self._still >= STILL_CYCLES:
-                    self._enter(Stage.SWITCHING_OFF, now)
+            case Stage.HALTING | Stage.STOPPING if self.node.rest.standing:
+                self._enter(Stage.SWITCHING_OFF, now)
+            case Stage.HALTING if now - self._since > HALT_RESERVE * self.order.ramp_s + self.node.rest.margin_s:
+                self.stop(f"{self.node.label} did not halt, it got a quick stop", now)
             case Stage.SWITCHING_OFF if self.node.without_torque:
                 self._enter(Stage.ENDED, now)
         self._mind_the_time(now)
@@ -191,14 +214,15 @@ class SetupAxis:
         return bool(word & REACHED)
 
     def _mind_the_time(self, now: float) -> None:
-        if now - self._since <= STAGE_S or self.stage in (Stage.READY, Stage.MOVING, Stage.ENDED, Stage.STOPPING):
+        if now - self._since <= STAGE_S or self.stage in _UNTIMED:
             return
-        problem = f"{self.node.label} got no further than {self.stage.value}: {self.node.said()}"
-        if self.stage is Stage.SWITCHING_OFF:
-            self.problem = self.problem or problem
-            self._enter(Stage.ENDED, now)
-        else:
-            self.stop(problem, now)
+        if self.stage is not Stage.SWITCHING_OFF:
+            self.stop(f"{self.node.label} got no further than {self.stage.value}: {self.node.said()}", now)
+            return
+        self.problem = f"{self.node.label} did not switch off: {self.node.said()}"
+        self.node.stop_by_network(now)
+        self.trouble = Trouble("not_off", self.problem, HARD_WIRED, self.node.axis.node_id)
+        self._enter(Stage.ENDED, now)
 
     def _enter(self, stage: Stage, now: float) -> None:
         self.stage, self._since, self._cycles = stage, now, 0

@@ -7,7 +7,9 @@ from drive_gateway.cia402.units import INT16_MAX
 from drive_gateway.gateway.drive import Drive
 from drive_gateway.gateway.event_log import EventLog
 from drive_gateway.gateway.mode_keeper import ModeKeeper
+from drive_gateway.gateway.setup_axis import Stage
 from drive_gateway.gateway.setup_motion import SetupMotion
+from drive_gateway.gateway.trouble import Trouble
 
 
 class SetupDesk:
@@ -15,7 +17,7 @@ class SetupDesk:
 
     def __init__(self, log: EventLog) -> None:
         self._log = log
-        self._modes = ModeKeeper()
+        self._modes = ModeKeeper(log)
         self.motion: SetupMotion | None = None
         """What goes on."""
         self.ended: SetupMotion | None = None
@@ -25,6 +27,11 @@ class SetupDesk:
     def busy(self) -> bool:
         """A motion goes on, or a drive is not yet back in its mode."""
         return self.motion is not None or not self._modes.settled
+
+    @property
+    def problem(self) -> str:
+        """Which drives do not go back to their mode, and why; empty when all do."""
+        return self._modes.problem
 
     def begin(self, motion: SetupMotion, nodes: Sequence[Drive]) -> None:
         self.motion = motion
@@ -41,15 +48,23 @@ class SetupDesk:
         self.stop(reason, now)
         self._end()
 
-    def step(self, now: float) -> None:
-        """One cycle."""
+    def wants(self, drive: Drive) -> bool:
+        """A motion of the drive's own goes on that is not to end yet."""
+        axis = None if self.motion is None else self.motion.controls(drive)
+        return axis is not None and axis.stage not in (Stage.STOPPING, Stage.SWITCHING_OFF)
+
+    def step(self, now: float) -> list[Trouble]:
+        """One cycle; answers what the robot must be stopped for."""
         if self.motion is not None:
             self.motion.step(now)
+            if troubles := self.motion.troubles():
+                return troubles
             if self.motion.ended:
                 self._end()
         else:
             # Not before: what a drive shows while it is prepared is its mode from before the motion.
-            self._modes.step()
+            self._modes.step(now)
+        return []
 
     def command(self, node: Drive, carrying: int, now: float) -> list[CanFrame] | None:
         """What a drive that moves by itself is told in this cycle; `None` for all others.

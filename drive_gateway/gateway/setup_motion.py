@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from drive_gateway.cia402.setup_objects import HOMING, SetupOrder
 from drive_gateway.gateway.drive import Drive
 from drive_gateway.gateway.setup_axis import SetupAxis, Stage
+from drive_gateway.gateway.trouble import Trouble
 
 HOLD_S = 0.5
 """A motion whose operator was not heard for this long is stopped."""
@@ -56,6 +57,17 @@ class SetupMotion:
         for axis in self._axes:
             axis.stop(reason, now)
 
+    def halt(self, reason: str, now: float) -> None:
+        """Halt every axis that its drive moves on its ramp; what has not begun does not begin."""
+        self._problem = self._problem or reason
+        self._waiting = []
+        for axis in self._axes:
+            axis.halt(reason, now)
+
+    def troubles(self) -> list[Trouble]:
+        """Of drives that did not switch off."""
+        return [axis.trouble for axis in self._axes if axis.trouble is not None]
+
     def controls(self, node: Drive) -> SetupAxis | None:
         """The axis that commands this node now."""
         return next((axis for axis in self._axes if axis.node is node and axis.stage is not Stage.ENDED), None)
@@ -63,7 +75,7 @@ class SetupMotion:
     def step(self, now: float) -> None:
         """One cycle."""
         if now - self._held_at > HOLD_S:
-            self.stop(f"the operator let go of it ({self.progress()})", now)
+            self.halt(f"the operator let go of it ({self.progress()})", now)
         for axis in self._axes:
             axis.step(now)
             if axis.problem:

@@ -2,6 +2,8 @@
 
 from dataclasses import dataclass
 
+HARD_WIRED = "use the hard-wired emergency stop now and keep everybody away"
+"""What is left to do where software cannot stop a drive."""
 EMERGENCY = "emergency"
 """Code of a node's emergency message."""
 AXIS_ERROR = "axis_error"

@@ -11,7 +11,7 @@ from drive_gateway.gateway.drive import Drive
 from drive_gateway.gateway.drive_warnings import DriveWarnings
 from drive_gateway.gateway.event_log import EventLog
 from drive_gateway.gateway.limit_switches import LimitSwitch, limit_switches
-from drive_gateway.gateway.measurement import Floats, FollowingMonitor, RestDetector
+from drive_gateway.gateway.measurement import Floats, FollowingMonitor
 from drive_gateway.gateway.node import Node
 from drive_gateway.gateway.power import Power, PowerState
 from drive_gateway.gateway.trouble import Trouble
@@ -38,7 +38,7 @@ class Watch:
         self.measured = False
         """Every axis has been measured at least once."""
         self.standing = False
-        """Measured at rest."""
+        """Every axis is measured at rest; a silent one has had the time to stop by itself."""
         self.limit_switches: tuple[LimitSwitch, ...] = ()
         """Those that end a motion now."""
         self._nodes = nodes
@@ -46,12 +46,21 @@ class Watch:
         self._log = log
         self._cycle_s = settings.cycle_s
         self._units = AxisUnits(axes)
-        self._rest = RestDetector(axes)
         self._warnings = DriveWarnings(nodes, log)
         self._following = FollowingMonitor(axes, settings.overrun_limit_s)
 
     def measure(self, now: float) -> None:
-        """Take what the nodes said; as long as one of them has said nothing yet, all stays as it is."""
+        """Take what the nodes said; positions stay as they are as long as one node has said nothing yet."""
+        standing = True
+        for node in self._nodes:
+            if not node.operational:
+                node.rest.silent(now)
+                if node.found_with_torque:
+                    self._tell_find(node)
+            elif node.status is AxisStatus.FAULT_REACTION_ACTIVE:
+                node.judge_reaction(now)
+            standing = standing and node.rest.standing
+        self.standing = standing
         known = [node.counts for node in self._nodes if node.counts is not None]
         if len(known) < len(self._nodes):
             return
@@ -60,14 +69,14 @@ class Watch:
         self.velocity = self._units.velocity([node.counts_per_cycle / self._cycle_s for node in self._nodes])
         told = [node.per_mille for node in self._nodes if node.per_mille is not None]
         self.torque = self._units.torque(told) if len(told) == len(self._nodes) else None
-        self.standing = self._rest.update(self.position, now)
         for node, count in zip(self._nodes, known, strict=True):
             self._judge(node, count)
         self._warnings.step(now)
 
     def forget_rest(self) -> None:
         """Something moves now: standstill must be measured anew."""
-        self._rest.forget()
+        for node in self._nodes:
+            node.rest.measure_anew()
         self.standing = False
 
     def troubles(self, demand: Floats, now: float) -> Iterator[Trouble]:
@@ -106,13 +115,18 @@ class Watch:
         if not reference.known:
             self._log.warn("not_referenced", f"{node.label}: {reference.why}", reference.remedy)
 
+    def _tell_find(self, node: Drive) -> None:
+        node.found_with_torque = False
+        text = f"{node.label} had torque when this gateway started; reset of its communication stops it"
+        self._log.warn("found_with_torque", text, "look how the gateway before ended, then enable the robot again")
+
     @property
     def _in_fault(self) -> bool:
         return self._power.state in (PowerState.STOPPING, PowerState.FAULT, PowerState.RESETTING)
 
     def _attend(self, node: Node, now: float) -> None:
         """A node that was lost is brought up again when nothing moves; an absent one is told once."""
-        if node.lost and self._power.state in (PowerState.OFF, PowerState.FAULT):
+        if node.may_return(now, self._power.state in (PowerState.OFF, PowerState.FAULT)):
             node.bring_up_again(now)
         elif node.problem and node.problem != node.told_problem and not node.lost:
             self._log.warn("node_absent", node.problem, "correct the cause; the node is tried again by itself")

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from cell.messages import AxisStatus, Claim, EnableDrives, Estop, Home, MoveAxes
-from drive_gateway.canopen.sdo import Sdo
+from drive_gateway.canopen.sdo import Sdo, SdoDone
 from tests.sim.gateway_bench import GatewayBench, axis, homing, settings
 
 INCREMENTAL = settings(
@@ -53,19 +53,6 @@ def test_while_it_homes_the_robot_is_unknown_only_its_own_axes_have_torque_and_n
     assert not world.feedback.enabled
     assert world.feedback.axes[0] is world.feedback.axes[2] is AxisStatus.SWITCH_ON_DISABLED
     assert "being set up" in world.ask(EnableDrives("left", owner)).text
-
-
-def test_an_operator_who_lets_go_stops_the_motion_and_the_drives_are_off() -> None:
-    world = bench()
-    assert world.ask(Home("left", ("J1",))).ok
-    world.holder = "left"
-    world.until(lambda: world.feedback.axes[0] is AxisStatus.OPERATION_ENABLED)
-    world.run(0.2)
-    world.holder = ""
-    world.until(lambda: "setup_stopped" in world.codes(), within_s=2.0)
-    assert "the operator let go" in world.events[-1].text
-    assert world.feedback.axes[0] is AxisStatus.SWITCH_ON_DISABLED
-    assert not world.feedback.referenced
 
 
 def test_a_drive_that_does_not_find_its_home_point_is_named() -> None:
@@ -150,3 +137,30 @@ def test_every_drive_goes_back_to_the_mode_of_blocks_after_a_motion_of_its_own()
     world.run(0.3)
     for node in (1, 2):
         assert world.bus.sdo(Sdo("x", node, 0x6061, 0, None), world.now).data == b"\x08"
+
+
+def test_a_drive_that_does_not_take_its_mode_back_is_told_once_and_keeps_the_robot_off() -> None:
+    world = GatewayBench(settings(axis("J1", 1), axis("J2", 2)))
+    world.ready()
+    sdo, asked = world.bus.sdo, 0
+
+    def refusing(request: Sdo, now: float) -> SdoDone:
+        nonlocal asked
+        if (request.index, request.data) == (0x6060, b"\x08"):
+            asked += 1
+            return SdoDone(request.request_id, b"", 0x06090030, "abort 06090030h")
+        return sdo(request, now)
+
+    world.bus.sdo = refusing
+    assert world.set_up(MoveAxes("left", {"J1": 0.02}, True, 1.0, False)) == "done"
+    world.run(2.0)
+    told = [event.text for event in world.events if event.code == "mode_refused"]
+    why = "node 1 (left J1) does not take mode of operation 8: 6061h:00 shows 1 and answers abort 06090030h"
+    assert told == [why]
+    assert asked < 30
+    assert (world.state.ready, world.state.problem) == (False, why)
+    owner = world.ask(Claim("left", "a", "d")).claim.owner
+    assert world.ask(EnableDrives("left", owner)).text == f"left stays off: {why}"
+    world.bus.sdo = sdo
+    world.until(lambda: world.state.ready, within_s=0.5)
+    assert world.ask(EnableDrives("left", owner)).ok

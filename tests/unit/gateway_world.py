@@ -136,7 +136,7 @@ class FakeDrive:
             self.nmt = 0x7F
             self.status = S.SWITCH_ON_DISABLED
             return [CanFrame(0x700 + self.id, b"\0")]
-        self.nmt = {0x01: 0x05, 0x80: 0x7F}[command]
+        self.nmt = {0x01: 0x05, 0x02: 0x04, 0x80: 0x7F}[command]
         self.heartbeat_due = 0.0
         return []
 

@@ -322,6 +322,20 @@ def test_a_drive_that_stays_off_is_named_in_the_answer() -> None:
     world.until(lambda: all(drive.status is S.SWITCH_ON_DISABLED for drive in world.drives.values()))
 
 
+def test_a_drive_that_does_not_switch_off_is_an_alarm_and_its_node_is_stopped() -> None:
+    world = World()
+    owner = world.enabled()
+    world.drives[2]._next = lambda _word: S.OPERATION_ENABLED
+    reply = world.ask(DisableDrives("left", owner))
+    assert not reply.ok
+    assert "node 2 (left J2): Operation Enabled" in reply.text
+    alarm = next(event for event in world.events if event.code == "not_off")
+    assert "hard-wired emergency stop" in alarm.remedy
+    world.run(0.02)
+    assert CanFrame(0, b"\x02\x02") in world.frames
+    assert CanFrame(0, b"\x02\x01") not in world.frames
+
+
 # Faults
 
 
