@@ -10,6 +10,7 @@ from cell.config.fields import FileName
 from cell.config.units import STRICT, Number, Positive, PositiveLength, Seconds, in_si
 from drive_gateway.canopen.axis_objects import AXES
 from drive_gateway.config.object_address import ObjectAddress, address_of
+from drive_gateway.config.own_objects import OwnObjects
 from drive_gateway.config.settings import (
     AxisSettings,
     EncoderSettings,
@@ -135,6 +136,7 @@ class AxisEntry(BaseModel):
     )
     homing: HomingEntry | None = Field(default=None, description="how the axis finds its home point")
     eds: FileName | None = Field(default=None, description="EDS or DCF of the drive, relative to this file")
+    objects: OwnObjects = {}
 
     @field_validator("offset", "speed", "acceleration", "quick_stop", "following_window", "simulated_start")
     @classmethod
@@ -211,8 +213,8 @@ class AxisEntry(BaseModel):
         return EncoderSettings(
             counts_per_turn=self.counts_per_turn,
             window=sixteenth if check.window is None else round(check.window * abs(self.counts_per_unit())),
-            serial=address_of(check.serial),
-            status=address_of(check.status),
+            serial=None if check.serial is None else address_of(check.serial),
+            status=None if check.status is None else address_of(check.status),
             battery_mask=check.battery_mask,
         )
 

@@ -14,6 +14,7 @@ from drive_gateway.config.bus_load import KEPT_FREE, REFUSE_ABOVE, WARN_ABOVE, b
 from drive_gateway.config.drives_file import DrivesFile
 from drive_gateway.config.image import image_of
 from drive_gateway.config.node_checks import check_nodes
+from drive_gateway.config.object_checks import check_objects
 from drive_gateway.config.profile_entry import check_profile_pdos
 from drive_gateway.config.settings import MOTOR_SPEED_RESERVE
 from drive_gateway.config.simulation_checks import check_simulation
@@ -37,6 +38,7 @@ def check_drives_file(document: Document, drives: DrivesFile) -> list[Problem]:
         *_axes(document, drives),
         *check_profile_pdos(document, drives.profile_pdos, _images(drives)),
         *check_simulation(document, drives),
+        *check_objects(document, list(axes_of(drives)), drives.bus.bitrate),
     ]
 
 
@@ -131,8 +133,6 @@ def _axes(document: Document, drives: DrivesFile) -> Iterator[Problem]:
         yield from _inputs(document, path, axis)
         yield from _homing(document, path, axis)
         yield from _encoder(document, path, axis)
-        if axis.eds is not None and not document.beside(axis.eds).is_file():
-            yield document.problem((*path, "eds"), f"no file {axis.eds!r}", "an EDS or DCF file beside this one")
         yield from _torque(document, path, axis)
         for name in ("quick_stop", "following_window"):
             if getattr(axis, name) * counts > UINT32_MAX:

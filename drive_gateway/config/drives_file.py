@@ -9,6 +9,7 @@ from pydantic import BaseModel, Field
 from cell.config.fields import Name
 from cell.config.units import STRICT, Seconds, Units
 from drive_gateway.config.axis_entry import AxisEntry
+from drive_gateway.config.own_objects import EdsFiles, own_objects
 from drive_gateway.config.profile_entry import ProfilePdosEntry
 from drive_gateway.config.settings import (
     MOTOR_SPEED_RESERVE,
@@ -70,6 +71,7 @@ class DrivesFile(BaseModel):
 
     def settings(self, name: str, folder: Path = Path()) -> GatewaySettings:
         """The same in SI for the gateway `name`, files relative to `folder`; only for a file without problems."""
+        files = EdsFiles()
         return GatewaySettings(
             name=name,
             bus=BusSettings(self.bus.interface, self.bus.channel, self.bus.bitrate, self.bus.options),
@@ -81,7 +83,9 @@ class DrivesFile(BaseModel):
             boot_timeout_s=self.boot_timeout_s,
             simulated_lag_s=self.simulated_lag_s,
             robots={
-                robot: RobotDrives(robot, tuple(self.axis(joint, axis, folder) for joint, axis in entry.axes.items()))
+                robot: RobotDrives(
+                    robot, tuple(self._whole(joint, axis, folder, files) for joint, axis in entry.axes.items())
+                )
                 for robot, entry in self.robots.items()
             },
             simulation=Simulation(
@@ -96,6 +100,11 @@ class DrivesFile(BaseModel):
         """One axis with what the whole file says of it."""
         profile_pdos = None if self.profile_pdos is None else self.profile_pdos.pdos()
         return replace(axis.settings(name, folder), profile_pdos=profile_pdos)
+
+    def _whole(self, name: str, axis: AxisEntry, folder: Path, files: EdsFiles) -> AxisSettings:
+        """With what its EDS or DCF says, which is read for it."""
+        settings = self.axis(name, axis, folder)
+        return replace(settings, objects=own_objects(axis.objects, axis.axis, settings.eds, files))
 
     def simulated_axes(self) -> dict[tuple[str, str], AxisData]:
         """What the full level knows of each axis, by robot and name."""

@@ -77,6 +77,19 @@ class TorqueSettings:
 
 
 @dataclass(frozen=True, slots=True)
+class OwnObject:
+    """A value that the gateway writes at each boot without knowing what it means."""
+
+    index: int
+    """As the node has it, whichever axis it belongs to."""
+    sub: int
+    name: str
+    data: bytes
+    readable: bool = True
+    """It is read back."""
+
+
+@dataclass(frozen=True, slots=True)
 class AxisSettings:
     """One axis: its node, its units and its limits. Radians or metres are at the axis, behind the gear."""
 
@@ -131,6 +144,9 @@ class AxisSettings:
     """PDOs for motions that the drive makes by itself; `None`: these go by the cyclic image and SDO."""
     eds: str = ""
     """File with the names and types of the node's objects; empty: plain CiA 402, as the simulated drive has them."""
+
+    objects: tuple[OwnObject, ...] = ()
+    """Of the drive's own, for example how long it waits for set points before it stops."""
 
     @property
     def int32_range(self) -> tuple[float, float]:

@@ -15,7 +15,7 @@ from drive_gateway.canopen.pdo_map import SdoWrite, unused
 from drive_gateway.canopen.sdo import SdoChannel, SdoDone, abort_text
 from drive_gateway.cia402.preparation import Preparation, preparations, supervision
 from drive_gateway.config.image import image_of
-from drive_gateway.config.settings import AxisSettings, GatewaySettings, IdentitySettings
+from drive_gateway.config.settings import AxisSettings, GatewaySettings, IdentitySettings, OwnObject
 from drive_gateway.gateway.effects import Frame
 from drive_gateway.gateway.reference import Reference
 
@@ -26,6 +26,10 @@ IDENTITY = 0x1018
 MOTOR_RATED_TORQUE = 0x6076
 _ABSENT = (0x06020000, 0x06090011)
 """Abort codes: no such object, no such sub-index."""
+
+
+_OWN_OBJECT_S = 0.1
+"""Time more for each object of the drive's own, written and read back."""
 
 
 class Phase(Enum):
@@ -67,7 +71,8 @@ class BringUp:
         self._label = label
         self._node_id = axes[0].node_id
         self._timeout_s = settings.boot_timeout_s
-        self._configuring_s = settings.boot_timeout_s * len(axes)
+        own = sum(len(axis.objects) for axis in axes)
+        self._configuring_s = settings.boot_timeout_s * len(axes) + _OWN_OBJECT_S * own
         self._sdo = sdo
         self._program = _program(axes, settings, references)
         self._steps: deque[_Step] = deque()
@@ -196,8 +201,9 @@ def _number(data: bytes) -> int:
 
 
 def _program(axes: Sequence[AxisSettings], settings: GatewaySettings, references: Sequence[Reference]) -> list[_Step]:
-    """First what belongs to the node, then each axis."""
+    """First what belongs to the node and what only the drive knows of, units for example, then each axis."""
     steps = [*_identity(axes[0].identity), *_written(supervision(axes[0], settings))]
+    steps += [step for axis in axes for item in axis.objects for step in _own(item)]
     for axis, reference in zip(axes, references, strict=True):
         steps += _axis_program(axis, settings, reference)
     return steps
@@ -210,6 +216,12 @@ def _written(items: Sequence[Preparation]) -> list[_Step]:
         steps.append(_Step(item.what, item.write.index, item.write.sub, item.write.data))
         steps.append(_Step(item.what, item.shown_index, item.shown_sub, None, item.write.data))
     return steps
+
+
+def _own(item: OwnObject) -> list[_Step]:
+    """An object that can only be written is not read back."""
+    write = _Step(item.name, item.index, item.sub, item.data)
+    return [write, _Step(item.name, item.index, item.sub, None, item.data)] if item.readable else [write]
 
 
 def _axis_program(axis: AxisSettings, settings: GatewaySettings, reference: Reference) -> list[_Step]:

@@ -32,6 +32,7 @@ SHELLS = {
     "drive_gateway/gateway/recorder.py": "writes frames to a file",
     "drive_gateway/canopen/axes_eds.py": "canopen's reader of EDS files",
     "drive_gateway/canopen/eds.py": "canopen's reader of EDS files",
+    "drive_gateway/canopen/eds_file.py": "canopen's reader of EDS files",
     "drive_gateway/config/checks.py": "asks python-can for its interfaces",
     "drive_gateway/sim/shell.py": "the process of the simulated drives",
     "drive_gateway/sim/dictionary.py": "canopen's reader of EDS files",
