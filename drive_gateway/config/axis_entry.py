@@ -137,6 +137,16 @@ class AxisEntry(BaseModel):
     homing: HomingEntry | None = Field(default=None, description="how the axis finds its home point")
     eds: FileName | None = Field(default=None, description="EDS or DCF of the drive, relative to this file")
     objects: OwnObjects = {}
+    quick_stop_option: Literal[2, 6] = Field(
+        default=6,
+        description="how the drive ends its quick stop (605Ah): 6 stays with voltage on, 2 takes it off by itself",
+    )
+    connection_lost: Literal[1, 3] = Field(
+        default=3, description="what the drive does when the gateway is gone (6007h): 3 quick stop, 1 fault"
+    )
+    waive: tuple[Literal["1016", "6007", "605A", "6065", "6066", "60C2"], ...] = Field(
+        default=(), max_length=6, description="objects that this drive may lack; each costs something that is told"
+    )
 
     @field_validator("offset", "speed", "acceleration", "quick_stop", "following_window", "simulated_start")
     @classmethod
@@ -194,6 +204,9 @@ class AxisEntry(BaseModel):
             incremental=self.encoder == "incremental",
             absolute=self._absolute() if self.encoder == "absolute" else None,
             homing=None if self.homing is None else self.homing.settings(),
+            quick_stop_option=self.quick_stop_option,
+            connection_lost=self.connection_lost,
+            waived=frozenset(int(index, 16) for index in self.waive),
             eds="" if self.eds is None else str(folder / self.eds),
         )
 

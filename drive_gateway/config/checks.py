@@ -8,6 +8,7 @@ from can.interfaces import VALID_INTERFACES
 from cell.config.document import Document
 from cell.config.problem import KeyPath, Problem, Severity
 from cell.config.reading import declared
+from drive_gateway.canopen.optional_objects import OPTIONAL_OBJECTS
 from drive_gateway.canopen.pdo_map import ProcessImage
 from drive_gateway.config.axis_entry import AxisEntry
 from drive_gateway.config.bus_load import KEPT_FREE, REFUSE_ABOVE, WARN_ABOVE, bus_load
@@ -134,6 +135,7 @@ def _axes(document: Document, drives: DrivesFile) -> Iterator[Problem]:
         yield from _homing(document, path, axis)
         yield from _encoder(document, path, axis)
         yield from _torque(document, path, axis)
+        yield from _waived(document, path, axis)
         for name in ("quick_stop", "following_window"):
             if getattr(axis, name) * counts > UINT32_MAX:
                 most = declared(document, UINT32_MAX / counts, axis.linear)
@@ -164,6 +166,14 @@ def _torque(document: Document, path: KeyPath, axis: AxisEntry) -> Iterator[Prob
     if axis.speed > fastest:
         allowed = f"{declared(document, fastest, axis.linear):g} or less, 32 bits of motor turns per minute (6080h)"
         yield document.problem((*path, "speed"), document.found((*path, "speed")), allowed)
+
+
+def _waived(document: Document, path: KeyPath, axis: AxisEntry) -> Iterator[Problem]:
+    for number, index in enumerate(axis.waive):
+        name, cost = OPTIONAL_OBJECTS[int(index, 16)]
+        found = f"a drive that may lack {index}h ({name}): {cost}"
+        allowed = "only where the drive has no such object and this is accepted"
+        yield document.problem((*path, "waive", number), found, allowed, severity=Severity.WARNING)
 
 
 def _limits(document: Document, path: KeyPath, axis: AxisEntry) -> Iterator[Problem]:

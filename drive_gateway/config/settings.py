@@ -145,6 +145,12 @@ class AxisSettings:
     eds: str = ""
     """File with the names and types of the node's objects; empty: plain CiA 402, as the simulated drive has them."""
 
+    quick_stop_option: int = 6
+    """605Ah: brake with `quick_stop` and stay in Quick Stop Active, voltage on (6), or take it off then (2)."""
+    connection_lost: int = 3
+    """6007h: a lost connection is answered by a quick stop (3), or by a fault (1)."""
+    waived: frozenset[int] = frozenset()
+    """Indices of objects that the drive may lack, as axis 1 has them (`OPTIONAL_OBJECTS`)."""
     objects: tuple[OwnObject, ...] = ()
     """Of the drive's own, for example how long it waits for set points before it stops."""
 

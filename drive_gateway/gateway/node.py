@@ -158,6 +158,11 @@ class Node:
         troubles, self._troubles = self._troubles, []
         return troubles
 
+    def take_lacking(self) -> list[str]:
+        """What it was found to lack since the last call, each with what that costs."""
+        found, self._bring_up.lacking = self._bring_up.lacking, []
+        return found
+
     def bring_up_again(self, now: float) -> None:
         """Start over after a loss."""
         self._lost = False

@@ -5,8 +5,10 @@ from pathlib import Path
 import pytest
 
 from cell.config import ConfigError
+from cell.config.problem import Severity
 from drive_gateway.canopen.axes_eds import eds_text
 from drive_gateway.config import load_drives
+from drive_gateway.config.load import read_drives
 from drive_gateway.config.settings import OwnObject
 from tests.unit.config_world import DRIVES, Copy
 
@@ -78,8 +80,8 @@ def test_a_file_of_a_windows_tool_is_read(tmp_path: Path) -> None:
         ('"2F01:00": {value: 300, type: UNSIGNED8}', "objects.2F01:00: found 300 does not fit 2F01h:00 "),
         ('"6041:00": 5', "objects.6041:00: found 6041h:00 Statusword, which is read-only, allowed objects that can be"),
         ('"6841:00": 5', "objects.6841:00: found 6841h:00 Statusword, which is not axis 1's, allowed objects of this"),
-        ('"6085:00": 5', "objects.6085:00: found 6085h:00 Quick stop deceleration in counts/s^2, which the gateway writes "
-         "itself, allowed for it quick_stop"),
+        ('"6085:00": 5', "objects.6085:00: found 6085h:00 Quick stop deceleration in counts/s^2, which the gateway "
+         "writes itself, allowed for it quick_stop"),
         ('"1A00:01": 5', "objects.1A00:01: found 1A00h:01 "),
         ('"2F01:00": {value: 5, type: UNSIGNED8}, "2f01:00": {value: 5, type: UNSIGNED8}',
          "objects.2f01:00: found 2f01:00, which left.J1 says too, allowed each object of a node once"),
@@ -137,3 +139,26 @@ def test_an_object_is_said_once_for_all_axes_of_a_node(tmp_path: Path) -> None:
 def test_each_object_comes_with_its_name(tmp_path: Path) -> None:
     first = load_drives(copy_with(tmp_path, 'objects: {"2000:00": 5}').drives, "left_bus").robots["left"].axes[0]
     assert first.objects == (OwnObject(0x2000, 0, "Set-point time-out in interpolation periods", b"\5"),)
+
+
+def test_a_waived_object_is_a_warning_that_says_what_it_costs(tmp_path: Path) -> None:
+    copy = copy_with(tmp_path, 'waive: ["6007", "605A"], quick_stop_option: 2, connection_lost: 1')
+    reading = read_drives(copy.drives)
+    assert [problem.severity for problem in reading.problems] == [Severity.WARNING] * 2
+    assert "waive[0]: found a drive that may lack 6007h (reaction to a lost connection): whether it stops" in str(
+        reading.problems[0]
+    )
+    axis = load_drives(copy.drives, "left_bus").robots["left"].axes[0]
+    assert (axis.waived, axis.quick_stop_option, axis.connection_lost) == ({0x6007, 0x605A}, 2, 1)
+
+
+@pytest.mark.parametrize(
+    ("keys", "found"),
+    [
+        ('waive: ["6085"]', "waive[0]: found '6085', allowed "),
+        ("quick_stop_option: 0", "quick_stop_option: found 0, allowed 2 or 6"),
+        ("connection_lost: 0", "connection_lost: found 0, allowed 1 or 3"),
+    ],
+)
+def test_a_way_to_stop_that_the_gateway_does_not_know_is_refused(tmp_path: Path, keys: str, found: str) -> None:
+    assert problem(copy_with(tmp_path, keys)).startswith(found)
