@@ -58,6 +58,7 @@ def test_a_quick_stop_that_ends_without_voltage_is_reset_and_enabled_again() -> 
     owner = world.enabled()
     world.bus.nodes[2].raise_emergency(0x4310)
     world.until(lambda: status(world) == ["SWITCH_ON_DISABLED", "FAULT"])
+    world.run(0.5)
     assert world.ask(ResetDrives("left", owner)).ok
     assert world.ask(EnableDrives("left", owner)).ok
 

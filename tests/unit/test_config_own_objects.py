@@ -61,8 +61,8 @@ def test_the_values_of_a_file_that_is_no_dcf_are_not_written(tmp_path: Path) -> 
 
 
 def test_a_negative_value_may_be_its_bit_pattern(tmp_path: Path) -> None:
-    low = dcf(("605E", "0xFFFE")).replace("[605E]\n", "[605E]\n").replace("AccessType=ro", "AccessType=rw")
-    assert objects(copy_with(tmp_path, "eds: my.dcf", low))["605E:00"] == "feff"
+    trim = "[2F00]\nParameterName=Trim\nDataType=0x0003\nAccessType=rw\nParameterValue=0xFFFE\n"
+    assert objects(copy_with(tmp_path, "eds: my.dcf", dcf() + trim)) == {"2F00:00": "feff"}
 
 
 def test_a_file_of_a_windows_tool_is_read(tmp_path: Path) -> None:
