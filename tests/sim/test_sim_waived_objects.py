@@ -52,15 +52,21 @@ def status(world: GatewayBench) -> list[str]:
     return [node.drive.name for node in world.state.nodes]
 
 
+def reset_and_enable(world: GatewayBench) -> None:
+    claim = world.ask(Claim("left", "a2", "d")).claim
+    assert claim is not None
+    assert world.ask(ResetDrives("left", claim.owner)).ok
+    assert world.ask(EnableDrives("left", claim.owner)).ok
+
+
 def test_a_quick_stop_that_ends_without_voltage_is_reset_and_enabled_again() -> None:
     world = GatewayBench(settings(axis("J1", 1, quick_stop_option=2), axis("J2", 2)))
     world.ready()
-    owner = world.enabled()
+    world.enabled()
     world.bus.nodes[2].raise_emergency(0x4310)
     world.until(lambda: status(world) == ["SWITCH_ON_DISABLED", "FAULT"])
     world.run(0.5)
-    assert world.ask(ResetDrives("left", owner)).ok
-    assert world.ask(EnableDrives("left", owner)).ok
+    reset_and_enable(world)
 
 
 def test_drives_that_answer_a_lost_gateway_by_a_fault_are_reset_and_enabled_again() -> None:
@@ -72,7 +78,4 @@ def test_drives_that_answer_a_lost_gateway_by_a_fault_are_reset_and_enabled_agai
     world.restart_gateway()
     world.until(lambda: world.state is not None and world.state.ready)
     assert status(world)[0] == "FAULT"
-    claim = world.ask(Claim("left", "a2", "d")).claim
-    assert claim is not None
-    assert world.ask(ResetDrives("left", claim.owner)).ok
-    assert world.ask(EnableDrives("left", claim.owner)).ok
+    reset_and_enable(world)
