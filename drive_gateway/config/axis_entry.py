@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 
 from pydantic import BaseModel, Field, ValidationInfo, field_validator
 
-from cell.config.fields import FileName
+from cell.config.fields import FileName, Name
 from cell.config.units import STRICT, Number, Positive, PositiveLength, Seconds, in_si
 from drive_gateway.canopen.axis_objects import AXES
 from drive_gateway.config.object_address import ObjectAddress, address_of
@@ -136,6 +136,7 @@ class AxisEntry(BaseModel):
     )
     homing: HomingEntry | None = Field(default=None, description="how the axis finds its home point")
     eds: FileName | None = Field(default=None, description="EDS or DCF of the drive, relative to this file")
+    emergencies: Name | None = Field(default=None, description="its type of drive in `emergencies` of this file")
     objects: OwnObjects = {}
     quick_stop_option: Literal[2, 6] = Field(
         default=6,

@@ -13,6 +13,7 @@ from drive_gateway.canopen.pdo_map import ProcessImage
 from drive_gateway.config.axis_entry import AxisEntry
 from drive_gateway.config.bus_load import KEPT_FREE, REFUSE_ABOVE, WARN_ABOVE, bus_load
 from drive_gateway.config.drives_file import DrivesFile
+from drive_gateway.config.emergency_entry import check_emergencies
 from drive_gateway.config.image import image_of
 from drive_gateway.config.node_checks import check_nodes
 from drive_gateway.config.object_checks import check_objects
@@ -39,6 +40,9 @@ def check_drives_file(document: Document, drives: DrivesFile) -> list[Problem]:
         *_axes(document, drives),
         *check_profile_pdos(document, drives.profile_pdos, _images(drives)),
         *check_simulation(document, drives),
+        *check_emergencies(
+            document, drives.emergencies, ((path, axis.emergencies) for path, _, axis in axes_of(drives))
+        ),
         *check_objects(document, list(axes_of(drives)), drives.bus.bitrate),
     ]
 

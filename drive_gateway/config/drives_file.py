@@ -9,6 +9,7 @@ from pydantic import BaseModel, Field
 from cell.config.fields import Name
 from cell.config.units import STRICT, Seconds, Units
 from drive_gateway.config.axis_entry import AxisEntry
+from drive_gateway.config.emergency_entry import EmergencyTables, codes_of
 from drive_gateway.config.own_objects import EdsFiles, own_objects
 from drive_gateway.config.profile_entry import ProfilePdosEntry
 from drive_gateway.config.settings import (
@@ -64,6 +65,7 @@ class DrivesFile(BaseModel):
     profile_pdos: ProfilePdosEntry | None = Field(
         default=None, description="PDOs for motions that the drives make by themselves; without: cyclic image and SDO"
     )
+    emergencies: EmergencyTables = {}
     simulation: SimulationEntry = Field(default=SimulationEntry(), description="how drives are simulated")
     robots: dict[Name, RobotEntry] = Field(
         description="robots on this bus by name", json_schema_extra={"minProperties": 1}
@@ -104,7 +106,10 @@ class DrivesFile(BaseModel):
     def _whole(self, name: str, axis: AxisEntry, folder: Path, files: EdsFiles) -> AxisSettings:
         """With what its EDS or DCF says, which is read for it."""
         settings = self.axis(name, axis, folder)
-        return replace(settings, objects=own_objects(axis.objects, axis.axis, settings.eds, files))
+        emergencies = codes_of(self.emergencies, axis.emergencies)
+        return replace(
+            settings, emergencies=emergencies, objects=own_objects(axis.objects, axis.axis, settings.eds, files)
+        )
 
     def simulated_axes(self) -> dict[tuple[str, str], AxisData]:
         """What the full level knows of each axis, by robot and name."""

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from typing import Protocol
 
 from cell.core import Effect
-from drive_gateway.canopen.emcy import NO_ERROR, Emergency, decode_emergency
+from drive_gateway.canopen.emcy import Emergency, decode_emergency
 from drive_gateway.canopen.nmt import NmtState, decode_heartbeat
 from drive_gateway.canopen.sdo import SdoChannel
 from drive_gateway.config.settings import AxisSettings, GatewaySettings
@@ -60,6 +60,7 @@ class Node:
         self.sdo = SdoChannel(self.id)
         self.emergency: Emergency | None = None
         self.told_problem = ""
+        self._emergencies = first.emergencies
         self.nmt: NmtState | None = None
         self._axes: list[AxisOfNode] = []
         self._settings = settings
@@ -120,10 +121,10 @@ class Node:
             self._lose("left_operational", text, "look for a second master on the bus")
 
     def on_emergency(self, data: bytes) -> None:
-        emergency = decode_emergency(data)
+        emergency = decode_emergency(data, self._emergencies)
         if emergency is None:
             return
-        if emergency.code == NO_ERROR:
+        if emergency.gone:
             self.emergency = None
             return
         self.emergency = emergency
