@@ -47,7 +47,7 @@ def preparations(axis: AxisSettings, settings: GatewaySettings) -> list[Preparat
     values = [
         _same("interpolation period", 0x60C2, 1, period, 1),
         _same("interpolation period, power of ten", 0x60C2, 2, exponent, 1),
-        *([_same("linear interpolation", 0x60C0, 0, 0, 2)] if axis.interpolated else []),
+        *([_same("interpolation sub mode", 0x60C0, 0, axis.interpolation, 2)] if axis.interpolated else []),
         *play(axis),
         _same("quick-stop deceleration", 0x6085, 0, round(axis.quick_stop * counts), 4),
         _same("quick-stop option", 0x605A, 0, axis.quick_stop_option, 2),

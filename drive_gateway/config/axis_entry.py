@@ -122,6 +122,9 @@ class AxisEntry(BaseModel):
         default="cyclic",
         description="mode in which blocks are played: cyclic synchronous position, or interpolated position",
     )
+    interpolation: int = Field(
+        default=0, ge=-32768, le=0, description="60C0h in mode interpolated: 0 linear, below 0 a maker's own number"
+    )
     rated_torque_nm: Annotated[float, Field(ge=0.001, le=1e6)] | None = Field(
         default=None, description="rated torque of the motor [Nm], as the drive must show it (6076h)"
     )
@@ -197,6 +200,7 @@ class AxisEntry(BaseModel):
             limit_switches=self.limit_switches,
             inputs=None if self.inputs is None else self.inputs.settings(),
             interpolated=self.mode == "interpolated",
+            interpolation=self.interpolation,
             velocity_offset=self.feed_forward != "none",
             torque=self._torque(),
             torque_offset=self.feed_forward == "torque",

@@ -11,6 +11,7 @@ from cell.config.reading import declared
 from drive_gateway.canopen.optional_objects import OPTIONAL_OBJECTS
 from drive_gateway.canopen.pdo_map import ProcessImage
 from drive_gateway.config.axis_entry import AxisEntry
+from drive_gateway.config.bus_length import check_length
 from drive_gateway.config.bus_load import KEPT_FREE, REFUSE_ABOVE, WARN_ABOVE, bus_load
 from drive_gateway.config.drives_file import DrivesFile
 from drive_gateway.config.emergency_entry import check_emergencies
@@ -32,6 +33,7 @@ def check_drives_file(document: Document, drives: DrivesFile) -> list[Problem]:
     """All contradictions inside the drives file."""
     return [
         *_interface(document, drives),
+        *check_length(document, drives.bus.bitrate, drives.bus.lengths()),
         *_empty(document, drives),
         *check_nodes(document, list(axes_of(drives))),
         *_load(document, drives),
@@ -139,6 +141,9 @@ def _axes(document: Document, drives: DrivesFile) -> Iterator[Problem]:
         yield from _homing(document, path, axis)
         yield from _encoder(document, path, axis)
         yield from _torque(document, path, axis)
+        if axis.interpolation and axis.mode != "interpolated":
+            found = f"{axis.interpolation} beside mode {axis.mode}"
+            yield document.problem((*path, "interpolation"), found, "mode: interpolated beside it")
         yield from _waived(document, path, axis)
         for name in ("quick_stop", "following_window"):
             if getattr(axis, name) * counts > UINT32_MAX:

@@ -9,6 +9,7 @@ from pydantic import BaseModel, Field
 from cell.config.fields import Name
 from cell.config.units import STRICT, Seconds, Units
 from drive_gateway.config.axis_entry import AxisEntry
+from drive_gateway.config.bus_length import BusLengths
 from drive_gateway.config.emergency_entry import EmergencyTables, codes_of
 from drive_gateway.config.own_objects import EdsFiles, own_objects
 from drive_gateway.config.profile_entry import ProfilePdosEntry
@@ -22,6 +23,8 @@ from drive_gateway.config.settings import (
 from drive_gateway.config.simulation import Level, Simulation
 from drive_gateway.config.simulation_entry import AxisName, SimulationEntry
 from drive_gateway.sim.axis.axis_data import AxisData
+
+Metres = Annotated[float, Field(ge=0, le=10_000)]
 
 
 class BusEntry(BaseModel):
@@ -37,7 +40,13 @@ class BusEntry(BaseModel):
     bitrate: Literal[10_000, 20_000, 50_000, 125_000, 250_000, 500_000, 800_000, 1_000_000] = Field(
         description="bit rate [bit/s], one of CiA 301"
     )
+    length_m: Metres = Field(default=0.0, description="[m] from end to end, checked against the bit rate")
+    longest_stub_m: Metres = Field(default=0.0, description="[m] the longest stub from the bus to a node")
+    stubs_m: Metres = Field(default=0.0, description="[m] all stubs together")
     options: dict[str, str | int | float | bool] = Field(default={}, description="more options of the interface")
+
+    def lengths(self) -> BusLengths:
+        return BusLengths(self.length_m, self.longest_stub_m, self.stubs_m)
 
 
 class RobotEntry(BaseModel):

@@ -7,6 +7,8 @@ _IDENTIFIER = "nothing: the gateway uses the identifiers of CiA 301"
 _HEARTBEAT = "heartbeat_producer_s, heartbeat_timeout_s and error_control"
 _SETPOINT = "nothing: it is commanded in each cycle"
 _MOTION = "nothing: the gateway writes it before each motion of the drive's own"
+_INTERPOLATION_DATA = 0x60C1
+"""The gateway sends its first sub-object; what others mean is the maker's."""
 _WRITTEN: dict[int, str] = {
     0x1005: _IDENTIFIER,
     0x1006: "cycle_s",
@@ -39,15 +41,17 @@ _WRITTEN: dict[int, str] = {
     0x609A: "homing.acceleration",
     0x60B1: _SETPOINT,
     0x60B2: _SETPOINT,
-    0x60C0: "mode",
-    0x60C1: _SETPOINT,
+    0x60C0: "mode and interpolation",
+    _INTERPOLATION_DATA: _SETPOINT,
     0x60C2: "cycle_s",
     0x60FF: _SETPOINT,
 }
 
 
-def said_by(index: int) -> str | None:
-    """The key of the drives file that says the object at `index`, of any axis; `None`: it is not the gateway's."""
+def said_by(index: int, sub: int) -> str | None:
+    """The key of the drives file that says this object, of any axis; `None`: it is not the gateway's."""
+    if first_axis_index(index) == _INTERPOLATION_DATA and sub > 1:
+        return None
     if any(index in taken for taken in _PDO_AND_SDO):
         return "profile_pdos, and otherwise nothing: PDOs and SDO channels are the gateway's"
     return _WRITTEN.get(first_axis_index(index))

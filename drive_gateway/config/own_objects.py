@@ -74,7 +74,7 @@ def own_object(address: str, value: OwnValue, axis: int, eds: Eds) -> OwnObject:
     """
     index, sub = address_of(address)
     entry = eds.find(f"{index:04X}:{sub:02X}")
-    key = said_by(index)
+    key = said_by(index, sub)
     if key is not None:
         raise EdsError(f"{entry.address} {entry.name}, which the gateway writes itself", f"for it {key}")
     if index_of(first_axis_index(index), axis) != index and first_axis_index(index) in range(0x6000, 0x6800):
@@ -112,5 +112,5 @@ def _of_dcf(eds: Eds) -> list[OwnObject]:
     return [
         OwnObject(entry.index, entry.sub, entry.name, data, entry.readable)
         for entry, data in eds.parameters()
-        if said_by(entry.index) is None
+        if said_by(entry.index, entry.sub) is None
     ]

@@ -132,6 +132,8 @@ class AxisSettings:
     """`None`: the drive's inputs are not looked at."""
     interpolated: bool = False
     """Blocks are played in interpolated position mode, for drives that have no cyclic synchronous position."""
+    interpolation: int = 0
+    """Interpolation sub mode (60C0h) of interpolated position: 0 linear, below 0 the maker's own."""
     velocity_offset: bool = False
     """The drive gets the velocity of each sample as feed-forward (60B1h)."""
     torque: TorqueSettings | None = None

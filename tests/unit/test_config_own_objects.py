@@ -46,7 +46,8 @@ def problem(copy: Copy) -> str:
 
 def test_values_have_the_type_of_the_eds_or_the_one_that_is_stated(tmp_path: Path) -> None:
     keys = 'objects: {"2000:00": 10, "606D:00": 0x200, "2f01:02": {value: -5, type: INTEGER16}}'
-    assert objects(copy_with(tmp_path, keys)) == {"2000:00": "0a", "606D:00": "0002", "2F01:02": "fbff"}
+    found = {"2000:00": "0a", "606D:00": "0002", "2F01:02": "fbff"}
+    assert objects(copy_with(tmp_path, keys)) == found
 
 
 def test_a_dcf_says_what_is_written_but_not_what_the_gateway_writes_itself(tmp_path: Path) -> None:
@@ -157,8 +158,13 @@ def test_a_waived_object_is_a_warning_that_says_what_it_costs(tmp_path: Path) ->
     [
         ('waive: ["6085"]', "waive[0]: found '6085', allowed "),
         ("quick_stop_option: 0", "quick_stop_option: found 0, allowed 2 or 6"),
+        ("interpolation: -2", "interpolation: found -2 beside mode cyclic, allowed mode: interpolated beside it"),
         ("connection_lost: 0", "connection_lost: found 0, allowed 1 or 3"),
     ],
 )
 def test_a_way_to_stop_that_the_gateway_does_not_know_is_refused(tmp_path: Path, keys: str, found: str) -> None:
     assert problem(copy_with(tmp_path, keys)).startswith(found)
+
+
+def test_what_the_interpolation_data_hold_besides_the_set_point_is_the_makers(tmp_path: Path) -> None:
+    assert objects(copy_with(tmp_path, 'objects: {"60C1:02": {value: 1, type: INTEGER32}}')) == {"60C1:02": "01000000"}
