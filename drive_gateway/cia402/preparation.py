@@ -55,6 +55,7 @@ def preparations(axis: AxisSettings, settings: GatewaySettings) -> list[Preparat
         _same("following-error window", 0x6065, 0, round(axis.following_window * counts), 4),
         _same("following-error time", 0x6066, 0, _milliseconds(axis.following_time_s), 2),
         *_limits(axis),
+        *_range(axis),
     ]
     return [item.of_axis(axis.number) for item in _waived(axis, values)]
 
@@ -71,6 +72,16 @@ def play(axis: AxisSettings) -> list[Preparation]:
     return [
         _same("highest motor speed", MOTOR_SPEED, 0, round(MOTOR_SPEED_RESERVE * axis.speed * axis.torque.rpm), 4),
         mode,
+    ]
+
+
+def _range(axis: AxisSettings) -> list[Preparation]:
+    """An endless axis counts from 0 to the last count of one turn, and then from 0 again."""
+    if not axis.modulus:
+        return []
+    return [
+        _same("lowest count of a turn", 0x607B, 1, 0, 4),
+        _same("highest count of a turn", 0x607B, 2, axis.modulus - 1, 4),
     ]
 
 

@@ -111,6 +111,9 @@ class AxisEntry(BaseModel):
     limits: tuple[Number, Number] | None = Field(
         default=None, description="lowest and highest axis position, which the drive keeps too (607Dh)"
     )
+    endless: bool = Field(
+        default=False, description="the axis turns without end; its drive counts within one turn (607Bh)"
+    )
     limit_switches: tuple[Number, Number] | None = Field(
         default=None, description="lower and upper axis position of its limit switches, which its drive shows in 60FDh"
     )
@@ -197,6 +200,7 @@ class AxisEntry(BaseModel):
             index_counts=self.counts_per_turn,
             linear=self.linear,
             limits=self.limits,
+            modulus=round(self.counts_per_turn * self.gear) if self.endless else 0,
             limit_switches=self.limit_switches,
             inputs=None if self.inputs is None else self.inputs.settings(),
             interpolated=self.mode == "interpolated",

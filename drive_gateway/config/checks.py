@@ -19,7 +19,7 @@ from drive_gateway.config.image import image_of
 from drive_gateway.config.node_checks import check_nodes
 from drive_gateway.config.object_checks import check_objects
 from drive_gateway.config.profile_entry import check_profile_pdos
-from drive_gateway.config.settings import MOTOR_SPEED_RESERVE
+from drive_gateway.config.settings import INT32_MAX, MOTOR_SPEED_RESERVE
 from drive_gateway.config.simulation_checks import check_simulation
 
 UINT16_MAX = 2**16 - 1
@@ -137,6 +137,7 @@ def _axes(document: Document, drives: DrivesFile) -> Iterator[Problem]:
         counts = abs(axis.counts_per_unit())
         yield from _limits(document, path, axis)
         yield from _limit_switches(document, path, axis)
+        yield from _endless(document, path, axis, drives.tpdo_timeout_s)
         yield from _inputs(document, path, axis)
         yield from _homing(document, path, axis)
         yield from _encoder(document, path, axis)
@@ -196,6 +197,24 @@ def _limits(document: Document, path: KeyPath, axis: AxisEntry) -> Iterator[Prob
     if axis.limits[0] < lowest or axis.limits[1] > highest:
         fits = " to ".join(f"{declared(document, bound, axis.linear):g}" for bound in (lowest, highest))
         yield document.problem((*path, "limits"), found, f"within {fits}, 32 bits of encoder counts")
+
+
+def _endless(document: Document, path: KeyPath, axis: AxisEntry, unheard_s: float) -> Iterator[Problem]:
+    """Its turn is a whole number of counts, or it would drift; it has no ends, and no turn passes unseen."""
+    if not axis.endless:
+        return
+    place = (*path, "endless")
+    ends = [name for name in ("limits", "limit_switches") if getattr(axis, name) is not None]
+    if ends or axis.linear:
+        found = f"an endless axis with {ends[0]}" if ends else "an endless axis that slides"
+        yield document.problem(place, found, "a rotary axis without limits and limit_switches", at_key=True)
+    turn = axis.counts_per_turn * axis.gear
+    if abs(turn - round(turn)) > 1e-9 * turn or turn > INT32_MAX:
+        found = f"{axis.counts_per_turn} counts times a gear of {axis.gear:g} in a turn"
+        yield document.problem(place, found, f"a whole number of counts up to {INT32_MAX}", at_key=True)
+    if axis.speed * unheard_s >= math.pi:
+        allowed = f"{declared(document, math.pi / unheard_s):g} or less, half a turn within tpdo_timeout_s"
+        yield document.problem((*path, "speed"), document.found((*path, "speed")), allowed)
 
 
 def _limit_switches(document: Document, path: KeyPath, axis: AxisEntry) -> Iterator[Problem]:

@@ -29,6 +29,7 @@ _WRITTEN: dict[int, str] = {
     0x6068: _MOTION,
     0x6071: _SETPOINT,
     0x607A: _SETPOINT,
+    0x607B: "endless",
     0x607C: "homing.position",
     0x607D: "limits",
     0x6080: "speed and rated_torque_nm",

@@ -1,5 +1,6 @@
 """A bus and its drives as the gateway uses them: SI units, every default filled in."""
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
@@ -124,6 +125,8 @@ class AxisSettings:
     """`None`: the encoder is incremental, or believed without a check."""
     homing: HomingSettings | None = None
     """`None`: the axis cannot home."""
+    modulus: int = 0
+    """[counts] of one turn of an endless axis, after which its drive counts from zero again (607Bh); 0: it has ends."""
     limits: tuple[float, float] | None = None
     """[rad or m] what the drive itself keeps its targets within (607Dh); a block or a set-up move beyond is refused."""
     limit_switches: tuple[float, float] | None = None
@@ -159,9 +162,22 @@ class AxisSettings:
     objects: tuple[OwnObject, ...] = ()
     """Of the drive's own, for example how long it waits for set points before it stops."""
 
+    def wrapped(self, counts: int) -> int:
+        """Counts as the drive has them: within one turn where the axis is endless."""
+        return counts % self.modulus if self.modulus else counts
+
+    def nearest(self, counts: int, to: int) -> int:
+        """What the drive shows as `counts`, on the turn nearest to the counts `to`."""
+        if not self.modulus:
+            return counts
+        half = self.modulus // 2
+        return to + (counts - to + half) % self.modulus - half
+
     @property
     def int32_range(self) -> tuple[float, float]:
-        """[rad or m] lowest and highest position whose counts fit into an int32."""
+        """[rad or m] lowest and highest position whose counts fit into an int32; an endless axis has none."""
+        if self.modulus:
+            return -math.inf, math.inf
         ends = [self.offset + bound / self.counts_per_unit for bound in (INT32_MIN, INT32_MAX)]
         return min(ends), max(ends)
 

@@ -36,6 +36,7 @@ class Drive:
         self.label = f"{place} ({robot} {axis.name})"
         self.image = image_of(axis)
         self.counts: int | None = None
+        """Of an endless axis: turns are counted on from where it was first seen."""
         self.counts_per_cycle = 0.0
         self.statusword = 0
         self.per_mille: int | None = None
@@ -107,6 +108,8 @@ class Drive:
         status = decode(statusword)
         if status is None:
             return
+        if self.counts is not None:
+            counts = self.axis.nearest(counts, self.counts)
         if self.counts is not None and tick > self._tpdo_tick:
             self.counts_per_cycle = (counts - self.counts) / (tick - self._tpdo_tick)
         self._status = status
@@ -160,17 +163,17 @@ class Drive:
 
     def command(self, controlword: int, counts: int, counts_per_s: int = 0, per_mille: int = 0) -> list[CanFrame]:
         """The command of one cycle: target, and what is fed forward of velocity and of torque [of the rated one]."""
-        return self.image.frames(controlword, counts, counts_per_s, per_mille)
+        return self.image.frames(controlword, self.axis.wrapped(counts), counts_per_s, per_mille)
 
     def press(self, controlword: int, per_mille: int) -> list[CanFrame]:
         """The command of one cycle in mode cyclic torque."""
-        return self.image.frames(controlword, self.counts or 0, target_torque=per_mille)
+        return self.image.frames(controlword, self.axis.wrapped(self.counts or 0), target_torque=per_mille)
 
     def command_own(self, controlword: int, target: int, velocity: int, now: float) -> list[CanFrame]:
         """What commands a motion of the drive's own in this cycle: target [counts] and velocity [counts/s]."""
         if self._profile is None:
             return self.command(controlword, target)
-        values = {CONTROLWORD: controlword, TARGET_POSITION: target, TARGET_VELOCITY: velocity}
+        values = {CONTROLWORD: controlword, TARGET_POSITION: self.axis.wrapped(target), TARGET_VELOCITY: velocity}
         return self._profile.frames(values, now)
 
     @property

@@ -10,6 +10,7 @@ from drive_gateway.sim.axis_servo import AxisServo
 from drive_gateway.sim.dictionary import key_of
 from drive_gateway.sim.homing import Homing, HomingSpeeds, HomingState
 from drive_gateway.sim.option_codes import OptionCodes
+from drive_gateway.sim.position_range import PositionRange
 from drive_gateway.sim.profile import Profile
 from drive_gateway.sim.reference import Reference
 
@@ -36,6 +37,7 @@ class SetupModes:
     ) -> None:
         self._numbers = numbers
         self._options = options
+        self._range = PositionRange(numbers)
         self._servo = servo
         self._reference = reference
         self._profile = Profile(servo.position)
@@ -117,6 +119,8 @@ class SetupModes:
         if self._reference.known:
             shown = max(self._numbers[_LOW], min(self._numbers[_HIGH], shown))
         target = shown + self._reference.shift
+        if not word & _RELATIVE:
+            target = self._range.nearest(target, self._profile.position)
         self._acknowledged = True
         travels = self._target is not None and self._profile.position != self._target
         if travels and not word & _AT_ONCE:
