@@ -8,6 +8,7 @@ effect whose result comes back through `receive`. So a whole cell runs in one te
 Times are seconds of one monotonic clock, as `float`; only the shell knows where they come from.
 """
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -94,5 +95,5 @@ class Core(Protocol):
     def receive(self, message: object, now: float) -> None:
         """Take one message; `now` is the monotonic time at which the shell hands it over. Unknown kinds are ignored."""
 
-    def step(self, now: float) -> list[Effect]:
-        """Do what is due at `now` and return what the shell must carry out, in this order."""
+    def step(self, now: float) -> Iterable[Effect]:
+        """Do what is due at `now`: what the shell must carry out, in this order, each before it asks for the next."""

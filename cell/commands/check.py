@@ -9,6 +9,7 @@ from rich.console import Console, Group
 from rich.table import Table
 
 from cell.commands.checks import CellBundle, check_cell
+from cell.commands.checks.motions import ProgramCourse, check_motions, listed
 from cell.config.problem import Problem, refuses
 from drive_gateway.config import GatewaySettings
 from drive_gateway.config.bus_load import bus_load
@@ -16,18 +17,25 @@ from drive_gateway.config.image import image_of
 
 
 def check(file: Annotated[Path, typer.Argument(metavar="FILE", help="The cell file.", show_default=False)]) -> None:
-    """Check a cell file and every file that it names.
+    """Check a cell file and every file that it names, and plan every robot's program.
 
     Prints all problems, one a line, as file:line:column: path: found ..., allowed ... and exits with 1; a good cell is
     summed up, its warnings are printed, and the exit is 0.
+
+    Programs are planned from home, each loop twice round, without pauses, zones and what TRACK follows, and up to 60 s
+    of motion. Corners behind which a robot stops are no problem; they are listed. `cell plot` says why it does.
     """
     bundle, problems = check_cell(file)
+    courses: list[ProgramCourse] = []
+    if bundle is not None:
+        courses, found = check_motions(bundle)
+        problems += found
     for problem in problems:
         typer.echo(str(problem))
-    if bundle is None:
+    if bundle is None or refuses(problems):
         typer.echo(_count(problems))
         raise typer.Exit(1)
-    Console().print(_summary(bundle))
+    Console().print(_summary(bundle, courses))
 
 
 def _count(problems: list[Problem]) -> str:
@@ -42,22 +50,26 @@ def _several(count: int, what: str) -> str:
     return f"{count} {what}" + ("" if count == 1 else "s")
 
 
-def _summary(bundle: CellBundle) -> Group:
+def _summary(bundle: CellBundle, courses: list[ProgramCourse]) -> Group:
     cell = bundle.cell
     title = f"cell {cell.name} is good, digest {cell.digest}"
-    robots = _table(title, "robot", "model", "gateway", "base mm", "program")
+    robots = _table("robot", "model", "gateway", "base mm")
     for name, robot in cell.robots.items():
         base = _millimetres(robot.base.position_m)
-        robots.add_row(name, bundle.models[name].name, robot.gateway, base, robot.program.name)
-    gateways = _table("", "gateway", "endpoint", "bus", "kbit/s", "nodes", "cycle ms", "load")
+        robots.add_row(name, bundle.models[name].name, robot.gateway, base)
+    programs = _table("robot", "program", "lines with moves", "motion s", "stops behind lines")
+    for course in courses:
+        name, rests = cell.robots[course.robot].program.name, listed(course.rests) or "-"
+        programs.add_row(course.robot, name, str(course.moves), f"{course.duration_s:.1f}", rests)
+    gateways = _table("gateway", "endpoint", "bus", "kbit/s", "nodes", "cycle ms", "load")
     gateways.caption = "load: worst case of the cyclic frames, and 10 % for SDO and EMCY"
     gateways.caption_justify = "left"
     for name, gateway in bundle.gateways.items():
         gateways.add_row(name, cell.gateways[name].endpoint, *_bus_cells(gateway))
-    zones = _table("", "zone", "size mm", "centre mm", "robots")
+    zones = _table("zone", "size mm", "centre mm", "robots")
     for name, zone in cell.zones.items():
         zones.add_row(name, _millimetres(zone.size_m), _millimetres(zone.pose.position_m), ", ".join(zone.robots))
-    return Group(robots, gateways, *([zones] if cell.zones else []))
+    return Group(title, robots, programs, gateways, *([zones] if cell.zones else []))
 
 
 def _millimetres(xyz: tuple[float, float, float]) -> str:
@@ -77,8 +89,8 @@ def _bus_cells(gateway: GatewaySettings) -> tuple[str, ...]:
     )
 
 
-def _table(title: str, *headings: str) -> Table:
-    table = Table(title=title or None, title_justify="left", box=SIMPLE, padding=(0, 1, 0, 0))
+def _table(*headings: str) -> Table:
+    table = Table(box=SIMPLE, padding=(0, 1, 0, 0))
     for heading in headings:
         # An address that is broken over two lines cannot be copied.
         table.add_column(heading, overflow="fold", no_wrap=heading == "endpoint")

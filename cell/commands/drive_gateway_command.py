@@ -21,6 +21,7 @@ from cell.commands.options import (
     zenoh_options,
 )
 from cell.commands.process import run_process
+from cell.commands.robot_loads import robot_loads
 from cell.commands.view import names
 from cell.config.settings import CellSettings
 
@@ -61,6 +62,7 @@ def run(
     settings = _settings(file, gateway, parent_pipe)
     mine = settings.gateways[gateway]
     drives = load_drives(mine.drives, gateway)
+    robots = robot_loads(settings, drives) if simulate else {}
     options = zenoh_options(mode, connect, listen, config, cfg)
     link = Link("peer", listen=(mine.endpoint,), connect=(settings.manager_endpoint,))
 
@@ -73,6 +75,7 @@ def run(
             link=link,
             stop=stop,
             simulate=simulate,
+            robots=robots,
             state_folder=folder,
             zenoh_options=options,
         )
@@ -97,8 +100,10 @@ def simulate(
     settings = _settings(file, gateway, parent_pipe)
     drives = load_drives(settings.gateways[gateway].drives, gateway)
 
+    robots = robot_loads(settings, drives)
+
     def body(_folder: Path, stop: threading.Event) -> int:
-        return run_simulated_drives(drives, stop)
+        return run_simulated_drives(drives, stop, robots)
 
     run_process(f"drives-{gateway}", settings, state_dir, parent_pipe, body)
 

@@ -39,24 +39,30 @@ def drives_table(settings: CellSettings, seen: Snapshot) -> Table:
     title, caption = f"drives of cell {settings.name}", "\n".join(counters)
     table = Table(title=title, title_justify="left", caption=caption, box=SIMPLE_HEAD, padding=(0, 1, 0, 0))
     table.caption_justify = "left"
-    for heading in ("gateway", "node", "robot", "axis", "NMT", "drive", "referenced", "emergency"):
-        table.add_column(heading)
+    for heading in ("gateway", "node", "axis", "NMT", "drive", "error\nmrad/mm", "trouble"):
+        table.add_column(heading, overflow="fold", no_wrap=heading in ("axis", "NMT"))
     for name in settings.gateways:
         gateway = seen.gateways.get(name)
         for node in gateway.nodes if gateway is not None else ():
-            reference = "yes" if node.referenced else f"no: {node.reference_missing}"
-            words = (node.nmt, drive_text(node), reference, emergency(node))
-            table.add_row(name, str(node.node_id), node.robot, node.axis, *words)
+            words = (node.nmt, drive_text(node), following_error(node), trouble(node))
+            table.add_row(name, str(node.node_id), f"{node.robot} {node.axis}", *words)
     return table
 
 
 def drive_text(node: NodeStatus) -> str:
-    return node.drive.name.replace("_", " ").lower()
+    return f"{node.drive.words}, warning" if node.warning else node.drive.words
 
 
-def emergency(node: NodeStatus) -> str:
-    """The newest emergency that was not acknowledged, for people."""
-    return "" if node.emergency_code is None else f"{node.emergency_code:04X}h {node.emergency_text}"
+def following_error(node: NodeStatus) -> str:
+    """The largest one since the robot was enabled, in mrad of a joint that turns and mm of one that slides."""
+    return "" if node.following_error is None else f"{1000.0 * node.following_error:.2f}"
+
+
+def trouble(node: NodeStatus) -> str:
+    """The newest emergency that was not acknowledged, and why the axis is not referenced."""
+    emergency = "" if node.emergency_code is None else f"{node.emergency_code:04X}h {node.emergency_text}"
+    reference = "" if node.referenced else f"not referenced: {node.reference_missing}"
+    return "; ".join(filter(None, (emergency, reference)))
 
 
 def bus_line(name: str, gateway: GatewayState | None) -> str:

@@ -74,11 +74,13 @@ class BusLine:
             self._axes.setdefault(axis.node_id, []).append(axis.number)
         self._done: queue.SimpleQueue[SdoDone] = queue.SimpleQueue()
         self._port = BusPort(drives.bus, self._on_frame)
-        self._workers = SdoWorkers(node_ids, self._port.send, self._done.put)
+        self._workers = SdoWorkers(node_ids, self._port.send, self._port.attend, self._done.put)
         self._stack = ExitStack()
 
     def __enter__(self) -> "BusLine":
         self._stack.enter_context(self._port)
+        # Without a cycle nobody else reads.
+        self._stack.enter_context(self._port.attend())
         self._stack.enter_context(self._workers)
         return self
 

@@ -44,8 +44,17 @@ def _axes(robot: Model) -> Table:
     for i, name in enumerate(robot.joint_names):
         unit = "mm" if robot.linear[i] else "deg"
         numbers = [_number(column[i] * scale[i]) for column in columns]
+        numbers[3] += _downwards(robot, i, scale[i])
         table.add_row(name, f"{'linear' if robot.linear[i] else 'rotary'} {unit}", *numbers, _coupled(robot, i))
     return table
+
+
+def _downwards(robot: Model, joint: int, scale: float) -> str:
+    """The acceleration towards lower values, where it is another one."""
+    limits = robot.limits
+    if limits.acceleration_down is None or limits.acceleration_down[joint] == limits.acceleration[joint]:
+        return ""
+    return f", down {_number(limits.acceleration_down[joint] * scale)}"
 
 
 def _motors(motors: dict[str, Motor]) -> Table:

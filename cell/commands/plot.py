@@ -1,13 +1,16 @@
 """`cell plot`: what one program does with one robot, as a page of curves."""
 
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated
 
 import numpy as np
 import typer
 
+from cell.commands.checks.edges import stop_reasons
 from cell.commands.errors import CommandError
-from cell.commands.plot_page import Chart, page, write_page
+from cell.commands.plot_chart import Chart
+from cell.commands.plot_page import page, write_page
 from cell.commands.plot_text import moves, stops, transitions
 from robot_agent.agent.dry_run import dry_run
 from robot_agent.agent.planning import Planned, Planner
@@ -45,7 +48,7 @@ def plot(
     motions, failed = dry_run(planner, parsed, longest_s)
     motions = [planned for planned in motions if planned.motion.duration_s > 0.0]
     if motions:
-        write_page(output, _page(program.name, robot, motions))
+        write_page(output, _page(program.name, robot, motions, stop_reasons(parsed)))
         duration_s = sum(each.motion.duration_s for each in motions)
         typer.echo(f"{output}: {duration_s:.2f} s in {len(motions)} motions, {stops(motions)} stops inside them")
     if failed is not None:
@@ -54,7 +57,7 @@ def plot(
         raise CommandError(f"{program} moves nothing", "name a program with a move")
 
 
-def _page(name: str, model: Model, motions: list[Planned]) -> str:
+def _page(name: str, model: Model, motions: list[Planned], reasons: Mapping[tuple[int, int], str]) -> str:
     starts = np.append(0.0, np.cumsum([planned.motion.duration_s for planned in motions]))
     grids = [planned.motion.grid for planned in motions]
     t = np.concatenate([start + grid for start, grid in zip(starts, grids, strict=False)])
@@ -92,4 +95,4 @@ def _page(name: str, model: Model, motions: list[Planned]) -> str:
         f"largest deviation where blocks are blended {1e6 * max(blends, default=0.0):.0f} um",
         f"largest deviation by the filter on the axes {1e6 * max(filtered):.0f} um",
     ]
-    return page(name, summary, charts, {"Moves": moves(motions), "Where moves meet": transitions(motions)})
+    return page(name, summary, charts, {"Moves": moves(motions), "Where moves meet": transitions(motions, reasons)})

@@ -1,7 +1,7 @@
 """What `cell plot` says in words: how far each move goes, and how one meets the next."""
 
 from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 
 import numpy as np
 
@@ -23,14 +23,20 @@ def moves(motions: list[Planned]) -> list[str]:
     return _counted(texts)
 
 
-def transitions(motions: list[Planned]) -> list[str]:
-    """How each move meets the next one; equal ones in one line."""
+def transitions(motions: list[Planned], reasons: Mapping[tuple[int, int], str]) -> list[str]:
+    """How each move meets the next one; equal ones in one line.
+
+    `reasons` are why moves are planned by themselves, by the lines of both.
+    """
     texts = []
     for number, planned in enumerate(motions):
         texts += [_meeting(planned, each) for each in planned.motion.transitions]
         if number + 1 < len(motions):
-            between = f"line {planned.lines[-1]} to {motions[number + 1].lines[0]}"
-            texts.append(f"{between}: stops, the next move is planned by itself")
+            before, behind = planned.lines[-1], motions[number + 1].lines[0]
+            why = reasons.get((before, behind), "")
+            texts.append(
+                f"line {before} to {behind}: stops, the next move is planned by itself" + (f" ({why})" if why else "")
+            )
     return _counted(texts)
 
 

@@ -6,7 +6,8 @@ from math import isfinite
 import numpy as np
 from numpy.typing import NDArray
 
-from cell.commands.plot_page import Chart, page
+from cell.commands.plot_chart import Chart
+from cell.commands.plot_page import page
 from drive_gateway.sim.axis.response import Margins, Point, Step
 
 Floats = NDArray[np.float64]

@@ -37,6 +37,11 @@ class AxisStatus(IntEnum):
     SILENT = 8
     """No TPDO within its time."""
 
+    @property
+    def words(self) -> str:
+        """Its name for people, as CiA 402 has it: Switch On Disabled."""
+        return self.name.replace("_", " ").title().replace(" To ", " to ")
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class DriveFeedback:

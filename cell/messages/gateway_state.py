@@ -20,6 +20,10 @@ class NodeStatus:
     """The drive knows where its axis is."""
     reference_missing: str = ""
     """Why it does not, and what to do, for people."""
+    warning: bool = False
+    """Bit 7 of its statusword: something is near a limit of the drive, or it can only go one way."""
+    following_error: float | None = None
+    """[rad or m] the largest one since the robot was enabled; `None`: it has not been."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -94,7 +94,7 @@ def decode_setpoints(data: bytes) -> SetpointBlock:
     robot = reader.text(name_length)
     count = 3 if flags else 2
     reader.expect(8 * count * m * n)
-    samples = [reader.floats(m * n).reshape(m, n) for _ in range(count)]
+    samples = reader.floats(count * m * n).reshape(count, m, n)
     return SetpointBlock(robot, owner, sequence, follows, first_tick, dt_s, nominal, *samples)
 
 
@@ -109,11 +109,15 @@ def encode_feedback(feedback: DriveFeedback) -> bytes:
     """The bytes of a feedback. Raises `CodecError` for arrays of the wrong shape or numbers that do not fit."""
     kind = "DriveFeedback"
     n = len(feedback.axes)
-    arrays = [_floats(kind, name, getattr(feedback, name)) for name in ("position", "velocity", "commanded")]
+    arrays = [feedback.position, feedback.velocity, feedback.commanded]
     if feedback.torque is not None:
-        arrays.append(_floats(kind, "torque", feedback.torque))
+        arrays.append(feedback.torque)
     if any(array.shape != (n,) for array in arrays):
         raise CodecError(kind, f"arrays {[array.shape for array in arrays]} must all be ({n},), as many as axes")
+    # All at once: this is done in every bus cycle.
+    samples = np.concatenate(arrays, dtype="<f8")
+    if not np.isfinite(samples).all():
+        raise CodecError(kind, _not_finite("position, velocity, commanded and torque"))
     robot, boot = feedback.robot.encode(), feedback.boot.encode()
     flags = feedback.referenced | feedback.enabled << 1 | (feedback.torque is not None) << 2
     try:
@@ -123,7 +127,7 @@ def encode_feedback(feedback: DriveFeedback) -> bytes:
         )  # fmt: skip
     except struct.error as error:
         raise CodecError(kind, f"header: {error}") from error
-    return header + robot + boot + bytes(feedback.axes) + b"".join(array.tobytes() for array in arrays)
+    return header + robot + boot + bytes(feedback.axes) + samples.tobytes()
 
 
 def decode_feedback(data: bytes) -> DriveFeedback:
@@ -151,8 +155,12 @@ def decode_feedback(data: bytes) -> DriveFeedback:
 def _floats(kind: str, name: str, values: NDArray[np.float64]) -> NDArray[np.float64]:
     array = np.ascontiguousarray(values, dtype="<f8")
     if not np.isfinite(array).all():
-        raise CodecError(kind, f"{name} holds NaN or infinity; only finite numbers travel")
+        raise CodecError(kind, _not_finite(name))
     return array
+
+
+def _not_finite(name: str) -> str:
+    return f"{name} holds NaN or infinity; only finite numbers travel"
 
 
 class _Reader:

@@ -14,7 +14,7 @@ from cell.core import Core, Effect, Frozen
 FREEZE_S = 0.25
 """A gap between two steps above this is a freeze: what waits in the queues may be that old."""
 _SWITCH_INTERVAL_S = 1e-4
-_REALTIME_PRIORITY = 50
+_LOOP_PRIORITY, _FEEDING_PRIORITY = 50, 40
 
 
 def new_boot() -> str:
@@ -34,9 +34,9 @@ def run_core(
 ) -> None:
     """Step `core` every `period_s` until `stop` is set.
 
-    In each cycle the core gets what `inbox()` returns, steps once, and its effects go to `perform` in order. A cycle
-    that starts more than a period late is told to `on_late` (lateness in s); missed cycles are left out, never caught
-    up. `realtime` asks for SCHED_FIFO and does without when the process may not.
+    In each cycle the core gets what `inbox()` returns, steps once, and its effects go to `perform` one by one.
+    A cycle that starts more than a period late is told to `on_late` (lateness in s); missed cycles are left out, never
+    caught up. `realtime` asks for SCHED_FIFO and does without when the process may not.
     """
     with _steady_interpreter(), scheduling(realtime):
         due = last = time.monotonic()
@@ -74,12 +74,16 @@ def _steady_interpreter() -> Iterator[None]:
 
 
 @contextmanager
-def scheduling(realtime: bool) -> Iterator[None]:
-    """SCHED_FIFO for the calling thread where the system has it and allows it."""
+def scheduling(realtime: bool, *, feeding: bool = False) -> Iterator[None]:
+    """SCHED_FIFO for the calling thread where the system has it and allows it; threads that it starts inherit it.
+
+    `feeding`: for threads that bring a loop its messages; they come after every loop and before all else.
+    """
     policy, param = os.sched_getscheduler(0), os.sched_getparam(0)
     if realtime:
         try:
-            os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(_REALTIME_PRIORITY))
+            priority = _FEEDING_PRIORITY if feeding else _LOOP_PRIORITY
+            os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(priority))
         except PermissionError:
             realtime = False
     try:

@@ -81,15 +81,19 @@ _NONE: Mapping[int, tuple[str, str]] = MappingProxyType({})
 
 
 def decode_emergency(data: bytes, own: Mapping[int, tuple[str, str]] = _NONE) -> Emergency | None:
-    """The content of an EMCY frame, or `None` when it is too short to be one.
+    """The content of an EMCY frame, or `None` when it is too short to be one; `own`: see `emergency_of`."""
+    if len(data) < 3:
+        return None
+    return emergency_of(int.from_bytes(data[:2], "little"), data[2], own)
+
+
+def emergency_of(code: int, register: int, own: Mapping[int, tuple[str, str]]) -> Emergency:
+    """A code with what it means.
 
     `own`: meaning and remedy of codes that the drive's maker gives another meaning, or one at all.
     """
-    if len(data) < 3:
-        return None
-    code = int.from_bytes(data[:2], "little")
     meaning, remedy = own.get(code) or meaning_of(code)
-    return Emergency(code, data[2], meaning, remedy)
+    return Emergency(code, register, meaning, remedy)
 
 
 def meaning_of(code: int) -> tuple[str, str]:

@@ -24,6 +24,11 @@ class NmtState(IntEnum):
     OPERATIONAL = 0x05
     PRE_OPERATIONAL = 0x7F
 
+    @property
+    def words(self) -> str:
+        """Its name for people, as CiA 301 has it: Pre-operational."""
+        return self.name.replace("_", "-").capitalize()
+
 
 def nmt_frame(command: NmtCommand, node_id: int) -> CanFrame:
     """The unconfirmed command to one node (0: all of them); its effect shows in the node's heartbeat."""

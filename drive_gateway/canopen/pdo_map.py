@@ -10,7 +10,7 @@ the fourth.
 """
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from struct import Struct
 
 from drive_gateway.canopen.axis_objects import PDO_SPAN, index_of
@@ -77,15 +77,15 @@ class Pdo:
     """Of a PDO of type `ON_EVENT`."""
     axis: int = 1
     """Whose the PDO is; its `number` counts from the first one of this axis."""
+    cob_id: int = field(init=False, compare=False)
+    """Predefined connection set: axis 1 has the identifiers of its Node-ID, the next axis those of the next one."""
+    data_bytes: int = field(init=False, compare=False)
 
-    @property
-    def cob_id(self) -> int:
-        """Predefined connection set: axis 1 has the identifiers of its Node-ID, the next axis those of the next one."""
-        return (RPDO1 if self.receive else TPDO1) + 0x100 * (self.number - 1) + self.node_id + self.axis - 1
-
-    @property
-    def data_bytes(self) -> int:
-        return sum(entry & 0xFF for entry in self.entries) // 8
+    def __post_init__(self) -> None:
+        # Each frame of each cycle asks for these two.
+        first = RPDO1 if self.receive else TPDO1
+        object.__setattr__(self, "cob_id", first + 0x100 * (self.number - 1) + self.node_id + self.axis - 1)
+        object.__setattr__(self, "data_bytes", sum(entry & 0xFF for entry in self.entries) // 8)
 
     def writes(self) -> list[SdoWrite]:
         """Disable, type, times, no entries, entries, count, enable: a node refuses any other order."""

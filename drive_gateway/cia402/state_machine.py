@@ -16,6 +16,9 @@ INTERPOLATE = 1 << 4
 """Enable operation in interpolated position: set points are followed."""
 FAULT_RESET = 0x0080
 
+WARNING = 1 << 7
+"""Bit 7 of the statusword: no fault, but something is near its limit or blocks one direction."""
+
 _VOLTAGE_ENABLED = 0x0010
 
 _BY_MASK: tuple[tuple[int, int, AxisStatus], ...] = (

@@ -104,6 +104,7 @@ class DrivesFile(BaseModel):
                 wire_time=self.simulation.wire_time,
                 dc_bus=self.simulation.dc_bus.data(),
                 axes=self.simulated_axes(),
+                whole_robots=self.simulation.masses == "robot",
             ),
         )
 

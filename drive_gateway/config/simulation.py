@@ -25,3 +25,5 @@ class Simulation:
     dc_bus: DcBusData = field(default_factory=DcBusData)
     axes: Mapping[tuple[str, str], AxisData] = field(default_factory=dict)
     """Axes by robot and name; all of them at the full level."""
+    whole_robots: bool = False
+    """The axes carry what the masses of their robots' files put on them."""

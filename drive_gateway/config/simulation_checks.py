@@ -49,7 +49,14 @@ def _motor(document: Document, drives: DrivesFile, path: KeyPath, entry: Simulat
         yield document.problem(
             (*path, "motor"), found, f"a motor with the rated_torque_nm of this axis, {axis.rated_torque_nm:g}"
         )
-    if axis.linear and entry.gravity is not None:
+    if axis.linear and entry.stops is not None:
+        yield document.problem((*path, "stops"), "stops", "none for a linear axis", at_key=True)
+    elif entry.stops is not None and entry.stops[0] >= entry.stops[1]:
+        yield document.problem((*path, "stops"), "the higher position first", "the lower one first")
+    if entry.gravity is not None and drives.simulation.masses == "robot":
+        allowed = "none with masses: robot, which are those of the robot's file"
+        yield document.problem((*path, "gravity"), "a mass on an arm", allowed, at_key=True)
+    elif axis.linear and entry.gravity is not None:
         allowed = "constant_nm for a linear axis: its weight times its feed over 2 pi"
         yield document.problem((*path, "gravity"), "a mass on an arm", allowed, at_key=True)
     if entry.stiffness_nm_rad is not None:

@@ -10,7 +10,7 @@ from drive_gateway.sim.axis.axis_data import AxisData
 from drive_gateway.sim.axis.dc_bus import DcBusData
 from drive_gateway.sim.axis.encoder import EncoderData
 from drive_gateway.sim.axis.gains import ServoData
-from drive_gateway.sim.axis.load import Load, constant, pendulum, together
+from drive_gateway.sim.axis.load import Load, constant, pendulum, stops, together
 from drive_gateway.sim.axis.mechanics import LoadData
 from drive_gateway.sim.axis.motor_data import MOTORS
 
@@ -79,6 +79,9 @@ class SimulatedAxisEntry(BaseModel):
     damping_nm_s: NotNegative = Field(default=0.0, description="beside the stiffness [Nm s/rad]")
     constant_nm: Torque = Field(default=0.0, description="constant torque on the axis [Nm]")
     gravity: GravityEntry | None = Field(default=None, description="a mass on an arm")
+    stops: tuple[Angle, Angle] | None = Field(
+        default=None, description="axis positions of two springy stops, or of what stands in the axis' way"
+    )
     noise_counts: NotNegative = Field(default=0.0, description="standard deviation of one encoder reading [counts]")
     servo: ServoEntry = Field(default=ServoEntry(), description="the drive's servo loop")
 
@@ -86,7 +89,9 @@ class SimulatedAxisEntry(BaseModel):
         self, *, gear: float, direction: int, counts_per_turn: int, offset: float, top_speed: float, seed: int
     ) -> AxisData:
         """With what the axis itself says: `offset` [rad] behind the gear, `top_speed` [rad/s] of the shaft."""
-        torque = constant(self.constant_nm)
+        torques = [] if self.gravity is None else [self.gravity.load()]
+        torques += [] if self.stops is None else [stops(*self.stops)]
+        torques += [constant(self.constant_nm)] if self.constant_nm or not torques else []
         return AxisData(
             motor=MOTORS[self.motor],
             gear=gear,
@@ -95,7 +100,7 @@ class SimulatedAxisEntry(BaseModel):
             load=LoadData(
                 self.inertia_kg_m2, self.coulomb_nm, self.viscous_nm_s, self.stiffness_nm_rad, self.damping_nm_s
             ),
-            torque=torque if self.gravity is None else together(torque, self.gravity.load()),
+            torque=together(*torques),
             encoder=EncoderData(counts_per_turn, noise_counts=self.noise_counts),
             servo=ServoData(self.servo.speed_hz, self.servo.reset_s, self.servo.position_per_s),
             top_speed=top_speed,
@@ -109,6 +114,10 @@ class SimulationEntry(BaseModel):
     model_config = STRICT
     level: Literal["fast", "full"] = Field(
         default="fast", description="fast: position loop only; full: motor, load, encoder, servo loop, power"
+    )
+    masses: Literal["axes", "robot"] = Field(
+        default="axes",
+        description="full level, axes: each has the load said here; robot: they carry the masses of the robot file",
     )
     wire_time: bool = Field(default=False, description="frames take their time on the wire, at the bus' bit rate")
     dc_bus: DcBusEntry = Field(default=DcBusEntry(), description="the DC bus that the drives share")

@@ -142,7 +142,7 @@ class BringUp:
             step = self._steps[0]
             found = f", found {_number(self._found)}" if step.shown is not None and self._found else ""
             return f"{self._label} was not configured within {self._configuring_s} s, last at {_where(step)}{found}"
-        heard = "no heartbeat" if nmt is None else f"heartbeat says {nmt.name}"
+        heard = "no heartbeat" if nmt is None else f"heartbeat says {nmt.words}"
         return f"{self._label} did not start within {self._timeout_s} s: {heard}; check heartbeat (1017h) and TPDO1"
 
     def _fail(self, problem: str) -> None:

@@ -1,10 +1,11 @@
 """The gateway's core: one CAN bus, its drives and the robots they belong to.
 
-Order of a cycle: SYNC first, then the RPDOs for the next SYNC; the nodes' TPDOs arrive in between. A sample that is
-sent in the cycle of SYNC `tick` acts at SYNC `tick + 1`, so a block may still change tick `tick + 2` and later.
+Order of a cycle: the TPDOs that answer the SYNC before, SYNC, then the RPDOs for the next one. A sample that is sent in
+the cycle of SYNC `tick` acts at SYNC `tick + 1`. Blocks are taken last, right before the RPDOs are made: one that has
+come by then may begin with tick `tick + 1`.
 """
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 
 from cell.config.settings import Times
 from cell.core import Effect, Ended, Publish, Request, Shutdown
@@ -19,7 +20,7 @@ from drive_gateway.config.bus_load import bus_load
 from drive_gateway.config.settings import GatewaySettings
 from drive_gateway.gateway.calls import Calls
 from drive_gateway.gateway.drive import Drive
-from drive_gateway.gateway.effects import Frame, RecordEnded, RecordSaid
+from drive_gateway.gateway.effects import Frame, RecordEnded, RecordSaid, TakeBlocks
 from drive_gateway.gateway.encoder_record import EncoderRecord
 from drive_gateway.gateway.estop import EstopLatch
 from drive_gateway.gateway.estop_button import EstopButtons
@@ -31,6 +32,7 @@ from drive_gateway.gateway.scan import Scan
 from drive_gateway.gateway.trouble import Trouble
 
 STATE_PERIOD_S = 0.2
+_SYNC, _TAKE_BLOCKS, _HEARTBEAT = Frame(SYNC_FRAME), TakeBlocks(), Frame(heartbeat_frame(NmtState.OPERATIONAL))
 
 
 class GatewayCore:
@@ -113,32 +115,38 @@ class GatewayCore:
             case Shutdown():
                 self._on_shutdown(now)
 
-    def step(self, now: float) -> list[Effect]:
+    def step(self, now: float) -> Iterator[Effect]:
+        """One cycle. The effects come one by one: SYNC leaves before anything is computed."""
         self._now = now
         self._tick += 1
-        effects: list[Effect] = [Frame(SYNC_FRAME)]
+        yield _SYNC
         lateness = self._lateness.cycle(now)
         if lateness > self._settings.overrun_limit_s:
             self._on_overrun(lateness, now)
         order = self._stop_order()
+        after: list[Effect] = []
         for robot in self._robots.values():
-            effects += robot.step(now, self._tick, order)
+            after += robot.observe(now, self._tick, order)
+        yield _TAKE_BLOCKS
+        for robot in self._robots.values():
+            yield from robot.command(now, self._tick)
+        yield from after
         if now >= self._heartbeat_due:
             # From the cycle and from nothing else: when the loop hangs, the drives must miss it.
             self._heartbeat_due = now + self._settings.heartbeat_producer_s
-            effects.append(Frame(heartbeat_frame(NmtState.OPERATIONAL)))
-        effects += self._scan.step(now)
-        effects += self._press(now)
+            yield _HEARTBEAT
+        yield from self._scan.step(now)
+        yield from self._press(now)
         self._confirm()
-        effects += self._log.take()
-        effects += self._calls.take(now)
+        yield from self._log.take()
+        yield from self._calls.take(now)
         if now >= self._state_due:
             self._state_due = now + STATE_PERIOD_S
-            effects.append(Publish(self._state()))
+            yield Publish(self._state())
         if self._closing_since is not None and self._all_off():
-            effects += [Frame(nmt_frame(NmtCommand.ENTER_PRE_OPERATIONAL, number)) for number in self._nodes]
-            effects.append(Ended())
-        return effects
+            for number in self._nodes:
+                yield Frame(nmt_frame(NmtCommand.ENTER_PRE_OPERATIONAL, number))
+            yield Ended()
 
     # Messages
 

@@ -10,12 +10,13 @@ from drive_gateway.canopen.frame import CanFrame
 from drive_gateway.canopen.pdo_map import CONTROLWORD, INPUTS, STATUS, STATUS_WITH_TORQUE, TARGET_POSITION
 from drive_gateway.canopen.profile_pdos import TARGET_VELOCITY, ProfileSender
 from drive_gateway.canopen.sdo import SdoDone
-from drive_gateway.cia402.state_machine import decode
+from drive_gateway.cia402.state_machine import WARNING, decode
 from drive_gateway.config.image import INPUTS_EVERY, image_of
 from drive_gateway.config.settings import AxisSettings, GatewaySettings
 from drive_gateway.gateway.node import Node
 from drive_gateway.gateway.reference import Reference
 
+_ERROR_CODE = 0x603F
 _WITHOUT_TORQUE = {
     AxisStatus.NOT_READY_TO_SWITCH_ON,
     AxisStatus.SWITCH_ON_DISABLED,
@@ -34,6 +35,10 @@ class Drive:
         self.node = node
         place = f"node {axis.node_id}" if axis.number == 1 else f"node {axis.node_id} axis {axis.number}"
         self.label = f"{place} ({robot} {axis.name})"
+        self.operational = False
+        """Its node is."""
+        self.status = AxisStatus.SILENT
+        """As its statusword tells while its node is operational."""
         self.image = image_of(axis)
         self.counts: int | None = None
         """Of an endless axis: turns are counted on from where it was first seen."""
@@ -43,29 +48,30 @@ class Drive:
         """Of its motor's rated torque: what it gives. `None`: it does not tell."""
         self.reference = reference
         self.missing_tpdos = 0
+        self.largest_error: float | None = None
+        """[rad or m] following error since it was enabled, where it has been."""
         self.robot = robot
         self._settings = settings
+        self._endless = axis.modulus > 0
         self._profile = ProfileSender(self.image.profile) if self.image.profile else None
-        self._status = AxisStatus.SILENT
+        self._heard = AxisStatus.SILENT
         self._tpdo_tick = -1
         self._tpdo_at = 0.0
         self._inputs: int | None = None
         self._inputs_at = 0.0
+        self._asked = False
+        """Which error it has is being read."""
         node.attach(self)
 
     @property
-    def operational(self) -> bool:
-        """Its node is."""
-        return self.node.operational
-
-    @property
     def emergency(self) -> Emergency | None:
-        """The newest one of its node: a node does not say which of its axes it means."""
-        return self.node.emergency
+        """The newest one that is its own."""
+        return self.node.emergency_of(self.label)
 
     @property
-    def status(self) -> AxisStatus:
-        return self._status if self.operational else AxisStatus.SILENT
+    def warns(self) -> bool:
+        """It says that something is near a limit of its own, or that it can only go one way."""
+        return self.operational and bool(self.statusword & WARNING)
 
     @property
     def torque(self) -> float | None:
@@ -79,20 +85,22 @@ class Drive:
         return self.status in _WITHOUT_TORQUE
 
     def describe(self) -> NodeStatus:
-        nmt = "unknown" if self.node.nmt is None else self.node.nmt.name.lower()
+        nmt = "unknown" if self.node.nmt is None else self.node.nmt.words
         code = None if self.emergency is None else self.emergency.code
         text = "" if self.emergency is None else self.emergency.meaning
         missing = self.reference.missing
         return NodeStatus(
-            self.axis.node_id, self.robot, self.axis.name, nmt, self.status, code, text, not missing, missing
-        )
+            self.axis.node_id, self.robot, self.axis.name, nmt, self.status, code, text, not missing, missing,
+            self.warns, self.largest_error,
+        )  # fmt: skip
 
     def said(self) -> str:
         """Its state in a few words, for the answer to a call."""
         if not self.operational:
             return f"{self.label}: {self.node.problem or self.node.phase.value}"
         emergency = "" if self.emergency is None else f", {self.emergency.code:04X}h {self.emergency.meaning}"
-        return f"{self.label}: {self.status.name}{emergency}"
+        warning = ", warning" if self.warns else ""
+        return f"{self.label}: {self.status.words}{warning}{emergency}"
 
     # What the drive sends
 
@@ -108,11 +116,13 @@ class Drive:
         status = decode(statusword)
         if status is None:
             return
-        if self.counts is not None:
+        if self._endless and self.counts is not None:
             counts = self.axis.nearest(counts, self.counts)
         if self.counts is not None and tick > self._tpdo_tick:
             self.counts_per_cycle = (counts - self.counts) / (tick - self._tpdo_tick)
-        self._status = status
+        self._heard = status
+        if self.operational:
+            self.status = status
         self.statusword = statusword
         self.per_mille = torque
         self.counts = counts
@@ -138,17 +148,31 @@ class Drive:
 
     def started(self, now: float) -> None:
         self._tpdo_at = now
+        self.operational, self.status = True, self._heard
 
     def silent_s(self, now: float, tick: int) -> float:
         if self._tpdo_tick < tick:
             self.missing_tpdos += 1
         return now - self._tpdo_at
 
+    def ask_error(self) -> None:
+        if not self._asked:
+            self._asked = True
+            self.submit(_ERROR_CODE, 0, None, self._take_error)
+
+    def _take_error(self, done: SdoDone) -> None:
+        self._asked = False
+        if len(done.data) == 2:
+            self.node.axis_error(self.label, int.from_bytes(done.data, "little"))
+
     def lost(self) -> None:
+        self._asked = False
+        self.operational, self.status = False, AxisStatus.SILENT
         if self.counts is not None:
             self.reference.lost(self.counts, self._way_to_rest())
 
     def forget(self) -> None:
+        self._asked = False
         self._inputs = None
         self._tpdo_tick = -1
         self.counts_per_cycle = 0.0
@@ -163,7 +187,9 @@ class Drive:
 
     def command(self, controlword: int, counts: int, counts_per_s: int = 0, per_mille: int = 0) -> list[CanFrame]:
         """The command of one cycle: target, and what is fed forward of velocity and of torque [of the rated one]."""
-        return self.image.frames(controlword, self.axis.wrapped(counts), counts_per_s, per_mille)
+        if self._endless:
+            counts = self.axis.wrapped(counts)
+        return self.image.frames(controlword, counts, counts_per_s, per_mille)
 
     def press(self, controlword: int, per_mille: int) -> list[CanFrame]:
         """The command of one cycle in mode cyclic torque."""

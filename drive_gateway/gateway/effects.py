@@ -15,6 +15,11 @@ class Frame(Effect):
 
 
 @dataclass(frozen=True, slots=True)
+class TakeBlocks(Effect):
+    """Give the set-point blocks that have come by now to the core's `receive`, before its next effect is asked for."""
+
+
+@dataclass(frozen=True, slots=True)
 class StorePosition(Effect):
     """Keep where an axis stands over the end of this process, under `name` (robot.axis)."""
 

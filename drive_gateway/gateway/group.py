@@ -1,7 +1,7 @@
 """The drives of one robot in the cycle: measure, look for troubles, go on with power, command the next sample."""
 
 from collections import deque
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 
 import numpy as np
 
@@ -152,7 +152,7 @@ class DriveGroup:
         """Stop all drives of the robot with voltage on; nothing moves again before reset and enable."""
         self._log.alarm(trouble, self.robot)
         if self.power.state in (PowerState.STOPPING, PowerState.FAULT):
-            self.permits.trouble = self.permits.trouble or trouble
+            self.permits.trouble = trouble.instead_of(self.permits.trouble)
             return
         self.permits.trouble = trouble
         self._answer(False, f"{self.robot}: {trouble.text}; {trouble.remedy}")
@@ -162,8 +162,8 @@ class DriveGroup:
             self.setup.abandon(trouble.text, now)
             self._quick_stop(now)
 
-    def step(self, now: float, tick: int, order: StopOrder | None) -> list[Effect]:
-        """One cycle after the SYNC numbered `tick`: first the RPDOs for the next one, then what the nodes need."""
+    def observe(self, now: float, tick: int, order: StopOrder | None) -> list[Effect]:
+        """After the SYNC numbered `tick`: measure, judge and decide; what the nodes need, behind the RPDOs."""
         self.permits.order = order
         after = [effect for node in self._stations for effect in node.step(now, tick - 1)]
         self.watch.measure(now)
@@ -176,7 +176,22 @@ class DriveGroup:
         self.setup.step(now)
         if order is not None:
             self._obey(order, now)
-        return [*self._command(now), *after, *self._keeper.step(self.secured, now)]
+        return [*after, *self._keeper.step(self.secured, now)]
+
+    def command(self, now: float) -> Iterator[Effect]:
+        """The RPDOs for the next SYNC."""
+        position, velocity = self.playout.advance()
+        self._sent.append(position)
+        counts = self._units.counts(position)
+        speeds = self._units.counts_per_s(velocity)
+        torques = self._units.per_mille(self.playout.torque)
+        for node, count, speed, torque in zip(self.nodes, counts, speeds, torques, strict=True):
+            if node.operational or node.node.lost:
+                frames = self.setup.command(node, torque, now)
+                if frames is None:
+                    frames = node.command(self.power.controlword(node), count, speed, torque)
+                for frame in frames:
+                    yield Frame(frame)
 
     # Power
 
@@ -278,21 +293,6 @@ class DriveGroup:
     def _stand_in_fault(self, now: float) -> None:
         self.playout.fail()
         self.power.enter(PowerState.FAULT, now)
-
-    def _command(self, now: float) -> list[Effect]:
-        position, velocity = self.playout.advance()
-        self._sent.append(position)
-        counts = self._units.counts(position)
-        speeds = self._units.counts_per_s(velocity)
-        torques = self._units.per_mille(self.playout.torque)
-        effects: list[Effect] = []
-        for node, count, speed, torque in zip(self.nodes, counts, speeds, torques, strict=True):
-            if node.operational or node.node.lost:
-                frames = self.setup.command(node, torque, now)
-                if frames is None:
-                    frames = node.command(self.power.controlword(node), count, speed, torque)
-                effects += [Frame(frame) for frame in frames]
-        return effects
 
     def _answer(self, ok: bool, text: str) -> None:
         then, self._then = self._then, None

@@ -127,13 +127,14 @@ class JoinRules:
         return self._limit_problem(block, series)
 
     def _limit_problem(self, block: SetpointBlock, series: Floats) -> Refused | None:
-        step = np.diff(series, axis=0) / self._cycle_s
-        fast = (np.abs(step) > self._speed_bound) | np.pad(np.abs(block.velocity) > self._speed_bound, ((1, 1), (0, 0)))
+        step = (series[1:] - series[:-1]) / self._cycle_s
+        fast = np.abs(step) > self._speed_bound
+        fast[1:-1] |= np.abs(block.velocity) > self._speed_bound
         if fast.any():
             axis = int(fast.any(axis=0).argmax())
             found = max(np.abs(step[:, axis]).max(), np.abs(block.velocity[:, axis]).max())
             return Refused(Refusal.SPEED, self._at(fast, f"reaches {found:.4g}/s, allowed {self._speed[axis]:.4g}"))
-        change = np.abs(np.diff(step, axis=0)) / self._cycle_s
+        change = np.abs(step[1:] - step[:-1]) / self._cycle_s
         hard = change > self._acceleration_bound
         if not hard.any():
             return None

@@ -46,10 +46,15 @@ class FollowingMonitor:
         self._window: Floats = np.array([axis.following_window for axis in axes])
         self._time_s = [axis.following_time_s + late_s for axis in axes]
         self._since: dict[int, float] = {}
+        self._fresh = True
+        self.largest: Floats = np.zeros(len(axes))
+        """`(n,)` [rad or m] since the robot was enabled."""
 
     def update(self, position: Floats, demand: Floats, now: float) -> tuple[int, float] | None:
         """Take measured and demanded axes of one instant; answer the first axis over its time and its error."""
         error = np.abs(position - demand)
+        self.largest = error if self._fresh else np.maximum(self.largest, error)
+        self._fresh = False
         over = error > self._window
         if not over.any():
             self._since.clear()
@@ -62,4 +67,6 @@ class FollowingMonitor:
         return None
 
     def forget(self) -> None:
+        """The robot has no torque; `largest` stays until it has some again."""
         self._since.clear()
+        self._fresh = True

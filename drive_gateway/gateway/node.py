@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from typing import Protocol
 
 from cell.core import Effect
-from drive_gateway.canopen.emcy import Emergency, decode_emergency
+from drive_gateway.canopen.emcy import Emergency, decode_emergency, emergency_of
 from drive_gateway.canopen.nmt import NmtState, decode_heartbeat
 from drive_gateway.canopen.sdo import SdoChannel
 from drive_gateway.config.settings import AxisSettings, GatewaySettings
@@ -12,7 +12,7 @@ from drive_gateway.gateway.bring_up import BringUp, Phase
 from drive_gateway.gateway.effects import Frame
 from drive_gateway.gateway.guarding import Guarding
 from drive_gateway.gateway.reference import Reference
-from drive_gateway.gateway.trouble import Trouble
+from drive_gateway.gateway.trouble import AXIS_ERROR, EMERGENCY, Trouble
 
 
 class AxisOfNode(Protocol):
@@ -32,6 +32,9 @@ class AxisOfNode(Protocol):
 
     def lost(self) -> None:
         """The node is not operational any more."""
+
+    def ask_error(self) -> None:
+        """Let it read which error its axis has; the answer goes to `Node.axis_error`."""
 
     def forget(self) -> None:
         """The node is reset: what it said before says nothing any more."""
@@ -58,7 +61,11 @@ class Node:
         self.id = first.node_id
         self.label = f"node {self.id} ({robot} {', '.join(axis.name for axis in axes)})"
         self.sdo = SdoChannel(self.id)
+        self.operational = False
+        """Brought up, and not lost since."""
         self.emergency: Emergency | None = None
+        self._errors: dict[str, Emergency] = {}
+        """Of axes of a node with several, by their labels."""
         self.told_problem = ""
         self._emergencies = first.emergencies
         self.nmt: NmtState | None = None
@@ -82,10 +89,6 @@ class Node:
     @property
     def phase(self) -> Phase:
         return self._bring_up.phase
-
-    @property
-    def operational(self) -> bool:
-        return self._bring_up.phase is Phase.OPERATIONAL and not self._lost
 
     @property
     def lost(self) -> bool:
@@ -117,7 +120,7 @@ class Node:
             text = f"{self.label} restarted by itself and lost its configuration"
             self._lose("unexpected_boot", text, "check its supply")
         else:
-            text = f"{self.label} left Operational, its heartbeat says {state.name}"
+            text = f"{self.label} left Operational, its heartbeat says {state.words}"
             self._lose("left_operational", text, "look for a second master on the bus")
 
     def on_emergency(self, data: bytes) -> None:
@@ -126,11 +129,31 @@ class Node:
             return
         if emergency.gone:
             self.emergency = None
+            self._errors.clear()
             return
         self.emergency = emergency
         if self.operational:
             text = f"{self.label} reports {emergency.code:04X}h: {emergency.meaning}"
-            self._troubles.append(Trouble("emergency", text, emergency.remedy, self.id, emergency.code))
+            self._troubles.append(Trouble(EMERGENCY, text, emergency.remedy, self.id, emergency.code))
+        if len(self._axes) > 1:
+            for axis in self._axes:
+                axis.ask_error()
+
+    def axis_error(self, label: str, code: int) -> None:
+        """An axis of a node with several tells its own error (603Fh), 0: it has none."""
+        register = 0 if self.emergency is None else self.emergency.register
+        error = emergency_of(code, register, self._emergencies)
+        if self.emergency is None or error.gone:
+            self._errors.pop(label, None)
+            return
+        if self._errors.get(label) != error and self.operational:
+            text = f"{label} has the error {code:04X}h: {error.meaning}"
+            self._troubles.append(Trouble(AXIS_ERROR, text, error.remedy, self.id, code))
+        self._errors[label] = error
+
+    def emergency_of(self, label: str) -> Emergency | None:
+        """What is wrong with an axis: its own error, or the node's emergency as long as nobody says whose it is."""
+        return self._errors.get(label) if self._errors else self.emergency
 
     # What the gateway does
 
@@ -143,6 +166,7 @@ class Node:
             before = self._bring_up.phase
             effects = self._bring_up.step(now, self.nmt, all(axis.measured for axis in self._axes))
             if self._bring_up.phase is Phase.OPERATIONAL:
+                self.operational = True
                 self._heartbeat_at = now
                 for axis in self._axes:
                     axis.started(now)
@@ -154,8 +178,10 @@ class Node:
         request = self.sdo.poll()
         return effects if request is None else [*effects, request]
 
-    def check(self) -> list[Trouble]:
+    def check(self) -> Sequence[Trouble]:
         """The troubles since the last check, oldest first."""
+        if not self._troubles:
+            return ()
         troubles, self._troubles = self._troubles, []
         return troubles
 
@@ -180,14 +206,18 @@ class Node:
             self._guarding.restart()
         self.nmt = None
         self.emergency = None
+        self._errors.clear()
         for axis in self._axes:
             axis.forget()
 
     def _watch(self, now: float, tick: int) -> None:
-        silences = [(axis.silent_s(now, tick), axis.label) for axis in self._axes]
-        silent_s, label = max(silences, key=lambda silence: silence[0])
-        if silent_s > self._settings.tpdo_timeout_s:
-            self._lose("tpdo_silent", f"{label} sent no TPDO for {silent_s:.3f} s", "check power and wiring")
+        longest_s, label = 0.0, ""
+        for axis in self._axes:
+            silent_s = axis.silent_s(now, tick)
+            if silent_s > longest_s:
+                longest_s, label = silent_s, axis.label
+        if longest_s > self._settings.tpdo_timeout_s:
+            self._lose("tpdo_silent", f"{label} sent no TPDO for {longest_s:.3f} s", "check power and wiring")
             return
         silent_s = now - self._heartbeat_at
         if silent_s > self._settings.heartbeat_timeout_s:
@@ -196,7 +226,7 @@ class Node:
             self._lose("heartbeat_lost", text, "check power and wiring")
 
     def _lose(self, code: str, text: str, remedy: str) -> None:
-        self._lost = True
+        self._lost, self.operational = True, False
         self.sdo.forget()
         for axis in self._axes:
             axis.lost()

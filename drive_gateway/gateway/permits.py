@@ -21,6 +21,9 @@ class StopOrder:
     reason: str
 
 
+_OFF = AxisStatus.SWITCH_ON_DISABLED.words
+
+
 class Permits:
     """Each method answers why not, for people; empty when it may be.
 
@@ -69,7 +72,7 @@ class Permits:
         if operational and self._watch.limit_switches:
             return f"{self._robot} stays off: {_at_ends(self._watch.limit_switches)}"
         if not operational or not self._power.all_in(AxisStatus.SWITCH_ON_DISABLED):
-            return f"{self._robot} cannot be enabled, all nodes must be in SWITCH_ON_DISABLED: {self.said()}"
+            return f"{self._robot} cannot be enabled, all nodes must be in {_OFF}: {self.said()}"
         return ""
 
     def setup(self) -> str:
@@ -86,7 +89,7 @@ class Permits:
             return f"{self._robot} stays off: {self._open()}"
         operational = all(node.operational for node in self._nodes)
         if not (operational and self._watch.standing and self._power.all_in(AxisStatus.SWITCH_ON_DISABLED)):
-            return f"{self._robot} must stand, all nodes in SWITCH_ON_DISABLED: {self.said()}"
+            return f"{self._robot} must stand, all nodes in {_OFF}: {self.said()}"
         return ""
 
     def accept(self) -> str:

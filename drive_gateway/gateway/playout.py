@@ -198,7 +198,7 @@ class Playout:
         self._standing = self._torque[-1:]
         self._first = self.tick - 1
         self._ramp_tick = block.first_tick + block.nominal
-        moving = np.flatnonzero((np.diff(self._position, axis=0) != 0.0).any(axis=1))
+        moving = np.flatnonzero((self._position[1:] != self._position[:-1]).any(axis=1))
         self._rest_tick = self._first + int(moving[-1]) + 1 if moving.size else self.tick
         self.block = block.sequence
         self.accepted += 1

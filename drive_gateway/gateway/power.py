@@ -60,6 +60,7 @@ class Power:
         self._targets: Sequence[int] = ()
         self._confirmed: set[int] = set()
         self.state = PowerState.OFF
+        self._target = _TARGET[self.state]
         self.released = False
         """In a fault: at rest under an emergency stop, so the voltage goes off."""
 
@@ -75,6 +76,7 @@ class Power:
 
     def enter(self, state: PowerState, now: float) -> None:
         self.state = state
+        self._target = _TARGET[state]
         self.released = False
         self._cycles = 0
         if state not in (PowerState.HANDING_OVER, PowerState.ENABLING):
@@ -114,7 +116,7 @@ class Power:
         status = node.status
         if self.state is PowerState.RESETTING and status is AxisStatus.FAULT:
             return FAULT_RESET if self._cycles > RESET_LOW_CYCLES else DISABLE_VOLTAGE
-        target = AxisStatus.SWITCH_ON_DISABLED if self.released else _TARGET[self.state]
+        target = AxisStatus.SWITCH_ON_DISABLED if self.released else self._target
         word = controlword(status, target)
         interpolates = node.axis.interpolated and status is target is AxisStatus.OPERATION_ENABLED
         return word | INTERPOLATE if interpolates else word

@@ -1,6 +1,6 @@
 """One robot on the bus: its claim, its drives, the calls of its owner, and what is published about it."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 
 from cell.config.settings import Times
 from cell.core import Effect, Publish
@@ -159,19 +159,22 @@ class Robot:
         self._log.info("accepted", f"{self.name}: an operator confirmed where it is: {text}")
         return True, f"{self.name} is where its drives say: {text}"
 
-    def step(self, now: float, tick: int, order: StopOrder | None) -> list[Effect]:
-        """One cycle; the feedback comes last."""
+    def observe(self, now: float, tick: int, order: StopOrder | None) -> list[Effect]:
+        """The first half of a cycle, after the SYNC numbered `tick`: what else must be done, behind its `command`."""
         if not self.group.watch.measured:
             # Without feedback the owner has nothing to answer: its silence says nothing yet.
             self.claims.alive(self.claims.owner, now)
         elif self.claims.expire(self.group.at_rest, now):
             self.group.playout.own(0)
             self._log.warn("claim_ended", f"{self.name}: its owner fell silent", "start the robot's agent again")
+        return self.group.observe(now, tick, order)
+
+    def command(self, now: float, tick: int) -> Iterator[Effect]:
+        """The second half: the RPDOs for the next SYNC, then the feedback."""
         commanded_before = self.group.commanded
-        effects = self.group.step(now, tick, order)
+        yield from self.group.command(now)
         if self.group.watch.measured:
-            effects.append(Publish(self._feedback(tick, commanded_before)))
-        return effects
+            yield Publish(self._feedback(tick, commanded_before))
 
     def _release(self, then: Then) -> None:
         if not self.group.at_rest:

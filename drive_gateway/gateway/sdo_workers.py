@@ -3,6 +3,7 @@
 import logging
 from collections.abc import Callable, Iterable
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import AbstractContextManager
 from types import TracebackType
 from typing import Any, Self
 
@@ -38,12 +39,20 @@ class _Network(canopen.Network):
 
 
 class SdoWorkers:
-    """Context manager. `done` gets the outcome of each request, from a worker's thread."""
+    """Context manager. `done` gets the outcome of each request, from a worker's thread.
+
+    A transfer runs inside `attend()`, in which received frames must come to `take` without delay.
+    """
 
     def __init__(
-        self, node_ids: Iterable[int], send: Callable[[CanFrame], None], done: Callable[[SdoDone], None]
+        self,
+        node_ids: Iterable[int],
+        send: Callable[[CanFrame], None],
+        attend: Callable[[], AbstractContextManager[None]],
+        done: Callable[[SdoDone], None],
     ) -> None:
         self._done = done
+        self._attend = attend
         self._network = _Network(send)
         self._clients: dict[int, Any] = {}
         self._malformed: dict[int, int] = {}
@@ -90,10 +99,11 @@ class SdoWorkers:
         client.RESPONSE_TIMEOUT = timeout_s
         self._malformed.pop(request.node_id, None)
         try:
-            if request.data is None:
-                data = read_object(client, request.index, request.sub)
-            else:
-                write_object(client, request.index, request.sub, request.data)
+            with self._attend():
+                if request.data is None:
+                    data = read_object(client, request.index, request.sub)
+                else:
+                    write_object(client, request.index, request.sub, request.data)
         except canopen.SdoAbortedError as error:
             abort_code, problem = error.code, abort_text(error.code)
         except (canopen.SdoCommunicationError, can.CanError, OSError) as error:

@@ -138,7 +138,7 @@ class SetupAxis:
             case Stage.SWITCHING_ON if enabled:
                 self._enter(Stage.READY, now)
             case stage if stage in _UNDER_WAY and not enabled:
-                self.stop(f"{self.node.label} left Operation Enabled, it is in {status.name}", now)
+                self.stop(f"{self.node.label} left Operation Enabled, it is in {status.words}", now)
             case Stage.STARTING if self._cycles > 3 and word & ACKNOWLEDGED:
                 self._enter(Stage.ACKNOWLEDGING, now)
             case Stage.ACKNOWLEDGING if not word & ACKNOWLEDGED:

@@ -18,7 +18,7 @@ from cell.net.calls import Calls
 from cell.net.inbox import Inbox
 from cell.net.latest import Latest
 from cell.net.options import Link, ZenohOptions
-from cell.net.runner import new_boot, run_core
+from cell.net.runner import new_boot, run_core, scheduling
 from cell.net.session import CellSession
 from drive_gateway.canopen.frame import CanFrame
 from drive_gateway.canopen.sdo import Sdo
@@ -26,11 +26,11 @@ from drive_gateway.config.settings import GatewaySettings
 from drive_gateway.errors import GatewayError
 from drive_gateway.gateway.bus import BusPort
 from drive_gateway.gateway.core import GatewayCore
-from drive_gateway.gateway.effects import Frame, Record, RecordEnded, RecordSaid, StorePosition
+from drive_gateway.gateway.effects import Frame, Record, RecordEnded, RecordSaid, StorePosition, TakeBlocks
 from drive_gateway.gateway.position_store import PositionStore
 from drive_gateway.gateway.recorder import LONGEST_S, Recorder
 from drive_gateway.gateway.sdo_workers import SdoWorkers
-from drive_gateway.sim.shell import SimulatedDrives
+from drive_gateway.sim.shell import Robots, SimulatedDrives
 
 CLOSING_S = 5.0
 """After its own e-stop delay a gateway that is stopped gets this long to switch its drives off."""
@@ -47,13 +47,15 @@ def run_gateway(
     link: Link,
     stop: Event,
     simulate: bool = False,
+    robots: Robots | None = None,
     state_folder: Path | None = None,
     zenoh_options: ZenohOptions | None = None,
 ) -> int:
     """Run one gateway until `stop` is set; then play out, switch off and leave the bus.
 
     With `simulate` the bus' drives run in this process too, on their own handle of the same bus. They stand where the
-    drives file says at each start, so only without it `state_folder` keeps where axes stand.
+    drives file says at each start, so only without it `state_folder` keeps where axes stand. `robots`: the loads that
+    they carry at the full level.
 
     Returns:
         0 when all drives were switched off, 1 when the bus failed or a drive did not say that it is off.
@@ -78,10 +80,12 @@ def run_gateway(
             process=f"process {os.getpid()}",
             stored={} if store is None else store.records,
         )
-        session = stack.enter_context(CellSession(cell, link, "gateway", settings.name, boot, zenoh_options))
+        # Zenoh's threads start here: on a busy host a block must not wait for a processor before the cycle sees it.
+        with scheduling(realtime=True, feeding=True):
+            session = stack.enter_context(CellSession(cell, link, "gateway", settings.name, boot, zenoh_options))
         if simulate:
-            stack.enter_context(SimulatedDrives(settings))
-        shell = _Shell(settings, times, session, stop, store)
+            stack.enter_context(SimulatedDrives(settings, robots))
+        shell = _Shell(core, settings, times, session, stop, store)
         stack.enter_context(shell.port)
         stack.enter_context(shell.workers)
         session.declare_alive()
@@ -95,9 +99,16 @@ class _Shell:
     """What the loop calls: everything that came since the last cycle, and each effect of this one."""
 
     def __init__(
-        self, settings: GatewaySettings, times: Times, session: CellSession, stop: Event, store: PositionStore | None
+        self,
+        core: GatewayCore,
+        settings: GatewaySettings,
+        times: Times,
+        session: CellSession,
+        stop: Event,
+        store: PositionStore | None,
     ) -> None:
         robots = settings.robots
+        self._core = core
         self._settings = settings
         self._session = session
         self._calls: Calls = session.serve(f"gateway/{settings.name}")
@@ -110,16 +121,16 @@ class _Shell:
         self._arrived: deque[object] = deque()
         self.port = BusPort(settings.bus, self._on_frame)
         node_ids = {axis.node_id for drives in robots.values() for axis in drives.axes}
-        self.workers = SdoWorkers(node_ids, self.port.send, self._arrived.append)
+        self.workers = SdoWorkers(node_ids, self.port.send, self.port.attend, self._arrived.append)
         self.ended = Event()
         self.exit_code = 1
 
     def inbox(self) -> list[object]:
         messages: list[object] = []
+        self.port.take()
         while self._arrived:
             messages.append(self._arrived.popleft())
         messages += self._estops.take()
-        messages += self._blocks.take_new()
         messages += self._calls.take()
         if self.port.failure is not None:
             self.ended.set()
@@ -131,6 +142,9 @@ class _Shell:
         match effect:
             case Frame(frame):
                 self.port.send(frame)
+            case TakeBlocks():
+                for block in self._blocks.take_new():
+                    self._core.receive(block, time.monotonic())
             case Publish(message):
                 if isinstance(message, CellEvent):
                     _LOG.log(_LEVEL[message.severity], "%s (%s) %s", message.text, message.code, message.remedy)

@@ -2,6 +2,11 @@
 
 from dataclasses import dataclass
 
+EMERGENCY = "emergency"
+"""Code of a node's emergency message."""
+AXIS_ERROR = "axis_error"
+"""Code of the error of one axis of a node with several."""
+
 
 @dataclass(frozen=True, slots=True)
 class Trouble:
@@ -12,3 +17,9 @@ class Trouble:
     remedy: str
     node_id: int | None = None
     emergency_code: int | None = None
+
+    def instead_of(self, first: "Trouble | None") -> "Trouble":
+        """Which is the cause to be shown: the first, but for one that says which axis of a node the first was about."""
+        if first is None or (self.code == AXIS_ERROR and first.code == EMERGENCY and first.node_id == self.node_id):
+            return self
+        return first

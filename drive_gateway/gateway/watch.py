@@ -8,6 +8,7 @@ from cell.messages.drives import AxisStatus
 from drive_gateway.cia402.units import AxisUnits
 from drive_gateway.config.settings import GatewaySettings
 from drive_gateway.gateway.drive import Drive
+from drive_gateway.gateway.drive_warnings import DriveWarnings
 from drive_gateway.gateway.event_log import EventLog
 from drive_gateway.gateway.limit_switches import LimitSwitch, limit_switches
 from drive_gateway.gateway.measurement import Floats, FollowingMonitor, RestDetector
@@ -46,23 +47,23 @@ class Watch:
         self._cycle_s = settings.cycle_s
         self._units = AxisUnits(axes)
         self._rest = RestDetector(axes)
+        self._warnings = DriveWarnings(nodes, log)
         self._following = FollowingMonitor(axes, settings.overrun_limit_s)
 
     def measure(self, now: float) -> None:
         """Take what the nodes said; as long as one of them has said nothing yet, all stays as it is."""
-        counts = [node.counts for node in self._nodes]
-        known = [count for count in counts if count is not None]
-        if len(known) < len(counts):
+        known = [node.counts for node in self._nodes if node.counts is not None]
+        if len(known) < len(self._nodes):
             return
         self.measured = True
         self.position = self._units.position(known)
         self.velocity = self._units.velocity([node.counts_per_cycle / self._cycle_s for node in self._nodes])
-        torques = [node.per_mille for node in self._nodes]
-        told = [torque for torque in torques if torque is not None]
-        self.torque = self._units.torque(told) if len(told) == len(torques) else None
+        told = [node.per_mille for node in self._nodes if node.per_mille is not None]
+        self.torque = self._units.torque(told) if len(told) == len(self._nodes) else None
         self.standing = self._rest.update(self.position, now)
         for node, count in zip(self._nodes, known, strict=True):
             self._judge(node, count)
+        self._warnings.step(now)
 
     def forget_rest(self) -> None:
         """Something moves now: standstill must be measured anew."""
@@ -88,9 +89,11 @@ class Watch:
         at_end = [switch.node for switch in self.limit_switches]
         for node in self._nodes:
             if node.status is not AxisStatus.OPERATION_ENABLED and node not in at_end:
-                text = f"{node.label} left Operation Enabled, it is in {node.status.name}"
+                text = f"{node.label} left Operation Enabled, it is in {node.status.words}"
                 yield Trouble("left_enabled", text, "check the drive's enable inputs", node.axis.node_id)
         found = self._following.update(self.position, demand, now)
+        for node, error in zip(self._nodes, self._following.largest.tolist(), strict=True):
+            node.largest_error = error
         if found is not None:
             yield _following_error(self._nodes[found[0]], found[1])
 

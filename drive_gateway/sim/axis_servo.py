@@ -2,6 +2,9 @@
 
 from typing import Protocol
 
+MOTOR_WARM, STAGE_WARM, MEAN_CURRENT_HIGH, BUS_HIGH, BUS_LOW = (1 << bit for bit in range(5))
+"""2002h: what a drive warns of."""
+
 
 class AxisServo(Protocol):
     """Position [counts] and velocity [counts/s] of one axis, its command and what is wrong with it."""
@@ -64,6 +67,10 @@ class AxisServo(Protocol):
     def trips(self) -> list[int]:
         """Error codes of what was found since the last call, the worst first."""
 
+    @property
+    def warnings(self) -> int:
+        """What is near its limit: bits of 2002h."""
+
     def persists(self, code: int) -> bool:
         """Whether the cause of an error code is still there."""
 
@@ -78,3 +85,6 @@ class AxisServo(Protocol):
 
     def heat(self, hot: bool) -> None:
         """Fault on command: the motor is hotter than it may be, or as cool as its surroundings."""
+
+    def warm(self) -> None:
+        """On command: the motor is nearly too hot."""

@@ -6,6 +6,9 @@ from drive_gateway.canopen.frame import CanFrame
 from drive_gateway.sim.node import SimulatedNode
 from drive_gateway.sim.wire import Wire
 
+IN_STEP_S = 0.005
+"""The axes of a bus are never farther apart in time than this."""
+
 
 class SimulatedBus:
     """Carries frames between the master and the nodes; what it returns is on the way to the master.
@@ -17,6 +20,7 @@ class SimulatedBus:
 
     def __init__(self, nodes: Sequence[SimulatedNode], bitrate: int | None) -> None:
         self.nodes = nodes
+        self._moved: float | None = None
         self.wire = None if bitrate is None else Wire(bitrate)
 
     @property
@@ -26,6 +30,7 @@ class SimulatedBus:
 
     def receive(self, frame: CanFrame, now: float) -> list[CanFrame]:
         """The master sends a frame."""
+        self._keep_in_step(now)
         if self.wire is None:
             return [answer for node in self.nodes for answer in node.receive(frame, now)]
         self.wire.send(frame, now, from_master=True)
@@ -33,6 +38,7 @@ class SimulatedBus:
 
     def step(self, now: float) -> list[CanFrame]:
         """Let the nodes' own timers run."""
+        self._keep_in_step(now)
         frames = [frame for node in self.nodes for frame in node.step(now)]
         if self.wire is None:
             return frames
@@ -49,7 +55,17 @@ class SimulatedBus:
             if not delivered.from_master:
                 arrived.append(delivered.frame)
                 continue
+            self._keep_in_step(delivered.at)
             for node in self.nodes:
                 for answer in node.receive(delivered.frame, delivered.at):
                     self.wire.send(answer, delivered.at, from_master=False)
         return arrived
+
+    def _keep_in_step(self, now: float) -> None:
+        """After a pause no axis moves through all of it alone: they share a DC bus, or carry one robot."""
+        moved = now if self._moved is None else self._moved
+        while now - moved > IN_STEP_S:
+            moved += IN_STEP_S
+            for node in self.nodes:
+                node.advance(moved)
+        self._moved = max(moved, now)

@@ -113,7 +113,7 @@ class SimulatedNode(FaultsOnCommand):
     def step(self, now: float) -> list[CanFrame]:
         """Let time pass: motion, boot-up, heartbeats, timers. Returns what the node sends by itself."""
         self._now = now = max(self._now, now)
-        self._advance(now)
+        self.advance(now)
         frames: list[CanFrame] = []
         if self._nmt is NmtState.BOOT_UP:
             frames += self._boot(now)
@@ -168,7 +168,7 @@ class SimulatedNode(FaultsOnCommand):
     def _on_nmt(self, data: bytes, now: float) -> list[CanFrame]:
         if len(data) != 2 or data[1] not in (0, self.node_id):
             return []
-        self._advance(now)
+        self.advance(now)
         match data[0]:
             case NmtCommand.START:
                 self._enter(NmtState.OPERATIONAL)
@@ -243,7 +243,8 @@ class SimulatedNode(FaultsOnCommand):
         for drive in self.drives:
             drive.connection_lost(code)
 
-    def _advance(self, now: float) -> None:
+    def advance(self, now: float) -> None:
+        """Let its axes move up to `now`."""
         for drive in self.drives:
             drive.advance(now)
 
@@ -253,12 +254,12 @@ class SimulatedNode(FaultsOnCommand):
     # Services
 
     def _on_sdo(self, data: bytes, now: float) -> list[CanFrame]:
-        self._advance(now)
+        self.advance(now)
         return [CanFrame(SDO_FROM_NODE + self.node_id, answer) for answer in self._sdo.answer(data)]
 
     def _on_sync(self, _data: bytes, now: float) -> list[CanFrame]:
         """Measure and send first, then take over what was received since the SYNC before."""
-        self._advance(now)
+        self.advance(now)
         frames = [frame for pdo in self._transmit if (frame := pdo.on_sync()) is not None]
         for pdo in self._receive:
             if pdo.synchronous:
@@ -272,13 +273,13 @@ class SimulatedNode(FaultsOnCommand):
         self._emergencies.vanish(PDO_TOO_SHORT)
         pdo.latch(data)
         if not pdo.synchronous:
-            self._advance(now)
+            self.advance(now)
             pdo.take_over()
         return []
 
     def _on_remote(self, cob_id: int) -> list[CanFrame]:
         """A remote frame asks for a TPDO, or guards the node if it has no heartbeat."""
-        self._advance(self._now)
+        self.advance(self._now)
         if cob_id == ERROR_CONTROL + self.node_id:
             if self._objects.numbers[_PRODUCER]:
                 return []

@@ -11,6 +11,7 @@ This is the fast level of the simulation; `drive_gateway.sim.axis` holds the ful
 from math import exp
 
 from drive_gateway.canopen.emcy import MOTOR_HOT
+from drive_gateway.sim.axis_servo import MOTOR_WARM
 
 _SHORTEST_LAG_S = 1e-4
 """A lag of zero is taken as this: no axis follows at once."""
@@ -31,7 +32,7 @@ class Servo:
         self.demand = position
         self.limited = False
         """The motor's speed held the axis back in the newest step."""
-        self._blocked = self._stuck = self._hot = self._told = False
+        self._blocked = self._stuck = self._hot = self._warm = self._told = False
 
     @property
     def standing(self) -> bool:
@@ -107,6 +108,11 @@ class Servo:
         self._told = True
         return [MOTOR_HOT]
 
+    @property
+    def warnings(self) -> int:
+        """Of a motor that is nearly too hot, or is so: bits of 2002h."""
+        return MOTOR_WARM if self._warm or self._hot else 0
+
     def persists(self, code: int) -> bool:
         """Whether the cause of an error code is still there."""
         return code == MOTOR_HOT and self._hot
@@ -125,8 +131,12 @@ class Servo:
 
     def heat(self, hot: bool) -> None:
         """Fault on command: the motor is hotter than it may be, or has cooled down."""
-        self._hot = hot
+        self._hot, self._warm = hot, False
         self._told = self._told and hot
+
+    def warm(self) -> None:
+        """On command: the motor is nearly too hot."""
+        self._warm = True
 
     def brake(self, step_s: float, deceleration: float) -> None:
         """One step towards standstill with `deceleration` [counts/s^2]; the demand goes with the axis."""

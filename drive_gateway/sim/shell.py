@@ -4,7 +4,6 @@ import logging
 import threading
 import time
 from collections.abc import Mapping
-from dataclasses import replace
 from math import ceil
 from types import TracebackType
 from typing import Self
@@ -18,13 +17,14 @@ from drive_gateway.config.simulation import Level
 from drive_gateway.gateway.bus import BusError, open_bus
 from drive_gateway.sim.axis.dc_bus import DcBus
 from drive_gateway.sim.axis.full_servo import FullServo
-from drive_gateway.sim.axis.load import Load, together
+from drive_gateway.sim.axis.robot_load import RobotLoad, RobotTorques, Shaft
 from drive_gateway.sim.bus import SimulatedBus
 from drive_gateway.sim.node import SimulatedNode
 
 _log = logging.getLogger(__name__)
 
-Loads = Mapping[tuple[str, str], Load]
+Robots = Mapping[str, RobotTorques]
+"""What moves the links of each robot, by its name."""
 
 STEP_S = 0.005
 """Period of the nodes' own timers, and longest wait for a frame."""
@@ -46,9 +46,9 @@ class SimulatedDrives:
         BusError: the bus cannot be opened (on entering).
     """
 
-    def __init__(self, settings: GatewaySettings, loads: Loads | None = None) -> None:
+    def __init__(self, settings: GatewaySettings, robots: Robots | None = None) -> None:
         self._settings = settings.bus
-        self.nodes = simulated_nodes(settings, loads)
+        self.nodes = simulated_nodes(settings, robots)
         self._carrier = SimulatedBus(self.nodes, settings.bus.bitrate if settings.simulation.wire_time else None)
         self.problem = ""
         self.ended = threading.Event()
@@ -105,14 +105,13 @@ class SimulatedDrives:
         return min(max(due - time.monotonic(), _GRAIN_S), STEP_S)
 
 
-def simulated_nodes(settings: GatewaySettings, loads: Loads | None = None) -> list[SimulatedNode]:
+def simulated_nodes(settings: GatewaySettings, robots: Robots | None = None) -> list[SimulatedNode]:
     """One node per Node-ID. They wait for set points as long as a cycle of this gateway may be late.
 
-    `loads` are torques on axes beside those of the file, for who knows the whole robot; by robot and axis, at the full
-    level only.
+    `robots` put their loads on the axes beside those of the file, at the full level only.
     """
     timeout = min(_LONGEST_SETPOINT_TIMEOUT, max(2, ceil(settings.overrun_limit_s / settings.cycle_s) + 1))
-    bus = DcBus(settings.simulation.dc_bus)
+    servos = _full_servos(settings, robots or {}) if settings.simulation.level is Level.FULL else {}
     by_node: dict[int, list[tuple[str, AxisSettings]]] = {}
     for name, robot in settings.robots.items():
         for axis in robot.axes:
@@ -120,26 +119,32 @@ def simulated_nodes(settings: GatewaySettings, loads: Loads | None = None) -> li
     nodes = []
     for named in by_node.values():
         named.sort(key=lambda pair: pair[1].number)
-        servos = [_full_servo(settings, name, axis, bus, loads or {}) for name, axis in named]
+        behind = [servos.get((name, axis.name)) for name, axis in named]
         axes = [axis for _, axis in named]
-        nodes.append(SimulatedNode(axes, settings.cycle_s, settings.simulated_lag_s, timeout, servos))
+        nodes.append(SimulatedNode(axes, settings.cycle_s, settings.simulated_lag_s, timeout, behind))
     return nodes
 
 
-def _full_servo(
-    settings: GatewaySettings, robot: str, axis: AxisSettings, bus: DcBus, loads: Loads
-) -> FullServo | None:
-    """The axis at the full level, `None` at the fast one."""
-    if settings.simulation.level is Level.FAST:
-        return None
-    data = settings.simulation.axes[robot, axis.name]
-    if (robot, axis.name) in loads:
-        data = replace(data, torque=together(data.torque, loads[robot, axis.name]))
-    start = (axis.simulated_start - axis.offset) * axis.counts_per_unit
-    return FullServo(data, start, settings.simulated_lag_s, bus)
+def _full_servos(settings: GatewaySettings, robots: Robots) -> dict[tuple[str, str], FullServo]:
+    """By robot and axis."""
+    bus = DcBus(settings.simulation.dc_bus)
+    servos: dict[tuple[str, str], FullServo] = {}
+    for name, robot in settings.robots.items():
+        shafts = []
+        for axis in robot.axes:
+            data = settings.simulation.axes[name, axis.name]
+            start = (axis.simulated_start - axis.offset) * axis.counts_per_unit
+            servo = servos[name, axis.name] = FullServo(data, start, settings.simulated_lag_s, bus)
+            way_per_rad = data.counts_per_rad / axis.counts_per_unit
+            shafts.append(Shaft(servo.machine.mechanics, way_per_rad, axis.offset))
+        if name in robots:
+            load = RobotLoad(robots[name], shafts)
+            for number, axis in enumerate(robot.axes):
+                servos[name, axis.name].machine.robot = load.of(number)
+    return servos
 
 
-def run_simulated_drives(settings: GatewaySettings, stop: threading.Event) -> int:
+def run_simulated_drives(settings: GatewaySettings, stop: threading.Event, robots: Robots | None = None) -> int:
     """Run the drives of a bus alone in this process until `stop` is set; returns the exit code of the command.
 
     Raises:
@@ -151,7 +156,7 @@ def run_simulated_drives(settings: GatewaySettings, stop: threading.Event) -> in
             "it lives inside one process, drives alone on it would meet nobody",
             "start the gateway with --simulate, or choose a bus that processes share: udp_multicast, socketcan (vcan)",
         )
-    with SimulatedDrives(settings) as drives:
+    with SimulatedDrives(settings, robots) as drives:
         numbers = ", ".join(str(node.node_id) for node in drives.nodes)
         print(f"simulated drives on {settings.bus.interface} {settings.bus.channel}: nodes {numbers}", flush=True)
         while not stop.wait(0.1):

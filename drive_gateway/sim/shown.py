@@ -7,6 +7,7 @@ from drive_gateway.sim.dictionary import key_of
 from drive_gateway.sim.position_range import PositionRange, clipped
 from drive_gateway.sim.power_state import DriveState
 from drive_gateway.sim.reference import Reference
+from drive_gateway.sim.setup_modes import HOMING
 
 _STATUSWORD = key_of(0x6041)
 _POSITION_DEMAND = key_of(0x6062)
@@ -14,12 +15,16 @@ _POSITION_ACTUAL = key_of(0x6064)
 _VELOCITY_ACTUAL = key_of(0x606C)
 _FOLLOWING_ERROR_ACTUAL = key_of(0x60F4)
 _RATED_TORQUE, _TORQUE_ACTUAL = key_of(0x6076), key_of(0x6077)
+_WARNINGS, _INPUTS, _MODE_DISPLAY = key_of(0x2002), key_of(0x60FD), key_of(0x6061)
 _ENCODER_SERIAL, _ENCODER_STATUS = key_of(0x2010, 1), key_of(0x2010, 2)
 
 _VOLTAGE_ENABLED = 1 << 4
 _REMOTE = 1 << 9
 _INTERNAL_LIMIT = 1 << 11
 _FOLLOWING_ERROR = 1 << 13
+_WARNING = 1 << 7
+_LIMIT_SWITCHES = 3
+"""Bits of 60FDh."""
 _MOST_TORQUE = (1 << 15) - 1
 
 
@@ -46,6 +51,10 @@ class Shown:
             word |= _INTERNAL_LIMIT
         if following_error:
             word |= _FOLLOWING_ERROR
+        numbers[_WARNINGS] = warnings = servo.warnings
+        at_switch = numbers[_INPUTS] & _LIMIT_SWITCHES and numbers[_MODE_DISPLAY] != HOMING
+        if warnings or at_switch:
+            word |= _WARNING
         shift = reference.shift
         numbers[_STATUSWORD] = word
         numbers[_RATED_TORQUE] = self._rated_mnm

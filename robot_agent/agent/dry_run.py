@@ -16,16 +16,19 @@ def dry_run(planner: Planner, program: Program, longest_s: float) -> tuple[list[
     lookahead.start(program, np.asarray(planner.model.home))
     motions: list[Planned] = []
     while sum(planned.motion.duration_s for planned in motions) < longest_s:
-        for effect in lookahead.fill(()):
+        effects = lookahead.fill(())
+        for effect in effects:
             if isinstance(effect, Plan):
                 lookahead.planned(planner.plan(effect.request))
+        if effects:
+            continue  # a plan that is too short is asked for again
         match lookahead.head:
             case Planned() as planned:
                 motions.append(_as_it_runs(planner, lookahead, planned, longest_s))
             case PlanFailed() as failed:
                 return motions, failed
             case ProgramFault(line, text):
-                return motions, PlanFailed(0, line, text)
+                return motions, PlanFailed(0, line, f"line {line}: {text}")
             case Finished() | Waiting() | None:
                 break
             case _:

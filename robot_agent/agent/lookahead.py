@@ -27,15 +27,18 @@ from robot_agent.language import (
     TrackingOff,
     TrackingOn,
 )
+from robot_agent.trajectory import Motion
 
 _PLANNED_AHEAD = 3
-_LONGEST_CHAIN = 24
-"""Steps that are planned at once."""
+_CHAIN = 24
+"""Steps that are planned at once, or more where these last less than `_AHEAD_S`."""
+_LONGEST_CHAIN = 200
+_AHEAD_S = 5.0
 _LEAD_S = 2.0
 """An extension begins so far ahead of all that is sent, or half of what is left: planning may take 0.5 s."""
 _LEAST_LEFT_S = 0.3
 """Behind the beginning of an extension: later the motion brakes already."""
-_SHORTEST_S = 2.5
+_SHORTEST_S = 1.0
 """A motion shorter than this is over before it can be extended."""
 _TIME_TO_PLAN_S = 1.0
 """So long before the end of a motion that cannot be extended the next one is planned."""
@@ -62,12 +65,16 @@ class Lookahead:
         self._items: deque[Item] = deque()
         self._coming: deque[Step] = deque()
         """Interpreted, but not planned."""
+        self._chain_of = _CHAIN
+        """How many steps the next plan from rest may have."""
         self._plans = 0
         self._end = np.zeros(0)
         self._last: MotionStep | None = None
         """Of the newest motion."""
         self.open: Planned | None = None
         """The newest motion, while it waits to be extended; nothing is planned behind it."""
+        self._asked: PlanRequest | None = None
+        """The newest plan from rest that was asked for."""
         self._extension: ExtendRequest | None = None
 
     def start(self, program: Program, q: NDArray[np.float64]) -> None:
@@ -80,7 +87,8 @@ class Lookahead:
         self._interpreter = None
         self._items.clear()
         self._coming.clear()
-        self.open = self._extension = None
+        self._chain_of = _CHAIN
+        self._asked = self.open = self._extension = None
 
     @property
     def head(self) -> Item | None:
@@ -103,6 +111,10 @@ class Lookahead:
         """Take the worker's result; a result for a program that was stopped meanwhile is dropped."""
         for index, item in enumerate(self._items):
             if isinstance(item, Waiting) and item.id == result.id:
+                if isinstance(result, Planned) and self._too_short(result):
+                    del self._items[index]
+                    return
+                self._chain_of = _CHAIN
                 self._items[index] = result
                 if isinstance(result, Planned):
                     self._behind(result, extensible=result.motion.duration_s >= _SHORTEST_S)
@@ -128,11 +140,12 @@ class Lookahead:
         while len(self._items) < _PLANNED_AHEAD and not self._blocked():
             step = self._take(self._interpreter)
             if isinstance(step, MotionStep):
-                steps = self._chain(self._interpreter, step, _LONGEST_CHAIN, self._end)
+                steps = self._chain(self._interpreter, step, self._chain_of, self._end)
                 self._plans += 1
                 self._last = steps[-1]
                 self._items.append(Waiting(self._plans, step.line))
-                return [Plan(PlanRequest(self._plans, steps, self._end, zones))]
+                self._asked = PlanRequest(self._plans, steps, self._end, zones)
+                return [Plan(self._asked)]
             self._items.append(step)
         return []
 
@@ -151,10 +164,10 @@ class Lookahead:
             if motion.duration_s - played_tau < _TIME_TO_PLAN_S:
                 self.close()
             return []
-        left = len(motion.ends) - int(np.searchsorted(motion.ends, at_s, side="right"))
-        if left > _LONGEST_CHAIN // 2:
+        left, most = len(motion.ends) - int(np.searchsorted(motion.ends, at_s, side="right")), _moves_ahead(motion)
+        if left > most // 2:
             return []
-        steps = self._chain(self._interpreter, self._last, 1 + _LONGEST_CHAIN - left)[1:]
+        steps = self._chain(self._interpreter, self._last, 1 + most - left)[1:]
         self._plans += 1
         cut_s = math.floor(max(lowest_tau - _KEPT_S, 0.0) / motion.cycle_s) * motion.cycle_s
         self._extension = ExtendRequest(
@@ -166,6 +179,15 @@ class Lookahead:
         """Extend the motion no more: what follows begins where it rests."""
         self._give_back()
         self.open = None
+
+    def _too_short(self, planned: Planned) -> bool:
+        """Whether a motion shall be planned again with more of the steps that join it; they are given back."""
+        most = _moves_ahead(planned.motion)
+        if self._asked is None or most <= len(self._asked.steps) or not self._chain_goes_on():
+            return False
+        self._coming.extendleft(reversed(self._asked.steps))
+        self._chain_of = most
+        return True
 
     def _give_back(self) -> None:
         """The steps of an extension that is not wanted any more are still to be planned."""
@@ -210,3 +232,9 @@ class Lookahead:
         """Behind a motion without a plan, where a correction ends, or behind the end, nothing can be planned."""
         ends = Waiting | PlanFailed | TrackingOff | Finished | ProgramFault
         return any(isinstance(item, ends) for item in self._items)
+
+
+def _moves_ahead(motion: Motion) -> int:
+    """As many moves of a motion's mean duration as last `_AHEAD_S`, within what is planned at once."""
+    moves = math.ceil(_AHEAD_S * len(motion.ends) / max(motion.duration_s, 1e-3))
+    return min(max(moves, _CHAIN), _LONGEST_CHAIN)

@@ -86,17 +86,19 @@ class ProgramRun:
     ) -> list[Effect]:
         """Ask for more of the motion that runs.
 
-        A step or a common end would lose its end, and a corrected path is not extended: behind them the robot rests.
+        A step or a common end would lose its end. Behind a common end the robot rests, behind a step as well where the
+        motion ends with it.
         """
         timeline = executive.timeline
         running = timeline.newest.path
         if running is not self.lookahead.open or zones is None:
             return []
-        if stepping or executive.corrected or self.end_tick is not None:
+        if self.end_tick is not None or (stepping and executive.at_motion_end):
             self.lookahead.close()
+        if stepping:
             return []
-        block, index = timeline.at(tick)
-        played_tau = float(block.segment.tau[index]) if block.planned is running else 0.0
+        block, _ = timeline.at(tick)
+        played_tau = block.path_state(tick).tau if block.path is running else 0.0
         return self.lookahead.extend(timeline.reach(), played_tau, zones)
 
     @property
@@ -152,7 +154,7 @@ class ProgramRun:
         if not self.running:
             return
         line, begin = self._pause
-        moving = playing.path.line_at(playing.path_segment.state(max(0, tick - playing.first_tick)).tau)
+        moving = playing.path.line_at(playing.path_state(tick).tau)
         if line > 0 and max(begin, playing.first_tick) <= tick and playing.first_tick < self.resume_tick:
             self.line = line
         elif moving > 0:

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 
 from cell.messages import DriveFeedback
 from robot_agent.agent.planning import Extended, Planned
-from robot_agent.trajectory import Segment
+from robot_agent.trajectory import PathState, Segment
 from robot_agent.trajectory.sources import CorrectedSource, Given
 
 _KEPT_TICKS = 250
@@ -47,6 +47,10 @@ class SentBlock:
     def path_rest_tick(self) -> int:
         """The first tick from which on path time stands."""
         return self.first_tick + self.path_segment.rest_index
+
+    def path_state(self, tick: int) -> PathState:
+        """Where on that motion the robot is at a tick."""
+        return self.path_segment.state(max(0, tick - self.first_tick))
 
     def index(self, tick: int) -> int:
         """The sample played at a tick; before the first the first, after the last the last."""
@@ -104,19 +108,26 @@ class Timeline:
 
     def reach(self) -> tuple[float, float]:
         """The smallest and the largest tau [s] of the newest motion that was played or may be, as far as is known."""
-        newest = self.newest.planned
-        span = next(each for each in self.spans(self._accepted[0].first_tick) if each.planned is newest)
-        return span.first_tau, span.last_tau
+        newest, blocks = self.newest.path, list(self._accepted)
+        played = zip(blocks, [follower.first_tick for follower in blocks[1:]], strict=False)
+        whole = ((block, block.path_rest_tick) for block in (self.newest, *self._open))
+        taus = [
+            tau
+            for block, until in (*played, *whole)
+            if block.path is newest
+            for tau in (block.path_state(block.first_tick).tau, block.path_state(until).tau)
+        ]
+        return min(taus), max(taus)
 
     def exchange(self, old: Planned, longer: Extended) -> bool:
         """Let all blocks of the newest motion be blocks of the one that extends it, if they lie in what both share."""
-        if self.newest.planned is not old:
+        if self.newest.path is not old:
             return False
         lowest, highest = self.reach()
         if lowest - longer.cut_s < longer.first_tau or highest - longer.cut_s > longer.splice_s:
             return False
-        self._accepted = deque(_on(longer, block) if block.planned is old else block for block in self._accepted)
-        self._open = deque(_on(longer, block) if block.planned is old else block for block in self._open)
+        self._accepted = deque(_on(longer, block) if block.path is old else block for block in self._accepted)
+        self._open = deque(_on(longer, block) if block.path is old else block for block in self._open)
         return True
 
     def sent(self, block: SentBlock) -> None:
@@ -155,8 +166,11 @@ class Timeline:
 
 
 def _on(longer: Extended, block: SentBlock) -> SentBlock:
-    segment = block.segment
-    return replace(block, planned=longer, segment=replace(segment, tau=segment.tau - longer.cut_s))
+    path, followed = block.path_segment, block.followed
+    path = replace(path, tau=path.tau - longer.cut_s)
+    if followed is None:
+        return replace(block, planned=longer, segment=path)
+    return replace(block, followed=replace(followed, planned=longer, given=replace(followed.given, path=path)))
 
 
 def _span(block: SentBlock, from_tick: int, until_tick: int) -> Span:

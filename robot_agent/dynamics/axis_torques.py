@@ -33,6 +33,11 @@ class AxisTorques:
         )
         """[kg m^2 or kg] at each axis."""
 
+    @property
+    def knows_links(self) -> bool:
+        """The robot has masses."""
+        return self._body is not None
+
     def of(self, q: Array, qd: Array, qdd: Array) -> Array:
         """Joints, their speeds and accelerations, `(m, n)` each -> torques of the axes `(m, n)` [Nm, or N of a slide].
 
@@ -41,12 +46,19 @@ class AxisTorques:
         """
         check, coupling = self._model.check_joints, self._model.coupling
         q, qd, qdd = check(q), check(qd, "joint speeds"), check(qdd, "joint accelerations")
-        torques = coupling.axes(qdd) * self._rotors
-        if self._body is not None:
-            body, mixing = self._body
-            joints = body.torques(q @ mixing.T, qd @ mixing.T, qdd @ mixing.T) @ mixing
-            torques += coupling.axis_torques(joints)
-        return np.asarray(torques)
+        return np.asarray(coupling.axes(qdd) * self._rotors + self._links(q, qd, qdd))
+
+    def of_links(self, axes: Array, speeds: Array, accelerations: Array) -> Array:
+        """Axes, their speeds and accelerations, `(m, n)` each -> the part of it that moves links and tool `(m, n)`."""
+        joints = self._model.coupling.joints
+        return self._links(joints(axes), joints(speeds), joints(accelerations))
+
+    def _links(self, q: Array, qd: Array, qdd: Array) -> Array:
+        if self._body is None:
+            return np.zeros_like(q)
+        body, mixing = self._body
+        joints = body.torques(q @ mixing.T, qd @ mixing.T, qdd @ mixing.T) @ mixing
+        return self._model.coupling.axis_torques(joints)
 
     def standing(self, q: Array) -> Array:
         """Joints `(m, n)` -> what carries the robot at rest there, `(m, n)` [Nm, or N of a slide]."""

@@ -14,6 +14,7 @@ class UrdfLimits(JointLimits):
         object.__setattr__(self, "file", file)
         object.__setattr__(self, "position", chain.position)
         object.__setattr__(self, "velocity", chain.velocity)
+        object.__setattr__(self, "acceleration_down", None)
 
     def __getattr__(self, name: str) -> NoReturn:
         raise _missing(self, name)

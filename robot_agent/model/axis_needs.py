@@ -30,7 +30,7 @@ def axis_needs(model: RobotFile) -> dict[str, AxisNeed]:
     limits = np.array([joint.position for joint in joints])
     middle, half = share @ limits.mean(axis=1), np.abs(share) @ (limits[:, 1] - limits[:, 0]) / 2
     speed = np.abs(share) @ np.array([joint.speed for joint in joints])
-    ramp = np.abs(share) @ np.array([model.ramp_factor * joint.acceleration for joint in joints])
+    ramp = np.abs(share) @ np.array([model.ramp_factor * max(joint.accelerations) for joint in joints])
     bounds = limits if matrix is None else np.stack([middle - half, middle + half], axis=-1)
     return {
         name: AxisNeed(joint.linear, (float(low), float(high)), float(fast), float(hard))

@@ -46,6 +46,8 @@ class JointLimits:
     acceleration: NDArray[np.float64]
     jerk: NDArray[np.float64]
     ramp_factor: float
+    acceleration_down: NDArray[np.float64] | None = None
+    """`(n,)` towards lower values of each joint; None: as towards higher ones."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -41,6 +41,9 @@ class JointEntry(BaseModel):
     position: tuple[Number, Number] = Field(description="lower and upper limit: [lower, upper]")
     speed: Positive = Field(description="largest speed")
     acceleration: Positive = Field(description="largest planned acceleration")
+    acceleration_down: Positive | None = Field(
+        None, description="the same towards lower values of the joint; left out: as towards higher ones"
+    )
     jerk: Positive = Field(
         default_factory=_jerk_of("acceleration"), description=f"largest planned jerk; {_DEFAULT_JERK}"
     )
@@ -49,10 +52,17 @@ class JointEntry(BaseModel):
     def linear(self) -> bool:
         return self.type == "linear"
 
-    @field_validator("position", "speed", "acceleration", "jerk")
+    @property
+    def accelerations(self) -> tuple[float, float]:
+        """Towards lower and towards higher values."""
+        return self.acceleration_down or self.acceleration, self.acceleration
+
+    @field_validator("position", "speed", "acceleration", "acceleration_down", "jerk")
     @classmethod
     def _si(cls, value: Any, info: ValidationInfo) -> Any:
         linear = info.data.get("type") == "linear"
+        if value is None:
+            return None
         if isinstance(value, tuple):
             return tuple(in_si(part, linear, info) for part in value)
         return in_si(value, linear, info)
@@ -172,6 +182,7 @@ class RobotFile(BaseModel):
             position=np.array([joint.position for joint in joints]),
             velocity=np.array([joint.speed for joint in joints]),
             acceleration=np.array([joint.acceleration for joint in joints]),
+            acceleration_down=np.array([joint.accelerations[0] for joint in joints]),
             jerk=np.array([joint.jerk for joint in joints]),
             ramp_factor=self.ramp_factor,
         )

@@ -11,7 +11,7 @@ from robot_agent.paths.curves import Curve, Numbers, Straight, bezier
 from robot_agent.paths.errors import PathError
 from robot_agent.paths.line import Line, LineGeometry
 from robot_agent.paths.orientation import Turn, axis_angle
-from robot_agent.paths.spline import Spline, control_points
+from robot_agent.paths.spline import Spline, control_points, turns_back
 from robot_agent.paths.tangential import STEEPEST, UP, aligned
 
 _SAME_PLACE_M = 1e-9
@@ -213,6 +213,9 @@ def _spline(
     controls = control_points(np.array([pose[:3, 3] for pose in poses]), arrival, departure)
     made = []
     for number, points in enumerate(controls):
+        if turns_back(points):
+            reason = "the spline turns back on itself on its way to this point"
+            raise PathError(owners[number + 1][0], reason, "let it stop at the point before (R=0), or move one of them")
         curve = bezier(points)
         before, after = poses[number][:3, :3], poses[number + 1][:3, :3]
         axis, angle = axis_angle(after @ before.T)

@@ -7,6 +7,9 @@ import numpy as np
 from robot_agent.paths.caps import FlangeCaps
 from robot_agent.paths.curves import Numbers
 
+_TIGHTEST_M = 1e-5
+_STANDING = 1e-6
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Spline(FlangeCaps):
@@ -45,3 +48,20 @@ def control_points(points: Numbers, first: Numbers | None, last: Numbers | None)
     return np.stack(
         [points[:-1], points[:-1] + reach * tangents[:-1], points[1:] - reach * tangents[1:], points[1:]], 1
     )
+
+
+def turns_back(controls: Numbers) -> bool:
+    """Whether the cubic Bezier curve of `controls` `(4, 3)` has a cusp, or a bend of less than 10 um, inside.
+
+    Both are where its derivative by its own parameter is shortest, which no robot passes but by all but standing still.
+    """
+    first, middle, last = 3.0 * np.diff(controls, axis=0)
+    derivative = np.stack([first - 2.0 * middle + last, 2.0 * (middle - first), first])
+    square = sum(np.polymul(each, each) for each in derivative.T)
+    u = np.roots(np.polyder(square))
+    u = u.real[(np.abs(u.imag) < 1e-6) & (u.real > 0.0) & (u.real < 1.0)][:, None]
+    way = (derivative[0] * u + derivative[1]) * u + derivative[2]
+    speed = np.linalg.norm(way, axis=1)
+    bend = np.linalg.norm(np.cross(way, 2.0 * derivative[0] * u + derivative[1]), axis=1)
+    longest = np.linalg.norm(np.stack([first, middle, last]), axis=1).max()
+    return bool(((speed < _STANDING * longest) | (speed**3 < _TIGHTEST_M * bend)).any())

@@ -62,7 +62,7 @@ def assembled(
     deviation_m = max((time.deviation_m for time in timed), default=0.0)
     last = None
     if runs and isinstance(path := runs[-1], JointPath):
-        last = Run(path, timed[-1].times, timed[-1].parameters, begins)
+        last = Run(path, timed[-1].times, timed[-1].parameters, begins, timed[-1].raw)
     return Motion(model, pieces, ends, np.array(rests), in_order(transitions), cycle_s, deviation_m, last)
 
 

@@ -1,6 +1,7 @@
 """The filter on every axis: the joints over time, smoothed by a Gaussian window, are the path that is driven."""
 
 import math
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -8,9 +9,11 @@ from numpy.typing import NDArray
 
 from robot_agent.kinematics import Model
 from robot_agent.trajectory.excess import excess
+from robot_agent.trajectory.joint_path import Stretch
 from robot_agent.trajectory.law import Timed
 from robot_agent.trajectory.limits import Limits
 from robot_agent.trajectory.pieces import Pieces
+from robot_agent.trajectory.unfiltered import Unfiltered
 from robot_agent.trajectory.window import gaussian_weights, window_cells
 
 Numbers = NDArray[np.float64]
@@ -21,24 +24,51 @@ _SAMPLES = 8
 """Per window, at which the flange is compared with where it would be without the filter."""
 _LOOKED_AT = 32
 _ROUNDING = 1e-9
+_SAME = 1.0005
+"""A clock that had to be slower by no more than this may stay as it is."""
 
 
-def filtered(model: Model, timed: Timed, limits: Limits) -> Timed:
+def filtered(model: Model, stretches: Sequence[Stretch], timed: Timed, limits: Limits) -> Timed:
     """`timed` behind the filter of `limits.shaping`: at rest at both ends, longer by the window, and in no phase lag.
 
     The weights are those of a Gaussian, constant in each of the cells of the window. What leaves the filter is a mean
-    of what entered it, so no limit of a joint is exceeded; what the flange does differently is slowed down.
+    of what entered it, so no limit of a joint is exceeded; where the flange would be faster than `stretches` of the
+    path allow, all of it is slowed down.
     """
     window_s = limits.shaping.filter_s
     pieces = _smoothed(timed.pieces, window_s)
-    deviation, faster = _flange(model, timed.pieces, pieces, window_s)
+    raw = Unfiltered(timed.pieces, timed.times, timed.parameters, window_s)
+    deviation, faster = _flange(model, stretches, raw, pieces, limits)
     k = max(1.0, excess(pieces, limits), faster)
     times = (timed.times + window_s / 2.0) * k
-    return replace(timed, pieces=pieces.slower(1.0 / k), times=times, deviation_m=deviation)
+    return replace(timed, pieces=pieces.slower(1.0 / k), times=times, deviation_m=deviation, raw=replace(raw, slower=k))
 
 
-def _smoothed(pieces: Pieces, window_s: float) -> Pieces:
-    """The filtered joints: exact values at multiples of a cell, as many of them knots as it takes."""
+def filtered_onward(
+    model: Model, stretches: Sequence[Stretch], timed: Timed, before: Unfiltered, at_s: float, limits: Limits
+) -> Timed | None:
+    """`timed` behind the filter, where it goes on from the own time `at_s` [s] of what was filtered `before`.
+
+    It begins in the state in which that left the filter, at a knot, and has the same clock; None where that would be
+    too fast for what comes.
+    """
+    lead = before.window_before(at_s)
+    times = timed.times + lead.duration_s
+    pieces = Pieces.joined([lead, timed.pieces])
+    raw = replace(before, pieces=pieces, times=times, parameters=timed.parameters, lead_s=lead.duration_s)
+    smooth = _smoothed(pieces, raw.window_s, raw.lead_s)
+    deviation, faster = _flange(model, stretches, raw, smooth, limits)
+    if max(excess(smooth, limits), faster) > _SAME * raw.slower:
+        return None
+    times = (timed.times + raw.window_s / 2.0) * raw.slower
+    return Timed(smooth.slower(1.0 / raw.slower), times, timed.parameters, deviation, raw)
+
+
+def _smoothed(pieces: Pieces, window_s: float, from_s: float = 0.0) -> Pieces:
+    """The filtered joints: exact values at multiples of a cell, as many of them knots as it takes.
+
+    They begin with what leaves the filter when the value at `from_s` [s], on a multiple of a cell, enters it.
+    """
     cells = window_cells(window_s)
     cell_s, weights = window_s / cells, gaussian_weights(cells)
     duration_s = pieces.duration_s + window_s
@@ -54,6 +84,8 @@ def _smoothed(pieces: Pieces, window_s: float) -> Pieces:
     state[0, -1] = pieces.position(np.array(pieces.duration_s))
     if t[-1] - t[-2] < 0.1 * cell_s:
         t, state = np.delete(t, -2), np.delete(state, -2, axis=1)
+    first = round(from_s / cell_s)
+    t, state = t[first:] - t[first], state[:, first:]
     kept = np.arange(len(t)) % max(1, math.floor(min(_LONGEST_PIECE_S, window_s / 4.0) / cell_s)) == 0
     kept[-1] = True
     while True:
@@ -87,22 +119,35 @@ def _integral(pieces: Pieces, t: Numbers) -> Numbers:
     return np.asarray(starts[index] + value + np.maximum(t - knots[-1], 0.0)[:, None] * way)
 
 
-def _flange(model: Model, before: Pieces, after: Pieces, window_s: float) -> tuple[float, float]:
-    """How far the filter takes the flange off its path [m], and by how much faster it makes it, at least 1.
+def _flange(
+    model: Model, stretches: Sequence[Stretch], raw: Unfiltered, after: Pieces, limits: Limits
+) -> tuple[float, float]:
+    """How far the filter takes the flange off its path [m], and by how much faster than allowed it makes it.
 
-    The flange is compared with the path and with the speeds that it had within the window.
+    Allowed is what is anywhere in the window: by the stretches of the path and, before it begins, what the flange did.
+    `after` begins when the value at `raw.lead_s` enters the filter.
     """
-    step = window_s / _SAMPLES
-    t: Numbers = np.arange(-_SAMPLES, math.ceil(after.duration_s / step) + 1, dtype=np.float64) * step
-    was, now = (model.forward(each.position(at))[:, :3, 3] for each, at in ((before, t - window_s / 2.0), (after, t)))
-    near = np.clip(np.arange(len(t))[:, None] + np.arange(-_SAMPLES // 2, _SAMPLES // 2 + 1), 0, len(t) - 1)
+    step, half = raw.window_s / _SAMPLES, _SAMPLES // 2
+    t: Numbers = np.arange(-half, math.ceil(after.duration_s / step) + 1, dtype=np.float64) * step
+    own = t + (raw.lead_s - raw.window_s / 2.0)
+    was, now = (model.forward(each.position(at))[:, :3, 3] for each, at in ((raw.pieces, own), (after, t[half:])))
+    near = np.clip(np.arange(half, len(t))[:, None] + np.arange(-half, half + 1), 0, len(t) - 1)
     away = np.linalg.norm(was[near] - now[:, None], axis=2)
     far = np.argsort(away.min(axis=1))[-_LOOKED_AT:]
-    nearest = t[near[far, away[far].argmin(axis=1)]] - window_s / 2.0
-    deviation = _distance(model, before, nearest, now[far])
-    speeds = [_speeds(model, each, at) for each, at in ((before, t - window_s / 2.0), (after, t))]
-    most = speeds[0][near].max(axis=1)
-    return deviation, float(np.max((speeds[1] + _ROUNDING) / (most + _ROUNDING), initial=1.0))
+    deviation = _distance(model, raw.pieces, own[near[far, away[far].argmin(axis=1)]], now[far])
+    allowed = _allowed(stretches, np.interp(own, raw.times, raw.parameters), limits)
+    earlier = own < raw.lead_s
+    allowed[earlier] = _speeds(model, raw.pieces, own[earlier]) + _ROUNDING
+    return deviation, float((_speeds(model, after, t[half:]) / allowed[near].max(axis=1)).max())
+
+
+def _allowed(stretches: Sequence[Stretch], at: Numbers, limits: Limits) -> Numbers:
+    """Linear and angular speed `(k, 2)` that the flange may have at parameters `at` `(k,)`."""
+    flange = np.array([limits.path.speed_m_s, limits.path.angular_speed_rad_s])
+    caps = np.array([[each.speed_m_s, each.rotation_rad_s] for each in stretches])
+    on_path = np.array([each.on_path for each in stretches])
+    caps[on_path] = np.minimum(caps[on_path], flange)
+    return np.asarray(caps[np.searchsorted([each.end for each in stretches[:-1]], at, side="right")])
 
 
 def _speeds(model: Model, pieces: Pieces, t: Numbers) -> Numbers:

@@ -14,6 +14,7 @@ from robot_agent.trajectory.limits import Limits
 from robot_agent.trajectory.pieces import Pieces
 from robot_agent.trajectory.profile import Profile, shaped_profile
 
+_CUBIC = (ProfileKind.S_CURVE, ProfileKind.TRAPEZOIDAL)
 _PIECE_S = 0.004
 _SHORTEST_PIECE_S = 1e-4
 
@@ -45,7 +46,7 @@ class Independent:
     def in_time(self, model: Model, limits: Limits) -> Timed:
         """Each joint as fast as its limits allow; all of them slower where the flange or the joints have a cap."""
         own = [self._profile(limits, joint) for joint in range(len(self.target))]
-        pieces = _exact(own) if limits.shaping.profile is ProfileKind.S_CURVE else _close(own)
+        pieces = _exact(own) if limits.shaping.profile in _CUBIC else _close(own)
         pieces.coefficients[:, 0] += self.start
         k = max(1.0, self._excess(model, pieces, limits))
         return Timed(pieces.slower(1.0 / k), np.array([0.0, pieces.duration_s * k]), np.array([0.0, self.stretch.end]))

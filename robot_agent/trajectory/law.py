@@ -12,6 +12,7 @@ from robot_agent.trajectory.joint_path import JointPath
 from robot_agent.trajectory.pieces import Pieces
 from robot_agent.trajectory.retiming import basis
 from robot_agent.trajectory.spline import beginning, powers, through
+from robot_agent.trajectory.unfiltered import Unfiltered
 
 _PARTS = 8
 """Of an interval, between which time passes evenly enough to be interpolated."""
@@ -35,6 +36,8 @@ class Timed:
     parameters: Numbers
     deviation_m: float = 0.0
     """How far a filter takes the flange off the path."""
+    raw: Unfiltered | None = None
+    """What the filter was given; None without one."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

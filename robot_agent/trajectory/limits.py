@@ -35,7 +35,8 @@ class Limits:
         joints = description.limits
         path, factor = description.path, joints.ramp_factor
         shaping, linear = description.shaping, description.linear
-        return cls(joints.velocity, joints.acceleration, joints.jerk, path, factor, shaping, linear)
+        down = joints.acceleration_down
+        return cls(joints.velocity, joints.acceleration, joints.jerk, path, factor, shaping, linear, down)
 
     @property
     def turning(self) -> NDArray[np.bool_]:

@@ -28,13 +28,12 @@ class Motion:
     transitions: tuple[Transition, ...]
     """How each block meets the one before it, by their order.
 
-    A block of no length meets nothing. Nothing is told where a motion that should have gone on in motion rests because
-    no timing was found."""
+    A block of no length meets nothing, nor does one that was added while the joints all but rested."""
     cycle_s: float
     filter_deviation_m: float = 0.0
     """How far at most the filter on the axes takes the flange off the path."""
     last: Run | None = None
-    """What a longer motion may replace; None where the joints leave the path."""
+    """What a longer motion may replace; None where each joint goes by itself."""
 
     @property
     def duration_s(self) -> float:

@@ -8,8 +8,11 @@ import numpy as np
 from robot_agent.paths.transition import Transition
 from robot_agent.trajectory.joint_path import JointPath, Numbers
 from robot_agent.trajectory.pieces import Pieces
+from robot_agent.trajectory.unfiltered import Unfiltered
 
 _STEP_S = 0.002
+_KNOT_S = 1e-9
+"""What is left of a motion begins with a knot that was not there before."""
 _STANDING = 1e-6
 """Rate of the parameter below which the robot stands."""
 
@@ -23,6 +26,8 @@ class Run:
     """`(k,)` [s] since `begins` at which `parameters` `(k,)` of the path are passed."""
     parameters: Numbers
     begins: float
+    raw: Unfiltered | None = None
+    """What the filter was given; None without one."""
 
     def later(self, seconds: float, blocks: int) -> "Run":
         """The same in a motion that has so much more before it."""
@@ -41,6 +46,11 @@ class Going:
     """`(2,)` first and second derivative of the path's parameter by time."""
     known: Numbers
     """`(2, k)` rising parameters of the path and the squares of the rate that the motion has there."""
+    after_s: float = 0.0
+    """Time [s] from the state that was asked for to this one."""
+    raw: Unfiltered | None = None
+    """What the filter was given up to here, at its own time `raw_s`: joints and rate are those in front of it."""
+    raw_s: float = 0.0
 
     @classmethod
     def on(cls, run: Run, left: Pieces, t: float, at_s: float, first: int) -> Self:
@@ -87,13 +97,31 @@ class Moving:
     first: int
     """The number of the first block that is not finished."""
 
+    @property
+    def filter_s(self) -> float:
+        """The window of the filter that may go on; 0 without one."""
+        return 0.0 if self.run is None or self.run.raw is None else self.run.raw.window_s
+
     def going(self, wait_s: float) -> Going | None:
-        """The path under way `wait_s` [s] after `free_s`; None where it is left no more, or not yet moving."""
+        """The path under way `wait_s` [s] after `free_s`; None where it is left no more, or not yet moving.
+
+        Behind a filter it is under way a little later, at a knot of the joints' curve, where the state is exact.
+        """
         t, at_s = self.free_s + wait_s, self.at_s + wait_s
         if self.run is None or t >= self.left.duration_s:
             return None
-        going = Going.on(self.run, self.left, t, at_s, self.first)
-        return going if at_s == 0.0 or not going.stands else None
+        raw = self.run.raw
+        if raw is None:
+            going = replace(Going.on(self.run, self.left, t, at_s, self.first), after_s=t)
+            return going if at_s == 0.0 or not going.stands else None
+        later_s = 0.0 if at_s == 0.0 else float(self.left.knots[np.searchsorted(self.left.knots, max(t, _KNOT_S))]) - t
+        raw_s = raw.entered_s(at_s + later_s)
+        if raw_s >= raw.pieces.duration_s:
+            return None
+        run = replace(self.run, times=raw.times, parameters=raw.parameters)
+        going = Going.on(run, raw.pieces.part(raw_s, raw.pieces.duration_s), 0.0, raw_s, self.first)
+        going = replace(going, after_s=t + later_s, raw=raw, raw_s=raw_s)
+        return going if raw_s == 0.0 or not going.stands else None
 
 
 def _along(path: JointPath, states: Numbers, s: Numbers) -> tuple[Numbers, Numbers, Numbers]:

@@ -17,11 +17,13 @@ from robot_agent.trajectory.assembly import Kept, assembled
 from robot_agent.trajectory.connected import connected
 from robot_agent.trajectory.errors import PlanError
 from robot_agent.trajectory.follow import follow
+from robot_agent.trajectory.gaussian import filtered_onward
 from robot_agent.trajectory.independent import Independent
 from robot_agent.trajectory.joint_path import JointPath, Stretch
+from robot_agent.trajectory.law import Timed
 from robot_agent.trajectory.limits import Limits
 from robot_agent.trajectory.motion import Motion
-from robot_agent.trajectory.moving import Moving
+from robot_agent.trajectory.moving import Going, Moving
 from robot_agent.trajectory.onward import fastest_onward
 from robot_agent.trajectory.pieces import Pieces
 from robot_agent.trajectory.shaped import in_time
@@ -31,6 +33,8 @@ _MOST_TURN_RAD_M = 20.0
 """A joint move that turns the flange more than this on its way has no direction that a spline could take over."""
 _WAITS_S = (0.0, 0.05, 0.2)
 """How much longer the motion before stays as it is: tried one after the other until a way to go on is found."""
+_BY_ITSELF = "where joints are not in step each arrives by itself"
+_NO_TIMING = "no timing within the limits was found from where the motion was extended"
 _KEPT = 1.01
 """Limits are kept by what was planned with them up to this factor at least."""
 
@@ -42,8 +46,8 @@ def plan(
 
     From a state of another motion it goes on: first through what is left of that motion, whose blocks come before those
     of `sequence` in the result, and its tau 0 is the tau of the state. What it replaces stays valid: it ends at rest.
-    Where the joints cannot go on in motion, because a filter or joints that go by themselves leave the path or because
-    no timing is found within the limits, they rest where that motion does.
+    Where the joints cannot go on in motion, because each of them goes by itself or because no timing is found within
+    the limits, they rest where that motion does, and `transitions` says why.
 
     It rests between blocks only where they do not meet tangentially and have no round edge. `cycle_s` is the period of
     the set points. Raises PlanError with block, program line, reason and, where they apply, joint, limit and pose.
@@ -53,14 +57,15 @@ def plan(
         return _onward(model, paths, limits, start, cycle_s)
     start = np.array(start, dtype=np.float64)
     runs = paths.runs(start)
-    motion = assembled(model, Kept.nothing(start), len(sequence), runs, in_time(model, runs, limits), cycle_s)
-    return motion if limits.shaping.filter_s == 0.0 else replace(motion, last=None)
+    return assembled(model, Kept.nothing(start), len(sequence), runs, in_time(model, runs, limits), cycle_s)
 
 
 def _onward(model: Model, paths: "_Paths", limits: Limits, start: Moving, cycle_s: float) -> Motion:
-    known, filtered = len(start.ends), limits.shaping.filter_s > 0.0
+    known = len(start.ends)
     stop: tuple[Transition, ...] = ()
-    for wait_s in () if filtered else _WAITS_S:
+    if known > 0 and start.run is None:
+        stop = (Transition(known - 1, known, Continuity.C0, Passing.STOPS, _BY_ITSELF),)
+    for wait_s in _WAITS_S if start.filter_s == limits.shaping.filter_s else ():
         going = start.going(wait_s)
         if going is None:
             continue
@@ -69,9 +74,11 @@ def _onward(model: Model, paths: "_Paths", limits: Limits, start: Moving, cycle_
         if first is going.path or not isinstance(first, JointPath):
             stop = runs[1].transitions[:1] if len(runs) > 1 else ()
             break  # the robot stops where the new blocks begin
-        timed = in_time(model, [first], limits)[0] if going.stands else fastest_onward(first, limits, going)
+        met = [each for each in first.transitions if each.before < known == each.block]
+        stop = tuple(Transition(known - 1, known, each.continuity, Passing.STOPS, _NO_TIMING) for each in met)
+        timed = in_time(model, [first], limits)[0] if going.stands else _timed_onward(model, first, limits, going)
         if timed is not None:
-            kept, times = Kept.of(start, start.free_s + wait_s), [timed, *in_time(model, runs[1:], limits)]
+            kept, times = Kept.of(start, going.after_s), [timed, *in_time(model, runs[1:], limits)]
             return assembled(model, kept, known + paths.blocks, runs, times, cycle_s)
     acceleration = np.abs(limits.acceleration_bounds).max(axis=0)
     if (start.left.peaks() > _KEPT * np.stack([limits.velocity, acceleration, limits.jerk])).any():
@@ -80,8 +87,15 @@ def _onward(model: Model, paths: "_Paths", limits: Limits, start: Moving, cycle_
     runs = paths.runs(start.left.position(np.array(whole_s)), blocks=known)
     times = in_time(model, runs, limits)
     runs[:1] = [replace(run, transitions=(*stop, *run.transitions)) for run in runs[:1]]
-    motion = assembled(model, Kept.of(start, whole_s), known + paths.blocks, runs, times, cycle_s)
-    return replace(motion, last=None) if filtered else motion
+    return assembled(model, Kept.of(start, whole_s), known + paths.blocks, runs, times, cycle_s)
+
+
+def _timed_onward(model: Model, path: JointPath, limits: Limits, going: Going) -> Timed | None:
+    """Joints over time from a state in motion to rest, with the filter; None where no timing is found."""
+    timed = fastest_onward(path, limits, going)
+    if timed is None or going.raw is None:
+        return timed
+    return filtered_onward(model, path.stretches, timed, going.raw, going.raw_s, limits)
 
 
 class _Paths:
@@ -120,7 +134,7 @@ class _Paths:
         if isinstance(before, JointPath) and isinstance(path, JointPath):
             return connected(self._model, self._limits.velocity, before, path)
         blocks = before.stretches[-1].block, path.stretches[0].block
-        return Transition(*blocks, Continuity.C0, Passing.STOPS, "where joints are not in step each arrives by itself")
+        return Transition(*blocks, Continuity.C0, Passing.STOPS, _BY_ITSELF)
 
     def _paths(self, q: NDArray[np.float64], known: JointPath | None) -> list[JointPath | Independent]:
         made: list[JointPath | Independent] = []

@@ -54,7 +54,9 @@ def in_time(model: Model, paths: Sequence[JointPath | Independent], limits: Limi
     free = [path for path, timed in zip(paths, ruled, strict=True) if timed is None and isinstance(path, JointPath)]
     rest = iter(fastest_of(free, limits))
     timed = [known or next(rest) for known in ruled]
-    return [filtered(model, each, limits) for each in timed] if limits.shaping.filter_s > 0.0 else timed
+    if limits.shaping.filter_s == 0.0:
+        return timed
+    return [filtered(model, path.stretches, each, limits) for path, each in zip(paths, timed, strict=True)]
 
 
 def _ruled(path: JointPath, limits: Limits) -> Timed | None:

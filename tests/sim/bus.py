@@ -5,7 +5,7 @@ from collections.abc import Callable
 from drive_gateway.canopen.frame import CanFrame
 from drive_gateway.canopen.sdo import Sdo, SdoDone
 from drive_gateway.config.settings import GatewaySettings
-from drive_gateway.sim.shell import simulated_nodes
+from drive_gateway.sim.shell import Robots, simulated_nodes
 
 _ABORT = 0x80
 
@@ -13,9 +13,11 @@ _ABORT = 0x80
 class Bus:
     """Hands every frame to every node and the nodes' answers to `deliver`."""
 
-    def __init__(self, settings: GatewaySettings, deliver: Callable[[object], None]) -> None:
+    def __init__(
+        self, settings: GatewaySettings, deliver: Callable[[object], None], robots: Robots | None = None
+    ) -> None:
         self._deliver = deliver
-        self.nodes = {node.node_id: node for node in simulated_nodes(settings)}
+        self.nodes = {node.node_id: node for node in simulated_nodes(settings, robots)}
 
     def send(self, frame: CanFrame, now: float) -> None:
         """A frame of the gateway."""

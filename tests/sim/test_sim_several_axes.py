@@ -117,6 +117,13 @@ def test_the_emergency_of_a_node_stops_all_axes_of_the_robot(node: int, number: 
     assert len(alarms) == 1
     assert f"node {node} (left" in alarms[0].text
     assert "4310h" in alarms[0].text
+    # The emergency itself does not say which axis; 603Fh of each axis does.
+    axis = {(1, 3): "node 1 axis 3 (left J3)", (4, 2): "node 4 axis 2 (left J5)"}.get((node, number))
+    told = f"{axis} has the error 4310h: motor over-temperature"
+    assert [event.text for event in world.events if event.code == "axis_error"] == ([f"left: {told}"] if axis else [])
+    shown = {status.axis for status in world.state.nodes if status.emergency_code == 0x4310}
+    assert shown == {{1: "J3", 4: "J5", 6: "J6"}[node]}
+    assert (axis or "node 6 (left J6)") in world.ask(MoveAxes("left", {"J1": 0.1}, True, 1.0, False)).text
     recover(world)
 
 
@@ -180,9 +187,9 @@ def test_an_object_of_a_further_axis_is_written_while_all_are_off_and_a_scan_nam
     assert world.ask(ReadObject(1, 0x7081, 0)).data == "39300000"
     assert world.ask(ReadObject(1, 0x6081, 0)).data != "39300000"
     assert world.ask(ScanBus()).text.splitlines()[:3] == [
-        "node 1 (left J1): SWITCH_ON_DISABLED",
-        "node 1 axis 2 (left J2): SWITCH_ON_DISABLED",
-        "node 1 axis 3 (left J3): SWITCH_ON_DISABLED",
+        "node 1 (left J1): Switch On Disabled",
+        "node 1 axis 2 (left J2): Switch On Disabled",
+        "node 1 axis 3 (left J3): Switch On Disabled",
     ]
     world.enabled()
     assert "disable it first" in world.ask(write).text

@@ -6,6 +6,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from cell.commands.checks import CellBundle, check_cell
+from cell.commands.robot_loads import robot_loads
 from cell.core import Answer, Arrived, Ask, AskDone, Effect, Publish, Request
 from cell.manager.core import ManagerCore
 from cell.manager.records import EstopCleared, EstopLatched, Record, Store, Stored
@@ -123,7 +124,8 @@ class World:
         core = GatewayCore(settings, self.cell.times, boot=self._boot(gateway), digest=self.cell.digest)
         name = f"gateway/{gateway}"
         self._start(name, core, settings.cycle_s)
-        self.buses[name] = Bus(settings, lambda message: self.processes[name].tell(message))
+        loads = robot_loads(self.cell, settings)
+        self.buses[name] = Bus(settings, lambda message: self.processes[name].tell(message), loads)
 
     def _start(self, name: str, core: object, period_s: float) -> None:
         self.processes[name] = Process(name, core, period_s, self.clock, self._perform, self.rng)

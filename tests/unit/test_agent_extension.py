@@ -12,7 +12,7 @@ from robot_agent.language import parse_program
 from robot_agent.workspace import zone_box
 from tests.unit.agent_world import CYCLE_S, ZONE, AgentWorld
 from tests.unit.test_agent_core import running, until
-from tests.unit.test_agent_corrections import START, Measured
+from tests.unit.test_agent_corrections import START, Measured, shares
 
 HALF_M, RADIUS_M, SPEED_M_S = 0.01, 0.05, 0.3
 TO_START = "MJ J1=0 J2=-12 J3=65 J4=0 J5=37 J6=0\nML X=1000 Y=-10 Z=1350 A=0 B=90 C=0\n"
@@ -25,6 +25,13 @@ MC QY=-45.355 QZ=1364.645 Y=-10 Z=1350 F=300
 """
 ROUND_S = (4.0 * HALF_M + 2.0 * np.pi * RADIUS_M) / SPEED_M_S
 ENDLESS = f"{TO_START}LABEL again\n{ROUND}GOTO again"
+
+
+@pytest.fixture
+def few_ahead(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Extend early, so that a test need not run for long."""
+    monkeypatch.setattr(lookahead, "_CHAIN", 10)
+    monkeypatch.setattr(lookahead, "_AHEAD_S", 1.0)
 
 
 def extensions(world: AgentWorld) -> list[Extended]:
@@ -148,7 +155,7 @@ def test_move_that_cannot_be_planned_behind_many_that_can_ends_the_program_where
     assert world.state.mode is Mode.READY
 
 
-def test_steps_end_at_every_block_of_an_extended_motion_forwards_and_backwards() -> None:
+def test_steps_end_at_every_block_of_an_extended_motion_and_behind_them_it_is_extended_again() -> None:
     world = on_its_rounds()
     until(world, lambda: extensions(world) != [])
     ends = 0
@@ -160,6 +167,12 @@ def test_steps_end_at_every_block_of_an_extended_motion_forwards_and_backwards()
         tau, planned = world.state.governor.tau_s, extensions(world)[-1]
         ends += int(np.abs(planned.motion.ends - tau).min() < 2e-5)
     assert ends == 5
+    world.call(SetOverride(100.0))
+    world.call(Continue())
+    until(world, lambda: world.state.tcp_speed_m_s > 0.8 * SPEED_M_S)
+    since, seen = len(world.played), len(extensions(world))
+    until(world, lambda: len(extensions(world)) > seen)
+    assert speeds(world)[since:].min() > 0.8 * SPEED_M_S
 
 
 def test_zone_that_an_extension_enters_is_not_entered_before_it_is_granted() -> None:
@@ -173,9 +186,40 @@ def test_zone_that_an_extension_enters_is_not_entered_before_it_is_granted() -> 
     assert any(body_touches_box(each.body, box) for each in world.presences)
 
 
-def test_long_chain_that_follows_a_sensor_is_not_extended_but_ends() -> None:
-    moves = "".join(f"ML Y={280 + 8 * number} F=80\n" for number in range(26))
-    world = Measured(f"{START}TRACK seam\n{moves}TRACK OFF\nEND")
+def test_short_moves_are_planned_far_enough_ahead_and_the_robot_does_not_stop_between_them() -> None:
+    """Far more of them than of long ones, so that there is time to plan the next ones."""
+    moves = "".join(f"ML Y={6 * number} F=300\n" for number in range(100))
+    world = running(f"{TO_START}{moves}ML Y=800 F=300\nEND")
+    until(world, lambda: world.state.program.line == 9)
+    since = len(world.played)
+    until(world, lambda: world.state.program.line == 103)
+    assert speeds(world)[since:].min() > 0.99 * SPEED_M_S
+    assert [len(planned.lines) for planned in world.planned] == [1, 24, 102]
+
+
+@pytest.mark.usefixtures("few_ahead")
+def test_endless_round_of_three_short_rounded_moves_never_stops() -> None:
+    corners = "ML Y=40 F=200 R=10\nML Z=1400 F=200 R=10\nML Y=-10 Z=1350 F=200 R=10\n"
+    world = running(f"{TO_START}LABEL again\n{corners}GOTO again")
+    until(world, lambda: world.state.program.line == 5)
+    since = len(world.played)
+    until(world, lambda: len(extensions(world)) > 1)
+    world.run(1.0)
+    assert speeds(world)[since:].min() > 0.02
+
+
+@pytest.mark.usefixtures("few_ahead")
+def test_long_chain_on_a_belt_is_extended_and_does_not_stop_on_it() -> None:
+    moves = "".join(f"ML Y={280 + 8 * number} F=80\n" for number in range(17))
+    world = Measured(f"{START}TRACK belt\n{moves}TRACK OFF\nEND")
+    world.belt_m_s = 0.05
     world.start()
+    world.until_line(6)
+    since = len(world.played)
+    world.until_line(17)
+    assert extensions(world) != []
+    along, across = np.diff(world.places()[since:, :2], axis=0).T / CYCLE_S
+    assert across.min() > 0.5 * 0.08
+    np.testing.assert_allclose(along[100:], 0.05, atol=2e-3)
     world.until(lambda: world.done)
-    assert [len(planned.lines) for planned in world.planned] == [1, 24, 2]
+    assert (shares(world) < 1.01).all()

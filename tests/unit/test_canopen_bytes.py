@@ -2,6 +2,7 @@
 
 import json
 import queue
+from contextlib import nullcontext
 from dataclasses import replace
 from pathlib import Path
 
@@ -78,7 +79,7 @@ def test_the_gateway_asks_by_sdo(vector: dict[str, str]) -> None:
     sent: queue.SimpleQueue[CanFrame] = queue.SimpleQueue()
     done: queue.SimpleQueue[SdoDone] = queue.SimpleQueue()
     data = None if vector["data"] is None else bytes.fromhex(vector["data"])
-    with SdoWorkers([1], sent.put, done.put) as workers:
+    with SdoWorkers([1], sent.put, nullcontext, done.put) as workers:
         workers.submit(Sdo("1/1", 1, int(vector["index"]), int(vector["sub"]), data))
         frame = sent.get(timeout=10)
         answer = (b"\x60" if data else b"\x4b") + frame.data[1:4] + bytes(4)
@@ -174,7 +175,7 @@ def test_every_sdo_abort_has_a_name() -> None:
 def test_every_sdo_abort_reaches_the_caller_by_name(code: str) -> None:
     sent: queue.SimpleQueue[CanFrame] = queue.SimpleQueue()
     done: queue.SimpleQueue[SdoDone] = queue.SimpleQueue()
-    with SdoWorkers([1], sent.put, done.put) as workers:
+    with SdoWorkers([1], sent.put, nullcontext, done.put) as workers:
         workers.submit(Sdo("1/1", 1, 0x6041, 0, None))
         frame = sent.get(timeout=10)
         workers.take(CanFrame(0x581, b"\x80" + frame.data[1:4] + int(code, 16).to_bytes(4, "little")))

@@ -1,6 +1,7 @@
 """One SDO request per node at a time, in order."""
 
 import json
+from contextlib import nullcontext
 from pathlib import Path
 from queue import SimpleQueue
 from unittest.mock import patch
@@ -54,7 +55,7 @@ class _Node:
         self.answers = [bytes.fromhex(answer) if isinstance(answer, str) else answer for answer in answers]
         self.requests: list[bytes] = []
         self.outcomes: SimpleQueue[SdoDone] = SimpleQueue()
-        self.workers = SdoWorkers([1], self.send, self.outcomes.put)
+        self.workers = SdoWorkers([1], self.send, nullcontext, self.outcomes.put)
 
     def send(self, frame: CanFrame) -> None:
         self.requests.append(frame.data)

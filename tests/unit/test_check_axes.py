@@ -74,3 +74,11 @@ def test_the_limits_of_a_drive_hold_those_of_its_joint(tmp_path: Path) -> None:
     copy = Copy(tmp_path).change(DRIVES, old, f"limits: [-90, 90], {old}")
     found = "robots.left.axes.J1.limits: found -90 to 90, allowed a range that holds -180 to 180, the limits of J1"
     assert any(line.endswith(found) for line in lines(copy))
+
+
+def test_drives_that_carry_a_robots_masses_need_some_in_its_file(tmp_path: Path) -> None:
+    copy = Copy(tmp_path).add("mixed/placer_drives.yaml", "simulation: {masses: robot}")
+    found = [copy.shown(problem) for problem in check_cell(copy.folder / "mixed" / "cell.yaml")[1]]
+    place = copy.place("mixed/placer_drives.yaml", "masses: §robot")
+    allowed = "axes: the file of SCARA, robot placer, says nothing of masses"
+    assert found == [f"{place}: simulation.masses: found robot, allowed {allowed}"]

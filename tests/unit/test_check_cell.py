@@ -76,6 +76,9 @@ def test_every_example_cell_is_good(path: Path) -> None:
         (CELL, TIMES, "times: {estop_delay_s: 0.48}", (CELL, "§0.48"),
          "times.estop_delay_s: found 0.48, allowed 0.487 or more: nominal_s, 0.12, and the longest ramp, 0.367 of "
          "right.J6"),
+        (ROBOT, "280, jerk: 2800", "280, acceleration_down: 30, jerk: 2800", (CELL, f"§{TIMES}"),
+         "times.estop_delay_s: found 2, allowed 2.576 or more: nominal_s, 0.12, and the longest ramp, 2.46 of "
+         "right.J1"),
         (PROGRAM, "WAIT 0.3", "WAIT soon", (PROGRAM, "WAIT §soon"), "program: found `soon`, allowed a finite number"),
     ],
 )  # fmt: skip

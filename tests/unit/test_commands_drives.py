@@ -15,6 +15,7 @@ from cell.commands.set_up import press_of, target_of
 from cell.commands.view import Snapshot
 from cell.config import load_cell
 from cell.messages import AxisStatus, BusCounters, GatewayState, NodeStatus, PressAxis
+from drive_gateway.canopen.nmt import NmtState
 from drive_gateway.config import load_drives
 
 
@@ -24,13 +25,24 @@ def gateway(node: NodeStatus) -> GatewayState:
 
 
 def test_every_node_is_a_row_with_its_emergency_and_its_meaning() -> None:
-    node = NodeStatus(1, "left", "J1", "operational", AxisStatus.FAULT, 0x8611, "following error over its window")
+    node = NodeStatus(
+        1, "left", "J1", "Operational", AxisStatus.FAULT, 0x8611, "following error over its window",
+        referenced=False, reference_missing="home it", warning=True, following_error=0.05237,
+    )  # fmt: skip
     table = drives_table(load_cell(TWO_ARMS), Snapshot(gateways={"left_bus": gateway(node)}))
     cells = [next(iter(column.cells)) for column in table.columns]
-    assert cells[:6] == ["left_bus", "1", "left", "J1", "operational", "fault"]
-    assert cells[7] == "8611h following error over its window"
+    assert cells[:6] == ["left_bus", "1", "left J1", "Operational", "Fault, warning", "52.37"]
+    assert cells[6] == "8611h following error over its window; not referenced: home it"
     assert "late cycles 2 of 100, worst 6.0 ms, missing TPDOs 3, blocks 40 taken 1 refused" in str(table.caption)
     assert "gateway right_bus: silent" in str(table.caption)
+
+
+def test_states_have_the_names_of_the_standard() -> None:
+    assert [status.words for status in AxisStatus] == [
+        "Not Ready to Switch On", "Switch On Disabled", "Ready to Switch On", "Switched On", "Operation Enabled",
+        "Quick Stop Active", "Fault Reaction Active", "Fault", "Silent",
+    ]  # fmt: skip
+    assert [state.words for state in NmtState] == ["Boot-up", "Stopped", "Operational", "Pre-operational"]
 
 
 def refused(*words: str) -> str:

@@ -7,7 +7,7 @@ from typer.testing import CliRunner
 
 from cell.commands.cell_command import app
 from cell.commands.errors import CommandError
-from tests.unit.config_world import CONFIGS
+from tests.unit.config_world import CONFIGS, ROBOT, Copy
 
 RUNNER = CliRunner(env={"COLUMNS": "140"})
 MODELS = CONFIGS / "models"
@@ -52,6 +52,13 @@ def test_it_prints_axes_limits_reach_home_and_branches(name: str, expected: tupl
     assert result.exit_code == 0
     for text in expected:
         assert text in result.output
+
+
+def test_another_acceleration_towards_lower_values_is_shown_with_its_joint(tmp_path: Path) -> None:
+    copy = Copy(tmp_path).change(ROBOT, "acceleration: 280, jerk", "acceleration: 280, acceleration_down: 70, jerk")
+    result = RUNNER.invoke(app, ["model", str(copy.robot)])
+    assert result.output.count("down") == 1
+    assert "280, down 70" in result.output
 
 
 def test_a_file_that_is_no_robot_is_refused_with_the_next_step(tmp_path: Path) -> None:

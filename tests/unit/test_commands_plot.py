@@ -4,6 +4,7 @@ import re
 from html import unescape
 from pathlib import Path
 
+import numpy as np
 import pytest
 from typer.testing import CliRunner
 
@@ -62,7 +63,7 @@ def test_page_says_how_far_each_move_goes_and_how_moves_meet(tmp_path: Path) -> 
         "line 2 to 3: C0, rounds the corner, 7.95 mm beside it (the path turns by 90.0 deg; round edge of 30 mm)",
         "round edge of 200 mm, cut to 100.0 mm: half of the shorter move",
         "line 4 to 5: C0, stops (the path turns by 180.0 deg; there is no round edge)",
-        "line 5 to 7: stops, the next move is planned by itself",
+        "line 5 to 7: stops, the next move is planned by itself (WAIT 1 in line 6 comes before the next move)",
     ):
         assert text in page
 
@@ -73,6 +74,26 @@ def test_a_page_that_cannot_be_written_is_an_error_for_people(tmp_path: Path) ->
     result = CliRunner().invoke(app, ["plot", str(program), "--model", MODEL, "-o", str(page)])
     assert isinstance(result.exception, CommandError)
     assert result.exception.what == f"{page} cannot be written: No such file or directory"
+
+
+def test_a_picture_is_not_what_is_written_and_the_name_of_one_is_refused(tmp_path: Path) -> None:
+    program = tmp_path / "p.prog"
+    program.write_text("MJ J1=10")
+    result = CliRunner().invoke(app, ["plot", str(program), "--model", MODEL, "-o", str(tmp_path / "p.png")])
+    assert isinstance(result.exception, CommandError)
+    assert result.exception.next_step == "name a file like p.html"
+    assert not (tmp_path / "p.png").exists()
+
+
+def test_axes_have_round_numbers_and_no_chart_is_taller_than_a_screen(tmp_path: Path) -> None:
+    page = plotted(tmp_path, "MJ J2=-12 J3=65 J5=37")
+    pictures = page.split("<svg")[1:]
+    assert max(float(re.findall(r'height="(\d+)"', picture)[0]) for picture in pictures) < 600
+    for picture in pictures:
+        numbers = [float(number) for number in re.findall(r'text-anchor="end">([-.\de+]+)<', picture)]
+        assert len(numbers) > 2
+        assert np.diff(numbers) == pytest.approx(numbers[1] - numbers[0])
+        assert f"{numbers[1] - numbers[0]:e}"[0] in "125"
 
 
 def test_endless_program_is_cut_off(tmp_path: Path) -> None:
@@ -87,6 +108,18 @@ def test_line_that_cannot_be_planned_is_named_and_what_comes_before_it_is_drawn(
     with pytest.raises(CommandError, match="line 2"):
         plotted(tmp_path, "MJ J1=10\nML X=9000")
     assert (tmp_path / "p.html").exists()
+
+
+@pytest.mark.parametrize(
+    ("program", "why"),
+    [
+        ("MJ J1=10\nMS X=1000 Y=0\nMS X=800 Y=0\nMS X=1000 Y=0", "line 4, block 3: the spline turns back on itself"),
+        ("MJ J1=10\nTANG 1\nML X=1000 A=0 B=90 C=0", "line 3: A, B and C are named while TANG is on"),
+    ],
+)
+def test_what_no_robot_can_do_is_named_with_its_line(tmp_path: Path, program: str, why: str) -> None:
+    with pytest.raises(CommandError, match=why):
+        plotted(tmp_path, program)
 
 
 @pytest.mark.parametrize(

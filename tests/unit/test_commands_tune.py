@@ -30,9 +30,11 @@ def test_the_page_draws_step_gain_and_phase_with_both_margins(tmp_path: Path) ->
     drawn = page.read_text()
     assert drawn.count("<svg") == 3
     gain = drawn.split("<svg")[2]
-    curves = [list(map(float, line.split())) for line in re.findall(r'points="([^"]+)"', gain.replace(",", " "))]
-    crossover, margin, zero = curves[:3]
-    opened = np.array(curves[3]).reshape(-1, 2)
+    marks, bounds, lines = (
+        [np.array(list(map(float, points.replace(",", " ").split()))) for points in re.findall(pattern, gain)]
+        for pattern in (f'points="([^"]+)" {style}' for style in ('stroke="#bbb"', 'stroke="#c00"', "fill"))
+    )
+    (crossover, margin), (zero,), opened = marks, bounds, lines[0].reshape(-1, 2)
     # Where the crossover's line stands the open loop passes 0 dB.
     assert np.interp(crossover[0], opened[:, 0], opened[:, 1]) == pytest.approx(zero[1], abs=1.5)
     assert margin[0] > crossover[0]

@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from cell.config import ConfigError
@@ -38,18 +39,19 @@ def test_fast_level_is_the_default_and_full_level_is_one_word(tmp_path: Path) ->
     assert [node.position for node in nodes] == pytest.approx(starts, abs=1.0)
 
 
-def test_load_that_is_handed_in_counts_beside_that_of_the_file(tmp_path: Path) -> None:
+def test_the_load_of_a_whole_robot_is_asked_for_where_its_axes_are(tmp_path: Path) -> None:
     full = load_drives(Copy(tmp_path).change(DRIVES, "level: fast", "level: full").drives, "left_bus")
-    asked: list[float] = []
+    asked: list[np.ndarray] = []
 
-    def weight(angle: float) -> float:
-        asked.append(angle)
-        return 10.0
+    def weight(axes: np.ndarray, _speeds: np.ndarray, _accelerations: np.ndarray) -> np.ndarray:
+        asked.append(axes[0])
+        return np.zeros_like(axes)
 
-    node = simulated_nodes(full, {("left", "J5"): weight})[4]
-    node.step(0.0)
-    node.step(0.01)
-    assert asked[0] == pytest.approx(full.robots["left"].axes[4].simulated_start, abs=1e-6)
+    for node in simulated_nodes(full, {"left": weight}):
+        node.step(0.0)
+        node.step(0.003)
+    starts = [axis.simulated_start for axis in full.robots["left"].axes]
+    np.testing.assert_allclose(asked, [starts], atol=1e-6)
 
 
 def test_file_without_a_simulation_is_good(tmp_path: Path) -> None:
@@ -74,6 +76,10 @@ def test_file_without_a_simulation_is_good(tmp_path: Path) -> None:
          "simulation.dc_bus: found 400, 560, 500, 780, allowed low_v, supply_v, chopper_v, high_v each above the one"),
         ("  axes:\n    left:\n      J1: {motor", "  axes:\n    middle:\n      J1: {motor",
          "simulation.axes.middle: found 'middle', allowed a robot of this file: left"),
+        ("  wire_time: true", "  masses: robot",
+         "simulation.axes.left.J2.gravity: found a mass on an arm, allowed none with masses: robot, which are those"),
+        ("J1: {motor: joint-large,", "J1: {motor: joint-large, stops: [10, -10],",
+         "simulation.axes.left.J1.stops: found the higher position first, allowed the lower one first"),
         ("      J6: {motor: joint-small", "      J7: {motor: joint-small",
          "simulation.axes.left.J7: found 'J7', allowed an axis of left: J1, J2, J3, J4, J5, J6"),
     ],

@@ -22,6 +22,7 @@ from cell.messages import (
 )
 from drive_gateway.canopen.frame import CanFrame
 from drive_gateway.config.settings import RobotDrives
+from drive_gateway.gateway.effects import Frame, TakeBlocks
 
 S = AxisStatus
 ENABLED = (S.OPERATION_ENABLED,) * 2
@@ -78,6 +79,30 @@ def test_each_cycle_begins_with_its_sync_and_then_commands_every_node() -> None:
     world.frames.clear()
     world.cycle()
     assert [frame.id for frame in world.frames][:3] == [0x080, 0x201, 0x202]
+
+
+def test_a_block_that_comes_while_a_cycle_is_worked_off_is_played_in_it() -> None:
+    world = World()
+    owner = world.enabled()
+    world.run(0.1)
+    position = world.feedback.commanded + np.array([[0.0, 0.0], [1e-5, 1e-5], [1e-5, 1e-5]])
+    tick = world.feedback.tick
+    late = block(owner, 99, tick + 2, position, np.zeros((3, 2)))
+    sent: list[list[CanFrame]] = []
+    for _ in range(2):
+        world.now += CYCLE_S
+        sent.append([])
+        for effect in world.core.step(world.now):
+            match effect:
+                case Frame(frame):
+                    sent[-1].append(frame)
+                case TakeBlocks() if len(sent) == 1:
+                    # SYNC has left, and nothing else.
+                    assert [frame.id for frame in sent[-1]] == [0x080]
+                    world.core.receive(late, world.now)
+    # The first row is what was queued for its tick; the second one is two counts higher for J1 (200 000 per rad).
+    targets = [struct.unpack("<i", frame.data[2:])[0] for frames in sent for frame in frames if frame.id == 0x201]
+    assert targets[1] - targets[0] == 2
 
 
 def test_a_node_is_configured_before_it_is_started() -> None:
@@ -292,7 +317,7 @@ def test_a_drive_that_stays_off_is_named_in_the_answer() -> None:
     owner = world.claim()
     reply = world.ask(EnableDrives("left", owner))
     assert not reply.ok
-    assert "node 2 (left J2): SWITCH_ON_DISABLED" in reply.text
+    assert "node 2 (left J2): Switch On Disabled" in reply.text
     world.until(lambda: all(drive.status is S.SWITCH_ON_DISABLED for drive in world.drives.values()))
 
 
@@ -393,7 +418,7 @@ def test_a_reset_says_which_cause_is_still_there() -> None:
     stopped_by(world, "emergency")
     reply = world.ask(ResetDrives("left", owner))
     assert not reply.ok
-    assert "node 1 (left J1): FAULT, 8611h following error" in reply.text
+    assert "node 1 (left J1): Fault, 8611h following error" in reply.text
     assert world.feedback.state is PlayoutState.FAULT
 
 

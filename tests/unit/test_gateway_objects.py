@@ -65,8 +65,8 @@ def test_a_scan_asks_every_strange_node_and_names_all() -> None:
     world.tell(CanFrame(0x580 + 9, bytes.fromhex("4300100092010200")))
     world.until(lambda: request in world.replies)
     assert world.replies[request].text.split("\n") == [
-        "node 1 (left J1): SWITCH_ON_DISABLED",
-        "node 2 (left J2): SWITCH_ON_DISABLED",
+        "node 1 (left J1): Switch On Disabled",
+        "node 2 (left J2): Switch On Disabled",
         "node 9: not in the drives file, device type 00020192h",
     ]
     asked = {frame.id - 0x600 for frame in world.frames if 0x600 < frame.id < 0x680}

@@ -8,6 +8,7 @@ import pytest
 from cell.config import ConfigError
 from robot_agent.kinematics import load_model
 from robot_agent.model import Family, ProfileKind, Shaping, load_description
+from robot_agent.trajectory import Limits
 from tests.unit.config_world import CONFIGS, ROBOT, Copy
 
 SIX_AXIS = CONFIGS / ROBOT
@@ -28,6 +29,13 @@ def test_the_description_is_in_si() -> None:
     assert robot.limits.jerk[0] == pytest.approx(np.radians(2800))
     assert (robot.path.speed_m_s, robot.path.angular_speed_rad_s) == (1.5, pytest.approx(np.radians(150)))
     assert robot.capsules[2].end_m == (0.0, 0.0, 1.1)
+
+
+def test_a_joint_may_accelerate_differently_towards_lower_values(tmp_path: Path) -> None:
+    copy = Copy(tmp_path).change(ROBOT, "acceleration: 280, jerk", "acceleration: 280, acceleration_down: 70, jerk")
+    limits = Limits.of(load_description(copy.robot))
+    assert limits.acceleration_bounds[:, 0] == pytest.approx(np.radians([-70.0, 280.0]))
+    assert limits.acceleration_bounds[0, 1:] == pytest.approx(-limits.acceleration_bounds[1, 1:])
 
 
 def test_a_jerk_that_is_left_out_is_ten_times_the_acceleration(tmp_path: Path) -> None:
@@ -85,6 +93,8 @@ def test_neighbouring_capsules_of_the_arm_touch_at_home() -> None:
          "motion.filter_ms: found -5, allowed 0 or more"),
         ("acceleration: 280, jerk: 2800", "acceleration: -280", "acceleration: §-280",
          "joints.J1.acceleration: found -280, allowed more than 0"),
+        ("acceleration: 280, jerk: 2800", "acceleration: 280, acceleration_down: 0", "acceleration_down: §0",
+         "joints.J1.acceleration_down: found 0, allowed more than 0"),
         ("link: 6, start", "link: 7, start", "link: §7", "capsules[6].link: found 7, allowed 0 (base) to 6 (flange)"),
         ("radius: 110", "radius: 0", "radius: §0", "capsules[5].radius: found 0, allowed more than 0"),
     ],

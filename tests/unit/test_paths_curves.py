@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from robot_agent.paths.arc import CircleGeometry
 from robot_agent.paths.curves import Trimmed, bezier, joining
-from robot_agent.paths.spline import control_points
+from robot_agent.paths.spline import control_points, turns_back
 
 COORDINATE = st.floats(-1.0, 1.0)
 POINT = st.tuples(COORDINATE, COORDINATE, COORDINATE).map(np.array)
@@ -179,3 +179,23 @@ def test_round_edge_stays_inside_its_corner_and_is_as_tight_as_its_angle_says(tu
     assert (headings[0], headings[-1]) == pytest.approx((0.0, turn), abs=1e-6)
     middle = edge.at(np.array(edge.length_m / 2.0))[0]
     assert np.linalg.norm(middle) == pytest.approx(0.375 * cut * np.sin(turn / 2.0), rel=1e-6)
+
+
+def test_a_cubic_that_turns_back_on_itself_is_told_from_one_that_only_bends() -> None:
+    """Cusps are made by a derivative that vanishes inside; what only bends is looked at in many places."""
+    rng = np.random.default_rng(0)
+    u = np.linspace(0.0, 1.0, 2001)[:, None]
+    for _ in range(40):
+        first, middle = rng.uniform(-0.1, 0.1, (2, 3))
+        at = rng.uniform(0.1, 0.9)
+        last = -(first * (1.0 - at) ** 2 + 2.0 * middle * at * (1.0 - at)) / at**2
+        assert turns_back(np.cumsum([np.zeros(3), first, middle, last], axis=0) / 3.0)
+        last = rng.uniform(-0.1, 0.1, 3)
+        way = first * (1.0 - u) ** 2 + 2.0 * middle * u * (1.0 - u) + last * u**2
+        bend = 2.0 * ((middle - first) * (1.0 - u) + (last - middle) * u)
+        radius = np.linalg.norm(way, axis=1) ** 3 / np.linalg.norm(np.cross(way, bend), axis=1)
+        assert radius.min() > 2e-5
+        assert not turns_back(np.cumsum([np.zeros(3), first, middle, last], axis=0) / 3.0)
+    there_and_back = np.array([[0.0, 0.0, 0.0], [-0.04, 0.0, 0.0], [0.05, 0.0, 0.0], [0.1, 0.0, 0.0]])
+    assert turns_back(there_and_back)
+    assert not turns_back(np.abs(there_and_back))

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from drive_gateway.sim.axis.commutation import clarke, phases, space_vector
+from drive_gateway.sim.axis.commutation import bridged, clarke, phases, space_vector
 
 DUTIES = json.loads((Path(__file__).parents[1] / "vectors" / "motor.json").read_text())["duties"]
 DC_V = 560.0
@@ -45,6 +45,12 @@ def test_duties_equal_the_sectors_everywhere(m: float, angle: float) -> None:
 def test_bridge_makes_the_wanted_voltage(size: float, angle: float) -> None:
     u, v, w = space_vector(rect(size, angle), DC_V)
     assert abs(DC_V * clarke(u, v, w) - rect(size, angle)) < 1e-9 * DC_V
+
+
+@given(st.floats(0.0, 3 * DC_V), st.floats(-pi, pi))
+def test_terminals_get_what_the_duty_cycles_make(size: float, angle: float) -> None:
+    wanted = rect(size, angle)
+    assert abs(bridged(wanted, DC_V) - DC_V * clarke(*space_vector(wanted, DC_V))) < 1e-9 * DC_V
 
 
 @given(st.floats(DC_V, 10 * DC_V), st.floats(-pi, pi))

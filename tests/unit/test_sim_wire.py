@@ -1,12 +1,14 @@
 """The wire: one frame at a time, lowest identifier first, each as long as its bits; nodes behind it."""
 
+from dataclasses import replace
+
 from hypothesis import given
 from hypothesis import strategies as st
 from sim_drive_world import AXIS, CYCLE_S, LAG_S, NODE
 
 from drive_gateway.canopen.frame import CanFrame
 from drive_gateway.canopen.stuffing import exact_bits
-from drive_gateway.sim.bus import SimulatedBus
+from drive_gateway.sim.bus import IN_STEP_S, SimulatedBus
 from drive_gateway.sim.node import SimulatedNode
 from drive_gateway.sim.wire import Wire
 
@@ -85,3 +87,18 @@ def test_without_wire_time_frames_arrive_at_once() -> None:
     bus.step(0.1)
     assert bus.next_at is None
     assert len(bus.receive(CanFrame(0x600 + NODE, bytes.fromhex("4018100100000000")), 0.1)) == 1
+
+
+def test_after_a_pause_no_node_moves_far_ahead_of_another() -> None:
+    class Watched(SimulatedNode):
+        def advance(self, now: float) -> None:
+            super().advance(now)
+            moved[self.node_id] = now
+            apart.append(max(moved.values()) - min(moved.values()))
+
+    moved, apart = {1: 0.0, 2: 0.0}, list[float]()
+    bus = SimulatedBus([Watched([replace(AXIS, node_id=number)], CYCLE_S, LAG_S) for number in (1, 2)], None)
+    bus.step(0.0)
+    bus.step(0.2)
+    assert moved == {1: 0.2, 2: 0.2}
+    assert max(apart) <= IN_STEP_S + 1e-9

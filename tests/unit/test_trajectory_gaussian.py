@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from random_moves import LIMITS, MODEL, START, sequence
 
+from cell.geometry import from_xyz_abc
 from robot_agent.model import ProfileKind, Shaping
 from robot_agent.paths import JointMove, Line, Sequence
 from robot_agent.trajectory import Motion, plan
@@ -52,6 +53,18 @@ def test_motion_is_longer_by_the_window_and_is_the_mean_of_the_motion_without_it
         k = motion.duration_s / (plain.duration_s + filter_s)
         mean = np.einsum("s,tsj->tj", weights, plain.q(taus[:, None] / k - shifts))
         np.testing.assert_allclose(motion.q(taus), mean, atol=1e-6)
+
+
+@pytest.mark.parametrize("turn", [0.0, 0.5], ids=["straight on", "on the spot"])
+def test_a_move_is_not_slowed_down_where_the_filter_makes_the_flange_do_what_the_move_does_not(turn: float) -> None:
+    """Turn a little on a straight line, stray a little where it turns on the spot: neither is near its limit."""
+    target = MODEL.forward(START)
+    target[:3, 3] += [0.0, 0.2 if turn == 0.0 else 0.0, 0.0]
+    target[:3, :3] = target[:3, :3] @ from_xyz_abc(np.array([0.0, 0.0, 0.0, 0.0, turn, 0.0]))[:3, :3]
+    move = Sequence([Line(target, 0.25, 1)])
+    plain, motion = planned(move, 0.0), planned(move, 0.05)
+    assert motion.duration_s == pytest.approx(plain.duration_s + 0.05, rel=1e-3)
+    assert 0.0 < motion.filter_deviation_m < 1e-3
 
 
 def test_the_filter_has_no_phase() -> None:

@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 from six_axis_arm import arm, description
 
-from robot_agent.model.description import Shaping
+from robot_agent.model.description import ProfileKind, Shaping
 from robot_agent.paths import Arc, JointMove, Line, Passing, Sequence
 from robot_agent.trajectory import Limits, Motion, PlanError, plan, spliced
+from robot_agent.trajectory.window import gaussian_weights, window_cells
 
 ARM = arm()
 LIMITS = Limits.of(description())
@@ -171,13 +172,56 @@ def test_first_and_last_moments_of_a_move_can_be_gone_on_from(left_s: float, res
     tau = motion.duration_s - left_s
     longer = extended(motion, tau, Line(beside(0, 0.4), 0.4, 2))
     assert len(longer.rests) == rests
+    (border,) = longer.transitions
+    assert ("no timing" in border.reason) is (border.passing is Passing.STOPS) is (rests == 3)
     assert_same_state(motion, tau, longer)
     assert_within(longer.q(np.arange(0.0, longer.duration_s, 0.002, dtype=np.float64)), 0.002, LIMITS)
     np.testing.assert_allclose(longer.pose(np.array(longer.duration_s)), beside(0, 0.4), atol=1e-6)
 
 
-@pytest.mark.parametrize("filter_s", [(0.02, 0.02), (0.0, 0.02), (0.0, 0.0)])
-def test_behind_a_filter_and_joints_that_go_by_themselves_the_robot_rests_first(filter_s: tuple[float, float]) -> None:
+@pytest.mark.parametrize(
+    ("shaping", "speed"),
+    [(Shaping(filter_s=0.02), 2.0), (Shaping(ProfileKind.TRAPEZOIDAL, 0.1), 0.25)],
+    ids=["at-the-joints-limits", "trapezoids-at-its-cap"],
+)
+def test_endless_loop_behind_a_filter_never_stops_and_what_is_sent_is_the_mean_of_what_was_planned(
+    shaping: Shaping, speed: float
+) -> None:
+    length, radius, limits, dt = 0.2, 0.08, replace(LIMITS, shaping=shaping), 0.002
+    around = loop(length, radius, speed)
+    motion, passed, away_m = planned(*around[:AHEAD], limits=limits), [], 0.0
+    for number in range(AHEAD, 9):
+        first = motion.ends[0] if len(motion.ends) > AHEAD else 0.0
+        tau = np.ceil((first + motion.ends[-AHEAD]) / 2.0 / dt) * dt
+        longer = extended(motion, tau, around[number % 4], limits=limits)
+        assert_same_state(motion, tau, longer)
+        assert len(longer.rests) == 2
+        passed.append(motion.q(np.arange(round(tau / dt)) * dt))
+        away_m = max(away_m, motion.filter_deviation_m)
+        motion = longer
+    q = np.concatenate([*passed, motion.q(np.arange(0.0, motion.duration_s, dt))])
+    assert_within(q, dt, limits)
+    places = ARM.forward(q)[:, :3, 3]
+    speeds = np.linalg.norm(np.diff(places, axis=0), axis=1)[150:-300] / dt
+    assert speeds.min() > 0.2
+    assert speeds.max() <= 1.001 * min(speed, LIMITS.path.speed_m_s)
+    assert distance_from_loop(places, length, radius).max() < 1.02e-4 + away_m
+    run = motion.last
+    assert run is not None
+    raw = run.raw
+    assert raw is not None
+    taus = np.linspace(run.begins, motion.duration_s, 40)
+    weights = gaussian_weights(window_cells(raw.window_s))
+    shares = (np.arange(16 * len(weights)) + 0.5) / (16 * len(weights)) * raw.window_s
+    own = raw.lead_s + (taus - run.begins) / raw.slower
+    mean = np.einsum("s,tsj->tj", np.repeat(weights, 16) / 16.0, raw.pieces.position(own[:, None] - shares))
+    np.testing.assert_allclose(motion.q(taus), mean, atol=1e-6)
+
+
+@pytest.mark.parametrize("filter_s", [(0.02, 0.0), (0.0, 0.02), (0.0, 0.0)])
+def test_where_another_filter_begins_and_behind_joints_that_go_by_themselves_the_robot_rests_first(
+    filter_s: tuple[float, float],
+) -> None:
     before, after = (replace(LIMITS, shaping=Shaping(filter_s=each)) for each in filter_s)
     first = Line(beside(0, 0.2), 0.4, 1) if any(filter_s) else JointMove(START + 0.2, 1.0, 1, synchronised=False)
     motion = planned(first, limits=before)
@@ -187,6 +231,8 @@ def test_behind_a_filter_and_joints_that_go_by_themselves_the_robot_rests_first(
     np.testing.assert_allclose(longer.rests[:2], [0.0, end], atol=1e-9)
     np.testing.assert_allclose(longer.q(np.array(end)), motion.q(np.array(motion.duration_s)), atol=1e-9)
     np.testing.assert_allclose(longer.pose(np.array(longer.duration_s)), beside(0, 0.4), atol=1e-6)
+    stops = [(each.before, each.block, each.reason) for each in longer.transitions]
+    assert stops == ([] if any(filter_s) else [(0, 1, "where joints are not in step each arrives by itself")])
 
 
 def test_limits_that_are_lower_than_the_state_uses_are_a_plan_error() -> None:

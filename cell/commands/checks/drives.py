@@ -10,8 +10,9 @@ from cell.config.document import Document
 from cell.config.problem import KeyPath, Problem
 from cell.config.reading import declared
 from drive_gateway.config.axis_entry import AxisEntry
+from drive_gateway.config.drives_file import DrivesFile
 from robot_agent.model.axis_needs import AxisNeed, axis_needs
-from robot_agent.model.description import Motor
+from robot_agent.model.description import Family, Motor
 from robot_agent.model.robot_file import RobotFile
 
 MARGIN = 1.05
@@ -36,6 +37,7 @@ def check_drives(readings: Readings) -> Iterator[Problem]:
         for robot in readings.robots_of(gateway):
             if robot in drives.robots and robot in models:
                 yield from _robot(document, robot, drives.robots[robot].axes, models[robot])
+                yield from _masses(document, robot, drives, models[robot])
 
 
 def _owner(readings: Readings, gateway: str, document: Document, robot: str) -> Iterator[Problem]:
@@ -68,6 +70,13 @@ def _robot(document: Document, robot: str, axes: dict[str, AxisEntry], model: Ro
             yield document.problem((*path, name, "feed_forward"), "torque", allowed)
         if name in axes and name in model.motors:
             yield from _motor(document, (*path, name), axes[name], model.motors[name].motor(), model.name)
+
+
+def _masses(document: Document, robot: str, drives: DrivesFile, model: RobotFile) -> Iterator[Problem]:
+    """Drives that are to carry the masses of a robot's file need some there."""
+    if drives.simulation.masses == "robot" and not model.masses and model.family is not Family.URDF:
+        allowed = f"axes: the file of {model.name}, robot {robot}, says nothing of masses"
+        yield document.problem(("simulation", "masses"), "robot", allowed)
 
 
 def _axis(document: Document, path: KeyPath, axis: AxisEntry, need: AxisNeed) -> Iterator[Problem]:

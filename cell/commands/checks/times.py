@@ -56,7 +56,7 @@ def _estop(readings: Readings) -> Iterator[Problem]:
 
 def _ramp_s(joint: JointEntry, model: RobotFile) -> float:
     """Time from full speed to rest with jerk-limited braking at the ramp limits: v/a + a/j, or 2 sqrt(v/j) below it."""
-    acceleration, jerk = model.ramp_factor * joint.acceleration, model.ramp_factor * joint.jerk
+    acceleration, jerk = model.ramp_factor * min(joint.accelerations), model.ramp_factor * joint.jerk
     if joint.speed < acceleration**2 / jerk:
         return 2 * math.sqrt(joint.speed / jerk)
     return joint.speed / acceleration + acceleration / jerk

@@ -34,3 +34,10 @@ def space_vector(voltage: complex, dc_v: float) -> tuple[float, float, float]:
     u, v, w = u - low, v - low, w - low
     scale = max(u, v, w, dc_v)
     return (u / scale, v / scale, w / scale) if scale > 0.0 else (0.0, 0.0, 0.0)
+
+
+def bridged(voltage: complex, dc_v: float) -> complex:
+    """What these duty cycles put on the terminals: the voltage itself inside the circle that fits into the hexagon."""
+    if 3.0 * (voltage.real * voltage.real + voltage.imag * voltage.imag) <= dc_v * dc_v:
+        return voltage
+    return dc_v * clarke(*space_vector(voltage, dc_v))

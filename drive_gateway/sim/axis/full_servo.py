@@ -13,7 +13,7 @@ from drive_gateway.sim.axis.dc_bus import DcBus
 from drive_gateway.sim.axis.fed_torque import FedTorque
 from drive_gateway.sim.axis.gains import STEP_S
 from drive_gateway.sim.axis.machine import Machine
-from drive_gateway.sim.axis.protection import AMBIENT_C, Protection, Seen
+from drive_gateway.sim.axis.protection import AMBIENT_C, WARM_K, Protection, Seen
 from drive_gateway.sim.servo import Servo
 
 _STILL_RAD_S = 0.5
@@ -90,6 +90,11 @@ class FullServo:
         """Error codes of what was found since the last call, the worst first."""
         found, self._new = self._new, []
         return found
+
+    @property
+    def warnings(self) -> int:
+        """What is near its limit: bits of 2002h."""
+        return self.protection.warnings
 
     def persists(self, code: int) -> bool:
         """Whether the cause of an error code is still there."""
@@ -179,6 +184,10 @@ class FullServo:
         """The motor is a little hotter than it may be, and cools down by itself; or is as cool as its surroundings."""
         self.protection.motor_c = self._hot_c if hot else AMBIENT_C
 
+    def warm(self) -> None:
+        """On command: the motor is nearly too hot, and cools down by itself."""
+        self.protection.motor_c = self._hot_c - 0.5 * WARM_K
+
     # Steps of the loop
 
     def _follow(self, step_s: float) -> None:
@@ -195,12 +204,15 @@ class FullServo:
         self._peak = self._sum = 0.0
         dc_v, before = self._bus.voltage, self._counts
         self._switch(command is not None, steps * STEP_S)
+        self.machine.begin(self._time)
         for _ in range(steps):
             self._observe()
             if self._powered:
                 self._drive(command, dc_v)
             else:
                 self.machine.coast()
+                if self.machine.resting and self.standing:
+                    break  # and so it stays for the rest of the interval
         self._mean_speed = (self._counts - before) / (steps * STEP_S)
         if not self._powered:
             self.hold()
@@ -271,18 +283,10 @@ class FullServo:
         self._time += seconds
         self._bus.take(self.machine.taken(), self._time)
         speed = self.cascade.speed
-        found = self.protection.update(
-            Seen(
-                seconds=seconds,
-                mean_square=self._sum / steps,
-                peak_square=self._peak,
-                dc_v=dc_v,
-                speed=speed,
-                blocked=self._powered and self.cascade.limited and abs(speed) < _STILL_RAD_S,
-                encoder_bad=self.machine.encoder.failed or self._jumped,
-                powered=self._powered,
-            )
-        )
+        stuck = self._powered and self.cascade.limited and abs(speed) < _STILL_RAD_S
+        bad = self.machine.encoder.failed or self._jumped
+        seen = Seen(seconds, self._sum / steps, self._peak, dc_v, speed, stuck, bad, self._powered)
+        found = self.protection.update(seen)
         self.machine.warm(self.protection.motor_c)
         self._jumped = False
         self._new += found

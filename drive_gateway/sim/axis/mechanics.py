@@ -35,7 +35,7 @@ class Mechanics:
         square = gear * gear
         self._step_s = step_s
         self._motor = motor_inertia
-        self._load = load.inertia_kg_m2 / square
+        self.load_inertia = load.inertia_kg_m2 / square
         self._coulomb = load.coulomb_nm / gear
         self._viscous = load.viscous_nm_s / square
         self._stiffness = None if load.stiffness_nm_rad is None else load.stiffness_nm_rad / square
@@ -46,7 +46,12 @@ class Mechanics:
     @property
     def inertia(self) -> float:
         """Of motor and load together [kg m^2]."""
-        return self._motor + self._load
+        return self._motor + self.load_inertia
+
+    @property
+    def resting(self) -> bool:
+        """One stiff mass that stands."""
+        return self._stiffness is None and self.speed == 0.0
 
     def step(self, torque: float, load_torque: float, brake: float) -> None:
         """One step with the motor's `torque`, the load's `load_torque` and a brake that holds up to `brake`."""
@@ -61,7 +66,7 @@ class Mechanics:
         spring = self._stiffness * (self.angle - self.load_angle) + self._damping * (self.speed - self.load_speed)
         push = torque - spring - self._viscous * self.speed
         self.speed = _rubbed(self.speed + h * push / self._motor, h * friction / self._motor)
-        self.load_speed += h * (spring + load_torque) / self._load
+        self.load_speed += h * (spring + load_torque) / self.load_inertia
         self.angle += h * self.speed
         self.load_angle += h * self.load_speed
 

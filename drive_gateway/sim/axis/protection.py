@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 from drive_gateway.canopen.emcy import MOTOR_HOT
 from drive_gateway.sim.axis.motor_data import COPPER_PER_K, REFERENCE_C, MotorData
+from drive_gateway.sim.axis_servo import BUS_HIGH, BUS_LOW, MEAN_CURRENT_HIGH, MOTOR_WARM, STAGE_WARM
 
 MEAN_CURRENT = 0x2310
 PEAK_CURRENT = 0x2320
@@ -28,6 +29,12 @@ PEAK_S = 0.5
 BLOCKED_S = 0.3
 """At the current limit without turning for this long, the axis is blocked."""
 STAGE_HOT_C = 95.0
+WARM_K = 10.0
+"""So far below their limits motor and stage warn; this and the next two are the project's own."""
+_MUCH_USED = 0.5
+"""Share of what the mean current may use up, above which it warns; it stops below half of that."""
+_BUS_SHARE = 0.95
+"""The DC bus warns above this share of its highest voltage, and below its lowest over it while the stage is on."""
 _STAGE_RISE_K = 45.0
 """Of the power stage at the motor's stall current; like its time constant the project's own."""
 _STAGE_S = 120.0
@@ -67,6 +74,8 @@ class Protection:
         self._present: frozenset[int] = frozenset()
         self.motor_c = AMBIENT_C
         self.stage_c = AMBIENT_C
+        self.warnings = 0
+        """What is near its limit: bits of 2002h."""
 
     def update(self, seen: Seen) -> list[int]:
         """The codes of what is wrong now and was not before, the worst first."""
@@ -88,6 +97,7 @@ class Protection:
         present = frozenset(code for code, is_wrong in wrong.items() if is_wrong)
         new = [code for code in wrong if code in present and code not in self._present]
         self._present = present
+        self.warnings = self._near(seen)
         return new
 
     def present(self, code: int) -> bool:
@@ -98,6 +108,17 @@ class Protection:
     def opens_bridge(self) -> bool:
         """Whether the bridge must not be on."""
         return not self._present.isdisjoint(OPENS_BRIDGE)
+
+    def _near(self, seen: Seen) -> int:
+        much = _MUCH_USED * (0.5 if self.warnings & MEAN_CURRENT_HIGH else 1.0)
+        near = {
+            MOTOR_WARM: self.motor_c > self._motor.hot_c - WARM_K,
+            STAGE_WARM: self.stage_c > STAGE_HOT_C - WARM_K,
+            MEAN_CURRENT_HIGH: self._used > much * self._budget,
+            BUS_HIGH: seen.dc_v > _BUS_SHARE * self._high_v,
+            BUS_LOW: seen.powered and seen.dc_v < self._low_v / _BUS_SHARE,
+        }
+        return sum(bit for bit, is_near in near.items() if is_near)
 
     def _hot(self, code: int, now_c: float, limit_c: float) -> bool:
         return now_c > (limit_c - COOLER_K if code in self._present else limit_c)

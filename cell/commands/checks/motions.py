@@ -1,0 +1,161 @@
+"""What every program of a good cell does when it is planned from its first line on, before anything moves."""
+
+from collections.abc import Collection
+from dataclasses import dataclass, replace
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+
+from cell.commands.checks.bundle import CellBundle
+from cell.config.problem import Problem, Severity
+from robot_agent.agent.dry_run import dry_run
+from robot_agent.agent.planning import PlanFailed, Planned, Planner
+from robot_agent.kinematics import model_of
+from robot_agent.language import (
+    End,
+    Finished,
+    Goto,
+    Home,
+    Interpreter,
+    MotionStep,
+    MoveArc,
+    MoveJoints,
+    MoveLine,
+    MoveSpline,
+    Pause,
+    Program,
+    ProgramFault,
+    Statement,
+    Step,
+    Track,
+    TrackingOff,
+    TrackingOn,
+    parse_program,
+)
+from robot_agent.paths import Passing
+from robot_agent.trajectory import Limits
+
+LONGEST_S = 60.0
+"""Of motion, for each program."""
+_MOST_STEPS = 10_000
+_Move = MoveJoints | MoveLine | MoveArc | MoveSpline | Home
+
+
+@dataclass(frozen=True, slots=True)
+class ProgramCourse:
+    """How a program runs by itself: each loop twice round, no pauses, no zones, nothing that it follows."""
+
+    robot: str
+    moves: int
+    """Program lines with a move that were planned."""
+    duration_s: float
+    rests: tuple[int, ...]
+    """Lines behind which the robot stops although neither R=0 nor a statement asks for it."""
+
+
+def check_motions(bundle: CellBundle) -> tuple[list[ProgramCourse], list[Problem]]:
+    """Plan each robot's program from its home, as `cell plot` does.
+
+    A move that cannot be planned is an error where the robot's place is known by then, and else a warning: before a
+    HOME or an MJ that names all joints it is taken to be at home, and behind TRACK where the path leads without it.
+    Moves behind such a one, and behind `LONGEST_S` of motion, are a warning: nobody has looked at them.
+    """
+    courses, problems = [], []
+    for robot in bundle.cell.robots:
+        course, found = _course(bundle, robot)
+        courses.append(course)
+        problems += found
+    return courses, problems
+
+
+def _course(bundle: CellBundle, robot: str) -> tuple[ProgramCourse, list[Problem]]:
+    settings, model = bundle.cell.robots[robot], model_of(bundle.models[robot])
+    file, text = settings.program, settings.program.read_text(encoding="utf-8")
+    whole = parse_program(text, file.name, model.joint_names, model.linear_names, settings.corrections)
+    program = _once_through(whole)
+    cycle_s = bundle.gateways[settings.gateway].cycle_s
+    planner = Planner(model, Limits.of(model.description), np.eye(4), cycle_s)
+    motions, failed = dry_run(planner, program, LONGEST_S)
+    lines = {line for planned in motions for line in planned.lines}
+    rests = sorted({*_rests(motions)} - _asked_for(program))
+    problems = [] if failed is None else [_failure(file, program, failed)]
+    problems += _not_planned(file, program, lines, failed)
+    duration_s = sum(planned.motion.duration_s for planned in motions)
+    return ProgramCourse(robot, len(lines), duration_s, tuple(rests)), problems
+
+
+def _once_through(program: Program) -> Program:
+    """The same with each loop gone through twice: GOTO jumps back once, and without a count ends the program then."""
+    places, made = list[int](), list[Statement]()
+    for index, statement in enumerate(program.statements):
+        places.append(len(made))
+        back = isinstance(statement, Goto) and statement.target <= index
+        made.append(replace(statement, count=1) if isinstance(statement, Goto) and back else statement)
+        if isinstance(statement, Goto) and back and statement.count is None:
+            made.append(End(statement.line))
+    places.append(len(made))
+    turned = [replace(each, target=places[each.target]) if isinstance(each, Goto) else each for each in made]
+    return replace(program, statements=tuple(turned))
+
+
+def _rests(motions: list[Planned]) -> list[int]:
+    """The line before every rest but the last."""
+    within = [
+        planned.lines[each.before]
+        for planned in motions
+        for each in planned.motion.transitions
+        if each.passing is Passing.STOPS
+    ]
+    return within + [planned.lines[-1] for planned in motions[:-1]]
+
+
+def _asked_for(program: Program) -> set[int]:
+    """Lines with R=0, and those with a pause or a TRACK between them and the next move."""
+    interpreter, steps = Interpreter(program), list[Step]()
+    while len(steps) < _MOST_STEPS and not (steps and isinstance(steps[-1], Finished | ProgramFault)):
+        steps.append(interpreter.next())
+    rests = Pause | TrackingOn | TrackingOff
+    return {
+        before.line
+        for before, step in pairwise(steps)
+        if isinstance(before, MotionStep) and (before.pace.round_m == 0.0 or isinstance(step, rests))
+    }
+
+
+def _failure(file: Path, program: Program, failed: PlanFailed) -> Problem:
+    known = _place_is_known(program)
+    found = f"{program.text_of(failed.line)!r}: {failed.text}; what follows was not planned"
+    allowed = "a move that can be planned from where the robot is then"
+    if not known:
+        allowed += "; that was taken to be behind home, and without what TRACK does"
+    return Problem(file, failed.line, 1, "program", found, allowed, Severity.ERROR if known else Severity.WARNING)
+
+
+def _place_is_known(program: Program) -> bool:
+    """Whether the program says where the robot is before its moves of the flange, and follows nothing."""
+    moves = [each for each in program.statements if isinstance(each, _Move)]
+    first = moves[0] if moves else None
+    names_all = isinstance(first, Home) or (isinstance(first, MoveJoints) and None not in first.joints)
+    return names_all and not any(isinstance(each, Track) for each in program.statements)
+
+
+def _not_planned(file: Path, program: Program, planned: Collection[int], failed: PlanFailed | None) -> list[Problem]:
+    """One warning for all moves that nobody has looked at, unless a failure before them is told already."""
+    left = [each.line for each in program.statements if isinstance(each, _Move) and each.line not in planned]
+    if not left or failed is not None:
+        return []
+    found = f"moves that were not planned, lines {listed(left)}"
+    why = f"the first {LONGEST_S:g} s of motion are planned, and nothing that no line leads to"
+    return [Problem(file, left[0], 1, "program", found, why, Severity.WARNING)]
+
+
+def listed(lines: Collection[int]) -> str:
+    """Numbers in rising order, with neighbours as from-to."""
+    runs: list[list[int]] = []
+    for line in sorted(lines):
+        if runs and line == runs[-1][-1] + 1:
+            runs[-1].append(line)
+        else:
+            runs.append([line])
+    return ", ".join(str(run[0]) if len(run) == 1 else f"{run[0]}-{run[-1]}" for run in runs)

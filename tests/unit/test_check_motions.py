@@ -1,0 +1,78 @@
+"""`cell check` plans every program before anything moves: what cannot be planned, and where the robot stops."""
+
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner, Result
+
+from cell.commands.cell_command import app
+from cell.commands.checks.motions import listed
+from tests.unit.config_world import Copy
+
+BELT, PROGRAM = "belt/cell.yaml", "belt/programs/left.prog"
+ABOVE = "MJ J1=0 J2=-12 J3=65 J4=0 J5=37 J6=0"
+TOO_FAR = "MC QX=2000 QY=200 Z=1500 X=3500 Y=400"
+
+
+def checked(folder: Path, program: str) -> tuple[Result, str]:
+    """The result with this program in the cell of one robot, and its text without the folder."""
+    copy = Copy(folder)
+    (copy.folder / PROGRAM).write_text(program)
+    result = CliRunner().invoke(app, ["check", str(copy.folder / BELT)])
+    return result, copy.shown(result.output)
+
+
+@pytest.mark.parametrize(
+    ("program", "line", "refused"),
+    [
+        (f"{ABOVE}\nML Z=1250\n{TOO_FAR}\nHOME", 3, True),
+        (f"ML Z=1900\n{TOO_FAR}\nHOME", 2, False),
+        (f"{ABOVE}\nTRACK belt\n{TOO_FAR}\nTRACK OFF", 3, False),
+    ],
+    ids=["known place", "from where nobody knows", "while it follows a belt"],
+)
+def test_move_that_cannot_be_planned_is_named_and_an_error_where_the_place_is_known(
+    tmp_path: Path, program: str, line: int, refused: bool
+) -> None:
+    result, output = checked(tmp_path, program)
+    assert result.exit_code == int(refused)
+    mark = "" if refused else "warning: "
+    assert f"{PROGRAM}:{line}:1: {mark}program: found {TOO_FAR!r}: line {line}, block" in output
+    assert " at X " in output
+    assert "what follows was not planned" in output
+    assert ("is good" in output) is not refused
+
+
+def test_stops_that_nothing_asks_for_are_listed_and_each_loop_is_gone_through_twice(tmp_path: Path) -> None:
+    program = f"""{ABOVE}
+LABEL again
+ML Y=100
+ML Z=1300 R=10
+ML Y=0
+WAIT 0.1
+ML Z=1350 R=0
+ML Y=50
+ML Y=0
+GOTO again 1000
+HOME
+LABEL forever
+MJ J1=10
+MJ J1=-10
+GOTO forever
+"""
+    result, output = checked(tmp_path, program)
+    assert result.exit_code == 0
+    (row,) = [line for line in output.splitlines() if "left.prog" in line]
+    assert row.split() == ["left", "left.prog", "10", row.split()[3], "1,", "3,", "8-9,", "11,", "13-14"]
+    assert 5.0 < float(row.split()[3]) < 30.0
+
+
+def test_moves_that_were_not_looked_at_are_a_warning(tmp_path: Path) -> None:
+    program = f"{ABOVE}\nGOTO end\nML Z=1300\nLABEL end\nML Y=1100 F=16\nWAIT 0.1\nML Y=0\nEND"
+    result, output = checked(tmp_path, program)
+    assert result.exit_code == 0
+    assert f"{PROGRAM}:3:1: warning: program: found moves that were not planned, lines 3, 7, allowed " in output
+
+
+def test_lines_are_listed_in_order_with_neighbours_together() -> None:
+    assert listed({12, 3, 4, 5, 9}) == "3-5, 9, 12"
