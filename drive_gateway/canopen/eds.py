@@ -1,7 +1,7 @@
 """Names and types of a node's objects, from its EDS or DCF file (CiA 306, read by `canopen`)."""
 
 import re
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -114,8 +114,11 @@ class Eds:
             for variable in [item] if isinstance(item, ODVariable) else item.values():
                 yield variable, _entry(variable, "" if isinstance(item, ODVariable) else f"{item.name}, ")
 
-    def parameters(self) -> Iterator[tuple[ObjectEntry, bytes]]:
+    def parameters(self, wanted: Callable[[int, int], bool]) -> Iterator[tuple[ObjectEntry, bytes]]:
         """What a DCF says to be written: each writable object that has a ParameterValue. An EDS says none.
+
+        Args:
+            wanted: whether an object, by index and sub-index, is asked for.
 
         Raises:
             EdsError: a value does not fit its object.
@@ -124,7 +127,7 @@ class Eds:
             return
         for variable, entry in self._described():
             raw = getattr(variable, "value_raw", None)
-            if raw and entry.writable and not entry.domain:
+            if raw and entry.writable and not entry.domain and wanted(entry.index, entry.sub):
                 yield entry, _packed(variable, entry, raw)
 
     def find(self, text: str, axis: int = 1) -> ObjectEntry:

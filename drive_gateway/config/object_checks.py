@@ -8,7 +8,7 @@ from drive_gateway.canopen.eds import Eds
 from drive_gateway.canopen.eds_file import EdsError
 from drive_gateway.config.axis_entry import AxisEntry
 from drive_gateway.config.node_checks import NamedAxis
-from drive_gateway.config.own_objects import EdsFiles, own_object
+from drive_gateway.config.own_objects import EdsFiles, dcf_objects, own_object
 
 
 def check_objects(document: Document, axes: Sequence[NamedAxis], bitrate: int) -> Iterator[Problem]:
@@ -18,7 +18,7 @@ def check_objects(document: Document, axes: Sequence[NamedAxis], bitrate: int) -
     for path, who, axis in axes:
         try:
             eds = files.get("" if axis.eds is None else str(document.beside(axis.eds)), axis.axis)
-            of_dcf = {(entry.index, entry.sub) for entry, _ in eds.parameters()}
+            of_dcf = {(item.index, item.sub) for item in dcf_objects(eds)}
         except EdsError as error:
             yield document.problem((*path, "eds"), error.found, error.allowed)
             continue

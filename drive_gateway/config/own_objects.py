@@ -59,7 +59,7 @@ def own_objects(objects: dict[str, OwnValue], axis: int, file: str, files: EdsFi
     if not objects and not is_dcf(file):
         return ()
     eds = files.get(file, axis)
-    found = {(item.index, item.sub): item for item in _of_dcf(eds)} if axis == 1 else {}
+    found = {(item.index, item.sub): item for item in dcf_objects(eds)} if axis == 1 else {}
     for address, value in objects.items():
         item = own_object(address, value, axis, eds)
         found[item.index, item.sub] = item
@@ -107,10 +107,7 @@ def _type_of(entry: ObjectEntry) -> str:
     return next(name for name, kind in TYPES.items() if kind == (entry.size, entry.signed))
 
 
-def _of_dcf(eds: Eds) -> list[OwnObject]:
-    """Without what the gateway says itself."""
-    return [
-        OwnObject(entry.index, entry.sub, entry.name, data, entry.readable)
-        for entry, data in eds.parameters()
-        if said_by(entry.index, entry.sub) is None
-    ]
+def dcf_objects(eds: Eds) -> list[OwnObject]:
+    """What a DCF says, without what the gateway writes itself. Raises `EdsError`: an impossible value."""
+    values = eds.parameters(lambda index, sub: said_by(index, sub) is None)
+    return [OwnObject(entry.index, entry.sub, entry.name, data, entry.readable) for entry, data in values]

@@ -185,8 +185,10 @@ class Node:
         troubles, self._troubles = self._troubles, []
         return troubles
 
-    def take_lacking(self) -> list[str]:
+    def take_lacking(self) -> Sequence[str]:
         """What it was found to lack since the last call, each with what that costs."""
+        if not self._bring_up.lacking:
+            return ()
         found, self._bring_up.lacking = self._bring_up.lacking, []
         return found
 

@@ -124,5 +124,5 @@ def test_whatever_a_node_answers_the_request_has_an_outcome(answers: list[bytes]
 
 def test_a_failure_that_nobody_foresaw_is_an_outcome_too() -> None:
     node = _Node()
-    node.workers = SdoWorkers([1], lambda frame: {}[frame.id], node.outcomes.put)
+    node.workers = SdoWorkers([1], lambda frame: {}[frame.id], nullcontext, node.outcomes.put)
     assert node.ask(0x6041, 0, None).problem == "the SDO transfer failed (KeyError: 1537)"

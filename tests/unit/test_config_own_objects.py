@@ -51,7 +51,7 @@ def test_values_have_the_type_of_the_eds_or_the_one_that_is_stated(tmp_path: Pat
 
 
 def test_a_dcf_says_what_is_written_but_not_what_the_gateway_writes_itself(tmp_path: Path) -> None:
-    text = dcf(("2000", "0x0A"), ("6085", "5"), ("1014", "$NODEID+0x80"), ("6041", "7"))
+    text = dcf(("2000", "0x0A"), ("6085", "5"), ("1014", "$NODEID+0x80"), ("6041", "7"), ("1400sub1", "$NODEID+0x200"))
     copy = copy_with(tmp_path, "eds: my.dcf", text)
     assert objects(copy) == {"2000:00": "0a"}
     assert objects(copy.change(DRIVES, "eds: my.dcf", 'eds: my.dcf, objects: {"2000:00": 7}')) == {"2000:00": "07"}

@@ -27,6 +27,7 @@ SHELLS = {
     "robot_agent/agent/worker.py": "the planning process",
     "drive_gateway/gateway/shell.py": "the gateway's process",
     "drive_gateway/gateway/bus.py": "python-can",
+    "drive_gateway/gateway/own_frames.py": "a filter on python-can's socket",
     "drive_gateway/gateway/sdo_workers.py": "the threads that wait for SDOs",
     "drive_gateway/gateway/sdo_transfer.py": "the waits of the canopen client",
     "drive_gateway/gateway/recorder.py": "writes frames to a file",
