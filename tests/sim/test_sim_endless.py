@@ -4,9 +4,15 @@ from math import tau
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import settings as hypothesis_settings
+from hypothesis import strategies as st
 
 from cell.messages import MoveAxes, SetpointBlock
 from drive_gateway.canopen.sdo import Sdo
+from drive_gateway.config.settings import EncoderSettings
+from drive_gateway.sim.dictionary import key_of
+from drive_gateway.sim.position_range import PositionRange
 from tests.sim.gateway_bench import CYCLE_S, GatewayBench, axis, settings
 
 TURN = 20_000
@@ -79,3 +85,29 @@ def test_after_a_restart_of_the_gateway_the_axis_stands_within_one_turn() -> Non
     world.restart_gateway()
     world.ready()
     assert world.feedback.position[0] == pytest.approx(0.5 - tau * 3 / 360, abs=0.01)
+
+
+def test_an_absolute_encoder_is_compared_within_the_turn() -> None:
+    world = bench(absolute=EncoderSettings(counts_per_turn=TURN // 20, window=20))
+    assert world.set_up(MoveAxes("left", {"J1": 4.0}, relative=True, by_velocity=True, speed=1.0)) == "done"
+    world.run(1.0)
+    turns = world.stored["left.J1"].turns
+    assert 0 <= turns < 20
+    world.alive = False
+    world.run(0.5)
+    world.restart_gateway()
+    world.ready()
+    assert "not_referenced" not in world.codes()
+    world.enabled()
+
+
+@given(counts=st.integers(-(10**12), 10**12), to=st.integers(-(10**12), 10**12), modulus=st.integers(2, 2**31 - 1))
+@hypothesis_settings(max_examples=60, deadline=None)
+def test_gateway_and_drive_agree_on_the_turn_nearest_to_a_place(counts: int, to: int, modulus: int) -> None:
+    turntable = axis("J1", 1, modulus=modulus)
+    found = turntable.nearest(counts, to)
+    assert (found - counts) % modulus == 0
+    assert 2 * abs(found - to) <= modulus
+    ends = PositionRange({key_of(0x607B, 1): 0, key_of(0x607B, 2): modulus - 1})
+    assert ends.shown(counts) == turntable.wrapped(counts)
+    assert abs(ends.nearest(counts, to) - to) == abs(found - to)
