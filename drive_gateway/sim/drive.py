@@ -213,15 +213,17 @@ class Drive:
 
     def _command(self, command: Command) -> None:
         target = commanded(self.state, command, self._options.stays_in_quick_stop())
+        self._leaving = None
+        if target is self.state:
+            return
         if self._options.voltage_off_at_once(target):
             target = DriveState.SWITCH_ON_DISABLED
-        self._leaving = None
         if self._options.brakes_before(self.state, target) and not self.servo.standing:
             self._leaving = target
             return
         unpowered = target is DriveState.READY_TO_SWITCH_ON and not self._permitted
         at_end = target is DriveState.OPERATION_ENABLED and self._at_end
-        if target is not self.state and not unpowered and not at_end:
+        if not unpowered and not at_end:
             self._enter(target)
 
     def _acknowledge(self) -> None:
