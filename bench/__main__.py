@@ -3,7 +3,6 @@
 A ratio to a peer is measured in the same run, so that a slow machine does not change it; below 1 is faster.
 """
 
-import time
 from pathlib import Path
 
 import numpy as np
@@ -14,6 +13,7 @@ from ruckig import InputParameter, Ruckig, Trajectory
 from bench.corrections import corrections
 from bench.drives import simulated_drives
 from bench.gateway import gateways
+from bench.governor import governed
 from bench.kinematics import kinematics
 from bench.timing import Row, median_s
 from cell.messages import SetpointBlock
@@ -27,7 +27,6 @@ MODEL, NUMERIC = MODELS / "six_axis.yaml", MODELS / "painter.yaml"
 CYCLE_S = 0.004
 NOMINAL_S = 0.12
 BLOCK_PERIOD_S = 0.02
-GOVERNOR_S = 0.0005
 POSES = 1000
 SAMPLES = 500
 
@@ -98,20 +97,13 @@ def mixed(model: Model) -> Sequence:
 
 
 def mixed_motion(model: Model, limits: Limits) -> list[Row]:
-    """Planning ten seconds of mixed moves, and the slowest one of a hundred segments on the way through them."""
+    """Planning ten seconds of mixed moves, and the governor's segments on them."""
     moves = mixed(model)
     motion = plan(model, moves, limits, start=model.home, cycle_s=CYCLE_S)
     per_s = median_s(lambda: plan(model, moves, limits, start=model.home, cycle_s=CYCLE_S), 7) / motion.duration_s
-    governor = Governor(motion, limits, CYCLE_S, NOMINAL_S)
-    segment, times = governor.rest(0.0), []
-    while segment.stop_tau < motion.duration_s:
-        start = time.perf_counter()
-        segment = governor.next(segment, round(BLOCK_PERIOD_S / CYCLE_S), [], [])
-        times.append(time.perf_counter() - start)
-    slowest = float(np.quantile(times, 0.99))
     return [
         Row("plan 10 s of a mixed sequence", 10.0 * per_s, 10.0 * per_s / 0.05, "of 50 ms"),
-        Row("governor on the way through it, p99", slowest, slowest / GOVERNOR_S, "of 0.5 ms"),
+        *governed(motion, limits),
     ]
 
 

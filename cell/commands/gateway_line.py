@@ -19,7 +19,9 @@ from drive_gateway.canopen.axis_objects import index_of
 from drive_gateway.canopen.frame import CanFrame
 from drive_gateway.canopen.sdo import Sdo, SdoDone
 from drive_gateway.config import GatewaySettings, load_drives
-from drive_gateway.gateway.bus import BusPort
+from drive_gateway.gateway.bus import BusError
+from drive_gateway.gateway.bus_news import BusBack, BusFailed, BusNews, remedy_of
+from drive_gateway.gateway.bus_port import BusPort
 from drive_gateway.gateway.sdo_workers import SdoWorkers
 
 ANSWER_S = 5.0
@@ -73,7 +75,9 @@ class BusLine:
         for axis in (axis for robot in drives.robots.values() for axis in robot.axes):
             self._axes.setdefault(axis.node_id, []).append(axis.number)
         self._done: queue.SimpleQueue[SdoDone] = queue.SimpleQueue()
-        self._port = BusPort(drives.bus, self._on_frame)
+        self._settings = drives.bus
+        self._failure = ""
+        self._port = BusPort(drives.bus, self._on_frame, self._on_news)
         self._workers = SdoWorkers(node_ids, self._port.send, self._port.attend, self._done.put)
         self._stack = ExitStack()
 
@@ -92,6 +96,7 @@ class BusLine:
         for node_id in node_ids:
             self._workers.submit(Sdo(f"{node_id}/{index}", node_id, index, sub, None))
         outcomes = [self._done.get(timeout=ANSWER_S) for _ in node_ids]
+        self._refuse_failed_bus()
         return {int(outcome.request_id.partition("/")[0]): outcome for outcome in outcomes}
 
     def read(self, node_id: int, index: int, sub: int) -> bytes:
@@ -118,8 +123,21 @@ class BusLine:
                 "nothing may be assumed about what was done",
             ) from error
         if outcome.problem:
+            self._refuse_failed_bus()
             raise CommandError(f"{name}: {outcome.problem}")
         return outcome.data
+
+    def _refuse_failed_bus(self) -> None:
+        """Silent nodes say nothing while the bus itself is down. Raises `BusError`."""
+        if self._failure:
+            raise BusError(self._settings, self._failure, remedy_of(self._settings))
+
+    def _on_news(self, news: BusNews) -> None:
+        match news:
+            case BusFailed(text):
+                self._failure = text
+            case BusBack():
+                self._failure = ""
 
     def _on_frame(self, frame: CanFrame) -> None:
         self._workers.take(frame)

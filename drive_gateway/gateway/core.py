@@ -18,6 +18,7 @@ from drive_gateway.canopen.nmt import SYNC_FRAME, NmtCommand, NmtState, heartbea
 from drive_gateway.canopen.sdo import SdoDone
 from drive_gateway.config.bus_load import bus_load
 from drive_gateway.config.settings import GatewaySettings
+from drive_gateway.gateway.bus_news import BusBack, BusDisturbed, BusFailed, BusNews, name_of, remedy_of
 from drive_gateway.gateway.calls import Calls
 from drive_gateway.gateway.drive import Drive
 from drive_gateway.gateway.effects import Frame, RecordEnded, RecordSaid, TakeBlocks
@@ -89,6 +90,7 @@ class GatewayCore:
         self._confirmed: str | None = None
         self._closing_since: float | None = None
         images = [drive.image for drive in self._drives]
+        self._bus_problem = ""
         self._bus_load = bus_load(images, settings.bus.bitrate, settings.cycle_s, settings.heartbeat_producer_s).cyclic
 
     def receive(self, message: object, now: float) -> None:
@@ -108,6 +110,8 @@ class GatewayCore:
                 self._on_estop(message, now)
             case Request():
                 self._calls.request(message, now, self._tick)
+            case BusFailed() | BusBack() | BusDisturbed():
+                self._on_bus(message, now)
             case RecordSaid():
                 self._calls.recorded(message)
             case RecordEnded(text):
@@ -171,6 +175,30 @@ class GatewayCore:
                 node.on_error_control(frame.data, now)
             case cob_id.EMCY:
                 node.on_emergency(frame.data)
+
+    def _on_bus(self, news: BusNews, now: float) -> None:
+        """A bus that fails stops its robots at once; the drives stop by themselves, because they miss the gateway.
+
+        When it is back, nodes that could not be reached are tried again without the wait for their boot-up.
+        """
+        name, remedy = name_of(self._settings.bus), remedy_of(self._settings.bus)
+        match news:
+            case BusFailed(text):
+                trouble = Trouble("bus_failed", f"{name} failed: {text}", remedy)
+                self._bus_problem = f"{trouble.text}; {remedy}"
+                running = [robot for robot in self._robots.values() if robot.group.operational]
+                for robot in running:
+                    robot.group.fault(trouble, now)
+                if not running:
+                    self._log.warn(trouble.code, trouble.text, remedy)
+            case BusDisturbed(text):
+                self._log.warn("bus_disturbed", f"{name}: {text}", "check wiring, termination, bit rate and txqueuelen")
+            case BusBack():
+                self._bus_problem = ""
+                self._log.info("bus_back", f"{name} works again")
+                for node in self._nodes.values():
+                    if not node.operational and not node.lost:
+                        node.bring_up_again(now)
 
     def _on_estop(self, estop: Estop, now: float) -> None:
         if not self._estop.receive(estop, now):
@@ -239,8 +267,8 @@ class GatewayCore:
             sequence=self._sequence,
             cycle_s=self._settings.cycle_s,
             interface=self._settings.bus.interface,
-            ready=all(drive.operational and drive.reference.judged for drive in self._drives),
-            problem="; ".join(node.problem for node in self._nodes.values() if node.problem),
+            ready=not self._bus_problem and all(drive.operational and drive.reference.judged for drive in self._drives),
+            problem=self._bus_problem or "; ".join(node.problem for node in self._nodes.values() if node.problem),
             owners={name: robot.claims.boot for name, robot in self._robots.items() if robot.claims.owner},
             estop_confirmed=self._confirmed,
             nodes=nodes,

@@ -169,7 +169,7 @@ class Drive:
         self._asked = False
         self.operational, self.status = False, AxisStatus.SILENT
         if self.counts is not None:
-            self.reference.lost(self.counts, self._way_to_rest())
+            self.reference.lost(self.counts, self._way_to_rest(), torque=self._heard not in _WITHOUT_TORQUE)
 
     def forget(self) -> None:
         self._asked = False

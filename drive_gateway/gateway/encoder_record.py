@@ -65,7 +65,7 @@ def judge(
     if abs(deviation) <= encoder.window:
         return Verdict.KNOWN, ""
     if stored.in_use:
-        found = f"its gateway ended while it had torque; it stands {shown(axis, deviation)} beside where it got that"
+        found = f"it had torque when it was last heard, and stands {shown(axis, deviation)} beside what is noted of it"
         return Verdict.OPERATOR, found
     turns = round(deviation / encoder.counts_per_turn)
     if turns and abs(deviation - turns * encoder.counts_per_turn) <= encoder.window:

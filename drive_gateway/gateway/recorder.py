@@ -9,6 +9,7 @@ import can
 from drive_gateway.config.settings import BusSettings
 from drive_gateway.errors import GatewayError
 from drive_gateway.gateway.bus import open_bus
+from drive_gateway.gateway.bus_news import name_of, remedy_of
 
 FORMATS = {".log": "candump", ".asc": "Vector ASC", ".blf": "Vector BLF"}
 """Suffix of a file: its format."""
@@ -17,7 +18,7 @@ _POLL_S = 0.1
 
 
 class RecordError(GatewayError):
-    """A file that frames cannot be written to."""
+    """A recording that cannot begin, or that broke off."""
 
 
 class Recorder:
@@ -32,6 +33,7 @@ class Recorder:
         if file.suffix not in FORMATS:
             known = ", ".join(f"{suffix} ({name})" for suffix, name in FORMATS.items())
             raise RecordError(f"{file}: {file.suffix or 'no suffix'} is no format; allowed are {known}")
+        self._settings = settings
         self._bus = open_bus(settings)
         try:
             self._logger = can.Logger(str(file))
@@ -47,11 +49,19 @@ class Recorder:
         self._logger.stop()
 
     def run(self, seconds: float, stop: Event) -> int:
-        """Write what comes within `seconds`, or until `stop` is set; answers the number of frames."""
+        """Write what comes within `seconds`, or until `stop` is set; answers the number of frames.
+
+        Raises:
+            RecordError: the bus failed meanwhile; what came before is in the file.
+        """
         end = time.monotonic() + seconds
         frames = 0
         while (left := end - time.monotonic()) > 0 and not stop.is_set():
-            message = self._bus.recv(min(left, _POLL_S))
+            try:
+                message = self._bus.recv(min(left, _POLL_S))
+            except (can.CanError, OSError) as error:
+                text = f"{name_of(self._settings)}: the recording broke off after {frames} frames: {error}"
+                raise RecordError(f"{text}; {remedy_of(self._settings)}") from error
             if message is not None:
                 self._logger.on_message_received(message)
                 frames += 1

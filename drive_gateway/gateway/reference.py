@@ -19,7 +19,7 @@ class Reference:
         self.stored = stored
         self._serial: int | None = None
         self._battery_empty = False
-        self._held: tuple[int, float] | None = None
+        self._held: tuple[int, float, bool] | None = None
         self._verdict: Verdict | None = None
         self.why = ""
         """What was found, for people; empty while it is known."""
@@ -59,10 +59,13 @@ class Reference:
             return ""
         return f"{self.why}; {self.remedy}" if self.judged else "not checked yet"
 
-    def lost(self, counts: int, margin: float) -> None:
-        """The node falls silent at `counts`; by itself it stops within `margin` [counts] of them."""
+    def lost(self, counts: int, margin: float, torque: bool) -> None:
+        """The node falls silent at `counts`; by itself it stops within `margin` [counts] of them.
+
+        With `torque` it may have moved on, so that a larger deviation is no lost turn of its encoder.
+        """
         if self.known and self._axis.absolute is not None:
-            self._held = counts, margin
+            self._held = counts, margin, torque
 
     def restarted(self) -> None:
         """The node starts anew."""
@@ -89,10 +92,10 @@ class Reference:
         stored, reading = self.stored, self._reading(counts)
         if self._held is not None:
             # It was seen until it fell silent: nearer than any record, but it may have braked since.
-            at, margin = self._held
+            at, margin, torque = self._held
             seen = counts if abs(counts - at) <= margin else at
             serial = self._serial if stored is None else stored.serial
-            stored = record_of(EncoderReading(seen, serial, False), self._axis, encoder)
+            stored = replace(record_of(EncoderReading(seen, serial, False), self._axis, encoder), in_use=torque)
         self._verdict, self.why = judge(stored, reading, self._axis, encoder)
         if self.known:
             self._held = None

@@ -1,6 +1,7 @@
 """Who is on the bus: every Node-ID is asked for its device type, a few per cycle, and answers are collected."""
 
 from collections.abc import Callable, Collection
+from math import ceil
 
 from cell.core import Effect
 from drive_gateway.canopen.cob_id import MASTER_NODE_ID, SDO_TO_NODE
@@ -10,7 +11,9 @@ from drive_gateway.gateway.effects import Frame
 READ_DEVICE_TYPE = bytes.fromhex("4000100000000000")
 """SDO read request of 1000h:00."""
 PER_CYCLE = 2
-"""Requests per bus cycle, so that the process data keep their room."""
+"""Requests per bus cycle, so that the process data keep their room; more where cycles are long or come late."""
+ASK_WITHIN_S = 1.0
+"""All are asked within this time: a caller waits 2 s for the answer."""
 LISTEN_S = 0.3
 """A node answers an SDO within a few ms; after the last request it gets this long."""
 
@@ -26,12 +29,13 @@ class Scan:
         self._asking: list[int] = []
         self._waiting: list[Found] = []
         self._found: dict[int, int] = {}
+        self._began: float | None = None
         self._until = 0.0
 
     def begin(self, then: Found) -> None:
         """Start a scan, or join the one that goes on."""
         if not self._waiting:
-            self._asking, self._found = list(self._strange), {}
+            self._asking, self._found, self._began = list(self._strange), {}, None
         self._waiting.append(then)
 
     def take(self, node_id: int, data: bytes) -> None:
@@ -44,7 +48,11 @@ class Scan:
         """The requests of this cycle; tells what was found when the time is over."""
         if not self._waiting:
             return []
-        asked, self._asking = self._asking[:PER_CYCLE], self._asking[PER_CYCLE:]
+        if self._began is None:
+            self._began = now
+        due = ceil(len(self._strange) * (now - self._began) / ASK_WITHIN_S)
+        count = max(PER_CYCLE, due - (len(self._strange) - len(self._asking)))
+        asked, self._asking = self._asking[:count], self._asking[count:]
         if asked:
             self._until = now + LISTEN_S
         elif now >= self._until:

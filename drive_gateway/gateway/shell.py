@@ -24,7 +24,7 @@ from drive_gateway.canopen.frame import CanFrame
 from drive_gateway.canopen.sdo import Sdo
 from drive_gateway.config.settings import GatewaySettings
 from drive_gateway.errors import GatewayError
-from drive_gateway.gateway.bus import BusPort
+from drive_gateway.gateway.bus_port import BusPort
 from drive_gateway.gateway.core import GatewayCore
 from drive_gateway.gateway.effects import Frame, Record, RecordEnded, RecordSaid, StorePosition, TakeBlocks
 from drive_gateway.gateway.position_store import PositionStore
@@ -58,7 +58,7 @@ def run_gateway(
     they carry at the full level.
 
     Returns:
-        0 when all drives were switched off, 1 when the bus failed or a drive did not say that it is off.
+        0 when all drives were switched off, 1 when a drive did not say that it is off.
 
     Raises:
         BusError: the bus cannot be opened.
@@ -119,7 +119,7 @@ class _Shell:
         self._closing_s = times.estop_delay_s + CLOSING_S
         self._deadline: float | None = None
         self._arrived: deque[object] = deque()
-        self.port = BusPort(settings.bus, self._on_frame)
+        self.port = BusPort(settings.bus, self._on_frame, self._arrived.append)
         node_ids = {axis.node_id for drives in robots.values() for axis in drives.axes}
         self.workers = SdoWorkers(node_ids, self.port.send, self.port.attend, self._arrived.append)
         self.ended = Event()
@@ -132,9 +132,7 @@ class _Shell:
             messages.append(self._arrived.popleft())
         messages += self._estops.take()
         messages += self._calls.take()
-        if self.port.failure is not None:
-            self.ended.set()
-        elif self._stop.is_set():
+        if self._stop.is_set():
             messages += self._closing()
         return messages
 
@@ -168,12 +166,16 @@ class _Shell:
     def _record(self, order: Record) -> None:
         seconds = min(order.seconds, LONGEST_S)
         try:
-            with Recorder(self._settings.bus, Path(order.file)) as recorder:
-                text = f"the gateway writes {order.file} for {seconds:g} s"
-                self._arrived.append(RecordSaid(order.call_id, True, text))
-                frames = recorder.run(seconds, self.ended)
+            recorder = Recorder(self._settings.bus, Path(order.file))
         except (GatewayError, OSError, can.CanError) as error:
             self._arrived.append(RecordSaid(order.call_id, False, str(error)))
+            return
+        self._arrived.append(RecordSaid(order.call_id, True, f"the gateway writes {order.file} for {seconds:g} s"))
+        try:
+            with recorder:
+                frames = recorder.run(seconds, self.ended)
+        except (GatewayError, OSError) as error:
+            self._arrived.append(RecordEnded(f"{order.file}: {error}"))
             return
         self._arrived.append(RecordEnded(f"{order.file} holds {frames} frames"))
 

@@ -14,7 +14,9 @@ from cell.net.runner import scheduling
 from drive_gateway.canopen.frame import CanFrame
 from drive_gateway.config.settings import AxisSettings, GatewaySettings
 from drive_gateway.config.simulation import Level
-from drive_gateway.gateway.bus import BusError, open_bus
+from drive_gateway.gateway.bus import BusError
+from drive_gateway.gateway.bus_news import BusBack, BusDisturbed, BusFailed, BusNews, name_of
+from drive_gateway.gateway.steady_bus import SteadyBus
 from drive_gateway.sim.axis.dc_bus import DcBus
 from drive_gateway.sim.axis.full_servo import FullServo
 from drive_gateway.sim.axis.robot_load import RobotLoad, RobotTorques, Shaft
@@ -53,11 +55,11 @@ class SimulatedDrives:
         self.problem = ""
         self.ended = threading.Event()
         self._closing = threading.Event()
-        self._bus: can.BusABC | None = None
+        self._bus: SteadyBus | None = None
         self._thread: threading.Thread | None = None
 
     def __enter__(self) -> Self:
-        bus = self._bus = open_bus(self._settings)
+        bus = self._bus = SteadyBus(self._settings, self._tell)
         self._thread = threading.Thread(target=self._run, args=(bus,), name="simulated drives", daemon=True)
         self._thread.start()
         return self
@@ -69,9 +71,9 @@ class SimulatedDrives:
         if self._thread is not None:
             self._thread.join(_CLOSE_TIMEOUT_S)
         if self._bus is not None:
-            self._bus.shutdown()
+            self._bus.close()
 
-    def _run(self, bus: can.BusABC) -> None:
+    def _run(self, bus: SteadyBus) -> None:
         try:
             # Drives are computers of their own: they must not wait for this one more than their master does.
             with scheduling(realtime=True):
@@ -82,14 +84,14 @@ class SimulatedDrives:
         finally:
             self.ended.set()
 
-    def _serve(self, bus: can.BusABC) -> None:
+    def _serve(self, bus: SteadyBus) -> None:
         stepped = 0.0
         while not self._closing.is_set():
-            message = bus.recv(self._patience(stepped + STEP_S))
+            message = bus.receive(self._patience(stepped + STEP_S))
             now = time.monotonic()
             if message is not None:
                 now -= _age(message)
-                if not message.is_extended_id and not message.is_error_frame:
+                if not message.is_extended_id:
                     frame = CanFrame(message.arbitration_id, bytes(message.data), message.is_remote_frame)
                     _send(bus, self._carrier.receive(frame, now))
             if now - stepped >= STEP_S:
@@ -97,6 +99,15 @@ class SimulatedDrives:
                 _send(bus, self._carrier.step(now))
             else:
                 _send(bus, self._carrier.carry(now))
+
+    def _tell(self, news: BusNews) -> None:
+        """Drives live on without a bus and miss their master; only people need to know why."""
+        name = name_of(self._settings)
+        match news:
+            case BusFailed(text) | BusDisturbed(text):
+                _log.warning("simulated drives: %s: %s", name, text)
+            case BusBack():
+                _log.warning("simulated drives: %s works again", name)
 
     def _patience(self, step_at: float) -> float:
         """How long to wait for a frame of the master: until the nodes' timers or one of their own frames are due."""
@@ -171,6 +182,6 @@ def _age(message: can.Message) -> float:
     return age_s if 0.0 < age_s < _OLDEST_S else 0.0
 
 
-def _send(bus: can.BusABC, frames: list[CanFrame]) -> None:
+def _send(bus: SteadyBus, frames: list[CanFrame]) -> None:
     for frame in frames:
         bus.send(can.Message(arbitration_id=frame.id, data=frame.data, is_extended_id=False))

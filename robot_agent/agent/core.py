@@ -68,7 +68,9 @@ class AgentCore:
         self.clock = CellClock()
         self.jogging = Jogging(robot, self.zones)
         self.corrections = Corrections(robot, cell.robots[robot].corrections, self.clock, self.zones)
-        self.operator = Operator(robot, boot, cell.times.command_s, self.link, self.run, self.pace, self.jogging)
+        self.operator = Operator(
+            robot, boot, cell.times.command_s, self.link, self.run, self.pace, self.jogging, self.corrections
+        )
         self.mode = Mode.STARTING
         self.executive: Executive | None = None
         self._estop = EstopLatch()

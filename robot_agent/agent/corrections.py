@@ -97,6 +97,11 @@ class Corrections:
             self._zero = None
 
     @property
+    def followed(self) -> str:
+        """The correction that the program follows; empty for none."""
+        return self._followed
+
+    @property
     def waiting(self) -> str:
         """What is waited for before the first move can be corrected, for people; empty for nothing."""
         return f"{self._followed}: the next part" if self._followed and self._zero is None else ""

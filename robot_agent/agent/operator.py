@@ -29,6 +29,7 @@ from cell.messages import (
 )
 from cell.net.freshness import Sent
 from robot_agent.agent.cell_clock import CellClock
+from robot_agent.agent.corrections import Corrections
 from robot_agent.agent.executive import Executive
 from robot_agent.agent.gateway_link import GatewayLink, Switching
 from robot_agent.agent.jogging import Jogging
@@ -83,6 +84,7 @@ class Operator:
         run: ProgramRun,
         pace: Pace,
         jogging: Jogging,
+        corrections: Corrections,
     ) -> None:
         self._robot = robot
         self._boot = boot
@@ -91,6 +93,7 @@ class Operator:
         self._run = run
         self._pace = pace
         self._jogging = jogging
+        self._corrections = corrections
         self._states = Sent(boot)
         self._requests: deque[Request] = deque()
         self._outcomes: deque[tuple[Switching, bool, str]] = deque()
@@ -190,7 +193,7 @@ class Operator:
             case Run():
                 return self._start(mode, situation, command, now)
             case Continue():
-                return self._continue(mode)
+                return self._continue(mode, now)
             case Step():
                 return self._step(mode, situation, now)
             case SetOverride(percent):
@@ -263,7 +266,7 @@ class Operator:
         self._jogging.begin(command, situation.planner, made_at)
         return _Done(f"{self._robot} jogs along {command.axis} while the key is held", Mode.JOGGING)
 
-    def _continue(self, mode: Mode) -> _Done | _Refused:
+    def _continue(self, mode: Mode, now: float) -> _Done | _Refused:
         if mode is Mode.RUNNING:
             self._pace.no_step()
             return _Done(f"{self._robot} is running", mode)
@@ -272,14 +275,27 @@ class Operator:
                 f"{self._robot} is in mode {mode.value}, only a halted program can continue"
                 f"{f' ({self._run.error})' if self._run.error else ''}: {self._way_out(mode)}"
             )
+        led_astray = self._led_astray(now)
+        if led_astray is not None:
+            return led_astray
         self._pace.no_step()
         return _Done(f"{self._robot} goes on", Mode.RUNNING)
+
+    def _led_astray(self, now: float) -> _Refused | None:
+        """The answer where what the program follows would halt it again at once."""
+        why = self._corrections.problem(now)
+        if not why:
+            return None
+        remedy = f"`cell continue {self._robot}`, or start it anew with `cell run {self._robot}`"
+        return _Refused(f"{self._robot} would halt again at once: {why}; see to what is measured, then {remedy}")
 
     def _step(self, mode: Mode, situation: Situation, now: float) -> _Done | _Refused:
         if mode not in (Mode.RUNNING, Mode.HALTED):
             started = self._start(mode, situation, Run(), now)
             if isinstance(started, _Refused):
                 return started
+        elif (led_astray := self._led_astray(now)) is not None:
+            return led_astray
         self._pace.step()
         where = "back to the beginning" if self._pace.backwards else "to the end"
         return _Done(f"{self._robot} goes {where} of the present block and halts there", Mode.RUNNING)
@@ -287,6 +303,13 @@ class Operator:
     def _override(self, percent: float, mode: Mode) -> _Done | _Refused:
         if not -100.0 <= percent <= 100.0:
             return _Refused(f"an override of {percent:g} % is not possible: -100 to 100 % are allowed")
+        followed = self._corrections.followed
+        if percent < 0.0 and followed:
+            return _Refused(
+                f"{self._robot} follows {followed}, and a path that is led from outside cannot be gone back: "
+                f"0 to 100 % are allowed until its program comes to TRACK OFF; "
+                f"to back off, `cell halt {self._robot}`, then `cell jog {self._robot}`"
+            )
         self._pace.override = percent / 100.0
         if percent < 0.0:
             back = "no farther than this motion's beginning, and not into a zone that it has given up"

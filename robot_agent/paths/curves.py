@@ -16,11 +16,14 @@ from numpy.typing import NDArray
 Numbers = NDArray[np.float64]
 
 _CELLS = 48
+_EDGES = np.arange(_CELLS + 1) / _CELLS
 _NEWTON_STEPS = 4
 _SMALL_STEP = 1e-8
 """Behind it the next one would be below rounding."""
 _GAUSS_X, _GAUSS_W = (values / 2.0 for values in np.polynomial.legendre.leggauss(6))
 _SMALLEST_SPEED = 1e-12
+_EXACT_M = 1e-8
+"""Largest distance by which a place in the middle of a cell may be passed early or late."""
 
 
 class Curve(Protocol):
@@ -89,9 +92,17 @@ class Polynomial:
     @cached_property
     def starts(self) -> Numbers:
         """Distances `(cells + 1,)` at which the cells begin, and the end."""
-        edges = np.arange(_CELLS) / _CELLS
-        lengths = _distance(self.coefficients, edges, np.full(_CELLS, 1.0 / _CELLS))
+        lengths = _distance(self.coefficients, _EDGES[:-1], np.full(_CELLS, 1.0 / _CELLS))
         return np.append(0.0, np.cumsum(lengths))
+
+    @cached_property
+    def orders(self) -> Numbers:
+        """Coefficients `(degree + 1, 9)` of the curve and its two derivatives by u."""
+        made = np.zeros((len(self.coefficients), 3, 3))
+        for order in range(3):
+            for power in range(order, len(made)):
+                made[power - order, order] = math.perm(power, order) * self.coefficients[power]
+        return made.reshape(-1, 9)
 
     def parameter(self, distance_m: Numbers) -> Numbers:
         """u `(...)` at `distance_m` `(...)`."""
@@ -105,28 +116,60 @@ class Polynomial:
 
     def at(self, distance_m: Numbers) -> Numbers:
         """See the module."""
-        return _states(self.coefficients, self.parameter(distance_m))
+        u = self.parameter(distance_m)
+        return _states(_powers(u, len(self.orders)) @ self.orders)
 
 
 class Polynomials:
-    """Several polynomial curves, for asking about places on all of them at once."""
+    """Several polynomial curves, for asking about many places on all of them at once.
+
+    u of a length is a quintic in each cell, which begins and ends with the rates at which u grows there. Where one of
+    the curves nearly stands, and that is too rough, u follows by Newton.
+    """
 
     def __init__(self, curves: Sequence[Polynomial]) -> None:
         """At least one curve."""
         highest = max(len(each.coefficients) for each in curves)
-        self._coefficients = np.zeros((highest, len(curves), 3))
+        self._coefficients, self._orders = np.zeros((highest, len(curves), 3)), np.zeros((len(curves), highest, 9))
         for number, each in enumerate(curves):
             self._coefficients[: len(each.coefficients), number] = each.coefficients
+            self._orders[number, : len(each.orders)] = each.orders
         self._starts = np.stack([each.starts for each in curves])
+        self._clock = self._clocks()
 
     def at(self, which: NDArray[np.intp], distance_m: Numbers) -> Numbers:
         """States as in the module `(3, k, 3)`, each at a distance `(k,)` on the curve with number `which` `(k,)`."""
         starts = self._starts[which]
         distance = np.clip(distance_m, 0.0, starts[:, -1])
         cell = np.clip((starts <= distance[:, None]).sum(axis=1) - 1, 0, _CELLS - 1)
-        borders = self._starts[which, cell], self._starts[which, cell + 1]
-        coefficients = self._coefficients[:, which]
-        return _states(coefficients, _parameter(coefficients, distance, cell, *borders))
+        first, last = self._starts[which, cell], self._starts[which, cell + 1]
+        if self._clock is None:
+            u = _parameter(self._coefficients[:, which], distance, cell, first, last)
+        else:
+            share = (distance - first) / (last - first)
+            u = (_powers(share, 6) * self._clock[which, cell]).sum(axis=1)
+        return _states((_powers(u, self._orders.shape[1])[:, None] @ self._orders[which])[:, 0])
+
+    def _clocks(self) -> Numbers | None:
+        """Coefficients `(curves, cells, 6)` of u over the share of a cell's distance; None where that is too rough."""
+        values = _powers(_EDGES, self._orders.shape[1]) @ self._orders
+        first, second = values[..., 3:6], values[..., 6:]
+        square = np.maximum((first * first).sum(axis=-1), _SMALLEST_SPEED)
+        edges = np.broadcast_to(_EDGES, square.shape)
+        rates = np.stack([edges, 1.0 / np.sqrt(square), -(first * second).sum(axis=-1) / square**2])
+        lengths = np.diff(self._starts, axis=1)
+        scale = np.stack([np.ones_like(lengths), lengths, lengths**2])
+        made = np.moveaxis(hermite(rates[..., :-1] * scale, rates[..., 1:] * scale), 0, -1)
+        begins, middle = edges[:, :-1], made @ 0.5 ** np.arange(6.0)
+        away = _distance(self._coefficients[:, :, None], begins, middle - begins) - lengths / 2.0
+        return made if np.abs(away).max() < _EXACT_M else None
+
+
+def _powers(u: Numbers, count: int) -> Numbers:
+    """The first powers `(..., count)` of u `(...)`."""
+    made = np.empty((*u.shape, count))
+    made[..., 0], made[..., 1:] = 1.0, u[..., None]
+    return np.asarray(np.multiply.accumulate(made, axis=-1))
 
 
 def _parameter(c: Numbers, distance: Numbers, cell: NDArray[np.intp], first: Numbers, last: Numbers) -> Numbers:
@@ -160,12 +203,13 @@ def _derivative(c: Numbers, u: Numbers, order: int) -> Numbers:
     return value
 
 
-def _states(c: Numbers, u: Numbers) -> Numbers:
-    first, second = _derivative(c, u, 1), _derivative(c, u, 2)
+def _states(values: Numbers) -> Numbers:
+    """Position, tangent and curvature `(3, ..., 3)` from position and two derivatives by u `(..., 9)`."""
+    first, second = values[..., 3:6], values[..., 6:]
     square = np.maximum((first * first).sum(axis=-1, keepdims=True), _SMALLEST_SPEED**2)
     tangent = first / np.sqrt(square)
     bent = second - tangent * (tangent * second).sum(axis=-1, keepdims=True)
-    return np.stack([_derivative(c, u, 0), tangent, bent / square])
+    return np.stack([values[..., :3], tangent, bent / square])
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -56,21 +56,46 @@ class Orientation:
     def at(self, distance_m: Numbers) -> Numbers:
         """Rotations `(..., 3, 3)` at `distance_m` `(...)`."""
         at = np.asarray(distance_m, dtype=np.float64)
-        first, last = self._borders
-        rotations = self._turned(np.searchsorted((first + last) / 2.0, at, side="right"), at)
-        if self.windows:
-            window = np.maximum(np.searchsorted(first, at) - 1, 0)
-            inside = (at > first[window]) & (at < last[window])
-            k, at = window[inside], at[inside]
-            share = smooth((at - first[k]) / (last[k] - first[k]))
-            rotations[inside] = between(self._turned(k, at), self._turned(k + 1, at), share)
+        rotations = self._turned(self._turn_at(at), at)
+        inside, window = self._inside(at)
+        if inside.any():
+            rotations[inside] = self._blended(window, at[inside])
         return rotations
 
-    def spin(self, distance_m: Numbers) -> tuple[Numbers, Numbers]:
-        """Angular velocity per distance `(k, 3)` and its derivative, at distances `(k,)`."""
-        here, ahead, behind = self.at(np.add.outer([0.0, _STEP_M, -_STEP_M], distance_m))
-        forth, back = rotation_vectors(np.stack([ahead, behind]) @ np.swapaxes(here, -1, -2))
-        return (forth - back) / (2.0 * _STEP_M), (forth + back) / _STEP_M**2
+    def states(self, distance_m: Numbers) -> tuple[Numbers, Numbers, Numbers]:
+        """Rotations, angular velocity per distance `(k, 3)` and its derivative, at distances `(k,)`."""
+        _, axes, rates, _ = self._stacked
+        turn = self._turn_at(distance_m)
+        rotations, spin = self._turned(turn, distance_m), rates[turn, None] * axes[turn]
+        change = np.zeros_like(spin)
+        inside, window = self._inside(distance_m)
+        if inside.any():
+            around = np.add.outer([0.0, _STEP_M, -_STEP_M], distance_m[inside])
+            here, *near = self._blended(window, around)
+            forth, back = _small_rotation_vectors(np.stack(near) @ np.swapaxes(here, -1, -2))
+            rotations[inside] = here
+            spin[inside], change[inside] = (forth - back) / (2.0 * _STEP_M), (forth + back) / _STEP_M**2
+        return rotations, spin, change
+
+    def _turn_at(self, at: Numbers) -> NDArray[np.intp]:
+        """The number of the turn that counts at distances `(...)`."""
+        return np.searchsorted(self._borders.mean(axis=0), at, side="right")
+
+    def _inside(self, at: Numbers) -> tuple[NDArray[np.bool_], NDArray[np.intp]]:
+        """Which distances `(...)` are inside a window, and the number of that of each of these."""
+        if not self.windows:
+            return np.zeros(at.shape, dtype=np.bool_), np.zeros(0, dtype=np.intp)
+        first, last = self._borders
+        window = np.maximum(np.searchsorted(first, at) - 1, 0)
+        inside = (at > first[window]) & (at < last[window])
+        return inside, window[inside]
+
+    def _blended(self, window: NDArray[np.intp], at: Numbers) -> Numbers:
+        """Rotations `(..., k, 3, 3)` at distances `(..., k)` inside windows `(k,)`."""
+        first, last = self._borders[:, window]
+        share = smooth((at - first) / (last - first))
+        before, after = (self._turned(np.broadcast_to(k, at.shape), at) for k in (window, window + 1))
+        return between(before, after, share)
 
     def _turned(self, turn: NDArray[np.intp], at: Numbers) -> Numbers:
         """Rotations `(..., 3, 3)` of the turns with these numbers `(...)` at distances `(...)`."""
@@ -110,10 +135,10 @@ def swing(before: Turn, after: Turn, width_m: float, one_sided: bool = False) ->
 
 
 def between(before: Numbers, after: Numbers, share: Numbers) -> Numbers:
-    """Rotations `(m, 3, 3)`, `share` `(m,)` of the shortest way from `before` to `after`."""
-    way = rotation_vectors(after @ np.swapaxes(before, -1, -2)) * share[:, None]
+    """Rotations `(..., 3, 3)`, `share` `(...)` of the shortest way from `before` to `after`."""
+    way = rotation_vectors(after @ np.swapaxes(before, -1, -2)) * share[..., None]
     angle = np.linalg.norm(way, axis=-1)
-    step = turned(way / np.where(angle > 0.0, angle, 1.0)[:, None], angle)
+    step = turned(way / np.where(angle > 0.0, angle, 1.0)[..., None], angle)
     return np.asarray(step @ before)
 
 
@@ -124,6 +149,12 @@ def rotation_vectors(rotations: Numbers) -> Numbers:
     angle = 2.0 * np.arctan2(sine, quaternion[..., 3])
     angle = np.where(angle > np.pi, angle - 2.0 * np.pi, angle)
     return np.asarray(quaternion[..., :3] * (angle / np.where(sine > 0.0, sine, 1.0))[..., None])
+
+
+def _small_rotation_vectors(rotations: Numbers) -> Numbers:
+    """The same for angles far below 1 rad: what is not symmetric of a rotation is its axis times the sine."""
+    sines = np.stack([rotations[..., i, j] - rotations[..., j, i] for i, j in ((2, 1), (0, 2), (1, 0))], axis=-1) / 2.0
+    return np.asarray(sines * (1.0 + (sines * sines).sum(axis=-1, keepdims=True) / 6.0))
 
 
 def axis_angle(rotation: Numbers) -> tuple[Numbers, float]:

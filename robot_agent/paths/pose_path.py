@@ -1,11 +1,12 @@
 """A path of the flange without a corner: curves that join smoothly, with the orientation along them."""
 
+import math
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from robot_agent.paths.chain import Chain
-from robot_agent.paths.curves import Curve, Numbers, Trimmed, joining
+from robot_agent.paths.curves import Curve, Numbers, Polynomial, Trimmed, joining
 from robot_agent.paths.legs import Leg, turn_before
 from robot_agent.paths.meeting import SHARPEST_RAD, TANGENT_RAD, Meeting, via
 from robot_agent.paths.orientation import Orientation, Turn, Window, swing
@@ -14,8 +15,11 @@ from robot_agent.paths.transition import Transition
 
 BLEND_TOLERANCE_M = 1e-4
 """How far blending a step of the curvature may leave the programmed curve."""
-_LOOKED_AT = 33
+_SHARES = np.linspace(0.0, 1.0, 33)
+"""Where a curve that joins two others is looked at."""
 _LONGEST_BLEND_M = 0.05
+_BLENDED = 1.0 / 64.0
+"""How far a blend mostly leaves the curves, of the step of the curvature times the square of half its width."""
 _LARGEST_SWING_RAD = 0.5
 """How far the turn taken over from a joint move may lead where it fades; a quarter of it is seen at the tool."""
 _CURVATURE_STEP = 1e-6
@@ -49,17 +53,20 @@ class PosePath:
 
     def poses(self, distance_m: Numbers) -> Numbers:
         """`(m, 4, 4)` at distances `(m,)`."""
-        poses = np.zeros((len(distance_m), 4, 4))
-        poses[:, :3, :3] = self.orientation.at(distance_m)
-        poses[:, :3, 3] = self.chain.at(distance_m)[0]
-        poses[:, 3, 3] = 1.0
-        return poses
+        return _poses(self.orientation.at(distance_m), self.chain.at(distance_m)[0])
 
-    def twists(self, distance_m: Numbers) -> tuple[Numbers, Numbers]:
-        """Twist `(m, 6)` per distance, linear then angular in base axes, and its derivative by distance."""
-        _, tangent, curvature = self.chain.at(distance_m)
-        spin, change = self.orientation.spin(distance_m)
-        return np.concatenate([tangent, spin], axis=1), np.concatenate([curvature, change], axis=1)
+    def states(self, distance_m: Numbers) -> tuple[Numbers, Numbers, Numbers]:
+        """Poses as above; twist `(m, 6)` per distance, linear then angular in base axes; its derivative by distance."""
+        place, tangent, curvature = self.chain.at(distance_m)
+        rotation, spin, change = self.orientation.states(distance_m)
+        twist = np.concatenate([tangent, spin], axis=1), np.concatenate([curvature, change], axis=1)
+        return _poses(rotation, place), *twist
+
+
+def _poses(rotation: Numbers, place: Numbers) -> Numbers:
+    poses = np.zeros((len(place), 4, 4))
+    poses[:, :3, :3], poses[:, :3, 3], poses[:, 3, 3] = rotation, place, 1.0
+    return poses
 
 
 def pose_paths(legs: list[Leg]) -> list[PosePath]:
@@ -211,20 +218,21 @@ class _Assembly:
         if cut:
             edge = joining(*ends, 2.0 * cut)
             corner = self._legs[number].curve.at(np.zeros(()))[0]
-            passed = edge.at(np.linspace(0.0, edge.length_m, _LOOKED_AT))[0] - corner
+            passed = edge.derivative(_SHARES, 0) - corner
             self._met[number] = meeting.rounded(cut, float(np.linalg.norm(passed, axis=1).min()))
             return edge, cut
         kink, step = (float(np.linalg.norm(ends[1][k] - ends[0][k])) for k in (1, 2))
         if kink <= _KINK_RAD and step <= _CURVATURE_STEP:
             self._met[number] = meeting.passed(0.0)
             return None, 0.0
-        wide = min(0.45 * before.length_m, 0.45 * after.length_m, _LONGEST_BLEND_M)
+        expected = math.sqrt(BLEND_TOLERANCE_M / (_BLENDED * max(step, _CURVATURE_STEP)))
+        wide = min(0.45 * before.length_m, 0.45 * after.length_m, _LONGEST_BLEND_M, expected)
         for _ in range(8):
             blend = joining(before.at(np.array(before.length_m - wide)), after.at(np.array(wide)), 2.0 * wide)
             away = _deviation(blend, before, after, wide)
             if away <= BLEND_TOLERANCE_M:
                 break
-            wide *= min(0.7, 0.95 * float(np.sqrt(BLEND_TOLERANCE_M / away)))
+            wide *= 0.95 * math.sqrt(BLEND_TOLERANCE_M / away)
         self._met[number] = meeting.passed(away)
         return blend, wide
 
@@ -242,11 +250,10 @@ def _wide(lead: Turn, turn: Turn, half_m: float) -> float:
     return min(half_m, _LARGEST_SWING_RAD / max(step, 1e-9))
 
 
-def _deviation(blend: Curve, before: Trimmed, after: Trimmed, wide_m: float) -> float:
+def _deviation(blend: Polynomial, before: Trimmed, after: Trimmed, wide_m: float) -> float:
     """Largest distance [m] of a blend from the two curves that it replaces near their common end."""
-    share = np.linspace(0.0, 1.0, _LOOKED_AT)
-    position = blend.at(share * blend.length_m)[0]
-    along = (2.0 * share - 1.0) * wide_m
+    position = blend.derivative(_SHARES, 0)
+    along = (2.0 * _SHARES - 1.0) * wide_m
     first = before.at(before.length_m + np.minimum(along, 0.0))
     last = after.at(np.maximum(along, 0.0))
     nominal = np.where((along < 0.0)[None, :, None], first, last)

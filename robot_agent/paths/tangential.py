@@ -60,11 +60,11 @@ class Tangential:
         first, here = (heading(self.path(each)[1]) for each in (np.zeros(1), np.atleast_1d(distance_m)))
         return turned(UP, (here - first).reshape(np.shape(distance_m))) @ self.start
 
-    def spin(self, distance_m: Numbers) -> tuple[Numbers, Numbers]:
-        """Angular velocity per distance `(k, 3)` and its derivative, at distances `(k,)`."""
+    def states(self, distance_m: Numbers) -> tuple[Numbers, Numbers, Numbers]:
+        """Rotations, angular velocity per distance `(k, 3)` and its derivative, at distances `(k,)`."""
         ahead, behind = np.minimum(distance_m + _STEP_M, self.length_m), np.maximum(distance_m - _STEP_M, 0.0)
         change = (self._rates(ahead) - self._rates(behind)) / (ahead - behind)
-        return self._rates(distance_m)[:, None] * UP, change[:, None] * UP
+        return self.at(distance_m), self._rates(distance_m)[:, None] * UP, change[:, None] * UP
 
     def _rates(self, distance_m: Numbers) -> Numbers:
         return turn_rates(self.path(distance_m))

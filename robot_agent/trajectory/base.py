@@ -27,19 +27,24 @@ class Base:
     def intervals(self) -> int:
         return len(self.points) - 3
 
+    def places(self, interval: NDArray[np.intp], place: Numbers) -> Numbers:
+        """s `(...)` in intervals `(...)` at places `(...)` in 0 to 1 of them."""
+        u, v, c = place, 1.0 - place, [self.points[interval + k] for k in range(4)]
+        uu, vv = u * u, v * v
+        inner = (3.0 * uu * u - 6.0 * uu + 4.0) * c[1] + (3.0 * vv * v - 6.0 * vv + 4.0) * c[2]
+        return np.clip((vv * v * c[0] + inner + uu * u * c[3]) / 6.0, 0.0, self.points[-1])
+
     def at(self, interval: NDArray[np.intp], place: Numbers) -> Numbers:
         """s and three derivatives `(4, ...)` in intervals `(...)` at places `(...)` in 0 to 1 of them."""
         u, c = place, [self.points[interval + k] for k in range(4)]
         v = 1.0 - u
         one, two, three = c[1] - c[0], c[2] - c[1], c[3] - c[2]
         bend, later = two - one, three - two
-        values = np.stack(
+        return np.stack(
             [
-                (v**3 * c[0] + (3 * u**3 - 6 * u**2 + 4) * c[1] + (3 * v**3 - 6 * v**2 + 4) * c[2] + u**3 * c[3]) / 6,
+                self.places(interval, place),
                 (v * v * one + (1.0 + 2.0 * u * v) * two + u * u * three) / (2.0 * self.h),
                 (v * bend + u * later) / self.h**2,
                 (later - bend) / self.h**3 + 0.0 * u,
             ]
         )
-        values[0] = np.clip(values[0], 0.0, self.points[-1])
-        return values

@@ -22,12 +22,14 @@ _TOLERANCE = 1e-6
 """Largest distance [m] and angle [rad] between the joints' curve and the path."""
 _ROUNDS = 24
 _MOST_PARTS = 4
-_SPACING_M = 0.04
-_SPACING_RAD = 0.15
+_SPACING_M = 0.03
+_SPACING_RAD = 0.1
+_FEWEST_PARTS = 16
+"""Of each curve of the path at first, which mostly is fine enough: to divide them all once more takes longer."""
 _FINEST_M = 1e-8
 _MOST_NODES = 6000
-_STEP_RAD = 1e-5
-_NEARLY_SINGULAR = 1e5
+_NEARLY_SINGULAR, _SINGULAR = 1e5, 1e12
+"""Condition of the Jacobian."""
 _HINT = "use a joint move here, or move the corner away from the singular pose"
 _OUT_OF_REACH = (None, "move the line into the robot's reach")
 _TRACKING = {
@@ -81,8 +83,8 @@ class _Follower:
     def run(self) -> Followed:
         nodes = self._first_nodes()
         for _ in range(_ROUNDS):
-            nodes, q = self._tracked(nodes)
-            made = self._through(nodes, q)
+            nodes, *states = self._tracked(nodes)
+            made = self._through(nodes, *states)
             error = self._error(made)
             if error.max() <= _TOLERANCE:
                 return made
@@ -99,13 +101,13 @@ class _Follower:
         spacing = _SPACING_RAD if self._on_the_spot else _SPACING_M
         for first, last in pairwise(borders):
             steps = (last - first) * max(rate / _SPACING_RAD, 1.0 / spacing)
-            parts.append(np.linspace(first, last, max(1, math.ceil(steps)) + 1)[:-1])
+            parts.append(np.linspace(first, last, max(_FEWEST_PARTS, math.ceil(steps)) + 1)[:-1])
         return np.concatenate([*parts, [borders[-1]]])
 
-    def _tracked(self, nodes: Numbers) -> tuple[Numbers, Numbers]:
-        """Nodes, more of them where a joint turns quickly, and the joints there."""
+    def _tracked(self, nodes: Numbers) -> tuple[Numbers, Numbers, Numbers, Numbers]:
+        """Nodes, more of them where a joint turns quickly; the joints, the twist and its derivative there."""
         while True:
-            poses = self._path.poses(nodes)
+            poses, twist, change = self._path.states(nodes)
             try:
                 q = (
                     any_branch(self._model, poses, self._start)
@@ -125,7 +127,7 @@ class _Follower:
                 raise self._refuse(0.0, str(error), _HINT, None, None, None) from error
         if self._flips:
             keep = self._regular(q)
-            nodes, q = nodes[keep], q[keep]
+            nodes, q, twist, change = (each[keep] for each in (nodes, q, twist, change))
         gap = np.abs(q[0] - self._start)
         if gap.max() > 1e-7:
             name = self._model.joint_names[int(np.argmax(gap))]
@@ -133,7 +135,7 @@ class _Follower:
             raise self._refuse(0.0, reason, _HINT, name, "velocity", poses[0])
         q = q.copy()
         q[0] = self._start
-        return nodes, q
+        return nodes, q, twist, change
 
     def _regular(self, q: Numbers) -> NDArray[np.bool_]:
         """Nodes `(k,)` to keep: not those where two branches of the wrist meet, the curve runs through them anyway."""
@@ -141,9 +143,8 @@ class _Follower:
         regular[[0, -1]] = True
         return regular
 
-    def _through(self, nodes: Numbers, q: Numbers) -> Followed:
+    def _through(self, nodes: Numbers, q: Numbers, twist: Numbers, change: Numbers) -> Followed:
         """The curve through exact states at the nodes, by the weighted length of the joints' way."""
-        twist, change = self._path.twists(nodes)
         tangent, bend = self._derivatives(nodes, q, twist, change)
         weighted, bent = tangent / self._velocity, bend / self._velocity
         speed = np.linalg.norm(weighted, axis=1)
@@ -175,29 +176,26 @@ class _Follower:
         return np.asarray(np.maximum(np.linalg.norm(away[:, :3, 3], axis=1), turned))
 
     def _derivatives(self, nodes: Numbers, q: Numbers, twist: Numbers, change: Numbers) -> tuple[Numbers, Numbers]:
-        """First and second derivative `(k, n)` of the joints by the distance.
+        """First and second derivative `(k, n)` of the joints by the distance: J q' = twist, J q'' = twist' - J' q'."""
+        inverse = self._inverse(nodes, self._model.jacobian(q))
+        tangent = (inverse @ twist[..., None])[..., 0]
+        drift = self._model.jacobian_derivative(q, tangent) @ tangent[..., None]
+        return tangent, (inverse @ (change[..., None] - drift))[..., 0]
 
-        J q' = twist and J q'' = twist' - J' q', with J' along the path from the Jacobian on both sides of each point.
-        """
-        jacobian = self._model.jacobian(q)
-        tangent = self._solve(nodes, jacobian, twist)
-        step = _STEP_RAD / np.maximum(np.abs(tangent).max(axis=1), 1e-12)[:, None]
-        ahead, behind = self._model.jacobian(q + step * tangent), self._model.jacobian(q - step * tangent)
-        drift = ((ahead - behind) @ tangent[..., None])[..., 0] / (2.0 * step)
-        return tangent, self._solve(nodes, jacobian, change - drift)
-
-    def _solve(self, nodes: Numbers, jacobian: Numbers, twist: Numbers) -> Numbers:
-        """Joint velocities `(k, n)` for twists `(k, 6)`; least squares for robots with fewer than six joints."""
-        matrix, right = jacobian, twist[..., None]
-        if self._model.n != 6:
-            transposed = np.swapaxes(jacobian, -1, -2)
-            matrix, right = transposed @ jacobian, transposed @ right
-        singular = np.linalg.cond(matrix) > 1e12
-        if singular.any():
-            where = float(nodes[int(np.argmax(singular))])
+    def _inverse(self, nodes: Numbers, jacobian: Numbers) -> Numbers:
+        """Joint velocities `(k, n, 6)` by twists; least squares for robots with fewer than six joints."""
+        transposed = np.swapaxes(jacobian, -1, -2)
+        matrix = jacobian if self._model.n == 6 else transposed @ jacobian
+        try:
+            inverse = np.linalg.inv(matrix)
+            condition = np.linalg.norm(matrix, axis=(1, 2)) * np.linalg.norm(inverse, axis=(1, 2))
+        except np.linalg.LinAlgError:
+            inverse, condition = matrix, np.linalg.cond(matrix)
+        if condition.max() > _SINGULAR:
+            where = float(nodes[int(np.argmax(condition))])
             reason = "the path passes exactly through a singular pose, where a joint would have to turn instantly"
             raise self._refuse(where, reason, _HINT, None, "velocity", self._path.poses(np.array([where]))[0])
-        return np.asarray(np.linalg.solve(matrix, right)[..., 0])
+        return np.asarray(inverse if self._model.n == 6 else inverse @ transposed, dtype=np.float64)
 
 
 def _divided(nodes: Numbers, parts: Numbers) -> Numbers:

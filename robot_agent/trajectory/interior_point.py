@@ -1,12 +1,13 @@
 """Solves a retiming: a primal-dual interior-point method on the limits that matter.
 
 The duration is minimised over the coefficients of y. Each limit has a slack; one that the beginning exceeds is widened
-first and comes back by the share of each step. Only the limits that are closest in each interval are carried along,
-chosen anew every few steps. Source: Nocedal and Wright, "Numerical Optimization", chapter 19. The curvature of jerk's
-limit is left out as far as it is larger than that of the duration, which keeps every step a step downhill.
+first and comes back by the share of each step. Only the limits that are closest in each interval are carried along: of
+acceleration and speed on the side where they are close, of jerk, which changes sides quickly, on both. Others join them
+where they are exceeded. Source: Nocedal and Wright, "Numerical Optimization", chapter 19. The curvature of jerk's limit
+is left out as far as it is larger than that of the duration, which keeps every step a step downhill.
 
-What belongs to the limits has the shape `(limits, intervals)`, in the order acceleration above and below, jerk above
-and below, speed. Besides, no coefficient may become negative.
+What belongs to the limits has the shape `(limits, intervals)`, in the order speed, acceleration, jerk. Besides, no
+coefficient may become negative.
 """
 
 import numpy as np
@@ -16,23 +17,23 @@ from robot_agent.trajectory.affine import Numbers
 from robot_agent.trajectory.band import solve_banded
 from robot_agent.trajectory.retiming import Limited, basis, on_windows
 
-_CARRIED = (2, 8, 14)
+_CARRIED = (2, 6, 10)
 """Limits of speed, acceleration and jerk carried along per interval."""
-_MORE = (1, 3, 5)
+_MORE = (1, 2, 3)
 """Limits that join them when others are exceeded."""
-_KIND = (1, 1, 2, 2, 0)
-"""Of which kind the limits on each side are: acceleration above and below, jerk above and below, speed."""
-_LOOKING_ROUND = (3, 6)
-"""After so many steps more limits are carried along where others are exceeded by more than `_UNSEEN`."""
+_LOOKING_ROUND = 2
+"""Every so many steps more limits are carried along where others are exceeded by more than `_UNSEEN`."""
 _UNSEEN = 0.02
 _AGAIN = 0.02
 """Gap with which the search goes on behind tightened limits."""
+_NO_LOSS = 1e-3
+"""Behind tightened limits, which can only cost time, a path that takes so little longer than before is done."""
 _SMALLEST_GAP = 1e-5
 _NEAR = 0.2
 """Gap below which a search has come somewhere."""
 _MOST_STEPS = 90
-_SLACK = 0.05
-"""Given to a limit that is not kept yet."""
+_SLACK, _SLACK_SHARE = 0.05, 0.3
+"""Given at most to a limit that is not kept yet; and by how much more the more it is exceeded."""
 _TOUCHING = 0.01
 """Share of it below which a limit counts as not kept."""
 _BOUNDARY = 0.95
@@ -51,12 +52,17 @@ class Search:
         self._weights = limited.h * _WEIGHTS
         counts = np.diff(np.append(limited.starts, len(c)))
         self._path_of = np.repeat(np.arange(len(counts)), counts)
-        uses = limited.use(c)
-        self._carried = [_largest(use, count) for use, count in zip(uses, _CARRIED, strict=True)]
+        none = np.zeros((0, len(limited.h)))
+        self._carried, self._sides = [none.astype(np.intp)] * 3, [none] * 3
+        self._choose(limited.use(c), _CARRIED)
+        self._carried[2], self._sides[2] = (
+            np.tile(self._carried[2], (2, 1)),
+            np.concatenate([self._sides[2], -self._sides[2]]),
+        )
         self._gather()
-        self._gap = np.full(len(counts), np.inf)
-        self._complement = self._duration() / self._size()
-        plain = self._plain_slacks()
+        self._gap, self._before_s = np.full(len(counts), np.inf), np.zeros(len(counts))
+        self._complement = self._duration / self._size
+        plain = self._plain
         self._widening = _widened(plain, np.full((1, 1), _SLACK))
         self._slacks = plain + self._widening
         target = self._complement[self._path_of]
@@ -69,12 +75,12 @@ class Search:
         """
         for number in range(1, _MOST_STEPS):
             self._step()
-            if self._gap.max() < gap and self._widening.max() < kept:
-                if self.limited.largest(self.c) <= 1.0 + kept:
+            done = (self._gap < gap) | (self._duration <= self._before_s * (1.0 + _NO_LOSS))
+            if done.all() and self._widening.max() < kept:
+                if not self._carry_more(kept):
                     break
-                self._carry_more()
-            elif number in _LOOKING_ROUND and self.limited.largest(self.c) > 1.0 + _UNSEEN:
-                self._carry_more()
+            elif number % _LOOKING_ROUND == 0:
+                self._carry_more(_UNSEEN)
 
     @property
     def found(self) -> bool:
@@ -86,9 +92,10 @@ class Search:
         self.limited = self.limited.tightened(excess)
         self._gather()
         most = np.maximum.reduceat(excess.max(axis=0), self.limited.starts)
-        self._complement = np.clip(most - 1.0, _AGAIN, 1.0) * self._duration() / self._size()
+        self._before_s = self._duration
+        self._complement = np.clip(most - 1.0, _AGAIN, 1.0) * self._before_s / self._size
         target = self._complement[self._path_of]
-        slacks = self._plain_slacks() + self._widening
+        slacks = self._plain + self._widening
         more = _widened(slacks, np.minimum(_SLACK, np.sqrt(target[:-2])))
         self._widening, self._slacks = self._widening + more, slacks + more
         self._duals = np.maximum(self._duals, target[:-2] / self._slacks)
@@ -104,102 +111,135 @@ class Search:
         self._path_of = np.repeat(np.arange(len(counts)), counts)
         self._weights = self._weights[:, intervals]
         self._carried = [each[:, intervals] for each in self._carried]
-        self._gap, self._complement = self._gap[chosen], self._complement[chosen]
+        self._sides = [each[:, intervals] for each in self._sides]
+        self._gap, self._complement, self._before_s = (
+            each[chosen] for each in (self._gap, self._complement, self._before_s)
+        )
         self._widening, self._duals = self._widening[:, intervals], self._duals[:, intervals]
         self._gather()
-        self._slacks = self._plain_slacks() + self._widening
+        self._slacks = self._plain + self._widening
 
-    def _carry_more(self) -> None:
-        """The limits that are closest now besides those that are carried along."""
+    def _carry_more(self, kept: float) -> bool:
+        """Where limits are exceeded by more than `kept`: those that are closest now besides those carried along."""
+        uses = self.limited.use(self.c)
+        if max(float(np.abs(use).max()) for use in uses) <= 1.0 + kept:
+            return False
         before = self._counts()
-        for kind, use in enumerate(self.limited.use(self.c)):
-            np.put_along_axis(use, self._carried[kind], -np.inf, axis=0)
-            self._carried[kind] = np.concatenate([self._carried[kind], _largest(use, _MORE[kind])])
+        for use, carried, side in zip(uses, self._carried, self._sides, strict=True):
+            here = _taken(use, carried)
+            use[carried, np.arange(use.shape[1])] = np.where(here * side > 0.0, 0.0, here)
+        self._choose(uses, _MORE)
         self._gather()
         known = np.concatenate([np.arange(n) < old for n, old in zip(self._counts(), before, strict=True)])
-        target, plain = self._complement[self._path_of][:-2], self._plain_slacks()
+        target, plain = self._complement[self._path_of][:-2], self._plain
         widening = _widened(plain, np.minimum(_SLACK, np.sqrt(target)))
         widening[known] = self._widening
         self._widening, self._slacks = widening, plain + widening
         duals = target / self._slacks
         duals[known] = self._duals
         self._duals = duals
+        return True
+
+    def _choose(self, uses: tuple[Numbers, Numbers, Numbers], more: tuple[int, int, int]) -> None:
+        """Also so many of the limits that are used most, each on the side where it is."""
+        for kind, (use, count) in enumerate(zip(uses, more, strict=True)):
+            chosen = _largest(use, min(count, len(use)))
+            side = np.where(_taken(use, chosen) < 0.0, -1.0, 1.0)
+            self._carried[kind] = np.concatenate([self._carried[kind], chosen])
+            self._sides[kind] = np.concatenate([self._sides[kind], side])
 
     def _counts(self) -> list[int]:
-        """How many limits there are on each side in an interval."""
-        return [len(self._carried[kind]) for kind in _KIND]
+        """How many limits of each kind are carried along in an interval."""
+        return [len(each) for each in self._carried]
 
     def _gather(self) -> None:
-        """The rows of acceleration, jerk, y at the places of jerk, speed and y where the duration is counted."""
-        limits, (v, a, j) = self.limited, self._carried
-        taken = ((limits.acceleration, a), (limits.jerk, j), (limits.value, j // limits.rows), (limits.speed, v))
-        rows = [np.take_along_axis(each, at[None], axis=1) for each, at in taken]
-        rows.append(np.broadcast_to(_DURATION, (3, 3, len(limits.h))))
+        """Rows `(3, limits, intervals)` of what is limited and of y where jerk is; bounds; number of limits."""
+        limits, (v, a, j), sides = self.limited, self._carried, self._sides
+        self._size = np.bincount(self._path_of) * float(sum(self._counts()) + 1)
+        rows = [_taken(each, at) for each, at in ((limits.speed, v), (limits.acceleration, a), (limits.jerk, j))]
         self._rows = np.concatenate(rows, axis=1)
-        self._borders = np.cumsum([each.shape[1] for each in rows])[:-1]
-        self._above, self._below = (np.take_along_axis(each, a, axis=0) for each in (limits.above, limits.below))
-        self._sided = self._rows.copy()
-        self._values = on_windows(self._rows, self.c)
+        self._rows *= np.concatenate(sides)
+        self._values_there = _taken(limits.value, j // limits.rows)
+        above, below = _taken(limits.above, a), _taken(limits.below, a)
+        self._bounds = np.concatenate([np.ones(v.shape), np.where(sides[1] > 0.0, above, below)])
+        self._sided = np.concatenate([self._rows, np.broadcast_to(_DURATION, (3, 3, len(limits.h)))], axis=1)
+        self._place()
 
-    def _parts(self, values: Numbers) -> list[Numbers]:
-        """Values `(rows, intervals)` of acceleration, jerk, y there, speed, y for the duration."""
-        return np.split(values, self._borders)
+    def _place(self) -> None:
+        """What follows from the coefficients: plain slacks, and the squared rates in the limits of jerk and duration.
+
+        The root in the limit of jerk falls with y, which makes its rows steeper.
+        """
+        self._plain = -on_windows(self._rows, self.c)
+        fixed = len(self._bounds)
+        inverse = 1.0 / on_windows(self._values_there, self.c)
+        root = np.sqrt(inverse)
+        self._plain[:fixed] += self._bounds
+        self._plain[fixed:] += root
+        fall = 0.5 * root * inverse
+        self._bend = 1.5 * fall * inverse
+        np.add(self._rows[:, fixed:], fall * self._values_there, out=self._sided[:, fixed:-3])
+        self._slowness = 1.0 / np.sqrt(on_windows(_DURATION, self.c))
+        self._duration = np.add.reduceat((self._weights * self._slowness).sum(axis=0), self.limited.starts)
 
     def _step(self) -> None:
         """One Newton step on the conditions of optimality; each path takes as much of it as it can."""
         target, inverse = self._complement[self._path_of], 1.0 / self._slacks
         weight = self._duals * inverse
-        pull = self._duals * self._widening
-        pull += target[:-2]
-        pull *= inverse
+        pull = (self._duals * self._widening + target[:-2]) * inverse
         change = self._newton(weight, pull, target / self.c)
-        moved = on_windows(self._rows, change)
-        a, j, growing, v, _ = self._parts(moved)
-        q = self._fall * growing
-        ahead = np.concatenate([-a, a, q - j, q + j, -v])
-        weight *= ahead
-        growth = np.subtract(pull, weight, out=pull)
-        growth -= self._duals
-        ahead -= self._widening
-        ahead *= inverse
+        used = on_windows(self._sided[:, :-3], change)
+        growth = pull + weight * used - self._duals
         relative = change / self.c
         own = target / self.c - self._coefficient_duals * (1.0 + relative)
-        primal = self._reach(ahead, relative)
+        primal = self._reach((used + self._widening) * -inverse, relative)
         dual = self._reach(growth / self._duals, own / self._coefficient_duals)
         by_primal, by_dual = primal[self._path_of], dual[self._path_of]
         self.c = self.c + by_primal * change
-        self._values = on_windows(self._rows, self.c)
-        growth *= by_dual[:-2]
-        self._duals += growth
+        self._duals = self._duals + by_dual[:-2] * growth
         self._coefficient_duals = self._coefficient_duals + by_dual * own
-        self._widening *= 1.0 - by_primal[:-2]
-        self._slacks = self._plain_slacks()
-        self._slacks += self._widening
+        self._widening = self._widening * (1.0 - by_primal[:-2])
+        self._place()
+        self._slacks = self._plain + self._widening
         self._aim(np.minimum(primal, dual))
 
     def _aim(self, least: Numbers) -> None:
         """What slack times dual shall be after the next step: less, the farther `(paths,)` the last one came."""
         rest = self._by_path(np.add, _dot(self._duals, self._slacks), self._coefficient_duals * self.c)
-        duration = self._duration()
+        duration = self._duration
         self._gap = rest / duration
         centre = np.where(least > 0.8, 0.1, np.where(least > 0.4, 0.3, 0.6))
-        self._complement = np.maximum(centre * rest, _SMALLEST_GAP * duration) / self._size()
+        self._complement = np.maximum(centre * rest, _SMALLEST_GAP * duration) / self._size
 
     def _newton(self, weight: Numbers, pull: Numbers, coefficient_pull: Numbers) -> Numbers:
         """The change of the coefficients; none of those that are held."""
-        self._turn_to_sides()
-        hessian, gradient = self._hessian(weight), self._gradient(pull, coefficient_pull)
+        slope = -0.5 * self._weights * self._slowness**3
+        curve = -1.5 * slope * self._slowness**2
+        back = _dot(self._duals[-len(self._bend) :], self._bend)
+        left = np.maximum(1.0 - back / np.maximum(curve.sum(axis=0), 1e-30), 0.0)
+        hessian = self._hessian(np.concatenate([weight, curve * left]))
+        gradient = self._gradient(np.concatenate([pull, slope])) - coefficient_pull
         hessian[:, : self._held], gradient[: self._held] = 0.0, 0.0
         hessian[0, : self._held] = 1.0
         return -solve_banded(hessian, gradient)
 
-    def _turn_to_sides(self) -> None:
-        """The rows of jerk become those of its slacks above and below, whose root falls with y."""
-        first, second, third, _ = self._borders
-        jerk = self._rows[:, first:second]
-        root = self._fall * self._rows[:, second:third]
-        np.subtract(root, jerk, out=self._sided[:, first:second])
-        np.add(root, jerk, out=self._sided[:, second:third])
+    def _gradient(self, pull: Numbers) -> Numbers:
+        """Of the duration and of the pull of all limits `(intervals + 2,)`."""
+        window = np.einsum("mk,imk->ik", pull, self._sided)
+        whole = np.zeros(len(self.c))
+        for first, each in enumerate(window):
+            whole[first : first + len(each)] += each
+        return whole
+
+    def _hessian(self, weight: Numbers) -> Numbers:
+        """Lower bands `(3, intervals + 2)`."""
+        window = np.einsum("imk,jmk->ijk", weight * self._sided, self._sided)
+        bands = np.zeros((3, len(self.c)))
+        bands[0] = self._coefficient_duals / self.c
+        for first in range(3):
+            for second in range(first, 3):
+                bands[second - first, first : first + window.shape[2]] += window[first, second]
+        return bands
 
     def _reach(self, change: Numbers, of_coefficients: Numbers) -> Numbers:
         """Share of the relative change, at most all of it, that keeps everything positive: of each path."""
@@ -212,68 +252,29 @@ class Search:
         whole[:-2] = together(whole[:-2], by_interval)
         return np.asarray(together.reduceat(whole, self.limited.starts))
 
-    def _size(self) -> Numbers:
-        """Number of limits `(paths,)`."""
-        return np.diff(np.append(self.limited.starts, len(self.c))) * float(sum(self._counts()) + 1)
 
-    def _duration(self) -> Numbers:
-        """`(paths,)`"""
-        time = (self._weights / np.sqrt(self._parts(self._values)[4])).sum(axis=0)
-        return np.asarray(np.add.reduceat(time, self.limited.starts))
+def _widened(slacks: Numbers, room: Numbers) -> Numbers:
+    """What is added to limits that are exceeded or nearly so."""
+    room = room + _SLACK_SHARE * np.maximum(-slacks, 0.0)
+    return np.where(slacks < _TOUCHING * room, room - slacks, 0.0)
 
-    def _plain_slacks(self) -> Numbers:
-        """Without what they are widened by; and the derivative by y of what jerk's limit leaves."""
-        a, j, y, v, _ = self._parts(self._values)
-        self._inverse = 1.0 / y
-        q = np.sqrt(self._inverse)
-        self._fall = -0.5 * q * self._inverse
-        return np.concatenate([self._above - a, self._below + a, q - j, q + j, 1.0 - v])
 
-    def _gradient(self, pull: Numbers, coefficient_pull: Numbers) -> Numbers:
-        """Of the duration and of the pull of all limits `(intervals + 2,)`."""
-        above, below, *jerk, speed = np.split(pull, np.cumsum(self._counts())[:-1])
-        y = self._parts(self._values)[4]
-        down = -0.5 * self._weights / (y * np.sqrt(y))
-        each = np.concatenate([above - below, *[-side for side in jerk], speed, down])
-        window = np.einsum("mk,imk->ik", each, self._sided)
-        whole = -coefficient_pull
-        whole[:-2] += window[0]
-        whole[1:-1] += window[1]
-        whole[2:] += window[2]
-        return whole
+def _largest(use: Numbers, count: int) -> NDArray[np.intp]:
+    """Numbers `(count, intervals)` of the largest magnitudes in each interval."""
+    rest, intervals = np.abs(use), np.arange(use.shape[1])
+    chosen = np.empty((count, use.shape[1]), dtype=np.intp)
+    for number in range(count):
+        chosen[number] = rest.argmax(axis=0)
+        rest[chosen[number], intervals] = -1.0
+    return chosen
 
-    def _hessian(self, weight: Numbers) -> Numbers:
-        """Lower bands `(3, intervals + 2)`."""
-        ma, mj = self._counts()[1:3]
-        y = self._parts(self._values)[4]
-        curve = 0.75 * self._weights / (y * y * np.sqrt(y))
-        duals = self._duals[2 * ma : 2 * ma + mj] + self._duals[2 * ma + mj : 2 * (ma + mj)]
-        back = -1.5 * _dot(duals, self._fall * self._inverse)
-        left = np.maximum(1.0 - back / np.maximum(curve.sum(axis=0), 1e-30), 0.0)
-        each = np.concatenate([weight[:ma] + weight[ma : 2 * ma], weight[2 * ma :], curve * left])
-        one, two, three = self._sided
-        by_one, by_two = each * one, each * two
-        bands = np.zeros((3, len(self.c)))
-        bands[0] = self._coefficient_duals / self.c
-        bands[0, :-2] += _dot(by_one, one)
-        bands[0, 1:-1] += _dot(by_two, two)
-        bands[0, 2:] += _dot(each * three, three)
-        bands[1, :-2] += _dot(by_one, two)
-        bands[1, 1:-1] += _dot(by_two, three)
-        bands[2, :-2] += _dot(by_one, three)
-        return bands
+
+def _taken(values: Numbers, at: NDArray[np.intp]) -> Numbers:
+    """Of values `(..., m, intervals)` those `(..., n, intervals)` with the numbers `at` `(n, intervals)` out of m."""
+    count = values.shape[-1]
+    return np.asarray(np.take(values.reshape(*values.shape[:-2], -1), at * count + np.arange(count), axis=-1))
 
 
 def _dot(first: Numbers, second: Numbers) -> Numbers:
     """`(intervals,)` sums of products over all rows `(rows, intervals)`."""
     return np.asarray(np.einsum("mk,mk->k", first, second))
-
-
-def _widened(slacks: Numbers, room: Numbers) -> Numbers:
-    """What is added to limits that are exceeded or nearly so."""
-    return np.where(slacks < _TOUCHING * room, room - slacks, 0.0)
-
-
-def _largest(use: Numbers, count: int) -> NDArray[np.intp]:
-    """Indices `(count, intervals)` of the largest in each interval."""
-    return np.argpartition(-use, min(count, len(use) - 1), axis=0)[:count]

@@ -101,4 +101,4 @@ class Law:
         x = after / step
         share = x * x * (3.0 - 2.0 * x) + step / width * x * (1.0 - x) * ((1.0 - x) * first - x * last)
         interval, number = np.divmod(part, _PARTS)
-        return self.base.at(interval, (number + np.clip(share, 0.0, 1.0)) / _PARTS)[0], interval
+        return self.base.places(interval, (number + np.clip(share, 0.0, 1.0)) / _PARTS), interval

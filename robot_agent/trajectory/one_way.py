@@ -20,6 +20,8 @@ AT_HOLD_S = 1e-6
 _HOLD_MARGIN_S = 2e-9
 _SHARES = (1.0, 0.85, 0.65, 0.45, 0.25, 0.1)
 """Of what the joints allow: tried one after the other until the samples keep the limits."""
+_RAMPS_OF_FIRST, _RAMPS = _SHARES[:3], _SHARES[:2]
+"""Tried behind the first way to a rate and behind each gentler one: where these are too hard, so are gentler ones."""
 _ATTEMPTS = 8
 _NEAR_S = 1e-3
 _VERY_NEAR = 3e-3
@@ -89,11 +91,12 @@ class OneWay:
         join = replace(join, cap=None)
         for share in _SHARES:
             ramp = self._steering.change(start, 0.0, share, limit)
-            braked = self._sampler.brake(join, start, ramp, 0.0, ramp, limit, who)
-            if braked is not None and braked.rest_index < remainder.rest_index and self._rests_at(braked) <= farthest:
-                return braked
             if ramp.duration_s > remainder.stop_time_s:
                 break
+            braked = self._sampler.brake(join, start, ramp, 0.0, ramp, limit, who)
+            if isinstance(braked, Segment):
+                sooner = braked.rest_index < remainder.rest_index and self._rests_at(braked) <= farthest
+                return braked if sooner else remainder
         return remainder
 
     def keeps_cap(self, segment: Segment, index: int, cap: SpeedCap) -> bool:
@@ -108,67 +111,85 @@ class OneWay:
     def _rests_at(self, segment: Segment) -> float:
         return self.track.way(segment.stop_tau)
 
-    def _laws(self, join: Join, start: PathState, rate: float) -> Iterator[RateLaw]:
-        """Ways to a rate: the one that is under way already, then the fastest, then gentler ones."""
+    def _laws(self, join: Join, start: PathState, rate: float) -> Iterator[tuple[RateLaw, tuple[float, ...]]]:
+        """Ways to a rate: the one that is under way already, then the fastest, then gentler ones; and ramps' shares."""
         under_way = join.previous.law_from(join.index)
+        ramps: tuple[float, ...] = _RAMPS_OF_FIRST
         if under_way is not None and under_way.target == rate and start.rate_dot != 0.0:
-            yield under_way
+            yield under_way, ramps
+            ramps = _RAMPS
         for share in _SHARES:
-            yield self._steering.change(start, rate, share)
+            yield self._steering.change(start, rate, share), ramps
             if start.rate == rate and start.rate_dot == 0.0:
                 return
+            ramps = _RAMPS
 
     def _onwards(self, join: Join, start: PathState, wish: Wish) -> Segment | None:
         """The nominal part, then the fastest ramp, or on to where the plan itself rests if that is sooner."""
-        nominal_s = self._nominal * self._cycle_s
-        for law in self._laws(join, start, wish.rate):
-            end = self._sampler.after(start, law, nominal_s)
-            limit = self.track.next_rest(end.tau)
-            riding_s = self._sampler.riding_s(start, law, limit) - nominal_s
-            for share in _SHARES if riding_s > self._cycle_s else ():
-                ramp = self._steering.change(end, 0.0, share, limit)
-                if ramp.duration_s >= riding_s or end.tau + ramp.advance >= limit:
-                    break
-                braked = self._sampler.brake(join, start, law, nominal_s, ramp, limit, wish.who)
-                if braked is not None:
-                    return braked
-            ridden = self._sampler.ride(join, start, law, self._nominal, limit, wish.who)
-            if ridden is not None:
-                return ridden
+        for law, shares in self._laws(join, start, wish.rate):
+            ended = self._ended(join, start, law, shares, wish.who)
+            if ended is not None:
+                return ended
         return None
+
+    def _ended(self, join: Join, start: PathState, law: RateLaw, shares: tuple[float, ...], who: str) -> Segment | None:
+        """`law` over the nominal part, and its end; None where the joints break a limit whatever the end."""
+        nominal_s = self._nominal * self._cycle_s
+        end = self._sampler.after(start, law, nominal_s)
+        limit = self.track.next_rest(end.tau)
+        riding_s = self._sampler.riding_s(start, law, limit) - nominal_s
+        for share in shares if riding_s > self._cycle_s else ():
+            ramp = self._steering.change(end, 0.0, share, limit)
+            if ramp.duration_s >= riding_s or end.tau + ramp.advance >= limit:
+                break
+            braked = self._sampler.brake(join, start, law, nominal_s, ramp, limit, who)
+            if isinstance(braked, Segment):
+                return braked
+            if braked <= self._nominal:
+                return None
+        ridden = self._sampler.ride(join, start, law, self._nominal, limit, who)
+        return ridden if isinstance(ridden, Segment) else None
 
     def _up_to(self, join: Join, start: PathState, wish: Wish) -> Segment | None:
         """As far as the bound, braking as late as possible; None when that is not admissible or not needed."""
         if abs(wish.bound - self._rests_at(join.previous)) <= AT_HOLD_S:
             return join.remainder(wish.bound_by)
         last_rest = self.track.rest_before(wish.bound)
-        for law in self._laws(join, start, wish.rate):
+        for law, shares in self._laws(join, start, wish.rate):
             if wish.bound - last_rest <= AT_HOLD_S and last_rest > start.tau:
                 ridden = self._sampler.ride(join, start, law, self._nominal, last_rest, wish.bound_by)
-                if ridden is not None:
+                if isinstance(ridden, Segment):
                     return ridden
-            for share in _SHARES:
+            ways = 0
+            for share in shares:
                 found = self._braking_at(start, law, wish.bound - _HOLD_MARGIN_S, share)
                 if found is None:
                     continue
                 held = self._sampler.brake(join, start, law, found[0], found[1], wish.bound, wish.bound_by)
-                if held is not None:
+                if isinstance(held, Segment):
                     return held
+                ways += 1
+                if held * self._cycle_s <= found[0]:
+                    break
+            if ways == 0:
+                return None
         return None
 
     def _braking_at(self, start: PathState, law: RateLaw, stop: float, share: float) -> tuple[float, RateLaw] | None:
         """When on `law` to begin which ramp so that it ends exactly at way `stop`; None when it is too late for that.
 
-        Bracketing (Illinois) until the stop is near, then the same ramp a little earlier, later or longer.
+        Bracketing (Illinois) until the stop is near, then the same ramp a little earlier, later or longer. From rest
+        the way grows with the cube of the time, so there its cube root is looked at.
         """
-        low, high = 0.0, self._nominal * self._cycle_s
-        early, ramp = self._stop_of(start, law, low, share, stop)
-        if early > 0.0:
+        low, high, order = 0.0, self._nominal * self._cycle_s, 3.0 if start.rate == 0.0 else 1.0
+        at_once, _ = self._stop_of(start, law, low, share, stop)
+        if at_once > 0.0:
             return None
-        late, _ = self._stop_of(start, law, high, share, stop)
-        if late < 0.0:
+        last, _ = self._stop_of(start, law, high, share, stop)
+        if last < 0.0:
             return None
-        t, gap = low, early
+        early = -((-at_once) ** (1.0 / order))
+        late = early + (last - at_once) ** (1.0 / order)
         for _ in range(_ATTEMPTS):
             t = (low * late - high * early) / (late - early) if late > early else low
             gap, ramp = self._stop_of(start, law, t, share, stop)
@@ -177,10 +198,11 @@ class OneWay:
                 return max(t - gap / end.rate, 0.0), ramp
             if abs(gap) < _VERY_NEAR * float(np.abs(ramp.states[:, 3]).max()) * ramp.duration_s**3:
                 return t, ramp.longer(-gap)
+            behind = max(gap - at_once, 0.0) ** (1.0 / order) - (-at_once) ** (1.0 / order)
             if gap > 0.0:
-                high, late, early = t, gap, early / 2.0
+                high, late, early = t, behind, early / 2.0
             else:
-                low, early, late = t, gap, late / 2.0
+                low, early, late = t, behind, late / 2.0
         return None
 
     def _stop_of(self, start: PathState, law: RateLaw, t: float, share: float, stop: float) -> tuple[float, RateLaw]:

@@ -113,7 +113,7 @@ def _roomy(limited: Limited, intervals: int, more: float, jerk: float) -> Limite
     Those of jerk to `jerk` times what the first interval needs at least.
     """
     uses = limited.use(np.ones(len(limited.h) + 2))[:2]
-    at_once = [float(use[: len(use) // len(PLACES), 0].max()) for use in uses]
+    at_once = [float(np.abs(use[: len(use) // len(PLACES), 0]).max()) for use in uses]
     room = np.ones((3, len(limited.h)))
     for order, used in enumerate(at_once):
         room[order, :intervals] = 1.0 / max(1.0, more * used)

@@ -56,15 +56,16 @@ class PathLimits:
     def rows(self, at: Numbers, around: Numbers | None = None, wide: Numbers | None = None) -> Rows:
         """The rows at parameters `at` `(k,)`.
 
-        With `around` `(2, k)` the third derivative is its mean from the one to the other: what jerk a motion has that
-        is looked at no closer. With `wide` `(2, k)` the bound on the speed is the least of all stretches between.
+        With borders `around` `(places + 1, m)` of the parts in which `at` lies, `m` for each place, the third
+        derivative is its mean in these: what jerk a motion has that is looked at no closer. With `wide` `(2, k)` the
+        bound on the speed is the least of all stretches between.
         """
-        _, first, second, third = self._path.pieces.shape(at)
+        first, second, third = self._path.pieces.slopes(at)
         if around is not None:
-            ends = self._path.pieces.shape(around)[2]
-            width = (around[1] - around[0])[:, None]
+            width = np.diff(around, axis=0).reshape(-1, 1)
+            change = np.diff(self._path.pieces.bends(around), axis=0).reshape(third.shape)
             far = width > _NARROW
-            third = np.where(far, (ends[1] - ends[0]) / np.where(far, width, 1.0), third)
+            third = np.where(far, change / np.where(far, width, 1.0), third)
         stretch = np.searchsorted(self._ends, at, side="right")
         fastest = self._fastest(at, first, stretch)
         for each in () if wide is None else np.searchsorted(self._ends, wide, side="right"):

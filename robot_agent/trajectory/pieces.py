@@ -92,6 +92,14 @@ class Pieces:
         c, x = self._locate(t)
         return np.concatenate([_value(c, x)[None], _derivatives(c, x)])
 
+    def slopes(self, t: NDArray[np.float64]) -> NDArray[np.float64]:
+        """First to third derivative `(3, ..., n)` of the curve itself, at its ends too."""
+        return _derivatives(*self._locate(t))
+
+    def bends(self, t: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Second derivative `(..., n)` of the curve itself, at its ends too."""
+        return _second(*self._locate(t))
+
     def part(self, first: float, last: float) -> Self:
         """The curve from `first` to `last`; the parameter of the part begins at 0."""
         inner = self.knots[(self.knots > first + 1e-12) & (self.knots < last - 1e-12)]
@@ -130,6 +138,11 @@ def _value(c: NDArray[np.float64], x: NDArray[np.float64]) -> NDArray[np.float64
 def _derivatives(c: NDArray[np.float64], x: NDArray[np.float64]) -> NDArray[np.float64]:
     c1, c2, c3, c4, c5 = (c[..., power, :] for power in range(1, 6))
     first = c1 + x * (2.0 * c2 + x * (3.0 * c3 + x * (4.0 * c4 + x * 5.0 * c5)))
-    second = 2.0 * c2 + x * (6.0 * c3 + x * (12.0 * c4 + x * 20.0 * c5))
+    second = _second(c, x)
     third = 6.0 * c3 + x * (24.0 * c4 + x * 60.0 * c5)
     return np.stack([first, second, third])
+
+
+def _second(c: NDArray[np.float64], x: NDArray[np.float64]) -> NDArray[np.float64]:
+    c2, c3, c4, c5 = (c[..., power, :] for power in range(2, 6))
+    return 2.0 * c2 + x * (6.0 * c3 + x * (12.0 * c4 + x * 20.0 * c5))

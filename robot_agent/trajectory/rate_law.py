@@ -1,12 +1,14 @@
 """How the rate of path time changes: its second derivative steps between constant values."""
 
+from bisect import bisect_left, bisect_right
 from dataclasses import dataclass
-from typing import Self
+from typing import Self, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 Numbers = NDArray[np.float64]
+Each = TypeVar("Each", float, Numbers)
 
 
 def sample_times(count: int, cycle_s: float) -> Numbers:
@@ -23,7 +25,9 @@ class RateLaw:
     states: Numbers
     """`(k, 4)` advance of tau [s], rate, its slope [1/s] and the slope's slope [1/s^2] there."""
     bump: float = 0.0
-    """Advance [s] added smoothly over the whole change, so that it ends at an exact tau."""
+    """Advance [s] added smoothly from `bump_from` on, over all of the change, so that it ends at an exact tau."""
+    bump_from: float = 0.0
+    """Time [s]."""
 
     @classmethod
     def constant(cls, rate: float) -> Self:
@@ -64,29 +68,43 @@ class RateLaw:
         """Advance of tau [s], rate and its slope at times `t` `(m,)` from 0 on."""
         if len(self.times) == 1:
             return self.states[0, 1] * t, np.full_like(t, self.states[0, 1]), np.zeros_like(t)
-        piece = np.searchsorted(self.times, t, side="right") - 1
-        x = t - self.times[piece]
-        start, rate, slope, bend = self.states.T[:, piece]
-        gain = x * bend
-        advance = start + x * (rate + x * (slope + gain / 3.0) / 2.0)
-        rate, slope = rate + x * (slope + gain / 2.0), slope + gain
+        piece = self.times.searchsorted(t, side="right") - 1
+        advance, rate, slope = _on_piece(t - self.times[piece], *self.states.take(piece, axis=0).T)
         if self.bump == 0.0:
             return advance, rate, slope
-        share = np.clip(t / self.duration_s, 0.0, 1.0)
-        left, height = 1.0 - share, 30.0 * self.bump / self.duration_s
+        over_s = self.duration_s - self.bump_from
+        share = np.clip((t - self.bump_from) / over_s, 0.0, 1.0)
+        left, height = 1.0 - share, 30.0 * self.bump / over_s
         return (
             advance + self.bump * share**3 * (10.0 - share * (15.0 - 6.0 * share)),
             rate + height * (share * left) ** 2,
-            slope + height * 2.0 * share * left * (left - share) / self.duration_s,
+            slope + height * 2.0 * share * left * (left - share) / over_s,
         )
+
+    def state(self, t: float) -> tuple[float, float, float]:
+        """Advance of tau [s], rate and its slope at time `t` [s] from 0 on; not for a law with a bump."""
+        piece = bisect_right(self.times, t) - 1
+        return _on_piece(t - float(self.times[piece]), *self.states[piece].tolist())
 
     def later(self, t: float) -> "RateLaw":
         """The same law from time `t` [s] on; not for a law with a bump."""
         if len(self.times) == 1:
             return self
-        advance, _, _ = self.at(np.array([t]))
-        return RateLaw(self.times - t, self.states - np.array([float(advance[0]), 0.0, 0.0, 0.0]))
+        return RateLaw(self.times - t, self.states - np.array([self.state(t)[0], 0.0, 0.0, 0.0]))
+
+    def then(self, t: float, other: "RateLaw") -> "RateLaw":
+        """This law until time `t` [s] and `other` from there on; not for this law with a bump."""
+        kept = bisect_left(self.times, t)
+        times = np.concatenate([self.times[:kept], other.times + t])
+        behind = other.states + np.array([self.state(t)[0], 0.0, 0.0, 0.0])
+        return RateLaw(times, np.concatenate([self.states[:kept], behind]), other.bump, t + other.bump_from)
 
     def longer(self, advance: float) -> "RateLaw":
         """The same change with that much more advance of tau [s], spread over it so that both ends keep their slope."""
         return RateLaw(self.times, self.states, self.bump + advance)
+
+
+def _on_piece(x: Each, advance: Each, rate: Each, slope: Each, bend: Each) -> tuple[Each, Each, Each]:
+    """Advance, rate and slope a time `x` [s] behind where a piece begins with these."""
+    gain = x * bend
+    return advance + x * (rate + x * (slope + gain / 3.0) / 2.0), rate + x * (slope + gain / 2.0), slope + gain

@@ -40,10 +40,7 @@ def basis(places: Numbers) -> Numbers:
 
 def on_windows(rows: Numbers, c: Numbers) -> Numbers:
     """Rows `(3, m, intervals)` times the three coefficients of each interval, out of `c` `(intervals + 2,)`."""
-    values = rows[0] * c[:-2]
-    values += rows[1] * c[1:-1]
-    values += rows[2] * c[2:]
-    return np.asarray(values)
+    return np.asarray(np.einsum("imk,ik->mk", rows, np.stack([c[:-2], c[1:-1], c[2:]])))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -70,8 +67,8 @@ class Limited:
         """The limits along one path."""
         k, places = base.intervals, len(PLACES)
         s, *derivatives = base.at(np.arange(k), np.broadcast_to(PLACES[:, None], (places, k)))
-        around = base.at(np.arange(k), np.broadcast_to(_AROUND[:, None], (len(_AROUND), k)))[0]
-        rows = bounds.rows(s.ravel(), np.stack([around[:-1].ravel(), around[1:].ravel()]), _neighbours(s))
+        around = base.places(np.arange(k), np.broadcast_to(_AROUND[:, None], (len(_AROUND), k)))
+        rows = bounds.rows(s.ravel(), around, _neighbours(s))
         v, a, j = (each.reshape(-1, 1) for each in derivatives)
         h, affine = base.h, rows.affine
         by_y, by_growth = affine.b * v**2 + affine.a * a, affine.a * v / (2.0 * h)
@@ -89,12 +86,11 @@ class Limited:
             """Values `(places x intervals, rows)` as `(places, rows, intervals)`."""
             return np.ascontiguousarray(np.swapaxes(values.reshape(places, k, -1), 1, 2))
 
-        shaped = [by_interval(each) for each in (by_y, by_growth, *terms)]
         return cls(
-            np.stack([_sum_of(shaped[:2], rule[:, i]) for i in range(3)]),
+            _sum_of([by_interval(each) for each in (by_y, by_growth)], rule),
             by_interval(affine.above).reshape(-1, k),
             by_interval(affine.below).reshape(-1, k),
-            np.stack([_sum_of(shaped[2:], rule[:, i]) for i in range(3)]),
+            _sum_of([by_interval(each) for each in terms], rule),
             faster.reshape(places, k) * rule[0][..., None],
             np.repeat(rule[0][..., None], k, axis=2),
             np.full(k, h),
@@ -150,20 +146,20 @@ class Limited:
         )
 
     def use(self, c: Numbers) -> tuple[Numbers, Numbers, Numbers]:
-        """What a timing uses of each limit: speed `(places, intervals)`, acceleration and jerk `(m, intervals)`."""
+        """What a timing uses of each limit: speed `(places, intervals)`, acceleration and jerk `(m, intervals)`.
+
+        Negative where it is the lower bound that is close.
+        """
         y = on_windows(self.value, c)
         acceleration = on_windows(self.acceleration, c)
-        jerk = np.abs(on_windows(self.jerk, c)) * np.repeat(np.sqrt(y), self.rows, axis=0)
-        speed = np.sqrt(on_windows(self.speed, c))
-        return speed, np.maximum(acceleration / self.above, -acceleration / self.below), jerk
+        acceleration /= np.where(acceleration > 0.0, self.above, self.below)
+        jerk = on_windows(self.jerk, c)
+        jerk.reshape(len(y), -1, y.shape[1])[...] *= np.sqrt(y)[:, None]
+        return np.sqrt(on_windows(self.speed, c)), acceleration, jerk
 
     def excess(self, c: Numbers) -> Numbers:
         """The most that a timing uses in each interval `(3, intervals)` of speed, acceleration and jerk."""
-        return np.stack([each.max(axis=0) for each in self.use(c)])
-
-    def largest(self, c: Numbers) -> float:
-        """The most that a timing uses of any limit."""
-        return max(float(each.max()) for each in self.use(c))
+        return np.stack([np.abs(each).max(axis=0) for each in self.use(c)])
 
 
 def _neighbours(s: Numbers) -> Numbers:
@@ -174,7 +170,7 @@ def _neighbours(s: Numbers) -> Numbers:
     return np.stack([every[np.maximum(index - 1, 0)], every[np.minimum(index + 1, len(every) - 1)]])
 
 
-def _sum_of(terms: list[Numbers], weights: Numbers) -> Numbers:
-    """Terms `(places, rows, intervals)` times weights `(terms, places)`: `(places x rows, intervals)`."""
-    total = sum(term * weight[:, None, None] for term, weight in zip(terms, weights, strict=False))
-    return np.asarray(total).reshape(-1, terms[0].shape[2])
+def _sum_of(terms: list[Numbers], rule: Numbers) -> Numbers:
+    """Terms `(places, rows, intervals)` times the basis `(terms, 3, places)`: `(3, places x rows, intervals)`."""
+    total = np.einsum("tip,tprk->iprk", rule[: len(terms)], np.stack(terms))
+    return np.asarray(total).reshape(3, -1, terms[0].shape[2])

@@ -16,6 +16,8 @@ _TOLERANCE = 2e-3
 _ROUNDING = 1e-12
 _LONGEST_S = 8.0
 """Segments that last longer are not made."""
+_BEHIND = RESTING_SAMPLES + 2
+"""Samples from the last one that may move on; more than rest, since a rounded number of cycles may be one too few."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,10 +52,11 @@ class Sampler:
         second = limits.ramp_acceleration_bounds * cycle_s**2 * (1.0 + _TOLERANCE)
         self._second = second + np.array([[-_ROUNDING], [_ROUNDING]])
         self._third = limits.ramp_jerk * cycle_s**3 * (1.0 + _TOLERANCE) + _ROUNDING
+        self._times = sample_times(math.ceil(_LONGEST_S / cycle_s) + _BEHIND, cycle_s)
 
     def after(self, start: PathState, law: RateLaw, t: float) -> PathState:
         """The state on `law` at time `t` [s] after `start`, at most at the end of the track."""
-        advance, rate, slope = (float(each[0]) for each in law.at(np.array([t])))
+        advance, rate, slope = law.state(t)
         return PathState(min(start.tau + advance, self._track.duration_s), rate, slope)
 
     def riding_s(self, start: PathState, law: RateLaw, limit: float) -> float:
@@ -61,30 +64,24 @@ class Sampler:
         missing = limit - start.tau - law.advance
         return law.duration_s + (max(missing, 0.0) / law.target if law.target > 0.0 else 0.0)
 
-    def ride(self, join: Join, start: PathState, law: RateLaw, nominal: int, limit: float, who: str) -> Segment | None:
-        """`law` from `start` up to way `limit`, where it or the plan rests."""
+    def ride(self, join: Join, start: PathState, law: RateLaw, nominal: int, limit: float, who: str) -> Segment | int:
+        """`law` from `start` up to way `limit`, where it or the plan rests, or the first sample that breaks a limit."""
         riding_s = self.riding_s(start, law, limit)
         if riding_s >= _LONGEST_S:
-            return None
-        t = sample_times(max(nominal, math.ceil(riding_s / self._cycle_s)) + 1, self._cycle_s)
-        advance, rate, slope = law.at(t)
-        return self._segment(join, start.tau + advance, rate, slope, nominal, limit, who, law)
+            return len(self._times)
+        last = max(nominal, math.ceil(riding_s / self._cycle_s))
+        return self._segment(join, start, law, last, nominal, limit, who, law)
 
     def brake(
         self, join: Join, start: PathState, law: RateLaw, until_s: float, ramp: RateLaw, limit: float, who: str
-    ) -> Segment | None:
-        """`law` for `until_s` [s], then `ramp` to rest, at way `limit` [s] at the latest."""
+    ) -> Segment | int:
+        """`law` for `until_s` [s], then `ramp` to rest at way `limit` [s] at the latest; or as `ride`."""
         whole_s = until_s + ramp.duration_s
         if whole_s >= _LONGEST_S:
-            return None
-        t = sample_times(math.ceil(whole_s / self._cycle_s - 1e-9) + 1, self._cycle_s)
-        nominal = int(until_s / self._cycle_s + 1e-9)
-        head = np.append(t[: nominal + 1], until_s)
-        advance, rate, slope = law.at(head)
-        more, ramp_rate, ramp_slope = ramp.at(t[nominal + 1 :] - until_s)
-        way = start.tau + np.concatenate([advance[:-1], advance[-1] + more])
-        rates, slopes = np.concatenate([rate[:-1], ramp_rate]), np.concatenate([slope[:-1], ramp_slope])
-        return self._segment(join, way, rates, slopes, nominal, limit, who, law if until_s > 0.0 else None)
+            return len(self._times)
+        last, nominal = math.ceil(whole_s / self._cycle_s - 1e-9), int(until_s / self._cycle_s + 1e-9)
+        begun = law if until_s > 0.0 else None
+        return self._segment(join, start, law.then(until_s, ramp), last, nominal, limit, who, begun)
 
     def stand(self, join: Join, who: str) -> Segment:
         """Standing at the join; only where the plan itself rests."""
@@ -93,30 +90,34 @@ class Sampler:
         return Segment(tau, still, still, q, np.zeros_like(q), 0, who, join.before, self._cycle_s)
 
     def _segment(
-        self, join: Join, way: Numbers, rate: Numbers, slope: Numbers, nominal: int, limit: float, who: str,
-        law: RateLaw | None,
-    ) -> Segment | None:  # fmt: skip
-        """The samples if the joints keep the `ramp` limits in them, the join included, and the cap.
+        self, join: Join, start: PathState, law: RateLaw, last: int, nominal: int, limit: float, who: str,
+        begun: RateLaw | None,
+    ) -> Segment | int:  # fmt: skip
+        """The samples of `law` if the joints keep the `ramp` limits in them, the join included, and the cap.
 
-        None where they do not, and where nothing moves.
+        From sample `last` on the robot rests. Else the first sample that breaks a limit; 0 where nothing moves.
         """
-        way = np.maximum.accumulate(np.minimum(way, limit))
-        rest = int(np.argmax(way >= way[-1]))
+        advance, rate, slope = law.at(self._times[: last + _BEHIND])
+        way = np.maximum.accumulate(np.minimum(start.tau + advance, limit))
+        rest = int(way.searchsorted(way[-1]))
         if rest == 0:
-            return None
-        still = np.zeros(RESTING_SAMPLES)
-        rate, slope = np.concatenate([rate[:rest], still]), np.concatenate([slope[:rest], still])
-        way = np.concatenate([way[:rest], np.full(RESTING_SAMPLES, way[-1])])
-        if (rate > 1.0 + _TOLERANCE).any() or (join.cap is not None and not join.cap.kept(way, rate)):
-            return None
-        tau, sign = np.concatenate([[join.tau], self._track.taus(way[1:])]), self._track.sign
+            return 0
+        way, rate, slope = (each[: rest + RESTING_SAMPLES] for each in (way, rate, slope))
+        rate[rest:] = slope[rest:] = 0.0
+        if rate.max() > 1.0 + _TOLERANCE:
+            return int(rate.argmax())
+        if join.cap is not None and not join.cap.kept(way, rate):
+            return rest
+        tau, sign = self._track.taus(way), self._track.sign
+        tau[0] = join.tau
         (q, qd), before = self._track.sampled(tau), join.before
-        first = q - np.concatenate([before[1:], q[:-1]])
-        steps = first - np.concatenate([before[1:] - before[:1], first[:-1]])
-        if (steps[1:] < self._second[0]).any() or (steps[1:] > self._second[1]).any():
-            return None
-        if (np.abs(steps[1:] - steps[:-1]) > self._third).any():
-            return None
+        commanded = np.concatenate([before, q])
+        steps = commanded[1:] - commanded[:-1]
+        second = steps[2:] - steps[1:-1]
+        third = second - (steps[1:-1] - steps[:-2])
+        broken = (second < self._second[0]) | (second > self._second[1]) | (np.abs(third) > self._third)
+        if broken.any():
+            return int(broken.any(axis=1).argmax()) + 1
         rate, slope = sign * rate, sign * slope
         nominal = min(nominal, rest)
-        return Segment(tau, rate, slope, q, rate[:, None] * qd, nominal, who, before, self._cycle_s, law)
+        return Segment(tau, rate, slope, q, rate[:, None] * qd, nominal, who, before, self._cycle_s, begun)

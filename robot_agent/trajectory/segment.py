@@ -98,5 +98,7 @@ class Segment:
 
     def history(self, index: int) -> NDArray[np.float64]:
         """`(2, n)` the joints commanded in the two ticks before sample `index`."""
+        if 2 <= index <= self.length:
+            return self.q[index - 2 : index]
         commanded = np.concatenate([self.before, self.q])
         return commanded[np.minimum([index, index + 1], len(commanded) - 1)]

@@ -38,6 +38,8 @@ _GRID_STEP = 0.005
 _FEWEST, _MOST = 160, 2400
 _LOOKED_AT = 301
 """Times in each zone of a profile at which the limits are looked at."""
+_GLANCED_AT, _FAR = 9, 1.001
+"""The same before a profile is worked out that may not keep them; by how much it then exceeds them for certain."""
 _PASSED = 1001
 _SHARES_OF_SPEED = 0.8 ** np.arange(12)
 
@@ -122,6 +124,8 @@ def _flange_move(path: JointPath, limits: Limits) -> Timed | None:
     if along == 0 and (np.ptp(rates) * way > _EVEN or np.ptp(path.curvature[:, 1]) > _EVEN * max(1.0, bend)):
         return None
     chosen = _flange_profile(path, limits, float(way), float(turn) if along else float(rates.mean() * way), bend)
+    if _clock(path, PathLimits(path, limits), chosen, path.joints + along, _GLANCED_AT) > _FAR:
+        return None
     timed = _along(path, chosen, path.joints + along)
     turning = timed.pieces.derivatives(timed.times)[0][:, limits.turning]
     capped = float(np.linalg.norm(turning, axis=1).max()) / path.stretches[0].joint_rad_s
@@ -159,17 +163,17 @@ def _slowed(path: JointPath, limits: Limits) -> Timed:
     share = np.abs(rows.affine.a) / np.minimum(rows.affine.above, rows.affine.below)
     ramp = [float((rate / each.max(axis=1)).min()) for each in (share, np.abs(rows.first_jerk))]
     tried = [shaped_profile(limits.shaping, way, top * share, *ramp) for share in _SHARES_OF_SPEED]
-    clocks = [_clock(path, bounds, each, column) for each in tried]
+    clocks = [_clock(path, bounds, each, column, _LOOKED_AT) for each in tried]
     chosen, k = min(zip(tried, clocks, strict=True), key=lambda each: each[0].duration_s * each[1])
     timed = _along(path, chosen, column)
     k *= max(1.0, excess(timed.pieces.slower(1.0 / k), limits))
     return Timed(timed.pieces.slower(1.0 / k), timed.times * k, timed.parameters)
 
 
-def _clock(path: JointPath, bounds: PathLimits, chosen: Profile, column: int | None) -> float:
-    """How many times longer the profile must last so that just one limit is reached."""
+def _clock(path: JointPath, bounds: PathLimits, chosen: Profile, column: int | None, places: int) -> float:
+    """How many times longer the profile must last so that just one limit is reached, looked at in places per zone."""
     ends = np.nextafter(chosen.starts[1:], 0.0)
-    t = np.linspace(chosen.starts[:-1], ends, _LOOKED_AT).ravel()
+    t = np.linspace(chosen.starts[:-1], ends, places).ravel()
     s, speed, acceleration, jerk = _parameter(path, chosen.at(t), column)
     rows = bounds.rows(s)
     v, a, j = (each[:, None] for each in (speed, acceleration, jerk))

@@ -6,11 +6,10 @@ from robot_agent.trajectory.rate_bounds import RateBounds, Row
 from robot_agent.trajectory.rate_law import RateLaw
 from robot_agent.trajectory.segment import PathState
 
-_LANDING = 0.96
 _LOOKED_AT = ((0.5, 7.0 / 12.0), (0.0, 1.0 / 3.0))
 """Where a landing is looked at: the share of its time that is left, and the mean of the missing rate until there."""
-_STEPS = 16
-_MOST_STEPS = 200
+_STEPS = 14
+_MOST_STEPS = 80
 _SHORTEST_S, _LONGEST_S = 2e-4, 0.04
 _HALVINGS = 3
 _LEAST_SHARE = 0.2
@@ -41,6 +40,7 @@ class Steering:
         if abs(rate - target) < _SAME_RATE and abs(slope) < _SAME_SLOPE:
             return RateLaw.constant(target)
         sign, h = self._plan(start, target, share)
+        landing = _Landing(self._bounds, target, sign, share, _STEPS * h)
         pieces: list[tuple[float, float]] = []
         halvings = 0
         low, high = _bends(self._bounds.row(way), rate, slope)
@@ -52,15 +52,13 @@ class Steering:
                 drive = min(max(share * step_low, (share * least - slope) / h), step_high)
             else:
                 drive = max(min(share * step_high, (share * most - slope) / h), step_low)
-            then = PathState(
-                way + h * (rate + h * (slope / 2.0 + h * drive / 6.0)),
-                rate + h * (slope + h * drive / 2.0),
-                slope + h * drive,
-            )
-            then_low, then_high = _bends(ahead, then.rate, then.rate_dot)
-            if self._can_land(then, target, sign, share, then_high if sign < 0.0 else -then_low):
+            then_way = way + h * (rate + h * (slope / 2.0 + h * drive / 6.0))
+            then_rate, then_slope = rate + h * (slope + h * drive / 2.0), slope + h * drive
+            then_low, then_high = _bends(ahead, then_rate, then_slope)
+            counter = then_high if sign < 0.0 else -then_low
+            if landing.possible(then_way, then_rate, then_slope, counter):
                 pieces.append((h, drive))
-                way, rate, slope, bend = then.tau, then.rate, then.rate_dot, drive
+                way, rate, slope, bend = then_way, then_rate, then_slope, drive
                 low, high = then_low, then_high
             elif halvings < _HALVINGS or (sign * slope <= 0.0 and h > _SHORTEST_S / 16.0):
                 h, bend = h / 2.0, 0.0
@@ -79,7 +77,7 @@ class Steering:
         row = self._bounds.row(start.tau)
         low, high = _bends(row, rate, slope)
         counter = max(high if slope < 0.0 else -low, 1e-3)
-        coasted = rate + slope * abs(slope) / (2.0 * counter)
+        coasted = rate + slope * abs(slope) / (2.0 * counter * share)
         sign = -1.0 if target == 0.0 or coasted > target else 1.0
         between = (rate + target) / 2.0
         low, high = _bends(row, between, 0.0)
@@ -92,24 +90,34 @@ class Steering:
             whole = 2.0 * math.sqrt(distance / bend)
         return sign, min(max(whole / _STEPS, _SHORTEST_S), _LONGEST_S)
 
-    def _can_land(self, state: PathState, target: float, sign: float, share: float, counter: float) -> bool:
-        """Whether one constant change of the slope within the bounds still leads to the target.
 
-        It is looked at in its beginning, where `counter` is the bound, in its middle and in its end.
+class _Landing:
+    """One constant change of the slope back to 0, with which the rate reaches its target."""
+
+    __slots__ = ("_bounds", "_far_s", "_share", "_sign", "_target")
+
+    def __init__(self, bounds: RateBounds, target: float, sign: float, share: float, far_s: float) -> None:
+        self._bounds, self._far_s = bounds, far_s
+        self._target, self._sign, self._share = target, sign, share
+
+    def possible(self, way: float, rate: float, slope: float, counter: float) -> bool:
+        """Whether it is within the bounds from a state on.
+
+        It is looked at in its beginning, where `counter` is the bound, in its middle and in its end. One of more than
+        `far_s` is not what the change will end with; what lies there does not matter.
         """
-        missing, slope = sign * (target - state.rate), sign * state.rate_dot
-        if missing <= 0.0:
-            return False
-        if slope <= 0.0:
+        sign, missing = self._sign, self._target - rate
+        if sign * slope <= 0.0:
             return True
-        needed = slope * slope / (2.0 * missing * share * _LANDING)
+        if sign * missing <= 0.0:
+            return False
+        needed = sign * slope * slope / (2.0 * missing * self._share)
         if needed > counter:
             return False
         duration = 2.0 * missing / slope
-        for left, mean in _LOOKED_AT:
-            rate = target + (state.rate - target) * left * left
-            way = state.tau + duration * (1.0 - left) * (target + (state.rate - target) * mean)
-            if needed > _counter_bend(self._bounds.row(way), rate, left * state.rate_dot, sign):
+        for left, mean in _LOOKED_AT if duration < self._far_s else ():
+            ahead = self._bounds.row(way + duration * (1.0 - left) * (self._target - missing * mean))
+            if needed > _counter_bend(ahead, self._target - missing * left * left, left * slope, sign):
                 return False
         return True
 

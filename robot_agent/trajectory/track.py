@@ -1,5 +1,6 @@
 """A motion travelled in one direction: forwards as planned, or backwards along the same path."""
 
+from bisect import bisect_left, bisect_right
 from dataclasses import dataclass
 
 import numpy as np
@@ -18,7 +19,7 @@ class Track:
     motion: Motion
     sign: float
     """1 forwards, -1 backwards."""
-    rests: Numbers
+    rests: tuple[float, ...]
     """Rising values of way at which the plan itself is at rest, both ends among them."""
     degree: int
     """Of the polynomials of the motion."""
@@ -27,7 +28,7 @@ class Track:
     def of(cls, motion: Motion, forwards: bool) -> "Track":
         rests = motion.rests if forwards else (motion.duration_s - motion.rests)[::-1]
         degree = 5 if motion.pieces.coefficients[:, 4:].any() else 3
-        return cls(motion, 1.0 if forwards else -1.0, rests, degree)
+        return cls(motion, 1.0 if forwards else -1.0, tuple(rests.tolist()), degree)
 
     @property
     def duration_s(self) -> float:
@@ -44,7 +45,7 @@ class Track:
         if self.sign > 0.0:
             return way
         at = np.minimum(np.searchsorted(self.rests, way), len(self.rests) - 1)
-        return np.where(self.rests[at] == way, self.motion.rests[::-1][at], self.motion.duration_s - way)
+        return np.where(np.array(self.rests)[at] == way, self.motion.rests[::-1][at], self.motion.duration_s - way)
 
     def state(self, state: PathState) -> PathState:
         """A state in tau as a state of the track."""
@@ -52,27 +53,40 @@ class Track:
 
     def sampled(self, taus: Numbers) -> tuple[Numbers, Numbers]:
         """Joints and, at rate 1, their velocity, each `(m, n)` at planned times `(m,)`."""
+        c, x = self._located(taus)
+        return _value(c, x), _value(_differentiated(c), x)
+
+    def derivatives(self, way: Numbers) -> tuple[Numbers, Numbers, Numbers]:
+        """First to third derivative of the joints by the way `(m,)`, each `(m, n)`."""
+        c, x = self._located(way if self.sign > 0.0 else self.motion.duration_s - way)
+        first = _differentiated(c)
+        second = _differentiated(first)
+        return self.sign * _value(first, x), _value(second, x), self.sign * _value(_differentiated(second), x)
+
+    def _located(self, taus: Numbers) -> tuple[Numbers, Numbers]:
+        """The polynomials `(degree + 1, m, n)` at planned times `(m,)`, and the time `(m, 1)` [s] since their knots."""
         pieces = self.motion.pieces
         piece = np.searchsorted(pieces.knots[1:-1], taus, side="right")
-        x = (taus - pieces.knots[piece])[:, None]
-        c, degree = pieces.coefficients[piece].transpose(1, 0, 2), self.degree
-        q, qd = c[degree], degree * c[degree]
-        for power in range(degree - 1, 0, -1):
-            q, qd = q * x + c[power], qd * x + power * c[power]
-        return q * x + c[0], qd
-
-    def derivatives(self, way: Numbers) -> Numbers:
-        """First to third derivative `(3, m, n)` of the joints by the way `(m,)`."""
-        if self.sign > 0.0:
-            return self.motion.pieces.derivatives(way)
-        derivatives: Numbers = self.motion.pieces.derivatives(self.motion.duration_s - way)
-        signs: Numbers = np.array([-1.0, 1.0, -1.0])[:, None, None]
-        return derivatives * signs
+        coefficients = pieces.coefficients[:, : self.degree + 1][piece]
+        return np.ascontiguousarray(coefficients.transpose(1, 0, 2)), (taus - pieces.knots[piece])[:, None]
 
     def next_rest(self, way: float) -> float:
         """The first rest of the plan from `way` on."""
-        return float(self.rests[min(int(np.searchsorted(self.rests, way)), len(self.rests) - 1)])
+        return self.rests[min(bisect_left(self.rests, way), len(self.rests) - 1)]
 
     def rest_before(self, way: float) -> float:
         """The last rest of the plan up to `way`."""
-        return float(self.rests[max(int(np.searchsorted(self.rests, way, side="right")) - 1, 0)])
+        return self.rests[max(bisect_right(self.rests, way) - 1, 0)]
+
+
+def _value(c: Numbers, x: Numbers) -> Numbers:
+    """`(m, n)` of polynomials with coefficients `(k, m, n)` of rising powers at `x` `(m, 1)`."""
+    value: Numbers = c[-1]
+    for each in c[-2::-1]:
+        value = value * x + each
+    return value
+
+
+def _differentiated(c: Numbers) -> Numbers:
+    """Coefficients `(k - 1, m, n)` of the derivatives of polynomials."""
+    return c[1:] * np.arange(1.0, len(c))[:, None, None]

@@ -3,8 +3,9 @@
 import signal
 
 import can
+import pytest
 from live_cell import LiveCell, Recorder, wait_until
-from test_e2e_killed_agent import move_to_multicast
+from shared_bus import SHARED_BUSES, move_left_bus_to
 
 from cell.messages import GatewayState, Mode, RobotState
 from drive_gateway.config import load_drives
@@ -24,8 +25,11 @@ class Emergencies(can.Listener):
             self.codes.setdefault(msg.arbitration_id - 0x080, set()).add(int.from_bytes(msg.data[:2], "little"))
 
 
-def test_its_drives_stop_by_themselves_and_the_robot_comes_back_by_an_operators_word(live: LiveCell) -> None:
-    move_to_multicast(live)
+@pytest.mark.parametrize("shared_bus", SHARED_BUSES)
+def test_its_drives_stop_by_themselves_and_the_robot_comes_back_by_an_operators_word(
+    live: LiveCell, shared_bus: str
+) -> None:
+    move_left_bus_to(shared_bus, live)
     bus = load_drives(live.file.parent / "left_drives.yaml", "left_bus").bus
     live.manager()
     drives = live.start("drive-gateway", "simulate", str(live.file), "left_bus", "--state-dir", str(live.state_dir))

@@ -1,12 +1,13 @@
 """An agent dies in the middle of a line: what its robot does is read off the CAN bus."""
 
-import re
 import signal
 
 import numpy as np
+import pytest
 from can_recorder import CanRecorder, Cycle
 from live_cell import LiveCell, Process, Recorder, wait_until
 from numpy.typing import NDArray
+from shared_bus import SHARED_BUSES, move_left_bus_to
 
 from cell.messages import ManagerState, Mode, ProgramState, RobotState, ZoneState
 from drive_gateway.config import load_drives
@@ -18,17 +19,9 @@ ON_LINE_M = 10e-6
 RECENT_CYCLES = 10
 
 
-def move_to_multicast(live: LiveCell) -> None:
-    """Put the left bus on UDP multicast, so that other processes can be on it."""
-    drives = live.file.parent / "left_drives.yaml"
-    bus = "bus: {interface: udp_multicast, channel: 239.74.163.2, bitrate: 1000000, options: {port: %d, hop_limit: 0}}"
-    port = 20000 + int(live.settings.manager_endpoint.rpartition(":")[2]) % 20000
-    drives.write_text(re.sub(r"^bus: .*$", bus % port, drives.read_text(), flags=re.MULTILINE))
-
-
-def start_on_multicast(live: LiveCell) -> dict[str, Process]:
+def start_on(bus: str, live: LiveCell) -> dict[str, Process]:
     """Every process by its own command, the left bus where the test can listen."""
-    move_to_multicast(live)
+    move_left_bus_to(bus, live)
     processes = {
         "manager": live.manager(),
         "left_bus": live.gateway("left_bus"),
@@ -37,9 +30,10 @@ def start_on_multicast(live: LiveCell) -> dict[str, Process]:
     return processes | {"left": live.agent("left"), "right": live.agent("right")}
 
 
-def test_the_robot_stays_on_its_line_and_its_zone_stays_blocked_until_adopted(live: LiveCell) -> None:
+@pytest.mark.parametrize("shared_bus", SHARED_BUSES)
+def test_the_robot_stays_on_its_line_and_its_zone_stays_blocked_until_adopted(live: LiveCell, shared_bus: str) -> None:
     live.without_repeats("left")  # right comes to the zone again, whoever was there first
-    processes = start_on_multicast(live)
+    processes = start_on(shared_bus, live)
     left = live.settings.robots["left"]
     gateway = load_drives(live.file.parent / "left_drives.yaml", "left_bus")
     model = load_model(left.model)

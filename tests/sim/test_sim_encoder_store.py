@@ -129,7 +129,7 @@ def test_of_a_gateway_that_ended_while_there_was_torque_an_operators_word_is_eno
     turns_lost(world)
     restarted(world)
     assert world.state is not None
-    assert "its gateway ended while it had torque" in world.state.nodes[0].reference_missing
+    assert "it had torque when it was last heard" in world.state.nodes[0].reference_missing
     assert world.ask(AcceptPosition("left", ())).ok
     assert world.feedback.referenced
 
@@ -149,3 +149,23 @@ def test_a_node_that_was_lost_in_motion_may_have_braked_and_no_more() -> None:
         world.bus.nodes[1].silence(False)
         world.ready()
         assert world.feedback.referenced is known
+
+
+@pytest.mark.parametrize(
+    ("torque", "said"),
+    [(True, "it had torque when it was last heard"), (False, "jumped by 6 whole turns of the motor")],
+)
+def test_turns_that_are_missing_after_a_silence_were_lost_only_where_there_was_no_torque(
+    torque: bool, said: str
+) -> None:
+    world = restarted(stored())
+    if torque:
+        assert enabling(world) == ""
+    node = world.bus.nodes[1]
+    node.silence()
+    world.run(1.0)
+    node.servo.jump(6 * TURN)
+    node.silence(False)
+    world.ready()
+    assert world.state is not None
+    assert said in world.state.nodes[0].reference_missing

@@ -10,6 +10,7 @@ from cell.config.settings import ConveyorSettings, CorrectionSettings, PoseSetti
 from cell.geometry.occupied import body_touches_box
 from cell.messages import (
     CellTime,
+    Command,
     Continue,
     ConveyorCount,
     Correction,
@@ -18,8 +19,10 @@ from cell.messages import (
     Halt,
     Mode,
     ProgramState,
+    Reply,
     Run,
     SetManual,
+    SetOverride,
     Step,
     ZoneState,
     ZoneStatus,
@@ -81,6 +84,12 @@ class Measured(AgentWorld):
 
     def until_rest(self) -> None:
         self.until(lambda: not np.any(np.diff(self.played[-20:], axis=0)), seconds=3.0)
+
+    def answer(self, command: Command) -> Reply:
+        """What an operator is answered."""
+        id = self.call(command)
+        self.step()
+        return self.replies[id]
 
     @property
     def done(self) -> bool:
@@ -150,6 +159,11 @@ def test_an_old_measurement_halts_the_robot_by_name_until_an_operator_continues(
     world.until(lambda: world.state.mode is Mode.HALTED, seconds=0.5)
     world.until_rest()
     assert any("correction seam: measured 0.2" in event.text for event in world.events)
+    for early in (Continue(), Step()):
+        answer = world.answer(early)
+        assert not answer.ok
+        assert "halt again at once: correction seam: measured" in answer.text
+        assert world.state.mode is Mode.HALTED
     world.measured_now = True
     world.run(0.5)
     assert world.state.mode is Mode.HALTED
@@ -167,9 +181,20 @@ def test_an_offset_beyond_the_largest_halts_the_robot_by_name_and_never_carries_
     world.until_rest()
     assert any("from the path, allowed are 50.0 mm" in event.text for event in world.events)
     assert world.places()[-1][2] < height + 0.05
-    world.call(Continue())
-    world.run(0.2)
+    assert "allowed are 50.0 mm" in world.answer(Continue()).text
     assert world.state.mode is Mode.HALTED
+
+
+def test_a_path_that_is_led_from_outside_is_not_gone_back() -> None:
+    world = Measured(SEAM_PROGRAM)
+    world.start()
+    world.until_line(4)
+    answer = world.answer(SetOverride(-50.0))
+    assert not answer.ok
+    assert "follows seam" in answer.text
+    assert world.answer(SetOverride(50.0)).ok
+    world.until_line(6)
+    assert world.answer(SetOverride(-50.0)).ok
 
 
 def test_without_any_measurement_the_program_halts_at_track() -> None:

@@ -1,10 +1,9 @@
 """The gateway's handle of its bus: who reads when, what is handed over, and what is left out."""
 
 import socket
-import threading
 import time
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from queue import SimpleQueue
 
 import can
@@ -12,10 +11,11 @@ import pytest
 
 from drive_gateway.canopen.frame import CanFrame
 from drive_gateway.config.settings import BusSettings
-from drive_gateway.gateway.bus import BusPort
+from drive_gateway.gateway.bus_news import BusBack, BusDisturbed, BusFailed, BusNews
+from drive_gateway.gateway.bus_port import BusPort
 
 DEADLINE_S = 20.0
-TPDO, RPDO = 0x181, 0x201
+SYNC, TPDO, RPDO = 0x080, 0x181, 0x201
 
 
 @contextmanager
@@ -23,9 +23,10 @@ def port_and_peer(request: pytest.FixtureRequest) -> Iterator[tuple[BusPort, can
     """A port, another node's handle of the same bus, and what the port hands over."""
     got: SimpleQueue[CanFrame] = SimpleQueue()
     settings = BusSettings("virtual", request.node.name, 1_000_000, {})
+    news: SimpleQueue[BusNews] = SimpleQueue()
     with (
         can.Bus(interface="virtual", channel=request.node.name) as peer,
-        BusPort(settings, got.put) as port,
+        BusPort(settings, got.put, news.put) as port,
     ):
         yield port, peer, got
 
@@ -94,9 +95,10 @@ def test_a_multicast_bus_gives_a_port_only_what_others_send(monkeypatch: pytest.
         return message
 
     got: SimpleQueue[CanFrame] = SimpleQueue()
+    news: SimpleQueue[BusNews] = SimpleQueue()
     with (
         can.Bus(interface="udp_multicast", channel="239.74.163.2", **options) as peer,
-        BusPort(settings, got.put) as port,
+        BusPort(settings, got.put, news.put) as port,
     ):
         monkeypatch.setattr(can.BusABC, "recv", watched)
         port.send(CanFrame(RPDO, b"\1\2"))
@@ -123,20 +125,40 @@ def test_a_node_that_babbles_cannot_keep_the_cycle(request: pytest.FixtureReques
 
 
 @pytest.mark.parametrize("attended", [False, True])
-def test_a_bus_that_cannot_be_read_any_more_is_told(
+def test_a_bus_that_cannot_be_read_any_more_is_told_and_opened_again(
     request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch, attended: bool
 ) -> None:
-    failed = threading.Event()
-
     def gone(_bus: can.BusABC, _timeout: float | None = None) -> None:
-        failed.set()
         raise can.CanOperationError("the adapter was unplugged")
 
-    with port_and_peer(request) as (port, _peer, _got):
-        monkeypatch.setattr("can.interfaces.virtual.VirtualBus.recv", gone)
-        if attended:
-            with port.attend():
-                assert failed.wait(DEADLINE_S)
-        else:
+    monkeypatch.setattr("drive_gateway.gateway.steady_bus.REOPEN_S", 0.0)
+    got: SimpleQueue[CanFrame] = SimpleQueue()
+    news: SimpleQueue[BusNews] = SimpleQueue()
+    settings = BusSettings("virtual", request.node.name, 1_000_000, {})
+    with can.Bus(interface="virtual", channel=request.node.name) as peer, BusPort(settings, got.put, news.put) as port:
+        with monkeypatch.context() as unplugged, port.attend() if attended else nullcontext():
+            unplugged.setattr("can.interfaces.virtual.VirtualBus.recv", gone)
             port.take()
-    assert port.failure == "the adapter was unplugged"
+            assert news.get(timeout=DEADLINE_S) == BusFailed("the adapter was unplugged")
+        deadline = time.monotonic() + DEADLINE_S
+        while news.empty() and time.monotonic() < deadline:
+            port.take()
+        assert news.get_nowait() == BusBack()
+        send(peer, TPDO)
+        while got.empty() and time.monotonic() < deadline:
+            port.take()
+        assert ids(got) == [TPDO]
+
+
+def test_a_second_master_is_told(request: pytest.FixtureRequest) -> None:
+    got: SimpleQueue[CanFrame] = SimpleQueue()
+    news: SimpleQueue[BusNews] = SimpleQueue()
+    settings = BusSettings("virtual", request.node.name, 1_000_000, {})
+    with can.Bus(interface="virtual", channel=request.node.name) as peer, BusPort(settings, got.put, news.put) as port:
+        port.send(CanFrame(SYNC, b""))
+        send(peer, SYNC, SYNC)
+        port.take()
+        told = news.get_nowait()
+        assert isinstance(told, BusDisturbed)
+        assert "somebody else sends 080h" in told.text
+        assert news.empty()

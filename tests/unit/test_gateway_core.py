@@ -22,6 +22,7 @@ from cell.messages import (
 )
 from drive_gateway.canopen.frame import CanFrame
 from drive_gateway.config.settings import RobotDrives
+from drive_gateway.gateway.bus_news import BusBack, BusDisturbed, BusFailed
 from drive_gateway.gateway.effects import Frame, TakeBlocks
 
 S = AxisStatus
@@ -430,6 +431,40 @@ def test_a_node_that_was_lost_is_brought_up_again_but_stays_off() -> None:
     world.until(lambda: world.state.ready, within_s=10.0)
     assert world.feedback.state is PlayoutState.FAULT
     assert not world.feedback.enabled
+
+
+def test_a_bus_that_fails_stops_the_robot_at_once_and_says_so_until_it_is_back() -> None:
+    world, _ = moving_world()
+    world.tell(BusFailed("Network is down"))
+    stopped_by(world, "bus_failed")
+    assert quick_stopped(world, 1)
+    world.until(lambda: bool(world.state.problem))
+    assert "CAN bus virtual:left failed: Network is down; check that the adapter" in world.state.problem
+    assert not world.state.ready
+    world.tell(BusBack())
+    world.until(lambda: world.state.ready)
+    assert "bus_back" in world.codes()
+    assert world.feedback.state is PlayoutState.FAULT
+
+
+def test_nodes_that_were_out_of_reach_are_brought_up_as_soon_as_the_bus_is_back() -> None:
+    world = World(gateway_settings(boot_timeout_s=30.0))
+    world.enabled()
+    for drive in world.drives.values():
+        drive.alive = False
+    world.tell(BusFailed("Network is down"))
+    world.run(TIMES.estop_delay_s + 0.5)
+    for drive in world.drives.values():
+        drive.alive = True
+    world.tell(BusBack())
+    world.until(lambda: world.state.ready, within_s=2.0)
+
+
+def test_a_bus_that_fails_before_anything_runs_leaves_nothing_to_acknowledge() -> None:
+    world = World()
+    world.tell(BusFailed("Network is down"), BusBack(), BusDisturbed("no node acknowledges"))
+    world.enabled()
+    assert {"bus_failed", "bus_back", "bus_disturbed"} < set(world.codes())
 
 
 def test_a_fault_of_one_robot_leaves_the_other_one_alone() -> None:

@@ -1,10 +1,13 @@
 """An operator's access to the nodes through their gateway: read always, write only when nothing can come of it."""
 
+from collections.abc import Mapping
+
 from gateway_world import World
 
 from cell.messages import ReadObject, RecordBus, ScanBus, WriteObject
 from drive_gateway.canopen.frame import CanFrame
 from drive_gateway.gateway.effects import RecordEnded, RecordSaid
+from drive_gateway.gateway.scan import Scan
 
 
 def test_an_object_is_read_while_the_robot_is_enabled() -> None:
@@ -71,6 +74,14 @@ def test_a_scan_asks_every_strange_node_and_names_all() -> None:
     ]
     asked = {frame.id - 0x600 for frame in world.frames if 0x600 < frame.id < 0x680}
     assert asked == set(range(3, 127))
+
+
+def test_a_scan_with_long_cycles_asks_everybody_before_its_caller_gives_up() -> None:
+    scan, found, cycle_s = Scan((1, 2)), list[Mapping[int, int]](), 0.04
+    scan.begin(found.append)
+    asked = [len(scan.step(number * cycle_s)) for number in range(round(1.5 / cycle_s))]
+    assert sum(asked) == 124
+    assert found == [{}]
 
 
 def test_a_recording_is_answered_when_it_began_and_told_when_it_ended() -> None:

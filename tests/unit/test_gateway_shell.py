@@ -14,7 +14,7 @@ from drive_gateway.gateway.bus import BusError, open_bus
 
 @pytest.mark.parametrize(
     ("interface", "channel", "found"),
-    [("no_such_bus", "x", "allowed are"), ("socketcan", "no_such_can9", "check that the adapter")],
+    [("no_such_bus", "x", "allowed are"), ("socketcan", "no_such_can9", "ip -details link show no_such_can9")],
 )
 def test_a_bus_that_is_not_there_says_what_to_do(interface: str, channel: str, found: str) -> None:
     with pytest.raises(BusError, match=found) as caught:

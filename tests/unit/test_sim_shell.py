@@ -17,8 +17,8 @@ from sim_drive_world import AXIS, CYCLE_S, LAG_S, NODE, START
 from drive_gateway.canopen.nmt import NmtState
 from drive_gateway.config.settings import BusSettings, GatewaySettings, RobotDrives
 from drive_gateway.config.simulation import Simulation
+from drive_gateway.gateway import steady_bus
 from drive_gateway.gateway.bus import BusError
-from drive_gateway.sim import shell
 from drive_gateway.sim.shell import SimulatedDrives, run_simulated_drives
 
 DEADLINE_S = 20.0
@@ -157,11 +157,20 @@ def test_closed_drives_leave_no_thread() -> None:
 
 def test_what_stops_the_thread_is_logged_and_kept(caplog: pytest.LogCaptureFixture) -> None:
     with SimulatedDrives(gateway()) as drives:
-        assert drives._bus is not None
-        drives._bus.shutdown()
+        drives.nodes[0].step = lambda _now: 1 / 0
         assert drives.ended.wait(DEADLINE_S)
     assert "stopped" in drives.problem
     assert drives.problem in caplog.text
+
+
+def test_drives_outlive_a_failure_of_their_bus(caplog: pytest.LogCaptureFixture) -> None:
+    with SimulatedDrives(gateway()) as drives:
+        assert drives._bus is not None
+        assert drives._bus._bus is not None
+        drives._bus._bus.shutdown()
+        wait_for(lambda: "works again" in caplog.text)
+        with master_of(drives, drives._settings.channel) as network:
+            assert add_node(network).sdo["Identity"]["Product code"].raw == 0x402
 
 
 def test_bus_that_cannot_be_opened_is_named() -> None:
@@ -178,7 +187,7 @@ def test_drives_alone_refuse_a_bus_of_one_process() -> None:
 def test_drives_alone_end_with_the_stop_event(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.setattr(shell, "open_bus", lambda settings: can.Bus(channel=settings.channel, interface="virtual"))
+    monkeypatch.setattr(steady_bus, "open_bus", lambda settings: can.Bus(channel=settings.channel, interface="virtual"))
     stop = threading.Event()
     stop.set()
     assert run_simulated_drives(gateway("udp_multicast"), stop) == 0

@@ -223,6 +223,9 @@ class Gantry:
     def jacobian(self, q: np.ndarray) -> np.ndarray:
         return np.broadcast_to(np.eye(6)[:, :3], (*q.shape[:-1], 6, 3))
 
+    def jacobian_derivative(self, _q: np.ndarray, qd: np.ndarray) -> np.ndarray:
+        return np.zeros((*qd.shape[:-1], 6, 3))
+
     def track(self, poses: np.ndarray, start: np.ndarray) -> np.ndarray:
         return start + (poses[:, :3, 3] - poses[0, :3, 3])
 
