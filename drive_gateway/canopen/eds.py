@@ -166,8 +166,14 @@ def _entry(variable: ODVariable, group: str) -> ObjectEntry:
         domain=variable.data_type == datatypes.DOMAIN,
         readable=variable.readable,
         writable=variable.writable,
-        limits=None if variable.min is None or variable.max is None else (variable.min, variable.max),
+        limits=_limits(variable),
     )
+
+
+def _limits(variable: ODVariable) -> tuple[int, int] | None:
+    """Some makers' tools write 0 and 0 where there are none."""
+    low, high = variable.min, variable.max
+    return None if low is None or high is None or low >= high else (low, high)
 
 
 def _packed(variable: ODVariable, entry: ObjectEntry, raw: str) -> bytes:
