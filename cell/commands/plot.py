@@ -67,7 +67,7 @@ def _page(name: str, model: Model, motions: list[Planned], reasons: Mapping[tupl
     )
     place = 1000.0 * model.forward(q)[:, :3, 3]
     speed = 1000.0 * np.concatenate(
-        [planned.motion.tcp_speed(grid) for planned, grid in zip(motions, grids, strict=True)]
+        [planned.motion.flange_speed(grid) for planned, grid in zip(motions, grids, strict=True)]
     )
     limits = model.limits.velocity
     share = 100.0 * qd / limits

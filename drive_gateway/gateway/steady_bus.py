@@ -5,6 +5,7 @@ import time
 from collections.abc import Callable
 
 import can
+from can.interfaces.udp_multicast import UdpMulticastBus
 
 from drive_gateway.config.settings import BusSettings
 from drive_gateway.errors import GatewayError
@@ -122,7 +123,7 @@ class SteadyBus:
     def _opened(self) -> can.BusABC:
         """A handle; its own frames come back to it only where that cannot be helped."""
         bus = open_bus(self._settings)
-        if self._settings.interface == "udp_multicast":
+        if isinstance(bus, UdpMulticastBus):
             self._mark = leave_out_own(bus)
             self.hears_itself = not self._mark
         return bus

@@ -2,8 +2,6 @@
 
 from dataclasses import replace
 
-import numpy as np
-
 from cell.core import Publish
 from cell.geometry.pose import compose
 from cell.geometry.quaternion import from_matrix
@@ -84,8 +82,7 @@ def _measured(
     if executive is not None:
         block, index = executive.timeline.at(feedback.tick)
         segment, path = block.segment, block.path_segment.state(index)
-        jacobian = planner.model.jacobian(segment.q[index])
-        speed = float(np.linalg.norm(jacobian[:3] @ segment.qd[index]))
+        speed = float(planner.model.tool_speed(segment.q[index], segment.qd[index]))
         if block.followed is not None and run.correction:
             x, y, z, a, b, c = block.followed.given.offset(index).tolist()
             correction = CorrectionStatus(run.correction, (x, y, z), (a, b, c))

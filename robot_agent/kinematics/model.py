@@ -138,6 +138,15 @@ class Model(ABC):
         poses, tool = check_poses(pose_base_tcp, "TCP poses"), self.description.tool
         return poses if tool is None else np.asarray(poses @ inverse_pose(tool.pose_flange_tcp))
 
+    def tool_speed(self, q: Array, qd: Array) -> Array:
+        """Joints and their speeds `(..., n)` -> `(...)` [m/s]: the speed of flange or TCP, the larger one."""
+        v, w = np.split((self.jacobian(q) @ qd[..., None])[..., 0], 2, axis=-1)
+        speed = np.linalg.norm(v, axis=-1)
+        if self.description.tool is None:
+            return np.asarray(speed)
+        arm = self.tcp(q)[..., :3, 3] - self.forward(q)[..., :3, 3]
+        return np.asarray(np.maximum(speed, np.linalg.norm(v + np.cross(w, arm), axis=-1)))
+
     def joints_from_axes(self, axes: Array) -> Array:
         """Axes `(..., n)` [rad or m], motors behind their gears -> joints: before `forward`."""
         return self.coupling.joints(self.check_joints(axes, "axes"))

@@ -4,13 +4,17 @@ import math
 from collections.abc import Collection
 
 from robot_agent.language.program import MoveArc, MoveJoints, MoveLine, MoveSpline, Orientation, Pace, Position
-from robot_agent.language.words import Mistake, Named, Word, named_numbers, percent
+from robot_agent.language.words import SLOWEST, Mistake, Named, Word, named_numbers, percent
 
 Move = MoveJoints | MoveLine | MoveArc | MoveSpline
 
 _COORDINATES = ("X", "Y", "Z", "A", "B", "C")
 _VIA = ("QX", "QY", "QZ", "QA", "QB", "QC")
 _PACE = ("F", "FC", "FA", "FJ", "R")
+_SPEEDS = {"F": (0.1, "mm/s"), "FC": (0.1, "mm/s"), "FA": (SLOWEST, "deg/s"), "FJ": (SLOWEST, "deg/s")}
+"""The least that may be asked for, and the unit."""
+_MOST_DEG = 36000.0
+"""Of an arc: a hundred rounds."""
 
 
 def parse_move(line: int, words: list[Word], joint_names: tuple[str, ...], linear: Collection[str]) -> Move:
@@ -52,8 +56,9 @@ def _arc(line: int, words: list[Word]) -> MoveArc:
     named = named_numbers(words, (*_COORDINATES, *_VIA, "H", *_PACE))
     pace = pace_of(named)
     angle = named.pop("H", None)
-    if angle is not None and angle[0] == 0.0:
-        raise Mistake(angle[1].column, "H=0", "degrees of the circle to go, any but 0; negative is backwards")
+    if angle is not None and not 0.0 < abs(angle[0]) <= _MOST_DEG:
+        allowed = f"degrees of the circle to go, any but 0 up to {_MOST_DEG:g}; negative is backwards"
+        raise Mistake(angle[1].column, f"H={angle[0]:g}", allowed)
     via = {name[1:]: named.pop(name) for name in _VIA if name in named}
     if not any(axis in via for axis in "XYZ"):
         raise Mistake(words[0].column, "MC without a via point", f"at least one of {', '.join(_VIA[:3])}")
@@ -82,10 +87,10 @@ def _switch(named: Named, name: str, default: bool, allowed: str) -> bool:
 def pace_of(named: Named) -> Pace:
     """Takes the caps and the round edge out of the named values; F and FC are both mm/s here. Raises Mistake."""
     speeds = []
-    for name, unit in (("F", "mm/s"), ("FC", "mm/s"), ("FA", "deg/s"), ("FJ", "deg/s")):
+    for name, (least, unit) in _SPEEDS.items():
         value = named.pop(name, None)
-        if value is not None and value[0] <= 0:
-            raise Mistake(value[1].column, f"{name}={value[0]:g}", f"a speed above 0 in {unit}")
+        if value is not None and value[0] < least:
+            raise Mistake(value[1].column, f"{name}={value[0]:g}", f"a speed of at least {least:g} {unit}")
         speeds.append(None if value is None else value[0])
     edge = named.pop("R", None)
     if edge is not None and edge[0] < 0:

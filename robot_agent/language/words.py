@@ -26,6 +26,9 @@ class Mistake(Exception):
         self.column, self.found, self.allowed = column, found, allowed
 
 
+SLOWEST = 0.01
+"""Percent and deg/s: a slower motion would take days, and nobody means one."""
+
 Named = dict[str, tuple[float, Word]]
 """Values by name, each with its word."""
 
@@ -59,6 +62,6 @@ def percent(feed: tuple[float, Word] | None, head: Word) -> float:
     if feed is None:
         return 1.0
     value, word = feed
-    if not 0 < value <= 100:
-        raise Mistake(word.column, f"F={value:g}", f"above 0 to 100 percent for {head.text.upper()}")
+    if not SLOWEST <= value <= 100:
+        raise Mistake(word.column, f"F={value:g}", f"{SLOWEST:g} to 100 percent for {head.text.upper()}")
     return value / 100.0

@@ -17,6 +17,8 @@ from robot_agent.paths.tangential import STEEPEST, UP, aligned
 _SAME_PLACE_M = 1e-9
 _SAME_HEADING_RAD = 1e-9
 _LOOKED_AT = 65
+_NO_TURN_RAD = 1e-6
+"""Less comes from rounding, where a point keeps its orientation."""
 
 FlangeMove = Line | Arc | Spline
 
@@ -208,6 +210,8 @@ def _spline(
                 if np.linalg.norm(pose[:3, 3] - poses[-1][:3, 3]) > _SAME_PLACE_M:
                     poses.append(pose)
                     owners.append((index, block.round_m))
+                elif block.tangential_rad is None:
+                    _refuse_turn(index, poses[-1], pose)
     if len(poses) < 2:
         return []
     controls = control_points(np.array([pose[:3, 3] for pose in poses]), arrival, departure)
@@ -224,6 +228,14 @@ def _spline(
         stop = 0.0 if round_m == 0.0 and number == len(controls) - 1 else None
         made.append(Leg(index, curve, (turn,), (curve.length_m,), False, True, stop))
     return made
+
+
+def _refuse_turn(index: int, before: Numbers, point: Numbers) -> None:
+    """A spline's point where the one before is may be there twice, but not turned. Raises PathError."""
+    angle = axis_angle(point[:3, :3] @ before[:3, :3].T)[1]
+    if angle > _NO_TURN_RAD:
+        reason = f"a point of the spline is where the one before it is, turned by {math.degrees(angle):.3g} deg"
+        raise PathError(index, reason, "turn there with a line, or move the point: a spline does not turn on the spot")
 
 
 def _direction(twist: Numbers | None) -> Numbers | None:

@@ -10,8 +10,8 @@ from cell.geometry.quaternion import from_matrix
 
 Numbers = NDArray[np.float64]
 
-_STEP_M = 2e-5
-"""Of the differences that give the angular velocity."""
+_STEP_M, _STEP_SHARE = 2e-5, 1e-3
+"""Of the differences that give the angular velocity: at most so far, and so much of the window."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -70,11 +70,13 @@ class Orientation:
         change = np.zeros_like(spin)
         inside, window = self._inside(distance_m)
         if inside.any():
-            around = np.add.outer([0.0, _STEP_M, -_STEP_M], distance_m[inside])
+            step = np.minimum(_STEP_M, _STEP_SHARE * np.diff(self._borders[:, window], axis=0)[0])
+            around = distance_m[inside] + np.stack([0.0 * step, step, -step])
             here, *near = self._blended(window, around)
             forth, back = _small_rotation_vectors(np.stack(near) @ np.swapaxes(here, -1, -2))
             rotations[inside] = here
-            spin[inside], change[inside] = (forth - back) / (2.0 * _STEP_M), (forth + back) / _STEP_M**2
+            step = step[:, None]
+            spin[inside], change[inside] = (forth - back) / (2.0 * step), (forth + back) / step**2
         return rotations, spin, change
 
     def _turn_at(self, at: Numbers) -> NDArray[np.intp]:

@@ -27,6 +27,10 @@ class Base:
     def intervals(self) -> int:
         return len(self.points) - 3
 
+    @property
+    def duration_s(self) -> float:
+        return self.intervals * self.h
+
     def places(self, interval: NDArray[np.intp], place: Numbers) -> Numbers:
         """s `(...)` in intervals `(...)` at places `(...)` in 0 to 1 of them."""
         u, v, c = place, 1.0 - place, [self.points[interval + k] for k in range(4)]

@@ -10,7 +10,7 @@ from robot_agent.paths.pose_path import BLEND_TOLERANCE_M
 from robot_agent.paths.transition import Transition
 from robot_agent.trajectory.flange_way import with_flange
 from robot_agent.trajectory.joint_meeting import JointMeeting
-from robot_agent.trajectory.joint_path import JointPath, Numbers, Stretch, joined
+from robot_agent.trajectory.joint_path import JointPath, Numbers, joined
 from robot_agent.trajectory.pieces import Pieces
 
 _FLANGE_SAMPLES = 65
@@ -71,19 +71,16 @@ def _blended(model: Model, first: JointPath, second: JointPath, meeting: JointMe
 
 
 def _bridge(model: Model, first: JointPath, second: JointPath, cut: float) -> JointPath:
-    """The last `cut` of the first path and the first `cut` of the second replaced by a quintic with the same ends."""
+    """The last `cut` of the first path and the first `cut` of the second replaced by a quintic with the same ends.
+
+    Each half keeps the caps and limits of its block.
+    """
     start, stop, length = first.length - cut, cut, 2.0 * cut
     scale = np.array([1.0, length, length**2])[:, None]
     shape = hermite(first.state(start) * scale, second.state(stop) * scale)
     joints = Pieces(np.array([0.0, length]), (shape / length ** np.arange(6.0)[:, None])[None])
     pieces, curvature = with_flange(model, joints)
-    edge, after = first.stretches[-1], second.stretches[0]
-    share, cap = min(edge.joint_speed, after.joint_speed), min(edge.joint_rad_s, after.joint_rad_s)
-    middle = Stretch(length / 2.0, edge.block, share, np.inf, np.inf, on_path=False, joint_rad_s=cap)
-    if edge.on_path and after.on_path:
-        speed, rotation = min(edge.speed_m_s, after.speed_m_s), min(edge.rotation_rad_s, after.rotation_rad_s)
-        middle = replace(middle, speed_m_s=speed, rotation_rad_s=rotation, on_path=True)
-    stretches = (middle, replace(middle, end=length, block=after.block))
+    stretches = (replace(first.stretches[-1], end=length / 2.0), replace(second.stretches[0], end=length))
     path = JointPath(pieces, stretches, curvature, (), (length, 0.0), None)
     whole = joined(joined(first.part(0.0, start), path), second.part(stop, second.length))
     head = min(first.corner_lengths[0], start)

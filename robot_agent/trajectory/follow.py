@@ -154,7 +154,8 @@ class _Follower:
         parameter = np.append(0.0, np.cumsum(np.maximum(lengths, step * 1e-9)))
         linear, angular = np.linalg.norm(twist[:, :3], axis=1), np.linalg.norm(twist[:, 3:], axis=1)
         angular_growth = (twist[:, 3:] * change[:, 3:]).sum(axis=1) / np.maximum(angular, 1e-9)
-        turn = np.append(0.0, np.cumsum(step * (angular[:-1] + angular[1:]) / 2.0))
+        turns = step * (angular[:-1] + angular[1:]) / 2.0 + step**2 * (angular_growth[:-1] - angular_growth[1:]) / 12.0
+        turn = np.append(0.0, np.cumsum(turns))
         if self._on_the_spot:
             turn = nodes
         value = np.column_stack([q, np.zeros_like(nodes) if self._on_the_spot else nodes, turn])

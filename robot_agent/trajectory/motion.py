@@ -64,8 +64,8 @@ class Motion:
         """Flange poses `(..., 4, 4)` in the robot base."""
         return self.model.forward(self.q(tau))
 
-    def tcp_speed(self, tau: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Speed `(...)` [m/s] of the flange at rate 1; robots carry no tool frames yet, so TCP and flange agree."""
+    def flange_speed(self, tau: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Speed `(...)` [m/s] of the flange at rate 1, which blocks and path limits speak of."""
         velocity = (self.model.jacobian(self.q(tau))[..., :3, :] @ self.qd(tau)[..., None])[..., 0]
         return np.asarray(np.linalg.norm(velocity, axis=-1))
 

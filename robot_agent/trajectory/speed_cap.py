@@ -6,24 +6,23 @@ from robot_agent.trajectory.rate_law import Numbers
 from robot_agent.trajectory.track import Track
 
 _STEP_S = 0.002
-_CHUNK = 128
 _MARGIN = 0.995
 """For what lies between the places at which the speed is looked at."""
 _REACH_S = 0.5
 """A segment at rate 1 does not come much further than this before it rests."""
+_STRETCH = 50
+"""How many places are looked at together, when a segment first comes near one of them: motions may be long."""
 
 
 class SpeedCap:
-    """The same for all segments of one track; speeds are worked out chunk by chunk, when they are asked for first."""
+    """The same for all segments of one track. It holds for the TCP of the mounted tool and for the flange."""
 
     def __init__(self, track: Track, cap_m_s: float) -> None:
         """`cap_m_s` is above 0 [m/s]."""
         self.cap_m_s = cap_m_s
-        steps = int(np.ceil(track.duration_s / _STEP_S)) + 1
         self._track = track
-        self._way = np.minimum(np.arange(steps) * _STEP_S, track.duration_s)
-        self._speed = np.zeros(steps)
-        self._made: set[int] = set()
+        self._speed = np.zeros(int(np.ceil(track.duration_s / _STEP_S)) + 1)
+        self._known = np.zeros(-(-len(self._speed) // _STRETCH), dtype=np.bool_)
 
     @property
     def who(self) -> str:
@@ -37,7 +36,7 @@ class SpeedCap:
     def rate(self, way: float, rate: float) -> float:
         """The largest rate that may be kept from `way` [s] on until a segment rests; `rate` is the present one."""
         first = min(int(way / _STEP_S), len(self._speed) - 1)
-        peaks = np.maximum.accumulate(self._known(first, first + int(_REACH_S / _STEP_S))[first:])
+        peaks = np.maximum.accumulate(self._speeds(first, first + int(_REACH_S / _STEP_S) + 1))
         reach = np.arange(len(peaks)) * _STEP_S / _REACH_S
         allowed = reach * peaks <= _MARGIN * self.cap_m_s
         last = max(int(np.argmin(allowed)) - 1 if not allowed.all() else len(peaks) - 1, 0)
@@ -47,15 +46,19 @@ class SpeedCap:
     def _at(self, way: Numbers) -> Numbers:
         index = np.minimum((way / _STEP_S).astype(np.int64), len(self._speed) - 1)
         following = np.minimum(index + 1, len(self._speed) - 1)
-        known = self._known(int(index.min(initial=len(self._speed))), int(following.max(initial=0)))
-        speed: Numbers = np.maximum(known[index], known[following])
-        return speed
+        first = int(index.min(initial=len(self._speed)))
+        speeds = self._speeds(first, int(following.max(initial=0)) + 1)
+        return np.asarray(np.maximum(speeds[index - first], speeds[following - first]))
 
-    def _known(self, first: int, last: int) -> Numbers:
-        """The speeds up to index `last`, worked out from `first` on."""
-        for chunk in range(first // _CHUNK, min(last, len(self._way) - 1) // _CHUNK + 1):
-            if chunk not in self._made:
-                part = slice(chunk * _CHUNK, (chunk + 1) * _CHUNK)
-                self._speed[part] = self._track.motion.tcp_speed(self._track.taus(self._way[part]))
-                self._made.add(chunk)
-        return self._speed[: last + 1]
+    def _speeds(self, first: int, end: int) -> Numbers:
+        """At rate 1, at the places `first` to `end` of the track, as far as it goes."""
+        stretches = np.arange(first // _STRETCH, min(-(-end // _STRETCH), len(self._known)))
+        new = stretches[~self._known[stretches]]
+        if len(new):
+            places = (new[:, None] * _STRETCH + np.arange(_STRETCH)).ravel()
+            places = places[places < len(self._speed)]
+            taus = self._track.taus(np.minimum(places * _STEP_S, self._track.duration_s))
+            motion = self._track.motion
+            self._speed[places] = motion.model.tool_speed(motion.q(taus), motion.qd(taus))
+            self._known[new] = True
+        return self._speed[first:end]

@@ -19,6 +19,8 @@ from robot_agent.trajectory.spline import softly
 
 _GRID_STEP = 0.005
 _FEWEST, _MOST = 160, 2400
+_APART = 1e-7
+"""Nothing of a path is looked at closer than this share of it."""
 COARSE, FINE = 2.0, 4.0
 """Intervals per ramp of the acceleration."""
 _FEWEST_INTERVALS, MOST_INTERVALS = 16, 1200
@@ -26,6 +28,9 @@ _BEGIN = 0.9
 """The squared rate that the search begins with."""
 _AROUND = 3
 _ATTEMPTS = 4
+_ROUNDS = 5
+_SETTLED = 1.15
+"""A motion so much slower than the one it was sampled by is sampled anew, now that it is known where time passes."""
 _LOOKED_AT = 3
 """Places in each piece."""
 MARGIN = 1.001
@@ -50,15 +55,28 @@ def fastest_of(paths: list[JointPath], limits: Limits) -> list[Timed]:
     bases = [_first(path, bound, ramp / COARSE) for path, bound in zip(paths, bounds, strict=True)]
     search = Search(coarse := _limited(bases, bounds), begin(coarse))
     search.run(gap=0.1, kept=0.5)
-    bases = [law.resampled(ramp / FINE, MOST_INTERVALS) for law in _laws(bases, search.c)]
-    margin = np.full((3, 1), MARGIN)
-    search = Search(fine := _limited(bases, bounds).tightened(margin), begin(fine))
-    return _kept(paths, bases, search, limits)
-
-
-def _kept(paths: list[JointPath], bases: list[Base], search: Search, limits: Limits) -> list[Timed]:
-    """Joints over time that keep their limits everywhere; paths where they do not yet are searched again."""
     made: dict[int, Timed] = {}
+    waiting, laws = list(range(len(paths))), _laws(bases, search.c)
+    for _ in range(_ROUNDS):
+        bases = [law.resampled(ramp / FINE, MOST_INTERVALS) for law in laws]
+        fine = _limited(bases, [bounds[k] for k in waiting]).tightened(np.full((3, 1), MARGIN))
+        kept = _kept([paths[k] for k in waiting], bases, Search(fine, begin(fine)), limits)
+        for number, (timed, _) in zip(waiting, kept, strict=True):
+            if number not in made or timed.pieces.duration_s < made[number].pieces.duration_s:
+                made[number] = timed
+        again = [k for k, (timed, law) in enumerate(kept) if timed.pieces.duration_s > _SETTLED * law.base.duration_s]
+        if not again:
+            break
+        waiting, laws = [waiting[k] for k in again], [kept[k][1] for k in again]
+    return [made[number] for number in range(len(paths))]
+
+
+def _kept(paths: list[JointPath], bases: list[Base], search: Search, limits: Limits) -> list[tuple[Timed, Law]]:
+    """Joints over time that keep their limits everywhere; paths where they do not yet are searched again.
+
+    Beside them the law, which may be faster: its intervals are too long for what the limits do inside them.
+    """
+    made: dict[int, tuple[Timed, Law]] = {}
     waiting = list(range(len(paths)))
     for _ in range(_ATTEMPTS):
         search.run(gap=0.003, kept=MARGIN - 1.0)
@@ -68,8 +86,8 @@ def _kept(paths: list[JointPath], bases: list[Base], search: Search, limits: Lim
             excess.append(excess_of(timed.pieces, interval, limits, law.base))
             k = float((excess[-1].max(axis=1) ** (1.0 / np.arange(1.0, 4.0))).max())
             each = _slower(timed, max(1.0, k))
-            if number not in made or each.pieces.duration_s < made[number].pieces.duration_s:
-                made[number] = each
+            if number not in made or each.pieces.duration_s < made[number][0].pieces.duration_s:
+                made[number] = each, law
             late.append(k > _ACCEPTED)
         if not any(late):
             break
@@ -96,8 +114,16 @@ def ramp_s(limits: Limits) -> float:
 
 
 def grid_along(path: JointPath) -> Numbers:
-    """Parameters `(k,)` of the path at which speed and acceleration are looked at first."""
-    return np.linspace(0.0, path.length, int(np.clip(math.ceil(path.length / _GRID_STEP), _FEWEST, _MOST)) + 1)
+    """Parameters `(k,)` of the path at which speed and acceleration are looked at first.
+
+    They are evenly apart, and closer where the path has nodes that are: nothing small is passed over.
+    """
+    even = np.linspace(0.0, path.length, int(np.clip(math.ceil(path.length / _GRID_STEP), _FEWEST, _MOST)) + 1)
+    nodes = path.pieces.knots
+    between = (nodes[:-1] + nodes[1:]) / 2.0
+    close = between[np.diff(nodes) < even[1]]
+    grid = np.sort(np.concatenate([even, close]))
+    return np.asarray(grid[np.append(True, np.diff(grid) > _APART * path.length)])
 
 
 def sampled_rise(grid: Numbers, squared: Numbers, h: float) -> tuple[Numbers, float]:

@@ -6,7 +6,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cell.geometry.quaternion import angle_between, from_matrix, to_matrix
-from robot_agent.paths import JointMove, Line, LineGeometry, Sequence
+from robot_agent.paths import JointMove, Line, LineGeometry, Sequence, Spline
+from robot_agent.paths.errors import PathError
+from robot_agent.paths.legs import legs
 from robot_agent.paths.orientation import between
 
 COMPONENT = st.floats(-1.0, 1.0)
@@ -54,6 +56,18 @@ def test_quarter_turn_about_z_matches_the_worked_slerp() -> None:
     half = np.sqrt(0.5)
     line = LineGeometry.between(pose((0, 0, 0, 1)), pose((0, 0, half, half)))
     np.testing.assert_allclose(from_matrix(line.poses(np.array(0.25))[:3, :3]), [0, 0, 0.195090, 0.980785], atol=1e-6)
+
+
+@pytest.mark.parametrize("number", [0, 1])
+def test_a_spline_does_not_turn_on_the_spot_and_may_name_a_point_twice(number: int) -> None:
+    start, ahead = pose((0, 0, 0, 1)), pose((0, 0, 0, 1), (0.1, 0.0, 0.0))
+    points = [ahead, pose((0, 0, 0, 1), (0.2, 0.1, 0.0))]
+    turned = (start, ahead)[number].copy()
+    turned[:3, :3] = to_matrix(np.array((0, 0, np.sin(0.1), np.cos(0.1))))
+    with pytest.raises(PathError, match="where the one before it is, turned by 11"):
+        legs([(4, Spline(np.array([*points[:number], turned, *points[number:]]), 1))], start)
+    twice = legs([(4, Spline(np.array([start, points[0], *points]), 1))], start)
+    assert len(twice) == len(points)
 
 
 def test_twist_is_the_derivative_of_the_line() -> None:

@@ -86,7 +86,10 @@ def test_limits_are_kept_and_every_rest_stays_a_rest(seed: int, filter_s: float)
     np.testing.assert_array_equal(motion.qd(motion.rests), 0.0)
     np.testing.assert_array_equal(motion.qdd(motion.rests), 0.0)
     np.testing.assert_allclose(motion.q(motion.rests), plain.q(plain.rests), atol=1e-9)
-    assert motion.tcp_speed(motion.grid).max() <= plain.tcp_speed(np.linspace(0, plain.duration_s, 4000)).max() * 1.001
+    assert (
+        motion.flange_speed(motion.grid).max()
+        <= plain.flange_speed(np.linspace(0, plain.duration_s, 4000)).max() * 1.001
+    )
 
 
 def test_deviation_from_the_path_is_reported_as_it_is() -> None:

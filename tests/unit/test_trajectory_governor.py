@@ -1,10 +1,16 @@
 """The governor: on the path, inside the limits, never past a hold, always able to stop, forwards and backwards."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from governor_drive import ARM, CYCLE_S, JOINTS, LIMITS, LONG, MIXED, MOTIONS, START, STEP, Drive
 from ruckig import ControlInterface, InputParameter, Ruckig, Trajectory
+from six_axis_arm import description
 
+from cell.geometry.pose import from_xyz_abc
+from robot_agent.kinematics import SixAxis
+from robot_agent.model.description import Tool
 from robot_agent.paths import JointMove, Sequence
 from robot_agent.trajectory import Governor, Hold, Motion, PathState, RateRequest, plan
 
@@ -137,7 +143,7 @@ def test_next_motion_spliced_at_the_rest_index_keeps_the_limits() -> None:
     begun = governor.next(governor.rest(0.0), 0, [], [])
     q = np.concatenate([last.q[: last.rest_index], begun.q])
     for order, limit in ((2, LIMITS.ramp_acceleration_bounds[1]), (3, LIMITS.ramp_jerk)):
-        assert (np.abs(np.diff(q, order, axis=0)).max(axis=0) / CYCLE_S**order <= 1.01 * limit).all()
+        assert (np.abs(np.diff(q, order, axis=0)).max(axis=0) / CYCLE_S**order <= 1.003 * limit).all()
 
 
 def test_remainder_of_a_segment_is_the_segment_from_there() -> None:
@@ -221,6 +227,23 @@ def test_speed_of_the_tcp_stays_below_its_cap_in_ramps_too(direction: float) -> 
         drive.play()
     drive.check()
     fast = np.linalg.norm(np.diff(ARM.forward(np.array(drive.played))[:, :3, 3], axis=0), axis=1) / CYCLE_S
+    assert (fast > 0.23).mean() > 0.5
+
+
+def test_cap_holds_for_the_tip_of_a_long_tool_that_swings() -> None:
+    tip = from_xyz_abc(np.array([0.5, 0.0, 0.1, 0.0, 0.0, 0.0]))
+    tool = Tool("lance", tip, 1.0, (0.0, 0.0, 0.0), np.zeros((3, 3)), ())
+    lance = SixAxis(replace(description(), tools={"lance": tool}, mounted="lance"))
+    swing = JointMove(START + np.array([0.0, 0.0, 0.0, 1.0, 1.2, 0.0]), 1.0, 1)
+    motion = plan(lance, Sequence([swing]), LIMITS, start=START)
+    drive = Drive(motion)
+    while drive.tau != motion.duration_s:
+        drive.take(drive.governor.next(drive.segment, drive.index, (), (), cap_m_s=0.25))
+        drive.play()
+    q = np.array(drive.played)
+    for places in (lance.tcp(q), lance.forward(q)):
+        assert np.linalg.norm(np.diff(places[:, :3, 3], axis=0), axis=1).max() <= 0.25 * CYCLE_S
+    fast = np.linalg.norm(np.diff(lance.tcp(q)[:, :3, 3], axis=0), axis=1) / CYCLE_S
     assert (fast > 0.23).mean() > 0.5
 
 

@@ -75,7 +75,7 @@ def test_endless_loop_with_three_blocks_of_look_ahead_never_stops(speed: float, 
         assert (longer.pieces.peaks() <= 1.001 * np.stack([LIMITS.velocity, LIMITS.acceleration, LIMITS.jerk])).all()
         driven = np.arange(round(tau / dt)) * dt
         passed.append(motion.q(driven))
-        speeds.append(motion.tcp_speed(driven))
+        speeds.append(motion.flange_speed(driven))
         motion = longer
     q, moving = np.concatenate(passed), np.concatenate(speeds)
     assert_within(q, dt, LIMITS)

@@ -191,12 +191,61 @@ def test_caps_hold_on_every_move(block: Block) -> None:
     assert np.linalg.norm(turn, axis=1).max() == pytest.approx(0.1, rel=5e-3)
 
 
+@pytest.mark.parametrize("round_m", [0.02, 0.1])
+@pytest.mark.parametrize(
+    ("kinds", "caps_m_s"),
+    [("line joints", (0.1, np.inf)), ("joints line", (np.inf, 0.1)), ("joints joints", (0.1, 0.2))],
+)
+def test_caps_hold_in_corners_that_the_joints_round(kinds: str, caps_m_s: tuple[float, float], round_m: float) -> None:
+    start, blocks = START, []
+    for line, (kind, cap) in enumerate(zip(kinds.split(), caps_m_s, strict=True), 1):
+        speed = cap if np.isfinite(cap) else None
+        if kind == "line":
+            pose = MODEL.forward(start)
+            pose[:3, 3] += [0.0, 0.15, 0.0]
+            blocks.append(Line(pose, speed, line, round_m=round_m))
+        else:
+            start = start + np.array([[0.4, 0.1, 0.0, 0.0, 0.0, 0.0], [0.3, 0.1, 0.4, 0.3, 0.1, 0.2]][line - 1])
+            blocks.append(JointMove(start, 1.0, line, speed_m_s=speed, round_m=round_m))
+    motion = planned(*blocks)
+    assert stops(motion) == 0
+    taus = np.arange(0.0, motion.duration_s, 1e-3)
+    number, speeds = motion.block_at(taus), motion.flange_speed(taus)
+    for block, cap in enumerate(caps_m_s):
+        fastest = speeds[number == block].max()
+        assert fastest <= 1.001 * cap
+        assert fastest > 0.9 * min(cap, 0.5)
+
+
+SMALL = [
+    ([Line(at(y_mm=100), None, 1, round_m=1e-4), Line(at(y_mm=100, z_mm=100), None, 2)], 0.58),
+    (
+        [
+            Line(at(y_mm=100), None, 1),
+            Line(at(y_mm=101, turn_deg=20), None, 2),
+            Line(at(y_mm=200, turn_deg=20), None, 3),
+        ],
+        1.2,
+    ),
+    ([Spline(np.array([at(y_mm=100), at(y_mm=100.5, turn_deg=20), at(y_mm=200, turn_deg=20)]), 1)], 1.2),
+    ([Spline(np.array([at(y_mm=100 + 0.3 * k, z_mm=0.02 * (k % 3)) for k in range(8)] + [at(y_mm=200)]), 1)], 0.68),
+]
+"""Moves with something small on the way, and how long [s] they would take without a limit of jerk."""
+
+
+@pytest.mark.parametrize(("blocks", "bound_s"), SMALL, ids=["corner", "turn", "spline that turns", "fine spline"])
+def test_something_small_on_the_way_slows_the_robot_there_only(blocks: list[Block], bound_s: float) -> None:
+    motion = planned(*blocks)
+    assert stops(motion) == 0
+    assert motion.duration_s < 2.5 * bound_s + 0.2
+
+
 def test_speed_of_a_joint_move_can_be_capped_in_metres() -> None:
     motion = planned(JointMove(START + np.array([0.6, 0, 0, 0, 0, 0]), 1.0, 1, speed_m_s=0.2))
-    assert motion.tcp_speed(motion.grid).max() == pytest.approx(0.2, rel=5e-3)
+    assert motion.flange_speed(motion.grid).max() == pytest.approx(0.2, rel=5e-3)
 
 
 def test_lateral_acceleration_limits_the_speed_on_a_circle() -> None:
     motion = planned(Arc(at(y_mm=20, z_mm=20), at(y_mm=40), 1, angle_rad=4 * np.pi))
     most = np.sqrt(LIMITS.path.acceleration_m_s2 * 0.02)
-    assert motion.tcp_speed(motion.grid).max() <= most * 1.001
+    assert motion.flange_speed(motion.grid).max() <= most * 1.001

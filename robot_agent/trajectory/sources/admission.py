@@ -69,7 +69,4 @@ class Admission:
 
     def tcp_share(self, q: NDArray[np.float64], qd: NDArray[np.float64]) -> float:
         """The largest share of their speed limit that TCP and flange use in states `(m, n)`."""
-        v, w = np.split((self._model.jacobian(q) @ qd[..., None])[..., 0], 2, axis=-1)
-        arm = self._model.tcp(q)[:, :3, 3] - self._model.forward(q)[:, :3, 3]
-        fastest = max(np.linalg.norm(v, axis=1).max(), np.linalg.norm(v + np.cross(w, arm), axis=1).max())
-        return float(fastest / self._tcp_speed)
+        return float(self._model.tool_speed(q, qd).max() / self._tcp_speed)
