@@ -1,33 +1,32 @@
 """Names and types of a node's objects, from its EDS or DCF file (CiA 306, read by `canopen`)."""
 
 import re
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-import canopen
 from canopen.objectdictionary import ODVariable, datatypes
 
 from drive_gateway.canopen.axes_eds import NAME, objects_of_axes
 from drive_gateway.canopen.axis_objects import first_axis_index, index_of
-from drive_gateway.errors import GatewayError
+from drive_gateway.canopen.eds_file import EdsError, is_dcf, read_eds
 
+TYPES = {
+    "INTEGER8": (1, True),
+    "INTEGER16": (2, True),
+    "INTEGER32": (4, True),
+    "INTEGER64": (8, True),
+    "UNSIGNED8": (1, False),
+    "UNSIGNED16": (2, False),
+    "UNSIGNED32": (4, False),
+    "UNSIGNED64": (8, False),
+}
+"""Data types of CiA 301 that are numbers: bytes, and whether they have a sign."""
 _SIZES = {
     datatypes.BOOLEAN: (1, False),
-    datatypes.INTEGER8: (1, True),
-    datatypes.INTEGER16: (2, True),
-    datatypes.INTEGER32: (4, True),
-    datatypes.INTEGER64: (8, True),
-    datatypes.UNSIGNED8: (1, False),
-    datatypes.UNSIGNED16: (2, False),
-    datatypes.UNSIGNED32: (4, False),
-    datatypes.UNSIGNED64: (8, False),
+    **{getattr(datatypes, name): size for name, size in TYPES.items()},
 }
 _ADDRESS = re.compile(r"(?:0x)?([0-9A-Fa-f]{4})h?(?::([0-9A-Fa-f]{1,2}))?")
-
-
-class EdsError(GatewayError):
-    """An EDS file that cannot be read, an object that it does not have, or a value that does not fit the object."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,6 +43,8 @@ class ObjectEntry:
     """Content of any length, such as a file."""
     readable: bool
     writable: bool
+    limits: tuple[int, int] | None = None
+    """Lowest and highest value, where the file says them."""
 
     @property
     def address(self) -> str:
@@ -60,22 +61,34 @@ class ObjectEntry:
         value = int.from_bytes(data, "little", signed=self.signed)
         return f"{value} ({int.from_bytes(data, 'little'):0{2 * len(data)}X}h)"
 
+    def typed(self, size: int, signed: bool) -> "ObjectEntry":
+        """The same as a number of `size` bytes."""
+        return replace(self, size=size, signed=signed)
+
     def pack(self, text: str) -> bytes:
         """The bytes of a value as people write it: decimal, 0x..., or ...h. Raises `EdsError` with the range."""
         if self.text:
             return text.encode("ascii", "replace")
         if self.domain:
-            raise EdsError(f"{self.address} {self.name} is a domain; name the file with its bytes as @FILE")
-        if not self.size:
-            raise EdsError(f"{self.address} {self.name} has a type that this program cannot write")
-        low = -(1 << 8 * self.size - 1) if self.signed else 0
-        high = (1 << 8 * self.size - self.signed) - 1
+            raise EdsError(f"{self.address} {self.name} is a domain", "@FILE, the name of a file with its bytes")
         try:
             value = int(text[:-1], 16) if text.lower().endswith("h") else int(text, 0)
         except ValueError as error:
-            raise EdsError(f"{text!r} is no whole number; allowed are 123, -5, 0x6F, 6Fh") from error
+            raise EdsError(f"{text!r} is no whole number", "123, -5, 0x6F, 6Fh") from error
+        return self.pack_number(value)
+
+    def pack_number(self, value: int) -> bytes:
+        """The bytes of a number. Raises `EdsError` with the range."""
+        if not self.size:
+            raise EdsError(
+                f"{self.address} {self.name} has a type that this program cannot write", f"{', '.join(TYPES)}"
+            )
+        low = -(1 << 8 * self.size - 1) if self.signed else 0
+        high = (1 << 8 * self.size - self.signed) - 1
+        if self.limits is not None:
+            low, high = max(low, self.limits[0]), min(high, self.limits[1])
         if not low <= value <= high:
-            raise EdsError(f"{value} does not fit {self.address} {self.name}; allowed are {low} to {high}")
+            raise EdsError(f"{value} does not fit {self.address} {self.name}", f"{low} to {high}")
         return value.to_bytes(self.size, "little", signed=self.signed)
 
 
@@ -84,17 +97,38 @@ class Eds:
 
     def __init__(self, file: str = "", axes: int = 1) -> None:
         """`axes`: of the node, 1 to 3; a file says its own. Raises `EdsError`: the file is missing or no EDS."""
-        try:
-            self._parsed = canopen.import_od(file, node_id=0) if file else objects_of_axes(axes)
-        except (OSError, ValueError, KeyError) as error:
-            raise EdsError(f"{file}: cannot be read as EDS or DCF: {error}") from error
+        self._parsed = read_eds(file) if file else objects_of_axes(axes)
+        self._dcf = is_dcf(file)
         self.name = Path(file).name if file else NAME
+        self.node_id = self._parsed.node_id if self._dcf else None
+        """Of the one device that a DCF is for, if it says it."""
+        self.bitrate = self._parsed.bitrate if self._dcf else None
+        """[bit/s] in a DCF, if it says it."""
 
     def __iter__(self) -> Iterator[ObjectEntry]:
         """All objects in the order of their indices."""
+        return (entry for _, entry in self._described())
+
+    def _described(self) -> Iterator[tuple[ODVariable, ObjectEntry]]:
         for item in self._parsed.values():
             for variable in [item] if isinstance(item, ODVariable) else item.values():
-                yield _entry(variable, "" if isinstance(item, ODVariable) else f"{item.name}, ")
+                yield variable, _entry(variable, "" if isinstance(item, ODVariable) else f"{item.name}, ")
+
+    def parameters(self, wanted: Callable[[int, int], bool]) -> Iterator[tuple[ObjectEntry, bytes]]:
+        """What a DCF says to be written: each writable object that has a ParameterValue. An EDS says none.
+
+        Args:
+            wanted: whether an object, by index and sub-index, is asked for.
+
+        Raises:
+            EdsError: a value does not fit its object.
+        """
+        if not self._dcf:
+            return
+        for variable, entry in self._described():
+            raw = getattr(variable, "value_raw", None)
+            if raw and entry.writable and not entry.domain and wanted(entry.index, entry.sub):
+                yield entry, _packed(variable, entry, raw)
 
     def find(self, text: str, axis: int = 1) -> ObjectEntry:
         """The object at an address such as 6041, 6041h:00, 0x1018:1, or of that name.
@@ -108,7 +142,7 @@ class Eds:
         named = [entry for entry in self if entry.name.lower() == text.lower()]
         named = [entry for entry in named if index_of(first_axis_index(entry.index), axis) == entry.index] or named
         if len(named) != 1:
-            raise EdsError(f"{text!r} is no object of {self.name}; allowed are INDEX:SUB in hex, or one name of it")
+            raise EdsError(f"{text!r} is no object of {self.name}", "INDEX:SUB in hex, or one name of it")
         return self._at(index_of(named[0].index, axis), named[0].sub)
 
     def _at(self, index: int, sub: int) -> ObjectEntry:
@@ -132,4 +166,29 @@ def _entry(variable: ODVariable, group: str) -> ObjectEntry:
         domain=variable.data_type == datatypes.DOMAIN,
         readable=variable.readable,
         writable=variable.writable,
+        limits=_limits(variable),
     )
+
+
+def _limits(variable: ODVariable) -> tuple[int, int] | None:
+    """Some makers' tools write 0 and 0 where there are none."""
+    low, high = variable.min, variable.max
+    return None if low is None or high is None or low >= high else (low, high)
+
+
+def _packed(variable: ODVariable, entry: ObjectEntry, raw: str) -> bytes:
+    """The bytes of a ParameterValue; a negative number may be written as its bit pattern, 0xFFFE for -2."""
+    if entry.text:
+        return entry.pack(raw)
+    value = getattr(variable, "value", None) if "$NODEID" in raw.upper() else _whole(raw)
+    if not isinstance(value, int):
+        raise EdsError(f"the ParameterValue {raw!r} of {entry.address} {entry.name}", "whole numbers: 123, -5, 0x6F")
+    pattern = entry.signed and raw.lower().startswith("0x") and value >= 1 << 8 * entry.size - 1
+    return entry.pack_number(value - (1 << 8 * entry.size) if pattern else value)
+
+
+def _whole(raw: str) -> int | None:
+    try:
+        return int(raw, 0)
+    except ValueError:
+        return None

@@ -1,19 +1,25 @@
 """Emergency messages (CiA 301, codes of CiA 301 and CiA 402): what a node says when something is wrong."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+from types import MappingProxyType
 
-NO_ERROR = 0x0000
 MOTOR_HOT = 0x4310
 
 
 @dataclass(frozen=True, slots=True)
 class Emergency:
-    """One EMCY frame: error code, error register (1001h) and meaning. Code 0 says that all causes are gone."""
+    """One EMCY frame: error code, error register (1001h) and meaning."""
 
     code: int
     register: int
     meaning: str
     remedy: str
+
+    @property
+    def gone(self) -> bool:
+        """00xxh: no error, or errors reset (CiA 301)."""
+        return _no_error(self.code)
 
 
 _TABLE: dict[int, tuple[str, str]] = {
@@ -22,8 +28,11 @@ _TABLE: dict[int, tuple[str, str]] = {
     0x3210: ("DC link over-voltage", "check the braking resistor and the deceleration"),
     0x3220: ("DC link under-voltage", "check the power supply of the drives"),
     0x4210: ("drive over-temperature", "let the drive cool down and check its ventilation"),
+    0x4280: ("over-temperature of the device", "let the drive cool down and check its ventilation"),
     MOTOR_HOT: ("motor over-temperature", "let the motor cool down and check its load"),
     0x5114: ("supply of the electronics too low", "check the 24 V supply"),
+    0x5115: ("supply of the electronics faulty", "check the 24 V supply"),
+    0x5116: ("supply of the electronics faulty", "check the 24 V supply"),
     0x5410: ("digital outputs overloaded", "check the wiring of the outputs"),
     0x6180: ("internal software fault of the drive", "restart the drive"),
     0x6320: ("a parameter of the drive is out of range", "compare the drive's parameters with the bus file"),
@@ -68,21 +77,35 @@ _GROUPS: dict[int, str] = {
 _ASK_MANUAL = "look the code up in the drive's manual"
 
 
-def decode_emergency(data: bytes) -> Emergency | None:
-    """The content of an EMCY frame, or `None` when it is too short to be one."""
+_NONE: Mapping[int, tuple[str, str]] = MappingProxyType({})
+
+
+def decode_emergency(data: bytes, own: Mapping[int, tuple[str, str]] = _NONE) -> Emergency | None:
+    """The content of an EMCY frame, or `None` when it is too short to be one; `own`: see `emergency_of`."""
     if len(data) < 3:
         return None
-    code = int.from_bytes(data[:2], "little")
-    meaning, remedy = meaning_of(code)
-    return Emergency(code, data[2], meaning, remedy)
+    return emergency_of(int.from_bytes(data[:2], "little"), data[2], own)
+
+
+def emergency_of(code: int, register: int, own: Mapping[int, tuple[str, str]]) -> Emergency:
+    """A code with what it means.
+
+    `own`: meaning and remedy of codes that the drive's maker gives another meaning, or one at all.
+    """
+    meaning, remedy = own.get(code) or meaning_of(code)
+    return Emergency(code, register, meaning, remedy)
 
 
 def meaning_of(code: int) -> tuple[str, str]:
     """Meaning and remedy of an emergency code; an unknown one is named by its group (high byte)."""
-    if code >> 8 == 0:
+    if _no_error(code):
         return "no error", ""
     if code in _TABLE:
         return _TABLE[code]
     high = code >> 8
     group = _GROUPS.get(high) or _GROUPS.get(high & 0xF0) or "unknown group"
     return f"{group}, code not in the table", _ASK_MANUAL
+
+
+def _no_error(code: int) -> bool:
+    return code >> 8 == 0

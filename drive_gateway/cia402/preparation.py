@@ -11,11 +11,7 @@ from drive_gateway.canopen.pdo_map import SdoWrite
 from drive_gateway.config.settings import MOTOR_SPEED_RESERVE, AxisSettings, GatewaySettings
 
 INTERPOLATED_POSITION, CYCLIC_SYNCHRONOUS_POSITION = 7, 8
-QUICK_STOP_AND_STAY = 6
-"""605Ah: brake with the quick-stop deceleration and stay in Quick Stop Active, voltage on."""
 MOTOR_SPEED = 0x6080
-ABORT_BY_QUICK_STOP = 3
-"""6007h: a lost connection is answered by a quick stop."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,6 +22,8 @@ class Preparation:
     write: SdoWrite
     shown_index: int
     shown_sub: int
+    waived: bool = False
+    """A drive without the object goes without the value."""
 
     def of_axis(self, axis: int) -> "Preparation":
         """The same for axis 1 to 3 of a node."""
@@ -35,7 +33,7 @@ class Preparation:
 
 def supervision(axis: AxisSettings, settings: GatewaySettings) -> list[Preparation]:
     """How the node of this axis and its master watch each other."""
-    return _guarding(settings) if axis.guarded else _heartbeats(settings)
+    return _waived(axis, _guarding(settings) if axis.guarded else _heartbeats(settings))
 
 
 def preparations(axis: AxisSettings, settings: GatewaySettings) -> list[Preparation]:
@@ -49,16 +47,21 @@ def preparations(axis: AxisSettings, settings: GatewaySettings) -> list[Preparat
     values = [
         _same("interpolation period", 0x60C2, 1, period, 1),
         _same("interpolation period, power of ten", 0x60C2, 2, exponent, 1),
-        *([_same("linear interpolation", 0x60C0, 0, 0, 2)] if axis.interpolated else []),
+        *([_same("interpolation sub mode", 0x60C0, 0, axis.interpolation, 2)] if axis.interpolated else []),
         *play(axis),
         _same("quick-stop deceleration", 0x6085, 0, round(axis.quick_stop * counts), 4),
-        _same("quick-stop option", 0x605A, 0, QUICK_STOP_AND_STAY, 2),
-        _same("reaction to a lost connection", 0x6007, 0, ABORT_BY_QUICK_STOP, 2),
+        _same("quick-stop option", 0x605A, 0, axis.quick_stop_option, 2),
+        _same("reaction to a lost connection", 0x6007, 0, axis.connection_lost, 2),
         _same("following-error window", 0x6065, 0, round(axis.following_window * counts), 4),
         _same("following-error time", 0x6066, 0, _milliseconds(axis.following_time_s), 2),
         *_limits(axis),
+        *_range(axis),
     ]
-    return [item.of_axis(axis.number) for item in values]
+    return [item.of_axis(axis.number) for item in _waived(axis, values)]
+
+
+def _waived(axis: AxisSettings, items: list[Preparation]) -> list[Preparation]:
+    return [replace(item, waived=item.write.index in axis.waived) for item in items]
 
 
 def play(axis: AxisSettings) -> list[Preparation]:
@@ -69,6 +72,16 @@ def play(axis: AxisSettings) -> list[Preparation]:
     return [
         _same("highest motor speed", MOTOR_SPEED, 0, round(MOTOR_SPEED_RESERVE * axis.speed * axis.torque.rpm), 4),
         mode,
+    ]
+
+
+def _range(axis: AxisSettings) -> list[Preparation]:
+    """An endless axis counts from 0 to the last count of one turn, and then from 0 again."""
+    if not axis.modulus:
+        return []
+    return [
+        _same("lowest count of a turn", 0x607B, 1, 0, 4),
+        _same("highest count of a turn", 0x607B, 2, axis.modulus - 1, 4),
     ]
 
 

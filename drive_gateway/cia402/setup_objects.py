@@ -93,7 +93,8 @@ def position_order(axis: AxisSettings, target: int, motion: Trapezoid, accelerat
     """A motion to `target` [counts] at the speed of `motion`."""
     counts = abs(axis.counts_per_unit)
     # The process image of interpolated position has another set point.
-    place = (SdoWrite(TARGET_POSITION, 0, target.to_bytes(4, "little", signed=True)),) if axis.interpolated else ()
+    counted = axis.wrapped(target).to_bytes(4, "little", signed=True)
+    place = (SdoWrite(TARGET_POSITION, 0, counted),) if axis.interpolated else ()
     writes = (
         *place,
         _u32(0x6067, 0, max(LEAST_WINDOW_COUNTS, POSITION_WINDOW * counts)),

@@ -6,10 +6,11 @@ from typing import Annotated, Literal
 
 from pydantic import BaseModel, Field, ValidationInfo, field_validator
 
-from cell.config.fields import FileName
+from cell.config.fields import FileName, Name
 from cell.config.units import STRICT, Number, Positive, PositiveLength, Seconds, in_si
 from drive_gateway.canopen.axis_objects import AXES
 from drive_gateway.config.object_address import ObjectAddress, address_of
+from drive_gateway.config.own_objects import OwnObjects
 from drive_gateway.config.settings import (
     AxisSettings,
     EncoderSettings,
@@ -110,6 +111,9 @@ class AxisEntry(BaseModel):
     limits: tuple[Number, Number] | None = Field(
         default=None, description="lowest and highest axis position, which the drive keeps too (607Dh)"
     )
+    endless: bool = Field(
+        default=False, description="the axis turns without end; its drive counts within one turn (607Bh)"
+    )
     limit_switches: tuple[Number, Number] | None = Field(
         default=None, description="lower and upper axis position of its limit switches, which its drive shows in 60FDh"
     )
@@ -120,6 +124,9 @@ class AxisEntry(BaseModel):
     mode: Literal["cyclic", "interpolated"] = Field(
         default="cyclic",
         description="mode in which blocks are played: cyclic synchronous position, or interpolated position",
+    )
+    interpolation: int = Field(
+        default=0, ge=-32768, le=0, description="60C0h in mode interpolated: 0 linear, below 0 a maker's own number"
     )
     rated_torque_nm: Annotated[float, Field(ge=0.001, le=1e6)] | None = Field(
         default=None, description="rated torque of the motor [Nm], as the drive must show it (6076h)"
@@ -135,6 +142,18 @@ class AxisEntry(BaseModel):
     )
     homing: HomingEntry | None = Field(default=None, description="how the axis finds its home point")
     eds: FileName | None = Field(default=None, description="EDS or DCF of the drive, relative to this file")
+    emergencies: Name | None = Field(default=None, description="its type of drive in `emergencies` of this file")
+    objects: OwnObjects = {}
+    quick_stop_option: Literal[2, 6] = Field(
+        default=6,
+        description="how the drive ends its quick stop (605Ah): 6 stays with voltage on, 2 takes it off by itself",
+    )
+    connection_lost: Literal[1, 3] = Field(
+        default=3, description="what the drive does when the gateway is gone (6007h): 3 quick stop, 1 fault"
+    )
+    waive: tuple[Literal["1016", "6007", "605A", "6065", "6066", "60C2"], ...] = Field(
+        default=(), max_length=6, description="objects that this drive may lack; each costs something that is told"
+    )
 
     @field_validator("offset", "speed", "acceleration", "quick_stop", "following_window", "simulated_start")
     @classmethod
@@ -181,9 +200,11 @@ class AxisEntry(BaseModel):
             index_counts=self.counts_per_turn,
             linear=self.linear,
             limits=self.limits,
+            modulus=round(self.counts_per_turn * self.gear) if self.endless else 0,
             limit_switches=self.limit_switches,
             inputs=None if self.inputs is None else self.inputs.settings(),
             interpolated=self.mode == "interpolated",
+            interpolation=self.interpolation,
             velocity_offset=self.feed_forward != "none",
             torque=self._torque(),
             torque_offset=self.feed_forward == "torque",
@@ -192,6 +213,9 @@ class AxisEntry(BaseModel):
             incremental=self.encoder == "incremental",
             absolute=self._absolute() if self.encoder == "absolute" else None,
             homing=None if self.homing is None else self.homing.settings(),
+            quick_stop_option=self.quick_stop_option,
+            connection_lost=self.connection_lost,
+            waived=frozenset(int(index, 16) for index in self.waive),
             eds="" if self.eds is None else str(folder / self.eds),
         )
 
@@ -211,8 +235,8 @@ class AxisEntry(BaseModel):
         return EncoderSettings(
             counts_per_turn=self.counts_per_turn,
             window=sixteenth if check.window is None else round(check.window * abs(self.counts_per_unit())),
-            serial=address_of(check.serial),
-            status=address_of(check.status),
+            serial=None if check.serial is None else address_of(check.serial),
+            status=None if check.status is None else address_of(check.status),
             battery_mask=check.battery_mask,
         )
 

@@ -8,14 +8,18 @@ from can.interfaces import VALID_INTERFACES
 from cell.config.document import Document
 from cell.config.problem import KeyPath, Problem, Severity
 from cell.config.reading import declared
+from drive_gateway.canopen.optional_objects import OPTIONAL_OBJECTS
 from drive_gateway.canopen.pdo_map import ProcessImage
 from drive_gateway.config.axis_entry import AxisEntry
+from drive_gateway.config.bus_length import check_length
 from drive_gateway.config.bus_load import KEPT_FREE, REFUSE_ABOVE, WARN_ABOVE, bus_load
 from drive_gateway.config.drives_file import DrivesFile
+from drive_gateway.config.emergency_entry import check_emergencies
 from drive_gateway.config.image import image_of
 from drive_gateway.config.node_checks import check_nodes
+from drive_gateway.config.object_checks import check_objects
 from drive_gateway.config.profile_entry import check_profile_pdos
-from drive_gateway.config.settings import MOTOR_SPEED_RESERVE
+from drive_gateway.config.settings import INT32_MAX, MOTOR_SPEED_RESERVE
 from drive_gateway.config.simulation_checks import check_simulation
 
 UINT16_MAX = 2**16 - 1
@@ -29,6 +33,7 @@ def check_drives_file(document: Document, drives: DrivesFile) -> list[Problem]:
     """All contradictions inside the drives file."""
     return [
         *_interface(document, drives),
+        *check_length(document, drives.bus.bitrate, drives.bus.lengths()),
         *_empty(document, drives),
         *check_nodes(document, list(axes_of(drives))),
         *_load(document, drives),
@@ -37,6 +42,10 @@ def check_drives_file(document: Document, drives: DrivesFile) -> list[Problem]:
         *_axes(document, drives),
         *check_profile_pdos(document, drives.profile_pdos, _images(drives)),
         *check_simulation(document, drives),
+        *check_emergencies(
+            document, drives.emergencies, ((path, axis.emergencies) for path, _, axis in axes_of(drives))
+        ),
+        *check_objects(document, list(axes_of(drives)), drives.bus.bitrate),
     ]
 
 
@@ -128,12 +137,15 @@ def _axes(document: Document, drives: DrivesFile) -> Iterator[Problem]:
         counts = abs(axis.counts_per_unit())
         yield from _limits(document, path, axis)
         yield from _limit_switches(document, path, axis)
+        yield from _endless(document, path, axis, drives.tpdo_timeout_s)
         yield from _inputs(document, path, axis)
         yield from _homing(document, path, axis)
         yield from _encoder(document, path, axis)
-        if axis.eds is not None and not document.beside(axis.eds).is_file():
-            yield document.problem((*path, "eds"), f"no file {axis.eds!r}", "an EDS or DCF file beside this one")
         yield from _torque(document, path, axis)
+        if axis.interpolation and axis.mode != "interpolated":
+            found = f"{axis.interpolation} beside mode {axis.mode}"
+            yield document.problem((*path, "interpolation"), found, "mode: interpolated beside it")
+        yield from _waived(document, path, axis)
         for name in ("quick_stop", "following_window"):
             if getattr(axis, name) * counts > UINT32_MAX:
                 most = declared(document, UINT32_MAX / counts, axis.linear)
@@ -166,6 +178,14 @@ def _torque(document: Document, path: KeyPath, axis: AxisEntry) -> Iterator[Prob
         yield document.problem((*path, "speed"), document.found((*path, "speed")), allowed)
 
 
+def _waived(document: Document, path: KeyPath, axis: AxisEntry) -> Iterator[Problem]:
+    for number, index in enumerate(axis.waive):
+        name, cost = OPTIONAL_OBJECTS[int(index, 16)]
+        found = f"a drive that may lack {index}h ({name}): {cost}"
+        allowed = "only where the drive has no such object and this is accepted"
+        yield document.problem((*path, "waive", number), found, allowed, severity=Severity.WARNING)
+
+
 def _limits(document: Document, path: KeyPath, axis: AxisEntry) -> Iterator[Problem]:
     if axis.limits is None:
         return
@@ -177,6 +197,24 @@ def _limits(document: Document, path: KeyPath, axis: AxisEntry) -> Iterator[Prob
     if axis.limits[0] < lowest or axis.limits[1] > highest:
         fits = " to ".join(f"{declared(document, bound, axis.linear):g}" for bound in (lowest, highest))
         yield document.problem((*path, "limits"), found, f"within {fits}, 32 bits of encoder counts")
+
+
+def _endless(document: Document, path: KeyPath, axis: AxisEntry, unheard_s: float) -> Iterator[Problem]:
+    """Its turn is a whole number of counts, or it would drift; it has no ends, and no turn passes unseen."""
+    if not axis.endless:
+        return
+    place = (*path, "endless")
+    ends = [name for name in ("limits", "limit_switches") if getattr(axis, name) is not None]
+    if ends or axis.linear:
+        found = f"an endless axis with {ends[0]}" if ends else "an endless axis that slides"
+        yield document.problem(place, found, "a rotary axis without limits and limit_switches", at_key=True)
+    turn = axis.counts_per_turn * axis.gear
+    if abs(turn - round(turn)) > 1e-9 * turn or turn > INT32_MAX:
+        found = f"{axis.counts_per_turn} counts times a gear of {axis.gear:g} in a turn"
+        yield document.problem(place, found, f"a whole number of counts up to {INT32_MAX}", at_key=True)
+    if axis.speed * unheard_s >= math.pi:
+        allowed = f"{declared(document, math.pi / unheard_s):g} or less, half a turn within tpdo_timeout_s"
+        yield document.problem((*path, "speed"), document.found((*path, "speed")), allowed)
 
 
 def _limit_switches(document: Document, path: KeyPath, axis: AxisEntry) -> Iterator[Problem]:

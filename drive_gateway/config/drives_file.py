@@ -9,6 +9,9 @@ from pydantic import BaseModel, Field
 from cell.config.fields import Name
 from cell.config.units import STRICT, Seconds, Units
 from drive_gateway.config.axis_entry import AxisEntry
+from drive_gateway.config.bus_length import BusLengths
+from drive_gateway.config.emergency_entry import EmergencyTables, codes_of
+from drive_gateway.config.own_objects import EdsFiles, own_objects
 from drive_gateway.config.profile_entry import ProfilePdosEntry
 from drive_gateway.config.settings import (
     MOTOR_SPEED_RESERVE,
@@ -20,6 +23,8 @@ from drive_gateway.config.settings import (
 from drive_gateway.config.simulation import Level, Simulation
 from drive_gateway.config.simulation_entry import AxisName, SimulationEntry
 from drive_gateway.sim.axis.axis_data import AxisData
+
+Metres = Annotated[float, Field(ge=0, le=10_000)]
 
 
 class BusEntry(BaseModel):
@@ -35,7 +40,13 @@ class BusEntry(BaseModel):
     bitrate: Literal[10_000, 20_000, 50_000, 125_000, 250_000, 500_000, 800_000, 1_000_000] = Field(
         description="bit rate [bit/s], one of CiA 301"
     )
+    length_m: Metres = Field(default=0.0, description="[m] from end to end, checked against the bit rate")
+    longest_stub_m: Metres = Field(default=0.0, description="[m] the longest stub from the bus to a node")
+    stubs_m: Metres = Field(default=0.0, description="[m] all stubs together")
     options: dict[str, str | int | float | bool] = Field(default={}, description="more options of the interface")
+
+    def lengths(self) -> BusLengths:
+        return BusLengths(self.length_m, self.longest_stub_m, self.stubs_m)
 
 
 class RobotEntry(BaseModel):
@@ -63,6 +74,7 @@ class DrivesFile(BaseModel):
     profile_pdos: ProfilePdosEntry | None = Field(
         default=None, description="PDOs for motions that the drives make by themselves; without: cyclic image and SDO"
     )
+    emergencies: EmergencyTables = {}
     simulation: SimulationEntry = Field(default=SimulationEntry(), description="how drives are simulated")
     robots: dict[Name, RobotEntry] = Field(
         description="robots on this bus by name", json_schema_extra={"minProperties": 1}
@@ -70,6 +82,7 @@ class DrivesFile(BaseModel):
 
     def settings(self, name: str, folder: Path = Path()) -> GatewaySettings:
         """The same in SI for the gateway `name`, files relative to `folder`; only for a file without problems."""
+        files = EdsFiles()
         return GatewaySettings(
             name=name,
             bus=BusSettings(self.bus.interface, self.bus.channel, self.bus.bitrate, self.bus.options),
@@ -81,7 +94,9 @@ class DrivesFile(BaseModel):
             boot_timeout_s=self.boot_timeout_s,
             simulated_lag_s=self.simulated_lag_s,
             robots={
-                robot: RobotDrives(robot, tuple(self.axis(joint, axis, folder) for joint, axis in entry.axes.items()))
+                robot: RobotDrives(
+                    robot, tuple(self._whole(joint, axis, folder, files) for joint, axis in entry.axes.items())
+                )
                 for robot, entry in self.robots.items()
             },
             simulation=Simulation(
@@ -97,6 +112,14 @@ class DrivesFile(BaseModel):
         """One axis with what the whole file says of it."""
         profile_pdos = None if self.profile_pdos is None else self.profile_pdos.pdos()
         return replace(axis.settings(name, folder), profile_pdos=profile_pdos)
+
+    def _whole(self, name: str, axis: AxisEntry, folder: Path, files: EdsFiles) -> AxisSettings:
+        """With what its EDS or DCF says, which is read for it."""
+        settings = self.axis(name, axis, folder)
+        emergencies = codes_of(self.emergencies, axis.emergencies)
+        return replace(
+            settings, emergencies=emergencies, objects=own_objects(axis.objects, axis.axis, settings.eds, files)
+        )
 
     def simulated_axes(self) -> dict[tuple[str, str], AxisData]:
         """What the full level knows of each axis, by robot and name."""

@@ -7,9 +7,7 @@ from pydantic import Field
 ObjectAddress = Annotated[str, Field(pattern=r"^[0-9A-Fa-f]{4}:[0-9A-Fa-f]{2}$", description="an object: 6041:00")]
 
 
-def address_of(text: str | None) -> tuple[int, int] | None:
+def address_of(text: str) -> tuple[int, int]:
     """Index and sub-index of an address."""
-    if text is None:
-        return None
     index, _, sub = text.partition(":")
     return int(index, 16), int(sub, 16)

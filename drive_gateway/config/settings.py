@@ -1,5 +1,7 @@
 """A bus and its drives as the gateway uses them: SI units, every default filled in."""
 
+import math
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from drive_gateway.canopen.profile_pdos import ProfilePdos
@@ -77,6 +79,19 @@ class TorqueSettings:
 
 
 @dataclass(frozen=True, slots=True)
+class OwnObject:
+    """A value that the gateway writes at each boot without knowing what it means."""
+
+    index: int
+    """As the node has it, whichever axis it belongs to."""
+    sub: int
+    name: str
+    data: bytes
+    readable: bool = True
+    """It is read back."""
+
+
+@dataclass(frozen=True, slots=True)
 class AxisSettings:
     """One axis: its node, its units and its limits. Radians or metres are at the axis, behind the gear."""
 
@@ -110,6 +125,8 @@ class AxisSettings:
     """`None`: the encoder is incremental, or believed without a check."""
     homing: HomingSettings | None = None
     """`None`: the axis cannot home."""
+    modulus: int = 0
+    """[counts] of one turn of an endless axis, after which its drive counts from zero again (607Bh); 0: it has ends."""
     limits: tuple[float, float] | None = None
     """[rad or m] what the drive itself keeps its targets within (607Dh); a block or a set-up move beyond is refused."""
     limit_switches: tuple[float, float] | None = None
@@ -118,6 +135,8 @@ class AxisSettings:
     """`None`: the drive's inputs are not looked at."""
     interpolated: bool = False
     """Blocks are played in interpolated position mode, for drives that have no cyclic synchronous position."""
+    interpolation: int = 0
+    """Interpolation sub mode (60C0h) of interpolated position: 0 linear, below 0 the maker's own."""
     velocity_offset: bool = False
     """The drive gets the velocity of each sample as feed-forward (60B1h)."""
     torque: TorqueSettings | None = None
@@ -132,9 +151,33 @@ class AxisSettings:
     eds: str = ""
     """File with the names and types of the node's objects; empty: plain CiA 402, as the simulated drive has them."""
 
+    quick_stop_option: int = 6
+    """605Ah: brake with `quick_stop` and stay in Quick Stop Active, voltage on (6), or take it off then (2)."""
+    connection_lost: int = 3
+    """6007h: a lost connection is answered by a quick stop (3), or by a fault (1)."""
+    waived: frozenset[int] = frozenset()
+    """Indices of objects that the drive may lack, as axis 1 has them (`OPTIONAL_OBJECTS`)."""
+    emergencies: Mapping[int, tuple[str, str]] = field(default_factory=dict)
+    """Meaning and remedy of the emergency codes of its type of drive, over those of CiA 301 and CiA 402."""
+    objects: tuple[OwnObject, ...] = ()
+    """Of the drive's own, for example how long it waits for set points before it stops."""
+
+    def wrapped(self, counts: int) -> int:
+        """Counts as the drive has them: within one turn where the axis is endless."""
+        return counts % self.modulus if self.modulus else counts
+
+    def nearest(self, counts: int, to: int) -> int:
+        """What the drive shows as `counts`, on the turn nearest to the counts `to`."""
+        if not self.modulus:
+            return counts
+        half = self.modulus // 2
+        return to + (counts - to + half) % self.modulus - half
+
     @property
     def int32_range(self) -> tuple[float, float]:
-        """[rad or m] lowest and highest position whose counts fit into an int32."""
+        """[rad or m] lowest and highest position whose counts fit into an int32; an endless axis has none."""
+        if self.modulus:
+            return -math.inf, math.inf
         ends = [self.offset + bound / self.counts_per_unit for bound in (INT32_MIN, INT32_MAX)]
         return min(ends), max(ends)
 

@@ -9,13 +9,14 @@ from dataclasses import dataclass
 from enum import Enum
 
 from cell.core import Effect
-from drive_gateway.canopen.axis_objects import index_of
+from drive_gateway.canopen.axis_objects import first_axis_index, index_of
 from drive_gateway.canopen.nmt import NmtCommand, NmtState, nmt_frame
+from drive_gateway.canopen.optional_objects import OPTIONAL_OBJECTS
 from drive_gateway.canopen.pdo_map import SdoWrite, unused
 from drive_gateway.canopen.sdo import SdoChannel, SdoDone, abort_text
 from drive_gateway.cia402.preparation import Preparation, preparations, supervision
 from drive_gateway.config.image import image_of
-from drive_gateway.config.settings import AxisSettings, GatewaySettings, IdentitySettings
+from drive_gateway.config.settings import AxisSettings, GatewaySettings, IdentitySettings, OwnObject
 from drive_gateway.gateway.effects import Frame
 from drive_gateway.gateway.reference import Reference
 
@@ -26,6 +27,10 @@ IDENTITY = 0x1018
 MOTOR_RATED_TORQUE = 0x6076
 _ABSENT = (0x06020000, 0x06090011)
 """Abort codes: no such object, no such sub-index."""
+
+
+_OWN_OBJECT_S = 0.1
+"""Time more for each object of the drive's own, written and read back."""
 
 
 class Phase(Enum):
@@ -49,6 +54,8 @@ class _Step:
     """A node that shows something else is the wrong one."""
     optional: bool = False
     """A node that has no such object needs no such value."""
+    waived: bool = False
+    """A node without the object is brought up nevertheless, and what that costs is told."""
     take: Callable[[bytes], None] | None = None
     """Who wants to know what was read."""
 
@@ -67,7 +74,8 @@ class BringUp:
         self._label = label
         self._node_id = axes[0].node_id
         self._timeout_s = settings.boot_timeout_s
-        self._configuring_s = settings.boot_timeout_s * len(axes)
+        own = sum(len(axis.objects) for axis in axes)
+        self._configuring_s = settings.boot_timeout_s * len(axes) + _OWN_OBJECT_S * own
         self._sdo = sdo
         self._program = _program(axes, settings, references)
         self._steps: deque[_Step] = deque()
@@ -75,6 +83,8 @@ class BringUp:
         self._now = 0.0
         self._booted = False
         self._found = b""
+        self.lacking: list[str] = []
+        """What the node was found to lack since this was last emptied, each with what that costs."""
         self.phase = Phase.WAITING
         self.problem = ""
         """Why the newest attempt failed; empty while none has."""
@@ -152,6 +162,9 @@ class BringUp:
 
     def _answered(self, outcome: SdoDone) -> None:
         step = self._steps[0]
+        if step.waived and outcome.abort_code in _ABSENT:
+            self._go_without(step)
+            return
         if outcome.problem and not (step.optional and outcome.abort_code in _ABSENT):
             reason = outcome.problem if outcome.abort_code is None else abort_text(outcome.abort_code)
             self._fail(f"{self._label} refused {_where(step)}: {reason}")
@@ -171,8 +184,19 @@ class BringUp:
         if step.take is not None:
             step.take(outcome.data)
         self._steps.popleft()
+        self._go_on()
+
+    def _go_on(self) -> None:
         if self._steps:
             self._ask()
+
+    def _go_without(self, step: _Step) -> None:
+        """Neither this object nor its other parts are asked for again."""
+        while self._steps and self._steps[0].index == step.index:
+            self._steps.popleft()
+        name, cost = OPTIONAL_OBJECTS[first_axis_index(step.index)]
+        self.lacking.append(f"{self._label} has no {step.index:04X}h ({name}), which the drives file waives: {cost}")
+        self._go_on()
 
 
 def _where(step: _Step) -> str:
@@ -196,8 +220,9 @@ def _number(data: bytes) -> int:
 
 
 def _program(axes: Sequence[AxisSettings], settings: GatewaySettings, references: Sequence[Reference]) -> list[_Step]:
-    """First what belongs to the node, then each axis."""
+    """First what belongs to the node and what only the drive knows of, units for example, then each axis."""
     steps = [*_identity(axes[0].identity), *_written(supervision(axes[0], settings))]
+    steps += [step for axis in axes for item in axis.objects for step in _own(item)]
     for axis, reference in zip(axes, references, strict=True):
         steps += _axis_program(axis, settings, reference)
     return steps
@@ -207,9 +232,16 @@ def _written(items: Sequence[Preparation]) -> list[_Step]:
     """Each value, and what shows it."""
     steps = []
     for item in items:
-        steps.append(_Step(item.what, item.write.index, item.write.sub, item.write.data))
-        steps.append(_Step(item.what, item.shown_index, item.shown_sub, None, item.write.data))
+        write, waived = item.write, item.waived
+        steps.append(_Step(item.what, write.index, write.sub, write.data, waived=waived))
+        steps.append(_Step(item.what, item.shown_index, item.shown_sub, None, write.data, waived=waived))
     return steps
+
+
+def _own(item: OwnObject) -> list[_Step]:
+    """An object that can only be written is not read back."""
+    write = _Step(item.name, item.index, item.sub, item.data)
+    return [write, _Step(item.name, item.index, item.sub, None, item.data)] if item.readable else [write]
 
 
 def _axis_program(axis: AxisSettings, settings: GatewaySettings, reference: Reference) -> list[_Step]:

@@ -44,6 +44,7 @@ class Drive:
         """As its statusword tells while its node is operational."""
         self.image = image_of(axis)
         self.counts: int | None = None
+        """Of an endless axis: turns are counted on from where it was first seen."""
         self.counts_per_cycle = 0.0
         self.statusword = 0
         self.per_mille: int | None = None
@@ -57,6 +58,7 @@ class Drive:
         """[rad or m] following error since it was enabled, where it has been."""
         self.robot = robot
         self._settings = settings
+        self._endless = axis.modulus > 0
         self._profile = ProfileSender(self.image.profile) if self.image.profile else None
         self._heard = AxisStatus.SILENT
         self._heard_since = 0.0
@@ -126,6 +128,8 @@ class Drive:
         status = decode(statusword)
         if status is None:
             return
+        if self._endless and self.counts is not None:
+            counts = self.axis.nearest(counts, self.counts)
         if self.counts is not None and tick > self._tpdo_tick:
             self.counts_per_cycle = (counts - self.counts) / (tick - self._tpdo_tick)
         if status is not self._heard:
@@ -213,17 +217,19 @@ class Drive:
 
     def command(self, controlword: int, counts: int, counts_per_s: int = 0, per_mille: int = 0) -> list[CanFrame]:
         """The command of one cycle: target, and what is fed forward of velocity and of torque [of the rated one]."""
+        if self._endless:
+            counts = self.axis.wrapped(counts)
         return self.image.frames(controlword, counts, counts_per_s, per_mille)
 
     def press(self, controlword: int, per_mille: int) -> list[CanFrame]:
         """The command of one cycle in mode cyclic torque."""
-        return self.image.frames(controlword, self.counts or 0, target_torque=per_mille)
+        return self.image.frames(controlword, self.axis.wrapped(self.counts or 0), target_torque=per_mille)
 
     def command_own(self, controlword: int, target: int, velocity: int, now: float) -> list[CanFrame]:
         """What commands a motion of the drive's own in this cycle: target [counts] and velocity [counts/s]."""
         if self._profile is None:
             return self.command(controlword, target)
-        values = {CONTROLWORD: controlword, TARGET_POSITION: target, TARGET_VELOCITY: velocity}
+        values = {CONTROLWORD: controlword, TARGET_POSITION: self.axis.wrapped(target), TARGET_VELOCITY: velocity}
         return self._profile.frames(values, now)
 
     @property

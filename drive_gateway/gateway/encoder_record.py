@@ -45,7 +45,7 @@ def calibration_id(axis: AxisSettings) -> str:
 
 
 def record_of(reading: EncoderReading, axis: AxisSettings, encoder: EncoderSettings) -> EncoderRecord:
-    turns, position = divmod(reading.counts, encoder.counts_per_turn)
+    turns, position = divmod(axis.wrapped(reading.counts), encoder.counts_per_turn)
     return EncoderRecord(turns, position, reading.serial, calibration_id(axis))
 
 
@@ -61,7 +61,7 @@ def judge(
         return Verdict.REFERENCE_RUN, f"its encoder has serial number {reading.serial}, it was {stored.serial}"
     if stored.calibration != calibration_id(axis):
         return Verdict.OPERATOR, "gear, direction or offset in the drives file are others than when it was switched off"
-    deviation = reading.counts - (stored.turns * encoder.counts_per_turn + stored.position)
+    deviation = axis.nearest(reading.counts - (stored.turns * encoder.counts_per_turn + stored.position), 0)
     if abs(deviation) <= encoder.window:
         return Verdict.KNOWN, ""
     if stored.in_use:

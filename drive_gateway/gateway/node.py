@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from typing import Protocol
 
 from cell.core import Effect
-from drive_gateway.canopen.emcy import NO_ERROR, Emergency, decode_emergency, meaning_of
+from drive_gateway.canopen.emcy import Emergency, decode_emergency, emergency_of
 from drive_gateway.canopen.nmt import NmtState, decode_heartbeat
 from drive_gateway.canopen.sdo import SdoChannel
 from drive_gateway.config.settings import AxisSettings, GatewaySettings
@@ -68,6 +68,7 @@ class Node:
         self._errors: dict[str, Emergency] = {}
         """Of axes of a node with several, by their labels."""
         self.told_problem = ""
+        self._emergencies = first.emergencies
         self.nmt: NmtState | None = None
         self._axes: list[AxisOfNode] = []
         self._settings = settings
@@ -127,10 +128,10 @@ class Node:
             self._lose("left_operational", text, "look for a second master on the bus")
 
     def on_emergency(self, data: bytes) -> None:
-        emergency = decode_emergency(data)
+        emergency = decode_emergency(data, self._emergencies)
         if emergency is None:
             return
-        if emergency.code == NO_ERROR:
+        if emergency.gone:
             self.emergency = None
             self._errors.clear()
             return
@@ -144,14 +145,14 @@ class Node:
 
     def axis_error(self, label: str, code: int) -> None:
         """An axis of a node with several tells its own error (603Fh), 0: it has none."""
-        if self.emergency is None or code == NO_ERROR:
+        register = 0 if self.emergency is None else self.emergency.register
+        error = emergency_of(code, register, self._emergencies)
+        if self.emergency is None or error.gone:
             self._errors.pop(label, None)
             return
-        meaning, remedy = meaning_of(code)
-        error = Emergency(code, self.emergency.register, meaning, remedy)
         if self._errors.get(label) != error and self.operational:
-            text = f"{label} has the error {code:04X}h: {meaning}"
-            self._troubles.append(Trouble(AXIS_ERROR, text, remedy, self.id, code))
+            text = f"{label} has the error {code:04X}h: {error.meaning}"
+            self._troubles.append(Trouble(AXIS_ERROR, text, error.remedy, self.id, code))
         self._errors[label] = error
 
     def emergency_of(self, label: str) -> Emergency | None:
@@ -198,6 +199,13 @@ class Node:
     def may_return(self, now: float, idle: bool) -> bool:
         """It is lost and may be brought up again: now that nothing moves (`idle`), or to see what NMT stop did."""
         return self._lost and (self._stop.over(now) if self._stop.active else idle)
+
+    def take_lacking(self) -> Sequence[str]:
+        """What it was found to lack since the last call, each with what that costs."""
+        if not self._bring_up.lacking:
+            return ()
+        found, self._bring_up.lacking = self._bring_up.lacking, []
+        return found
 
     def bring_up_again(self, now: float) -> None:
         """Start over after a loss."""

@@ -133,7 +133,7 @@ class Power:
         def answered(outcome: SdoDone) -> None:
             if self.state is not PowerState.HANDING_OVER or outcome.problem:
                 return
-            if int.from_bytes(outcome.data, "little", signed=True) == target:
+            if int.from_bytes(outcome.data, "little", signed=True) == node.axis.wrapped(target):
                 self._confirmed.add(number)
 
         node.submit(*target_object(node.axis.interpolated), None, answered)

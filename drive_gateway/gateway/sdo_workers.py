@@ -20,6 +20,8 @@ RESPONSE_TIMEOUT_S = 0.5
 """A drive answers an SDO within a few ms; some take long to store a value."""
 STORE_TIMEOUT_S = 3.0
 """Time in which a drive stores all its parameters; shorter than an operator's call waits."""
+_ANSWER_BYTES = 8
+"""Of each SDO answer, whatever of it is used (CiA 301)."""
 
 # Every outcome goes back to the core, which tells it with its node; the library's own log would tell it twice.
 logging.getLogger("canopen").setLevel(logging.CRITICAL)
@@ -53,6 +55,7 @@ class SdoWorkers:
         self._attend = attend
         self._network = _Network(send)
         self._clients: dict[int, Any] = {}
+        self._malformed: dict[int, int] = {}
         for number in node_ids:
             dictionary = canopen.ObjectDictionary()  # type: ignore[no-untyped-call]
             client: Any = SdoClient(  # type: ignore[no-untyped-call]
@@ -72,9 +75,16 @@ class SdoWorkers:
         self._pool.shutdown(wait=True, cancel_futures=True)
 
     def take(self, frame: CanFrame) -> bool:
-        """Give a received frame to its client; true when it was an SDO answer of a configured node."""
-        if function_code(frame.id) != SDO_FROM_NODE or node_id(frame.id) not in self._clients:
+        """Give a received frame to its client; true when it came as an SDO answer of a configured node.
+
+        An answer that is not 8 bytes long is none: the request goes on to its time-out, which then says so.
+        """
+        node = node_id(frame.id)
+        if function_code(frame.id) != SDO_FROM_NODE or node not in self._clients:
             return False
+        if len(frame.data) != _ANSWER_BYTES:
+            self._malformed[node] = len(frame.data)
+            return True
         self._network.notify(frame.id, bytearray(frame.data), 0.0)
         return True
 
@@ -87,6 +97,7 @@ class SdoWorkers:
         data, abort_code, problem = b"", None, ""
         timeout_s = STORE_TIMEOUT_S if request.index == STORE_PARAMETERS else RESPONSE_TIMEOUT_S
         client.RESPONSE_TIMEOUT = timeout_s
+        self._malformed.pop(request.node_id, None)
         try:
             with self._attend():
                 if request.data is None:
@@ -97,4 +108,10 @@ class SdoWorkers:
             abort_code, problem = error.code, abort_text(error.code)
         except (canopen.SdoCommunicationError, can.CanError, OSError) as error:
             problem = f"{error} within {timeout_s} s"
+            length = self._malformed.get(request.node_id)
+            if length is not None:
+                problem += f"; an answer had {length} bytes, allowed are {_ANSWER_BYTES}: check the node's firmware"
+        except Exception as error:
+            # Whatever the library makes of an answer: without an outcome the node would never be asked again.
+            problem = f"the SDO transfer failed ({type(error).__name__}: {error})"
         self._done(SdoDone(request.request_id, data, abort_code, problem))

@@ -74,7 +74,9 @@ def move_motion(group: DriveGroup, call: MoveAxes, now: float) -> Plan:
     orders = []
     for node, distance, motion, ramp in zip(nodes, distances, motions, ramps, strict=True):
         target = (node.counts or 0) + round(distance * node.axis.counts_per_unit)
-        if not INT32_MIN <= target <= INT32_MAX:
+        if node.axis.modulus:
+            _keep_turn(node, distance, call.by_velocity)
+        elif not INT32_MIN <= target <= INT32_MAX:
             raise SetupRefused(f"{node.label}: {target} counts; allowed are 32 bits")
         _keep_limits(node.axis, node.reference.known, group.watch.position[group.nodes.index(node)] + distance)
         _leave_switches(node, distance * node.axis.counts_per_unit, now)
@@ -136,6 +138,16 @@ def _keep_limits(axis: AxisSettings, referenced: bool, position: float) -> None:
     unit, factor = _unit(axis)
     low, high = (f"{factor * limit:.6g}" for limit in axis.limits)
     raise SetupRefused(f"{axis.name} would go to {factor * position:.6g} {unit}; allowed are {low} to {high}")
+
+
+def _keep_turn(node: Drive, distance: float, by_velocity: bool) -> None:
+    """An endless axis goes to a position the shorter way round."""
+    half = node.axis.modulus / 2 / abs(node.axis.counts_per_unit)
+    if not by_velocity and abs(distance) >= half:
+        allowed = (
+            "less than half a turn of an endless axis, which goes the shorter way; move in steps, or by --velocity"
+        )
+        raise SetupRefused(f"{node.axis.name} would turn by {degrees(distance):.6g} deg; allowed is {allowed}")
 
 
 def _leave_switches(node: Drive, way: float, now: float) -> None:

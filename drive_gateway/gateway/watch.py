@@ -131,6 +131,8 @@ class Watch:
         elif node.problem and node.problem != node.told_problem and not node.lost:
             self._log.warn("node_absent", node.problem, "correct the cause; the node is tried again by itself")
         node.told_problem = node.problem
+        for text in node.take_lacking():
+            self._log.warn("object_missing", text, "where that is too much, use a drive that has the object")
 
 
 def _fault_of(node: Drive) -> Trouble:

@@ -12,6 +12,7 @@ from drive_gateway.sim.axis.motor_data import RAD_S_PER_RPM
 from drive_gateway.sim.axis_servo import AxisServo
 from drive_gateway.sim.dictionary import key_of
 from drive_gateway.sim.objects import AxisObjects
+from drive_gateway.sim.position_range import PositionRange
 from drive_gateway.sim.reference import Reference
 
 INTERPOLATED_POSITION, CYCLIC_SYNCHRONOUS_POSITION, CYCLIC_TORQUE = 7, 8, 10
@@ -39,6 +40,7 @@ class CyclicModes:
         self._servo = servo
         self._reference = reference
         self._mode = mode
+        self._range = PositionRange(objects.numbers)
         self._interpolating = False
         self._setpoint_at = 0.0
         self.now = 0.0
@@ -89,7 +91,8 @@ class CyclicModes:
 
     def _aim(self, mode: int, target: int) -> None:
         if self._mode() == mode and self.active:
-            self._servo.interpolate(target + self._reference.shift, self._period_s)
+            place = self._range.nearest(target + self._reference.shift, self._servo.demand)
+            self._servo.interpolate(place, self._period_s)
             self._setpoint_at = self.now
 
     def _feed(self, velocity: int) -> None:

@@ -13,15 +13,8 @@ from drive_gateway.sim.dictionary import key_of
 from drive_gateway.sim.emergency import COMMUNICATION_LOST, FOLLOWING_ERROR, SETPOINTS_MISSING, Emergencies
 from drive_gateway.sim.filtered_velocity import FilteredVelocity
 from drive_gateway.sim.objects import AxisObjects
-from drive_gateway.sim.power_state import (
-    FAULT_RESET,
-    SLOW_DOWN_AND_DISABLE,
-    STAY_IN_QUICK_STOP,
-    Command,
-    DriveState,
-    command_of,
-    commanded,
-)
+from drive_gateway.sim.option_codes import OptionCodes
+from drive_gateway.sim.power_state import FAULT_RESET, Command, DriveState, command_of, commanded
 from drive_gateway.sim.reference import Reference
 from drive_gateway.sim.servo import Servo
 from drive_gateway.sim.setup_modes import HOMING, SETUP_MODES, SetupModes
@@ -30,13 +23,11 @@ from drive_gateway.sim.shown import Shown
 CONTROLWORD = key_of(0x6040)
 _ABORT_CONNECTION = key_of(0x6007)
 _ERROR_CODE = key_of(0x603F)
-_QUICK_STOP_OPTION = key_of(0x605A)
 _MODE = key_of(0x6060)
 _SUPPORTED_MODES = key_of(0x6502)
 _MODE_DISPLAY = key_of(0x6061)
 _FOLLOWING_WINDOW = key_of(0x6065)
 _FOLLOWING_TIME = key_of(0x6066)
-_QUICK_STOP_DECELERATION = key_of(0x6085)
 _STANDSTILL = key_of(0x606F)
 _INPUTS = key_of(0x60FD)
 
@@ -83,7 +74,8 @@ class Drive:
         self._cycle_s = cycle_s
         self._numbers = objects.numbers
         self.reference = Reference(axis)
-        self._setup = SetupModes(objects.numbers, self.servo, self.reference)
+        self._options = OptionCodes(objects, self._brake)
+        self._setup = SetupModes(objects.numbers, self.servo, self.reference, self._options)
         self._cyclic = CyclicModes(objects, self.servo, self.reference, self._mode_in_force)
         self.state = DriveState.NOT_READY_TO_SWITCH_ON
         self._displayed = FilteredVelocity(objects.numbers)
@@ -98,7 +90,6 @@ class Drive:
 
     def _register(self, objects: AxisObjects) -> None:
         objects.guards[_MODE] = self._known_mode
-        objects.guards[_QUICK_STOP_OPTION] = self._known_option
         objects.followers[_MODE] = self._set_mode
         objects.followers[CONTROLWORD] = self._obey
 
@@ -121,6 +112,7 @@ class Drive:
         self.state = DriveState.NOT_READY_TO_SWITCH_ON
         self.faults: list[int] = []
         self._before = 0
+        self._leaving: DriveState | None = None
         self._outside_s = 0.0
         self._displayed.reset()
         self._cyclic.set_period()
@@ -146,19 +138,20 @@ class Drive:
             if self.state is not DriveState.NOT_READY_TO_SWITCH_ON:
                 for code in self.servo.trips():
                     self.fault(code)
-            if self.state is DriveState.OPERATION_ENABLED:
+            if self.state is DriveState.OPERATION_ENABLED and self._leaving is None:
                 self._watch(step_s)
         if self._numbers[_MODE] != self._numbers[_MODE_DISPLAY]:
             self._set_mode(self._numbers[_MODE])
         self._show()
 
     def fault(self, code: int) -> None:
-        """Transition 13: with torque the axis is braked first, without it the fault is entered at once (14)."""
+        """Transition 13: with torque the axis is braked first (605Eh), without it the fault comes at once (14)."""
         self._emergencies.occur(code)
         self._numbers[_ERROR_CODE] = code
         if code not in self.faults:
             self.faults.append(code)
-        if self.state in (DriveState.OPERATION_ENABLED, DriveState.QUICK_STOP_ACTIVE):
+        braked = not self._options.voltage_off_at_once(DriveState.FAULT_REACTION_ACTIVE)
+        if braked and self.state in (DriveState.OPERATION_ENABLED, DriveState.QUICK_STOP_ACTIVE):
             self._enter(DriveState.FAULT_REACTION_ACTIVE)
         elif self.state is not DriveState.FAULT_REACTION_ACTIVE:
             self._enter(DriveState.FAULT)
@@ -177,10 +170,6 @@ class Drive:
 
     def _known_mode(self, mode: int) -> None:
         if mode < 1 or not self._numbers[_SUPPORTED_MODES] >> mode - 1 & 1:
-            raise AccessRefused(Abort.RANGE)
-
-    def _known_option(self, option: int) -> None:
-        if option not in (SLOW_DOWN_AND_DISABLE, STAY_IN_QUICK_STOP):
             raise AccessRefused(Abort.RANGE)
 
     def _set_mode(self, mode: int) -> None:
@@ -223,10 +212,18 @@ class Drive:
         return self._inputs & _ENABLE_INPUTS == _ENABLE_INPUTS
 
     def _command(self, command: Command) -> None:
-        target = commanded(self.state, command, self._numbers[_QUICK_STOP_OPTION])
+        target = commanded(self.state, command, self._options.stays_in_quick_stop())
+        self._leaving = None
+        if target is self.state:
+            return
+        if self._options.voltage_off_at_once(target):
+            target = DriveState.SWITCH_ON_DISABLED
+        if self._options.brakes_before(self.state, target) and not self.servo.standing:
+            self._leaving = target
+            return
         unpowered = target is DriveState.READY_TO_SWITCH_ON and not self._permitted
         at_end = target is DriveState.OPERATION_ENABLED and self._at_end
-        if target is not self.state and not unpowered and not at_end:
+        if not unpowered and not at_end:
             self._enter(target)
 
     def _acknowledge(self) -> None:
@@ -248,28 +245,31 @@ class Drive:
             self._setup.begin()
             self._outside_s = 0.0
         self.state = state
+        self._leaving = None
         self._show()
 
     # Motion
 
     def _move(self, step_s: float) -> None:
         servo = self.servo
-        if self.state is DriveState.OPERATION_ENABLED:
+        if self.state in _BRAKING or self._leaving is not None:
+            servo.brake(step_s, self._options.deceleration(self.state))
+            if servo.standing:
+                self._stopped()
+        elif self.state is DriveState.OPERATION_ENABLED:
             if self._numbers[_MODE_DISPLAY] in SETUP_MODES:
                 self._setup.advance(self._numbers[_MODE_DISPLAY], step_s)
             servo.follow(step_s)
-        elif self.state in _BRAKING:
-            servo.brake(step_s, self._numbers[_QUICK_STOP_DECELERATION])
-            if servo.standing:
-                self._stopped()
         else:
             servo.rest(step_s, self._brake)
 
     def _stopped(self) -> None:
-        """Transitions 12 and 14."""
-        if self.state is DriveState.FAULT_REACTION_ACTIVE:
+        """Transitions 12 and 14, and 5 and 8 after their ramp."""
+        if self._leaving is not None:
+            self._enter(self._leaving)
+        elif self.state is DriveState.FAULT_REACTION_ACTIVE:
             self._enter(DriveState.FAULT)
-        elif self._numbers[_QUICK_STOP_OPTION] == SLOW_DOWN_AND_DISABLE:
+        elif not self._options.stays_in_quick_stop():
             self._enter(DriveState.SWITCH_ON_DISABLED)
 
     def _watch(self, step_s: float) -> None:

@@ -28,10 +28,6 @@ class Command(Enum):
 
 FAULT_RESET = 0x80
 """Bit 7 of the controlword; its rising edge acknowledges a fault."""
-STAY_IN_QUICK_STOP = 6
-"""605Ah: after the quick-stop ramp the drive stays in Quick Stop Active."""
-SLOW_DOWN_AND_DISABLE = 2
-"""605Ah: after the quick-stop ramp the drive goes to Switch On Disabled."""
 
 _S, _C = DriveState, Command
 TRANSITIONS: dict[tuple[DriveState, Command], tuple[int, DriveState]] = {
@@ -65,12 +61,12 @@ def command_of(controlword: int) -> Command:
     return Command.ENABLE_OPERATION if controlword & 0x08 else Command.SWITCH_ON
 
 
-def commanded(state: DriveState, command: Command, quick_stop_option: int) -> DriveState:
+def commanded(state: DriveState, command: Command, stays: bool) -> DriveState:
     """The state that a command leads to; the same state when it leads nowhere.
 
-    Transition 16 exists only when the quick stop does not end by itself (605Ah = 6).
+    `stays`: the quick stop does not end by itself (605Ah = 5, 6 or 7); only then does transition 16 exist.
     """
     number, target = TRANSITIONS.get((state, command), (0, state))
-    if number == 16 and quick_stop_option != STAY_IN_QUICK_STOP:
+    if number == 16 and not stays:
         return state
     return target

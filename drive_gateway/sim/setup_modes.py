@@ -9,6 +9,8 @@ from collections.abc import MutableMapping
 from drive_gateway.sim.axis_servo import AxisServo
 from drive_gateway.sim.dictionary import key_of
 from drive_gateway.sim.homing import Homing, HomingSpeeds, HomingState
+from drive_gateway.sim.option_codes import OptionCodes
+from drive_gateway.sim.position_range import PositionRange
 from drive_gateway.sim.profile import Profile
 from drive_gateway.sim.reference import Reference
 
@@ -30,8 +32,12 @@ _HOMING_FAST, _HOMING_SLOW, _HOMING_RAMP = key_of(0x6099, 1), key_of(0x6099, 2),
 class SetupModes:
     """Trajectory of an enabled drive in one of `SETUP_MODES`. Positions of the profile are those of the axis itself."""
 
-    def __init__(self, numbers: MutableMapping[int, int], servo: AxisServo, reference: Reference) -> None:
+    def __init__(
+        self, numbers: MutableMapping[int, int], servo: AxisServo, reference: Reference, options: OptionCodes
+    ) -> None:
         self._numbers = numbers
+        self._options = options
+        self._range = PositionRange(numbers)
         self._servo = servo
         self._reference = reference
         self._profile = Profile(servo.position)
@@ -76,9 +82,10 @@ class SetupModes:
         elif mode == PROFILE_VELOCITY:
             wanted = 0.0 if halted else float(numbers[_TARGET_VELOCITY])
             slower = abs(wanted) < abs(profile.velocity)
-            profile.run(wanted, ramps[1] if slower else ramps[0], step_s)
+            braking = self._options.halt_deceleration() if halted else ramps[1]
+            profile.run(wanted, braking if slower else ramps[0], step_s)
         elif halted:
-            profile.run(0.0, ramps[1], step_s)
+            profile.run(0.0, self._options.halt_deceleration(), step_s)
         elif self._target is not None:
             profile.approach(self._target, float(numbers[_SPEED]), ramps, step_s)
             self._arrive(step_s)
@@ -112,6 +119,8 @@ class SetupModes:
         if self._reference.known:
             shown = max(self._numbers[_LOW], min(self._numbers[_HIGH], shown))
         target = shown + self._reference.shift
+        if not word & _RELATIVE:
+            target = self._range.nearest(target, self._profile.position)
         self._acknowledged = True
         travels = self._target is not None and self._profile.position != self._target
         if travels and not word & _AT_ONCE:

@@ -4,6 +4,7 @@ from collections.abc import MutableMapping
 
 from drive_gateway.sim.axis_servo import AxisServo
 from drive_gateway.sim.dictionary import key_of
+from drive_gateway.sim.position_range import PositionRange, clipped
 from drive_gateway.sim.power_state import DriveState
 from drive_gateway.sim.reference import Reference
 from drive_gateway.sim.setup_modes import HOMING
@@ -25,7 +26,6 @@ _WARNING = 1 << 7
 _LIMIT_SWITCHES = 3
 """Bits of 60FDh."""
 _MOST_TORQUE = (1 << 15) - 1
-_LOW, _HIGH = -(1 << 31), (1 << 31) - 1
 
 
 class Shown:
@@ -36,6 +36,7 @@ class Shown:
     ) -> None:
         """`rated_mnm`: rated torque of the motor [mNm]; 0: not known."""
         self._numbers = numbers
+        self._range = PositionRange(numbers)
         self._rated_mnm = rated_mnm
         self._servo = servo
         self._reference = reference
@@ -61,15 +62,7 @@ class Shown:
             per_mille = round(1e6 * servo.torque_nm / self._rated_mnm)
             numbers[_TORQUE_ACTUAL] = max(-_MOST_TORQUE, min(_MOST_TORQUE, per_mille))
         numbers[_ENCODER_SERIAL], numbers[_ENCODER_STATUS] = reference.serial, reference.battery_empty
-        numbers[_POSITION_ACTUAL] = _clipped(servo.position - shift)
-        numbers[_VELOCITY_ACTUAL] = _clipped(servo.velocity)
-        numbers[_POSITION_DEMAND] = _clipped(servo.demand - shift)
-        numbers[_FOLLOWING_ERROR_ACTUAL] = _clipped(servo.error)
-
-
-def _clipped(value: float) -> int:
-    """Nearest int32."""
-    nearest = round(value)
-    if _LOW <= nearest <= _HIGH:
-        return nearest
-    return _HIGH if nearest > 0 else _LOW
+        numbers[_POSITION_ACTUAL] = self._range.shown(servo.position - shift)
+        numbers[_VELOCITY_ACTUAL] = clipped(servo.velocity)
+        numbers[_POSITION_DEMAND] = self._range.shown(servo.demand - shift)
+        numbers[_FOLLOWING_ERROR_ACTUAL] = clipped(servo.error)

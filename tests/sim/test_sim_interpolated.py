@@ -19,6 +19,12 @@ def shown(world: GatewayBench, index: int, sub: int = 0) -> int:
     return int.from_bytes(done.data, "little", signed=True)
 
 
+def test_a_maker_may_have_a_number_of_its_own_for_linear_interpolation() -> None:
+    world = GatewayBench(settings(axis("J1", 1, interpolated=True, interpolation=-2), axis("J2", 2)))
+    world.ready()
+    assert shown(world, 0x60C0) == -2
+
+
 def words(world: GatewayBench) -> list[int]:
     return [int.from_bytes(frame.data[:2], "little") for frame in world.frames if frame.id == 0x201]
 

@@ -1,5 +1,7 @@
 """Names and types of objects as people write and read them."""
 
+from pathlib import Path
+
 import pytest
 
 from drive_gateway.canopen.eds import Eds, EdsError
@@ -22,17 +24,25 @@ def test_a_value_is_packed_as_the_object_is_long(text: str, packed: str) -> None
 def test_a_domain_is_shown_by_its_length_and_written_from_a_file_only() -> None:
     memory = Eds().find("User memory")
     assert (memory.address, memory.show(bytes(4000))) == ("2001h:00", "4000 bytes")
-    with pytest.raises(EdsError, match=r"2001h:00 User memory is a domain; name the file with its bytes as @FILE"):
+    with pytest.raises(EdsError, match=r"2001h:00 User memory is a domain; allowed: @FILE, the name of a file"):
         memory.pack("5")
 
 
 def test_a_value_outside_the_type_names_what_fits() -> None:
-    with pytest.raises(EdsError, match=r"300 does not fit 60C2h:01 .* allowed are 0 to 255"):
+    with pytest.raises(EdsError, match=r"300 does not fit 60C2h:01 .* allowed: 0 to 255"):
         Eds().find("60C2:1").pack("300")
 
 
+def test_the_limits_of_a_file_hold_unless_they_hold_nothing(tmp_path: Path) -> None:
+    with pytest.raises(EdsError, match=r"9 does not fit 605Ah:00 .* allowed: 0 to 7"):
+        Eds().find("605A").pack("9")
+    file = tmp_path / "none.eds"
+    file.write_text("[2F00]\nParameterName=x\nDataType=0x0003\nAccessType=rw\nLowLimit=0\nHighLimit=0\n")
+    assert Eds(str(file)).find("2F00").pack("-9").hex() == "f7ff"
+
+
 def test_a_name_that_is_no_object_says_what_is_allowed() -> None:
-    with pytest.raises(EdsError, match="allowed are INDEX:SUB in hex"):
+    with pytest.raises(EdsError, match="allowed: INDEX:SUB in hex"):
         Eds().find("speedometer")
 
 

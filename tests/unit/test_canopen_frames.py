@@ -54,6 +54,24 @@ def test_an_unknown_emergency_is_named_by_its_group(code: int, group: str) -> No
     assert group in meaning_of(code)[0]
 
 
+@pytest.mark.parametrize(
+    ("code", "meaning"),
+    [(0x4280, "over-temperature"), (0x5115, "supply"), (0x5116, "supply"), (0x0010, "no error")],
+)
+def test_a_known_emergency_has_its_meaning(code: int, meaning: str) -> None:
+    assert meaning in meaning_of(code)[0]
+    assert "not in the table" not in meaning_of(code)[0]
+
+
+def test_a_table_of_the_drives_own_goes_before_the_common_one() -> None:
+    own = {0x4310: ("motor cable torn", "replace it")}
+    told = [decode_emergency(bytes.fromhex(data), own) for data in ("1043080000000000", "8042080000000000")]
+    assert [emergency.meaning for emergency in told if emergency] == [
+        "motor cable torn",
+        "over-temperature of the device",
+    ]
+
+
 @by_what("tpdo1")
 def test_tpdo1_is_statusword_and_position(vector: dict[str, Any]) -> None:
     assert STATUS.unpack(bytes.fromhex(vector["data"])) == (int(vector["statusword"], 16), vector["position"])

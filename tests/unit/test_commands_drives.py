@@ -64,7 +64,7 @@ def test_a_virtual_bus_without_its_gateway_says_where_it_lives(tmp_path: Path) -
 
 def test_a_read_only_object_and_a_value_that_does_not_fit_are_refused_before_anything_is_sent() -> None:
     assert refused("write", str(TWO_ARMS), "left_bus", "1", "6041", "5") == "6041h:00 Statusword is read-only"
-    assert "allowed are 0 to 255" in refused("write", str(TWO_ARMS), "left_bus", "1", "60C2:1", "300")
+    assert "allowed: 0 to 255" in refused("write", str(TWO_ARMS), "left_bus", "1", "60C2:1", "300")
 
 
 def test_bytes_to_a_file_need_one_object_and_a_domain_needs_a_file(tmp_path: Path) -> None:

@@ -1,0 +1,23 @@
+"""Objects that a CiA 402 drive may lack, and what a cell loses without them."""
+
+OPTIONAL_OBJECTS: dict[int, tuple[str, str]] = {
+    0x1016: (
+        "heartbeat of the gateway",
+        "it does not notice a gateway that is gone; only missing set points stop it, if it watches them (objects)",
+    ),
+    0x6007: (
+        "reaction to a lost connection",
+        "whether it stops when gateway or bus are gone is its own setting, which nobody checks here",
+    ),
+    0x605A: (
+        "quick-stop option",
+        "how it ends a quick stop is its own setting: it may take its torque off before the brake holds",
+    ),
+    0x6065: ("following-error window", "only the gateway notices a following error, not the drive itself"),
+    0x6066: ("following-error time", "how long the drive bears a following error is its own setting"),
+    0x60C2: (
+        "interpolation period",
+        "it must be set to the cycle of this bus by other means, or it moves in steps or too fast",
+    ),
+}
+"""By index, as axis 1 has it: name, and the cost of going without."""
