@@ -47,11 +47,15 @@ def test_stall_current_is_voltage_over_resistance(motor: MotorData) -> None:
 
 @EVERY
 def test_current_rises_with_the_electrical_time_constant(motor: MotorData) -> None:
-    winding, time_s = Winding(motor, STEP_S), 0.0
-    while abs(winding.current) < VOLTS / motor.phase_resistance * (1 - exp(-1)):
+    """The moment at which 1 - 1/e of the stall current is reached, between two steps by a straight line."""
+    winding, steps = Winding(motor, STEP_S), 0
+    level, before = VOLTS / motor.phase_resistance * (1 - exp(-1)), 0.0
+    while abs(winding.current) < level:
+        before = abs(winding.current)
         winding.step(VOLTS, 0.0, 0.0)
-        time_s += STEP_S
-    assert time_s == pytest.approx(motor.inductance_h / motor.resistance_ohm, rel=WITHIN, abs=STEP_S)
+        steps += 1
+    time_s = STEP_S * (steps - 1 + (level - before) / (abs(winding.current) - before))
+    assert time_s == pytest.approx(motor.inductance_h / motor.resistance_ohm, rel=WITHIN)
 
 
 @EVERY
