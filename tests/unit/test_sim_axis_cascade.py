@@ -28,7 +28,7 @@ def test_without_integral_a_weight_makes_the_axis_sag() -> None:
         rig.follow(1.5)
     gains = replace(AXIS, servo=ServoData()).gains
     sag = 300.0 / GEAR / (AXIS.motor.torque_per_ampere * gains.speed * gains.position)
-    assert soft.servo.error / AXIS.counts_per_rad == pytest.approx(sag, rel=0.25)
+    assert soft.servo.error / AXIS.counts_per_rad == pytest.approx(sag, rel=0.01)
     assert abs(stiff.servo.error / AXIS.counts_per_rad) < 0.05 * sag
 
 
