@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from drive_gateway.canopen.axis_objects import index_of
 from drive_gateway.canopen.cob_id import MASTER_NODE_ID
 from drive_gateway.canopen.pdo_map import SdoWrite
-from drive_gateway.config.settings import MOTOR_SPEED_RESERVE, AxisSettings, GatewaySettings
+from drive_gateway.config.settings import INT32_MIN, MOTOR_SPEED_RESERVE, AxisSettings, GatewaySettings
 
 INTERPOLATED_POSITION, CYCLIC_SYNCHRONOUS_POSITION = 7, 8
 MOTOR_SPEED = 0x6080
@@ -86,11 +86,18 @@ def _range(axis: AxisSettings) -> list[Preparation]:
 
 
 def _limits(axis: AxisSettings) -> list[Preparation]:
-    """In the drive's own direction: what is low for the axis may be high for its counts."""
+    """In the drive's own direction: what is low for the axis may be high for its counts.
+
+    A drive may refuse limits that cross those it has from before, so the lower one is taken out of the way first.
+    """
     if axis.limits is None:
         return []
     low, high = sorted(round((limit - axis.offset) * axis.counts_per_unit) for limit in axis.limits)
-    return [_same("lowest position", 0x607D, 1, low, 4), _same("highest position", 0x607D, 2, high, 4)]
+    return [
+        _same("lowest position of all", 0x607D, 1, INT32_MIN, 4),
+        _same("highest position", 0x607D, 2, high, 4),
+        _same("lowest position", 0x607D, 1, low, 4),
+    ]
 
 
 def played_mode(axis: AxisSettings) -> bytes:

@@ -75,7 +75,7 @@ class Drive:
         self._numbers = objects.numbers
         self.reference = Reference(axis)
         self._options = OptionCodes(objects, self._brake)
-        self._setup = SetupModes(objects.numbers, self.servo, self.reference, self._options)
+        self._setup = SetupModes(objects, self.servo, self.reference, self._options)
         self._cyclic = CyclicModes(objects, self.servo, self.reference, self._mode_in_force)
         self.state = DriveState.NOT_READY_TO_SWITCH_ON
         self._displayed = FilteredVelocity(objects.numbers)

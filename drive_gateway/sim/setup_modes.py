@@ -4,15 +4,16 @@ The demand is handed to the axis step by step. The meaning of controlword bits 4
 is the mode's (CiA 402-2); in profile velocity bit 12 is 1 at standstill.
 """
 
-from collections.abc import MutableMapping
-
 from drive_gateway.sim.axis_servo import AxisServo
 from drive_gateway.sim.dictionary import key_of
 from drive_gateway.sim.homing import Homing, HomingSpeeds, HomingState
+from drive_gateway.sim.objects import AxisObjects
 from drive_gateway.sim.option_codes import OptionCodes
 from drive_gateway.sim.position_range import PositionRange
 from drive_gateway.sim.profile import Profile
 from drive_gateway.sim.reference import Reference
+from drive_gateway.sim.software_limits import SoftwareLimits
+from drive_gateway.sim.velocity_windows import VelocityWindows
 
 PROFILE_POSITION, PROFILE_VELOCITY, HOMING = 1, 3, 6
 SETUP_MODES = (PROFILE_POSITION, PROFILE_VELOCITY, HOMING)
@@ -21,10 +22,8 @@ _START, _AT_ONCE, _RELATIVE, _HALT = 1 << 4, 1 << 5, 1 << 6, 1 << 8
 _REACHED, _MODE_12, _MODE_13 = 1 << 10, 1 << 12, 1 << 13
 
 _POSITION_WINDOW, _POSITION_TIME = key_of(0x6067), key_of(0x6068)
-_VELOCITY_WINDOW, _STANDSTILL = key_of(0x606D), key_of(0x606F)
 _TARGET_POSITION, _TARGET_VELOCITY = key_of(0x607A), key_of(0x60FF)
 _HOME_OFFSET, _METHOD = key_of(0x607C), key_of(0x6098)
-_LOW, _HIGH = key_of(0x607D, 1), key_of(0x607D, 2)
 _SPEED, _ACCELERATION, _DECELERATION = key_of(0x6081), key_of(0x6083), key_of(0x6084)
 _HOMING_FAST, _HOMING_SLOW, _HOMING_RAMP = key_of(0x6099, 1), key_of(0x6099, 2), key_of(0x609A)
 
@@ -32,12 +31,12 @@ _HOMING_FAST, _HOMING_SLOW, _HOMING_RAMP = key_of(0x6099, 1), key_of(0x6099, 2),
 class SetupModes:
     """Trajectory of an enabled drive in one of `SETUP_MODES`. Positions of the profile are those of the axis itself."""
 
-    def __init__(
-        self, numbers: MutableMapping[int, int], servo: AxisServo, reference: Reference, options: OptionCodes
-    ) -> None:
-        self._numbers = numbers
+    def __init__(self, objects: AxisObjects, servo: AxisServo, reference: Reference, options: OptionCodes) -> None:
+        self._numbers = objects.numbers
         self._options = options
-        self._range = PositionRange(numbers)
+        self._range = PositionRange(objects.numbers)
+        self._limits = SoftwareLimits(objects)
+        self._windows = VelocityWindows(objects.numbers)
         self._servo = servo
         self._reference = reference
         self._profile = Profile(servo.position)
@@ -55,6 +54,7 @@ class SetupModes:
         self._target = self._next = None
         self._acknowledged = False
         self._inside_s = 0.0
+        self._windows.begin()
 
     def obey(self, mode: int, word: int) -> None:
         """Take the mode's bits of a controlword."""
@@ -84,6 +84,7 @@ class SetupModes:
             slower = abs(wanted) < abs(profile.velocity)
             braking = self._options.halt_deceleration() if halted else ramps[1]
             profile.run(wanted, braking if slower else ramps[0], step_s)
+            self._windows.step(self._servo.velocity, wanted, step_s)
         elif halted:
             profile.run(0.0, self._options.halt_deceleration(), step_s)
         elif self._target is not None:
@@ -101,8 +102,8 @@ class SetupModes:
         if mode == PROFILE_VELOCITY:
             velocity = self._servo.velocity
             wanted = 0 if self._word & _HALT else self._numbers[_TARGET_VELOCITY]
-            reached = abs(velocity - wanted) <= self._numbers[_VELOCITY_WINDOW]
-            return reached * _REACHED | (abs(velocity) <= self._numbers[_STANDSTILL]) * _MODE_12
+            reached = self._windows.reached(velocity, wanted)
+            return reached * _REACHED | self._windows.standing(velocity) * _MODE_12
         halted = bool(self._word & _HALT) and self._profile.velocity == 0.0
         reached = halted or (self._inside_s * 1000.0 >= self._numbers[_POSITION_TIME] and self._inside)
         return reached * _REACHED | self._acknowledged * _MODE_12
@@ -117,7 +118,7 @@ class SetupModes:
         if word & _RELATIVE:
             shown += round(self._profile.position - self._reference.shift)
         if self._reference.known:
-            shown = max(self._numbers[_LOW], min(self._numbers[_HIGH], shown))
+            shown = self._limits.within(shown)
         target = shown + self._reference.shift
         if not word & _RELATIVE:
             target = self._range.nearest(target, self._profile.position)

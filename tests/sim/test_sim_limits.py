@@ -49,3 +49,14 @@ def test_a_set_up_move_beyond_them_is_refused(target: float) -> None:
     reply = bench().ask(MoveAxes("left", {"J2": target}, False, 0.5, False))
     assert not reply.ok
     assert f"J2 would go to {np.degrees(target):.6g} deg; allowed are 0 to 85.9437" in reply.text
+
+
+@pytest.mark.parametrize("shift", [-1_000_000, 1_000_000])
+def test_limits_of_another_machine_that_a_drive_kept_are_replaced(shift: int) -> None:
+    world = bench()
+    for sub, value in [(1, -(2**31)), (2, 125_000 + shift), (1, -25_000 + shift)]:
+        write = Sdo("x", 1, 0x607D, sub, value.to_bytes(4, "little", signed=True))
+        assert not world.bus.sdo(write, world.now).problem
+    world.restart_gateway()
+    world.ready()
+    assert [object_of(world, 1, sub) for sub in (1, 2)] == [-25_000, 125_000]

@@ -3,12 +3,13 @@
 from dataclasses import replace
 
 import pytest
-from sim_drive_world import AXIS, COUNTS, CYCLE_S, START, Bench
+from sim_drive_world import AXIS, COUNTS, CYCLE_S, START, Bench, Refused
 
 from drive_gateway.config.settings import HomingSettings
 
 REACHED, BIT12, BIT13 = 1 << 10, 1 << 12, 1 << 13
 PROFILE = {(0x6081, 0): 10_000, (0x6083, 0): 40_000, (0x6084, 0): 40_000, (0x6065, 0): 100_000}
+WINDOW_BITS = ((REACHED, REACHED), (BIT12, 0))
 HOME = HomingSettings(method=17, fast=0.5, slow=0.05, acceleration=10.0, position=0.2, order=1)
 
 
@@ -78,6 +79,19 @@ def test_a_target_outside_the_software_limits_ends_at_the_limit() -> None:
     assert bench.node.position == pytest.approx(START + 1_000, abs=100)
 
 
+@pytest.mark.parametrize(("sub", "value"), [(1, START + 2), (2, START - 2)])
+def test_software_limits_that_cross_are_refused(sub: int, value: int) -> None:
+    bench = Bench()
+    bench.prepare()
+    bench.write(0x607D, 1, START, 4)
+    bench.write(0x607D, 2, START + 1, 4)
+    with pytest.raises(Refused) as refused:
+        bench.write(0x607D, sub, value, 4)
+    assert refused.value.code == 0x06090036
+    bench.write(0x607D, 3 - sub, value, 4)
+    bench.write(0x607D, sub, value, 4)
+
+
 def enabled_without_boot(bench: Bench) -> None:
     bench.write(0x6060, 0, 1, 1)
     bench.enable()
@@ -107,6 +121,19 @@ def test_profile_velocity_shows_standstill_and_the_target_velocity() -> None:
     assert bench.read(0x606C, 0, signed=True) == pytest.approx(-8_000, abs=2_000)
     bench.write(0x60FF, 0, 0, 4)
     until(bench, 0x0F, 0, BIT12)
+
+
+@pytest.mark.parametrize("times_ms", [(0, 0), (200, 0), (0, 100), (100, 200)])
+def test_windows_of_the_velocity_have_a_time_each(times_ms: tuple[int, int]) -> None:
+    """With 40 000 counts/s^2 the window opens after 150 ms and the threshold is passed after 2.5 ms."""
+    bench = enabled(3)
+    for index, value in zip((0x606E, 0x6070), times_ms, strict=True):
+        bench.write(index, 0, value, 2)
+    bench.write(0x60FF, 0, 8_000, 4)
+    bits = [bench.cycle(0x0F, 0)[0] for _ in range(150)]
+    reached, moving = (next(k for k, word in enumerate(bits) if word & bit == want) for bit, want in WINDOW_BITS)
+    assert reached * CYCLE_S == pytest.approx(0.15 + 1e-3 * times_ms[0], abs=0.025)
+    assert moving * CYCLE_S == pytest.approx(1e-3 * times_ms[1], abs=0.025)
 
 
 @pytest.mark.parametrize(
