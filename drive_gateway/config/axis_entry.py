@@ -12,6 +12,7 @@ from drive_gateway.canopen.axis_objects import AXES
 from drive_gateway.config.object_address import ObjectAddress, address_of
 from drive_gateway.config.own_objects import OwnObjects
 from drive_gateway.config.settings import (
+    DELAY_CYCLES,
     AxisSettings,
     EncoderSettings,
     HomingSettings,
@@ -104,6 +105,12 @@ class AxisEntry(BaseModel):
     quick_stop: Positive = Field(description="deceleration of the drive's own quick stop (6085h)")
     following_window: Positive = Field(description="following error that is a fault (6065h)")
     following_time_s: Seconds = Field(description="how long the following error may be larger (6066h)")
+    delay_cycles: int = Field(
+        default=DELAY_CYCLES,
+        ge=1,
+        le=50,
+        description="cycles from a sample on the bus to the position that shows it, for the gateway's following error",
+    )
     simulated_start: Number = Field(description="where a simulated drive stands when it is switched on")
     encoder: Literal["absolute", "incremental"] = Field(
         default="absolute", description="incremental: the axis must home after each start of its drive"
@@ -196,6 +203,7 @@ class AxisEntry(BaseModel):
             quick_stop=self.quick_stop,
             following_window=self.following_window,
             following_time_s=self.following_time_s,
+            delay_cycles=self.delay_cycles,
             simulated_start=self.simulated_start,
             index_counts=self.counts_per_turn,
             linear=self.linear,

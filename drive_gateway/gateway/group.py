@@ -1,6 +1,5 @@
 """The drives of one robot in the cycle: measure, look for troubles, go on with power, command the next sample."""
 
-from collections import deque
 from collections.abc import Callable, Iterator, Mapping
 
 import numpy as np
@@ -20,6 +19,7 @@ from drive_gateway.gateway.playout import Playout
 from drive_gateway.gateway.position_keeper import PositionKeeper
 from drive_gateway.gateway.power import Power, PowerState
 from drive_gateway.gateway.reference import Reference
+from drive_gateway.gateway.sent_samples import SentSamples
 from drive_gateway.gateway.setup_desk import SetupDesk
 from drive_gateway.gateway.standstill import Standstill
 from drive_gateway.gateway.stop_watch import StopWatch
@@ -57,7 +57,7 @@ class DriveGroup:
         self._log = log
         self._units = AxisUnits(axes)
         self._window: Floats = np.array([axis.following_window for axis in axes])
-        self._sent: deque[Floats] = deque([self.watch.position] * 3, maxlen=3)
+        self._sent = SentSamples(self.watch.position, [axis.delay_cycles for axis in axes])
         self._then: Then | None = None
 
     @property
@@ -72,7 +72,7 @@ class DriveGroup:
     @property
     def commanded(self) -> Floats:
         """`(n,)` [rad or m] the sample of the present tick."""
-        return self._sent[-1]
+        return self._sent.newest
 
     def enable(self, now: float, then: Then) -> None:
         """Switch on; the robot holds the position that is measured."""
@@ -138,8 +138,7 @@ class DriveGroup:
         self.permits.order = order
         after = [effect for node in self._stations for effect in node.step(now, tick - 1)]
         self.watch.measure(now)
-        # The answer to the last SYNC shows the position at which the sample before it had been reached.
-        for trouble in self.watch.troubles(self._sent[0], now):
+        for trouble in self.watch.troubles(self._sent.answered, now):
             self.fault(trouble, now)
         self._mind_rest(now)
         self._mind_inputs(now)
@@ -154,7 +153,7 @@ class DriveGroup:
     def command(self, now: float) -> Iterator[Effect]:
         """The RPDOs for the next SYNC."""
         position, velocity = self.playout.advance()
-        self._sent.append(position)
+        self._sent.add(position)
         counts = self._units.counts(position)
         speeds = self._units.counts_per_s(velocity)
         torques = self._units.per_mille(self.playout.torque)

@@ -90,6 +90,10 @@ def test_an_option_that_is_a_list_is_refused_once_with_all_that_is_allowed(tmp_p
          "robots.left.axes.J1.direction: found 0, allowed 1 or -1"),
         ("gear: 200,", "gear: 200, feed_forward: torque,", "feed_forward: §torque",
          "robots.left.axes.J2.feed_forward: found torque without a rated torque, allowed rated_torque_nm of the motor"),
+        ("gear: 200,", "gear: 200, delay_cycles: 0,", "delay_cycles: §0",
+         "robots.left.axes.J2.delay_cycles: found 0, allowed 1 or more"),
+        ("gear: 200,", "gear: 200, delay_cycles: 51,", "delay_cycles: §51",
+         "robots.left.axes.J2.delay_cycles: found 51, allowed 50 or less"),
         ("gear: 200,", "gear: 200, rated_torque_nm: 0,", "rated_torque_nm: §0",
          "robots.left.axes.J2.rated_torque_nm: found 0, allowed 0.001 or more"),
         ("gear: 200, counts_per_turn: 131072, direction: 1, offset: 0, speed: 110",
@@ -102,6 +106,12 @@ def test_an_option_that_is_a_list_is_refused_once_with_all_that_is_allowed(tmp_p
 def test_each_mistake_is_one_line_at_its_place(tmp_path: Path, old: str, new: str, at: str, problem: str) -> None:
     copy = Copy(tmp_path).change(DRIVES, old, new)
     assert any(line.startswith(f"{copy.place(DRIVES, at)}: {problem}") for line in lines(copy))
+
+
+def test_delay_of_a_drive_is_two_cycles_unless_its_axis_says_more(tmp_path: Path) -> None:
+    copy = Copy(tmp_path).change(DRIVES, "gear: 200,", "gear: 200, delay_cycles: 5,")
+    axes = load_drives(copy.drives, "left_bus").robots["left"].axes
+    assert [axis.delay_cycles for axis in axes[:2]] == [2, 5]
 
 
 def test_two_axes_on_one_node_are_a_valid_file(tmp_path: Path) -> None:
