@@ -30,9 +30,11 @@ class SentSamples:
     @property
     def newest(self) -> Floats:
         """`(n,)` [rad or m] a copy."""
-        return self._kept[self._row].copy()
+        sample: Floats = self._kept[self._row].copy()
+        return sample
 
     @property
     def answered(self) -> Floats:
         """`(n,)` [rad or m] what each axis was told so long ago that its newest position shows it."""
-        return self._kept[(self._row - self._delays) % self._depth, self._axes]
+        samples: Floats = self._kept[(self._row - self._delays) % self._depth, self._axes]
+        return samples
