@@ -16,9 +16,9 @@ from drive_gateway.canopen import cob_id
 from drive_gateway.canopen.frame import CanFrame
 from drive_gateway.canopen.nmt import SYNC_FRAME, NmtCommand, NmtState, heartbeat_frame, nmt_frame
 from drive_gateway.canopen.sdo import SdoDone
-from drive_gateway.config.bus_load import bus_load
 from drive_gateway.config.settings import GatewaySettings
-from drive_gateway.gateway.bus_news import BusBack, BusDisturbed, BusFailed, BusNews, name_of, remedy_of
+from drive_gateway.gateway.bus_news import BusBack, BusDisturbed, BusFailed, BusTraffic
+from drive_gateway.gateway.bus_watch import BusWatch
 from drive_gateway.gateway.calls import Calls
 from drive_gateway.gateway.drive import Drive
 from drive_gateway.gateway.effects import Frame, RecordEnded, RecordSaid, TakeBlocks
@@ -89,9 +89,7 @@ class GatewayCore:
         self._heartbeat_due = 0.0
         self._confirmed: str | None = None
         self._closing_since: float | None = None
-        images = [drive.image for drive in self._drives]
-        self._bus_problem = ""
-        self._bus_load = bus_load(images, settings.bus.bitrate, settings.cycle_s, settings.heartbeat_producer_s).cyclic
+        self._bus = BusWatch(settings, self._robots.values(), self._nodes.values(), self._log)
 
     def receive(self, message: object, now: float) -> None:
         self._now = now
@@ -110,8 +108,8 @@ class GatewayCore:
                 self._on_estop(message, now)
             case Request():
                 self._calls.request(message, now, self._tick)
-            case BusFailed() | BusBack() | BusDisturbed():
-                self._on_bus(message, now)
+            case BusTraffic() | BusFailed() | BusBack() | BusDisturbed():
+                self._bus.take(message, now)
             case RecordSaid():
                 self._calls.recorded(message)
             case RecordEnded(text):
@@ -176,30 +174,6 @@ class GatewayCore:
             case cob_id.EMCY:
                 node.on_emergency(frame.data)
 
-    def _on_bus(self, news: BusNews, now: float) -> None:
-        """A bus that fails stops its robots at once; the drives stop by themselves, because they miss the gateway.
-
-        When it is back, nodes that could not be reached are tried again without the wait for their boot-up.
-        """
-        name, remedy = name_of(self._settings.bus), remedy_of(self._settings.bus)
-        match news:
-            case BusFailed(text):
-                trouble = Trouble("bus_failed", f"{name} failed: {text}", remedy)
-                self._bus_problem = f"{trouble.text}; {remedy}"
-                running = [robot for robot in self._robots.values() if robot.group.operational]
-                for robot in running:
-                    robot.group.fault(trouble, now)
-                if not running:
-                    self._log.warn(trouble.code, trouble.text, remedy)
-            case BusDisturbed(text):
-                self._log.warn("bus_disturbed", f"{name}: {text}", "check wiring, termination, bit rate and txqueuelen")
-            case BusBack():
-                self._bus_problem = ""
-                self._log.info("bus_back", f"{name} works again")
-                for node in self._nodes.values():
-                    if not node.operational and not node.lost:
-                        node.bring_up_again(now)
-
     def _on_estop(self, estop: Estop, now: float) -> None:
         if not self._estop.receive(estop, now):
             return
@@ -263,7 +237,7 @@ class GatewayCore:
         nodes = tuple(drive.describe() for drive in self._drives)
         modes = [robot.group.setup.problem for robot in self._robots.values()]
         problems = [problem for problem in (*(node.problem for node in self._nodes.values()), *modes) if problem]
-        problem = self._bus_problem or "; ".join(problems)
+        problem = self._bus.problem or "; ".join(problems)
         return GatewayState(
             gateway=self._settings.name,
             boot=self._boot,
@@ -287,5 +261,6 @@ class GatewayCore:
             missing_tpdos=sum(drive.missing_tpdos for drive in self._drives),
             blocks_accepted=sum(playout.accepted for playout in playouts),
             blocks_refused=sum(playout.refused for playout in playouts),
-            bus_load=self._bus_load,
+            bus_load=self._bus.planned,
+            measured_load=self._bus.load.share,
         )

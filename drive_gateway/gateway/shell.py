@@ -24,6 +24,7 @@ from drive_gateway.canopen.frame import CanFrame
 from drive_gateway.canopen.sdo import Sdo
 from drive_gateway.config.settings import GatewaySettings
 from drive_gateway.errors import GatewayError
+from drive_gateway.gateway.bus_news import BusTraffic
 from drive_gateway.gateway.bus_port import BusPort
 from drive_gateway.gateway.core import GatewayCore
 from drive_gateway.gateway.effects import Frame, Record, RecordEnded, RecordSaid, StorePosition, TakeBlocks
@@ -130,6 +131,7 @@ class _Shell:
         self.port.take()
         while self._arrived:
             messages.append(self._arrived.popleft())
+        messages.append(BusTraffic(self.port.bits))
         messages += self._estops.take()
         messages += self._calls.take()
         if self._stop.is_set():
