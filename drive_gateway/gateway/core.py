@@ -8,9 +8,10 @@ come by then may begin with tick `tick + 1`.
 from collections.abc import Iterator, Mapping
 
 from cell.config.settings import Times
-from cell.core import Effect, Ended, Publish, Request, Shutdown
+from cell.core import Arrived, Effect, Ended, Publish, Request, Shutdown
 from cell.messages.estop import Estop
 from cell.messages.gateway_state import BusCounters, GatewayState
+from cell.messages.manager_state import ManagerState
 from cell.messages.setpoints import SetpointBlock
 from drive_gateway.canopen import cob_id
 from drive_gateway.canopen.frame import CanFrame
@@ -28,6 +29,7 @@ from drive_gateway.gateway.estop_button import EstopButtons
 from drive_gateway.gateway.event_log import EventLog
 from drive_gateway.gateway.lateness import Lateness
 from drive_gateway.gateway.permits import StopOrder
+from drive_gateway.gateway.phase_lock import PhaseLock
 from drive_gateway.gateway.robot import Robot
 from drive_gateway.gateway.scan import Scan
 from drive_gateway.gateway.trouble import Trouble
@@ -82,6 +84,9 @@ class GatewayCore:
         self._estop = EstopLatch()
         self._buttons = EstopButtons(settings.name, boot)
         self._lateness = Lateness(settings.cycle_s)
+        self._phase = PhaseLock(settings.cycle_s)
+        self.trim_s = 0.0
+        """The next cycle is to begin so much later than a cycle behind this one."""
         self._now = 0.0
         self._tick = 0
         self._sequence = 0
@@ -110,6 +115,8 @@ class GatewayCore:
                 self._calls.request(message, now, self._tick)
             case BusTraffic() | BusFailed() | BusBack() | BusDisturbed():
                 self._bus.take(message, now)
+            case Arrived(ManagerState() as state, at):
+                self._phase.heard(state, at)
             case RecordSaid():
                 self._calls.recorded(message)
             case RecordEnded(text):
@@ -145,6 +152,7 @@ class GatewayCore:
         if now >= self._state_due:
             self._state_due = now + STATE_PERIOD_S
             yield Publish(self._state())
+        self.trim_s = self._phase.trim(now)
         if self._closing_since is not None and self._all_off():
             for number in self._nodes:
                 yield Frame(nmt_frame(NmtCommand.ENTER_PRE_OPERATIONAL, number))
@@ -263,4 +271,5 @@ class GatewayCore:
             blocks_refused=sum(playout.refused for playout in playouts),
             bus_load=self._bus.planned,
             measured_load=self._bus.load.share,
+            phase_error_s=self._phase.error_s,
         )

@@ -35,6 +35,8 @@ from drive_gateway.sim.shell import Robots, SimulatedDrives
 
 CLOSING_S = 5.0
 """After its own e-stop delay a gateway that is stopped gets this long to switch its drives off."""
+_CLOCK_S = 0.25
+"""The manager's state is read so often: it is only needed for its clock."""
 _LOG = logging.getLogger("drive_gateway")
 _LEVEL = {Severity.INFO: logging.INFO, Severity.WARNING: logging.WARNING, Severity.ALARM: logging.ERROR}
 
@@ -91,7 +93,13 @@ def run_gateway(
         stack.enter_context(shell.workers)
         session.declare_alive()
         run_core(
-            core, period_s=settings.cycle_s, inbox=shell.inbox, perform=shell.perform, stop=shell.ended, realtime=True
+            core,
+            period_s=settings.cycle_s,
+            inbox=shell.inbox,
+            perform=shell.perform,
+            stop=shell.ended,
+            trim=lambda: core.trim_s,
+            realtime=True,
         )
         return shell.exit_code
 
@@ -115,6 +123,8 @@ class _Shell:
         self._calls: Calls = session.serve(f"gateway/{settings.name}")
         self._blocks: Latest = session.watch(*(f"robot/{robot}/setpoints" for robot in robots))
         self._estops: Inbox = session.queue("estop")
+        self._manager: Latest = session.watch("manager/state")
+        self._manager_due = 0.0
         self._stop = stop
         self._store = store
         self._closing_s = times.estop_delay_s + CLOSING_S
@@ -134,6 +144,10 @@ class _Shell:
         messages.append(BusTraffic(self.port.bits))
         messages += self._estops.take()
         messages += self._calls.take()
+        now = time.monotonic()
+        if now >= self._manager_due:
+            self._manager_due = now + _CLOCK_S
+            messages += self._manager.take_arrived()
         if self._stop.is_set():
             messages += self._closing()
         return messages
