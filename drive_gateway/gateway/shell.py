@@ -27,7 +27,7 @@ from drive_gateway.errors import GatewayError
 from drive_gateway.gateway.bus_news import BusTraffic
 from drive_gateway.gateway.bus_port import BusPort
 from drive_gateway.gateway.core import GatewayCore
-from drive_gateway.gateway.effects import Frame, Record, RecordEnded, RecordSaid, StorePosition, TakeBlocks
+from drive_gateway.gateway.effects import Frame, OrderFault, Record, RecordEnded, RecordSaid, StorePosition, TakeBlocks
 from drive_gateway.gateway.position_store import PositionStore
 from drive_gateway.gateway.recorder import LONGEST_S, Recorder
 from drive_gateway.gateway.sdo_workers import SdoWorkers
@@ -82,13 +82,13 @@ def run_gateway(
             first_owner=int(time.time()),
             process=f"process {os.getpid()}",
             stored={} if store is None else store.records,
+            simulated=simulate,
         )
         # Zenoh's threads start here: on a busy host a block must not wait for a processor before the cycle sees it.
         with scheduling(realtime=True, feeding=True):
             session = stack.enter_context(CellSession(cell, link, "gateway", settings.name, boot, zenoh_options))
-        if simulate:
-            stack.enter_context(SimulatedDrives(settings, robots))
-        shell = _Shell(core, settings, times, session, stop, store)
+        drives = stack.enter_context(SimulatedDrives(settings, robots)) if simulate else None
+        shell = _Shell(core, settings, times, session, stop, store, drives)
         stack.enter_context(shell.port)
         stack.enter_context(shell.workers)
         session.declare_alive()
@@ -115,6 +115,7 @@ class _Shell:
         session: CellSession,
         stop: Event,
         store: PositionStore | None,
+        drives: SimulatedDrives | None,
     ) -> None:
         robots = settings.robots
         self._core = core
@@ -127,6 +128,7 @@ class _Shell:
         self._manager_due = 0.0
         self._stop = stop
         self._store = store
+        self._drives = drives
         self._closing_s = times.estop_delay_s + CLOSING_S
         self._deadline: float | None = None
         self._arrived: deque[object] = deque()
@@ -169,6 +171,8 @@ class _Shell:
                 self._calls.answer(effect)
             case Record():
                 Thread(target=self._record, args=(effect,), name="recorder", daemon=True).start()
+            case OrderFault(order) if self._drives is not None:
+                self._drives.faults.order(order)
             case StorePosition(name, record) if self._store is not None:
                 self._store.keep(name, record)
             case Ended():

@@ -22,6 +22,7 @@ from drive_gateway.sim.axis.full_servo import FullServo
 from drive_gateway.sim.axis.robot_load import RobotLoad, RobotTorques, Shaft
 from drive_gateway.sim.bus import SimulatedBus
 from drive_gateway.sim.node import SimulatedNode
+from drive_gateway.sim.ordered_faults import OrderedFaults
 
 _log = logging.getLogger(__name__)
 
@@ -52,6 +53,7 @@ class SimulatedDrives:
         self._settings = settings.bus
         self.nodes = simulated_nodes(settings, robots)
         self._carrier = SimulatedBus(self.nodes, settings.bus.bitrate if settings.simulation.wire_time else None)
+        self.faults = OrderedFaults(self.nodes)
         self.problem = ""
         self.ended = threading.Event()
         self._closing = threading.Event()
@@ -96,6 +98,7 @@ class SimulatedDrives:
                     _send(bus, self._carrier.receive(frame, now))
             if now - stepped >= STEP_S:
                 stepped = now
+                self.faults.step(now)
                 _send(bus, self._carrier.step(now))
             else:
                 _send(bus, self._carrier.carry(now))

@@ -22,7 +22,7 @@ def test_the_measured_load_is_the_share_of_the_newest_second_and_above_the_budge
     carried = carry(world, 800, 2.5, carried)
     assert abs(world.state.counters.measured_load - 0.2) < 0.005
     assert "bus_load" not in world.codes()
-    carry(world, 1000, 8.0, carried)
+    carry(world, 1100, 2.1, carried)
     (warning,) = [event for event in world.events if event.code == "bus_load"]
     assert warning.severity is Severity.WARNING
-    assert "25 %" in warning.text
+    assert "what is configured takes 13 %" in warning.text
