@@ -22,7 +22,7 @@ from drive_gateway.gateway.bus_news import BusBack, BusDisturbed, BusFailed, Bus
 from drive_gateway.gateway.bus_watch import BusWatch
 from drive_gateway.gateway.calls import Calls
 from drive_gateway.gateway.drive import Drive
-from drive_gateway.gateway.effects import Frame, RecordEnded, RecordSaid, TakeBlocks
+from drive_gateway.gateway.effects import DrivesSlow, Frame, RecordEnded, RecordSaid, TakeBlocks
 from drive_gateway.gateway.encoder_record import EncoderRecord
 from drive_gateway.gateway.estop import EstopLatch
 from drive_gateway.gateway.estop_button import EstopButtons
@@ -33,6 +33,7 @@ from drive_gateway.gateway.phase_lock import PhaseLock
 from drive_gateway.gateway.robot import Robot
 from drive_gateway.gateway.scan import Scan
 from drive_gateway.gateway.trouble import Trouble
+from drive_gateway.sim.pace import REMEDY as PACE_REMEDY
 
 STATE_PERIOD_S = 0.2
 _SYNC, _TAKE_BLOCKS, _HEARTBEAT = Frame(SYNC_FRAME), TakeBlocks(), Frame(heartbeat_frame(NmtState.OPERATIONAL))
@@ -123,6 +124,8 @@ class GatewayCore:
                 self._calls.recorded(message)
             case RecordEnded(text):
                 self._log.info("recorded", text)
+            case DrivesSlow(text):
+                self._log.warn("simulation_slow", text, PACE_REMEDY)
             case Shutdown():
                 self._on_shutdown(now)
 

@@ -54,6 +54,13 @@ class RecordSaid:
 
 
 @dataclass(frozen=True, slots=True)
+class DrivesSlow:
+    """The drives that this process simulates do not keep up; `text` says how much."""
+
+    text: str
+
+
+@dataclass(frozen=True, slots=True)
 class RecordEnded:
     """A recording is complete; `text` says which and with how many frames."""
 

@@ -27,7 +27,16 @@ from drive_gateway.errors import GatewayError
 from drive_gateway.gateway.bus_news import BusTraffic
 from drive_gateway.gateway.bus_port import BusPort
 from drive_gateway.gateway.core import GatewayCore
-from drive_gateway.gateway.effects import Frame, OrderFault, Record, RecordEnded, RecordSaid, StorePosition, TakeBlocks
+from drive_gateway.gateway.effects import (
+    DrivesSlow,
+    Frame,
+    OrderFault,
+    Record,
+    RecordEnded,
+    RecordSaid,
+    StorePosition,
+    TakeBlocks,
+)
 from drive_gateway.gateway.position_store import PositionStore
 from drive_gateway.gateway.recorder import LONGEST_S, Recorder
 from drive_gateway.gateway.sdo_workers import SdoWorkers
@@ -132,6 +141,8 @@ class _Shell:
         self._closing_s = times.estop_delay_s + CLOSING_S
         self._deadline: float | None = None
         self._arrived: deque[object] = deque()
+        if drives is not None:
+            drives.on_slow = lambda text: self._arrived.append(DrivesSlow(text))
         self.port = BusPort(settings.bus, self._on_frame, self._arrived.append)
         node_ids = {axis.node_id for drives in robots.values() for axis in drives.axes}
         self.workers = SdoWorkers(node_ids, self.port.send, self.port.attend, self._arrived.append)
