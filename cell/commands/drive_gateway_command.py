@@ -8,6 +8,7 @@ import typer
 
 from cell.commands import drive_tools
 from cell.commands.connection import process_cell
+from cell.commands.drive_fault import fault
 from cell.commands.errors import CommandError, run_app
 from cell.commands.options import (
     CellFileArgument,
@@ -138,6 +139,7 @@ app.command(epilog=_example(f"read {_CELL} left_bus left.J1 6041:00"))(drive_too
 app.command(epilog=_example(f"write {_CELL} left_bus left.J1 6081:00 100000"))(drive_tools.write)
 app.command(epilog=_example(f"store {_CELL} left_bus left.J1"))(drive_tools.store)
 app.command(epilog=_example(f"log {_CELL} left_bus left.asc --seconds 5"))(drive_tools.log)
+app.command(epilog=_example(f"fault {_CELL} left_bus left.J1 emcy 5112"))(fault)
 
 
 def _settings(file: Path, gateway: str, parent_pipe: int | None) -> CellSettings:

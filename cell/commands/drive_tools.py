@@ -176,7 +176,7 @@ def store(file: CellFileArgument, gateway: GatewayArgument, node: NodeArgument) 
 
     What the gateway writes at each boot needs no storing. What was set with `write` or the maker's own tool does.
     """
-    axis = _axis(drives_of(file, gateway), node)
+    axis = named_axis(drives_of(file, gateway), node)
     with node_access(file, gateway) as nodes:
         nodes.write(axis.node_id, STORE_PARAMETERS, 1, SAVE)
     print(f"node {axis.node_id} has stored its parameters")
@@ -214,12 +214,12 @@ def log(
 def _axis_and_eds(file: Path, gateway: str, node: str) -> tuple[AxisSettings, Eds]:
     """The axis that was named, and the objects of its node with all its axes."""
     drives = drives_of(file, gateway)
-    axis = _axis(drives, node)
+    axis = named_axis(drives, node)
     axes = sum(other.node_id == axis.node_id for robot in drives.robots.values() for other in robot.axes)
     return axis, Eds(axis.eds, axes)
 
 
-def _axis(drives: GatewaySettings, node: str) -> AxisSettings:
+def named_axis(drives: GatewaySettings, node: str) -> AxisSettings:
     """The axis that `ROBOT.AXIS` means, the first one of a Node-ID. Raises `CommandError` with all that there are."""
     axes = [(f"{name}.{axis.name}", axis) for name, robot in drives.robots.items() for axis in robot.axes]
     for label, axis in axes:

@@ -71,7 +71,12 @@ def bus_line(name: str, gateway: GatewayState | None) -> str:
     if gateway is None:
         return line
     counters = gateway.counters
+    load = "" if counters.measured_load is None else f", measured bus load {100 * counters.measured_load:.0f} %"
+    phase = (
+        "" if counters.phase_error_s is None else f", SYNC {1e6 * counters.phase_error_s:+.0f} us off the cell clock"
+    )
     return (
-        f"{line}, worst {1000 * counters.worst_lateness_s:.1f} ms, missing TPDOs {counters.missing_tpdos}, "
+        f"{line}{load}{phase}, worst {1000 * counters.worst_lateness_s:.1f} ms, "
+        f"missing TPDOs {counters.missing_tpdos}, "
         f"blocks {counters.blocks_accepted} taken {counters.blocks_refused} refused"
     )

@@ -41,6 +41,7 @@ from cell.messages.commands import (
 )
 from cell.messages.common import CellTime, Heard, Token, TokenGone
 from cell.messages.correction import ConveyorCount, Correction
+from cell.messages.drive_fault import Fault, FaultDrive
 from cell.messages.drives import AxisStatus, DriveFeedback, PlayoutState
 from cell.messages.estop import Estop
 from cell.messages.event import Event, Severity
@@ -83,6 +84,8 @@ __all__ = [
     "EnableDrives",
     "Estop",
     "Event",
+    "Fault",
+    "FaultDrive",
     "GatewayState",
     "GovernorStatus",
     "Halt",

@@ -37,7 +37,11 @@ class BusCounters:
     blocks_accepted: int
     blocks_refused: int
     bus_load: float
-    """Share of the wire time in use, 0 to 1, worst-case stuffing."""
+    """Share of the wire time that what is configured takes, 0 to 1, worst-case stuffing."""
+    measured_load: float | None = None
+    """Share of the wire time that all frames took in the newest second, the same way; `None` in the first one."""
+    phase_error_s: float | None = None
+    """How much the newest SYNC was behind a multiple of the cycle by the cell clock; `None`: no manager is heard."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -30,13 +30,15 @@ def run_core(
     perform: Callable[[Effect], None],
     stop: Event,
     on_late: Callable[[float], None] | None = None,
+    trim: Callable[[], float] | None = None,
     realtime: bool = False,
 ) -> None:
     """Step `core` every `period_s` until `stop` is set.
 
     In each cycle the core gets what `inbox()` returns, steps once, and its effects go to `perform` one by one.
     A cycle that starts more than a period late is told to `on_late` (lateness in s); missed cycles are left out, never
-    caught up. `realtime` asks for SCHED_FIFO and does without when the process may not.
+    caught up. `trim` says after each step by how much [s] the next cycle comes later than a period.
+    `realtime` asks for SCHED_FIFO and does without when the process may not.
     """
     with _steady_interpreter(), scheduling(realtime):
         due = last = time.monotonic()
@@ -49,7 +51,7 @@ def run_core(
                 core.receive(message, now)
             for effect in core.step(now):
                 perform(effect)
-            due += period_s
+            due += period_s if trim is None else period_s + trim()
             lateness = time.monotonic() - due
             if lateness <= 0.0:
                 time.sleep(-lateness)

@@ -24,6 +24,13 @@ class BusDisturbed:
     text: str
 
 
+@dataclass(frozen=True, slots=True)
+class BusTraffic:
+    """Bits of all frames that were sent and received since the start, with worst-case stuffing."""
+
+    bits: int
+
+
 BusNews = BusFailed | BusBack | BusDisturbed
 
 

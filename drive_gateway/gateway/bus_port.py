@@ -13,7 +13,7 @@ from drive_gateway.canopen.frame import CanFrame
 from drive_gateway.config.settings import BusSettings
 from drive_gateway.gateway.bus import BusError
 from drive_gateway.gateway.bus_news import BusNews
-from drive_gateway.gateway.steady_bus import SteadyBus
+from drive_gateway.gateway.steady_bus import SteadyBus, bits_of
 
 _POLL_S = 0.1
 """The reader looks this often whether it should go on; it waits for nothing else."""
@@ -39,6 +39,7 @@ class BusPort:
         self._on_news = on_news
         self._bus: SteadyBus | None = None
         self._own: set[int] = set()
+        self._received_bits = 0
         self._reading = threading.Lock()
         """Held by whoever reads, so that frames stay in their order."""
         self._attendants = 0
@@ -89,6 +90,11 @@ class BusPort:
             finally:
                 self._reading.release()
 
+    @property
+    def bits(self) -> int:
+        """Of all frames that were sent and received so far, with worst-case stuffing."""
+        return self._open.sent_bits + self._received_bits
+
     @contextmanager
     def attend(self) -> Iterator[None]:
         """Inside, frames are read as they come."""
@@ -121,6 +127,9 @@ class BusPort:
 
     def _hand_over(self, message: can.Message) -> None:
         number = message.arbitration_id
+        own = number in self._own and self._open.hears_itself
+        if not own:
+            self._received_bits += bits_of(message)
         if message.is_extended_id:
             return
         if number not in self._own:

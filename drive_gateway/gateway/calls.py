@@ -22,7 +22,9 @@ from cell.messages.commands import (
     Who,
     WriteObject,
 )
-from drive_gateway.gateway.effects import Record, RecordSaid
+from cell.messages.drive_fault import FaultDrive
+from drive_gateway.gateway.effects import OrderFault, Record, RecordSaid
+from drive_gateway.gateway.fault_orders import FaultOrders
 from drive_gateway.gateway.objects import ObjectAccess
 from drive_gateway.gateway.replies import Replies
 from drive_gateway.gateway.robot import Robot
@@ -52,10 +54,18 @@ class Calls:
         process: what `who` tells besides role, name and boot.
         robots: on this bus, by name.
         scan: of the bus.
+        simulated: this process simulates the drives, so they can be told to fail.
     """
 
     def __init__(
-        self, gateway: str, boot: str, digest: str, process: str, robots: Mapping[str, Robot], scan: Scan
+        self,
+        gateway: str,
+        boot: str,
+        digest: str,
+        process: str,
+        robots: Mapping[str, Robot],
+        scan: Scan,
+        simulated: bool = False,
     ) -> None:
         self._gateway = gateway
         self._boot = boot
@@ -67,8 +77,10 @@ class Calls:
             {drive.node.id: robot.group for robot in robots.values() for drive in robot.group.nodes}
         )
         self._scan = scan
+        axes = {(drive.axis.node_id, drive.axis.number) for drive in self._drives}
+        self._faults = FaultOrders(gateway, axes, simulated)
         self._replies = Replies()
-        self._records: list[Effect] = []
+        self._orders: list[Effect] = []
         self._now = 0.0
         self._tick = 0
         self.closing = False
@@ -87,8 +99,8 @@ class Calls:
 
     def take(self, now: float) -> list[Effect]:
         """What the calls of this cycle lead to."""
-        records, self._records = self._records, []
-        return [*records, *self._replies.take(now)]
+        orders, self._orders = self._orders, []
+        return [*orders, *self._replies.take(now)]
 
     def _do(self, call: Call) -> None:
         def then(ok: bool, text: str, data: str = "") -> None:
@@ -102,7 +114,12 @@ class Calls:
             case ScanBus():
                 self._scan.begin(lambda found: then(True, self._scanned(found)))
             case RecordBus(file, seconds):
-                self._records.append(Record(call.id, file, seconds))
+                self._orders.append(Record(call.id, file, seconds))
+            case FaultDrive():
+                ok, text = self._faults.judged(call.command)
+                if ok:
+                    self._orders.append(OrderFault(call.command))
+                then(ok, text)
             case command if isinstance(command, RobotCommand):
                 robot = self._robots.get(command.robot)
                 if robot is None:

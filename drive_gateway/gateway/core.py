@@ -8,29 +8,32 @@ come by then may begin with tick `tick + 1`.
 from collections.abc import Iterator, Mapping
 
 from cell.config.settings import Times
-from cell.core import Effect, Ended, Publish, Request, Shutdown
+from cell.core import Arrived, Effect, Ended, Publish, Request, Shutdown
 from cell.messages.estop import Estop
 from cell.messages.gateway_state import BusCounters, GatewayState
+from cell.messages.manager_state import ManagerState
 from cell.messages.setpoints import SetpointBlock
 from drive_gateway.canopen import cob_id
 from drive_gateway.canopen.frame import CanFrame
 from drive_gateway.canopen.nmt import SYNC_FRAME, NmtCommand, NmtState, heartbeat_frame, nmt_frame
 from drive_gateway.canopen.sdo import SdoDone
-from drive_gateway.config.bus_load import bus_load
 from drive_gateway.config.settings import GatewaySettings
-from drive_gateway.gateway.bus_news import BusBack, BusDisturbed, BusFailed, BusNews, name_of, remedy_of
+from drive_gateway.gateway.bus_news import BusBack, BusDisturbed, BusFailed, BusTraffic
+from drive_gateway.gateway.bus_watch import BusWatch
 from drive_gateway.gateway.calls import Calls
 from drive_gateway.gateway.drive import Drive
-from drive_gateway.gateway.effects import Frame, RecordEnded, RecordSaid, TakeBlocks
+from drive_gateway.gateway.effects import DrivesSlow, Frame, RecordEnded, RecordSaid, TakeBlocks
 from drive_gateway.gateway.encoder_record import EncoderRecord
 from drive_gateway.gateway.estop import EstopLatch
 from drive_gateway.gateway.estop_button import EstopButtons
 from drive_gateway.gateway.event_log import EventLog
 from drive_gateway.gateway.lateness import Lateness
 from drive_gateway.gateway.permits import StopOrder
+from drive_gateway.gateway.phase_lock import PhaseLock
 from drive_gateway.gateway.robot import Robot
 from drive_gateway.gateway.scan import Scan
 from drive_gateway.gateway.trouble import Trouble
+from drive_gateway.sim.pace import REMEDY as PACE_REMEDY
 
 STATE_PERIOD_S = 0.2
 _SYNC, _TAKE_BLOCKS, _HEARTBEAT = Frame(SYNC_FRAME), TakeBlocks(), Frame(heartbeat_frame(NmtState.OPERATIONAL))
@@ -46,6 +49,7 @@ class GatewayCore:
         digest: of the configuration; a claim with another one is refused.
         first_owner: number of the first claim, larger than any that was ever given on this bus (unix seconds).
         process: what `who` tells besides role, name and boot, for people.
+        simulated: this process simulates the drives, so they can be told to fail.
         stored: where axes with absolute encoders stood when they were last off, by robot.axis.
 
     Raises:
@@ -62,6 +66,7 @@ class GatewayCore:
         first_owner: int = 1,
         process: str = "",
         stored: Mapping[str, EncoderRecord] | None = None,
+        simulated: bool = False,
     ) -> None:
         self._settings = settings
         self._times = times
@@ -78,10 +83,13 @@ class GatewayCore:
             drive.image.inputs.cob_id: drive for drive in self._drives if drive.image.inputs is not None
         }
         self._scan = Scan(self._nodes)
-        self._calls = Calls(settings.name, boot, digest, process, self._robots, self._scan)
+        self._calls = Calls(settings.name, boot, digest, process, self._robots, self._scan, simulated)
         self._estop = EstopLatch()
         self._buttons = EstopButtons(settings.name, boot)
         self._lateness = Lateness(settings.cycle_s)
+        self._phase = PhaseLock(settings.cycle_s)
+        self.trim_s = 0.0
+        """The next cycle is to begin so much later than a cycle behind this one."""
         self._now = 0.0
         self._tick = 0
         self._sequence = 0
@@ -89,9 +97,7 @@ class GatewayCore:
         self._heartbeat_due = 0.0
         self._confirmed: str | None = None
         self._closing_since: float | None = None
-        images = [drive.image for drive in self._drives]
-        self._bus_problem = ""
-        self._bus_load = bus_load(images, settings.bus.bitrate, settings.cycle_s, settings.heartbeat_producer_s).cyclic
+        self._bus = BusWatch(settings, self._robots.values(), self._nodes.values(), self._log)
 
     def receive(self, message: object, now: float) -> None:
         self._now = now
@@ -110,12 +116,16 @@ class GatewayCore:
                 self._on_estop(message, now)
             case Request():
                 self._calls.request(message, now, self._tick)
-            case BusFailed() | BusBack() | BusDisturbed():
-                self._on_bus(message, now)
+            case BusTraffic() | BusFailed() | BusBack() | BusDisturbed():
+                self._bus.take(message, now)
+            case Arrived(ManagerState() as state, at):
+                self._phase.heard(state, at)
             case RecordSaid():
                 self._calls.recorded(message)
             case RecordEnded(text):
                 self._log.info("recorded", text)
+            case DrivesSlow(text):
+                self._log.warn("simulation_slow", text, PACE_REMEDY)
             case Shutdown():
                 self._on_shutdown(now)
 
@@ -147,6 +157,7 @@ class GatewayCore:
         if now >= self._state_due:
             self._state_due = now + STATE_PERIOD_S
             yield Publish(self._state())
+        self.trim_s = self._phase.trim(now)
         if self._closing_since is not None and self._all_off():
             for number in self._nodes:
                 yield Frame(nmt_frame(NmtCommand.ENTER_PRE_OPERATIONAL, number))
@@ -175,30 +186,6 @@ class GatewayCore:
                 node.on_error_control(frame.data, now)
             case cob_id.EMCY:
                 node.on_emergency(frame.data)
-
-    def _on_bus(self, news: BusNews, now: float) -> None:
-        """A bus that fails stops its robots at once; the drives stop by themselves, because they miss the gateway.
-
-        When it is back, nodes that could not be reached are tried again without the wait for their boot-up.
-        """
-        name, remedy = name_of(self._settings.bus), remedy_of(self._settings.bus)
-        match news:
-            case BusFailed(text):
-                trouble = Trouble("bus_failed", f"{name} failed: {text}", remedy)
-                self._bus_problem = f"{trouble.text}; {remedy}"
-                running = [robot for robot in self._robots.values() if robot.group.operational]
-                for robot in running:
-                    robot.group.fault(trouble, now)
-                if not running:
-                    self._log.warn(trouble.code, trouble.text, remedy)
-            case BusDisturbed(text):
-                self._log.warn("bus_disturbed", f"{name}: {text}", "check wiring, termination, bit rate and txqueuelen")
-            case BusBack():
-                self._bus_problem = ""
-                self._log.info("bus_back", f"{name} works again")
-                for node in self._nodes.values():
-                    if not node.operational and not node.lost:
-                        node.bring_up_again(now)
 
     def _on_estop(self, estop: Estop, now: float) -> None:
         if not self._estop.receive(estop, now):
@@ -263,7 +250,7 @@ class GatewayCore:
         nodes = tuple(drive.describe() for drive in self._drives)
         modes = [robot.group.setup.problem for robot in self._robots.values()]
         problems = [problem for problem in (*(node.problem for node in self._nodes.values()), *modes) if problem]
-        problem = self._bus_problem or "; ".join(problems)
+        problem = self._bus.problem or "; ".join(problems)
         return GatewayState(
             gateway=self._settings.name,
             boot=self._boot,
@@ -287,5 +274,7 @@ class GatewayCore:
             missing_tpdos=sum(drive.missing_tpdos for drive in self._drives),
             blocks_accepted=sum(playout.accepted for playout in playouts),
             blocks_refused=sum(playout.refused for playout in playouts),
-            bus_load=self._bus_load,
+            bus_load=self._bus.planned,
+            measured_load=self._bus.load.share,
+            phase_error_s=self._phase.error_s,
         )

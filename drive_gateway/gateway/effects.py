@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 
 from cell.core import Effect
+from cell.messages.drive_fault import FaultDrive
 from drive_gateway.canopen.frame import CanFrame
 from drive_gateway.gateway.encoder_record import EncoderRecord
 
@@ -28,6 +29,13 @@ class StorePosition(Effect):
 
 
 @dataclass(frozen=True, slots=True)
+class OrderFault(Effect):
+    """Let a drive that this process simulates fail."""
+
+    order: FaultDrive
+
+
+@dataclass(frozen=True, slots=True)
 class Record(Effect):
     """Write the frames of the next `seconds` to `file`; `RecordSaid` with the same `call_id` says how it began."""
 
@@ -42,6 +50,13 @@ class RecordSaid:
 
     call_id: str
     ok: bool
+    text: str
+
+
+@dataclass(frozen=True, slots=True)
+class DrivesSlow:
+    """The drives that this process simulates do not keep up; `text` says how much."""
+
     text: str
 
 

@@ -24,9 +24,19 @@ from drive_gateway.canopen.frame import CanFrame
 from drive_gateway.canopen.sdo import Sdo
 from drive_gateway.config.settings import GatewaySettings
 from drive_gateway.errors import GatewayError
+from drive_gateway.gateway.bus_news import BusTraffic
 from drive_gateway.gateway.bus_port import BusPort
 from drive_gateway.gateway.core import GatewayCore
-from drive_gateway.gateway.effects import Frame, Record, RecordEnded, RecordSaid, StorePosition, TakeBlocks
+from drive_gateway.gateway.effects import (
+    DrivesSlow,
+    Frame,
+    OrderFault,
+    Record,
+    RecordEnded,
+    RecordSaid,
+    StorePosition,
+    TakeBlocks,
+)
 from drive_gateway.gateway.position_store import PositionStore
 from drive_gateway.gateway.recorder import LONGEST_S, Recorder
 from drive_gateway.gateway.sdo_workers import SdoWorkers
@@ -34,6 +44,8 @@ from drive_gateway.sim.shell import Robots, SimulatedDrives
 
 CLOSING_S = 5.0
 """After its own e-stop delay a gateway that is stopped gets this long to switch its drives off."""
+_CLOCK_S = 0.25
+"""The manager's state is read so often: it is only needed for its clock."""
 _LOG = logging.getLogger("drive_gateway")
 _LEVEL = {Severity.INFO: logging.INFO, Severity.WARNING: logging.WARNING, Severity.ALARM: logging.ERROR}
 
@@ -79,18 +91,24 @@ def run_gateway(
             first_owner=int(time.time()),
             process=f"process {os.getpid()}",
             stored={} if store is None else store.records,
+            simulated=simulate,
         )
         # Zenoh's threads start here: on a busy host a block must not wait for a processor before the cycle sees it.
         with scheduling(realtime=True, feeding=True):
             session = stack.enter_context(CellSession(cell, link, "gateway", settings.name, boot, zenoh_options))
-        if simulate:
-            stack.enter_context(SimulatedDrives(settings, robots))
-        shell = _Shell(core, settings, times, session, stop, store)
+        drives = stack.enter_context(SimulatedDrives(settings, robots)) if simulate else None
+        shell = _Shell(core, settings, times, session, stop, store, drives)
         stack.enter_context(shell.port)
         stack.enter_context(shell.workers)
         session.declare_alive()
         run_core(
-            core, period_s=settings.cycle_s, inbox=shell.inbox, perform=shell.perform, stop=shell.ended, realtime=True
+            core,
+            period_s=settings.cycle_s,
+            inbox=shell.inbox,
+            perform=shell.perform,
+            stop=shell.ended,
+            trim=lambda: core.trim_s,
+            realtime=True,
         )
         return shell.exit_code
 
@@ -106,6 +124,7 @@ class _Shell:
         session: CellSession,
         stop: Event,
         store: PositionStore | None,
+        drives: SimulatedDrives | None,
     ) -> None:
         robots = settings.robots
         self._core = core
@@ -114,11 +133,16 @@ class _Shell:
         self._calls: Calls = session.serve(f"gateway/{settings.name}")
         self._blocks: Latest = session.watch(*(f"robot/{robot}/setpoints" for robot in robots))
         self._estops: Inbox = session.queue("estop")
+        self._manager: Latest = session.watch("manager/state")
+        self._manager_due = 0.0
         self._stop = stop
         self._store = store
+        self._drives = drives
         self._closing_s = times.estop_delay_s + CLOSING_S
         self._deadline: float | None = None
         self._arrived: deque[object] = deque()
+        if drives is not None:
+            drives.on_slow = lambda text: self._arrived.append(DrivesSlow(text))
         self.port = BusPort(settings.bus, self._on_frame, self._arrived.append)
         node_ids = {axis.node_id for drives in robots.values() for axis in drives.axes}
         self.workers = SdoWorkers(node_ids, self.port.send, self.port.attend, self._arrived.append)
@@ -130,8 +154,13 @@ class _Shell:
         self.port.take()
         while self._arrived:
             messages.append(self._arrived.popleft())
+        messages.append(BusTraffic(self.port.bits))
         messages += self._estops.take()
         messages += self._calls.take()
+        now = time.monotonic()
+        if now >= self._manager_due:
+            self._manager_due = now + _CLOCK_S
+            messages += self._manager.take_arrived()
         if self._stop.is_set():
             messages += self._closing()
         return messages
@@ -153,6 +182,8 @@ class _Shell:
                 self._calls.answer(effect)
             case Record():
                 Thread(target=self._record, args=(effect,), name="recorder", daemon=True).start()
+            case OrderFault(order) if self._drives is not None:
+                self._drives.faults.order(order)
             case StorePosition(name, record) if self._store is not None:
                 self._store.keep(name, record)
             case Ended():

@@ -7,6 +7,7 @@ from collections.abc import Callable
 import can
 from can.interfaces.udp_multicast import UdpMulticastBus
 
+from drive_gateway.canopen.bus_load import frame_bits
 from drive_gateway.config.settings import BusSettings
 from drive_gateway.errors import GatewayError
 from drive_gateway.gateway.bus import open_bus
@@ -16,6 +17,7 @@ from drive_gateway.gateway.own_frames import leave_out_own
 
 REOPEN_S = 0.5
 """Between two attempts to open a failed bus."""
+_BITS = [frame_bits(length) for length in range(9)]
 _ERRORS_AT_ONCE = 64
 """Error frames that are passed over to find a frame behind them."""
 TELL_S = 10.0
@@ -39,6 +41,8 @@ class SteadyBus:
         self._mark = 0.0
         self.hears_itself = False
         """Its own frames come back to it."""
+        self.sent_bits = 0
+        """Of all frames that the driver took, with worst-case stuffing."""
         self._bus: can.BusABC | None = self._opened()
         self._failed = False
         self._bus_off = False
@@ -79,6 +83,7 @@ class SteadyBus:
                 if self._bus is not None:
                     message.timestamp = self._mark
                     self._bus.send(message)
+                    self.sent_bits += bits_of(message)
                 return
             except (can.CanError, OSError) as error:
                 problem = str(error)
@@ -142,3 +147,9 @@ class SteadyBus:
         with self._lock:
             self._bus = bus
         return bus
+
+
+def bits_of(message: can.Message) -> int:
+    """Bits of a frame on the wire with worst-case stuffing; an extended identifier has 20 more, 5 stuffed ones too."""
+    bits = _BITS[0 if message.is_remote_frame else min(len(message.data), 8)]
+    return bits + 25 if message.is_extended_id else bits

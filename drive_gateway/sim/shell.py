@@ -3,7 +3,7 @@
 import logging
 import threading
 import time
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from math import ceil
 from types import TracebackType
 from typing import Self
@@ -22,6 +22,8 @@ from drive_gateway.sim.axis.full_servo import FullServo
 from drive_gateway.sim.axis.robot_load import RobotLoad, RobotTorques, Shaft
 from drive_gateway.sim.bus import SimulatedBus
 from drive_gateway.sim.node import SimulatedNode
+from drive_gateway.sim.ordered_faults import OrderedFaults
+from drive_gateway.sim.pace import REMEDY, Pace
 
 _log = logging.getLogger(__name__)
 
@@ -52,6 +54,9 @@ class SimulatedDrives:
         self._settings = settings.bus
         self.nodes = simulated_nodes(settings, robots)
         self._carrier = SimulatedBus(self.nodes, settings.bus.bitrate if settings.simulation.wire_time else None)
+        self.faults = OrderedFaults(self.nodes)
+        self.on_slow: Callable[[str], None] = _say_slow
+        """Called by the drives' thread when they do not keep up with the clock."""
         self.problem = ""
         self.ended = threading.Event()
         self._closing = threading.Event()
@@ -85,10 +90,10 @@ class SimulatedDrives:
             self.ended.set()
 
     def _serve(self, bus: SteadyBus) -> None:
-        stepped = 0.0
+        stepped, pace = 0.0, Pace()
         while not self._closing.is_set():
             message = bus.receive(self._patience(stepped + STEP_S))
-            now = time.monotonic()
+            begin = now = time.monotonic()
             if message is not None:
                 now -= _age(message)
                 if not message.is_extended_id:
@@ -96,9 +101,13 @@ class SimulatedDrives:
                     _send(bus, self._carrier.receive(frame, now))
             if now - stepped >= STEP_S:
                 stepped = now
+                self.faults.step(now)
                 _send(bus, self._carrier.step(now))
             else:
                 _send(bus, self._carrier.carry(now))
+            slow = pace.worked(begin, time.monotonic())
+            if slow:
+                self.on_slow(slow)
 
     def _tell(self, news: BusNews) -> None:
         """Drives live on without a bus and miss their master; only people need to know why."""
@@ -174,6 +183,10 @@ def run_simulated_drives(settings: GatewaySettings, stop: threading.Event, robot
             if drives.ended.is_set():
                 return 1
     return 0
+
+
+def _say_slow(text: str) -> None:
+    _log.warning("%s; %s", text, REMEDY)
 
 
 def _age(message: can.Message) -> float:

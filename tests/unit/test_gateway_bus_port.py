@@ -162,3 +162,16 @@ def test_a_second_master_is_told(request: pytest.FixtureRequest) -> None:
         assert isinstance(told, BusDisturbed)
         assert "somebody else sends 080h" in told.text
         assert news.empty()
+
+
+def test_the_bits_of_all_frames_are_counted_whoever_sends_them_and_whatever_they_are(
+    request: pytest.FixtureRequest,
+) -> None:
+    with port_and_peer(request) as (port, peer, _):
+        port.send(CanFrame(SYNC, b""))
+        port.send(CanFrame(RPDO, bytes(8)))
+        peer.send(can.Message(arbitration_id=TPDO, data=bytes(6), is_extended_id=False))
+        peer.send(can.Message(arbitration_id=TPDO, data=b"", is_extended_id=True))
+        port.take()
+        # Worst case of the wire with 0, 8, 6 bytes, and 0 behind a 29-bit identifier (Davis et al. 2007, eq. 1).
+        assert port.bits == 55 + 135 + 115 + 80

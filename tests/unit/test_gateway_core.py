@@ -23,7 +23,7 @@ from cell.messages import (
 from drive_gateway.canopen.frame import CanFrame
 from drive_gateway.config.settings import RobotDrives
 from drive_gateway.gateway.bus_news import BusBack, BusDisturbed, BusFailed
-from drive_gateway.gateway.effects import Frame, TakeBlocks
+from drive_gateway.gateway.effects import DrivesSlow, Frame, TakeBlocks
 
 S = AxisStatus
 ENABLED = (S.OPERATION_ENABLED,) * 2
@@ -580,3 +580,11 @@ def test_the_tick_counts_syncs() -> None:
     world.ready()
     world.run(10 * CYCLE_S)
     assert world.feedback.tick == sum(frame.id == 0x080 for frame in world.frames)
+
+
+def test_simulated_drives_that_do_not_keep_up_are_an_event() -> None:
+    world = World()
+    world.tell(DrivesSlow("too slow"))
+    world.cycle()
+    (event,) = world.events
+    assert (event.code, event.severity, event.text) == ("simulation_slow", Severity.WARNING, "too slow")

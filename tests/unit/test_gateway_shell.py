@@ -7,7 +7,7 @@ import pytest
 from gateway_thread import running_gateway
 from gateway_world import block, s_motion
 
-from cell.messages import Claim, EnableDrives, ReadObject
+from cell.messages import Claim, EnableDrives, Fault, FaultDrive, ReadObject
 from drive_gateway.config.settings import BusSettings
 from drive_gateway.gateway.bus import BusError, open_bus
 
@@ -22,10 +22,12 @@ def test_a_bus_that_is_not_there_says_what_to_do(interface: str, channel: str, f
     assert f"{interface}:{channel}" in str(caught.value)
 
 
-def test_the_eds_that_a_node_keeps_comes_over_bus_and_zenoh_as_it_is() -> None:
+def test_the_eds_that_a_node_keeps_and_a_fault_on_command_go_over_bus_and_zenoh() -> None:
     with running_gateway() as (client, _stop, _codes):
         client.until(lambda: client.state is not None and client.state.ready)
         reply = client.ask(ReadObject(1, 0x1021, 0))
+        assert client.ask(FaultDrive(2, 1, Fault.EMERGENCY, 0x5112)).ok
+        client.until(lambda: [node.emergency_code for node in client.state.nodes] == [None, 0x5112])
     assert reply.ok, reply.text
     assert bytes.fromhex(reply.data) == (files("drive_gateway.sim") / "cia402_drive.eds").read_bytes()
 

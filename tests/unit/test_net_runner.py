@@ -3,6 +3,7 @@
 import gc
 import sys
 import time
+from itertools import pairwise
 from threading import Event
 
 from cell.core import Effect, Frozen, Publish
@@ -81,3 +82,15 @@ def test_the_interpreter_is_left_as_it_was() -> None:
 
 def test_every_boot_has_its_own_name() -> None:
     assert new_boot() != new_boot()
+
+
+def test_a_trimmed_loop_puts_its_next_cycle_off() -> None:
+    core, told = Recorder(3), []
+
+    def trim() -> float:
+        told.append(len(core.stepped))
+        return 0.03
+
+    run_core(core, period_s=0.001, inbox=list, perform=lambda _: None, stop=core.stop, trim=trim)
+    assert told == [1, 2, 3]
+    assert all(after - before > 0.03 for before, after in pairwise(core.stepped))

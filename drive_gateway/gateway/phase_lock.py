@@ -1,0 +1,59 @@
+"""Holds the SYNCs of a bus to multiples of its cycle by the cell clock, so that all buses of a cell keep in step."""
+
+from cell.messages import ManagerState
+from cell.net.clock import ManagerClock
+
+MOST_RATE = 100e-6
+"""[s/s] The cycle is never longer or shorter by more; drives and agents see nothing of it."""
+SILENT_S = 2.0
+"""A manager that was not heard for so long gives no clock."""
+_PROPORTIONAL = 0.5
+"""[1/s]"""
+_INTEGRAL = 0.25 * _PROPORTIONAL**2
+"""[1/s^2] Critical damping: both poles at half of the proportional gain."""
+_RE_WRAP = 0.75
+"""Of a cycle: beyond, the SYNC before or behind is so much nearer that it is the one to go for."""
+
+
+class PhaseLock:
+    """A phase-locked loop of second order over the instants at which cycles begin.
+
+    Where the manager's clock jumps, or another manager comes, the new phase is approached at `MOST_RATE` at most.
+    Without a manager the loop runs free, by the own clock.
+    """
+
+    def __init__(self, cycle_s: float) -> None:
+        self._cycle_s = cycle_s
+        self._clock = ManagerClock()
+        self._heard_at: float | None = None
+        self._drift = 0.0
+        self.error_s: float | None = None
+        """How much the newest SYNC was behind its moment by the cell clock, within one cycle; `None`: no manager."""
+
+    def heard(self, state: ManagerState, at: float) -> None:
+        """A manager's state arrived at `at` [s]."""
+        self._clock.heard(state, at)
+        self._heard_at = at
+
+    def trim(self, now: float) -> float:
+        """By how much the next cycle is to come later than a cycle behind this one, which began at `now` [s]."""
+        moment = self._clock.moment(now)
+        if moment is None or self._heard_at is None or now - self._heard_at > SILENT_S:
+            self.error_s, self._drift = None, 0.0
+            return 0.0
+        self.error_s = self._near(moment.seconds)
+        rate = _PROPORTIONAL * self.error_s + self._drift
+        if abs(rate) < MOST_RATE:
+            self._drift += _INTEGRAL * self.error_s * self._cycle_s
+        return -min(max(rate, -MOST_RATE), MOST_RATE) * self._cycle_s
+
+    def _near(self, cell_time: float) -> float:
+        """The phase error nearest to the last one, so that noise at half a cycle does not turn the way round."""
+        before = self.error_s or 0.0
+        error = before + _centred(cell_time - before, self._cycle_s)
+        return _centred(error, self._cycle_s) if abs(error) > _RE_WRAP * self._cycle_s else error
+
+
+def _centred(value: float, period: float) -> float:
+    """`value` less as many whole periods as bring it into [-period/2, period/2]."""
+    return value - period * round(value / period)
