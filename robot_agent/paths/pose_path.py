@@ -91,11 +91,11 @@ class _Joint:
 
 
 def _joint(legs: list[Leg], number: int) -> _Joint | None:
-    """How a leg and the next one meet; None where the robot stops."""
+    """How a leg and the next one meet; None where the robot stops or where the joints decide how they pass."""
     before, after = legs[number], legs[number + 1]
     if before.on_the_spot or after.on_the_spot or before.round_m == 0.0:
         return None
-    if before.tangential_rad != after.tangential_rad:
+    if before.tangential_rad != after.tangential_rad or before.flips != after.flips:
         return None
     meeting = Meeting.of(before, after)
     if meeting.turn_rad <= TANGENT_RAD:

