@@ -69,6 +69,8 @@ class Shaping:
     profile: ProfileKind = ProfileKind.S_CURVE
     filter_s: float = 0.0
     """Window of the filter on every axis; 0: none."""
+    blend_m: float = 1e-4
+    """How far blending a step of the curvature may leave the programmed curve."""
 
     def __post_init__(self) -> None:
         if self.profile is ProfileKind.TRAPEZOIDAL and self.filter_s == 0.0:

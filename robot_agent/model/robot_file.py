@@ -102,6 +102,9 @@ class MotionEntry(BaseModel):
         le=1000,
         description="window of the Gaussian filter on every axis [ms]; 0: none; motions last longer by it",
     )
+    blend_mm: float = Field(
+        0.1, gt=0, le=1, description="how far blending a step of the curvature may leave the programmed curve [mm]"
+    )
 
     @model_validator(mode="after")
     def _smooth(self) -> Self:
@@ -110,7 +113,7 @@ class MotionEntry(BaseModel):
         return self
 
     def shaping(self) -> Shaping:
-        return Shaping(self.profile, self.filter_ms / 1000.0)
+        return Shaping(self.profile, self.filter_ms / 1000.0, self.blend_mm / 1000.0)
 
 
 class RobotFile(BaseModel):

@@ -45,6 +45,8 @@ class Leg:
     """`(3,)` [rad/m] at which the flange arrives turning, where a spline takes it over from a joint move."""
     last_turn: Numbers | None = None
     """The same for a joint move behind it."""
+    flips: bool = False
+    """The wrist may change its branch here, which holds for all of a path."""
 
 
 def legs(
@@ -152,10 +154,11 @@ def _line(index: int, block: Line, start: Numbers) -> list[Leg]:
         return []
     length = line.length_m
     if length == 0.0:
-        return [_on_the_spot(index, start[:3, 3], start[:3, :3], line.axis, line.angle)]
-    turn = Turn(start[:3, :3], line.axis, line.angle / length, 0.0)
+        turn = _on_the_spot(index, start[:3, 3], start[:3, :3], line.axis, line.angle)
+        return [replace(turn, flips=block.wrist_may_flip)]
+    even = Turn(start[:3, :3], line.axis, line.angle / length, 0.0)
     curve = Straight(start[:3, 3], line.displacement / length, length)
-    return [Leg(index, curve, (turn,), (length,), False, False, block.round_m)]
+    return [Leg(index, curve, (even,), (length,), False, False, block.round_m, flips=block.wrist_may_flip)]
 
 
 def _on_the_spot(index: int, place: Numbers, rotation: Numbers, axis: Numbers, angle: float) -> Leg:

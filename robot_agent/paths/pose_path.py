@@ -13,8 +13,6 @@ from robot_agent.paths.orientation import Orientation, Turn, Window, swing
 from robot_agent.paths.tangential import Tangential, aligned
 from robot_agent.paths.transition import Transition
 
-BLEND_TOLERANCE_M = 1e-4
-"""How far blending a step of the curvature may leave the programmed curve."""
 _SHARES = np.linspace(0.0, 1.0, 33)
 """Where a curve that joins two others is looked at."""
 _LONGEST_BLEND_M = 0.05
@@ -69,15 +67,18 @@ def _poses(rotation: Numbers, place: Numbers) -> Numbers:
     return poses
 
 
-def pose_paths(legs: list[Leg]) -> list[PosePath]:
-    """Paths from consecutive legs: one as far as there is no corner that stays sharp."""
+def pose_paths(legs: list[Leg], blend_m: float) -> list[PosePath]:
+    """Paths from consecutive legs: one as far as there is no corner that stays sharp.
+
+    Blending a step of the curvature may leave the programmed curve by `blend_m`.
+    """
     joints = [_joint(legs, number) for number in range(len(legs) - 1)]
     paths, first = [], 0
     for number in range(len(legs)):
         if number == len(legs) - 1 or joints[number] is None:
             group = legs[first : number + 1]
-            paths += [_Assembly([turn], []).path() for turn in turn_before(group[0])]
-            paths.append(_Assembly(group, [joint for joint in joints[first:number] if joint]).path())
+            paths += [_Assembly([turn], [], blend_m).path() for turn in turn_before(group[0])]
+            paths.append(_Assembly(group, [joint for joint in joints[first:number] if joint], blend_m).path())
             first = number + 1
     return paths
 
@@ -91,11 +92,11 @@ class _Joint:
 
 
 def _joint(legs: list[Leg], number: int) -> _Joint | None:
-    """How a leg and the next one meet; None where the robot stops."""
+    """How a leg and the next one meet; None where the robot stops or where the joints decide how they pass."""
     before, after = legs[number], legs[number + 1]
     if before.on_the_spot or after.on_the_spot or before.round_m == 0.0:
         return None
-    if before.tangential_rad != after.tangential_rad:
+    if before.tangential_rad != after.tangential_rad or before.flips != after.flips:
         return None
     meeting = Meeting.of(before, after)
     if meeting.turn_rad <= TANGENT_RAD:
@@ -108,8 +109,8 @@ def _joint(legs: list[Leg], number: int) -> _Joint | None:
 class _Assembly:
     """Puts legs and what joins them one behind the other."""
 
-    def __init__(self, legs: list[Leg], joints: list[_Joint]) -> None:
-        self._legs = legs
+    def __init__(self, legs: list[Leg], joints: list[_Joint], blend_m: float) -> None:
+        self._legs, self._blend_m = legs, blend_m
         self._meetings = [joint.meeting for joint in joints]
         self._cuts = [0.0, *[joint.cut_m for joint in joints], 0.0]
         self._curves: list[Curve] = []
@@ -225,14 +226,14 @@ class _Assembly:
         if kink <= _KINK_RAD and step <= _CURVATURE_STEP:
             self._met[number] = meeting.passed(0.0)
             return None, 0.0
-        expected = math.sqrt(BLEND_TOLERANCE_M / (_BLENDED * max(step, _CURVATURE_STEP)))
+        expected = math.sqrt(self._blend_m / (_BLENDED * max(step, _CURVATURE_STEP)))
         wide = min(0.45 * before.length_m, 0.45 * after.length_m, _LONGEST_BLEND_M, expected)
         for _ in range(8):
             blend = joining(before.at(np.array(before.length_m - wide)), after.at(np.array(wide)), 2.0 * wide)
             away = _deviation(blend, before, after, wide)
-            if away <= BLEND_TOLERANCE_M:
+            if away <= self._blend_m:
                 break
-            wide *= 0.95 * math.sqrt(BLEND_TOLERANCE_M / away)
+            wide *= 0.95 * math.sqrt(self._blend_m / away)
         self._met[number] = meeting.passed(away)
         return blend, wide
 

@@ -6,29 +6,26 @@ import numpy as np
 
 from robot_agent.kinematics import Model
 from robot_agent.paths.curves import hermite
-from robot_agent.paths.pose_path import BLEND_TOLERANCE_M
 from robot_agent.paths.transition import Transition
 from robot_agent.trajectory.flange_way import with_flange
 from robot_agent.trajectory.joint_meeting import JointMeeting
 from robot_agent.trajectory.joint_path import JointPath, Numbers, joined
+from robot_agent.trajectory.limits import Limits
 from robot_agent.trajectory.pieces import Pieces
 
 _FLANGE_SAMPLES = 65
 _BRIDGE_SAMPLES = 33
 
 
-def connected(model: Model, velocity: Numbers, first: JointPath, second: JointPath) -> JointPath | Transition:
-    """One path out of two that meet without a stop: tangential, or with a round edge; else why the robot stops.
-
-    `velocity` `(n,)` are the joints' speed limits.
-    """
-    meeting = JointMeeting.of(model, velocity, first, second)
+def connected(model: Model, limits: Limits, first: JointPath, second: JointPath) -> JointPath | Transition:
+    """One path out of two that meet without a stop: tangential, or with a round edge; else why the robot stops."""
+    meeting = JointMeeting.of(model, limits.velocity, first, second)
     if first.stops_for:
         return meeting.stop(first.stops_for)
     if meeting.smooth:
         return _told(joined(first, second), meeting.passed(None))
     if meeting.tangential:
-        return _blended(model, first, second, meeting)
+        return _blended(model, first, second, limits.shaping.blend_m, meeting)
     if first.round_m is None:
         return meeting.stop("there is no round edge")
     if meeting.sharp:
@@ -58,15 +55,15 @@ def _rounded(model: Model, first: JointPath, second: JointPath, round_m: float, 
     return _told(bridge, meeting.rounded(round_m, min(round_m, reach), deviation_m))
 
 
-def _blended(model: Model, first: JointPath, second: JointPath, meeting: JointMeeting) -> JointPath:
+def _blended(model: Model, first: JointPath, second: JointPath, blend_m: float, meeting: JointMeeting) -> JointPath:
     """The step of the curvature spread over as much of both paths as the tolerance allows."""
     wide = 0.45 * min(first.length - first.corner_lengths[1], second.corner_lengths[0])
     for _ in range(8):
         bridge = _bridge(model, first, second, wide)
         away = _deviation(model, first, second, bridge, wide)
-        if away <= BLEND_TOLERANCE_M:
+        if away <= blend_m:
             break
-        wide *= min(0.7, 0.95 * float(np.sqrt(BLEND_TOLERANCE_M / away)))
+        wide *= min(0.7, 0.95 * float(np.sqrt(blend_m / away)))
     return _told(bridge, meeting.passed(away))
 
 

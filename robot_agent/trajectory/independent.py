@@ -1,5 +1,6 @@
 """Joint moves in which each joint goes at its own speed: all start together, each arrives when it does."""
 
+import math
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -58,7 +59,8 @@ class Independent:
 
     def _excess(self, model: Model, pieces: Pieces, limits: Limits) -> float:
         """How much slower the clock must run so that joints, flange and caps are kept."""
-        t = np.append(pieces.knots, (pieces.knots[:-1] + pieces.knots[1:]) / 2.0)
+        even = np.linspace(0.0, pieces.duration_s, math.ceil(pieces.duration_s / _PIECE_S) + 1)
+        t = np.append(pieces.knots, even)
         qd = pieces.derivatives(t)[0]
         twist = (model.jacobian(pieces.position(t)) @ qd[..., None])[..., 0]
         caps = (

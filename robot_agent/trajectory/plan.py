@@ -132,7 +132,7 @@ class _Paths:
     ) -> JointPath | Independent | Transition:
         """Both in one, or the stop between them."""
         if isinstance(before, JointPath) and isinstance(path, JointPath):
-            return connected(self._model, self._limits.velocity, before, path)
+            return connected(self._model, self._limits, before, path)
         blocks = before.stretches[-1].block, path.stretches[0].block
         return Transition(*blocks, Continuity.C0, Passing.STOPS, _BY_ITSELF)
 
@@ -193,7 +193,8 @@ class _Paths:
         for index, block in blocks:
             self._check_poses(index, block)
         try:
-            return pose_paths(legs(blocks, self._model.forward(q), arrival, departure))
+            made = legs(blocks, self._model.forward(q), arrival, departure)
+            return pose_paths(made, self._limits.shaping.blend_m)
         except PathError as error:
             raise PlanError(error.block, self._blocks[error.block].line, error.reason, error.hint) from error
 

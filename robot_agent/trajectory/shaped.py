@@ -119,6 +119,8 @@ def _flange_move(path: JointPath, limits: Limits) -> Timed | None:
     ends = path.pieces.shape(path.pieces.knots)[:2, :, path.joints :]
     way, turn = ends[0, -1]
     along = 0 if way > 0.0 else 1
+    if (ends[1, :, along] <= 0.0).any():  # it goes and turns on the spot by turns
+        return None
     rates = ends[1, :, 1] / ends[1, :, along]
     bend = float(path.curvature[:, 1].max())
     if along == 0 and (np.ptp(rates) * way > _EVEN or np.ptp(path.curvature[:, 1]) > _EVEN * max(1.0, bend)):

@@ -8,6 +8,7 @@ from itertools import groupby, pairwise
 import numpy as np
 
 from robot_agent.kinematics import Model
+from robot_agent.model.description import DEFAULT_SHAPING
 from robot_agent.paths import JointMove, Passing, Sequence, Spline
 from robot_agent.paths.legs import legs
 from robot_agent.paths.pose_path import PosePath, pose_paths
@@ -56,12 +57,12 @@ def curves(model: Model, sequence: Sequence, start: np.ndarray) -> list[list[Cur
     for joint_move, group in groupby(enumerate(sequence.blocks), key=lambda each: isinstance(each[1], JointMove)):
         if not joint_move:
             moves, pose = list(group), model.forward(q)
-            for path in pose_paths(legs(moves, pose, arrival)):
+            for path in pose_paths(legs(moves, pose, arrival), DEFAULT_SHAPING.blend_m):
                 q = model.track(path.poses(np.linspace(0.0, path.length_m, int(100 * path.length_m) + 200)), q)[-1]
             last, following = moves[-1][0], sequence.blocks[moves[-1][0] + 1 : moves[-1][0] + 2]
             goes_on = following and isinstance(sequence.blocks[last], Spline) and sequence.blocks[last].round_m != 0.0
             departure = direction(model, q, following[0].target - q) if goes_on else None
-            for path in pose_paths(legs(moves, pose, arrival, departure)):
+            for path in pose_paths(legs(moves, pose, arrival, departure), DEFAULT_SHAPING.blend_m):
                 begins = 0.0
                 for block, end in zip(path.blocks, path.block_ends_m, strict=True):
                     made[block].append(Curve(path, partial(places_on, path), begins, end, end - begins))

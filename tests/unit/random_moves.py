@@ -1,5 +1,6 @@
 """Random sequences of all kinds of moves in front of the example arm."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -42,3 +43,32 @@ def sequence(seed: int, longest: int = 20, joint_moves: bool = True) -> Sequence
                 poses = np.array([pose(rng) for _ in range(rng.integers(1, 4))])
                 blocks.append(Spline(poses, line, speed_m_s=speed, round_m=edge))
     return Sequence(blocks)
+
+
+def decorated(seed: int, longest: int = 8) -> Sequence:
+    """The same, with caps on flange and joints, tools that follow the path, arcs by angle and joints not in step.
+
+    Arcs go up to a turn and a half, both ways.
+    """
+    rng = np.random.default_rng([seed, 1])
+    return Sequence([_decorated(block, rng) for block in sequence(seed, longest).blocks])
+
+
+def _decorated(block: Block, rng: np.random.Generator) -> Block:
+    block = replace(
+        block,
+        speed_m_s=_sometimes(rng, 0.1, 1.0),
+        rotation_rad_s=_sometimes(rng, 0.2, 2.0),
+        joint_speed_rad_s=_sometimes(rng, 0.2, 2.0),
+    )
+    chance, angle = rng.uniform(), rng.uniform(-np.pi, np.pi)
+    if isinstance(block, JointMove):
+        return replace(block, synchronised=False, round_m=None) if chance < 0.3 else block
+    if chance < 0.2:
+        block = replace(block, tangential_rad=angle)
+    return replace(block, angle_rad=3.0 * angle) if isinstance(block, Arc) and chance < 0.5 else block
+
+
+def _sometimes(rng: np.random.Generator, low: float, high: float) -> float | None:
+    value = float(rng.uniform(low, high))
+    return value if rng.uniform() < 0.4 else None

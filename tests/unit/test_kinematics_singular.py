@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from robot_families import random_joints, robot
+from six_axis_arm import VECTORS, arm
 
 from cell.geometry import from_xyz_abc
 from robot_agent.model import Family
@@ -89,3 +90,9 @@ def test_a_delta_is_singular_where_an_arm_is_in_line_with_its_rod() -> None:
     measure = model.singularity(solutions.joints[last, 0])
     assert str(measure.name).startswith("arm")
     assert measure.nearest < 0.2
+
+
+def test_determinants_of_the_jacobian_beside_the_singular_wrist_are_those_worked_out() -> None:
+    bends, worked = np.array(VECTORS["determinant"]["by_j5_deg"]).T
+    joints = np.radians([[10.0, 20.0, 30.0, 40.0, bend, 60.0] for bend in bends])
+    np.testing.assert_allclose(np.linalg.det(arm().jacobian(joints)), worked, atol=1e-6)

@@ -46,11 +46,11 @@ def test_a_jerk_that_is_left_out_is_ten_times_the_acceleration(tmp_path: Path) -
     assert robot.path.angular_jerk_rad_s3 == pytest.approx(10.0 * robot.path.angular_acceleration_rad_s2)
 
 
-def test_profile_and_filter_are_named_in_the_robot_file(tmp_path: Path) -> None:
+def test_profile_filter_and_blend_are_named_in_the_robot_file(tmp_path: Path) -> None:
     assert load_description(SIX_AXIS).shaping == Shaping()
-    motion = "ramp_factor: 1.5\nmotion: {profile: sinusoidal, filter_ms: 25}"
+    motion = "ramp_factor: 1.5\nmotion: {profile: sinusoidal, filter_ms: 25, blend_mm: 0.5}"
     robot = load_description(Copy(tmp_path).change(ROBOT, "ramp_factor: 1.5", motion).robot)
-    assert robot.shaping == Shaping(ProfileKind.SINUSOIDAL, 0.025)
+    assert robot.shaping == Shaping(ProfileKind.SINUSOIDAL, 0.025, 0.0005)
 
 
 @pytest.mark.parametrize(("joints", "position_mm"), FK_OF_THE_BOOK.items())
@@ -91,6 +91,8 @@ def test_neighbouring_capsules_of_the_arm_touch_at_home() -> None:
          "motion: found a mapping, allowed trapezoidal only together with filter_ms above 0: its acceleration steps"),
         ("ramp_factor: 1.5", "ramp_factor: 1.5\nmotion: {filter_ms: -5}", "filter_ms: §-5",
          "motion.filter_ms: found -5, allowed 0 or more"),
+        ("ramp_factor: 1.5", "ramp_factor: 1.5\nmotion: {blend_mm: 2}", "blend_mm: §2",
+         "motion.blend_mm: found 2, allowed 1 or less"),
         ("acceleration: 280, jerk: 2800", "acceleration: -280", "acceleration: §-280",
          "joints.J1.acceleration: found -280, allowed more than 0"),
         ("acceleration: 280, jerk: 2800", "acceleration: 280, acceleration_down: 0", "acceleration_down: §0",

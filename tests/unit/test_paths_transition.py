@@ -10,7 +10,6 @@ from test_trajectory_transitions import at, beside, planned
 
 from robot_agent.paths import Arc, Block, Continuity, JointMove, Line, Passing, Spline, Transition
 from robot_agent.paths.orientation import rotation_vectors
-from robot_agent.paths.pose_path import BLEND_TOLERANCE_M
 from robot_agent.trajectory import Motion, plan
 
 C0, C1, C2 = Continuity
@@ -138,7 +137,7 @@ def test_every_border_is_told_and_only_where_it_says_so_the_robot_stops(seed: in
     assert [(each.before, each.block) for each in borders] == [(k, k + 1) for k in range(len(moves) - 1)]
     stops = [each for each in motion.transitions if each.passing is STOPS]
     np.testing.assert_allclose(motion.ends[[each.before for each in stops]], motion.rests[1:-1], atol=1e-9)
-    assert all(each.deviation_m <= BLEND_TOLERANCE_M for each in borders if each.passing is BLENDED)
+    assert all(each.deviation_m <= LIMITS.shaping.blend_m for each in borders if each.passing is BLENDED)
     for each in borders:
         assert_as_the_joints_feel_it(motion, each)
 

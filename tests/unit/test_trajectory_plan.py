@@ -195,6 +195,30 @@ class TestWristSingularity:
         poses = motion.pose(motion.grid)
         np.testing.assert_allclose(poses[:, [0, 2], 3], [[1.755, 2.66]] * len(poses), atol=1e-5)
 
+    def part(self, y: float, flips: bool) -> Line:
+        _, line = self.line(2.66)
+        pose = line.target_pose.copy()
+        pose[1, 3] = y
+        return replace(line, target_pose=pose, wrist_may_flip=flips)
+
+    @pytest.mark.parametrize("flips", [[True, False], [False, True, False]])
+    def test_a_line_that_goes_on_beside_one_that_may_flip_is_passed_without_a_stop(self, flips: list[bool]) -> None:
+        ends = np.linspace(-0.15, 0.15, 2 + len(flips))[2:]
+        ends[0] = 0.06 if flips[0] else -0.06
+        start, _ = self.line(2.66)
+        moves = [self.part(y, flip) for y, flip in zip(ends, flips, strict=True)]
+        motion = plan(arm(position_deg=720.0), Sequence(moves), LIMITS, start=start)
+        assert_inside_limits(motion)
+        np.testing.assert_array_equal(motion.rests, [0.0, motion.duration_s])
+        np.testing.assert_allclose(motion.pose(motion.grid)[:, [0, 2], 3] - [1.755, 2.66], 0.0, atol=1e-5)
+
+    def test_only_the_line_that_asks_for_it_may_flip(self) -> None:
+        start, _ = self.line(2.66)
+        moves = [self.part(-0.06, True), self.part(0.06, False), self.part(0.15, True)]
+        with pytest.raises(PlanError, match="use a joint move") as caught:
+            plan(arm(position_deg=720.0), Sequence(moves), LIMITS, start=start)
+        assert caught.value.block == 1
+
 
 def test_target_outside_a_joints_range_is_named() -> None:
     with pytest.raises(PlanError, match=r"joint J3 would need 229.18 deg, allowed -180.00 to") as caught:

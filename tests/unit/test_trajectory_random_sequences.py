@@ -1,13 +1,14 @@
 """Random sequences of 2 to 20 moves of all kinds: no limit exceeded, on the geometry, at rest at both ends."""
 
+from collections.abc import Callable, Container
 from dataclasses import replace
 
 import numpy as np
 import pytest
 from commanded_geometry import blended_m, curves, deviations_m, outside_of_corners
-from random_moves import LIMITS, MODEL, START, sequence
+from random_moves import LIMITS, MODEL, START, decorated, sequence
 
-from robot_agent.paths import JointMove, Sequence
+from robot_agent.paths import Block, JointMove, Sequence
 from robot_agent.trajectory import Motion, PlanError, plan
 from robot_agent.trajectory.joint_path import JointPath
 from robot_agent.trajectory.path_limits import PathLimits
@@ -18,14 +19,15 @@ from robot_agent.trajectory.shaped import in_time
 DT = 0.004
 ALLOWED = np.stack([LIMITS.velocity, LIMITS.acceleration, LIMITS.jerk])
 EXCESS = 1.001
-IN_TEST, IN_ALL = 16, 216
+IN_TEST, IN_ALL = range(16), 216
+DECORATED_IN_TEST, DECORATED_IN_ALL = (10, 22, 56), 203
 BUILD_S = float((LIMITS.acceleration / LIMITS.jerk).max())
 
 
-def planned(number: int) -> tuple[Sequence, Motion]:
+def planned(number: int, drawn: Callable[[int], Sequence] = sequence) -> tuple[Sequence, Motion]:
     """A sequence and its motion; poses out of reach or range are drawn again."""
     for draw in range(20):
-        moves = sequence(number + 1000 * draw)
+        moves = drawn(number + 1000 * draw)
         try:
             return moves, plan(MODEL, moves, LIMITS, start=START, cycle_s=DT)
         except PlanError:
@@ -60,8 +62,29 @@ def assert_flange_inside_its_speeds(moves: Sequence, motion: Motion, taus: list[
         assert (speeds <= EXCESS * np.array([cap, LIMITS.path.angular_speed_rad_s])).all(), f"block {block.line}"
 
 
-def some(number: int, of_test: int) -> object:
-    return pytest.param(number, marks=[] if number < of_test else [pytest.mark.soak])
+def caps(block: Block) -> np.ndarray:
+    """What a block allows the flange's speed and rotation and the joints' own speed, the path's limits included."""
+    asked = np.array([block.speed_m_s, block.rotation_rad_s, block.joint_speed_rad_s], dtype=float)
+    path = LIMITS.path
+    own = [np.inf, np.inf] if isinstance(block, JointMove) else [path.speed_m_s, path.angular_speed_rad_s]
+    return np.fmin(asked, [*own, np.inf])
+
+
+def assert_caps_kept_at_every_millisecond(moves: Sequence, motion: Motion) -> None:
+    """In corners too: each half of one keeps what its block asks for."""
+    tau = np.arange(0.0, motion.duration_s, 0.001)
+    block, qd = motion.block_at(tau), motion.qd(tau)
+    twist = (MODEL.jacobian(motion.q(tau)) @ qd[..., None])[..., 0]
+    speeds = [np.linalg.norm(each, axis=1) for each in (twist[:, :3], twist[:, 3:], qd)]
+    allowed = np.array([[*caps(each), getattr(each, "speed", 1.0)] for each in moves.blocks])[block]
+    share = (np.abs(qd) / LIMITS.velocity).max(axis=1)
+    used = np.column_stack([*speeds, share]) / np.fmax(allowed, 1e-300)
+    worst = np.unravel_index(used.argmax(), used.shape)
+    assert used.max() <= EXCESS, f"{used.max()} of cap {worst[1]}, block {block[worst[0]]}, at {tau[worst[0]]} s"
+
+
+def some(number: int, of_test: Container[int]) -> object:
+    return pytest.param(number, marks=[] if number in of_test else [pytest.mark.soak])
 
 
 @pytest.mark.parametrize("number", [some(number, IN_TEST) for number in range(IN_ALL)])
@@ -75,6 +98,14 @@ def test_random_sequence_keeps_its_limits_and_its_geometry(number: int) -> None:
     away, told = deviations_m(commanded, motion, taus), blended_m(commanded, motion)
     assert (told <= 1e-4).all()
     assert (away < told + 10e-6).all()
+
+
+@pytest.mark.parametrize("number", [some(number, DECORATED_IN_TEST) for number in range(DECORATED_IN_ALL)])
+def test_random_sequence_keeps_its_caps_and_limits_everywhere(number: int) -> None:
+    moves, motion = planned(number, decorated)
+    assert_joints_inside_limits(motion)
+    assert_smooth_and_at_rest(motion)
+    assert_caps_kept_at_every_millisecond(moves, motion)
 
 
 def quickest(path: JointPath, shape: bool) -> float:
@@ -105,19 +136,20 @@ def durations(number: int) -> np.ndarray | None:
 def test_sequence_that_jerk_slows_most_is_slowed_by_the_shape_of_its_path() -> None:
     """At a constant speed v a path with third derivative d already needs the jerk d v^3.
 
-    So 1.15 times the time without limits of jerk is not to be had on every path. For the worst of these sequences a
-    general solver (IPOPT: the same discretised problem with all of its limits, seven beginnings, up to four times as
-    many intervals) finds the optimum that the planner finds, to 0.01 %; it is 1.34 times as long as that bound.
+    For the worst of these sequences the speed at which that is all of the jerk makes the bound 1.27 times as long. What
+    is left, 1.13, is the search's: intervals half as long find 1.11, other beginnings also worse ends.
     """
     found = durations(27)
     assert found is not None
-    assert found[0] > 1.5 * found[1]
-    assert found[0] <= 1.1 * found[2]
+    assert found[2] > 1.25 * found[1]
+    assert found[0] <= 1.15 * found[2]
 
 
 @pytest.mark.soak
 def test_limits_of_jerk_cost_little_more_than_starts_stops_and_the_shape_of_the_path_on_50_sequences() -> None:
     found = np.array([each for number in range(60) if (each := durations(number)) is not None])[:50]
     assert len(found) == 50
-    assert (found[:, 0] <= 1.1 * found[:, 2]).all(), (found[:, 0] / found[:, 2]).max()
-    assert (found[:, 0] / found[:, 1]).mean() <= 1.15
+    slower = found[:, 0] / found[:, 1]
+    assert (found[:, 0] <= 1.15 * found[:, 2]).all(), (found[:, 0] / found[:, 2]).max()
+    assert slower.mean() <= 1.08
+    assert (slower <= 1.15).sum() >= 40

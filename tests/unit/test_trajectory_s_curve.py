@@ -45,6 +45,26 @@ def test_worked_examples_reproduce(row: list) -> None:
     assert profile.duration_s == pytest.approx(duration, abs=1e-6)
 
 
+@pytest.mark.parametrize(("speed", "acceleration", "jerk", "distance", "duration_s"), VECTORS["stops"])
+def test_worked_stops_reproduce(
+    speed: float, acceleration: float, jerk: float, distance: float, duration_s: float
+) -> None:
+    profile = s_curve(3.0 * distance, speed, acceleration, jerk)
+    begins_s = profile.duration_s - duration_s
+    place, at_speed, _, _ = profile.at(np.array(begins_s))
+    assert at_speed == pytest.approx(speed, rel=1e-9)
+    assert 3.0 * distance - place == pytest.approx(distance, rel=1e-5)
+    assert profile.zones[4:].sum() == pytest.approx(duration_s, rel=1e-5)
+
+
+def test_worked_zones_of_a_ramp_reproduce() -> None:
+    ramp = VECTORS["ramp"]
+    profile = s_curve(1.0, ramp["speed"], ramp["acceleration"], ramp["jerk"])
+    places, speeds = profile.at(np.cumsum(profile.zones[:3]))[:2]
+    np.testing.assert_allclose(np.diff(places, prepend=0.0), ramp["distances"], atol=1e-6)
+    np.testing.assert_allclose([speeds[0], places[2]], [ramp["first_speed"], ramp["distance"]], rtol=1e-9)
+
+
 @pytest.mark.parametrize(("distance", "speed", "acceleration", "jerk", "duration_s"), PROFILES["s_curve"])
 def test_worked_durations_of_the_second_source_reproduce(
     distance: float, speed: float, acceleration: float, jerk: float, duration_s: float

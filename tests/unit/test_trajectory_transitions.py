@@ -1,12 +1,13 @@
 """Where blocks meet: what is merged, what is rounded, and where the robot has to stop."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from random_moves import LIMITS, MODEL, START
 
 from cell.geometry import from_xyz_abc
 from robot_agent.paths import Arc, Block, JointMove, Line, Sequence, Spline
-from robot_agent.paths.pose_path import BLEND_TOLERANCE_M
 from robot_agent.trajectory import Motion, PlanError, plan
 
 HERE = MODEL.forward(START)
@@ -57,7 +58,18 @@ def test_line_into_arc_is_one_motion_whose_curvature_is_blended_within_the_toler
     motion = planned(Line(at(y_mm=200), 0.3, 1), arc)
     assert stops(motion) == 0
     (blend,) = motion.transitions
-    assert 0.0 < blend.deviation_m <= BLEND_TOLERANCE_M
+    assert 0.0 < blend.deviation_m <= LIMITS.shaping.blend_m
+
+
+@pytest.mark.parametrize("blend_mm", [0.01, 0.5])
+def test_blends_use_the_tolerance_of_the_robot_file_whether_flange_or_joints_pass_them(blend_mm: float) -> None:
+    limits = replace(LIMITS, shaping=replace(LIMITS.shaping, blend_m=blend_mm / 1000.0))
+    arc = Arc(at(y_mm=200 + 70.710678, z_mm=29.289322), at(y_mm=300, z_mm=100), 2)
+    for flips in False, True:  # a path of its own, so that the joints pass from it to the arc
+        moves = Line(at(y_mm=200), 0.3, 1, flips), arc
+        motion = plan(MODEL, Sequence(moves), limits, start=START)
+        (blend,) = motion.transitions
+        assert 0.4 * blend_mm < 1000.0 * blend.deviation_m <= blend_mm
 
 
 def test_round_edge_needs_no_stop_and_cuts_the_corner_as_worked() -> None:
@@ -92,6 +104,14 @@ def test_joint_move_that_goes_straight_on_is_merged() -> None:
     assert motion.duration_s == pytest.approx(planned(JointMove(START + 2 * way, 1.0, 1)).duration_s, rel=0.03)
 
 
+def test_a_turn_on_the_spot_behind_a_round_edge_keeps_the_limits_of_turning() -> None:
+    moves = Line(at(y_mm=100), None, 1, round_m=0.02), Line(at(y_mm=100, turn_deg=60), None, 2, rotation_rad_s=0.5)
+    for motion in planned(*moves), planned(replace(moves[0], rotation_rad_s=0.5), moves[1]):
+        tau = np.linspace(motion.ends[0], motion.duration_s, 500)
+        twist = (MODEL.jacobian(motion.q(tau)) @ motion.qd(tau)[..., None])[..., 0]
+        assert 0.49 < np.linalg.norm(twist[:, 3:], axis=1).max() < 0.5 * 1.001
+
+
 def test_a_corner_that_turns_back_is_a_stop_even_with_a_round_edge() -> None:
     motion = planned(Line(at(y_mm=200), None, 1, round_m=0.05), Line(at(y_mm=20, z_mm=10), None, 2))
     assert stops(motion) == 1
@@ -101,7 +121,9 @@ def test_splines_are_one_curve_through_their_points_and_ignore_round_edges() -> 
     points = [at(y_mm=100, z_mm=60), at(y_mm=200, z_mm=-40, turn_deg=10), at(y_mm=320, z_mm=20)]
     motion = planned(*[Spline(p[None], k, round_m=0.05) for k, p in enumerate(points, 1)])
     assert stops(motion) == 0
-    np.testing.assert_allclose(motion.pose(motion.ends)[:, :3, 3], np.array(points)[:, :3, 3], atol=BLEND_TOLERANCE_M)
+    np.testing.assert_allclose(
+        motion.pose(motion.ends)[:, :3, 3], np.array(points)[:, :3, 3], atol=LIMITS.shaping.blend_m
+    )
 
 
 def test_spline_leaves_a_line_in_its_direction() -> None:
