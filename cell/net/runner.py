@@ -43,11 +43,13 @@ def run_core(
     with _steady_interpreter(), scheduling(realtime):
         due = last = time.monotonic()
         while not stop.is_set():
+            messages = list(inbox())
+            # Only now: a process that freezes while it takes its messages finds new ones when it wakes.
             now = time.monotonic()
             if now - last > FREEZE_S:
                 core.receive(Frozen(now - last), now)
             last = now
-            for message in inbox():
+            for message in messages:
                 core.receive(message, now)
             for effect in core.step(now):
                 perform(effect)

@@ -33,7 +33,6 @@ from drive_gateway.gateway.phase_lock import PhaseLock
 from drive_gateway.gateway.robot import Robot
 from drive_gateway.gateway.scan import Scan
 from drive_gateway.gateway.trouble import Trouble
-from drive_gateway.sim.pace import REMEDY as PACE_REMEDY
 
 STATE_PERIOD_S = 0.2
 _SYNC, _TAKE_BLOCKS, _HEARTBEAT = Frame(SYNC_FRAME), TakeBlocks(), Frame(heartbeat_frame(NmtState.OPERATIONAL))
@@ -124,8 +123,8 @@ class GatewayCore:
                 self._calls.recorded(message)
             case RecordEnded(text):
                 self._log.info("recorded", text)
-            case DrivesSlow(text):
-                self._log.warn("simulation_slow", text, PACE_REMEDY)
+            case DrivesSlow(text, remedy):
+                self._log.warn("simulation_slow", text, remedy)
             case Shutdown():
                 self._on_shutdown(now)
 

@@ -55,9 +55,10 @@ class RecordSaid:
 
 @dataclass(frozen=True, slots=True)
 class DrivesSlow:
-    """The drives that this process simulates do not keep up; `text` says how much."""
+    """The drives that this process simulates do not keep up; `text` says how much, `remedy` what to do."""
 
     text: str
+    remedy: str
 
 
 @dataclass(frozen=True, slots=True)

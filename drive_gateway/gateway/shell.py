@@ -40,6 +40,7 @@ from drive_gateway.gateway.effects import (
 from drive_gateway.gateway.position_store import PositionStore
 from drive_gateway.gateway.recorder import LONGEST_S, Recorder
 from drive_gateway.gateway.sdo_workers import SdoWorkers
+from drive_gateway.sim.pace import REMEDY
 from drive_gateway.sim.shell import Robots, SimulatedDrives
 
 CLOSING_S = 5.0
@@ -142,7 +143,7 @@ class _Shell:
         self._deadline: float | None = None
         self._arrived: deque[object] = deque()
         if drives is not None:
-            drives.on_slow = lambda text: self._arrived.append(DrivesSlow(text))
+            drives.on_slow = lambda text: self._arrived.append(DrivesSlow(text, REMEDY))
         self.port = BusPort(settings.bus, self._on_frame, self._arrived.append)
         node_ids = {axis.node_id for drives in robots.values() for axis in drives.axes}
         self.workers = SdoWorkers(node_ids, self.port.send, self.port.attend, self._arrived.append)

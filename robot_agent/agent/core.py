@@ -23,12 +23,13 @@ from robot_agent.agent.announcer import Announcer
 from robot_agent.agent.axes import feedback_in_joints
 from robot_agent.agent.cell_clock import CellClock
 from robot_agent.agent.corrections import Corrections
+from robot_agent.agent.decisions import Decisions, Situation
 from robot_agent.agent.estop_latch import EstopLatch
 from robot_agent.agent.executive import Executive
 from robot_agent.agent.gateway_link import GatewayLink
 from robot_agent.agent.idle import IdleClock
 from robot_agent.agent.jogging import Jogging
-from robot_agent.agent.operator import Operator, Situation
+from robot_agent.agent.operator import Operator
 from robot_agent.agent.pace import Pace
 from robot_agent.agent.planning import PlanFailed, Planned, Planner
 from robot_agent.agent.program_run import ProgramRun
@@ -68,9 +69,8 @@ class AgentCore:
         self.clock = CellClock()
         self.jogging = Jogging(robot, self.zones)
         self.corrections = Corrections(robot, cell.robots[robot].corrections, self.clock, self.zones)
-        self.operator = Operator(
-            robot, boot, cell.times.command_s, self.link, self.run, self.pace, self.jogging, self.corrections
-        )
+        decisions = Decisions(robot, self.run, self.pace, self.jogging, self.corrections)
+        self.operator = Operator(robot, boot, cell.times.command_s, self.link, decisions)
         self.mode = Mode.STARTING
         self.executive: Executive | None = None
         self._estop = EstopLatch()

@@ -584,7 +584,7 @@ def test_the_tick_counts_syncs() -> None:
 
 def test_simulated_drives_that_do_not_keep_up_are_an_event() -> None:
     world = World()
-    world.tell(DrivesSlow("too slow"))
+    world.tell(DrivesSlow("too slow", "use fewer axes"))
     world.cycle()
     (event,) = world.events
     assert (event.code, event.severity, event.text) == ("simulation_slow", Severity.WARNING, "too slow")

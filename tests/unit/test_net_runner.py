@@ -6,6 +6,8 @@ import time
 from itertools import pairwise
 from threading import Event
 
+import pytest
+
 from cell.core import Effect, Frozen, Publish
 from cell.net.runner import FREEZE_S, new_boot, run_core
 
@@ -38,19 +40,28 @@ def test_messages_come_before_the_step_and_effects_go_out_in_order() -> None:
     assert done == [Publish(1), Publish("x"), Publish(2), Publish("x")]
 
 
-def test_a_core_that_was_frozen_learns_it_before_the_old_messages() -> None:
+def freeze() -> None:
+    frozen_until = time.monotonic() + 2 * FREEZE_S
+    while time.monotonic() < frozen_until:
+        pass
+
+
+@pytest.mark.parametrize("where", ["between steps", "while messages are taken"])
+def test_a_core_that_was_frozen_learns_it_before_the_old_messages(where: str) -> None:
     core = Recorder(2)
     late: list[float] = []
 
-    def inbox() -> list[object]:
-        if core.stepped:
-            return ["old"]
-        frozen_until = time.monotonic() + 2 * FREEZE_S
-        while time.monotonic() < frozen_until:
-            pass
-        return []
+    def perform(effect: Effect) -> None:
+        if where == "between steps" and effect == Publish(1):
+            freeze()
 
-    run_core(core, period_s=0.01, inbox=inbox, perform=lambda _: None, stop=core.stop, on_late=late.append)
+    def inbox() -> list[object]:
+        if where == "while messages are taken" and not core.stepped:
+            freeze()
+            return ["old"]
+        return ["old"] if core.stepped and where == "between steps" else []
+
+    run_core(core, period_s=0.01, inbox=inbox, perform=perform, stop=core.stop, on_late=late.append)
     frozen, old = core.received
     assert isinstance(frozen, Frozen)
     assert frozen.gap_s > FREEZE_S

@@ -1,0 +1,250 @@
+"""What a robot does on an operator's call: allowed in which mode, and in what words."""
+
+from dataclasses import dataclass
+
+from cell.messages import (
+    Command,
+    Continue,
+    Disable,
+    DisableDrives,
+    DriveFeedback,
+    Enable,
+    EnableDrives,
+    Estop,
+    Jog,
+    Mode,
+    ResetDrives,
+    ResetRobot,
+    Run,
+    SetManual,
+    SetOverride,
+    Step,
+)
+from robot_agent.agent.cell_clock import CellClock
+from robot_agent.agent.corrections import Corrections
+from robot_agent.agent.executive import Executive
+from robot_agent.agent.jogging import Jogging
+from robot_agent.agent.pace import MANUAL_SPEED_M_S, Pace
+from robot_agent.agent.planning import Planner
+from robot_agent.agent.program_run import ProgramRun
+
+
+@dataclass(frozen=True, slots=True)
+class Situation:
+    """What decides whether a call is allowed."""
+
+    mode: Mode
+    executive: Executive | None
+    planner: Planner
+    estop: Estop | None
+    feedback: DriveFeedback
+    refused_by_manager: str
+    clock: CellClock
+
+
+@dataclass(frozen=True, slots=True)
+class Done:
+    """A call was carried out; the robot is now in `mode`."""
+
+    text: str
+    mode: Mode
+
+
+@dataclass(frozen=True, slots=True)
+class Refused:
+    text: str
+
+
+@dataclass(frozen=True, slots=True)
+class Passed:
+    """The gateway decides; the answer comes later."""
+
+    command: Command
+    mode: Mode
+
+
+Decision = Done | Refused | Passed
+
+
+class Decisions:
+    """Decides on calls and carries them out, as far as the robot's program, pace and jogging do that."""
+
+    def __init__(self, robot: str, run: ProgramRun, pace: Pace, jogging: Jogging, corrections: Corrections) -> None:
+        self._robot = robot
+        self._run = run
+        self._pace = pace
+        self._jogging = jogging
+        self._corrections = corrections
+
+    def halt(self, mode: Mode) -> Done:
+        """Braking is never refused, whatever the operator knew when he called."""
+        if mode is Mode.RUNNING:
+            self._pace.no_step()
+            return Done(f"{self._robot} brakes on its path; `cell continue {self._robot}` goes on", Mode.HALTED)
+        if mode is Mode.JOGGING:
+            self._jogging.end("halted")
+            return Done(f"{self._robot} comes to rest", mode)
+        return Done(f"{self._robot} is not running a program", mode)
+
+    def decide(self, command: Command, mode: Mode, situation: Situation, now: float, made_at: float) -> Decision:
+        """On a call that was made at `made_at` [s], in view of the robot."""
+        match command:
+            case Enable():
+                return self._enable(mode, situation)
+            case Disable():
+                return self._disable(mode, situation)
+            case Run():
+                return self._start(mode, situation, command, now)
+            case Continue():
+                return self._continue(mode, now)
+            case Step():
+                return self._step(mode, situation, now)
+            case SetOverride(percent):
+                return self._override(percent, mode)
+            case SetManual(on):
+                return self._manual(on, mode)
+            case Jog():
+                return self._jog(command, mode, situation, made_at)
+            case ResetRobot():
+                return self._reset(mode, situation)
+            case _:
+                return Refused(f"`{command.verb}` is not a call for a robot")
+
+    def _enable(self, mode: Mode, situation: Situation) -> Done | Refused | Passed:
+        if mode in (Mode.READY, Mode.RUNNING, Mode.HALTED):
+            return Done(f"{self._robot} is enabled already", mode)
+        if mode is Mode.DISABLED:
+            return Passed(EnableDrives(self._robot, situation.feedback.owner), Mode.ENABLING)
+        return Refused(f"{self._robot} is in mode {mode.value}: {self._way_out(mode)}")
+
+    def _disable(self, mode: Mode, situation: Situation) -> Done | Refused | Passed:
+        executive = situation.executive
+        if mode is Mode.DISABLED:
+            return Done(f"{self._robot} is disabled already", mode)
+        if mode not in (Mode.READY, Mode.HALTED) or executive is None:
+            return Refused(f"{self._robot} is in mode {mode.value}: {self._way_out(mode)}")
+        if not executive.at_rest(situation.feedback.tick):
+            return Refused(f"{self._robot} still moves: call again when it is at rest")
+        self._run.fail("the drives were switched off by an operator")
+        return Passed(DisableDrives(self._robot, situation.feedback.owner), Mode.READY)
+
+    def _start(self, mode: Mode, situation: Situation, run: Run, now: float) -> Done | Refused:
+        executive, feedback = situation.executive, situation.feedback
+        if mode is Mode.RUNNING:
+            return Refused(f"{self._robot} is running already: halt it first")
+        if mode not in (Mode.READY, Mode.HALTED) or executive is None:
+            return Refused(f"{self._robot} is in mode {mode.value}: {self._way_out(mode)}")
+        if situation.refused_by_manager:
+            return Refused(f"the manager refuses {self._robot}: {situation.refused_by_manager}")
+        if not executive.at_rest(feedback.tick):
+            return Refused(f"{self._robot} still moves: call again when it is at rest")
+        if self._pace.backwards:
+            override = f"`cell override {self._robot} 100`"
+            return Refused(f"{self._robot} has a negative override, a program begins forwards: {override}, then run it")
+        tick = situation.clock.start_tick(run.at, now) if run.at is not None else None
+        if isinstance(tick, str):
+            return Refused(tick)
+        end_tick = None
+        if tick is not None and run.lasting_s is not None:
+            end_tick = tick + round(run.lasting_s / executive.cycle_s)
+        executive.stand(situation.planner.standstill(feedback.commanded, ()), feedback.tick)
+        self._run.start(feedback.commanded, tick, end_tick)
+        self._pace.no_step()
+        return Done(f"{self._robot} runs {self._run.status.name} from its first line", Mode.RUNNING)
+
+    def _jog(self, command: Jog, mode: Mode, situation: Situation, made_at: float) -> Done | Refused:
+        executive = situation.executive
+        if mode not in (Mode.READY, Mode.HALTED, Mode.JOGGING) or executive is None:
+            return Refused(f"{self._robot} is in mode {mode.value}: {self._way_out(mode)}")
+        if situation.refused_by_manager:
+            return Refused(f"the manager refuses {self._robot}: {situation.refused_by_manager}")
+        if mode is not Mode.JOGGING and not executive.at_rest(situation.feedback.tick):
+            return Refused(f"{self._robot} still moves: call again when it is at rest")
+        why = self._jogging.why_not(command, situation.planner)
+        if why:
+            return Refused(why)
+        self._run.fail("the robot was jogged off its path by an operator")
+        self._jogging.begin(command, situation.planner, made_at)
+        return Done(f"{self._robot} jogs along {command.axis} while the key is held", Mode.JOGGING)
+
+    def _continue(self, mode: Mode, now: float) -> Done | Refused:
+        if mode is Mode.RUNNING:
+            self._pace.no_step()
+            return Done(f"{self._robot} is running", mode)
+        if mode is not Mode.HALTED:
+            return Refused(
+                f"{self._robot} is in mode {mode.value}, only a halted program can continue"
+                f"{f' ({self._run.error})' if self._run.error else ''}: {self._way_out(mode)}"
+            )
+        led_astray = self._led_astray(now)
+        if led_astray is not None:
+            return led_astray
+        self._pace.no_step()
+        return Done(f"{self._robot} goes on", Mode.RUNNING)
+
+    def _led_astray(self, now: float) -> Refused | None:
+        """The answer where what the program follows would halt it again at once."""
+        why = self._corrections.problem(now)
+        if not why:
+            return None
+        remedy = f"`cell continue {self._robot}`, or start it anew with `cell run {self._robot}`"
+        return Refused(f"{self._robot} would halt again at once: {why}; see to what is measured, then {remedy}")
+
+    def _step(self, mode: Mode, situation: Situation, now: float) -> Done | Refused:
+        if mode not in (Mode.RUNNING, Mode.HALTED):
+            started = self._start(mode, situation, Run(), now)
+            if isinstance(started, Refused):
+                return started
+        elif (led_astray := self._led_astray(now)) is not None:
+            return led_astray
+        self._pace.step()
+        where = "back to the beginning" if self._pace.backwards else "to the end"
+        return Done(f"{self._robot} goes {where} of the present block and halts there", Mode.RUNNING)
+
+    def _override(self, percent: float, mode: Mode) -> Done | Refused:
+        if not -100.0 <= percent <= 100.0:
+            return Refused(f"an override of {percent:g} % is not possible: -100 to 100 % are allowed")
+        followed = self._corrections.followed
+        if percent < 0.0 and followed:
+            return Refused(
+                f"{self._robot} follows {followed}, and a path that is led from outside cannot be gone back: "
+                f"0 to 100 % are allowed until its program comes to TRACK OFF; "
+                f"to back off, `cell halt {self._robot}`, then `cell jog {self._robot}`"
+            )
+        self._pace.override = percent / 100.0
+        if percent < 0.0:
+            back = "no farther than this motion's beginning, and not into a zone that it has given up"
+            return Done(f"{self._robot} goes back along its path at {-percent:g} %, {back}", mode)
+        return Done(f"{self._robot} follows its path at {percent:g} % of the planned speed", mode)
+
+    def _manual(self, on: bool, mode: Mode) -> Done:
+        self._pace.manual = on
+        if not on:
+            return Done(f"{self._robot} is in automatic operation, at its planned speed", mode)
+        return Done(f"{self._robot} is in manual operation, at most {1000.0 * MANUAL_SPEED_M_S:.0f} mm/s", mode)
+
+    def _reset(self, mode: Mode, situation: Situation) -> Done | Refused | Passed:
+        if mode is Mode.FAULT:
+            return Passed(ResetDrives(self._robot, situation.feedback.owner), mode)
+        if situation.estop is not None:
+            return Refused(f"an emergency stop by {situation.estop.by} is active: clear it with `cell reset`")
+        return Done(f"{self._robot} has no fault", mode)
+
+    def _way_out(self, mode: Mode) -> str:
+        match mode:
+            case Mode.DISABLED | Mode.ENABLING:
+                return f"enable it with `cell enable {self._robot}`"
+            case Mode.READY:
+                return f"start its program with `cell run {self._robot}`"
+            case Mode.RUNNING:
+                return f"halt it first with `cell halt {self._robot}`"
+            case Mode.HALTED:
+                return f"go on with `cell continue {self._robot}`"
+            case Mode.JOGGING:
+                return "let the jog key go"
+            case Mode.ESTOP:
+                return "clear the emergency stop with `cell reset`"
+            case Mode.FAULT:
+                return f"acknowledge it with `cell reset {self._robot}`"
+            case Mode.STARTING:
+                return "wait until its gateway has accepted it"
