@@ -10,7 +10,7 @@ from live_cell import LiveCell, Recorder, ask, echo
 from cell.messages import Mode, RobotState, Run
 
 FROZEN_S = 0.3
-"""Longer than what counts as a freeze, and with the pause of the keep-alive before it shorter than the lease of a link."""
+"""Longer than what counts as a freeze; with the pause of keep-alives before it shorter than the lease of a link."""
 
 
 def test_a_run_sent_to_a_frozen_agent_is_refused_as_old(live: LiveCell) -> None:
