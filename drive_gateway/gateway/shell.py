@@ -99,19 +99,7 @@ def run_gateway(
             session = stack.enter_context(CellSession(cell, link, "gateway", settings.name, boot, zenoh_options))
         drives = stack.enter_context(SimulatedDrives(settings, robots)) if simulate else None
         shell = _Shell(core, settings, times, session, stop, store, drives)
-        stack.enter_context(shell.port)
-        stack.enter_context(shell.workers)
-        session.declare_alive()
-        run_core(
-            core,
-            period_s=settings.cycle_s,
-            inbox=shell.inbox,
-            perform=shell.perform,
-            stop=shell.ended,
-            trim=lambda: core.trim_s,
-            realtime=True,
-        )
-        return shell.exit_code
+        return shell.run()
 
 
 class _Shell:
@@ -149,6 +137,21 @@ class _Shell:
         self.workers = SdoWorkers(node_ids, self.port.send, self.port.attend, self._arrived.append)
         self.ended = Event()
         self.exit_code = 1
+
+    def run(self) -> int:
+        """The cycle, until the gateway has left its bus; the exit code."""
+        with self.port, self.workers:
+            self._session.declare_alive()
+            run_core(
+                self._core,
+                period_s=self._settings.cycle_s,
+                inbox=self.inbox,
+                perform=self.perform,
+                stop=self.ended,
+                trim=lambda: self._core.trim_s,
+                realtime=True,
+            )
+        return self.exit_code
 
     def inbox(self) -> list[object]:
         messages: list[object] = []

@@ -70,12 +70,6 @@ class MotorData:
         """[A], amplitude of a phase, that is never passed: above it the magnets suffer."""
         return sqrt(2.0) * self.peak_factor * self.stall_current_a
 
-    @property
-    def thermal_resistance(self) -> float:
-        """[K/W] between winding and surroundings."""
-        hot = 1.0 + COPPER_PER_K * self.rise_k
-        return self.rise_k / (3.0 * self.phase_resistance * hot * self.stall_current_a**2)
-
 
 def _sheet(
     name: str, rated: tuple[float, float, float], stall: tuple[float, float], constants: tuple[float, ...]
