@@ -49,7 +49,9 @@ class Owner:
         self._state: GatewayState | None = None
         self._ticks_before = -1
         """SYNCs before the first one that was heard."""
-        self._sequence, self._next = 0, 0.0
+        self._sequence = 0
+        self.due = 0.0
+        """When the next block is sent [s, time.monotonic()]."""
         self._count: int | None = None
         self._shown = 0
         self._sent: tuple[float, int] | None = None
@@ -88,9 +90,9 @@ class Owner:
         """Listen, and send the next block when it is due."""
         self._listen()
         feedback = self._feedback
-        if time.monotonic() < self._next or feedback is None or not feedback.enabled:
+        if time.monotonic() < self.due or feedback is None or not feedback.enabled:
             return
-        self._next = time.monotonic() + BLOCK_PERIOD_S + random.uniform(0.0, CYCLE_S)
+        self.due = time.monotonic() + BLOCK_PERIOD_S + random.uniform(0.0, CYCLE_S)
         if self._count is None:
             self._count = self._approach(feedback)
             return

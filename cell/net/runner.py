@@ -13,7 +13,10 @@ from cell.core import Core, Effect, Frozen
 
 FREEZE_S = 0.25
 """A gap between two steps above this is a freeze: what waits in the queues may be that old."""
-_SWITCH_INTERVAL_S = 1e-4
+AHEAD_S = 1e-3
+"""So long before a cycle a loop with `ahead` takes what has come by then."""
+_SWITCH_INTERVAL_S = 2e-5
+"""So long Zenoh's threads wait for the interpreter while a loop computes, and no longer."""
 _LOOP_PRIORITY, _FEEDING_PRIORITY = 50, 40
 
 
@@ -31,6 +34,7 @@ def run_core(
     stop: Event,
     on_late: Callable[[float], None] | None = None,
     trim: Callable[[], float] | None = None,
+    ahead: Callable[[], Iterable[object]] | None = None,
     realtime: bool = False,
 ) -> None:
     """Step `core` every `period_s` until `stop` is set.
@@ -38,29 +42,43 @@ def run_core(
     In each cycle the core gets what `inbox()` returns, steps once, and its effects go to `perform` one by one.
     A cycle that starts more than a period late is told to `on_late` (lateness in s); missed cycles are left out, never
     caught up. `trim` says after each step by how much [s] the next cycle comes later than a period.
+    With `ahead` the core gets what that returns `AHEAD_S` before a cycle is due, so that little is left for the cycle.
     `realtime` asks for SCHED_FIFO and does without when the process may not.
     """
+    last = time.monotonic()
+
+    def hand_over(source: Callable[[], Iterable[object]]) -> float:
+        nonlocal last
+        messages = list(source())
+        # Only now: a process that freezes while it takes its messages finds new ones when it wakes.
+        before, last = last, time.monotonic()
+        if last - before > FREEZE_S:
+            core.receive(Frozen(last - before), last)
+        for message in messages:
+            core.receive(message, last)
+        return last
+
     with _steady_interpreter(), scheduling(realtime):
-        due = last = time.monotonic()
+        due = time.monotonic()
         while not stop.is_set():
-            messages = list(inbox())
-            # Only now: a process that freezes while it takes its messages finds new ones when it wakes.
-            now = time.monotonic()
-            if now - last > FREEZE_S:
-                core.receive(Frozen(now - last), now)
-            last = now
-            for message in messages:
-                core.receive(message, now)
+            now = hand_over(inbox)
             for effect in core.step(now):
                 perform(effect)
             due += period_s if trim is None else period_s + trim()
-            lateness = time.monotonic() - due
-            if lateness <= 0.0:
-                time.sleep(-lateness)
-            elif lateness > period_s:
+            if ahead is not None and _slept_until(due - AHEAD_S):
+                hand_over(ahead)
+            if not _slept_until(due) and (lateness := time.monotonic() - due) > period_s:
                 if on_late is not None:
                     on_late(lateness)
                 due += period_s * (lateness // period_s)
+
+
+def _slept_until(due: float) -> bool:
+    """Wait; False when the moment was over already."""
+    left = due - time.monotonic()
+    if left > 0.0:
+        time.sleep(left)
+    return left >= 0.0
 
 
 @contextmanager

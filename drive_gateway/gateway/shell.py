@@ -149,6 +149,7 @@ class _Shell:
                 perform=self.perform,
                 stop=self.ended,
                 trim=lambda: self._core.trim_s,
+                ahead=self.ahead,
                 realtime=True,
             )
         return self.exit_code
@@ -168,6 +169,10 @@ class _Shell:
         if self._stop.is_set():
             messages += self._closing()
         return messages
+
+    def ahead(self) -> list[object]:
+        """Blocks, of which the checks take a while. Those that come later are taken in the cycle, by `TakeBlocks`."""
+        return self._blocks.take_new()
 
     def perform(self, effect: Effect) -> None:
         match effect:

@@ -9,7 +9,7 @@ from threading import Event
 import pytest
 
 from cell.core import Effect, Frozen, Publish
-from cell.net.runner import FREEZE_S, new_boot, run_core
+from cell.net.runner import AHEAD_S, FREEZE_S, new_boot, run_core
 
 
 class Recorder:
@@ -105,3 +105,24 @@ def test_a_trimmed_loop_puts_its_next_cycle_off() -> None:
     run_core(core, period_s=0.001, inbox=list, perform=lambda _: None, stop=core.stop, trim=trim)
     assert told == [1, 2, 3]
     assert all(after - before > 0.03 for before, after in pairwise(core.stepped))
+
+
+def test_what_comes_ahead_of_a_cycle_is_handed_over_between_the_steps() -> None:
+    core, taken = Recorder(3), []
+
+    def ahead() -> list[object]:
+        taken.append(time.monotonic())
+        return [len(core.stepped)]
+
+    run_core(core, period_s=0.05, inbox=list, perform=lambda _: None, stop=core.stop, ahead=ahead)
+    assert core.received == [1, 2, 3]
+    assert all(step < at for step, at in zip(core.stepped, taken, strict=True))
+    assert all(at < step for at, step in zip(taken, core.stepped[1:], strict=False))
+
+
+def test_a_loop_without_time_left_takes_nothing_ahead() -> None:
+    core = Recorder(3)
+    run_core(
+        core, period_s=0.5 * AHEAD_S, inbox=list, perform=lambda _: None, stop=core.stop, ahead=lambda: ["too early"]
+    )
+    assert core.received == []
