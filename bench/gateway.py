@@ -32,17 +32,11 @@ _TICK_S = 1.0 / os.sysconf("SC_CLK_TCK")
 
 
 def gateways(seconds: float = 60.0) -> list[Row]:
-    """The gateways of the example cell with and without SCHED_FIFO, beside a loop that does nothing.
-
-    First both; then one alone, because two with their drives and whoever measures are more than two processors carry
-    without waiting for each other.
-    """
+    """Both gateways of the example cell with and without SCHED_FIFO, beside a loop that does nothing."""
     rows = []
-    for fifo in (True, False):
-        how = "SCHED_FIFO" if fifo else "no SCHED_FIFO"
-        both, alone = _measure(seconds, fifo, 2), _measure(seconds, fifo, 1)
-        rows += [_share(both, how), _punctuality(both, how), _latency(both, f"two buses, {how}")]
-        rows.append(_latency(alone, f"one bus, {how}"))
+    for fifo, how in ((True, "SCHED_FIFO"), (False, "no SCHED_FIFO")):
+        seen = _measure(seconds, fifo)
+        rows += [_share(seen, how), _latency(seen, how), _punctuality(seen, how)]
     return rows
 
 
@@ -60,18 +54,16 @@ class _Measured:
     """By how much each cycle of the idle loop was late."""
 
 
-def _measure(seconds: float, fifo: bool, count: int) -> _Measured:
+def _measure(seconds: float, fifo: bool) -> _Measured:
     with tempfile.TemporaryDirectory() as folder, ExitStack() as stack:
         settings = load_cell(_on_multicast(Path(folder)))
-        names = list(settings.gateways)[:count]
-        masters = [stack.enter_context(_process("run", settings, name, fifo)) for name in names]
-        for name in names:
-            stack.enter_context(_process("simulate", settings, name, fifo))
+        masters = [stack.enter_context(_process("run", settings, gateway, fifo)) for gateway in settings.gateways]
+        for gateway in settings.gateways:
+            stack.enter_context(_process("simulate", settings, gateway, fifo))
         idle = stack.enter_context(IdleLoop(CYCLE_S, fifo))
-        robots = [robot for robot, its in settings.robots.items() if its.gateway in names]
         # Whoever measures must not wait for a processor, and so its Zenoh threads must not either.
         with scheduling(realtime=True, feeding=True):
-            owners = [Owner(settings, robot, stack) for robot in robots]
+            owners = [Owner(settings, robot, stack) for robot in settings.robots]
         _drive(owners, 2.0)
         before, used_s = [owner.counters for owner in owners], sum(map(_cpu_s, masters))
         for owner in owners:

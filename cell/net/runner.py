@@ -17,7 +17,7 @@ AHEAD_S = 1e-3
 """So long before a cycle a loop with `ahead` takes what has come by then."""
 _SWITCH_INTERVAL_S = 2e-5
 """So long Zenoh's threads wait for the interpreter while a loop computes, and no longer."""
-_LOOP_PRIORITY, _FEEDING_PRIORITY = 50, 40
+_LOOP_PRIORITY, _FEEDING_PRIORITY = 50, 60
 
 
 def new_boot() -> str:
@@ -99,7 +99,8 @@ def _steady_interpreter() -> Iterator[None]:
 def scheduling(realtime: bool, *, feeding: bool = False) -> Iterator[None]:
     """SCHED_FIFO for the calling thread where the system has it and allows it; threads that it starts inherit it.
 
-    `feeding`: for threads that bring a loop its messages; they come after every loop and before all else.
+    `feeding`: for threads that bring a loop its messages. They come before every loop: what they do is short, and to
+    wait for the loops of other processes would take a message longer than all the rest of its way.
     """
     policy, param = os.sched_getscheduler(0), os.sched_getparam(0)
     if realtime:
