@@ -13,8 +13,8 @@ class OutputEvent:
     tick: int
     """Of the sample at that place."""
     number: int
-    """Counts the events of one owner from 1, in the order of their ticks. An event is sent in every block until its tick
-    is played, and executed once."""
+    """Counts the events of one owner from 1, in the order of their ticks. Blocks repeat an event until its tick is
+    played; it is executed once."""
     output: int
     """Place of the output in `ClaimGrant.outputs`."""
     value: bool
