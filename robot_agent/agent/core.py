@@ -125,6 +125,8 @@ class AgentCore:
         if feedback is None or self.link.grant is None:
             self._without_claim()
             return effects + self.operator.refuse_all("the robot's gateway has not accepted this agent yet")
+        if self.mode is Mode.STARTING:
+            self.run.outputs.claimed(self.link.grant.outputs)
         if self._planner is None or self._planner.cycle_s != self.link.grant.cycle_s:
             self._planner = self._planner_for(self.link.grant.cycle_s)
             self._torques = axis_torques(self._planner.model, self._planner.pose_world_base)
@@ -242,7 +244,11 @@ class AgentCore:
         newest = block if block is not None else executive.timeline.newest
         stop_time_s = max(0.0, (newest.rest_tick - feedback.tick) * planner.cycle_s)
         presence = self._announcer.presence(body, wants, stop_time_s, self._estop.active, now)
-        return [presence] if block is None else [presence, Publish(executive.sent(block))]
+        if block is None:
+            return [presence]
+        undecided, halted = executive.timeline.undecided, self.mode is Mode.HALTED
+        events = self.run.outputs.events(block, executive.nominal, undecided, halted)
+        return [presence, Publish(executive.sent(block, events))]
 
     def _plan_ahead(self, feedback: DriveFeedback) -> list[Effect]:
         effects, zones = [], self.zones.geometry
@@ -255,7 +261,7 @@ class AgentCore:
         if self.run.start_missed(feedback.tick):
             why = self._stillness.why(self.mode, executive, feedback.tick, now) or "the robot was held up"
             self.run.fail(f"the common start was missed: {why}")
-        self.run.settle(executive, feedback.tick, cycle_s)
+        self.run.settle(executive, feedback.tick, cycle_s, halted=self.mode is Mode.HALTED)
         self.run.follow(executive.timeline.at(feedback.tick)[0], feedback.tick)
         if self.mode is Mode.RUNNING and not self.run.running:
             self.mode = Mode.READY

@@ -16,6 +16,8 @@ from robot_agent.trajectory.pieces import Pieces
 
 _STANDING = 1e-12
 """Squared joint speed below which the time of passing a place says nothing."""
+_MOST_STEPS = 8
+_EXACT_S = 1e-6
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -70,9 +72,13 @@ def _passing(path: JointPath, timed: Timed, parameter: float) -> float:
     """The time [s] at which `parameter` of the path is passed: interpolated, then by Newton on the joints' way."""
     place = path.pieces.position(np.array(parameter))[: path.joints]
     t = float(np.interp(parameter, timed.parameters, timed.times))
-    for _ in range(2):
+    for _ in range(_MOST_STEPS):
         velocity = timed.pieces.derivatives(np.array(t))[0]
         squared = float(velocity @ velocity)
-        if squared > _STANDING:
-            t += float((place - timed.pieces.position(np.array(t))) @ velocity) / squared
-    return min(max(t, 0.0), timed.pieces.duration_s)
+        if squared <= _STANDING:
+            break
+        step = float((place - timed.pieces.position(np.array(t))) @ velocity) / squared
+        t = min(max(t + step, 0.0), timed.pieces.duration_s)
+        if abs(step) < _EXACT_S:
+            break
+    return t
