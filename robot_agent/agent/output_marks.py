@@ -18,6 +18,8 @@ from robot_agent.trajectory import Motion
 
 _AT_S = 1e-5
 """The robot stands at a mark when it is this much planned time in front of it: a stop there may end a little before."""
+_MOST_EVENTS = 100
+"""A gateway refuses a block with more; what is left comes with the next one."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -115,6 +117,8 @@ class OutputMarks:
             tick = block.first_tick + index
             output = self.names.index(mark.switch.output)
             events.append(OutputEvent(tick, self._before + number, output, mark.switch.on))
+            if len(events) == _MOST_EVENTS:
+                break
         self._said = max([self._said, *(event.number for event in events)])
         return tuple(events)
 

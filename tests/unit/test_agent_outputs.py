@@ -21,7 +21,7 @@ from cell.messages import (
 from robot_agent.agent import lookahead
 from tests.unit.agent_world import CYCLE_S, AgentWorld
 from tests.unit.test_agent_core import at_rest, enabled, ended, until
-from tests.unit.test_agent_corrections import START, Measured, shares
+from tests.unit.test_agent_corrections import START, Measured
 from tests.unit.test_agent_extension import ROUND, TO_START, extensions, speeds
 
 OUTPUTS = ("glue", "gripper")
@@ -110,10 +110,12 @@ def test_a_place_that_was_passed_while_all_blocks_were_lost_is_made_up_for_at_th
     world = begun(STRAIGHT)
     world.call(SetOverride(40.0))
     until(world, lambda: behind(world, 0.5) and np.degrees(world.queue[-1][0]) > 2.01)
-    assert world.block is not None and world.block.events == ()
+    assert world.block is not None
+    assert world.block.events == ()
     world.lose_blocks = True
     until(world, at_rest(world))
-    assert behind(world, 2.0) and world.switched == []
+    assert behind(world, 2.0)
+    assert world.switched == []
     world.lose_blocks = False
     world.step()
     assert world.block.events == (OutputEvent(world.block.first_tick, 1, 1, True),)

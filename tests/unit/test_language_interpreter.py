@@ -53,7 +53,8 @@ def test_what_is_switched_behind_a_move_belongs_to_it_and_counts_anew_in_each_ro
 def test_a_loop_that_only_switches_is_a_fault_behind_what_comes_before_it() -> None:
     move, fault = steps_of("MJ J1=1\nLABEL l\nSET DO a\nRESET DO a\nGOTO l", 2)
     assert len(switches(move)) == 100
-    assert isinstance(fault, ProgramFault) and "at one place" in fault.text
+    assert isinstance(fault, ProgramFault)
+    assert "at one place" in fault.text
 
 
 def test_goto_without_a_count_never_ends() -> None:
