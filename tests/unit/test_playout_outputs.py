@@ -156,6 +156,7 @@ def test_a_stop_switches_off_what_must_not_stay_on_and_forgets_the_rest(stop: st
     assert outputs.on == 1 << GRIPPER
     assert [name for name, _ in outputs.take_stopped()] == ["glue"]
     playout.go_live()
+    assert playout.offer(hold(2, 135)) == Accepted(2)
     play_to(playout, 200)
     assert outputs.on == 1 << GRIPPER
     assert not outputs.take_stopped()
