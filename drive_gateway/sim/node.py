@@ -14,6 +14,7 @@ from drive_gateway.canopen.nmt import NmtCommand, NmtState
 from drive_gateway.config.settings import AxisSettings
 from drive_gateway.sim.axis_servo import AxisServo
 from drive_gateway.sim.dictionary import key_of, load_dictionary
+from drive_gateway.sim.digital_outputs import DigitalOutputs
 from drive_gateway.sim.drive import Drive
 from drive_gateway.sim.emergency import COMMUNICATION_LOST, HEARTBEAT_LOST, PDO_TOO_SHORT, Emergencies
 from drive_gateway.sim.faults import FaultsOnCommand
@@ -71,6 +72,7 @@ class SimulatedNode(FaultsOnCommand):
         self._guarded = GuardedLife()
         self._sdo = SdoServer(self._objects)
         of_axes = [self._objects.of_axis(axis.number) for axis in axes]
+        self.outputs = tuple(map(DigitalOutputs, of_axes))
         self._timeouts = [objects.numbers for objects in of_axes]
         self.drives = tuple(
             Drive(axis, cycle_s, lag_s, objects, self._emergencies, self._cause_present, servo)
@@ -242,6 +244,8 @@ class SimulatedNode(FaultsOnCommand):
     def _disconnect(self, code: int = COMMUNICATION_LOST) -> None:
         for drive in self.drives:
             drive.connection_lost(code)
+        for outputs in self.outputs:
+            outputs.disconnected()
 
     def advance(self, now: float) -> None:
         """Let its axes move up to `now`."""

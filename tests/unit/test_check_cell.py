@@ -102,7 +102,7 @@ def test_files_are_checked_although_the_cell_file_is_unusable(tmp_path: Path) ->
 
 
 def test_a_high_bus_load_is_a_warning_and_the_cell_is_good(tmp_path: Path) -> None:
-    copy = Copy(tmp_path).change(DRIVES, "cycle_s: 0.004", "cycle_s: 0.0022")
+    copy = Copy(tmp_path).change(DRIVES, "cycle_s: 0.004", "cycle_s: 0.0024")
     bundle, problems = check_cell(copy.cell)
     assert bundle is not None
     assert [problem.severity for problem in problems] == [Severity.WARNING]
