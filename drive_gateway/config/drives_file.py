@@ -130,10 +130,17 @@ class DrivesFile(BaseModel):
         axis = self.robots[robot].axes[name]
         settings = self.axis(robot, name, folder)
         emergencies = codes_of(self.emergencies, axis.emergencies)
+        switched = self._output_objects(robot, axis.node)
         objects = own_objects(axis.objects, axis.axis, settings.eds, files)
-        if settings.output_mask:  # a DCF may switch them on
-            objects = tuple(item for item in objects if item.index != index_of(DIGITAL_OUTPUTS, axis.axis))
+        objects = tuple(item for item in objects if item.index not in switched)
         return replace(settings, emergencies=emergencies, objects=objects)
+
+    def _output_objects(self, robot: str, node: int) -> set[int]:
+        """60FEh of the axes of a node that have outputs: a DCF must not switch them on."""
+        entry = self.robots[robot]
+        drives = {output.axis for output in entry.outputs.values()}
+        axes = [axis for name, axis in entry.axes.items() if axis.node == node and name in drives]
+        return {index_of(DIGITAL_OUTPUTS, axis.axis) for axis in axes}
 
     def simulated_axes(self) -> dict[tuple[str, str], AxisData]:
         """What the full level knows of each axis, by robot and name."""
