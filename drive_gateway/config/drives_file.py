@@ -8,6 +8,8 @@ from pydantic import BaseModel, Field
 
 from cell.config.fields import Name
 from cell.config.units import STRICT, Seconds, Units
+from drive_gateway.canopen.axis_objects import index_of
+from drive_gateway.canopen.pdo_map import DIGITAL_OUTPUTS
 from drive_gateway.config.axis_entry import AxisEntry
 from drive_gateway.config.bus_length import BusLengths
 from drive_gateway.config.emergency_entry import EmergencyTables, codes_of
@@ -128,9 +130,17 @@ class DrivesFile(BaseModel):
         axis = self.robots[robot].axes[name]
         settings = self.axis(robot, name, folder)
         emergencies = codes_of(self.emergencies, axis.emergencies)
-        return replace(
-            settings, emergencies=emergencies, objects=own_objects(axis.objects, axis.axis, settings.eds, files)
-        )
+        switched = self._output_objects(robot, axis.node)
+        objects = own_objects(axis.objects, axis.axis, settings.eds, files)
+        objects = tuple(item for item in objects if item.index not in switched)
+        return replace(settings, emergencies=emergencies, objects=objects)
+
+    def _output_objects(self, robot: str, node: int) -> set[int]:
+        """60FEh of the axes of a node that have outputs: a DCF must not switch them on."""
+        entry = self.robots[robot]
+        drives = {output.axis for output in entry.outputs.values()}
+        axes = [axis for name, axis in entry.axes.items() if axis.node == node and name in drives]
+        return {index_of(DIGITAL_OUTPUTS, axis.axis) for axis in axes}
 
     def simulated_axes(self) -> dict[tuple[str, str], AxisData]:
         """What the full level knows of each axis, by robot and name."""

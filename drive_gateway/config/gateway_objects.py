@@ -45,7 +45,6 @@ _WRITTEN: dict[int, str] = {
     0x60C0: "mode and interpolation",
     _INTERPOLATION_DATA: _SETPOINT,
     0x60C2: "cycle_s",
-    0x60FE: "outputs",
     0x60FF: _SETPOINT,
 }
 

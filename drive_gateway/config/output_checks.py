@@ -4,10 +4,13 @@ from collections.abc import Iterator
 
 from cell.config.document import Document
 from cell.config.problem import KeyPath, Problem
+from drive_gateway.canopen.axis_objects import index_of
 from drive_gateway.canopen.eds import Eds
 from drive_gateway.canopen.eds_file import EdsError
+from drive_gateway.canopen.pdo_map import DIGITAL_OUTPUTS
 from drive_gateway.config.axis_entry import AxisEntry
 from drive_gateway.config.drives_file import DrivesFile, RobotEntry
+from drive_gateway.config.object_address import address_of
 
 MOST_OUTPUTS = 32
 """The feedback tells them in a word."""
@@ -47,6 +50,10 @@ def _drive(document: Document, path: KeyPath, axis: AxisEntry, drives: DrivesFil
         taken = "profile_pdos.rpdo3" if profile.rpdo3 else "feed_forward beside profile_pdos"
         found = f"outputs, whose RPDO {taken} takes"
         yield document.problem(path, found, "outputs at another axis, or its third RPDO free", at_key=True)
+    for address in axis.objects:
+        if address_of(address)[0] == index_of(DIGITAL_OUTPUTS, axis.axis):
+            found = f"{address} beside outputs of this axis, with which the gateway writes it"
+            yield document.problem((*path, "objects", address), found, "one of the two", at_key=True)
     if axis.eds is None:
         return
     try:

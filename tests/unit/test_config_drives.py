@@ -115,9 +115,9 @@ def test_an_option_that_is_a_list_is_refused_once_with_all_that_is_allowed(tmp_p
          "robots.left.outputs.gripper.at_stop: found 'on', allowed 'off' or 'keep'"),
         (GRIPPER, "\n      ".join(f"o{n}: {{axis: J{n // 8 + 1}, bit: {n % 8}, at_stop: off}}" for n in range(33)),
          "§outputs", "robots.left.outputs: found 33 outputs, allowed up to 32"),
-        ("gear: 80,", "gear: 80, objects: {'60FE:02': 1},", "objects: {'60FE:02': §1}",
-         "robots.left.axes.J6.objects.60FE:02: found 60FEh:02 Digital outputs, Bit mask, which the gateway writes "
-         "itself, allowed for it outputs"),
+        ("gear: 80,", "gear: 80, objects: {'60FE:02': 1},", "objects: {§'60FE:02': 1}",
+         "robots.left.axes.J6.objects.60FE:02: found 60FE:02 beside outputs of this axis, with which the gateway "
+         "writes it, allowed one of the two"),
         ("interface: virtual", "interface: token_ring", "§token_ring", "bus.interface: found 'token_ring', allowed "
          "one of python-can's: "),
     ],

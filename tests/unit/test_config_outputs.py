@@ -62,6 +62,17 @@ def test_a_drive_whose_eds_lacks_the_objects_is_named_with_them(tmp_path: Path, 
     assert any(found in line for line in problems(copy))
 
 
+def test_a_dcf_says_the_outputs_only_where_the_file_names_none(tmp_path: Path) -> None:
+    copy = Copy(tmp_path)
+    copy.change(DRIVES, "gear: 80,", "gear: 80, eds: drive.dcf,").change(
+        DRIVES, "gear: 180,", "gear: 180, eds: drive.dcf,"
+    )
+    dcf = eds_text().replace("[60FEsub1]\n", "[60FEsub1]\nParameterValue=0x10000\n")
+    (copy.drives.parent / "drive.dcf").write_text(dcf)
+    axes = load_drives(copy.drives, "left_bus").robots["left"].axes
+    assert [[(item.index, item.sub) for item in axes[place].objects] for place in (0, 5)] == [[(0x60FE, 1)], []]
+
+
 def test_profile_pdos_that_take_the_third_rpdo_leave_none_for_outputs(tmp_path: Path) -> None:
     text = (CONFIGS / GANTRY).read_text()
     robot = re.search(r"robots:\n  (\w+):\n    axes:", text)
