@@ -66,7 +66,7 @@ class _Delivery:
         self._then = then
 
     def begin(self) -> None:
-        self._node.sdo.submit(self._index, MARK_SUB, None, self._marked)
+        self._node.sdo.submit(self._index, MARK_SUB, None, self._marked, asked=True)
 
     def _marked(self, outcome: SdoDone) -> None:
         if outcome.abort_code is not None:
@@ -79,7 +79,7 @@ class _Delivery:
             seconds = self._order.seconds
             lasts_ms = 0 if seconds is None else max(1, round(1000.0 * seconds))
             data = lasts_ms.to_bytes(DURATION_BYTES, "little")
-            self._node.sdo.submit(self._index, DURATION_SUB, data, self._timed)
+            self._node.sdo.submit(self._index, DURATION_SUB, data, self._timed, asked=True)
 
     def _timed(self, outcome: SdoDone) -> None:
         if outcome.problem:
@@ -87,7 +87,8 @@ class _Delivery:
             return
         sub, size = FAULT_SUBS[self._order.fault]
         value = 1 if self._order.value is None else self._order.value
-        self._node.sdo.submit(self._index, sub, value.to_bytes(size, "little", signed=value < 0), self._ordered)
+        data = value.to_bytes(size, "little", signed=value < 0)
+        self._node.sdo.submit(self._index, sub, data, self._ordered, asked=True)
 
     def _ordered(self, outcome: SdoDone) -> None:
         if outcome.problem:
