@@ -246,8 +246,7 @@ class AgentCore:
         presence = self._announcer.presence(body, wants, stop_time_s, self._estop.active, now)
         if block is None:
             return [presence]
-        undecided, halted = executive.timeline.undecided, self.mode is Mode.HALTED
-        events = self.run.outputs.events(block, executive.nominal, undecided, halted)
+        events = self.run.events(block, executive, halted=self.mode is not Mode.RUNNING)
         return [presence, Publish(executive.sent(block, events))]
 
     def _plan_ahead(self, feedback: DriveFeedback) -> list[Effect]:

@@ -7,6 +7,7 @@ that was passed while blocks got lost is said at the first sample of the next on
 
 from collections.abc import Collection, Iterable
 from dataclasses import dataclass
+from itertools import dropwhile
 
 import numpy as np
 
@@ -107,10 +108,9 @@ class OutputMarks:
         whatever became of the `undecided` ones that were sent, is not said again. While the robot is halted nothing is
         switched but what its motion passes.
         """
-        known, events = self._sure(block, undecided), list[OutputEvent]()
-        for number, mark in sorted((self._marks | self._on(block.path)).items()):
-            if self._before + number in known:
-                continue
+        sure, events = self._sure(block, undecided), list[OutputEvent]()
+        marks = sorted((self._marks | self._on(block.path)).items())
+        for number, mark in dropwhile(lambda each: self._before + each[0] in sure, marks):
             index = mark.index(block, nominal)
             if index is None or (halted and mark.motion is not block.path.motion):
                 break

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cell.core import Effect
-from cell.messages import ProgramState, ProgramStatus, ZoneGeometry
+from cell.messages import OutputEvent, ProgramState, ProgramStatus, ZoneGeometry
 from robot_agent.agent.executive import Executive
 from robot_agent.agent.lookahead import Lookahead, Waiting
 from robot_agent.agent.output_marks import OutputMarks
@@ -78,11 +78,18 @@ class ProgramRun:
 
     def accepted(self, block: SentBlock) -> None:
         """The gateway has accepted a block; when it begins the next motion, that one is no longer ahead."""
-        self.outputs.accepted(block)
+        if self.running:
+            self.outputs.accepted(block)
         head = self.lookahead.head
         if isinstance(head, Planned) and head.motion is block.path.motion:
             self.lookahead.advance()
             self.starting = False
+
+    def events(self, block: SentBlock, executive: Executive, halted: bool) -> tuple[OutputEvent, ...]:
+        """The outputs that a block is to switch; none once the program has ended, wherever its block leads."""
+        if not self.running:
+            return ()
+        return self.outputs.events(block, executive.nominal, executive.timeline.undecided, halted)
 
     def start_missed(self, tick: int) -> bool:
         """Whether the first motion has not begun at the tick at which it had to."""

@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 from cell.messages import (
     Command,
     Continue,
+    Estop,
     Halt,
     Mode,
     OutputEvent,
@@ -167,6 +168,19 @@ def test_a_program_that_was_stopped_switches_no_more_and_the_next_run_counts_on(
     assert switched(world) == 2 * [("gripper", True)] + [("gripper", False), ("glue", True)]
     numbers = [event.number for _, event in world.switched]
     assert numbers == sorted(set(numbers))
+
+
+def test_a_program_that_has_failed_switches_nothing_more_on_its_path() -> None:
+    world = begun("MJ J1=2 F=20\nSET DO glue\nMJ J1=4 F=20\nRESET DO glue\nMJ J1=20 F=20\nEND")
+    until(world, lambda: behind(world, 6.0))
+    world.agent.receive(Estop("e1", True, "test", "a hand in the cell"), world.now)
+    until(world, at_rest(world))
+    world.run(0.3)
+    assert switched(world) == [("glue", True), ("glue", False)]
+    world = begun("MJ J1=2\nSET DO glue\nML X=9000\nEND")
+    until(world, lambda: world.state.program.state is ProgramState.FAILED)
+    world.run(0.3)
+    assert switched(world) == [("glue", True)]
 
 
 def test_a_corner_switches_in_its_middle() -> None:
