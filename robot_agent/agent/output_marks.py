@@ -70,6 +70,10 @@ class OutputMarks:
         self._before, self._executed = self._said, 0
         self._marks, self._queued = {}, ()
 
+    def interrupted(self) -> None:
+        """The robot is stopped: its gateway has forgotten what was to come."""
+        self._queued = ()
+
     def due(self, switches: Iterable[Switch], tick: int) -> None:
         """Switch at a tick, or as soon as possible behind it, wherever the robot is."""
         self._marks |= {switch.number: _Mark(switch, tick=tick) for switch in switches}

@@ -183,6 +183,21 @@ def test_a_program_that_has_failed_switches_nothing_more_on_its_path() -> None:
     assert switched(world) == [("glue", True)]
 
 
+def test_an_interrupted_program_switches_the_rest_once_it_goes_on_and_nothing_again() -> None:
+    world = begun(STRAIGHT)
+    until(world, lambda: behind(world, 4.0))
+    world.agent.receive(Estop("e1", True, "test", "a hand in the cell"), world.now)
+    until(world, at_rest(world))
+    world.run(0.2)
+    assert switched(world) == [("gripper", True)]
+    world.agent.receive(Estop("e1", False, "test", ""), world.now)
+    until(world, lambda: world.state.mode is Mode.HALTED)
+    world.call(Continue())
+    until(world, ended(world))
+    assert switched(world) == [("gripper", True), ("gripper", False), ("glue", True)]
+    assert reached(world, 6.0)[0] < ticks(world)[1] == ticks(world)[2], "its braking led over the place"
+
+
 def test_a_corner_switches_in_its_middle() -> None:
     world = begun(f"{TO_START}ML Y=40 F=200 R=20\nSET DO glue\nML Z=1400 F=200\nEND")
     until(world, ended(world))
