@@ -14,6 +14,7 @@ from cell.config.settings import (
     CorrectionSettings,
     GatewayEndpoint,
     OnManagerReturn,
+    PathWindow,
     PoseSettings,
     RobotSettings,
     SensorFrame,
@@ -24,6 +25,7 @@ from cell.config.units import STRICT, Milliseconds, Number, PositiveAngle, Posit
 from cell.geometry import frame_from_points, quaternion
 
 _DEFAULT = Times()
+_WINDOW = PathWindow()
 
 
 class ManagerEntry(BaseModel):
@@ -90,6 +92,17 @@ class CorrectionEntry(BaseModel):
         )
 
 
+class PathWindowEntry(BaseModel):
+    """How far the joints of a stopped robot may be from its path, so that its program can continue."""
+
+    model_config = STRICT
+    turn: PositiveAngle = Field(_WINDOW.turn_rad, description="each joint that turns; default 0.5 deg")
+    slide: PositiveLength = Field(_WINDOW.slide_m, description="each joint that slides; default 1 mm")
+
+    def settings(self) -> PathWindow:
+        return PathWindow(self.turn, self.slide)
+
+
 class RobotEntry(BaseModel):
     """One robot of the cell."""
 
@@ -99,6 +112,9 @@ class RobotEntry(BaseModel):
     base: Pose = Field(description="pose of the robot's base in world: X, Y, Z, A, B, C")
     program: FileName = Field(description="the robot's program, relative to this file")
     corrections: dict[Name, CorrectionEntry] = Field(default={}, description="what TRACK in its program may follow")
+    path_window: PathWindowEntry = Field(
+        PathWindowEntry.model_construct(), description="farther from its path a stopped robot does not continue"
+    )
 
 
 class GatewayEntry(BaseModel):
@@ -178,6 +194,7 @@ class CellFile(BaseModel):
                     robot.base.settings(),
                     document.beside(robot.program),
                     {key: entry.settings(key, conveyors) for key, entry in robot.corrections.items()},
+                    robot.path_window.settings(),
                 )
                 for name, robot in self.robots.items()
             },
