@@ -222,7 +222,7 @@ class AgentCore:
         if self.mode is mode:
             return
         self.mode, self._stopped_by = mode, why
-        self.interruption.interrupt(self.executive, why)
+        self.interruption.interrupt(why)
         if mode is Mode.FAULT:
             self.report.event(Severity.ALARM, "fault", why, f"find the cause, then `cell reset {self._robot}`")
 

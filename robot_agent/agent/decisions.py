@@ -102,7 +102,7 @@ class Decisions:
             return Refused(f"{self._robot} is in mode {mode.value}: {self._way_out(mode)}")
         if not executive.at_rest(situation.feedback.tick):
             return Refused(f"{self._robot} still moves: call again when it is at rest")
-        self._interruption.interrupt(executive, "the drives were switched off by an operator")
+        self._interruption.interrupt("the drives were switched off by an operator")
         return Passed(DisableDrives(self._robot, situation.feedback.owner), Mode.READY)
 
     def _start(self, mode: Mode, situation: Situation, run: Run, now: float) -> Done | Refused:

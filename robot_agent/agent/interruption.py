@@ -2,8 +2,8 @@
 
 A fault, an emergency stop and drives that are switched off take a robot off its path, and nothing brings it back but
 an operator. As long as its drives are supplied it is noted where on its path the robot is. Once it is enabled again it
-is HALTED when no joint is farther from there than its window, else OFF_PATH. The way back is a slow joint move; from rest
-at its end the program goes on along the old motion.
+is HALTED when no joint is farther from there than its window, else OFF_PATH. The way back is a slow joint move; from
+rest at its end the program goes on along the old motion.
 """
 
 import itertools
@@ -75,7 +75,7 @@ class Interruption:
             return "because the zones have changed since its motion was planned"
         return ""
 
-    def interrupt(self, executive: Executive | None, why: str) -> None:
+    def interrupt(self, why: str) -> None:
         """The robot is about to leave its path: a program that can go on later is kept, any other one has failed.
 
         What is followed (`TRACK`) and a common start belong to their moment.
@@ -83,7 +83,7 @@ class Interruption:
         self._drop_way()
         if self._run.interrupted:
             return
-        led = bool(self._run.correction) or self._run.correction_ends or (executive is not None and executive.corrected)
+        led = bool(self._run.correction) or self._run.correction_ends
         if not self._run.running or self._place is None or led or self._run.starting:
             self._run.fail(why)
             return

@@ -27,8 +27,10 @@ class Place:
     """Where on it the robot is commanded to be at present."""
 
     @classmethod
-    def of(cls, executive: Executive, tick: int) -> Self:
-        """Of a robot that is supplied with blocks of its program; it plays them at `tick`."""
+    def of(cls, executive: Executive, tick: int) -> Self | None:
+        """Of a robot that is supplied with blocks of its program; it plays them at `tick`. None where it is led."""
+        if executive.corrected:
+            return None
         newest = executive.timeline.newest.path
         spans = executive.timeline.spans(tick - round(_LAG_S / executive.cycle_s))
         span = next(each for each in spans if each.planned.motion is newest.motion)
