@@ -54,7 +54,7 @@ from cell.messages.robot_state import (
     ProgramStatus,
     RobotState,
 )
-from cell.messages.setpoints import SetpointBlock
+from cell.messages.setpoints import OutputEvent, SetpointBlock
 from cell.messages.zone import ZoneGeometry
 
 __all__ = [
@@ -95,6 +95,7 @@ __all__ = [
     "Mode",
     "MoveAxes",
     "NodeStatus",
+    "OutputEvent",
     "PaceStatus",
     "PlayoutState",
     "Presence",
