@@ -54,6 +54,7 @@ class Decisions:
             self._pace.no_step()
             return Done(f"{self._robot} brakes on its path; `cell continue {self._robot}` goes on", Mode.HALTED)
         if mode is Mode.RETURNING:
+            self._pace.no_step()
             mode = self._interruption.mode(situation.feedback, situation.planner)
             return Done(f"{self._robot} brakes on its way back; {self._way_out(mode)}", mode)
         if mode is Mode.JOGGING:

@@ -81,15 +81,17 @@ class Interruption:
         What is followed (`TRACK`) and a common start belong to their moment.
         """
         self._drop_way()
-        if self._run.interrupted:
-            return
-        led = bool(self._run.correction) or self._run.correction_ends
-        if not self._run.running or self._place is None or led or self._run.starting:
+        self._pace.no_step()
+        if not self._run.interrupted and not self._can_be_kept():
             self._run.fail(why)
             return
-        self._cause = why
-        self._pace.no_step()
-        self._run.interrupt(why)
+        if not self._run.interrupted:
+            self._cause = why
+        self._run.interrupt(f"{self._cause}; when it is enabled, the status says how far from its path it is")
+
+    def _can_be_kept(self) -> bool:
+        led = bool(self._run.correction) or self._run.correction_ends
+        return self._run.running and self._place is not None and not led and not self._run.starting
 
     def forget(self, why: str) -> None:
         """The program has ended, or it is not known any more where it was."""

@@ -1,6 +1,8 @@
 """A robot that a stop has taken off its path: where it is kept, how it comes back, and what it may not do."""
 
 from collections.abc import Callable
+from copy import deepcopy
+from functools import cache
 
 import numpy as np
 import pytest
@@ -78,9 +80,8 @@ class Interrupted:
         self.wait(lambda: self.world.state.program.line == line)
         self.world.run(more_s)
 
-    def stopped(self, beside: np.ndarray, line: int = 2, more_s: float = 0.3) -> None:
-        """In the middle of a line, by the drives, and enabled again."""
-        self.run_to(line, more_s)
+    def stop(self, beside: np.ndarray) -> None:
+        """By the drives, which are enabled again."""
         self.world.quick_stop(beside)
         self.reset(Mode.HALTED, Mode.OFF_PATH)
 
@@ -96,6 +97,25 @@ class Interrupted:
         return self.world.state.program.state is ProgramState.DONE
 
 
+@cache
+def _in_mid_line() -> Interrupted:
+    robot = Interrupted()
+    robot.run_to(2)
+    return robot
+
+
+def in_mid_line() -> Interrupted:
+    """A robot in the middle of its second line."""
+    return deepcopy(_in_mid_line())
+
+
+def stopped(beside: np.ndarray) -> Interrupted:
+    """One that its drives have stopped there, enabled again."""
+    robot = in_mid_line()
+    robot.stop(beside)
+    return robot
+
+
 def path(robot: Interrupted) -> np.ndarray:
     """Densely, the joints of all moves of the program; ways back are not among them."""
     motions = [planned.motion for planned in robot.world.planned if planned.id > 0]
@@ -109,8 +129,7 @@ def farthest_from_path(robot: Interrupted, first: int) -> float:
 
 
 def test_after_a_fault_in_the_middle_of_a_line_the_program_goes_on_from_there() -> None:
-    robot = Interrupted()
-    robot.stopped(BESIDE)
+    robot = stopped(BESIDE)
     assert robot.mode is Mode.HALTED
     assert robot.world.state.program.state is ProgramState.INTERRUPTED
     stood = len(robot.played)
@@ -124,8 +143,9 @@ def test_after_a_fault_in_the_middle_of_a_line_the_program_goes_on_from_there() 
 
 
 def test_the_part_of_the_line_that_was_done_is_not_done_again() -> None:
-    robot = Interrupted()
-    robot.stopped(np.zeros(6), more_s=0.5)
+    robot = in_mid_line()
+    robot.world.run(0.2)
+    robot.stop(np.zeros(6))
     left = robot.world.commanded
     robot.order(Continue())
     robot.wait(robot.ended)
@@ -139,8 +159,7 @@ def test_the_part_of_the_line_that_was_done_is_not_done_again() -> None:
 
 
 def test_a_robot_that_was_pushed_away_is_off_its_path_until_it_has_returned() -> None:
-    robot = Interrupted()
-    robot.stopped(FAR)
+    robot = stopped(FAR)
     assert robot.mode is Mode.OFF_PATH
     assert "deg beside its path" in robot.world.state.program.error
     assert "cell return left" in robot.world.state.program.error
@@ -163,8 +182,7 @@ def test_a_robot_that_was_pushed_away_is_off_its_path_until_it_has_returned() ->
 
 
 def test_the_way_back_is_slow() -> None:
-    robot = Interrupted()
-    robot.stopped(2.0 * FAR)
+    robot = stopped(2.0 * FAR)
     stood = len(robot.played)
     robot.order(Return())
     robot.until(Mode.HALTED, seconds=60.0)
@@ -178,8 +196,7 @@ def test_the_way_back_is_slow() -> None:
 
 
 def test_after_an_emergency_stop_it_goes_on_only_by_a_call_behind_the_reset() -> None:
-    robot = Interrupted()
-    robot.run_to(2)
+    robot = in_mid_line()
     world = robot.world
     world.agent.receive(Estop("e1", True, "test", "a hand in the cell"), world.now)
     robot.until(Mode.ESTOP)
@@ -201,22 +218,17 @@ def test_after_an_emergency_stop_it_goes_on_only_by_a_call_behind_the_reset() ->
 
 
 def test_a_second_fault_on_the_way_back_leaves_it_off_its_path() -> None:
-    robot = Interrupted()
-    robot.stopped(FAR)
+    robot = stopped(FAR)
     robot.order(Return())
     robot.world.run(0.3)
     assert robot.mode is Mode.RETURNING
     robot.world.quick_stop(FAR)
     robot.reset(Mode.OFF_PATH)
-    robot.order(Return())
-    robot.until(Mode.HALTED)
-    robot.order(Continue())
-    robot.wait(robot.ended)
+    assert robot.world.state.program.state is ProgramState.INTERRUPTED
 
 
 def test_halt_stops_the_way_back_and_another_return_goes_on() -> None:
-    robot = Interrupted()
-    robot.stopped(FAR)
+    robot = stopped(FAR)
     robot.order(Return())
     robot.world.run(0.3)
     assert "brakes" in robot.order(Halt())
@@ -230,18 +242,16 @@ def test_halt_stops_the_way_back_and_another_return_goes_on() -> None:
 
 
 def test_run_starts_anew_and_forgets() -> None:
-    robot = Interrupted()
-    robot.stopped(FAR)
+    robot = stopped(FAR)
     assert "from its first line" in robot.order(Run())
     robot.wait(lambda: robot.world.state.program.line == 1)
-    robot.wait(robot.ended)
-    assert robot.mode is Mode.READY
+    robot.order(Halt())
+    robot.wait(lambda: robot.world.state.tcp_speed_m_s == 0.0)
     assert "no path to return to" in robot.order(Return())
 
 
 def test_switching_off_does_not_forget() -> None:
-    robot = Interrupted()
-    robot.run_to(2)
+    robot = in_mid_line()
     robot.order(Halt())
     robot.wait(lambda: robot.world.state.tcp_speed_m_s == 0.0)
     robot.world.run(0.1)
@@ -259,8 +269,7 @@ def test_switching_off_does_not_forget() -> None:
 
 
 def test_robot_jogged_back_into_its_window_may_continue() -> None:
-    robot = Interrupted()
-    robot.stopped(np.radians([0.0, 0.0, 0.0, 0.0, 0.0, -3.0]))
+    robot = stopped(np.radians([0.0, 0.0, 0.0, 0.0, 0.0, -3.0]))
     assert robot.mode is Mode.OFF_PATH
     robot.order(Jog("press", "J6", 0.2, JogFrame.WORLD, np.radians(3.0)))
     robot.wait(lambda: robot.mode in (Mode.HALTED, Mode.OFF_PATH) or robot.world.state.waiting_for != "")
@@ -269,8 +278,7 @@ def test_robot_jogged_back_into_its_window_may_continue() -> None:
 
 
 def test_a_step_goes_on_from_where_it_was_interrupted_to_the_end_of_that_line() -> None:
-    robot = Interrupted()
-    robot.stopped(BESIDE)
+    robot = stopped(BESIDE)
     robot.order(Step())
     robot.until(Mode.RUNNING)
     robot.until(Mode.HALTED)
@@ -280,8 +288,7 @@ def test_a_step_goes_on_from_where_it_was_interrupted_to_the_end_of_that_line() 
 
 
 def test_the_way_back_leads_forwards_when_the_override_is_backwards() -> None:
-    robot = Interrupted()
-    robot.stopped(FAR)
+    robot = stopped(FAR)
     robot.order(SetOverride(-100.0))
     robot.order(Return())
     robot.until(Mode.HALTED, seconds=60.0)
@@ -295,7 +302,7 @@ def test_the_way_back_into_a_zone_waits_for_its_grant() -> None:
     robot.run_to(2, more_s=0.0)
     robot.wait(lambda: "handover" in world.state.zones)
     robot.wait(lambda: world.commanded[1] > np.radians(49.0))
-    away = np.radians([35.0, 0.0, 0.0, 0.0, 0.0, 0.0])
+    away = np.radians([22.0, 0.0, 0.0, 0.0, 0.0, 0.0])
     world.quick_stop(away)
     robot.until(Mode.FAULT)
     robot.wait(lambda: world.state.zones == ())
@@ -312,8 +319,6 @@ def test_the_way_back_into_a_zone_waits_for_its_grant() -> None:
     world.grant()
     robot.until(Mode.HALTED, seconds=60.0)
     assert world.state.zones == ("handover",)
-    robot.order(Continue())
-    robot.wait(robot.ended)
 
 
 def test_inside_a_zone_nothing_goes_on_while_the_manager_does_not_confirm_its_token() -> None:
@@ -338,7 +343,8 @@ def test_inside_a_zone_nothing_goes_on_while_the_manager_does_not_confirm_its_to
 )
 def test_a_silent_manager_stops_the_way_back(choice: OnManagerReturn, modes: tuple[Mode, ...]) -> None:
     robot = Interrupted(on_manager_return=choice)
-    robot.stopped(2.0 * FAR)
+    robot.run_to(2)
+    robot.stop(2.0 * FAR)
     robot.order(Return())
     robot.world.run(0.3)
     robot.world.manager_silent = True
@@ -367,8 +373,7 @@ def change_zones(robot: Interrupted) -> None:
 def test_where_it_was_is_forgotten_when_that_means_nothing_any_more(
     happens: Callable[[Interrupted], None], words: str
 ) -> None:
-    robot = Interrupted()
-    robot.run_to(2)
+    robot = in_mid_line()
     robot.world.quick_stop(BESIDE)
     robot.until(Mode.FAULT)
     happens(robot)
