@@ -56,7 +56,8 @@ class Progress:
         if mode not in (Mode.RUNNING, Mode.RETURNING):
             return mode
         if not self._zones.fresh(now) and self._on_manager_return is OnManagerReturn.OPERATOR:
-            remedy = f"when it is back: cell continue {self._robot}"
+            order = "continue" if mode is Mode.RUNNING else "return"
+            remedy = f"when it is back: cell {order} {self._robot}"
             self._report.event(Severity.WARNING, "manager_silent", "halted: the manager is silent", remedy)
         elif leaving:
             self._run.fail("the agent was stopped")
