@@ -4,7 +4,7 @@ from collections.abc import Iterator, Mapping, Sequence
 
 from cell.config.settings import Times
 from cell.core import Effect, Publish
-from cell.messages.commands import (
+from cell.messages import (
     Claim,
     ClaimGrant,
     DisableDrives,
