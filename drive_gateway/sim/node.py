@@ -86,7 +86,6 @@ class SimulatedNode(FaultsOnCommand):
         self._objects.followers[_CONSUMER] = self._watch_master
         self._objects.followers[_PRODUCER] = lambda value: self._producer.configure(value, self._now)
         self._now = 0.0
-        self._boot_at: float | None = None
         self._restart_drive = True
         self._silent = False
         self._late = LateFrames()
@@ -140,7 +139,7 @@ class SimulatedNode(FaultsOnCommand):
 
     def _restart(self) -> None:
         self._nmt = NmtState.BOOT_UP
-        self._boot_at = None
+        self._boot_at: float | None = None
         self._handlers = {}
         self._sdo.reset()
         self._emergencies.reset()
@@ -245,9 +244,8 @@ class SimulatedNode(FaultsOnCommand):
             self._enter(after)
 
     def _disconnect(self, code: int = COMMUNICATION_LOST) -> None:
-        for drive in self.drives:
+        for drive, outputs in zip(self.drives, self.outputs, strict=True):
             drive.connection_lost(code)
-        for outputs in self.outputs:
             outputs.disconnected()
 
     def advance(self, now: float) -> None:
