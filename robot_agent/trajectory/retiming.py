@@ -40,7 +40,7 @@ def basis(places: Numbers) -> Numbers:
 
 def on_windows(rows: Numbers, c: Numbers) -> Numbers:
     """Rows `(3, m, intervals)` times the three coefficients of each interval, out of `c` `(intervals + 2,)`."""
-    return np.asarray(np.einsum("imk,ik->mk", rows, np.stack([c[:-2], c[1:-1], c[2:]])))
+    return np.asarray(np.einsum("imk,ik->mk", rows, np.array([c[:-2], c[1:-1], c[2:]])))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
