@@ -70,7 +70,8 @@ class PathLimits:
         fastest = self._fastest(at, first, stretch)
         for each in () if wide is None else np.searchsorted(self._ends, wide, side="right"):
             other = np.flatnonzero(each != stretch)
-            fastest[other] = np.minimum(fastest[other], self._fastest(at[other], first[other], each[other]))
+            if len(other):
+                fastest[other] = np.minimum(fastest[other], self._fastest(at[other], first[other], each[other]))
         jerk = self._jerk[stretch]
         affine = Affine(first, second, np.zeros(1), -self._lowest[stretch], self._highest[stretch])
         return Rows(affine.scaled(), first / jerk, second / jerk, third / jerk, fastest)
