@@ -38,6 +38,10 @@ def basis(places: Numbers) -> Numbers:
     return np.stack([value, first, second], axis=-2)
 
 
+_RULE = np.moveaxis(basis(PLACES), 0, -1)
+"""`(derivative, coefficient, places)`"""
+
+
 def on_windows(rows: Numbers, c: Numbers) -> Numbers:
     """Rows `(3, m, intervals)` times the three coefficients of each interval, out of `c` `(intervals + 2,)`."""
     return np.asarray(np.einsum("imk,ik->mk", rows, np.array([c[:-2], c[1:-1], c[2:]])))
@@ -86,14 +90,13 @@ class Limited:
         )
         squared = derivatives[0].ravel() ** 2
         faster = squared / np.maximum(rows.fastest, 1e-12 * squared + 1e-300)
-        rule = np.moveaxis(basis(PLACES), 0, -1)  # (derivative, coefficient, places)
         return cls(
-            _sum_of(accelerations, rule),
+            _sum_of(accelerations),
             by_interval(affine.above).reshape(-1, k),
             by_interval(affine.below).reshape(-1, k),
-            _sum_of(jerks, rule),
-            faster.reshape(places, k) * rule[0][..., None],
-            np.repeat(rule[0][..., None], k, axis=2),
+            _sum_of(jerks),
+            faster.reshape(places, k) * _RULE[0][..., None],
+            np.repeat(_RULE[0][..., None], k, axis=2),
             np.full(k, h),
             np.zeros(1, dtype=np.intp),
         )
@@ -171,7 +174,7 @@ def _neighbours(s: Numbers) -> Numbers:
     return np.stack([every[np.maximum(index - 1, 0)], every[np.minimum(index + 1, len(every) - 1)]])
 
 
-def _sum_of(terms: tuple[Numbers, ...], rule: Numbers) -> Numbers:
-    """Terms `(places, rows, intervals)` times the basis `(terms, 3, places)`: `(3, places x rows, intervals)`."""
-    total = np.einsum("tip,tprk->iprk", rule[: len(terms)], np.stack(terms))
+def _sum_of(terms: tuple[Numbers, ...]) -> Numbers:
+    """Terms `(places, rows, intervals)` times the basis: `(3, places x rows, intervals)`."""
+    total = np.einsum("tip,tprk->iprk", _RULE[: len(terms)], np.stack(terms))
     return np.asarray(total).reshape(3, -1, terms[0].shape[2])
