@@ -46,8 +46,9 @@ class Straight:
     def at(self, distance_m: Numbers) -> Numbers:
         """See the module."""
         distance = np.asarray(distance_m, dtype=np.float64)[..., None]
-        tangent = np.broadcast_to(self.direction, (*distance.shape[:-1], 3))
-        return np.stack([self.start + distance * self.direction, tangent, np.zeros_like(tangent)])
+        states = np.zeros((3, *distance.shape[:-1], 3))
+        states[0], states[1] = self.start + distance * self.direction, self.direction
+        return states
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -112,7 +113,7 @@ class Polynomial:
     def parameter(self, distance_m: Numbers) -> Numbers:
         """u `(...)` at `distance_m` `(...)`."""
         distance = np.clip(np.asarray(distance_m, dtype=np.float64), 0.0, self.length_m)
-        cell = np.clip(np.searchsorted(self.starts, distance, side="right") - 1, 0, _CELLS - 1)
+        cell = np.searchsorted(self.starts[1:-1], distance, side="right")
         return _parameter(self._tangents, distance, cell, self.starts[cell], self.starts[cell + 1])
 
     def derivative(self, u: Numbers, order: int) -> Numbers:
@@ -146,7 +147,7 @@ class Polynomials:
         """States as in the module `(3, k, 3)`, each at a distance `(k,)` on the curve with number `which` `(k,)`."""
         starts = self._starts[which]
         distance = np.clip(distance_m, 0.0, starts[:, -1])
-        cell = np.clip((starts <= distance[:, None]).sum(axis=1) - 1, 0, _CELLS - 1)
+        cell = (starts[:, 1:-1] <= distance[:, None]).sum(axis=1)
         first, last = self._starts[which, cell], self._starts[which, cell + 1]
         if self._clock is None:
             u = _parameter(self._tangents[which], distance, cell, first, last)
