@@ -28,7 +28,7 @@ _MORE = 1.1
 _BELOW = 1.02
 _LEAST = 0.02
 """Share of the correction's acceleration below which the robot rather stops."""
-_GENTLEST_RAMP = 0.5
+_GENTLEST_RAMP = 0.25
 """Least share of what the joints allow that the path's ramp is left with, whatever the correction needs."""
 _CLOSING_STOP_S = 0.4
 """A correction approaches its target no faster than it can stop within this time, however gentle it has to be."""
