@@ -22,6 +22,8 @@ _SHARES = (1.0, 0.85, 0.65, 0.45, 0.25, 0.1)
 """Of what the joints allow: tried one after the other until the samples keep the limits."""
 _RAMPS_OF_FIRST, _RAMPS = _SHARES[:3], _SHARES[:2]
 """Tried behind the first way to a rate and behind each gentler one: where these are too hard, so are gentler ones."""
+_SLOWER = (1.0, 0.5, 0.25, 0.1)
+"""Of the wish, where the plan rests and the rate may jump: a bound near behind may only be reached at a lower one."""
 _ATTEMPTS = 8
 _NEAR_S = 1e-3
 _VERY_NEAR = 3e-3
@@ -69,18 +71,23 @@ class OneWay:
             return join.remainder("")
         if wish.bound - state.tau > AT_HOLD_S:
             wish = self._capped(join.cap, wish, state)
-            start = self.start(join, wish.rate)
-            free = self._onwards(join, start, wish)
-            if free is not None and self._rests_at(free) <= wish.bound:
-                return free
+            for slower in _SLOWER if state.tau in self.track.rests else _SLOWER[:1]:
+                moved = self._moved(join, replace(wish, rate=slower * wish.rate))
+                if moved is not None:
+                    return moved
             if wish.bound == np.inf:
                 return join.remainder(wish.who)
-            held = self._up_to(join, start, wish)
-            if held is not None:
-                return held
         if self._rests_at(join.previous) > wish.bound:
             return self.stop(join, wish.bound_by)
         return join.remainder(wish.bound_by)
+
+    def _moved(self, join: Join, wish: Wish) -> Segment | None:
+        """Freely if that ends in front of the bound, else up to it; None when that is not admissible or not needed."""
+        start = self.start(join, wish.rate)
+        free = self._onwards(join, start, wish)
+        if free is not None and self._rests_at(free) <= wish.bound:
+            return free
+        return None if wish.bound == np.inf else self._up_to(join, start, wish)
 
     def stop(self, join: Join, who: str) -> Segment:
         """The fastest way to rest that ends no farther away than the remainder of the previous segment, else that."""

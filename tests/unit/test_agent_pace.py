@@ -1,7 +1,7 @@
 """Override, steps and manual speed: what an operator's calls do to a running program."""
 
 import numpy as np
-from test_agent_core import INTO_ZONE, SHORT, ended, running, until
+from test_agent_core import INTO_ZONE, SHORT, enabled, ended, running, until
 
 from cell.messages import Continue, Halt, Mode, Run, SetManual, SetOverride, Step
 from tests.unit.agent_world import CYCLE_S, AgentWorld
@@ -84,6 +84,13 @@ def test_steps_go_block_by_block_and_halt_in_between() -> None:
     assert lines == [1, 2]
     until(world, ended(world))
     assert world.state.mode is Mode.READY
+
+
+def test_a_step_ends_where_the_plan_would_still_accelerate() -> None:
+    world = enabled("MJ J1=5\nMJ J1=10\nMJ J1=15\nEND")
+    say(world, Step())
+    until(world, lambda: world.state.mode is Mode.HALTED)
+    assert world.state.program.line == 1
 
 
 def test_continue_after_a_step_goes_on_to_the_end() -> None:

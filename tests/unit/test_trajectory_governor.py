@@ -79,6 +79,15 @@ def test_hold_is_reached_to_ten_micrometres_and_not_passed() -> None:
     drive.check()
 
 
+@pytest.mark.parametrize("share", [0.02, 0.1, 0.3])
+def test_a_hold_near_the_start_is_approached_slowly(share: float) -> None:
+    hold = Hold(share * JOINTS.duration_s, "step")
+    drive = Drive(JOINTS)
+    drive.run(lambda: drive.standing and drive.tau > 0.0, (hold,))
+    assert hold.tau - 1e-6 < drive.tau <= hold.tau
+    drive.check()
+
+
 def test_robot_brakes_for_a_hold_once_and_stands_still_in_front_of_it() -> None:
     hold = Hold(0.5 * LONG.duration_s, "zone a")
     drive = Drive(LONG)
