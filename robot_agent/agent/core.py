@@ -131,6 +131,8 @@ class AgentCore:
         if feedback is None or self.link.grant is None:
             self._without_claim()
             return effects + self.operator.refuse_all("the robot's gateway has not accepted this agent yet")
+        if self.mode is Mode.STARTING:
+            self.run.outputs.claimed(self.link.grant.outputs)
         if self._planner is None or self._planner.cycle_s != self.link.grant.cycle_s:
             self._planner = self._planner_for(self.link.grant.cycle_s)
             self._torques = axis_torques(self._planner.model, self._planner.pose_world_base)
@@ -259,7 +261,10 @@ class AgentCore:
         newest = block if block is not None else executive.timeline.newest
         stop_time_s = max(0.0, (newest.rest_tick - feedback.tick) * planner.cycle_s)
         presence = self._announcer.presence(body, wants, stop_time_s, self._estop.active, now)
-        return [presence] if block is None else [presence, Publish(executive.sent(block))]
+        if block is None:
+            return [presence]
+        events = self.run.events(block, executive, halted=self.mode is not Mode.RUNNING)
+        return [presence, Publish(executive.sent(block, events))]
 
     def _plan_ahead(self, feedback: DriveFeedback) -> list[Effect]:
         effects, zones = [], self.zones.geometry

@@ -114,6 +114,8 @@ class Decisions:
             return Refused(f"{self._robot} is in mode {mode.value}: {self._way_out(mode)}")
         if situation.refused_by_manager:
             return Refused(f"the manager refuses {self._robot}: {situation.refused_by_manager}")
+        if self._run.unknown_output:
+            return Refused(f"{self._robot} cannot run its program: {self._run.unknown_output}")
         if not executive.at_rest(feedback.tick):
             return Refused(f"{self._robot} still moves: call again when it is at rest")
         if self._pace.backwards:

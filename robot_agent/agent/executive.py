@@ -2,12 +2,12 @@
 
 import math
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from cell.config.settings import Times
-from cell.messages import Body, DriveFeedback, SetpointBlock
+from cell.messages import Body, DriveFeedback, OutputEvent, SetpointBlock
 from robot_agent.agent.axes import samples_in_axes, torques_in_axes
 from robot_agent.agent.corrected_blocks import corrected_block, resume
 from robot_agent.agent.corrections import Correcting
@@ -68,7 +68,8 @@ class Executive:
         self._owner = feedback.owner
         self._numbers = numbers
         self._torques = torques
-        self._nominal = round(times.nominal_s / self._cycle_s)
+        self.nominal = round(times.nominal_s / self._cycle_s)
+        """So many samples of a block are what is meant to come; the others are there in case no block follows."""
         self._governors: dict[int, tuple[Planned, Governor]] = {}
         self._jog: JogSource | None = None
         first = SentBlock(feedback.block, feedback.tick, standing, self._governor(standing).rest(0.0))
@@ -131,15 +132,18 @@ class Executive:
             block = self._block(join, base.planned, segment)
         return block
 
-    def sent(self, block: SentBlock) -> SetpointBlock:
-        """Note that a block is sent, and give its message."""
+    def sent(self, block: SentBlock, events: tuple[OutputEvent, ...] = ()) -> SetpointBlock:
+        """Note that a block is sent with these events, and give its message, whose nominal part contains them."""
         follows = self.timeline.newest.sequence
-        self.timeline.sent(block)
+        self.timeline.sent(replace(block, events=events))
         segment = block.segment
-        position, velocity = samples_in_axes(self._planner.model.coupling, segment.q, segment.qd)
+        nominal = max([segment.nominal, *(event.tick - block.first_tick + 1 for event in events)])
+        rows = np.minimum(np.arange(max(segment.length, nominal)), segment.length - 1)
+        position, velocity = samples_in_axes(self._planner.model.coupling, segment.q[rows], segment.qd[rows])
+        torque = torques_in_axes(self._torques, segment)
         return SetpointBlock(
-            self._robot, self._owner, block.sequence, follows, block.first_tick, self._cycle_s, segment.nominal,
-            position, velocity, torques_in_axes(self._torques, segment),
+            self._robot, self._owner, block.sequence, follows, block.first_tick, self._cycle_s, nominal,
+            position, velocity, None if torque is None else torque[rows], events,
         )  # fmt: skip
 
     def body(self, feedback: DriveFeedback, candidate: SentBlock | None) -> Body:
@@ -176,7 +180,7 @@ class Executive:
         before = base.segment.history(index)
         jog.resume(states_from(base.planned.motion, base.segment, index), before)
         present = States.one(jog.state)
-        nominal = jog.samples(0 if stop else self._nominal)
+        nominal = jog.samples(0 if stop else self.nominal)
         states = present.then(nominal).then(jog.brake())
         model = self._planner.model
         motion, segment = sampled(model, states, nominal.count, before, self._cycle_s, jog.ruled_by)
@@ -202,7 +206,7 @@ class Executive:
         source.holds = wishes.holds(planned, segment, index)
         source.target = Target.none() if correcting is None else correcting.target.after(ahead_s)
         source.cap(wishes.cap_m_s)
-        return corrected_block(self._planner, source, base, tick, planned, self._nominal, next(self._numbers))
+        return corrected_block(self._planner, source, base, tick, planned, self.nominal, next(self._numbers))
 
     def _start_follower(self, base: SentBlock, join: int, wishes: Wishes, ahead_s: float) -> SentBlock | None:
         follower = wishes.follower

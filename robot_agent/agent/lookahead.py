@@ -24,6 +24,7 @@ from robot_agent.language import (
     Program,
     ProgramFault,
     Step,
+    SwitchNow,
     TrackingOff,
     TrackingOn,
 )
@@ -54,7 +55,7 @@ class Waiting:
     line: int
 
 
-Item = Planned | PlanFailed | Waiting | Pause | TrackingOn | TrackingOff | Finished | ProgramFault
+Item = Planned | PlanFailed | Waiting | Pause | SwitchNow | TrackingOn | TrackingOff | Finished | ProgramFault
 
 
 class Lookahead:
@@ -171,7 +172,7 @@ class Lookahead:
         self._plans += 1
         cut_s = math.floor(max(lowest_tau - _KEPT_S, 0.0) / motion.cycle_s) * motion.cycle_s
         self._extension = ExtendRequest(
-            self._plans, steps, motion, running.lines, at_s, cut_s, running.first_tau, zones
+            self._plans, steps, motion, running.lines, running.switches, at_s, cut_s, running.first_tau, zones
         )  # fmt: skip
         return [Plan(self._extension)]
 

@@ -9,7 +9,7 @@ from cell.core import Effect
 from cell.messages import ZoneGeometry
 from robot_agent.agent.targets import joint_target, pose_target
 from robot_agent.kinematics import KinematicsError, Model
-from robot_agent.language import FlangeStep, JointStep, LineStep, MotionStep, SplineStep
+from robot_agent.language import FlangeStep, JointStep, LineStep, MotionStep, SplineStep, Switch
 from robot_agent.paths import Arc, Block, JointMove, Line, Sequence, Spline
 from robot_agent.paths.arc import evenly_turned
 from robot_agent.paths.legs import end_of
@@ -47,6 +47,8 @@ class ExtendRequest:
     motion: Motion
     lines: tuple[int, ...]
     """The program line of each block of the motion."""
+    switches: tuple[tuple[Switch, ...], ...]
+    """What is switched at the end of each of them."""
     splice_s: float
     cut_s: float
     first_tau: float
@@ -84,6 +86,8 @@ class Planned:
     zone_versions: dict[str, int]
     first_tau: float = 0.0
     """The tau [s] that may not be passed backwards; what lies before it is not known any more."""
+    switches: tuple[tuple[Switch, ...], ...] = ()
+    """What is switched at the end of each block of a motion that a program asked for."""
 
     def line_at(self, tau: float) -> int:
         """The program line that path time `tau` [s] lies in."""
@@ -130,7 +134,8 @@ class Planner:
             if isinstance(request, ExtendRequest):
                 return self._extended(request, sequence)
             motion = plan(self.model, sequence, self.limits, start=request.start, cycle_s=self.cycle_s)
-            return self._with_body(request.id, _lines(sequence), motion, request.zones)
+            planned = self._with_body(request.id, _lines(sequence), motion, request.zones)
+            return replace(planned, switches=_switches(request))
         except PlanError as error:
             return PlanFailed(request.id, error.line, str(error))
         except KinematicsError as error:
@@ -140,11 +145,13 @@ class Planner:
         old, at_s, cut_s = request.motion, request.splice_s, request.cut_s
         onward = plan(self.model, sequence, self.limits, start=old.state(at_s), cycle_s=self.cycle_s)
         motion = spliced(old, at_s, onward, cut_s)
-        lines = (request.lines + _lines(sequence))[-len(motion.ends) :]
+        blocks = len(motion.ends)
+        lines = (request.lines + _lines(sequence))[-blocks:]
         whole = self._with_body(request.id, lines, motion, request.zones)
         return Extended(
             whole.id, lines, motion, whole.sweep, whole.crossings, whole.zone_versions,
             first_tau=self.cycle_s if cut_s > 0.0 else request.first_tau, cut_s=cut_s, splice_s=at_s - cut_s,
+            switches=(request.switches + _switches(request))[-blocks:],
         )  # fmt: skip
 
     def standstill(self, q: NDArray[np.float64], zones: tuple[ZoneGeometry, ...]) -> Planned:
@@ -182,6 +189,10 @@ class Planner:
 
 def _lines(sequence: Sequence) -> tuple[int, ...]:
     return tuple(block.line for block in sequence.blocks)
+
+
+def _switches(request: PlanRequest | ExtendRequest) -> tuple[tuple[Switch, ...], ...]:
+    return tuple(step.switches for step in request.steps)
 
 
 def _joint_block(step: JointStep, target: NDArray[np.float64]) -> JointMove:

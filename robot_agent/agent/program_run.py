@@ -1,15 +1,18 @@
 """One run of the program: its state, the line in execution, pauses, and the time spent waiting for zones."""
 
+import itertools
+
 import numpy as np
 from numpy.typing import NDArray
 
 from cell.core import Effect
-from cell.messages import ProgramState, ProgramStatus, ZoneGeometry
+from cell.messages import OutputEvent, ProgramState, ProgramStatus, ZoneGeometry
 from robot_agent.agent.executive import Executive
 from robot_agent.agent.lookahead import Lookahead, Waiting
+from robot_agent.agent.output_marks import OutputMarks
 from robot_agent.agent.planning import Extended, PlanFailed, Planned
 from robot_agent.agent.timeline import SentBlock
-from robot_agent.language import Finished, Pause, Program, ProgramFault, TrackingOff, TrackingOn
+from robot_agent.language import Finished, Pause, Program, ProgramFault, SwitchNow, TrackingOff, TrackingOn
 
 
 class ProgramRun:
@@ -18,6 +21,7 @@ class ProgramRun:
     def __init__(self, program: Program) -> None:
         self._program = program
         self.lookahead = Lookahead()
+        self.outputs = OutputMarks()
         self.state = ProgramState.LOADED
         self.error = ""
         self.line = 0
@@ -53,19 +57,34 @@ class ProgramRun:
         self.resume_tick, self._pause = at_tick or 0, (0, 0)
         self.starting, self.end_tick = at_tick is not None, end_tick
         self.correction, self.correction_ends = "", False
+        self.outputs.drop()
         self.lookahead.start(self._program, q)
+
+    @property
+    def unknown_output(self) -> str:
+        """Which statement switches an output that the robot does not have, for people; empty when none does."""
+        statement = self._program.unknown_output(self.outputs.names)
+        if statement is None:
+            return ""
+        known = ", ".join(self.outputs.names) or "it has none"
+        return (
+            f"line {statement.line} of {self._program.name} switches the output {statement.output!r}, "
+            f"which its gateway does not know; in its drives file are: {known}"
+        )
 
     def fail(self, why: str) -> None:
         """End a running or interrupted program before its end."""
         if self.running or self.interrupted:
             self.state, self.error = ProgramState.FAILED, why
         self.correction, self.correction_ends = "", False
+        self.outputs.drop()
         self.lookahead.stop()
 
     def interrupt(self, why: str) -> None:
         """The robot is about to leave its path: nothing is settled until `resume`, what comes next is kept."""
         self.state, self.error = ProgramState.INTERRUPTED, why
         self.end_tick = None
+        self.outputs.interrupted()
 
     def resume(self) -> None:
         """The robot rests on its path again, where it left it."""
@@ -73,10 +92,18 @@ class ProgramRun:
 
     def accepted(self, block: SentBlock) -> None:
         """The gateway has accepted a block; when it begins the next motion, that one is no longer ahead."""
+        if self.running:
+            self.outputs.accepted(block)
         head = self.lookahead.head
         if isinstance(head, Planned) and head.motion is block.path.motion:
             self.lookahead.advance()
             self.starting = False
+
+    def events(self, block: SentBlock, executive: Executive, halted: bool) -> tuple[OutputEvent, ...]:
+        """The outputs that a block is to switch; none once the program has ended, wherever its block leads."""
+        if not self.running:
+            return ()
+        return self.outputs.events(block, executive.nominal, executive.timeline.undecided, halted)
 
     def start_missed(self, tick: int) -> bool:
         """Whether the first motion has not begun at the tick at which it had to."""
@@ -120,11 +147,13 @@ class ProgramRun:
         head = self.lookahead.head
         return head if isinstance(head, Planned) else None
 
-    def settle(self, executive: Executive, tick: int, cycle_s: float) -> None:
-        """Take the steps that move nothing, once the motion before them has ended."""
-        if not self.running or not executive.at_motion_end:
+    def settle(self, executive: Executive, tick: int, cycle_s: float, halted: bool) -> None:
+        """Take the steps that move nothing, once the motion before them has ended and its outputs are switched."""
+        self.outputs.played(tick)
+        due_tick = self.outputs.due_tick
+        if not self.running or not executive.at_motion_end or due_tick is None:
             return
-        rest_tick = max(executive.timeline.path_rest_tick, self.resume_tick)
+        rest_tick = max(executive.timeline.path_rest_tick, self.resume_tick, due_tick)
         self.correction_ends = False
         if not self.starting and tick >= rest_tick:
             self.end_tick = None
@@ -133,7 +162,11 @@ class ProgramRun:
             self.resume_tick = rest_tick + round(head.duration_s / cycle_s)
             self._pause = (head.line, rest_tick)
             self.lookahead.advance()
-        elif isinstance(head, Planned) and head.motion.duration_s == 0.0:
+        elif isinstance(head, SwitchNow) and not halted:
+            self.outputs.due(head.switches, rest_tick)
+            self.lookahead.advance()
+        elif isinstance(head, Planned) and head.motion.duration_s == 0.0 and not halted:
+            self.outputs.due(itertools.chain(*head.switches), rest_tick)
             self.lookahead.advance()
         elif tick >= rest_tick:
             match head:

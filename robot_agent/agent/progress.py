@@ -69,7 +69,7 @@ class Progress:
         if self._run.start_missed(feedback.tick):
             why = self._stillness.why(mode, executive, feedback.tick, now) or "the robot was held up"
             self._run.fail(f"the common start was missed: {why}")
-        self._run.settle(executive, feedback.tick, executive.cycle_s)
+        self._run.settle(executive, feedback.tick, executive.cycle_s, halted=mode is Mode.HALTED)
         self._run.follow(executive.timeline.at(feedback.tick)[0], feedback.tick)
         if mode is not Mode.RUNNING:
             return mode

@@ -4,7 +4,7 @@ import math
 from collections import deque
 from dataclasses import dataclass, replace
 
-from cell.messages import DriveFeedback
+from cell.messages import DriveFeedback, OutputEvent
 from robot_agent.agent.planning import Extended, Planned
 from robot_agent.trajectory import PathState, Segment
 from robot_agent.trajectory.sources import CorrectedSource, Given
@@ -32,6 +32,7 @@ class SentBlock:
     segment: Segment
     followed: Followed | None = None
     """For a corrected block, whose `planned` and `segment` are only its samples."""
+    events: tuple[OutputEvent, ...] = ()
 
     @property
     def path(self) -> Planned:
@@ -89,6 +90,11 @@ class Timeline:
     def newest(self) -> SentBlock:
         """The newest block that the gateway has accepted."""
         return self._accepted[-1]
+
+    @property
+    def undecided(self) -> tuple[SentBlock, ...]:
+        """The blocks that the gateway may still accept, or has."""
+        return tuple(self._open)
 
     @property
     def path_rest_tick(self) -> int:

@@ -14,12 +14,16 @@ from robot_agent.language.program import (
     MoveSpline,
     Pace,
     Program,
+    SetOutput,
+    Switch,
     Tangent,
     Track,
     Wait,
 )
 
 _MAX_IDLE_STATEMENTS = 10_000
+_MAX_SWITCHES = 100
+"""At one place."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,6 +35,7 @@ class JointStep:
     speed: float
     pace: Pace = FREELY
     synchronised: bool = True
+    switches: tuple[Switch, ...] = ()
 
 
 LineStep = MoveLine
@@ -47,6 +52,14 @@ class Pause:
 
     line: int
     duration_s: float
+
+
+@dataclass(frozen=True, slots=True)
+class SwitchNow:
+    """Switch outputs where the robot rests: no move is before them."""
+
+    line: int
+    switches: tuple[Switch, ...]
 
 
 @dataclass(frozen=True, slots=True)
@@ -79,11 +92,14 @@ class ProgramFault:
     text: str
 
 
-Step = MotionStep | Pause | TrackingOn | TrackingOff | Finished | ProgramFault
+Step = MotionStep | Pause | SwitchNow | TrackingOn | TrackingOff | Finished | ProgramFault
 
 
 class Interpreter:
-    """Walks through a program, one `Step` at a call; after `Finished` or `ProgramFault` it repeats that step."""
+    """Walks through a program, one `Step` at a call; after `Finished` or `ProgramFault` it repeats that step.
+
+    Outputs that are switched behind a move are part of its step, so it looks one step farther.
+    """
 
     def __init__(self, program: Program) -> None:
         self._program = program
@@ -92,9 +108,28 @@ class Interpreter:
         self._tangential_rad: float | None = None
         self._tracking = False
         self._end: Finished | ProgramFault | None = None
+        self._switched = 0
+        self._following: Step | Switch | None = None
+        """What comes next, when it is known already."""
 
     def next(self) -> Step:
         """The next thing to do; statements that only steer the program are passed over."""
+        first = self._following or self._walk()
+        self._following = None
+        if not isinstance(first, Switch | MotionStep):
+            return first
+        switches = [first] if isinstance(first, Switch) else []
+        while isinstance(following := self._walk(), Switch) and len(switches) < _MAX_SWITCHES:
+            switches.append(following)
+        if isinstance(following, Switch):
+            text = f"more than {_MAX_SWITCHES} SET DO or RESET DO at one place: put a motion or a WAIT into the loop"
+            following = self._finish(ProgramFault(following.line, text))
+        self._following = following
+        if isinstance(first, Switch):
+            return SwitchNow(first.line, tuple(switches))
+        return replace(first, switches=tuple(switches))
+
+    def _walk(self) -> Step | Switch:
         if self._end is not None:
             return self._end
         line = 1
@@ -115,6 +150,9 @@ class Interpreter:
                     self._tangential_rad = angle_rad
                 case Track() if self._tracking or statement.name is not None:
                     return self._track(statement)
+                case SetOutput(line, output, on):
+                    self._switched += 1
+                    return Switch(line, output, on, self._switched)
                 case Wait(line, duration_s):
                     return Pause(line, duration_s)
                 case Goto():

@@ -13,6 +13,7 @@ from robot_agent.language.program import (
     Program,
     ProgramError,
     ProgramProblem,
+    SetOutput,
     Statement,
     Tangent,
     Track,
@@ -32,24 +33,32 @@ def parse_program(
     joint_names: tuple[str, ...],
     linear: Collection[str] = frozenset(),
     corrections: Collection[str] | None = None,
+    outputs: Collection[str] | None = None,
 ) -> Program:
     """Parse a program.
 
     `joint_names` are the joints that `MJ` may name; joint values are degrees, or millimetres for the joints in
     `linear`, lengths millimetres, speeds percent of the joint limits (`MJ`, `HOME`) or mm/s (`ML`, `MC`, `MS`).
-    `corrections` are the names that `TRACK` may use, `None` for any. Raises `ProgramError` with every mistake.
+    `corrections` are the names that `TRACK` may use, `outputs` those of `SET DO` and `RESET DO`, `None` for any.
+    Raises `ProgramError` with every mistake.
     """
-    return _Parser(name, joint_names, linear, corrections).parse(text)
+    return _Parser(name, joint_names, linear, corrections, outputs).parse(text)
 
 
 class _Parser:
     def __init__(
-        self, name: str, joint_names: tuple[str, ...], linear: Collection[str], corrections: Collection[str] | None
+        self,
+        name: str,
+        joint_names: tuple[str, ...],
+        linear: Collection[str],
+        corrections: Collection[str] | None,
+        outputs: Collection[str] | None,
     ) -> None:
         self._name = name
         self._joints = joint_names
         self._linear = linear
         self._corrections = corrections
+        self._outputs = outputs
         self._problems: list[ProgramProblem] = []
         self._labels: dict[str, int] = {}
         self._jumps: list[tuple[int, int, Word, int | None]] = []
@@ -62,6 +71,8 @@ class _Parser:
             "HOME": self._home,
             "TANG": self._tangent,
             "TRACK": self._track,
+            "SET": self._switch,
+            "RESET": self._switch,
             "WAIT": self._wait,
             "LABEL": self._label,
             "GOTO": self._goto,
@@ -121,6 +132,16 @@ class _Parser:
             known = ", ".join(sorted(self._corrections)) or "this robot has none in the cell file"
             raise Mistake(word.column, f"unknown correction `{word.text}`", f"OFF or a name of corrections: {known}")
         self._statements.append(Track(line, word.text))
+
+    def _switch(self, line: int, words: list[Word]) -> None:
+        if len(words) != 3 or words[1].text.upper() != "DO":
+            found = f"`{' '.join(word.text for word in words)}`"
+            raise Mistake(words[0].column, found, f"{words[0].text.upper()} DO and the name of an output")
+        word = words[2]
+        if self._outputs is not None and word.text not in self._outputs:
+            known = ", ".join(sorted(self._outputs)) or "this robot has none in its drives file"
+            raise Mistake(word.column, f"unknown output `{word.text}`", f"a name of outputs: {known}")
+        self._statements.append(SetOutput(line, word.text, words[0].text.upper() == "SET"))
 
     def _wait(self, line: int, words: list[Word]) -> None:
         word = self._only_argument(words, "a time in seconds")

@@ -1,5 +1,6 @@
 """A program as data: statements in SI units, each with the line it came from."""
 
+from collections.abc import Collection
 from dataclasses import dataclass
 
 Position = tuple[float | None, float | None, float | None]
@@ -23,6 +24,17 @@ class Pace:
 
 
 FREELY = Pace()
+
+
+@dataclass(frozen=True, slots=True)
+class Switch:
+    """One execution of `SET DO name` or `RESET DO name`: a digital output is switched on or off."""
+
+    line: int
+    output: str
+    on: bool
+    number: int
+    """Counts what one run of a program switches, from 1; each round of a loop counts anew."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,6 +63,8 @@ class MoveLine:
     wrist_may_flip: bool = False
     tangential_rad: float | None = None
     """`TANG`, on every move of the flange: the tool follows the direction of the path, at this angle to it."""
+    switches: tuple[Switch, ...] = ()
+    """On every move: what is switched at its end."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,6 +81,7 @@ class MoveArc:
     """`H`: how far to go on the circle; the target is then only a point of it."""
     pace: Pace = FREELY
     tangential_rad: float | None = None
+    switches: tuple[Switch, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,6 +93,7 @@ class MoveSpline:
     orientation_abc: Orientation | None
     pace: Pace = FREELY
     tangential_rad: float | None = None
+    switches: tuple[Switch, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -103,6 +119,15 @@ class Track:
 
     line: int
     name: str | None
+
+
+@dataclass(frozen=True, slots=True)
+class SetOutput:
+    """`SET DO name`, `RESET DO name`: where the move before it ends, this digital output is switched."""
+
+    line: int
+    output: str
+    on: bool
 
 
 @dataclass(frozen=True, slots=True)
@@ -138,7 +163,9 @@ class End:
     line: int
 
 
-Statement = MoveJoints | MoveLine | MoveArc | MoveSpline | Home | Tangent | Track | Wait | Label | Goto | End
+Statement = (
+    MoveJoints | MoveLine | MoveArc | MoveSpline | Home | Tangent | Track | SetOutput | Wait | Label | Goto | End
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -148,6 +175,11 @@ class Program:
     name: str
     statements: tuple[Statement, ...]
     lines: tuple[str, ...]
+
+    def unknown_output(self, known: Collection[str]) -> SetOutput | None:
+        """The first statement that switches an output which is not `known`."""
+        switching = (each for each in self.statements if isinstance(each, SetOutput))
+        return next((each for each in switching if each.output not in known), None)
 
     def text_of(self, line: int) -> str:
         """The text of a line (from 1) without its comment; empty for lines outside the program."""

@@ -72,21 +72,23 @@ class Governor:
         holds: Sequence[Hold],
         stop: bool = False,
         cap_m_s: float | None = None,
+        share: float = 1.0,
     ) -> Segment:
         """The segment that joins `previous` at its sample `index` (0 or more; behind its end it stands).
 
         Towards the lowest of `requests` (1 when there is none) for the nominal part, then the fastest braking ramp
         found within the `ramp` limits. A change of direction goes through rest. It comes to rest at or before the
         nearest of `holds`, and reaches it to 2 ns of tau when it has to wait there. `cap_m_s` bounds the speed of the
-        TCP in all of it. `stop` brakes at once. When nothing better is admissible the answer is the remainder of
-        `previous`, which ends at rest. A hold or a cap that comes too late is answered by the fastest stop.
+        TCP in all of it. A new change of the rate uses at most `share` (0 to 1] of what the joints allow; the rest is
+        left to what is added to the path. `stop` brakes at once. When nothing better is admissible the answer is the
+        remainder of `previous`, which ends at rest. A hold or a cap that is late is answered by the fastest stop.
         """
         lowest = min(requests, key=lambda each: abs(each.rate), default=RateRequest(1.0, ""))
         backwards = next((each for each in requests if each.rate < 0.0), None)
         tau = previous.state(index).tau
         turning = (previous.stop_tau - tau) * (1.0 if backwards is None else -1.0) < 0.0
         way = self._forwards if (backwards is None) is not turning else self._backwards
-        join = Join(previous, index, way.cap(cap_m_s))
+        join = Join(previous, index, way.cap(cap_m_s), share)
         if stop or abs(lowest.rate) < _SLOWEST:
             return way.stop(join, "stop" if stop else lowest.who)
         if turning:

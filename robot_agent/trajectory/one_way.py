@@ -90,7 +90,7 @@ class OneWay:
         limit, farthest = self.track.next_rest(start.tau), self._rests_at(remainder)
         join = replace(join, cap=None)
         for share in _SHARES:
-            ramp = self._steering.change(start, 0.0, share, limit)
+            ramp = self._steering.change(start, 0.0, join.share * share, limit)
             if ramp.duration_s > remainder.stop_time_s:
                 break
             braked = self._sampler.brake(join, start, ramp, 0.0, ramp, limit, who)
@@ -119,7 +119,7 @@ class OneWay:
             yield under_way, ramps
             ramps = _RAMPS
         for share in _SHARES:
-            yield self._steering.change(start, rate, share), ramps
+            yield self._steering.change(start, rate, join.share * share), ramps
             if start.rate == rate and start.rate_dot == 0.0:
                 return
             ramps = _RAMPS
@@ -144,7 +144,7 @@ class OneWay:
         limit = self.track.next_rest(end.tau)
         riding_s = self._sampler.riding_s(start, law, limit) - nominal_s
         for share in shares if riding_s > self._cycle_s else ():
-            ramp = self._steering.change(end, 0.0, share, limit)
+            ramp = self._steering.change(end, 0.0, join.share * share, limit)
             if ramp.duration_s >= riding_s or end.tau + ramp.advance >= limit:
                 break
             braked = self._sampler.brake(join, start, law, nominal_s, ramp, limit, wish.who)
@@ -169,7 +169,7 @@ class OneWay:
                     return ridden
             ways = 0
             for share in shares:
-                found = self._braking_at(start, law, wish.bound - _HOLD_MARGIN_S, share)
+                found = self._braking_at(start, law, wish.bound - _HOLD_MARGIN_S, join.share * share)
                 if found is None:
                     continue
                 held = self._sampler.brake(join, start, law, found[0], found[1], wish.bound, wish.bound_by)

@@ -22,11 +22,13 @@ _BEHIND = RESTING_SAMPLES + 2
 
 @dataclass(frozen=True, slots=True)
 class Join:
-    """Where a new segment begins: at sample `index` of `previous`; and the cap on its speed."""
+    """Where a new segment begins: at sample `index` of `previous`; the cap on its speed, and how gentle it is."""
 
     previous: Segment
     index: int
     cap: SpeedCap | None
+    share: float = 1.0
+    """Of what the joints allow, which a new change of the rate uses at most."""
 
     @property
     def tau(self) -> float:

@@ -28,6 +28,7 @@ from cell.messages import (
     Event,
     Heard,
     ManagerState,
+    OutputEvent,
     PlayoutState,
     Presence,
     Release,
@@ -89,6 +90,10 @@ class AgentWorld:
         self.events: list[Event] = []
         self.torques = False
         """A drive takes torque as feed-forward."""
+        self.outputs: tuple[str, ...] = ()
+        self.switched: list[tuple[int, OutputEvent]] = []
+        """What was executed, and at which tick."""
+        self._output_events: list[OutputEvent] = []
         self.signs_of_life: list[SetpointBlock] = []
         self.now = 100.0
         self.tick = 1
@@ -184,6 +189,10 @@ class AgentWorld:
         if self.queue:
             self.commanded = self.queue.pop(0)
         self.played.append(self.commanded)
+        while self._output_events and self._output_events[0].tick <= self.tick:
+            event = self._output_events.pop(0)
+            if not self.switched or event.number > self.switched[-1][1].number:
+                self.switched.append((self.tick, event))
 
     def _feedback(self) -> DriveFeedback:
         self._sequence += 1
@@ -247,7 +256,8 @@ class AgentWorld:
         match command:
             case Claim():
                 axes = self.planner.model.joint_names
-                return Reply(id, True, "yours", ClaimGrant(7, CYCLE_S, self.tick, axes, "gateway", self.torques))
+                grant = ClaimGrant(7, CYCLE_S, self.tick, axes, "gateway", self.torques, self.outputs)
+                return Reply(id, True, "yours", grant)
             case EnableDrives():
                 self.enabled = True
             case DisableDrives():
@@ -270,5 +280,8 @@ class AgentWorld:
             return
         queued = [*self.queue, *[self.queue[-1] if self.queue else self.commanded] * (offset + 1 - len(self.queue))]
         assert np.abs(queued[offset] - block.position[0]).max() < 1e-9, "a block must continue what is queued"
+        assert all(block.first_tick <= each.tick < block.first_tick + block.nominal for each in block.events)
+        assert block.nominal <= len(block.position)
+        self._output_events = [e for e in self._output_events if e.tick < block.first_tick] + list(block.events)
         self.queue = [*queued[:offset], *block.position]
         self.block = replace(block)

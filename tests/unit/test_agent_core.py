@@ -34,8 +34,11 @@ SHORT = "MJ J1=20 J2=-20 J3=30 J5=60 F=60\nML Y=200\nHOME\nEND"
 INTO_ZONE = "MJ J2=-20 J3=30 J5=60\nMJ J2=50 J3=-25 J5=30 F=50\nMJ J2=-20 J3=30 J5=60\nEND"
 
 
-def enabled(program: str, on_manager_return: OnManagerReturn = OnManagerReturn.CONTINUE) -> AgentWorld:
+def enabled(
+    program: str, on_manager_return: OnManagerReturn = OnManagerReturn.CONTINUE, outputs: tuple[str, ...] = ()
+) -> AgentWorld:
     world = AgentWorld(program, on_manager_return)
+    world.outputs = outputs
     until(world, lambda: world.states != [] and world.state.mode is Mode.DISABLED)
     world.call(Enable())
     until(world, lambda: world.state.mode is Mode.READY)

@@ -55,6 +55,6 @@ def test_a_cell_with_such_an_edge_is_warned_and_not_refused(tmp_path: Path) -> N
     assert not refuses(problems)
     (problem,) = problems
     assert copy.shown(problem) == (
-        f"{PROGRAM}:12:1: warning: program: found an R without effect, the robot stops: WAIT 1 in line 13 comes before "
+        f"{PROGRAM}:14:1: warning: program: found an R without effect, the robot stops: WAIT 1 in line 15 comes before "
         "the next move, allowed R where the next move can be joined; docs/language.md"
     )

@@ -90,7 +90,7 @@ def test_cell_check_names_the_program_and_the_line(tmp_path: Path) -> None:
     bundle, problems = check_cell(copy.cell)
     assert bundle is None
     (problem,) = problems
-    assert copy.shown(problem).startswith(f"{PROGRAM}:12:1: program: found 'ML X=2980 F=900': at X ")
+    assert copy.shown(problem).startswith(f"{PROGRAM}:14:1: program: found 'ML X=2980 F=900': at X ")
     assert "too far, allowed what BOOK6 can do from where it is then" in str(problem)
 
 

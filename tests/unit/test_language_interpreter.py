@@ -5,10 +5,12 @@ import math
 from robot_agent.language import (
     Finished,
     Interpreter,
+    JointStep,
     LineStep,
     Pause,
     ProgramFault,
     Step,
+    SwitchNow,
     TrackingOff,
     TrackingOn,
     parse_program,
@@ -31,6 +33,28 @@ def test_goto_jumps_as_often_as_it_says_and_then_goes_on() -> None:
 def test_a_counter_starts_anew_when_the_loop_is_entered_again() -> None:
     text = "LABEL out\nLABEL in\nWAIT 1\nGOTO in 1\nWAIT 2\nGOTO out 1\nEND"
     assert pauses(text, 20) == [1, 1, 2, 1, 1, 2]
+
+
+def switches(step: Step) -> list[tuple[int, str, bool, int]]:
+    assert isinstance(step, JointStep | SwitchNow)
+    return [(each.line, each.output, each.on, each.number) for each in step.switches]
+
+
+def test_what_is_switched_behind_a_move_belongs_to_it_and_counts_anew_in_each_round() -> None:
+    text = "SET DO a\nLABEL l\nMJ J1=1\nRESET DO a\nGOTO l 1\nSET DO b\nWAIT 1\nSET DO c\nEND"
+    start, first, second, _, last, end = steps_of(text, 6)
+    assert switches(start) == [(1, "a", True, 1)]
+    assert switches(first) == [(4, "a", False, 2)]
+    assert switches(second) == [(4, "a", False, 3), (6, "b", True, 4)]
+    assert switches(last) == [(8, "c", True, 5)]
+    assert isinstance(end, Finished)
+
+
+def test_a_loop_that_only_switches_is_a_fault_behind_what_comes_before_it() -> None:
+    move, fault = steps_of("MJ J1=1\nLABEL l\nSET DO a\nRESET DO a\nGOTO l", 2)
+    assert len(switches(move)) == 100
+    assert isinstance(fault, ProgramFault)
+    assert "at one place" in fault.text
 
 
 def test_goto_without_a_count_never_ends() -> None:

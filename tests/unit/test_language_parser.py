@@ -16,6 +16,7 @@ from robot_agent.language import (
     MoveSpline,
     Pace,
     ProgramError,
+    SetOutput,
     Tangent,
     Wait,
     parse_program,
@@ -26,7 +27,7 @@ JOINTS = ("J1", "J2", "J3", "J4", "J5", "J6")
 
 def problems_of(text: str) -> list[str]:
     with pytest.raises(ProgramError) as caught:
-        parse_program(text, "p", JOINTS)
+        parse_program(text, "p", JOINTS, outputs=("gripper", "glue"))
     return [str(problem) for problem in caught.value.problems]
 
 
@@ -87,7 +88,10 @@ def test_a_jump_points_behind_its_label_even_when_the_label_comes_later() -> Non
 @pytest.mark.parametrize(
     ("text", "problem"),
     [
-        ("FLY X=1", "1:1: found `FLY`, allowed one of MJ, ML, MC, MS, HOME, TANG, TRACK, WAIT, LABEL, GOTO, END"),
+        (
+            "FLY X=1",
+            "1:1: found `FLY`, allowed one of MJ, ML, MC, MS, HOME, TANG, TRACK, SET, RESET, WAIT, LABEL, GOTO, END",
+        ),
         ("MJ", "1:1: found MJ without a joint, allowed at least one of J1, J2, J3, J4, J5, J6"),
         (
             "MJ J7=1",
@@ -108,6 +112,9 @@ def test_a_jump_points_behind_its_label_even_when_the_label_comes_later() -> Non
         ("TANG 2", "1:6: found `TANG 2`, allowed TANG 1, with H=degrees if wanted, or TANG 0"),
         ("TANG 0 H=5", "1:8: found `H=5` behind TANG 0, allowed TANG 1, with H=degrees if wanted, or TANG 0"),
         ("TRACK", "1:1: found 0 words behind TRACK, allowed the name of a correction, or OFF"),
+        ("SET laser", "1:1: found `SET laser`, allowed SET DO and the name of an output"),
+        ("reset do", "1:1: found `reset do`, allowed RESET DO and the name of an output"),
+        ("RESET DO laser", "1:10: found unknown output `laser`, allowed a name of outputs: glue, gripper"),
         ("MC X=1", "1:1: found MC without a via point, allowed at least one of QX, QY, QZ"),
         ("MC QX=1", "1:1: found MC without a coordinate, allowed at least one of X, Y, Z, A, B, C"),
         (
@@ -126,6 +133,11 @@ def test_a_jump_points_behind_its_label_even_when_the_label_comes_later() -> Non
 )
 def test_a_mistake_is_named_with_its_place_and_what_is_allowed(text: str, problem: str) -> None:
     assert problems_of(text) == [problem]
+
+
+def test_outputs_are_switched_by_name() -> None:
+    program = parse_program("SET DO gripper\nreset do Gripper", "p", JOINTS)
+    assert program.statements == (SetOutput(1, "gripper", True), SetOutput(2, "Gripper", False))
 
 
 def test_all_mistakes_are_reported_at_once_in_order() -> None:

@@ -145,6 +145,32 @@ def test_a_line_across_a_conveyor_takes_no_longer_and_its_tool_is_faster_than_th
     assert speeds.max() == pytest.approx(worked["top_speed"], rel=1e-3)
 
 
+def on_a_fast_belt(blocks: int) -> Followed:
+    """Onto a line at 0.25 m/s and along it, on a belt of 0.2 m/s, at a tenth of the joints' speed."""
+    path = replace(LIMITS.path, acceleration_m_s2=1.0, jerk_m_s3=10.0)
+    ways = Sequence([line((0.0, 0.0, -0.05), 0.06), line((-0.3, 0.0, -0.05), 0.25)])
+    followed = Followed(plan(ARM, ways, replace(LIMITS, path=path), start=START, cycle_s=CYCLE_S))
+    speed = np.array([0, 0.2, 0, 0, 0, 0])
+    for k in range(blocks):
+        followed.block(Target(k * BLOCK_S * speed, speed))
+    return followed
+
+
+def test_the_ramps_of_path_and_correction_share_the_limits_so_the_path_does_not_wait_for_a_harmless_belt() -> None:
+    followed = on_a_fast_belt(70)
+    np.testing.assert_allclose(followed.taus, BLOCK_S * np.arange(71), atol=1e-9)
+    assert (followed.shares() < 1.01).all()
+
+
+def test_a_halt_on_a_belt_does_not_wait_for_the_end_of_the_block_before() -> None:
+    followed = on_a_fast_belt(60)
+    before = followed.ramp.count
+    followed.source.requests = (RateRequest(0.0, "halted"),)
+    followed.block(Target.none())
+    assert followed.ramp.count < before - STEP - NOMINAL // 3
+    assert (followed.shares() < 1.01).all()
+
+
 def test_a_ramp_stops_in_the_world_although_the_conveyor_runs_on() -> None:
     followed = Followed()
     for k in range(80):

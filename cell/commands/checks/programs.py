@@ -1,6 +1,6 @@
 """The text of every robot's program."""
 
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from pathlib import Path
 
 from cell.commands.checks.edges import idle_edges
@@ -27,9 +27,8 @@ def check_programs(document: Document, named: NamedFiles, models: dict[str, Mode
             joints = expected_joints(model_document, model)
             linear = {name for name, joint in model.joints.items() if joint.linear}
             try:
-                program = parse_program(
-                    text, file.name, joints, linear, document.keys(("robots", robot, "corrections"))
-                )
+                corrections = document.keys(("robots", robot, "corrections"))
+                program = parse_program(text, file.name, joints, linear, corrections, _outputs(document, named, robot))
             except ProgramError as error:
                 for problem in error.problems:
                     yield Problem(file, problem.line, problem.column, "program", problem.found, problem.allowed)
@@ -37,6 +36,15 @@ def check_programs(document: Document, named: NamedFiles, models: dict[str, Mode
             yield from _edges(program, file)
             if robot in models:
                 yield from _reach(models[robot], program, file)
+
+
+def _outputs(document: Document, named: NamedFiles, robot: str) -> Collection[str] | None:
+    """What the robot's drives can switch; None where nobody can look at its drives file."""
+    gateway = document.value(("robots", robot, "gateway"))
+    for name, _, drives in named.usable_drives():
+        if name == gateway and robot in drives.robots:
+            return drives.robots[robot].outputs
+    return None
 
 
 def _edges(program: Program, file: Path) -> Iterator[Problem]:

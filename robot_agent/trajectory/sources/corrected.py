@@ -28,6 +28,8 @@ _MORE = 1.1
 _BELOW = 1.02
 _LEAST = 0.02
 """Share of the correction's acceleration below which the robot rather stops."""
+_GENTLEST_RAMP = 0.25
+"""Least share of what the joints allow that the path's ramp is left with, whatever the correction needs."""
 _CLOSING_STOP_S = 0.4
 """A correction approaches its target no faster than it can stop within this time, however gentle it has to be."""
 _LONGEST_RAMP_S = 3.0
@@ -55,23 +57,25 @@ class CorrectionLimits:
 
 @dataclass(frozen=True, slots=True)
 class _Effort:
-    """Shares: of the rate of the path, and of the correction's acceleration and jerk."""
+    """Shares: of the path's rate, of the correction's acceleration and jerk, of what the path's ramp may use."""
 
     rate: float
     acceleration: float
     jerk: float
+    ramp: float = 1.0
 
     def within(self, excess: Excess) -> "_Effort":
-        """Less of what exceeds its limit; the path gives way for speed, the correction for the others."""
+        """Less of what exceeds its limit: a slower path for speed, gentler correction and ramp for the others."""
         shares = np.array([excess.speed, excess.acceleration, excess.jerk])
         rate, acceleration, jerk = np.where(shares > 1.0, 1.0 / (_BELOW * shares), 1.0).tolist()
-        return _Effort(self.rate * rate, self.acceleration * acceleration, self.jerk * jerk)
+        ramp = max(self.ramp * min(acceleration, jerk), _GENTLEST_RAMP)
+        return _Effort(self.rate * rate, self.acceleration * acceleration, self.jerk * jerk, ramp)
 
     def at_least(self, share: float) -> "_Effort":
-        return _Effort(max(self.rate, share), max(self.acceleration, share), max(self.jerk, share))
+        return _Effort(max(self.rate, share), max(self.acceleration, share), max(self.jerk, share), self.ramp)
 
     def more(self) -> "_Effort":
-        return _Effort(*(min(1.0, _MORE * share) for share in (self.rate, self.acceleration, self.jerk)))
+        return _Effort(*(min(1.0, _MORE * share) for share in (self.rate, self.acceleration, self.jerk, self.ramp)))
 
 
 _PATH_WAITS = _Effort(0.0, 1.0, 1.0)
@@ -83,8 +87,8 @@ class CorrectedSource:
 
     The correction never jumps: it approaches its target within its own limits and then moves with it. What is given
     keeps the joints' limits of position and speed and what a ramp may use of acceleration and jerk; for speed the path
-    gives way, for the others the correction approaches more gently. A request for rate 0 stops both; a hold bounds tau
-    alone, so the tool still moves with its target there. Where the corrected path would leave the reach or a
+    gives way, for the others the correction and the path's ramp become gentler. A request for rate 0 stops both; a hold
+    bounds tau alone, so the tool still moves with its target there. Where the corrected path would leave the reach or a
     joint's limits the robot stops and `ruled_by` says why; it goes on when that is over. A ramp brings path time and
     correction to rest in the world.
     """
@@ -179,10 +183,10 @@ class CorrectedSource:
         slowest = min(self.requests, key=lambda each: each.rate, default=RateRequest(1.0, ""))
         if slowest.rate <= 0.0:
             self.ruled_by = slowest.who
-            return self._stopped(begun)
+            return self._stopped(begun, _TRIES)
         why = f"correction: {_CANNOT_FOLLOW}"
         for effort in (self._effort.more(), _PATH_WAITS):
-            found, effort, reason = self._softer_and_softer(begun, count, effort)
+            found, effort, reason = self._eased(begun, count, effort, _TRIES)
             if effort.rate > 0.0:
                 self._effort = effort.at_least(_LEAST)
             if found is not None:
@@ -193,17 +197,17 @@ class CorrectedSource:
             if not self._within_reach(begun):
                 break
         self.ruled_by = why
-        return self._stopped(begun)
+        return self._stopped(begun, 1)
 
     def _within_reach(self, begun: Given) -> bool:
         """Whether the target can be reached from where the path is."""
         poses = self._corrected(begun.path.q[:1], self.target.offset[None])
         return bool(self._model.reaches(self._model.flange_at(poses)).all())
 
-    def _softer_and_softer(self, begun: Given, count: int, effort: _Effort) -> tuple[Given | None, _Effort, str]:
+    def _eased(self, begun: Given, count: int, effort: _Effort, tries: int) -> tuple[Given | None, _Effort, str]:
         """The first admissible block of a few tries; the effort tried last, and what was in the way, for people."""
         why = ""
-        for _ in range(_TRIES):
+        for _ in range(tries):
             found = self._attempt(begun, count, effort)
             if isinstance(found, Given):
                 return found, effort, why
@@ -215,17 +219,16 @@ class CorrectedSource:
                 break
         return None, effort, why
 
-    def _stopped(self, begun: Given) -> Given:
-        """The fastest stop of path and correction; what was given before when nothing is faster."""
-        stopped = self._attempt(begun, 0, _PATH_WAITS)
-        sooner = isinstance(stopped, Given) and stopped.states.count <= begun.states.count
-        return stopped if isinstance(stopped, Given) and sooner else begun
+    def _stopped(self, begun: Given, tries: int) -> Given:
+        """The fastest stop of path and correction, found in some tries; what was given before when none is faster."""
+        stopped, _, _ = self._eased(begun, 0, _PATH_WAITS, tries)
+        return begun if stopped is None or stopped.states.count > begun.states.count else stopped
 
     def _attempt(self, begun: Given, count: int, effort: _Effort) -> Given | Excess | str:
         """One block with an effort; what exceeds a limit, or why there is none."""
         requests = [*self.requests, RateRequest(effort.rate, "correction")]
         stop = count == 0 or effort.rate == 0.0
-        path = self._governor.next(begun.path, 0, requests, self.holds, stop, self._cap_m_s)
+        path = self._governor.next(begun.path, 0, requests, self.holds, stop, self._cap_m_s, effort.ramp)
         try:
             correction = self._correction(begun.correction[:, 0], count, effort)
             ticks = max(path.rest_index, correction.shape[1] - 1) + RESTING_SAMPLES
