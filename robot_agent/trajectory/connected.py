@@ -7,7 +7,7 @@ import numpy as np
 from robot_agent.kinematics import Model
 from robot_agent.paths.curves import hermite
 from robot_agent.paths.transition import Transition
-from robot_agent.trajectory.flange_way import with_flange
+from robot_agent.trajectory.flange_way import with_flange, without_flange
 from robot_agent.trajectory.joint_meeting import JointMeeting
 from robot_agent.trajectory.joint_path import JointPath, Numbers, joined
 from robot_agent.trajectory.limits import Limits
@@ -23,14 +23,38 @@ def connected(model: Model, limits: Limits, first: JointPath, second: JointPath)
     if first.stops_for:
         return meeting.stop(first.stops_for)
     if meeting.smooth:
-        return _told(joined(first, second), meeting.passed(None))
+        return _told(joined(*_seen(model, first, second)), meeting.passed(None))
     if meeting.tangential:
-        return _blended(model, first, second, limits.shaping.blend_m, meeting)
+        return _blended(model, *_seen(model, first, second), limits.shaping.blend_m, meeting)
     if first.round_m is None:
         return meeting.stop("there is no round edge")
     if meeting.sharp:
         return meeting.stop("too sharp for a round edge")
-    return _rounded(model, first, second, first.round_m, meeting)
+    return _rounded(model, *_seen(model, first, second), first.round_m, meeting)
+
+
+def _seen(model: Model, first: JointPath, second: JointPath) -> tuple[JointPath, JointPath]:
+    """Both paths; where the limits of the flange begin or end to hold between them, a joint move tells of it too."""
+    if first.stretches[-1].on_path == second.stretches[0].on_path:
+        return first, second
+    if second.stretches[0].on_path:
+        return _followed(model, first, end=True), second
+    return first, _followed(model, second, end=False)
+
+
+def _followed(model: Model, path: JointPath, end: bool) -> JointPath:
+    """A path of joint moves that tells what the flange does in its last or first piece."""
+    knots = path.pieces.knots
+    first, last = knots[-2:] if end else knots[:2]
+    piece = path.pieces.part(float(first), float(last))
+    joints = Pieces(piece.knots, piece.coefficients[:, :, : path.joints])
+    pieces, flange, _ = with_flange(model, joints)
+    known = replace(path, pieces=pieces, flange=flange)
+    if len(knots) == 2:
+        return known
+    other = path.part(0.0, float(first)) if end else path.part(float(last), path.length)
+    whole = joined(other, known) if end else joined(known, other)
+    return replace(path, pieces=whole.pieces, flange=whole.flange)
 
 
 def _told(path: JointPath, transition: Transition) -> JointPath:
@@ -76,9 +100,12 @@ def _bridge(model: Model, first: JointPath, second: JointPath, cut: float) -> Jo
     scale = np.array([1.0, length, length**2])[:, None]
     shape = hermite(first.state(start) * scale, second.state(stop) * scale)
     joints = Pieces(np.array([0.0, length]), (shape / length ** np.arange(6.0)[:, None])[None])
-    pieces, curvature = with_flange(model, joints)
-    stretches = (replace(first.stretches[-1], end=length / 2.0), replace(second.stretches[0], end=length))
-    path = JointPath(pieces, stretches, curvature, (), (length, 0.0), None)
+    edges = first.stretches[-1], second.stretches[0]
+    pieces, flange, curvature = without_flange(joints), None, np.zeros((0, 2))
+    if any(edge.on_path or edge.capped for edge in edges):
+        pieces, flange, curvature = with_flange(model, joints)
+    stretches = (replace(edges[0], end=length / 2.0), replace(edges[1], end=length))
+    path = JointPath(pieces, stretches, curvature, (), (length, 0.0), None, flange=flange)
     whole = joined(joined(first.part(0.0, start), path), second.part(stop, second.length))
     head = min(first.corner_lengths[0], start)
     return replace(whole, corner_lengths=(head, whole.corner_lengths[1]))

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,6 +11,7 @@ from robot_agent.kinematics import KinematicsError, Model, Reason, TrackError
 from robot_agent.paths.pose_path import PosePath
 from robot_agent.trajectory.any_branch import any_branch
 from robot_agent.trajectory.errors import PlanError
+from robot_agent.trajectory.flange_way import FlangeWay
 from robot_agent.trajectory.pieces import Pieces
 
 Numbers = NDArray[np.float64]
@@ -25,6 +26,8 @@ _SPACING_M = 0.03
 _SPACING_RAD = 0.1
 _FEWEST_PARTS = 16
 """Of each curve of the path at first, which mostly is fine enough: to divide them all once more takes longer."""
+_EVEN, _LONG_M, _SUBDIVIDED = 0.01, 0.005, 4
+"""The curvature is known in so many parts of a long interval where it bends by more than this share of the largest."""
 _FINEST_M = 1e-8
 _MOST_NODES = 6000
 _NEARLY_SINGULAR, _SINGULAR = 1e5, 1e12
@@ -44,13 +47,14 @@ _TRACKING = {
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Followed:
-    """`pieces` as `JointPath` has them; distance [m] and parameter of each node `(k,)`."""
+    """`pieces` and `flange` as `JointPath` has them; distance [m] and parameter of each node `(k,)`."""
 
     pieces: Pieces
+    flange: FlangeWay
     distance_m: Numbers
     parameter: Numbers
     curvature: Numbers
-    """`(k,)` [1/m] of the flange's way."""
+    """`(m, 2)` parameter and curvature [1/m] of the flange's way."""
 
     def passing(self, distance_m: Numbers) -> Numbers:
         """Parameters `(m,)` at which distances `(m,)` [m, or rad on the spot] are passed."""
@@ -86,7 +90,7 @@ class _Follower:
             made = self._through(nodes, *states)
             error = self._error(made)
             if error.max() <= _TOLERANCE:
-                return made
+                return replace(made, curvature=self._curvature(made))
             nodes = _divided(nodes, np.minimum(np.ceil(1.1 * (error / _TOLERANCE) ** (1.0 / 6.0)), _MOST_PARTS))
         raise self._refuse(
             float(nodes[0]), "the joints cannot follow this path closely enough", "split the move", None, None, None
@@ -141,7 +145,8 @@ class _Follower:
 
     def _through(self, nodes: Numbers, q: Numbers, twist: Numbers, change: Numbers) -> Followed:
         """The curve through exact states at the nodes, by the weighted length of the joints' way."""
-        tangent, bend = self._derivatives(nodes, q, twist, change)
+        jacobian = self._model.jacobian(q)
+        tangent, bend = self._derivatives(nodes, q, twist, change, jacobian)
         weighted, bent = tangent / self._velocity, bend / self._velocity
         speed = np.linalg.norm(weighted, axis=1)
         growth = (weighted * bent).sum(axis=1) / speed
@@ -159,8 +164,30 @@ class _Follower:
         second = np.column_stack([bend, np.zeros_like(nodes), angular_growth])
         by_length = first / speed[:, None]
         by_length_twice = (second - by_length * growth[:, None]) / (speed**2)[:, None]
-        curvature = np.linalg.norm(change[:, :3], axis=1)
-        return Followed(Pieces.through(parameter, value, by_length, by_length_twice), nodes, parameter, curvature)
+        curvature = np.column_stack([parameter, np.linalg.norm(change[:, :3], axis=1)])
+        pieces = Pieces.through(parameter, value, by_length, by_length_twice)
+        rate = twist / speed[:, None]
+        bent_rate = (change - rate * growth[:, None]) / (speed**2)[:, None]
+        flange = FlangeWay.along(parameter, rate, bent_rate, jacobian)
+        return Followed(pieces, flange, nodes, parameter, curvature)
+
+    def _curvature(self, made: Followed) -> Numbers:
+        """As `Followed` has it, and between the nodes where it does not change evenly from each to the next."""
+        known = made.curvature
+        bent = np.abs(np.diff(known[:, 1], 2)) > _EVEN * known[:, 1].max()
+        uneven = np.flatnonzero(
+            (np.append(bent, False) | np.append(False, bent)) & (np.diff(made.distance_m) > _LONG_M)
+        )
+        if self._on_the_spot or not len(uneven):
+            return known
+        share = np.arange(1.0, _SUBDIVIDED) / _SUBDIVIDED
+        distance, parameter = (
+            (each[uneven, None] + np.diff(each)[uneven, None] * share).ravel()
+            for each in (made.distance_m, made.parameter)
+        )
+        bends = np.linalg.norm(self._path.chain.at(distance)[2], axis=1)
+        whole = np.concatenate([known, np.column_stack([parameter, bends])])
+        return np.asarray(whole[np.argsort(whole[:, 0])])
 
     def _error(self, made: Followed) -> Numbers:
         """Distance [m] or angle [rad] `(k - 1,)` from the path in the middle between nodes."""
@@ -172,9 +199,11 @@ class _Follower:
         turned = np.linalg.norm(away[:, :3, :3], axis=(1, 2)) / math.sqrt(2.0)
         return np.asarray(np.maximum(np.linalg.norm(away[:, :3, 3], axis=1), turned))
 
-    def _derivatives(self, nodes: Numbers, q: Numbers, twist: Numbers, change: Numbers) -> tuple[Numbers, Numbers]:
+    def _derivatives(
+        self, nodes: Numbers, q: Numbers, twist: Numbers, change: Numbers, jacobian: Numbers
+    ) -> tuple[Numbers, Numbers]:
         """First and second derivative `(k, n)` of the joints by the distance: J q' = twist, J q'' = twist' - J' q'."""
-        inverse = self._inverse(nodes, self._model.jacobian(q))
+        inverse = self._inverse(nodes, jacobian)
         tangent = (inverse @ twist[..., None])[..., 0]
         drift = self._model.jacobian_derivative(q, tangent) @ tangent[..., None]
         return tangent, (inverse @ (change[..., None] - drift))[..., 0]

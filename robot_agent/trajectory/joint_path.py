@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robot_agent.paths.transition import Transition
+from robot_agent.trajectory.flange_way import FlangeWay, continued
 from robot_agent.trajectory.pieces import Pieces
 
 Numbers = NDArray[np.float64]
@@ -52,6 +53,13 @@ class JointPath:
     """Of the corner behind this path, as in the block."""
     stops_for: str = ""
     """Why the robot stops at its end, whatever comes behind it; empty where that decides."""
+    flange: FlangeWay | None = None
+    """None where the limits of the flange's path hold nowhere."""
+
+    @property
+    def known_flange(self) -> FlangeWay:
+        """What the flange does, as far as it is known."""
+        return self.flange or FlangeWay.still(self.length, self.joints)
 
     @property
     def length(self) -> float:
@@ -88,6 +96,7 @@ class JointPath:
         return replace(
             self,
             pieces=self.pieces.part(first, last),
+            flange=None if self.flange is None else self.flange.part(first, last),
             stretches=tuple(kept),
             curvature=curvature,
             corner_lengths=(head - first, tail - first),
@@ -99,11 +108,12 @@ def joined(first: JointPath, second: JointPath) -> JointPath:
     offset = first.length
     later = [replace(each, end=each.end + offset) for each in second.stretches]
     return JointPath(
-        Pieces.joined([first.pieces, second.pieces]),
+        continued(first.pieces, second.pieces, first.joints),
         (*first.stretches, *later),
         np.concatenate([first.curvature, second.curvature + np.array([offset, 0.0])]),
         (*first.transitions, *second.transitions),
         (first.corner_lengths[0], second.corner_lengths[1] + offset),
         second.round_m,
         second.stops_for,
+        None if first.flange is second.flange is None else first.known_flange.then(second.known_flange),
     )

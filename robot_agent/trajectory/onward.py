@@ -81,10 +81,10 @@ def _finely(path: JointPath, limits: Limits, bounds: PathLimits, base: Base, goi
         search.run(gap=0.003, kept=(MARGIN - 1.0) / 2.0)
         if not search.found:
             return None
-        timed, interval = Law(base, search.c).timed(path, going.joints)
-        excess = excess_of(timed.pieces, interval, limits, base)
+        fitted = Law(base, search.c).timed(path, going.joints)
+        excess = excess_of(fitted, limits, base)
         if max(float(excess.max()), float(own.excess(search.c)[:2].max())) <= _ACCEPTED:
-            return timed
+            return fitted.timed
         around = np.lib.stride_tricks.sliding_window_view(np.pad(excess, ((0, 0), (1, 1))), 3, axis=1).max(axis=2)
         tighter = np.where(around > _CERTAIN, around * _CERTAIN, 1.0)
         tighter[:2, 0] = 1.0

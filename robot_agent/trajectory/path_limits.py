@@ -57,15 +57,13 @@ class PathLimits:
         """The rows at parameters `at` `(k,)`.
 
         With borders `around` `(places + 1, m)` of the parts in which `at` lies, `m` for each place, the third
-        derivative is its mean in these: what jerk a motion has that is looked at no closer. With `wide` `(2, k)` the
+        derivative is its mean in these: what jerk a motion has that is looked at no closer. Where that of the flange
+        steps it is the larger one of both sides. With `wide` `(2, k)` the
         bound on the speed is the least of all stretches between.
         """
         first, second, third = self._path.pieces.slopes(at)
         if around is not None:
-            width = np.diff(around, axis=0).reshape(-1, 1)
-            change = np.diff(self._path.pieces.bends(around), axis=0).reshape(third.shape)
-            far = width > _NARROW
-            third = np.where(far, change / np.where(far, width, 1.0), third)
+            third = self._third_around(at, around, second, third)
         stretch = np.searchsorted(self._ends, at, side="right")
         fastest = self._fastest(at, first, stretch)
         for each in () if wide is None else np.searchsorted(self._ends, wide, side="right"):
@@ -75,6 +73,16 @@ class PathLimits:
         lowest, highest, jerk = (each.take(stretch, axis=0) for each in (self._lowest, self._highest, self._jerk))
         affine = Affine(first, second, np.zeros(1), -lowest, highest)
         return Rows(affine.scaled(), first / jerk, second / jerk, third / jerk, fastest)
+
+    def _third_around(self, at: Numbers, around: Numbers, second: Numbers, third: Numbers) -> Numbers:
+        """Third derivatives `(k, n + 2)` as `rows` describes them."""
+        bends, joints = self._path.pieces.bends(around), self._path.joints
+        mean = _rise(np.diff(bends, axis=0), np.diff(around, axis=0), third.reshape(bends[1:].shape))
+        here, s = second.reshape(mean.shape)[..., joints:], at.reshape(mean.shape[:2])
+        flange, own = bends[..., joints:], mean[..., joints:]
+        before, behind = _rise(here - flange[:-1], s - around[:-1], own), _rise(flange[1:] - here, around[1:] - s, own)
+        mean[..., joints:] = np.where(np.abs(before) > np.abs(behind), before, behind)
+        return mean.reshape(third.shape)
 
     def _fastest(self, at: Numbers, first: Numbers, stretch: NDArray[np.intp]) -> Numbers:
         """The bound `(k,)` on the squared rate of the parameter with the limits of `stretch` `(k,)`.
@@ -89,3 +97,9 @@ class PathLimits:
                 bend = np.interp(at, self._path.curvature[:, 0], self._path.curvature[:, 1])
                 fastest = np.minimum(fastest, self._lateral[stretch] / (first[:, -2] ** 2 * bend))
         return np.asarray(fastest)
+
+
+def _rise(change: Numbers, width: Numbers, otherwise: Numbers) -> Numbers:
+    """Changes `(..., rows)` by their widths `(...)`; `otherwise` where these are none."""
+    far = (width > _NARROW)[..., None]
+    return np.where(far, change / np.where(far, width[..., None], 1.0), otherwise)

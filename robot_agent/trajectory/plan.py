@@ -224,10 +224,9 @@ class _Paths:
             for end, index in zip(ends, path.blocks, strict=True)
         )
         corners = float(ends[0]), float(ends[-2]) if len(ends) > 1 else 0.0
-        curvature = np.column_stack([made.parameter, made.curvature])
         last = self._blocks[path.blocks[-1]]
-        transitions, stops_for = path.transitions, _stops_for(last)
-        return JointPath(made.pieces, stretches, curvature, transitions, corners, last.round_m, stops_for)
+        stops = last.round_m, _stops_for(last)
+        return JointPath(made.pieces, stretches, made.curvature, path.transitions, corners, *stops, made.flange)
 
     def _joint_move(self, index: int, block: JointMove, start: NDArray[np.float64]) -> JointPath | Independent | None:
         """A straight line in joint space, or every joint by itself; None where it goes nowhere."""

@@ -3,16 +3,15 @@
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
 from robot_agent.trajectory.affine import Numbers
 from robot_agent.trajectory.base import Base
+from robot_agent.trajectory.flange_use import flange_use
 from robot_agent.trajectory.interior_point import Search
 from robot_agent.trajectory.joint_path import JointPath
-from robot_agent.trajectory.law import Law, Timed
+from robot_agent.trajectory.law import Fitted, Law, Timed
 from robot_agent.trajectory.limits import Limits
 from robot_agent.trajectory.path_limits import PathLimits
-from robot_agent.trajectory.pieces import Pieces
 from robot_agent.trajectory.reachable import fastest_speeds, times
 from robot_agent.trajectory.retiming import Limited
 from robot_agent.trajectory.spline import softly
@@ -31,8 +30,6 @@ _ATTEMPTS = 4
 _ROUNDS = 5
 _SETTLED = 1.15
 """A motion so much slower than the one it was sampled by is sampled anew, now that it is known where time passes."""
-_LOOKED_AT = 3
-"""Places in each piece."""
 MARGIN = 1.001
 """Limits are divided by it, so that the search may stop when it is so near to them."""
 _ACCEPTED = 1.004
@@ -82,8 +79,9 @@ def _kept(paths: list[JointPath], bases: list[Base], search: Search, limits: Lim
         search.run(gap=0.003, kept=MARGIN - 1.0)
         excess, late = [], []
         for number, law in zip(waiting, _laws([bases[k] for k in waiting], search.c), strict=True):
-            timed, interval = law.timed(paths[number])
-            excess.append(excess_of(timed.pieces, interval, limits, law.base))
+            fitted = law.timed(paths[number])
+            timed = fitted.timed
+            excess.append(excess_of(fitted, limits, law.base, flange_use(paths[number], fitted, limits)))
             k = float((excess[-1].max(axis=1) ** (1.0 / np.arange(1.0, 4.0))).max())
             each = _slower(timed, max(1.0, k))
             if number not in made or each.pieces.duration_s < made[number][0].pieces.duration_s:
@@ -159,18 +157,27 @@ def _laws(bases: list[Base], rate: Numbers) -> list[Law]:
     return [Law(base, part) for base, part in zip(bases, np.split(rate, ends[:-1]), strict=True)]
 
 
-def excess_of(pieces: Pieces, interval: NDArray[np.intp], limits: Limits, base: Base) -> Numbers:
-    """How much of their limits of speed, acceleration and jerk the joints use at most in each interval `(3, k)`."""
-    speed, acceleration, jerk = pieces.inside(_LOOKED_AT)
+def excess_of(fitted: Fitted, limits: Limits, base: Base, of_flange: Numbers | None = None) -> Numbers:
+    """How much of their limits of speed, acceleration and jerk the joints use at most in each interval `(3, k)`.
+
+    With what the flange uses of those of acceleration and jerk in each piece `(2, pieces)`.
+    """
+    pieces = fitted.timed.pieces
+    c1, c2, c3 = (pieces.coefficients[:, power] for power in (1, 2, 3))  # cubics
+    h = np.diff(pieces.knots)[:, None]
+    speed = np.maximum(np.abs(c1), np.abs(c1 + h * (c2 + 0.75 * h * c3)))
     lower, upper = limits.acceleration_bounds
+    ends = [2.0 * c2, 2.0 * c2 + 6.0 * h * c3]
     used = [
-        np.abs(speed).max(axis=0) / limits.velocity,
-        np.maximum(acceleration.max(axis=0) / upper, acceleration.min(axis=0) / lower),
-        np.abs(jerk).max(axis=0) / limits.jerk,
+        speed / limits.velocity,
+        np.maximum(np.maximum(*ends) / upper, np.minimum(*ends) / lower),
+        np.abs(6.0 * c3) / limits.jerk,
     ]
     most = np.zeros((3, base.intervals))
     for order, use in enumerate(used):
-        np.maximum.at(most[order], interval, use.max(axis=1))
+        np.maximum.at(most[order], fitted.interval, use.max(axis=1))
+    for order, use in enumerate([] if of_flange is None else of_flange, 1):
+        np.maximum.at(most[order], fitted.interval, use)
     return most
 
 
