@@ -23,11 +23,13 @@ _APART = 1e-7
 """Nothing of a path is looked at closer than this share of it."""
 COARSE, FINE = 2.0, 4.0
 """Intervals per ramp of the acceleration."""
+_LADDER = (1.0, 2.0, 3.0)
+"""The same of the searches before the last: the coarser one is, the farther it looks beyond a place that slows it."""
 _FEWEST_INTERVALS, MOST_INTERVALS = 16, 1200
 _BEGIN = 0.9
 """The squared rate that the search begins with."""
 _AROUND = 3
-_ATTEMPTS = 4
+_ATTEMPTS = 2
 _ROUNDS = 5
 _SETTLED = 1.15
 """A motion so much slower than the one it was sampled by is sampled anew, now that it is known where time passes."""
@@ -39,6 +41,13 @@ _ACCEPTED = 1.004
 """Slowing down all of a motion by so much is better than another attempt."""
 _CERTAIN = 1.0005
 """Limits are tightened by so much more than they are exceeded."""
+_EASINGS = 12
+_EASED = 8
+"""Intervals on either side of a place where the rate is lowered with it."""
+_FIRMLY = 1.2
+"""The rate is lowered by so many times what the place itself needs, since a dip takes some jerk of its own."""
+_DIP = np.cos(np.pi / 2.0 * np.arange(-_EASED, _EASED + 1) / (_EASED + 1)) ** 2
+_SMOOTHED = np.hanning(_EASED + 3)[1:-1] / np.hanning(_EASED + 3).sum()
 
 
 def fastest(path: JointPath, limits: Limits) -> Timed:
@@ -52,11 +61,9 @@ def fastest_of(paths: list[JointPath], limits: Limits) -> list[Timed]:
         return []
     bounds = [PathLimits(path, limits) for path in paths]
     ramp = ramp_s(limits)
-    bases = [_first(path, bound, ramp / COARSE) for path, bound in zip(paths, bounds, strict=True)]
-    search = Search(coarse := _limited(bases, bounds), begin(coarse))
-    search.run(gap=0.1, kept=0.5)
+    laws = _coarsely(paths, bounds, ramp)
     made: dict[int, Timed] = {}
-    waiting, laws = list(range(len(paths))), _laws(bases, search.c)
+    waiting = list(range(len(paths)))
     for _ in range(_ROUNDS):
         bases = [law.resampled(ramp / FINE, MOST_INTERVALS) for law in laws]
         fine = _limited(bases, [bounds[k] for k in waiting]).tightened(np.full((3, 1), MARGIN))
@@ -71,6 +78,18 @@ def fastest_of(paths: list[JointPath], limits: Limits) -> list[Timed]:
     return [made[number] for number in range(len(paths))]
 
 
+def _coarsely(paths: list[JointPath], bounds: list[PathLimits], ramp: float) -> list[Law]:
+    """Motions that nearly keep all limits; each search begins with what a coarser one found."""
+    bases = [_first(path, bound, ramp / _LADDER[0]) for path, bound in zip(paths, bounds, strict=True)]
+    for finer in (*_LADDER[1:], None):
+        search = Search(limited := _limited(bases, bounds), begin(limited))
+        search.run(gap=0.1, kept=0.5)
+        laws = _laws(bases, search.c)
+        if finer is not None:
+            bases = [law.resampled(ramp / finer, MOST_INTERVALS) for law in laws]
+    return laws
+
+
 def _kept(paths: list[JointPath], bases: list[Base], search: Search, limits: Limits) -> list[tuple[Timed, Law]]:
     """Joints over time that keep their limits everywhere; paths where they do not yet are searched again.
 
@@ -82,10 +101,8 @@ def _kept(paths: list[JointPath], bases: list[Base], search: Search, limits: Lim
         search.run(gap=0.003, kept=MARGIN - 1.0)
         excess, late = [], []
         for number, law in zip(waiting, _laws([bases[k] for k in waiting], search.c), strict=True):
-            timed, interval = law.timed(paths[number])
-            excess.append(excess_of(timed.pieces, interval, limits, law.base))
-            k = float((excess[-1].max(axis=1) ** (1.0 / np.arange(1.0, 4.0))).max())
-            each = _slower(timed, max(1.0, k))
+            each, k, used = _slowed(paths[number], law, limits)
+            excess.append(used)
             if number not in made or each.pieces.duration_s < made[number][0].pieces.duration_s:
                 made[number] = each, law
             late.append(k > _ACCEPTED)
@@ -94,11 +111,34 @@ def _kept(paths: list[JointPath], bases: list[Base], search: Search, limits: Lim
         search.tighten(_tighter(excess))
         search.keep_only(np.array(late))
         waiting = [number for number, again in zip(waiting, late, strict=True) if again]
-    return [made[number] for number in range(len(paths))]
+    return [(_eased(path, *made[number], limits), made[number][1]) for number, path in enumerate(paths)]
 
 
-def _slower(timed: Timed, k: float) -> Timed:
-    return Timed(timed.pieces.slower(1.0 / k), timed.times * k, timed.parameters)
+def _eased(path: JointPath, best: Timed, law: Law, limits: Limits) -> Timed:
+    """The quicker of `best` and of what `law` becomes where its rate is lowered around each limit that it exceeds.
+
+    That is cheaper than a search, and far better than to slow down all of a motion for a few places.
+    """
+    for _ in range(_EASINGS):
+        each, k, used = _slowed(path, law, limits)
+        if each.pieces.duration_s < best.pieces.duration_s:
+            best = each
+        if k <= _CERTAIN:
+            break
+        rate = (used ** (1.0 / np.arange(1.0, 4.0))[:, None]).max(axis=0)
+        dip = np.pad(2.0 * _FIRMLY * np.log(np.maximum(rate, 1.0)), _EASED + 1 + _EASED // 2, mode="edge")
+        dip = (np.lib.stride_tricks.sliding_window_view(dip, len(_DIP)) * _DIP).max(axis=1)
+        law = Law(law.base, law.squared * np.exp(-np.convolve(dip, _SMOOTHED, mode="valid")))
+    return best
+
+
+def _slowed(path: JointPath, law: Law, limits: Limits) -> tuple[Timed, float, Numbers]:
+    """`law` so much slower as a whole that it keeps its limits; by how much, and what it used `(3, intervals)`."""
+    timed, interval = law.timed(path)
+    used = excess_of(timed.pieces, interval, limits, law.base)
+    k = float((used.max(axis=1) ** (1.0 / np.arange(1.0, 4.0))).max())
+    slower = max(1.0, k)
+    return Timed(timed.pieces.slower(1.0 / slower), timed.times * slower, timed.parameters), k, used
 
 
 def _first(path: JointPath, bounds: PathLimits, h: float) -> Base:
