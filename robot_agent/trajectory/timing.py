@@ -23,8 +23,10 @@ _APART = 1e-7
 """Nothing of a path is looked at closer than this share of it."""
 COARSE, FINE = 2.0, 4.0
 """Intervals per ramp of the acceleration."""
+_FAR = 1.02
+"""Jerk costs much where a motion takes more than so many times the time without it and the ramps at both ends."""
 _LADDER = (1.0, 2.0, 3.0)
-"""The same of the searches before the last: the coarser one is, the farther it looks beyond a place that slows it."""
+"""Intervals per ramp with which such a motion is searched: the coarser, the farther it looks past what slows it."""
 _FEWEST_INTERVALS, MOST_INTERVALS = 16, 1200
 _BEGIN = 0.9
 """The squared rate that the search begins with."""
@@ -41,6 +43,8 @@ _ACCEPTED = 1.004
 """Slowing down all of a motion by so much is better than another attempt."""
 _CERTAIN = 1.0005
 """Limits are tightened by so much more than they are exceeded."""
+_NEARLY = 1.001
+"""A motion so little slower than its law is left as it is."""
 _EASINGS = 12
 _EASED = 8
 """Intervals on either side of a place where the rate is lowered with it."""
@@ -79,15 +83,27 @@ def fastest_of(paths: list[JointPath], limits: Limits) -> list[Timed]:
 
 
 def _coarsely(paths: list[JointPath], bounds: list[PathLimits], ramp: float) -> list[Law]:
-    """Motions that nearly keep all limits; each search begins with what a coarser one found."""
-    bases = [_first(path, bound, ramp / _LADDER[0]) for path, bound in zip(paths, bounds, strict=True)]
-    for finer in (*_LADDER[1:], None):
-        search = Search(limited := _limited(bases, bounds), begin(limited))
-        search.run(gap=0.1, kept=0.5)
-        laws = _laws(bases, search.c)
-        if finer is not None:
-            bases = [law.resampled(ramp / finer, MOST_INTERVALS) for law in laws]
+    """Motions that nearly keep all limits.
+
+    Paths on which jerk costs much are searched again, each time with what a coarser search found.
+    """
+    quickest = [_quickest(path, bound) for path, bound in zip(paths, bounds, strict=True)]
+    bases = [_first(*each, ramp / COARSE) for each in quickest]
+    laws = _searched(bases, bounds)
+    lasting = [law.duration_s - 2.0 * ramp for law in laws]
+    far = [k for k, (lasts, base) in enumerate(zip(lasting, bases, strict=True)) if lasts > _FAR * base.duration_s]
+    for number, intervals in enumerate(_LADDER if far else ()):
+        h = ramp / intervals
+        bases = [laws[k].resampled(h, MOST_INTERVALS) if number else _first(*quickest[k], h) for k in far]
+        for k, law in zip(far, _searched(bases, [bounds[k] for k in far]), strict=True):
+            laws[k] = law
     return laws
+
+
+def _searched(bases: list[Base], bounds: list[PathLimits]) -> list[Law]:
+    search = Search(limited := _limited(bases, bounds), begin(limited))
+    search.run(gap=0.1, kept=0.5)
+    return _laws(bases, search.c)
 
 
 def _kept(paths: list[JointPath], bases: list[Base], search: Search, limits: Limits) -> list[tuple[Timed, Law]]:
@@ -119,6 +135,8 @@ def _eased(path: JointPath, best: Timed, law: Law, limits: Limits) -> Timed:
 
     That is cheaper than a search, and far better than to slow down all of a motion for a few places.
     """
+    if best.pieces.duration_s <= _NEARLY * law.duration_s:
+        return best
     for _ in range(_EASINGS):
         each, k, used = _slowed(path, law, limits)
         if each.pieces.duration_s < best.pieces.duration_s:
@@ -141,10 +159,15 @@ def _slowed(path: JointPath, law: Law, limits: Limits) -> tuple[Timed, float, Nu
     return Timed(timed.pieces.slower(1.0 / slower), timed.times * slower, timed.parameters), k, used
 
 
-def _first(path: JointPath, bounds: PathLimits, h: float) -> Base:
-    """A motion that keeps the limits of speed and acceleration, nearly."""
+def _quickest(path: JointPath, bounds: PathLimits) -> tuple[Numbers, Numbers]:
+    """Parameters `(k,)` and squared rates of the fastest motion under limits of speed and acceleration, nearly."""
     grid = grid_along(path)
-    s, h = sampled_rise(grid, fastest_speeds(grid, bounds.rows(grid)), h)
+    return grid, fastest_speeds(grid, bounds.rows(grid))
+
+
+def _first(grid: Numbers, squared: Numbers, h: float) -> Base:
+    """The same over time, smoothed, with intervals of about `h` [s]."""
+    s, h = sampled_rise(grid, squared, h)
     return Base.rising(softly(s), h)
 
 
