@@ -28,14 +28,18 @@ def fault(
 ) -> None:
     """Let a simulated drive fail, also while it moves; refused for drives that are real.
 
-    A gateway that simulates its drives itself (`--simulate`, `cell up`) is asked. What has no end (`--for`) stays until
-    that gateway is started again; an emcy is over when the drive is reset.
+    The running gateway orders it over the bus: drives of its own process (`--simulate`, `cell up`) and those that run
+    alone (`drive-gateway simulate`). What has no end (`--for`) stays until the process of the drives is started again;
+    an emcy is over when the drive is reset.
     """
     axis = named_axis(drives_of(file, gateway), node)
     order = FaultDrive(axis.node_id, axis.number, kind, _number(kind, value), seconds)
     with running_gateway(file, gateway) as line:
         if line is None:
-            raise CommandError(f"gateway {gateway} does not run", f"drive-gateway run {file} {gateway} --simulate")
+            raise CommandError(
+                f"gateway {gateway} does not run, and only it orders a fault",
+                f"drive-gateway run {file} {gateway} --simulate; without --simulate where its drives run alone",
+            )
         typer.echo(line.ask(order).text)
 
 

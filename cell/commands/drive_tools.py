@@ -161,7 +161,8 @@ def write(
     data = _file_bytes(value[1:]) if entry.domain and value.startswith("@") else entry.pack(value)
     with node_access(file, gateway) as nodes:
         nodes.write(axis.node_id, entry.index, entry.sub, data)
-        print(f"{entry.address}  {entry.name}: {entry.show(nodes.read(axis.node_id, entry.index, entry.sub))}")
+        shown = entry.show(nodes.read(axis.node_id, entry.index, entry.sub)) if entry.readable else "is written"
+        print(f"{entry.address}  {entry.name}: {shown}")
 
 
 def _file_bytes(name: str) -> bytes:

@@ -212,7 +212,7 @@ class Supervisor:
         for name in self._settings.robots:
             waited = seen.robots[name].waited_s
             for zone in self._settings.zones:
-                print(f"robot {name} waited {waited.get(zone, 0.0):.1f} s for zone {zone}")
+                print(f"robot {name} stood still for {waited.get(zone, 0.0):.1f} s until zone {zone} was free")
 
     def _tell_stop(self) -> None:
         if self._stop.is_set():

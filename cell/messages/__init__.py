@@ -58,7 +58,7 @@ from cell.messages.robot_state import (
     ProgramStatus,
     RobotState,
 )
-from cell.messages.setpoints import SetpointBlock
+from cell.messages.setpoints import OutputEvent, SetpointBlock
 from cell.messages.zone import ZoneGeometry
 
 __all__ = [
@@ -99,6 +99,7 @@ __all__ = [
     "Mode",
     "MoveAxes",
     "NodeStatus",
+    "OutputEvent",
     "PaceStatus",
     "PlayoutState",
     "Presence",

@@ -315,6 +315,8 @@ class ClaimGrant:
     gateway_boot: str
     torques: bool = False
     """Some drive takes torque as feed-forward: blocks should carry it."""
+    outputs: tuple[str, ...] = ()
+    """The robot's digital outputs, which `SetpointBlock.events` may switch."""
 
 
 @dataclass(frozen=True, slots=True)

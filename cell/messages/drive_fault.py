@@ -32,7 +32,7 @@ LONGEST_S = 3600.0
 
 @dataclass(frozen=True, slots=True)
 class FaultDrive(Command):
-    """Let a simulated drive fail, for `seconds`, or, without them, until its gateway is started again.
+    """Let a simulated drive fail, for `seconds`, or, without them, until its process is started again.
 
     `axis` is the number of the axis in its node; a drop-out and late TPDOs concern all of a node.
     """

@@ -73,3 +73,5 @@ class DriveFeedback:
     axes: tuple[AxisStatus, ...]
     torque: NDArray[np.float64] | None = None
     """[Nm or N] what each axis' motor gives behind its gear; None: not every drive tells."""
+    outputs: int = 0
+    """Bit i: the i-th of `ClaimGrant.outputs` is switched on."""

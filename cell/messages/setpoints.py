@@ -6,6 +6,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 
+@dataclass(frozen=True, slots=True)
+class OutputEvent:
+    """A digital output that switches where the motion passes a place."""
+
+    tick: int
+    """Of the sample at that place."""
+    number: int
+    """Counts the events of one owner from 1, in the order of their ticks. Blocks repeat an event until its tick is
+    played; it is executed once."""
+    output: int
+    """Place of the output in `ClaimGrant.outputs`."""
+    value: bool
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class SetpointBlock:
     """Samples for consecutive ticks of the gateway, the braking ramp to rest included (rule of motion 1).
@@ -31,3 +45,5 @@ class SetpointBlock:
     torque: NDArray[np.float64] | None = None
     """`(m, n)` [Nm or N] what each axis' motor gives behind its gear, for feed-forward; the last sample is what carries
     the robot at rest. None: the agent does not know it, or nobody asked (`ClaimGrant.torques`)."""
+    events: tuple[OutputEvent, ...] = ()
+    """Ticks and numbers grow. Each is at a nominal sample: a ramp switches nothing."""

@@ -6,7 +6,7 @@ SetpointBlock:
 
 | offset | type | field |
 |---|---|---|
-| 0 | 4 bytes | magic `ZSB2` |
+| 0 | 4 bytes | magic `ZSB3` |
 | 4 | u64 | owner |
 | 12 | u64 | sequence |
 | 20 | u64 | follows |
@@ -17,7 +17,9 @@ SetpointBlock:
 | 52 | u16 | n, number of axes |
 | 54 | u16 | length of the robot's name in bytes |
 | 56 | u16 | bit 0: with torque, the others 0 |
-| 58 | utf-8 | the robot's name |
+| 58 | u16 | k, number of events |
+| 60 | utf-8 | the robot's name |
+| then | k times u64, u64, u16, u8 | events: tick, number, output, value (0 or 1) |
 | then | m * n f64 | position, one sample after the other |
 | then | m * n f64 | velocity, likewise |
 | then | m * n f64 | torque, likewise, if bit 0 says so |
@@ -26,7 +28,7 @@ DriveFeedback:
 
 | offset | type | field |
 |---|---|---|
-| 0 | 4 bytes | magic `ZDF2` |
+| 0 | 4 bytes | magic `ZDF3` |
 | 4 | u64 | sequence |
 | 12 | u64 | tick |
 | 20 | u64 | owner |
@@ -38,7 +40,8 @@ DriveFeedback:
 | 50 | u16 | n, number of axes |
 | 52 | u16 | length of the robot's name in bytes |
 | 54 | u16 | length of the gateway's boot in bytes |
-| 56 | utf-8 | the robot's name |
+| 56 | u32 | outputs, bit i for the i-th of the claim's `outputs` |
+| 60 | utf-8 | the robot's name |
 | then | utf-8 | the gateway's boot |
 | then | n u8 | axes, an `AxisStatus` each |
 | then | n f64 | position |
@@ -52,13 +55,14 @@ import struct
 import numpy as np
 from numpy.typing import NDArray
 
-from cell.messages import AxisStatus, DriveFeedback, PlayoutState, SetpointBlock
+from cell.messages import AxisStatus, DriveFeedback, OutputEvent, PlayoutState, SetpointBlock
 from cell.net.errors import CodecError
 
-_SETPOINTS = struct.Struct("<4s4QdIIHHH")
-_FEEDBACK = struct.Struct("<4s5QIBBHHH")
-_SETPOINTS_MAGIC = b"ZSB2"
-_FEEDBACK_MAGIC = b"ZDF2"
+_SETPOINTS = struct.Struct("<4s4QdIIHHHH")
+_EVENT = struct.Struct("<QQHB")
+_FEEDBACK = struct.Struct("<4s5QIBBHHHI")
+_SETPOINTS_MAGIC = b"ZSB3"
+_FEEDBACK_MAGIC = b"ZDF3"
 
 
 def encode_setpoints(block: SetpointBlock) -> bytes:
@@ -75,27 +79,39 @@ def encode_setpoints(block: SetpointBlock) -> bytes:
     try:
         header = _SETPOINTS.pack(
             _SETPOINTS_MAGIC, block.owner, block.sequence, block.follows, block.first_tick,
-            block.dt_s, block.nominal, m, n, len(name), block.torque is not None,
+            block.dt_s, block.nominal, m, n, len(name), block.torque is not None, len(block.events),
         )  # fmt: skip
+        events = b"".join(_EVENT.pack(each.tick, each.number, each.output, each.value) for each in block.events)
     except struct.error as error:
         raise CodecError(kind, f"header: {error}") from error
     _check_block(m, n, block.nominal, block.dt_s)
-    return header + name + b"".join(array.tobytes() for array in samples)
+    return header + name + events + b"".join(array.tobytes() for array in samples)
 
 
 def decode_setpoints(data: bytes) -> SetpointBlock:
     """The block in `data`. Raises `CodecError`."""
     reader = _Reader("SetpointBlock", data)
     head = reader.header(_SETPOINTS, _SETPOINTS_MAGIC)
-    owner, sequence, follows, first_tick, dt_s, nominal, m, n, name_length, flags = head
+    owner, sequence, follows, first_tick, dt_s, nominal, m, n, name_length, flags, event_count = head
     if flags > 1:
         raise CodecError("SetpointBlock", f"flags {flags:#06x}: only bit 0 is in use")
     _check_block(m, n, nominal, dt_s)
     robot = reader.text(name_length)
+    events = tuple(_event(reader.take(_EVENT.size)) for _ in range(event_count))
     count = 3 if flags else 2
     reader.expect(8 * count * m * n)
     samples = reader.floats(count * m * n).reshape(count, m, n)
-    return SetpointBlock(robot, owner, sequence, follows, first_tick, dt_s, nominal, *samples)
+    torque = samples[2] if flags else None
+    return SetpointBlock(
+        robot, owner, sequence, follows, first_tick, dt_s, nominal, samples[0], samples[1], torque, events
+    )
+
+
+def _event(data: bytes) -> OutputEvent:
+    tick, number, output, value = _EVENT.unpack(data)
+    if value > 1:
+        raise CodecError("SetpointBlock", f"value {value} of an event; an output is 0 or 1")
+    return OutputEvent(tick, number, output, bool(value))
 
 
 def _check_block(m: int, n: int, nominal: int, dt_s: float) -> None:
@@ -123,7 +139,7 @@ def encode_feedback(feedback: DriveFeedback) -> bytes:
     try:
         header = _FEEDBACK.pack(
             _FEEDBACK_MAGIC, feedback.sequence, feedback.tick, feedback.owner, feedback.block, feedback.refused,
-            feedback.level, feedback.state, flags, n, len(robot), len(boot),
+            feedback.level, feedback.state, flags, n, len(robot), len(boot), feedback.outputs,
         )  # fmt: skip
     except struct.error as error:
         raise CodecError(kind, f"header: {error}") from error
@@ -134,7 +150,7 @@ def decode_feedback(data: bytes) -> DriveFeedback:
     """The feedback in `data`. Raises `CodecError`."""
     reader = _Reader("DriveFeedback", data)
     head = reader.header(_FEEDBACK, _FEEDBACK_MAGIC)
-    sequence, tick, owner, block, refused, level, state, flags, n, robot_length, boot_length = head
+    sequence, tick, owner, block, refused, level, state, flags, n, robot_length, boot_length, outputs = head
     if flags > 7:
         raise CodecError("DriveFeedback", f"flags {flags:#04x}: only bits 0 to 2 are in use")
     robot, boot = reader.text(robot_length), reader.text(boot_length)
@@ -145,10 +161,11 @@ def decode_feedback(data: bytes) -> DriveFeedback:
         axes = tuple(AxisStatus(value) for value in reader.take(n))
     except ValueError as error:
         raise CodecError("DriveFeedback", str(error)) from error
-    position, velocity, commanded, *torque = [reader.floats(n) for _ in range(count)]
+    samples = [reader.floats(n) for _ in range(count)]
+    torque = samples[3] if flags & 4 else None
     return DriveFeedback(
         robot, boot, sequence, tick, owner, block, playout, level, refused, bool(flags & 1), bool(flags & 2),
-        position, velocity, commanded, axes, *torque,
+        samples[0], samples[1], samples[2], axes, torque, outputs,
     )  # fmt: skip
 
 

@@ -81,20 +81,23 @@ class SdoChannel:
     def __init__(self, node_id: int) -> None:
         self._node_id = node_id
         self._count = 0
-        self._waiting: deque[tuple[Sdo, Callable[[SdoDone], None]]] = deque()
+        self._waiting: deque[tuple[Sdo, Callable[[SdoDone], None], bool]] = deque()
         self._outstanding: str | None = None
         self._then: Callable[[SdoDone], None] | None = None
+        self._asked = False
 
-    def submit(self, index: int, sub: int, data: bytes | None, then: Callable[[SdoDone], None]) -> None:
-        """Queue a write (`data`) or a read (`None`); `then` takes the outcome."""
+    def submit(
+        self, index: int, sub: int, data: bytes | None, then: Callable[[SdoDone], None], asked: bool = False
+    ) -> None:
+        """Queue a write (`data`) or a read (`None`); `then` takes the outcome. `asked`: somebody waits for it."""
         self._count += 1
-        self._waiting.append((Sdo(f"{self._node_id}/{self._count}", self._node_id, index, sub, data), then))
+        self._waiting.append((Sdo(f"{self._node_id}/{self._count}", self._node_id, index, sub, data), then, asked))
 
     def poll(self) -> Sdo | None:
         """The next request to send, if the node is free for one."""
         if self._outstanding is not None or not self._waiting:
             return None
-        request, self._then = self._waiting.popleft()
+        request, self._then, self._asked = self._waiting.popleft()
         self._outstanding = request.request_id
         return request
 
@@ -107,6 +110,7 @@ class SdoChannel:
             then(outcome)
 
     def forget(self) -> None:
-        """Drop what waits. A request on its way stays outstanding, its outcome interests nobody."""
-        self._waiting.clear()
-        self._then = None
+        """Drop what nobody waits for. A request on its way stays outstanding; its outcome counts if it was asked."""
+        self._waiting = deque(waiting for waiting in self._waiting if waiting[2])
+        if not self._asked:
+            self._then = None

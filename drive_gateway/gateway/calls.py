@@ -23,7 +23,7 @@ from cell.messages.commands import (
     WriteObject,
 )
 from cell.messages.drive_fault import FaultDrive
-from drive_gateway.gateway.effects import OrderFault, Record, RecordSaid
+from drive_gateway.gateway.effects import Record, RecordSaid
 from drive_gateway.gateway.fault_orders import FaultOrders
 from drive_gateway.gateway.objects import ObjectAccess
 from drive_gateway.gateway.replies import Replies
@@ -54,7 +54,6 @@ class Calls:
         process: what `who` tells besides role, name and boot.
         robots: on this bus, by name.
         scan: of the bus.
-        simulated: this process simulates the drives, so they can be told to fail.
     """
 
     def __init__(
@@ -65,7 +64,6 @@ class Calls:
         process: str,
         robots: Mapping[str, Robot],
         scan: Scan,
-        simulated: bool = False,
     ) -> None:
         self._gateway = gateway
         self._boot = boot
@@ -77,8 +75,8 @@ class Calls:
             {drive.node.id: robot.group for robot in robots.values() for drive in robot.group.nodes}
         )
         self._scan = scan
-        axes = {(drive.axis.node_id, drive.axis.number) for drive in self._drives}
-        self._faults = FaultOrders(gateway, axes, simulated)
+        nodes = {(drive.axis.node_id, drive.axis.number): drive.node for drive in self._drives}
+        self._faults = FaultOrders(gateway, nodes)
         self._replies = Replies()
         self._orders: list[Effect] = []
         self._now = 0.0
@@ -115,11 +113,8 @@ class Calls:
                 self._scan.begin(lambda found: then(True, self._scanned(found)))
             case RecordBus(file, seconds):
                 self._orders.append(Record(call.id, file, seconds))
-            case FaultDrive():
-                ok, text = self._faults.judged(call.command)
-                if ok:
-                    self._orders.append(OrderFault(call.command))
-                then(ok, text)
+            case FaultDrive() as order:
+                self._faults.obey(order, then)
             case command if isinstance(command, RobotCommand):
                 robot = self._robots.get(command.robot)
                 if robot is None:

@@ -48,7 +48,6 @@ class GatewayCore:
         digest: of the configuration; a claim with another one is refused.
         first_owner: number of the first claim, larger than any that was ever given on this bus (unix seconds).
         process: what `who` tells besides role, name and boot, for people.
-        simulated: this process simulates the drives, so they can be told to fail.
         stored: where axes with absolute encoders stood when they were last off, by robot.axis.
 
     Raises:
@@ -65,7 +64,6 @@ class GatewayCore:
         first_owner: int = 1,
         process: str = "",
         stored: Mapping[str, EncoderRecord] | None = None,
-        simulated: bool = False,
     ) -> None:
         self._settings = settings
         self._times = times
@@ -82,7 +80,7 @@ class GatewayCore:
             drive.image.inputs.cob_id: drive for drive in self._drives if drive.image.inputs is not None
         }
         self._scan = Scan(self._nodes)
-        self._calls = Calls(settings.name, boot, digest, process, self._robots, self._scan, simulated)
+        self._calls = Calls(settings.name, boot, digest, process, self._robots, self._scan)
         self._estop = EstopLatch()
         self._buttons = EstopButtons(settings.name, boot)
         self._lateness = Lateness(settings.cycle_s)

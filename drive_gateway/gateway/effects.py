@@ -3,7 +3,6 @@
 from dataclasses import dataclass
 
 from cell.core import Effect
-from cell.messages.drive_fault import FaultDrive
 from drive_gateway.canopen.frame import CanFrame
 from drive_gateway.gateway.encoder_record import EncoderRecord
 
@@ -26,13 +25,6 @@ class StorePosition(Effect):
 
     name: str
     record: EncoderRecord
-
-
-@dataclass(frozen=True, slots=True)
-class OrderFault(Effect):
-    """Let a drive that this process simulates fail."""
-
-    order: FaultDrive
 
 
 @dataclass(frozen=True, slots=True)

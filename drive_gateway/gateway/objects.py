@@ -54,7 +54,7 @@ class ObjectAccess:
             else:
                 then(True, f"{name} {'was read' if data is None else 'is written'}", outcome.data.hex())
 
-        node.sdo.submit(command.index, command.sub, data, answered)
+        node.sdo.submit(command.index, command.sub, data, answered, asked=True)
 
 
 def _write_problem(command: WriteObject, node: Node, group: DriveGroup) -> str:

@@ -30,7 +30,6 @@ from drive_gateway.gateway.core import GatewayCore
 from drive_gateway.gateway.effects import (
     DrivesSlow,
     Frame,
-    OrderFault,
     Record,
     RecordEnded,
     RecordSaid,
@@ -92,7 +91,6 @@ def run_gateway(
             first_owner=int(time.time()),
             process=f"process {os.getpid()}",
             stored={} if store is None else store.records,
-            simulated=simulate,
         )
         # Zenoh's threads start here: on a busy host a block must not wait for a processor before the cycle sees it.
         with scheduling(realtime=True, feeding=True):
@@ -126,7 +124,6 @@ class _Shell:
         self._manager_due = 0.0
         self._stop = stop
         self._store = store
-        self._drives = drives
         self._closing_s = times.estop_delay_s + CLOSING_S
         self._deadline: float | None = None
         self._arrived: deque[object] = deque()
@@ -191,8 +188,6 @@ class _Shell:
                 self._calls.answer(effect)
             case Record():
                 Thread(target=self._record, args=(effect,), name="recorder", daemon=True).start()
-            case OrderFault(order) if self._drives is not None:
-                self._drives.faults.order(order)
             case StorePosition(name, record) if self._store is not None:
                 self._store.keep(name, record)
             case Ended():

@@ -12,6 +12,7 @@ from drive_gateway.sim.cyclic_modes import CYCLIC_TORQUE, CyclicModes
 from drive_gateway.sim.dictionary import key_of
 from drive_gateway.sim.emergency import COMMUNICATION_LOST, FOLLOWING_ERROR, SETPOINTS_MISSING, Emergencies
 from drive_gateway.sim.filtered_velocity import FilteredVelocity
+from drive_gateway.sim.following_window import FollowingWindow
 from drive_gateway.sim.objects import AxisObjects
 from drive_gateway.sim.option_codes import OptionCodes
 from drive_gateway.sim.power_state import FAULT_RESET, Command, DriveState, command_of, commanded
@@ -26,8 +27,6 @@ _ERROR_CODE = key_of(0x603F)
 _MODE = key_of(0x6060)
 _SUPPORTED_MODES = key_of(0x6502)
 _MODE_DISPLAY = key_of(0x6061)
-_FOLLOWING_WINDOW = key_of(0x6065)
-_FOLLOWING_TIME = key_of(0x6066)
 _STANDSTILL = key_of(0x606F)
 _INPUTS = key_of(0x60FD)
 
@@ -79,6 +78,7 @@ class Drive:
         self._cyclic = CyclicModes(objects, self.servo, self.reference, self._mode_in_force)
         self.state = DriveState.NOT_READY_TO_SWITCH_ON
         self._displayed = FilteredVelocity(objects.numbers)
+        self._window = FollowingWindow(objects.numbers)
         rated_mnm = 0 if axis.torque is None else axis.torque.rated_mnm
         self._shown = Shown(objects.numbers, self.servo, self.reference, rated_mnm)
         self._emergencies = emergencies
@@ -113,7 +113,7 @@ class Drive:
         self.faults: list[int] = []
         self._before = 0
         self._leaving: DriveState | None = None
-        self._outside_s = 0.0
+        self._window.begin()
         self._displayed.reset()
         self._cyclic.set_period()
         self._show()
@@ -243,7 +243,7 @@ class Drive:
             self.servo.hold()
             self._cyclic.begin()
             self._setup.begin()
-            self._outside_s = 0.0
+            self._window.begin()
         self.state = state
         self._leaving = None
         self._show()
@@ -275,15 +275,9 @@ class Drive:
     def _watch(self, step_s: float) -> None:
         if self._cyclic.missing:
             self.fault(SETPOINTS_MISSING)
-            return
-        if self._at_end:
+        elif self._at_end:
             self._enter(DriveState.QUICK_STOP_ACTIVE)
-            return
-        if abs(self.servo.error) <= self._numbers[_FOLLOWING_WINDOW]:
-            self._outside_s = 0.0
-            return
-        self._outside_s += step_s
-        if self._outside_s * 1000.0 > self._numbers[_FOLLOWING_TIME]:
+        elif self._window.left(self.servo.error, step_s):
             self.fault(FOLLOWING_ERROR)
 
     @property

@@ -20,6 +20,7 @@ from drive_gateway.sim.faults import FaultsOnCommand
 from drive_gateway.sim.heartbeat import GuardedLife, HeartbeatConsumer, HeartbeatProducer
 from drive_gateway.sim.late_frames import LateFrames
 from drive_gateway.sim.objects import ALL, COMMUNICATION, Objects
+from drive_gateway.sim.ordered_faults import OrderedFaults
 from drive_gateway.sim.parameter_store import save_on_command
 from drive_gateway.sim.pdo import ReceivePdo, TransmitPdo, receive_pdos, transmit_pdos
 from drive_gateway.sim.pdo_parameters import PdoParameters
@@ -79,6 +80,7 @@ class SimulatedNode(FaultsOnCommand):
         self._emergencies.held = lambda code: any(code in drive.faults for drive in self.drives)
         self._parameters = PdoParameters(self._objects, lambda: self._nmt is NmtState.OPERATIONAL)
         save_on_command(self._objects)
+        self._ordered = OrderedFaults(self, of_axes)
         self._objects.followers[_CONSUMER] = self._watch_master
         self._objects.followers[_PRODUCER] = lambda value: self._producer.configure(value, self._now)
         self._now = 0.0
@@ -114,6 +116,7 @@ class SimulatedNode(FaultsOnCommand):
         """Let time pass: motion, boot-up, heartbeats, timers. Returns what the node sends by itself."""
         self._now = now = max(self._now, now)
         self.advance(now)
+        self._ordered.step(now)
         frames: list[CanFrame] = []
         if self._nmt is NmtState.BOOT_UP:
             frames += self._boot(now)

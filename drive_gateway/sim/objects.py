@@ -85,10 +85,13 @@ class Objects:
                 self._domains[key] = self._saved_domains.get(key, entry.text)
 
     def save(self) -> None:
-        """Keep the drive's parameters as power-on values. Process data are none, and communication is the master's."""
+        """Keep the drive's parameters as power-on values.
+
+        Process data are none, communication is the master's, and what can only be written is an order.
+        """
         for key, entry in self._dictionary.entries.items():
             parameter = key >> 8 not in COMMUNICATION and first_axis_index(key >> 8) not in PROCESS_DATA
-            if entry.code and entry.writable and parameter:
+            if entry.code and entry.readable and entry.writable and parameter:
                 self._saved[key] = self.numbers[key]
         self._saved_domains = dict(self._domains)
 

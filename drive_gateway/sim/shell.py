@@ -22,7 +22,6 @@ from drive_gateway.sim.axis.full_servo import FullServo
 from drive_gateway.sim.axis.robot_load import RobotLoad, RobotTorques, Shaft
 from drive_gateway.sim.bus import SimulatedBus
 from drive_gateway.sim.node import SimulatedNode
-from drive_gateway.sim.ordered_faults import OrderedFaults
 from drive_gateway.sim.pace import REMEDY, Pace
 
 _log = logging.getLogger(__name__)
@@ -54,7 +53,6 @@ class SimulatedDrives:
         self._settings = settings.bus
         self.nodes = simulated_nodes(settings, robots)
         self._carrier = SimulatedBus(self.nodes, settings.bus.bitrate if settings.simulation.wire_time else None)
-        self.faults = OrderedFaults(self.nodes)
         self.on_slow: Callable[[str], None] = _say_slow
         """Called by the drives' thread when they do not keep up with the clock."""
         self.problem = ""
@@ -101,7 +99,6 @@ class SimulatedDrives:
                     _send(bus, self._carrier.receive(frame, now))
             if now - stepped >= STEP_S:
                 stepped = now
-                self.faults.step(now)
                 _send(bus, self._carrier.step(now))
             else:
                 _send(bus, self._carrier.carry(now))

@@ -16,7 +16,7 @@ def test_both_programs_run_to_their_end(live: LiveCell) -> None:
     assert up.wait(120.0) == 0, up.output
     assert re.search(r"all robots enabled after \d+\.\d s", up.output)
     for robot in live.settings.robots:
-        assert re.search(rf"robot {robot} waited \d+\.\d s for zone {LINE}", up.output)
+        assert re.search(rf"robot {robot} stood still for \d+\.\d s until zone {LINE} was free", up.output)
 
 
 def test_ctrl_c_brakes_on_the_path_before_anything_ends(live: LiveCell) -> None:

@@ -1,19 +1,42 @@
 """The load of the wire: frames counted by hand, and where the limits lie."""
 
+import json
+from pathlib import Path
+from typing import Any
+
 import pytest
 
+from drive_gateway.canopen.bus_load import cyclic_load, frame_bits
 from drive_gateway.canopen.pdo_map import process_image
 from drive_gateway.config.bus_load import bus_load
 
 # Bits with worst-case stuffing (47 + 8n + floor((33 + 8n) / 4)): SYNC 55, six-byte PDO 115, heartbeat 65.
 SYNC, PDO, HEARTBEAT = 55, 115, 65
 
+VECTORS = json.loads((Path(__file__).parents[1] / "vectors" / "bus_loads.json").read_text())
 SIX = [process_image(node) for node in range(1, 7)]
 
 
 def test_six_drives_at_250_hz_and_1_mbit_are_sync_twelve_pdos_and_seven_heartbeats() -> None:
     per_second = 250 * (SYNC + 12 * PDO) + 10 * 7 * HEARTBEAT
     assert bus_load(SIX, 1_000_000, 0.004, 0.1).cyclic == pytest.approx(per_second / 1_000_000)
+
+
+@pytest.mark.parametrize(("size", "bits"), VECTORS["bits"])
+def test_frames_are_at_most_as_long_as_worked(size: int, bits: int) -> None:
+    assert frame_bits(size) == bits
+
+
+@pytest.mark.parametrize("cycle", VECTORS["cycles"], ids=lambda cycle: cycle["what"])
+def test_a_cycle_needs_the_worked_bits(cycle: dict[str, Any]) -> None:
+    pdo_bits = cycle["pdos"] * frame_bits(cycle["bytes"])
+    assert 1e6 * cyclic_load(6, 1_000_000, 1.0, 1e12, pdo_bits) == pytest.approx(cycle["bits"])
+
+
+@pytest.mark.parametrize(("bitrate", "hertz", "percent"), VECTORS["percent"])
+def test_twelve_pdos_of_8_bytes_load_the_wire_as_worked(bitrate: int, hertz: float, percent: float) -> None:
+    load = cyclic_load(6, bitrate, 1.0 / hertz, 1e12, 12 * frame_bits(8))
+    assert 100.0 * load == pytest.approx(percent, abs=0.5)
 
 
 def test_a_torque_offset_makes_the_frame_of_the_velocity_offset_longer() -> None:

@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from drive_gateway.canopen import cob_id
-from drive_gateway.canopen.bus_load import cyclic_load, frame_bits
+from drive_gateway.canopen.bus_load import cyclic_load
 from drive_gateway.canopen.emcy import decode_emergency, meaning_of
 from drive_gateway.canopen.nmt import NmtCommand, NmtState, decode_heartbeat, heartbeat_frame, nmt_frame
 from drive_gateway.canopen.pdo_map import COMMAND, STATUS, SdoWrite, process_image
@@ -99,11 +99,6 @@ def test_torques_fill_the_pdos_of_an_axis_and_each_axis_of_a_node_has_its_own_ob
 
 def test_identifiers_split_into_function_and_node() -> None:
     assert (cob_id.function_code(0x5FF), cob_id.node_id(0x5FF)) == (cob_id.SDO_FROM_NODE, 127)
-
-
-@pytest.mark.parametrize(("size", "bits"), [(0, 55), (8, 135)])
-def test_frame_bits_with_worst_stuffing(size: int, bits: int) -> None:
-    assert frame_bits(size) == bits
 
 
 def test_twelve_pdos_at_250_hz_and_1_mbit_load_the_wire_by_36_percent() -> None:

@@ -44,6 +44,21 @@ def test_the_outcome_of_a_forgotten_request_interests_nobody_but_frees_the_node(
     assert channel.poll() is not None
 
 
+def test_what_an_operator_asked_is_answered_although_the_node_is_brought_up_anew() -> None:
+    channel, answers = SdoChannel(3), list[SdoDone]()
+    channel.submit(0x6040, 0, None, answers.append, asked=True)
+    channel.submit(0x6041, 0, None, answers.append)
+    channel.submit(0x6042, 0, None, answers.append, asked=True)
+    for index in (0x6040, 0x6042):
+        request = channel.poll()
+        assert request is not None
+        assert request.index == index
+        channel.forget()
+        channel.done(SdoDone(request.request_id, b"", problem="no answer"))
+    assert len(answers) == 2
+    assert channel.poll() is None
+
+
 def test_an_abort_is_told_by_number_and_name() -> None:
     assert abort_text(0x06020000) == "abort 06020000h, object does not exist"
 

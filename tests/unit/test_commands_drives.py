@@ -1,16 +1,19 @@
 """`cell drives` and the tools for one bus, as an operator reads them."""
 
 import math
+from contextlib import nullcontext
 from dataclasses import replace
 from pathlib import Path
+from unittest.mock import create_autospec
 
 import pytest
 from config_world import TWO_ARMS
 from typer.testing import CliRunner
 
-from cell.commands import drive_gateway_command
+from cell.commands import drive_gateway_command, drive_tools
 from cell.commands.drives import drives_table
 from cell.commands.errors import CommandError
+from cell.commands.gateway_line import NodeAccess
 from cell.commands.set_up import press_of, target_of
 from cell.commands.view import Snapshot
 from cell.config import load_cell
@@ -65,6 +68,17 @@ def test_a_virtual_bus_without_its_gateway_says_where_it_lives(tmp_path: Path) -
 def test_a_read_only_object_and_a_value_that_does_not_fit_are_refused_before_anything_is_sent() -> None:
     assert refused("write", str(TWO_ARMS), "left_bus", "1", "6041", "5") == "6041h:00 Statusword is read-only"
     assert "allowed: 0 to 255" in refused("write", str(TWO_ARMS), "left_bus", "1", "60C2:1", "300")
+
+
+def test_an_object_that_can_only_be_written_is_not_read_back(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    nodes = create_autospec(NodeAccess, instance=True)
+    monkeypatch.setattr(drive_tools, "node_access", lambda _file, _gateway: nullcontext(nodes))
+    drive_tools.write(TWO_ARMS, "left_bus", "2", "2020:06", "1")
+    nodes.write.assert_called_once_with(2, 0x2020, 6, b"\x01")
+    nodes.read.assert_not_called()
+    assert capsys.readouterr().out == "2020h:06  Fault on command, Blocked axis: is written\n"
 
 
 def test_bytes_to_a_file_need_one_object_and_a_domain_needs_a_file(tmp_path: Path) -> None:

@@ -18,6 +18,7 @@ from cell.messages import (
     Command,
     DriveFeedback,
     Heard,
+    OutputEvent,
     PlayoutState,
     Presence,
     Reply,
@@ -67,7 +68,10 @@ def blocks(draw: st.DrawFn) -> SetpointBlock:
     numbers = [draw(COUNTS) for _ in range(4)]
     dt_s, nominal = draw(st.floats(1e-6, 1e6)), draw(st.integers(0, shape[0]))
     torque = draw(st.none() | samples)
-    return SetpointBlock(draw(NAMES), *numbers, dt_s, nominal, draw(samples), draw(samples), torque)
+    events = draw(
+        st.lists(st.builds(OutputEvent, COUNTS, COUNTS, st.integers(0, 2**16 - 1), st.booleans()), max_size=3)
+    )
+    return SetpointBlock(draw(NAMES), *numbers, dt_s, nominal, draw(samples), draw(samples), torque, tuple(events))
 
 
 @st.composite
@@ -78,8 +82,8 @@ def feedbacks(draw: st.DrawFn) -> DriveFeedback:
     level, flags = draw(st.integers(0, 2**32 - 1)), draw(st.tuples(st.booleans(), st.booleans()))
     state, refused = draw(st.sampled_from(PlayoutState)), draw(COUNTS)
     positions = [draw(values) for _ in range(3)]
-    torque = draw(st.none() | values)
-    return DriveFeedback(draw(NAMES), draw(NAMES), *numbers, state, level, refused, *flags, *positions, axes, torque)
+    last = draw(st.none() | values), draw(st.integers(0, 2**32 - 1))
+    return DriveFeedback(draw(NAMES), draw(NAMES), *numbers, state, level, refused, *flags, *positions, axes, *last)
 
 
 def messages(kind: type) -> st.SearchStrategy[Any]:
@@ -150,10 +154,10 @@ def block(**changes: Any) -> SetpointBlock:
 
 def test_the_layout_of_a_block_is_the_documented_one() -> None:
     data = encode(block())
-    assert data[:4] == b"ZSB2"
-    assert data[54:62] == b"\x04\x00\x00\x00left"
-    assert np.frombuffer(data[62:110], "<f8").tolist() == [1.0, 2.0, 3.0, 4.0, 5.0, 6.0]
-    assert len(data) == 58 + 4 + 2 * 48
+    assert data[:4] == b"ZSB3"
+    assert data[54:64] == b"\x04\x00\x00\x00\x00\x00left"
+    assert np.frombuffer(data[64:112], "<f8").tolist() == [1.0, 2.0, 3.0, 4.0, 5.0, 6.0]
+    assert len(data) == 60 + 4 + 2 * 48
 
 
 def test_the_torque_of_a_block_comes_behind_its_velocity_and_is_announced() -> None:
@@ -161,7 +165,15 @@ def test_the_torque_of_a_block_comes_behind_its_velocity_and_is_announced() -> N
     data = encode(block(torque=torque))
     assert data[56:58] == b"\x01\x00"
     assert np.frombuffer(data[-48:], "<f8").tolist() == torque.ravel().tolist()
-    assert len(data) == 58 + 4 + 3 * 48
+    assert len(data) == 60 + 4 + 3 * 48
+
+
+def test_the_events_of_a_block_come_behind_its_name() -> None:
+    data = encode(block(events=(OutputEvent(11, 3, 1, True),)))
+    assert data[58:60] == b"\x01\x00"
+    assert data[64:83] == b"\x0b" + bytes(7) + b"\x03" + bytes(7) + b"\x01\x00\x01"
+    with pytest.raises(CodecError, match="an output is 0 or 1"):
+        decode(SetpointBlock, data[:82] + b"\x02" + data[83:])
 
 
 def test_flags_of_a_later_version_are_refused() -> None:
@@ -180,6 +192,7 @@ def test_flags_of_a_later_version_are_refused() -> None:
         {"position": np.zeros((0, 2)), "velocity": np.zeros((0, 2))},
         {"nominal": 4},
         {"owner": -1},
+        {"events": (OutputEvent(11, 3, 2**16, True),)},
         {"dt_s": 0.0},
         {"robot": "x" * 70000},
     ],
@@ -190,8 +203,8 @@ def test_a_block_that_must_not_travel_is_not_encoded(change: dict[str, Any]) -> 
 
 
 def test_another_version_of_a_block_is_refused_by_its_magic() -> None:
-    with pytest.raises(CodecError, match="magic b'ZSB1', expected b'ZSB2'"):
-        decode(SetpointBlock, b"ZSB1" + encode(block())[4:])
+    with pytest.raises(CodecError, match="magic b'ZSB2', expected b'ZSB3'"):
+        decode(SetpointBlock, b"ZSB2" + encode(block())[4:])
 
 
 def test_bytes_behind_a_block_are_refused() -> None:

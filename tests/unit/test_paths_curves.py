@@ -109,6 +109,9 @@ def test_round_edge_between_lines_is_the_quartic_of_the_book() -> None:
     np.testing.assert_allclose(edge.coefficients[5], 0.0, atol=1e-12)
     assert edge.length_m == pytest.approx(17.114398, abs=1e-6)
     assert edge.parameter(np.array(0.1 * edge.length_m)) == pytest.approx(0.086181, abs=1e-6)
+    rates = np.linalg.norm(edge.derivative(np.array([0.0, 0.5, 1.0]), 1), axis=1)
+    np.testing.assert_allclose(rates, [20.0, 14.142136, 20.0], atol=1e-6)
+    assert 1.0 / np.linalg.norm(edge.at(np.array(edge.length_m / 2))[2]) == pytest.approx(4.714045, abs=1e-6)
 
 
 @pytest.mark.parametrize(

@@ -32,9 +32,10 @@ def planned(*blocks: JointMove | Line | Arc, start: np.ndarray) -> Motion:
 
 def test_a_full_turn_of_j1_leads_round_the_base_and_back_to_the_same_pose() -> None:
     move = JointMove(np.array([2.0 * np.pi, 0, 0, 0, 0, 0]), 1.0, 1)
-    for share, *place in VECTORS["full_turn"]:
+    for share, *place, c_deg in VECTORS["full_turn"]:
         found = ARM.forward(move.joints(np.zeros(6), np.array(share)))
         np.testing.assert_allclose(1000.0 * found[:3, 3], place, atol=1e-4)
+        np.testing.assert_allclose(found[:3, :3], pose(0, 0, 0, 0, 0, c_deg)[:3, :3], atol=1e-9)
     assert LineGeometry.between(ARM.forward(np.zeros(6)), ARM.forward(move.target)).is_empty
 
 
@@ -51,6 +52,35 @@ def test_joint_moves_are_as_long_as_worked(first: float, last: float, way_mm: fl
     ((way, rotation, joints),) = lengths(planned(JointMove(target, 1.0, 1), start=start))
     assert 1000.0 * way == pytest.approx(way_mm, abs=1e-4)
     assert np.degrees([rotation, joints]) == pytest.approx([way_deg, way_deg])
+
+
+@pytest.mark.parametrize(("first", "last", "chords", "way_mm"), VECTORS["joint_move_chords"])
+def test_chords_of_a_joint_move_are_as_long_as_worked(first: float, last: float, chords: int, way_mm: float) -> None:
+    move = JointMove(np.radians([last, 0, 0, 0, 0, 0]), 1.0, 1)
+    poses = ARM.forward(move.joints(np.radians([first, 0, 0, 0, 0, 0]), np.linspace(0.0, 1.0, chords + 1)))
+    found = np.linalg.norm(np.diff(poses[:, :3, 3], axis=0), axis=1).sum()
+    assert 1000.0 * found == pytest.approx(way_mm, abs=1e-4)
+
+
+def on_the_line(worked: dict, y: float) -> np.ndarray:
+    near = np.radians([-5.0, 0.0, 0.0, 90.0 if y < 0.0 else -90.0, 5.0, -90.0 if y < 0.0 else 90.0])
+    return np.degrees(ARM.solve(pose(worked["x"], y, worked["z"], 0, 0, 0), near=near))
+
+
+def test_through_the_straight_wrist_j4_would_have_to_jump() -> None:
+    worked = VECTORS["straight_wrist"]
+    for y, joints in worked["ends"]:
+        np.testing.assert_allclose(on_the_line(worked, y), joints, atol=1e-4)
+
+
+def test_near_the_straight_wrist_j4_turns_as_fast_as_worked() -> None:
+    worked, h = VECTORS["near_the_straight_wrist"], 1e-3
+    joints = np.array([on_the_line(worked, y) for y in (-worked["y"], -h, h, worked["y"])])
+    assert joints[1:3, 4] == pytest.approx([worked["j5"]] * 2, abs=1e-4)
+    assert [joints[0, 3], -joints[3, 3]] == pytest.approx([worked["j4"]] * 2, abs=5e-3)
+    rate = abs((joints[2, 3] - joints[1, 3] + 180.0) % 360.0 - 180.0) / (2.0 * h)
+    assert rate == pytest.approx(worked["j4_deg_per_mm"], rel=1e-5)
+    assert rate * worked["speed"] == pytest.approx(worked["j4_deg_s"], rel=2e-4)
 
 
 def test_a_joint_move_in_mm_per_second_takes_its_way_at_that_speed() -> None:
@@ -81,6 +111,8 @@ def test_circles(worked: dict) -> None:
     geometry = CircleGeometry.through(*points)
     assert geometry is not None
     np.testing.assert_allclose(geometry.circle.centre, worked["centre"], atol=1e-9)
+    if "axes" in worked:
+        np.testing.assert_allclose([geometry.circle.u, geometry.circle.v], worked["axes"], atol=1e-6)
     angles = np.degrees([geometry.via_rad, geometry.target_rad])
     assert angles == pytest.approx([worked["via"], worked["target"]], abs=1e-4)
     assert geometry.circle.radius_m == pytest.approx(worked["radius"], abs=1e-6)
@@ -131,6 +163,12 @@ def test_cubic_curves(worked: dict) -> None:
     assert curve.length_m == pytest.approx(worked["length"], abs=1e-4)
     for share, *place in worked["points"]:
         np.testing.assert_allclose(curve.derivative(np.array(share), 0)[:2], place, atol=1e-9)
+    for chords, length in worked["chords"]:
+        points = curve.derivative(np.linspace(0.0, 1.0, chords + 1), 0)
+        assert np.linalg.norm(np.diff(points, axis=0), axis=1).sum() == pytest.approx(length, abs=1e-5)
+    if "rates" in worked:
+        rates = np.linalg.norm(curve.derivative(np.linspace(0.0, 1.0, 101), 1), axis=1)
+        assert [rates.min(), rates.max()] == pytest.approx(worked["rates"], abs=1e-2)
 
 
 def test_spline_passes_its_middle_points_and_its_tangent_is_the_chord() -> None:
@@ -154,6 +192,9 @@ def test_round_edge_of_a_right_angle() -> None:
     assert np.linalg.norm(middle[0] - [100, 0, 0]) == pytest.approx(worked["gap"], abs=1e-6)
     assert np.linalg.norm(middle[2]) == pytest.approx(worked["curvature"], abs=1e-6)
     np.testing.assert_allclose(edge.derivative(np.array([0.0, 1.0]), 2), 0.0, atol=1e-9)
+    np.testing.assert_allclose(edge.derivative(np.array(0.5), 2)[:2], worked["bend"], atol=1e-9)
+    for share, *rate in worked["rates"]:
+        np.testing.assert_allclose(edge.derivative(np.array(share), 1)[:2], rate, atol=1e-9)
 
 
 @pytest.mark.parametrize("worked", VECTORS["slerp"], ids=lambda worked: f"{worked['to']} {worked['share']}")

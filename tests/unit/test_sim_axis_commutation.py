@@ -36,6 +36,17 @@ def test_duties_equal_the_vectors(vector: dict[str, float]) -> None:
     assert duties == pytest.approx(vector["duty"], rel=0.01, abs=1e-6)
 
 
+def test_six_vectors_of_the_bridge_are_two_thirds_of_the_bus_60_degrees_apart() -> None:
+    for k, legs in enumerate([(1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 1, 1), (0, 0, 1), (1, 0, 1)]):
+        assert abs(clarke(*map(float, legs)) - rect(2 / 3, k * pi / 3)) < 1e-12
+    assert phases(1.0 + 0j) == pytest.approx((1.0, -0.5, -0.5))
+
+
+def test_the_longest_voltage_in_all_directions_is_the_bus_over_root_3() -> None:
+    assert max(space_vector(rect(DC_V / sqrt(3), radians(30)), DC_V)) == pytest.approx(1.0)
+    assert abs(clarke(*space_vector(rect(0.8 * DC_V / sqrt(3), radians(45)), DC_V))) == pytest.approx(0.46188, abs=1e-5)
+
+
 @given(st.floats(0.0, 1.0), st.floats(0.0, 2 * pi - 1e-9))
 def test_duties_equal_the_sectors_everywhere(m: float, angle: float) -> None:
     assert space_vector(rect(m * DC_V / sqrt(3), angle), DC_V) == pytest.approx(by_sectors(m, angle), abs=1e-9)

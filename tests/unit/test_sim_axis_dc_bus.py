@@ -1,23 +1,30 @@
 """The DC bus: charging, discharging, energy back and forth, the chopper."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 from drive_gateway.sim.axis.dc_bus import DcBus, DcBusData
 
-BLEEDER = json.loads((Path(__file__).parents[1] / "vectors" / "motor.json").read_text())["bleeder"]
+VECTORS = json.loads((Path(__file__).parents[1] / "vectors" / "motor.json").read_text())
+BLEEDER = VECTORS["bleeder"]
 SMALL = DcBusData(supply_v=48.0, precharge_a=1.0, capacitance_f=13e-3, chopper_v=80.0, low_v=30.0, high_v=90.0)
 WITHIN = 0.01
 
 
-def test_capacitors_are_charged_with_a_constant_current() -> None:
-    bus, time_s = DcBus(SMALL, 0.0), 0.0
+@pytest.mark.parametrize("vector", VECTORS["precharge"], ids=str)
+def test_capacitors_are_charged_with_a_constant_current(vector: dict[str, float]) -> None:
+    data = replace(
+        SMALL, capacitance_f=vector["farad"], supply_v=vector["volts"], precharge_a=vector["amperes"], chopper_v=1e3
+    )
+    bus, time_s = DcBus(data, 0.0), 0.0
     while not bus.charged:
         bus.advance(1e-3, 0.0)
         time_s += 1e-3
-    assert time_s == pytest.approx(0.95 * 13e-3 * 48.0 / 1.0, rel=WITHIN)
+    assert time_s == pytest.approx(0.95 * vector["seconds"], rel=WITHIN)
 
 
 @pytest.mark.parametrize(("energy_j", "volts"), [(-10.0, 61.988), (10.0, 27.668)])
@@ -28,16 +35,22 @@ def test_energy_changes_the_square_of_the_voltage(energy_j: float, volts: float)
     assert bus.voltage == pytest.approx(volts, rel=WITHIN)
 
 
-def test_bus_discharges_by_itself() -> None:
-    bus = DcBus(DcBusData(bleeder_ohm=BLEEDER["ohm"], capacitance_f=BLEEDER["farad"]), BLEEDER["start_v"])
+@pytest.mark.parametrize("vector", VECTORS["stored"], ids=str)
+def test_three_quarters_of_the_stored_energy_are_half_of_the_voltage(vector: dict[str, float]) -> None:
+    bus = DcBus(replace(SMALL, capacitance_f=vector["farad"]), vector["volts"])
     bus.switch_supply(False)
-    seen = {}
-    for second in range(1, 301):
-        bus.advance(1.0, 0.0)
-        seen[str(second)] = bus.voltage
-    assert {second: seen[second] for second in BLEEDER["volts_by_s"]} == pytest.approx(
-        BLEEDER["volts_by_s"], rel=WITHIN
-    )
+    bus.advance(0.01, 0.75 * vector["joule"])
+    assert bus.voltage == pytest.approx(0.5 * vector["volts"], rel=WITHIN)
+
+
+@pytest.mark.parametrize("vector", BLEEDER["volts_by_s"], ids=lambda vector: f"{vector['farad']} F")
+def test_bus_discharges_by_itself(vector: dict[str, Any]) -> None:
+    """Through a thousandth of the resistor, in a thousandth of the time."""
+    for seconds, volts in zip(vector["times"], vector["volts"], strict=True):
+        bus = DcBus(DcBusData(bleeder_ohm=BLEEDER["ohm"] / 1e3, capacitance_f=vector["farad"]), BLEEDER["start_v"])
+        bus.switch_supply(False)
+        bus.advance(seconds / 1e3, 0.0)
+        assert bus.voltage == pytest.approx(volts, rel=WITHIN)
 
 
 def test_chopper_turns_what_comes_back_into_heat() -> None:

@@ -46,6 +46,14 @@ def test_gear_counts_with_its_square() -> None:
     assert frequency(two_masses(50.0), 0.0) == pytest.approx(TWO_MASS["resonance_hz"], rel=WITHIN)
 
 
+def test_behind_a_gear_the_worked_torque_of_the_motor_holds_that_of_the_joint() -> None:
+    worked = json.loads((Path(__file__).parents[1] / "vectors" / "encoders.json").read_text())["gear"]
+    for share, turns in ((0.99, False), (1.01, True)):
+        mechanics = Mechanics(0.01, LoadData(1.0, coulomb_nm=worked["joint_nm"]), worked["ratio"], 0.0, STEP_S)
+        mechanics.step(share * worked["motor_nm"], 0.0, 0.0)
+        assert (mechanics.speed > 0.0) is turns
+
+
 def test_dry_friction_holds_what_is_weaker() -> None:
     mechanics = Mechanics(0.01, LoadData(1.0, coulomb_nm=20.0), 10.0, 0.0, STEP_S)
     for _ in range(1000):

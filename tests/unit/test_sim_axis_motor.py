@@ -3,13 +3,14 @@
 import json
 from cmath import exp as cexp
 from dataclasses import replace
-from math import exp, hypot, pi, sqrt
+from math import exp, hypot, pi, radians, sqrt
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 from drive_gateway.sim.axis.mechanics import LoadData, Mechanics
-from drive_gateway.sim.axis.motor_data import DATA_SHEET, MOTORS, MotorData
+from drive_gateway.sim.axis.motor_data import DATA_SHEET, MOTORS, RAD_S_PER_RPM, MotorData
 from drive_gateway.sim.axis.winding import Winding
 
 VECTORS = json.loads((Path(__file__).parents[1] / "vectors" / "motor.json").read_text())
@@ -89,6 +90,34 @@ def test_data_sheet_agrees_with_itself(motor: MotorData) -> None:
     assert motor.stall_torque_nm / motor.stall_current_a == pytest.approx(motor.torque_constant_nm_a, rel=WITHIN)
     kilowatts = motor.rated_torque_nm * motor.rated_speed_rpm * pi / 30e3
     assert kilowatts == pytest.approx(VECTORS["rated_kw"][motor.name], abs=0.05)
+
+
+@pytest.mark.parametrize("row", VECTORS["data_sheet"]["rows"], ids=lambda row: row[0])
+def test_presets_have_what_follows_from_the_columns_of_the_data_sheet(row: list[Any]) -> None:
+    motor = MOTORS[row[0]]
+    time_ms = 1000.0 * motor.phase_inductance / motor.phase_resistance
+    volts = motor.voltage_constant_v_krpm * motor.rated_speed_rpm / 1000.0
+    hertz = motor.pole_pairs * motor.rated_speed_rpm / 60.0
+    assert [time_ms, volts, hertz] == [pytest.approx(row[1], abs=0.05), pytest.approx(row[2], abs=0.1), row[3]]
+    assert motor.stall_torque_nm < motor.brake_torque_nm
+
+
+@pytest.mark.parametrize("vector", VECTORS["induced"], ids=lambda vector: f"{vector['volts']} V")
+def test_induced_voltage_is_that_of_the_speed(vector: dict[str, float]) -> None:
+    motor = replace(MOTORS["83-300"], voltage_constant_v_krpm=vector["volts_per_krpm"])
+    rms_line_to_line = motor.emf * vector["rpm"] * RAD_S_PER_RPM * sqrt(3) / sqrt(2)
+    assert rms_line_to_line == pytest.approx(vector["volts"], rel=2e-4)
+
+
+@pytest.mark.parametrize(("pole_pairs", "cycle_deg"), [(10, 36.0), (3, 120.0)])
+def test_the_field_repeats_with_each_pair_of_poles(pole_pairs: int, cycle_deg: float) -> None:
+    found = []
+    for angle in (0.2, 0.2 + radians(cycle_deg), 0.2 + 0.5 * radians(cycle_deg)):
+        winding = Winding(replace(MOTORS["83-300"], pole_pairs=pole_pairs), STEP_S)
+        winding.step(0.0, angle, 50.0)
+        found.append(winding.current)
+    assert abs(found[1] - found[0]) < 1e-9 * abs(found[0])
+    assert abs(found[2] + found[0]) < 1e-9 * abs(found[0])
 
 
 @EVERY

@@ -3,15 +3,23 @@
 import json
 from cmath import exp as cexp
 from dataclasses import replace
-from math import inf, pi
+from math import cos, exp, inf, pi, sin, sqrt
 from pathlib import Path
+from typing import Any
 
 import pytest
 from sim_axis_world import AXIS
 
 from drive_gateway.sim.axis.gains import ServoData
 from drive_gateway.sim.axis.mechanics import LoadData
-from drive_gateway.sim.axis.response import Point, frequencies, frequency_response, margins, step_response
+from drive_gateway.sim.axis.response import (
+    Point,
+    Step,
+    frequencies,
+    frequency_response,
+    margins,
+    step_response,
+)
 
 VECTORS = json.loads((Path(__file__).parents[1] / "vectors" / "motor.json").read_text())
 TWO_MASS = VECTORS["two_mass"]
@@ -31,6 +39,8 @@ def test_gain_margin_equals_the_vectors(vector: dict[str, float]) -> None:
     found = margins([Point(hz, pi_loop(vector["speed_hz"], hz)) for hz in frequencies(5.0, 2000.0, 200)])
     assert found.gain == pytest.approx(vector["margin"], rel=WITHIN)
     assert found.gain_hz == pytest.approx(852, rel=WITHIN)
+    turned = Point(found.gain_hz, pi_loop(vector["speed_hz"], found.gain_hz))
+    assert abs(turned.closed) == pytest.approx(vector["closed"], rel=WITHIN)
 
 
 def test_loop_that_never_turns_round_has_no_limit_of_its_gain() -> None:
@@ -59,6 +69,24 @@ def test_measured_loop_shows_both_frequencies_of_two_masses() -> None:
 
     assert min(gains(TWO_MASS["antiresonance_hz"]))[1] == pytest.approx(TWO_MASS["antiresonance_hz"], rel=WITHIN)
     assert max(gains(TWO_MASS["resonance_hz"]))[1] == pytest.approx(TWO_MASS["resonance_hz"], rel=WITHIN)
+
+
+@pytest.mark.parametrize("worked", VECTORS["second_order"], ids=lambda worked: f"{worked['damping']:.2f}")
+def test_figures_of_a_step_are_those_of_the_worked_second_order(worked: dict[str, Any]) -> None:
+    damping, natural = worked["damping"], worked["natural_rad_s"]
+    damped, decay = natural * sqrt(1.0 - damping**2), natural * damping
+
+    def answer(t: float) -> float:
+        return 1.0 - exp(-decay * t) * (cos(damped * t) + decay / damped * sin(damped * t))
+
+    times = tuple(0.001 * k for k in range(20_000))
+    step = Step(times, tuple(answer(t) for t in times))
+    assert step.overshoot == pytest.approx(worked["overshoot"], rel=1e-5)
+    assert times[step.speed.index(max(step.speed))] == pytest.approx(worked["peak_s"], abs=1e-3)
+    for time, value in worked.get("values", []):
+        assert answer(time) == pytest.approx(value, abs=1e-9)
+    if "settled_s" in worked:
+        assert step.settled_s == pytest.approx(worked["settled_s"], abs=2e-3)
 
 
 def test_step_ends_at_its_height_and_rises_with_the_bandwidth() -> None:

@@ -1,5 +1,9 @@
 """A path with a live correction: it follows, keeps the limits, ends at rest in the world, and says why it stops."""
 
+import json
+from dataclasses import replace
+from pathlib import Path
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -108,6 +112,37 @@ def test_on_a_moving_conveyor_the_tool_keeps_to_the_moving_path_within_a_fifth_o
     assert away[60:].max() < 0.2e-3
     assert away[:60].max() > 1e-3
     assert (followed.shares() < 1.01).all()
+
+
+def test_a_line_across_a_conveyor_takes_no_longer_and_its_tool_is_faster_than_the_line_asks_for() -> None:
+    worked = json.loads((Path(__file__).parents[1] / "vectors" / "paths.json").read_text())["conveyor"]
+    belt_m_s, length = worked["belt"] / 1000.0, worked["length"] / 1000.0
+    path = replace(LIMITS.path, acceleration_m_s2=worked["acceleration"] / 1000.0, jerk_m_s3=worked["jerk"] / 1000.0)
+    start = np.array([-0.2, 0.0, 0.2, 0.0, 0.8, 0.0])
+    first, last = ARM.forward(start).copy(), ARM.forward(start).copy()
+    first[:3, 3] += 0.0, 0.0, -0.05
+    last[:3, 3] += -length, 0.0, -0.05
+    blocks = Sequence([Line(first, 0.06, 1), Line(last, worked["speed"] / 1000.0, 2)])
+    motion = plan(ARM, blocks, replace(LIMITS, path=path), start=start, cycle_s=CYCLE_S)
+    _, begins_s, ends_s = motion.rests
+    assert ends_s - begins_s == pytest.approx(worked["duration_s"], abs=1e-6)
+    belt = np.eye(4)
+    belt[:3, :3] = [[0, -1, 0], [1, 0, 0], [0, 0, 1]]
+    conveyor = Conveyor("belt", belt, COUNT_M, settle_s=0.1, fresh_s=0.1, largest_speed_m_s=0.5)
+    followed, blocks_played = Followed(motion), int(ends_s / BLOCK_S)
+    for k in range(blocks_played):
+        at = k * BLOCK_S
+        conveyor.measured(round(belt_m_s * at / COUNT_M), at)
+        followed.block(conveyor.target(at))
+    np.testing.assert_allclose(followed.taus, BLOCK_S * np.arange(blocks_played + 1), atol=1e-9)
+    taus = np.array(followed.taus)
+    inside = (taus >= begins_s) & (taus <= ends_s)
+    beside = (followed.places() - followed.planned())[inside]
+    way = (beside[-1] - beside[0]) / np.ptp(taus[inside]) * worked["duration_s"]
+    np.testing.assert_allclose(1000.0 * way, [0.0, worked["extra"], 0.0], atol=0.1)
+    places = np.asarray(ARM.tcp(np.array(followed.played))[:, :3, 3])
+    speeds = 1000.0 * np.linalg.norm(np.diff(places, axis=0), axis=1) / CYCLE_S
+    assert speeds.max() == pytest.approx(worked["top_speed"], rel=1e-3)
 
 
 def test_a_ramp_stops_in_the_world_although_the_conveyor_runs_on() -> None:

@@ -27,6 +27,8 @@ def test_weights_and_step_response_are_the_worked_ones() -> None:
     weights = gaussian_weights(11)
     np.testing.assert_allclose(weights, [*VECTORS["weights"], *VECTORS["weights"][-2::-1]], atol=1e-6)
     np.testing.assert_allclose(np.cumsum(weights), VECTORS["step"], atol=1e-6)
+    filtered = np.convolve(np.arange(40.0), weights, mode="valid")
+    np.testing.assert_allclose(filtered, np.arange(10.0, 40.0) - VECTORS["ramp_lag"], atol=1e-9)
     for sigma, total in VECTORS["sums"]:
         assert 1.0 / gaussian_weights(11, sigma)[5] == pytest.approx(total, abs=1e-6)
 

@@ -13,6 +13,7 @@ from random_moves import LIMITS, MODEL, START
 
 from robot_agent.model import PathLimits, ProfileKind, Shaping
 from robot_agent.paths import Arc, Block, JointMove, Line, Sequence
+from robot_agent.paths.curves import bezier
 from robot_agent.trajectory import Motion, plan
 from robot_agent.trajectory.pieces import Pieces
 from robot_agent.trajectory.profile import Quintic, Ramped, profile
@@ -73,6 +74,31 @@ def test_limits_without_a_meaning_are_refused(bad: tuple[float, ...]) -> None:
         profile(ProfileKind.BEZIER, *bad)
 
 
+def test_each_limit_that_is_added_costs_as_much_as_worked() -> None:
+    worked = VECTORS["scenarios"]
+    distance, speed, acceleration, jerk = (worked[key] for key in ("distance", "speed", "acceleration", "jerk"))
+    limits = [(speed, 1e12, 1e18), (speed, acceleration, 1e12), (speed, acceleration, jerk)]
+    found = [profile(ProfileKind.S_CURVE, distance, *each).duration_s for each in limits]
+    assert found == pytest.approx(worked["durations_s"], abs=1e-4)
+
+
+def test_the_speed_of_a_bezier_ramp_is_the_worked_cubic() -> None:
+    made = profile(ProfileKind.BEZIER, 20.0, 10.0, 15.0, 60.0)
+    assert isinstance(made, Ramped)
+    assert made.ramp_s == pytest.approx(1.0)
+    for time, *values in VECTORS["cubic"]["rest"]:
+        assert made.at(np.array(time - 1e-12))[1:].tolist() == pytest.approx(values, abs=1e-9)
+
+
+def test_the_worked_cubic_between_two_states_has_its_coefficients() -> None:
+    worked = VECTORS["cubic"]
+    (first, speed), (last, last_speed) = worked["states"]
+    third = worked["duration_s"] / 3.0
+    curve = bezier(np.array([[x, 0, 0] for x in (first, first + speed * third, last - last_speed * third, last)]))
+    powers = worked["duration_s"] ** np.arange(4.0)
+    np.testing.assert_allclose(curve.coefficients[:4, 0] / powers, worked["coefficients"], atol=1e-9)
+
+
 def test_quintic_has_the_worked_values_and_peaks() -> None:
     made, worked = Quintic(10.0, 1.0), VECTORS["quintic"]
     for time, *values in worked["rest"]:
@@ -101,6 +127,8 @@ class TestTrapezoid:
         for time, position in VECTORS["trapezoid"]["line"]:
             assert 0.5 + made.at(np.array(time))[0] == pytest.approx(position)
         assert made.at(np.array([0.1, 0.5, 0.9]))[2].tolist() == [-6.0, 0.0, 6.0]
+        time, speed = VECTORS["trapezoid"]["line_speed"]
+        assert made.at(np.array(time))[1] == pytest.approx(speed)
 
     def test_least_acceleration_makes_a_triangle_and_less_is_refused(self) -> None:
         made = trapezoid_in(math.pi, 4.0 * math.pi, 1.0)

@@ -65,11 +65,11 @@ def test_worked_zones_of_a_ramp_reproduce() -> None:
     np.testing.assert_allclose([speeds[0], places[2]], [ramp["first_speed"], ramp["distance"]], rtol=1e-9)
 
 
-@pytest.mark.parametrize(("distance", "speed", "acceleration", "jerk", "duration_s"), PROFILES["s_curve"])
-def test_worked_durations_of_the_second_source_reproduce(
-    distance: float, speed: float, acceleration: float, jerk: float, duration_s: float
-) -> None:
-    assert s_curve(distance, speed, acceleration, jerk).duration_s == pytest.approx(duration_s, abs=1e-6)
+@pytest.mark.parametrize("row", PROFILES["s_curve"], ids=lambda row: "-".join(f"{value:g}" for value in row[:4]))
+def test_worked_examples_of_the_second_source_reproduce(row: list) -> None:
+    profile = s_curve(*row[:4])
+    found = [profile.duration_s, profile.speed, profile.acceleration]
+    np.testing.assert_allclose(found, row[4:], rtol=2e-6, atol=1e-6)
 
 
 @settings(max_examples=100, deadline=None)
