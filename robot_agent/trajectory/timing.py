@@ -31,7 +31,7 @@ _FEWEST_INTERVALS, MOST_INTERVALS = 16, 1200
 _BEGIN = 0.9
 """The squared rate that the search begins with."""
 _AROUND = 3
-_ATTEMPTS = 2
+_ATTEMPTS = 4
 _ROUNDS = 5
 _SETTLED = 1.15
 """A motion so much slower than the one it was sampled by is sampled anew, now that it is known where time passes."""
@@ -43,6 +43,8 @@ _ACCEPTED = 1.004
 """Slowing down all of a motion by so much is better than another attempt."""
 _CERTAIN = 1.0005
 """Limits are tightened by so much more than they are exceeded."""
+_EASABLE = 1.05
+"""What has to be so much slower, or less, behind the second attempt is not searched again but eased."""
 _NEARLY = 1.001
 """A motion so little slower than its law is left as it is."""
 _EASINGS = 12
@@ -113,7 +115,7 @@ def _kept(paths: list[JointPath], bases: list[Base], search: Search, limits: Lim
     """
     made: dict[int, tuple[Timed, Law]] = {}
     waiting = list(range(len(paths)))
-    for _ in range(_ATTEMPTS):
+    for attempt in range(_ATTEMPTS):
         search.run(gap=0.003, kept=MARGIN - 1.0)
         excess, late = [], []
         for number, law in zip(waiting, _laws([bases[k] for k in waiting], search.c), strict=True):
@@ -121,7 +123,7 @@ def _kept(paths: list[JointPath], bases: list[Base], search: Search, limits: Lim
             excess.append(used)
             if number not in made or each.pieces.duration_s < made[number][0].pieces.duration_s:
                 made[number] = each, law
-            late.append(k > _ACCEPTED)
+            late.append(k > (_EASABLE if attempt else _ACCEPTED))
         if not any(late):
             break
         search.tighten(_tighter(excess))
