@@ -30,7 +30,7 @@ class Ask(Effect):
     """Call another process. The outcome comes back as `AskDone` with the same `ask_id`.
 
     `to` is the addressee's key prefix without the cell: `"manager"`, `"robot/left"`, `"gateway/left_bus"`.
-    `call` is a `cell.messages.commands.Call`.
+    `call` is a `cell.messages.Call`.
     """
 
     ask_id: str

@@ -26,6 +26,7 @@ _COMMANDS = {
     "run": Place("robot", "run", f"cell run left right -f {FILE}"),
     "halt": Place("robot", "halt", f"cell halt left -f {FILE}"),
     "continue": Place("robot", "continue_", f"cell continue left -f {FILE}"),
+    "return": Place("robot", "return_", f"cell return left -f {FILE}"),
     "step": Place("robot", "step", f"cell step left -f {FILE}"),
     "override": Place("robot", "override", f"cell override left 30 -f {FILE}"),
     "manual": Place("robot", "manual", f"cell manual left on -f {FILE}"),

@@ -16,7 +16,7 @@ from cell.messages import GatewayState, NodeStatus
 
 
 def drives(file: CellFileOption = Path(CELL_FILE), endpoint: ConnectOption = None) -> None:
-    """Show every drive of the running cell once: NMT and drive state, emergency and its meaning, counters of the bus.
+    """Show every drive of the running cell once: NMT, drive state and outputs, emergencies, counters of the bus.
 
     Exits with 1 when a gateway is silent or not ready.
     """
@@ -50,7 +50,9 @@ def drives_table(settings: CellSettings, seen: Snapshot) -> Table:
 
 
 def drive_text(node: NodeStatus) -> str:
-    return f"{node.drive.words}, warning" if node.warning else node.drive.words
+    """State, warning and digital outputs of a drive."""
+    outputs = [f"{name} {'on' if on else 'off'}" for name, on in node.outputs.items()]
+    return ", ".join([node.drive.words, *["warning"] * node.warning, *outputs])
 
 
 def following_error(node: NodeStatus) -> str:

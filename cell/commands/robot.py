@@ -1,4 +1,4 @@
-"""`cell run`, `halt`, `continue`, `step`, `override`, `manual`, `enable`, `disable`: orders to one robot."""
+"""`cell run`, `halt`, `continue`, `return`, `step`, `override`, `manual`, `enable`, `disable`: orders to one robot."""
 
 from enum import Enum
 from pathlib import Path
@@ -9,7 +9,7 @@ import typer
 from cell.commands.common_start import AHEAD_S, run_together
 from cell.commands.connection import connect, report
 from cell.commands.options import CELL_FILE, CellFileOption, ConnectOption, RobotArgument
-from cell.messages import Command, Continue, Disable, Enable, Halt, Run, SetManual, SetOverride, Step
+from cell.messages import Command, Continue, Disable, Enable, Halt, Return, Run, SetManual, SetOverride, Step
 
 PercentArgument = Annotated[float, typer.Argument(min=-100.0, max=100.0, metavar="PERCENT", help="-100 to 100.")]
 
@@ -68,8 +68,16 @@ def halt(robot: RobotArgument, file: CellFileOption = Path(CELL_FILE), endpoint:
 
 
 def continue_(robot: RobotArgument, file: CellFileOption = Path(CELL_FILE), endpoint: ConnectOption = None) -> None:
-    """Let a halted robot go on along its path."""
+    """Let a halted robot go on along its path; one that is off its path must `cell return` first."""
     _order(robot, Continue(), file, endpoint)
+
+
+def return_(robot: RobotArgument, file: CellFileOption = Path(CELL_FILE), endpoint: ConnectOption = None) -> None:
+    """Let a robot that is off its path move slowly back to where it left it, and halt there.
+
+    It moves all joints straight there, at a tenth of their speed limits and at most 250 mm/s: look at the way first.
+    """
+    _order(robot, Return(), file, endpoint)
 
 
 def step(robot: RobotArgument, file: CellFileOption = Path(CELL_FILE), endpoint: ConnectOption = None) -> None:

@@ -25,8 +25,9 @@ START_TIMEOUT_S = 30.0
 REST_TIMEOUT_S = 6.0
 QUIET_S = 10.0
 """The same warning of the same source is shown this often at most."""
-ENABLED = frozenset({Mode.READY, Mode.RUNNING, Mode.HALTED})
+ENABLED = frozenset({Mode.READY, Mode.RUNNING, Mode.HALTED, Mode.OFF_PATH, Mode.RETURNING})
 STUCK = frozenset({Mode.FAULT, Mode.ESTOP})
+BROKEN_OFF = frozenset({ProgramState.FAILED, ProgramState.INTERRUPTED})
 
 
 class Supervisor:
@@ -202,7 +203,7 @@ class Supervisor:
             f"robot {state.robot}: {state.mode.value}, program {state.program.state.value} "
             f"at line {state.program.line}: {why(state) or state.program.text}"
             for state in seen.robots.values()
-            if state.mode in STUCK or state.program.state is ProgramState.FAILED
+            if state.mode in STUCK or state.program.state in BROKEN_OFF
         ]
         return [text, *lines] if (text := latched_stop(seen)) else lines
 

@@ -6,11 +6,11 @@ from rich.text import Text
 
 from cell.commands.view import Snapshot, unreferenced
 from cell.config.settings import CellSettings
-from cell.messages import GatewayState, ManagerState, Mode, RobotState, ZoneState
+from cell.messages import GatewayState, ManagerState, Mode, ProgramState, RobotState, ZoneState
 from cell.messages.manager_state import ZoneStatus
 
 LONGEST_PROGRAM_TEXT = 48
-SHORTEST_PROGRAM_TEXT = 14
+SHORTEST_PROGRAM_TEXT = 13
 ALARMED = frozenset({Mode.FAULT, Mode.ESTOP})
 _HOLDER = {ZoneState.GRANTED: " to", ZoneState.ORPHANED: ", last held by"}
 
@@ -24,12 +24,12 @@ def cell_table(settings: CellSettings, seen: Snapshot, width: int) -> Text:
     robots = max(len("robot"), *map(len, settings.robots))
     zones = max([len("zone"), *map(len, settings.zones)])
     numbers = "{:>8} {:>8} {:>8} {:>5}"
-    room = width - len(f"{'':{robots}}  {'':8}  {'':4}  " + numbers.format("", "", "", "") + f"   {'':{zones}}")
+    room = width - len(f"{'':{robots}}  {'':9}  {'':4}  " + numbers.format("", "", "", "") + f"   {'':{zones}}")
     room = max(SHORTEST_PROGRAM_TEXT, min(LONGEST_PROGRAM_TEXT, room))
 
     def row(robot: str, mode: str, line: str, program: str, xyz: Iterable[str], speed: str, held: str) -> str:
         program = program if len(program) <= room else program[: room - 1] + "…"
-        row = f"{robot:{robots}}  {mode:8}  {line:>4}  {program:{room}} {numbers.format(*xyz, speed)}  {held}"
+        row = f"{robot:{robots}}  {mode:9}  {line:>4}  {program:{room}} {numbers.format(*xyz, speed)}  {held}"
         return row.rstrip()
 
     heading = row("robot", "mode", "line", "program", ("X mm", "Y mm", "Z mm"), "mm/s", "zone")
@@ -66,7 +66,8 @@ def why(state: RobotState) -> str:
     """Why the robot does not move as planned: alarms first, then the program's error, then what it waits for."""
     longest_first = sorted(dict.fromkeys(state.alarms), key=len, reverse=True)
     told = [alarm for i, alarm in enumerate(longest_first) if not any(alarm in longer for longer in longest_first[:i])]
-    return "; ".join(told) or state.program.error or state.waiting_for
+    waiting = state.waiting_for if state.mode is Mode.RETURNING else ""
+    return "; ".join(told) or waiting or state.program.error or state.waiting_for
 
 
 def labelled_why(state: RobotState) -> str:
@@ -78,8 +79,8 @@ def labelled_why(state: RobotState) -> str:
 
 def _label(state: RobotState, reason: str) -> str:
     if reason == state.program.error and state.mode not in ALARMED:
-        return "program ended"
-    return "alarm" if state.alarms or state.program.error else "waits"
+        return "program interrupted" if state.program.state is ProgramState.INTERRUPTED else "program ended"
+    return "waits" if reason == state.waiting_for else "alarm"
 
 
 def pace_text(state: RobotState) -> str:

@@ -1,10 +1,11 @@
 """Schema of the cell file, and what it says as settings."""
 
 import dataclasses
+import math
 from typing import Annotated
 
 import numpy as np
-from pydantic import BaseModel, Field
+from pydantic import AfterValidator, BaseModel, Field
 
 from cell.config.document import Document
 from cell.config.fields import Endpoint, FileName, Name, Point, Pose
@@ -14,6 +15,7 @@ from cell.config.settings import (
     CorrectionSettings,
     GatewayEndpoint,
     OnManagerReturn,
+    PathWindow,
     PoseSettings,
     RobotSettings,
     SensorFrame,
@@ -24,6 +26,7 @@ from cell.config.units import STRICT, Milliseconds, Number, PositiveAngle, Posit
 from cell.geometry import frame_from_points, quaternion
 
 _DEFAULT = Times()
+_WINDOW, _WIDEST = PathWindow(), PathWindow(math.radians(5.0) + 1e-12, 0.02 + 1e-12)
 
 
 class ManagerEntry(BaseModel):
@@ -90,6 +93,33 @@ class CorrectionEntry(BaseModel):
         )
 
 
+def _few_degrees(turn_rad: float) -> float:
+    if turn_rad > _WIDEST.turn_rad:
+        raise ValueError("5 deg or less: farther away an operator has to look at the way back")
+    return turn_rad
+
+
+def _few_millimetres(slide_m: float) -> float:
+    if slide_m > _WIDEST.slide_m:
+        raise ValueError("20 mm or less: farther away an operator has to look at the way back")
+    return slide_m
+
+
+class PathWindowEntry(BaseModel):
+    """How far the joints of a stopped robot may be from its path, so that its program can continue."""
+
+    model_config = STRICT
+    turn: Annotated[PositiveAngle, AfterValidator(_few_degrees)] = Field(
+        _WINDOW.turn_rad, description="each joint that turns; default 0.5 deg, at most 5 deg"
+    )
+    slide: Annotated[PositiveLength, AfterValidator(_few_millimetres)] = Field(
+        _WINDOW.slide_m, description="each joint that slides; default 1 mm, at most 20 mm"
+    )
+
+    def settings(self) -> PathWindow:
+        return PathWindow(self.turn, self.slide)
+
+
 class RobotEntry(BaseModel):
     """One robot of the cell."""
 
@@ -99,6 +129,9 @@ class RobotEntry(BaseModel):
     base: Pose = Field(description="pose of the robot's base in world: X, Y, Z, A, B, C")
     program: FileName = Field(description="the robot's program, relative to this file")
     corrections: dict[Name, CorrectionEntry] = Field(default={}, description="what TRACK in its program may follow")
+    path_window: PathWindowEntry = Field(
+        PathWindowEntry.model_construct(), description="farther from its path a stopped robot does not continue"
+    )
 
 
 class GatewayEntry(BaseModel):
@@ -178,6 +211,7 @@ class CellFile(BaseModel):
                     robot.base.settings(),
                     document.beside(robot.program),
                     {key: entry.settings(key, conveyors) for key, entry in robot.corrections.items()},
+                    robot.path_window.settings(),
                 )
                 for name, robot in self.robots.items()
             },

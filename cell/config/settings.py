@@ -1,5 +1,6 @@
 """The cell file as the processes use it: SI units, absolute paths, every default filled in."""
 
+import math
 from dataclasses import dataclass, field
 from enum import Enum
 from pathlib import Path
@@ -58,6 +59,14 @@ class CorrectionSettings:
 
 
 @dataclass(frozen=True, slots=True)
+class PathWindow:
+    """How far each joint of a stopped robot may be from its path, so that its program goes on without a return."""
+
+    turn_rad: float = math.radians(0.5)
+    slide_m: float = 0.001
+
+
+@dataclass(frozen=True, slots=True)
 class RobotSettings:
     """One robot of the cell: which model, on which gateway, where it stands, what it runs."""
 
@@ -67,6 +76,7 @@ class RobotSettings:
     base: PoseSettings
     program: Path
     corrections: dict[str, CorrectionSettings] = field(default_factory=dict)
+    path_window: PathWindow = PathWindow()
 
 
 @dataclass(frozen=True, slots=True)

@@ -32,18 +32,11 @@ def from_matrix(rotations: Array) -> Array:
     xx, yy, zz = m[..., 0, 0], m[..., 1, 1], m[..., 2, 2]
     xy, yz, zx = m[..., 0, 1] + m[..., 1, 0], m[..., 1, 2] + m[..., 2, 1], m[..., 2, 0] + m[..., 0, 2]
     wx, wy, wz = m[..., 2, 1] - m[..., 1, 2], m[..., 0, 2] - m[..., 2, 0], m[..., 1, 0] - m[..., 0, 1]
+    own = np.stack([1 + xx - yy - zz, 1 - xx + yy - zz, 1 - xx - yy + zz, 1 + xx + yy + zz])
     # Row k is 4 * q * q[k].
-    outer = np.stack(
-        [
-            np.stack([1 + xx - yy - zz, xy, zx, wx], axis=-1),
-            np.stack([xy, 1 - xx + yy - zz, yz, wy], axis=-1),
-            np.stack([zx, yz, 1 - xx - yy + zz, wz], axis=-1),
-            np.stack([wx, wy, wz, 1 + xx + yy + zz], axis=-1),
-        ],
-        axis=-2,
-    )
-    largest = np.argmax(np.diagonal(outer, axis1=-2, axis2=-1), axis=-1)
-    q = np.take_along_axis(outer, largest[..., None, None], axis=-2)[..., 0, :]
+    outer = np.stack([own[0], xy, zx, wx, xy, own[1], yz, wy, zx, yz, own[2], wz, wx, wy, wz, own[3]], axis=-1)
+    largest = np.argmax(own, axis=0)
+    q: Array = outer.reshape(-1, 4)[4 * np.arange(largest.size).reshape(largest.shape) + largest]
     q /= np.linalg.norm(q, axis=-1, keepdims=True)
     return np.where(q[..., 3:] < 0, -q, q)
 

@@ -4,51 +4,47 @@ Units are SI: metres, radians, seconds; poses and capsules are in the cell's wor
 How a message becomes bytes is the business of `cell.net.codec`; on which key it travels, of `cell.net.keys`.
 """
 
-from cell.messages.commands import (
-    AcceptPosition,
-    AdoptZone,
-    Call,
-    Claim,
-    ClaimGrant,
-    ClearZone,
-    Command,
-    Continue,
-    Disable,
-    DisableDrives,
-    Enable,
-    EnableDrives,
-    Halt,
-    HoldSetup,
-    Home,
-    Jog,
-    MoveAxes,
-    PressAxis,
-    ReadObject,
-    RecordBus,
-    Release,
-    Reply,
-    ResetDrives,
-    ResetEstop,
-    ResetRobot,
-    Run,
-    ScanBus,
-    SetEstop,
-    SetManual,
-    SetOverride,
-    Step,
-    Who,
-    WriteObject,
-)
+from cell.messages.call import Call, ClaimGrant, Command, Reply, Who
 from cell.messages.common import CellTime, Heard, Token, TokenGone
 from cell.messages.correction import ConveyorCount, Correction
 from cell.messages.drive_fault import Fault, FaultDrive
 from cell.messages.drives import AxisStatus, DriveFeedback, PlayoutState
 from cell.messages.estop import Estop
 from cell.messages.event import Event, Severity
+from cell.messages.gateway_commands import (
+    AcceptPosition,
+    Claim,
+    DisableDrives,
+    EnableDrives,
+    HoldSetup,
+    Home,
+    MoveAxes,
+    PressAxis,
+    ReadObject,
+    RecordBus,
+    Release,
+    ResetDrives,
+    ScanBus,
+    WriteObject,
+)
 from cell.messages.gateway_state import BusCounters, GatewayState, NodeStatus
 from cell.messages.jog import JogFrame, JogHeld
+from cell.messages.manager_commands import AdoptZone, ClearZone, ResetEstop, SetEstop
 from cell.messages.manager_state import ManagerState, ZoneState, ZoneStatus
 from cell.messages.presence import Body, Presence
+from cell.messages.robot_commands import (
+    Continue,
+    Disable,
+    Enable,
+    Halt,
+    Jog,
+    ResetRobot,
+    Return,
+    Run,
+    SetManual,
+    SetOverride,
+    Step,
+)
 from cell.messages.robot_state import (
     CorrectionStatus,
     GovernorStatus,
@@ -113,6 +109,7 @@ __all__ = [
     "ResetDrives",
     "ResetEstop",
     "ResetRobot",
+    "Return",
     "RobotState",
     "Run",
     "ScanBus",

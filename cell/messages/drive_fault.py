@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from enum import StrEnum
 from typing import ClassVar
 
-from cell.messages.commands import Command
+from cell.messages.call import Command
 
 
 class Fault(StrEnum):

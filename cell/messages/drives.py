@@ -74,4 +74,4 @@ class DriveFeedback:
     torque: NDArray[np.float64] | None = None
     """[Nm or N] what each axis' motor gives behind its gear; None: not every drive tells."""
     outputs: int = 0
-    """Bit i: the i-th of `ClaimGrant.outputs` is switched on."""
+    """Bit i: the i-th of `ClaimGrant.outputs` is switched on at this tick. A stop may have switched it off."""

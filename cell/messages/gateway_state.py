@@ -1,6 +1,6 @@
 """What a gateway tells about its bus, a few times per second."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from cell.messages.drives import AxisStatus
 
@@ -24,6 +24,8 @@ class NodeStatus:
     """Bit 7 of its statusword: something is near a limit of the drive, or it can only go one way."""
     following_error: float | None = None
     """[rad or m] the largest one since the robot was enabled; `None`: it has not been."""
+    outputs: dict[str, bool] = field(default_factory=dict)
+    """Its digital outputs by name: on or off."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -16,7 +16,11 @@ class Mode(Enum):
     """Enabled, at rest, no program running."""
     RUNNING = "running"
     HALTED = "halted"
-    """The program is stopped on its path and waits for `continue`."""
+    """The program is stopped on its path, or no farther from it than its window, and waits for `continue`."""
+    OFF_PATH = "off_path"
+    """Enabled, at rest, an interrupted program's path farther away than its window: `return`, or start anew."""
+    RETURNING = "returning"
+    """Slowly on the way back to the path, or coming to rest on it."""
     JOGGING = "jogging"
     """An operator's jog key is held, or the robot comes to rest behind it."""
     FAULT = "fault"
@@ -29,6 +33,8 @@ class ProgramState(Enum):
     RUNNING = "running"
     DONE = "done"
     FAILED = "failed"
+    INTERRUPTED = "interrupted"
+    """By a fault, an emergency stop or drives switched off; it may go on once the robot is on its path again."""
 
 
 @dataclass(frozen=True, slots=True)

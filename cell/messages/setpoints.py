@@ -46,4 +46,4 @@ class SetpointBlock:
     """`(m, n)` [Nm or N] what each axis' motor gives behind its gear, for feed-forward; the last sample is what carries
     the robot at rest. None: the agent does not know it, or nobody asked (`ClaimGrant.torques`)."""
     events: tuple[OutputEvent, ...] = ()
-    """Ticks and numbers grow. Each is at a nominal sample: a ramp switches nothing."""
+    """Up to 100; numbers grow, ticks do not fall. Each is at a nominal sample: a ramp switches nothing."""

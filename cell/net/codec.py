@@ -38,6 +38,7 @@ from cell.messages import (
     ResetDrives,
     ResetEstop,
     ResetRobot,
+    Return,
     Run,
     ScanBus,
     SetEstop,
@@ -57,7 +58,7 @@ T = TypeVar("T")
 COMMANDS: dict[str, dict[str, type[Command]]] = {
     role: {kind.verb: kind for kind in (*kinds, Who)}
     for role, kinds in {
-        "robot": (Enable, Disable, Run, Halt, Continue, Step, SetOverride, SetManual, Jog, ResetRobot),
+        "robot": (Enable, Disable, Run, Halt, Continue, Return, Step, SetOverride, SetManual, Jog, ResetRobot),
         "manager": (SetEstop, ResetEstop, ClearZone, AdoptZone),
         "gateway": (
             Claim,

@@ -2,8 +2,8 @@
 
 The command (controlword, target position, and target torque where torques are told) and the status (statusword, actual
 position, and actual torque likewise) act on every SYNC. What an axis has beyond that (velocity and torque offset,
-digital inputs) is in PDOs of its own. The image is written to a node by SDO; a node obeys what it is given and need not
-know this file.
+digital inputs and outputs) is in PDOs of its own. The image is written to a node by SDO; a node obeys what it is given
+and need not know this file.
 
 A drives file may give the first PDOs of its nodes to motions of their own (`profile_pdos`); command and status then are
 the fourth.
@@ -28,6 +28,7 @@ TARGET_TORQUE = 0x6071
 TORQUE_ACTUAL = 0x6077
 INTERPOLATION_DATA = 0x60C1
 DIGITAL_INPUTS = 0x60FD
+DIGITAL_OUTPUTS = 0x60FE
 
 EVERY_SYNC = 1
 """Transmission type: cyclic synchronous, each SYNC."""
@@ -52,6 +53,8 @@ STATUS_WITH_TORQUE = Struct("<Hih")
 """The same and torque actual [per mille of the motor's rated torque]."""
 INPUTS = Struct("<I")
 """Digital inputs."""
+OUTPUTS = Struct("<I")
+"""Digital outputs."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -130,6 +133,8 @@ class ProcessImage:
     """To the drive: feed-forward of velocity, or of velocity and torque."""
     inputs: Pdo | None = None
     """From the drive: its digital inputs, every few SYNCs."""
+    outputs: Pdo | None = None
+    """To the drive: its digital outputs (60FEh:01), sent when one changes and every now and then."""
     profile: tuple[Pdo, ...] = ()
     """For motions that the drive makes by itself, of type `ON_EVENT`."""
 
@@ -140,7 +145,7 @@ class ProcessImage:
 
     @property
     def bits_per_cycle(self) -> float:
-        """On the wire, with worst-case stuffing."""
+        """On the wire, with worst-case stuffing, when an output changes in every cycle."""
         return sum(frame_bits(pdo.data_bytes) / pdo.every for pdo in self._cyclic)
 
     @property
@@ -150,7 +155,8 @@ class ProcessImage:
 
     @property
     def _cyclic(self) -> tuple[Pdo, ...]:
-        return tuple(pdo for pdo in (self.command, self.offset, self.status, self.inputs) if pdo is not None)
+        pdos = (self.command, self.offset, self.outputs, self.status, self.inputs)
+        return tuple(pdo for pdo in pdos if pdo is not None)
 
     def frames(
         self, controlword: int, target: int, velocity: int = 0, torque: int = 0, target_torque: int = 0
@@ -180,12 +186,14 @@ def process_image(
     torque_offset: bool = False,
     torques: bool = False,
     inputs_every: int = 0,
+    outputs: bool = False,
     profile: tuple[Pdo, ...] = (),
 ) -> ProcessImage:
     """The image of one axis; its inputs come with each `inputs_every`-th SYNC (1 to 240), or never (0).
 
     A torque offset goes beside the velocity offset, never alone. `torques`: target and actual torque go with command
-    and status.
+    and status. `outputs`: the axis has digital outputs to be switched, in its third RPDO; beside `profile` that one
+    must be free.
     """
     first, second = (4, 3) if profile else (1, 2)
     index, sub = target_object(interpolated)
@@ -201,6 +209,7 @@ def process_image(
         status=pdo(first, False, *status),
         offset=pdo(second, True, *offsets) if offsets else None,
         inputs=pdo(second, False, _entry(DIGITAL_INPUTS, 32), every=inputs_every) if inputs_every else None,
+        outputs=pdo(3, True, _entry(DIGITAL_OUTPUTS, 32) | 1 << 8) if outputs else None,
         profile=profile,
     )
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 from drive_gateway.canopen.axis_objects import index_of
 from drive_gateway.canopen.cob_id import MASTER_NODE_ID
-from drive_gateway.canopen.pdo_map import SdoWrite
+from drive_gateway.canopen.pdo_map import DIGITAL_OUTPUTS, SdoWrite
 from drive_gateway.config.settings import INT32_MIN, MOTOR_SPEED_RESERVE, AxisSettings, GatewaySettings
 
 INTERPOLATED_POSITION, CYCLIC_SYNCHRONOUS_POSITION = 7, 8
@@ -58,6 +58,17 @@ def preparations(axis: AxisSettings, settings: GatewaySettings) -> list[Preparat
         *_range(axis),
     ]
     return [item.of_axis(axis.number) for item in _waived(axis, values)]
+
+
+def digital_outputs(axis: AxisSettings, on: int) -> list[Preparation]:
+    """The outputs that blocks can switch: first what is on, then which bits count, so that none is on in between."""
+    if not axis.output_mask:
+        return []
+    values = [
+        _same("digital outputs", DIGITAL_OUTPUTS, 1, on, 4),
+        _same("mask of the digital outputs", DIGITAL_OUTPUTS, 2, axis.output_mask, 4),
+    ]
+    return [item.of_axis(axis.number) for item in values]
 
 
 def _waived(axis: AxisSettings, items: list[Preparation]) -> list[Preparation]:

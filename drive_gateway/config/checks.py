@@ -18,6 +18,7 @@ from drive_gateway.config.emergency_entry import check_emergencies
 from drive_gateway.config.image import image_of
 from drive_gateway.config.node_checks import check_nodes
 from drive_gateway.config.object_checks import check_objects
+from drive_gateway.config.output_checks import check_outputs
 from drive_gateway.config.profile_entry import check_profile_pdos
 from drive_gateway.config.settings import INT32_MAX, MOTOR_SPEED_RESERVE
 from drive_gateway.config.simulation_checks import check_simulation
@@ -46,6 +47,7 @@ def check_drives_file(document: Document, drives: DrivesFile) -> list[Problem]:
             document, drives.emergencies, ((path, axis.emergencies) for path, _, axis in axes_of(drives))
         ),
         *check_objects(document, list(axes_of(drives)), drives.bus.bitrate),
+        *check_outputs(document, drives),
     ]
 
 
@@ -63,7 +65,7 @@ def _empty(document: Document, drives: DrivesFile) -> Iterator[Problem]:
 
 
 def _images(drives: DrivesFile) -> list[ProcessImage]:
-    return [image_of(drives.axis(str(path[-1]), axis)) for path, _, axis in axes_of(drives)]
+    return [image_of(drives.axis(str(path[1]), str(path[-1]))) for path, _, _ in axes_of(drives)]
 
 
 def _load(document: Document, drives: DrivesFile) -> Iterator[Problem]:

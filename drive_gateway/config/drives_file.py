@@ -8,9 +8,12 @@ from pydantic import BaseModel, Field
 
 from cell.config.fields import Name
 from cell.config.units import STRICT, Seconds, Units
+from drive_gateway.canopen.axis_objects import index_of
+from drive_gateway.canopen.pdo_map import DIGITAL_OUTPUTS
 from drive_gateway.config.axis_entry import AxisEntry
 from drive_gateway.config.bus_length import BusLengths
 from drive_gateway.config.emergency_entry import EmergencyTables, codes_of
+from drive_gateway.config.output_entry import OutputEntry, mask_of
 from drive_gateway.config.own_objects import EdsFiles, own_objects
 from drive_gateway.config.profile_entry import ProfilePdosEntry
 from drive_gateway.config.settings import (
@@ -56,6 +59,9 @@ class RobotEntry(BaseModel):
     axes: dict[AxisName, AxisEntry] = Field(
         description="axes by name, in the joints' order", json_schema_extra={"minProperties": 1}
     )
+    outputs: dict[Name, OutputEntry] = Field(
+        default={}, description="digital outputs of the drives by name", json_schema_extra={"maxProperties": 32}
+    )
 
 
 class DrivesFile(BaseModel):
@@ -95,7 +101,9 @@ class DrivesFile(BaseModel):
             simulated_lag_s=self.simulated_lag_s,
             robots={
                 robot: RobotDrives(
-                    robot, tuple(self._whole(joint, axis, folder, files) for joint, axis in entry.axes.items())
+                    robot,
+                    tuple(self._whole(robot, joint, folder, files) for joint in entry.axes),
+                    tuple(output.settings(output_name) for output_name, output in entry.outputs.items()),
                 )
                 for robot, entry in self.robots.items()
             },
@@ -108,18 +116,31 @@ class DrivesFile(BaseModel):
             ),
         )
 
-    def axis(self, name: str, axis: AxisEntry, folder: Path = Path()) -> AxisSettings:
+    def axis(self, robot: str, name: str, folder: Path = Path()) -> AxisSettings:
         """One axis with what the whole file says of it."""
-        profile_pdos = None if self.profile_pdos is None else self.profile_pdos.pdos()
-        return replace(axis.settings(name, folder), profile_pdos=profile_pdos)
-
-    def _whole(self, name: str, axis: AxisEntry, folder: Path, files: EdsFiles) -> AxisSettings:
-        """With what its EDS or DCF says, which is read for it."""
-        settings = self.axis(name, axis, folder)
-        emergencies = codes_of(self.emergencies, axis.emergencies)
+        entry = self.robots[robot]
         return replace(
-            settings, emergencies=emergencies, objects=own_objects(axis.objects, axis.axis, settings.eds, files)
+            entry.axes[name].settings(name, folder),
+            profile_pdos=None if self.profile_pdos is None else self.profile_pdos.pdos(),
+            output_mask=mask_of(entry.outputs.values(), name),
         )
+
+    def _whole(self, robot: str, name: str, folder: Path, files: EdsFiles) -> AxisSettings:
+        """With what its EDS or DCF says, which is read for it."""
+        axis = self.robots[robot].axes[name]
+        settings = self.axis(robot, name, folder)
+        emergencies = codes_of(self.emergencies, axis.emergencies)
+        switched = self._output_objects(robot, axis.node)
+        objects = own_objects(axis.objects, axis.axis, settings.eds, files)
+        objects = tuple(item for item in objects if item.index not in switched)
+        return replace(settings, emergencies=emergencies, objects=objects)
+
+    def _output_objects(self, robot: str, node: int) -> set[int]:
+        """60FEh of the axes of a node that have outputs: a DCF must not switch them on."""
+        entry = self.robots[robot]
+        drives = {output.axis for output in entry.outputs.values()}
+        axes = [axis for name, axis in entry.axes.items() if axis.node == node and name in drives]
+        return {index_of(DIGITAL_OUTPUTS, axis.axis) for axis in axes}
 
     def simulated_axes(self) -> dict[tuple[str, str], AxisData]:
         """What the full level knows of each axis, by robot and name."""

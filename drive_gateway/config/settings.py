@@ -53,6 +53,20 @@ class InputSettings:
 
 
 @dataclass(frozen=True, slots=True)
+class OutputSettings:
+    """A digital output of a drive (60FEh) that blocks can switch."""
+
+    name: str
+    axis: str
+    """Whose drive has it."""
+    bit: int
+    lead_s: float = 0.0
+    """It is switched so much before the motion reaches the place, because what hangs on it takes that long."""
+    keep: bool = False
+    """It stays as it is when its robot is stopped; else it goes off."""
+
+
+@dataclass(frozen=True, slots=True)
 class EncoderSettings:
     """How it is checked after each start that an absolute encoder still shows where its axis is."""
 
@@ -137,6 +151,8 @@ class AxisSettings:
     """[rad or m] axis positions of its limit switches (60FDh bits 0 and 1); `None`: it has none, or none to look at."""
     inputs: InputSettings | None = None
     """`None`: the drive's inputs are not looked at."""
+    output_mask: int = 0
+    """Bits of the drive's digital outputs (60FEh) that blocks can switch."""
     interpolated: bool = False
     """Blocks are played in interpolated position mode, for drives that have no cyclic synchronous position."""
     interpolation: int = 0
@@ -192,6 +208,8 @@ class RobotDrives:
 
     robot: str
     axes: tuple[AxisSettings, ...]
+    outputs: tuple[OutputSettings, ...] = ()
+    """Up to 32, in the order in which a claim names them."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -14,10 +14,11 @@ from drive_gateway.canopen.nmt import NmtCommand, NmtState, nmt_frame
 from drive_gateway.canopen.optional_objects import OPTIONAL_OBJECTS
 from drive_gateway.canopen.pdo_map import SdoWrite, unused
 from drive_gateway.canopen.sdo import SdoChannel, SdoDone, abort_text
-from drive_gateway.cia402.preparation import Preparation, preparations, supervision
+from drive_gateway.cia402.preparation import Preparation, digital_outputs, preparations, supervision
 from drive_gateway.config.image import image_of
 from drive_gateway.config.settings import AxisSettings, GatewaySettings, IdentitySettings, OwnObject
 from drive_gateway.gateway.effects import Frame
+from drive_gateway.gateway.outputs import Outputs
 from drive_gateway.gateway.reference import Reference
 
 RETRY_S = 2.0
@@ -70,6 +71,7 @@ class BringUp:
         settings: GatewaySettings,
         sdo: SdoChannel,
         references: Sequence[Reference],
+        outputs: Outputs,
     ) -> None:
         self._label = label
         self._node_id = axes[0].node_id
@@ -77,6 +79,8 @@ class BringUp:
         own = sum(len(axis.objects) for axis in axes)
         self._configuring_s = settings.boot_timeout_s * len(axes) + _OWN_OBJECT_S * own
         self._sdo = sdo
+        self._axes = tuple(axes)
+        self._outputs = outputs
         self._program = _program(axes, settings, references)
         self._steps: deque[_Step] = deque()
         self._deadline = 0.0
@@ -92,7 +96,8 @@ class BringUp:
     @property
     def kept(self) -> frozenset[tuple[int, int]]:
         """Index and sub-index of all objects that are written when the node is brought up."""
-        return frozenset((step.index, step.sub) for step in self._program if step.data is not None)
+        steps = [*self._program, *self._output_steps()]
+        return frozenset((step.index, step.sub) for step in steps if step.data is not None)
 
     def restart(self, now: float) -> None:
         """Begin again, at once."""
@@ -152,8 +157,12 @@ class BringUp:
         self._deadline = self._now + RETRY_S
 
     def _configure(self) -> None:
-        self._steps = deque(self._program)
+        self._steps = deque([*self._program, *self._output_steps()])
         self._ask()
+
+    def _output_steps(self) -> list[_Step]:
+        """An output that keeps its state at a stop keeps it when its node comes back, too."""
+        return [step for axis in self._axes for step in _written(digital_outputs(axis, self._outputs.word(axis.name)))]
 
     def _ask(self) -> None:
         step = self._steps[0]

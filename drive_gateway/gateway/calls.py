@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 
 from cell.core import Effect, Request
-from cell.messages.commands import (
+from cell.messages import (
     AcceptPosition,
     Call,
     Claim,

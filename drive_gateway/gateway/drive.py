@@ -14,6 +14,7 @@ from drive_gateway.cia402.state_machine import WARNING, decode
 from drive_gateway.config.image import INPUTS_EVERY, image_of
 from drive_gateway.config.settings import AxisSettings, GatewaySettings
 from drive_gateway.gateway.node import Node
+from drive_gateway.gateway.outputs import Outputs
 from drive_gateway.gateway.reference import Reference
 from drive_gateway.gateway.rest import AxisRest
 
@@ -32,7 +33,13 @@ class Drive:
     """One axis of `node`; what befalls the node befalls all its drives."""
 
     def __init__(
-        self, robot: str, axis: AxisSettings, settings: GatewaySettings, node: Node, reference: Reference
+        self,
+        robot: str,
+        axis: AxisSettings,
+        settings: GatewaySettings,
+        node: Node,
+        reference: Reference,
+        outputs: Outputs,
     ) -> None:
         self.axis = axis
         self.node = node
@@ -58,6 +65,7 @@ class Drive:
         """[rad or m] following error since it was enabled, where it has been."""
         self.robot = robot
         self._settings = settings
+        self._outputs = outputs
         self._endless = axis.modulus > 0
         self._profile = ProfileSender(self.image.profile) if self.image.profile else None
         self._heard = AxisStatus.SILENT
@@ -74,6 +82,11 @@ class Drive:
     def emergency(self) -> Emergency | None:
         """The newest one that is its own."""
         return self.node.emergency_of(self.label)
+
+    @property
+    def addressed(self) -> bool:
+        """It gets process data: it is operational, or was and may still hear them."""
+        return self.operational or self.node.lost
 
     @property
     def velocity(self) -> float:
@@ -103,7 +116,7 @@ class Drive:
         missing = self.reference.missing
         return NodeStatus(
             self.axis.node_id, self.robot, self.axis.name, nmt, self.status, code, text, not missing, missing,
-            self.warns, self.largest_error,
+            self.warns, self.largest_error, self._outputs.shown(self.axis.name),
         )  # fmt: skip
 
     def said(self) -> str:
@@ -245,12 +258,17 @@ class Drive:
 
 
 def drives_of(
-    robot: str, axes: Sequence[AxisSettings], settings: GatewaySettings, references: Sequence[Reference]
+    robot: str,
+    axes: Sequence[AxisSettings],
+    settings: GatewaySettings,
+    references: Sequence[Reference],
+    outputs: Outputs,
 ) -> list[Drive]:
     """The drives of one robot in the order of `axes`, those with one Node-ID on one node."""
     both = list(zip(axes, references, strict=True))
     nodes: dict[int, Node] = {}
     for number in {axis.node_id for axis in axes}:
         mine = sorted((pair for pair in both if pair[0].node_id == number), key=lambda pair: pair[0].number)
-        nodes[number] = Node(robot, [axis for axis, _ in mine], [reference for _, reference in mine], settings)
-    return [Drive(robot, axis, settings, nodes[axis.node_id], reference) for axis, reference in both]
+        mine_axes, mine_references = zip(*mine, strict=True)
+        nodes[number] = Node(robot, mine_axes, mine_references, settings, outputs)
+    return [Drive(robot, axis, settings, nodes[axis.node_id], reference, outputs) for axis, reference in both]

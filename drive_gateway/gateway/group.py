@@ -14,6 +14,8 @@ from drive_gateway.gateway.encoder_record import EncoderRecord
 from drive_gateway.gateway.event_log import EventLog
 from drive_gateway.gateway.inputs import InputKind, open_inputs
 from drive_gateway.gateway.measurement import Floats
+from drive_gateway.gateway.output_frames import OutputFrames
+from drive_gateway.gateway.outputs import Outputs
 from drive_gateway.gateway.permits import Permits, StopOrder
 from drive_gateway.gateway.playout import Playout
 from drive_gateway.gateway.position_keeper import PositionKeeper
@@ -43,12 +45,14 @@ class DriveGroup:
         axes = drives.axes
         self.robot = drives.robot
         references = [Reference(axis, stored.get(f"{drives.robot}.{axis.name}")) for axis in axes]
-        self.nodes = drives_of(drives.robot, axes, settings, references)
+        self.outputs = Outputs(drives.outputs, settings.cycle_s)
+        self.nodes = drives_of(drives.robot, axes, settings, references, self.outputs)
+        self._output_frames = OutputFrames(self.nodes, self.outputs)
         self._stations = tuple(dict.fromkeys(drive.node for drive in self.nodes))
         self.power = Power(self.nodes)
         self.watch = Watch(self.nodes, self.power, settings, log)
         # The first cycle sends SYNC 1 and then the sample of tick 2.
-        self.playout = Playout(axes, settings.cycle_s, self.watch.position, tick=1)
+        self.playout = Playout(axes, settings.cycle_s, self.watch.position, tick=1, outputs=self.outputs)
         self.setup = SetupDesk(log)
         self._keeper = PositionKeeper(self.robot, self.nodes)
         self.standstill = Standstill(self.nodes, self.power, self.watch, self.playout, self.setup)
@@ -136,6 +140,7 @@ class DriveGroup:
     def observe(self, now: float, tick: int, order: StopOrder | None) -> list[Effect]:
         """After the SYNC numbered `tick`: measure, judge and decide; what the nodes need, behind the RPDOs."""
         self.permits.order = order
+        self.outputs.barred = "" if order is None else order.reason
         after = [effect for node in self._stations for effect in node.step(now, tick - 1)]
         self.watch.measure(now)
         for trouble in self.watch.troubles(self._sent.answered, now):
@@ -158,12 +163,17 @@ class DriveGroup:
         speeds = self._units.counts_per_s(velocity)
         torques = self._units.per_mille(self.playout.torque)
         for node, count, speed, torque in zip(self.nodes, counts, speeds, torques, strict=True):
-            if node.operational or node.node.lost:
+            if node.addressed:
                 frames = self.setup.command(node, torque, now)
                 if frames is None:
                     frames = node.command(self.power.controlword(node), count, speed, torque)
                 for frame in frames:
                     yield Frame(frame)
+        for frame in self._output_frames.due(now):
+            yield Frame(frame)
+        for name, why in self.outputs.take_stopped():
+            text = f"{self.robot}: output {name} was switched off, because {why}"
+            self._log.warn("output_off", text, "the program must switch it on again where it needs it")
 
     # Power
 

@@ -25,6 +25,8 @@ RELATIVE_TOLERANCE = 0.01
 """Share by which finite differences may pass a limit."""
 LONGEST_S = 30.0
 """A block and its lead are shorter than this, which bounds memory and the time of a check."""
+MOST_EVENTS = 100
+"""In one block."""
 
 
 class Refusal(Enum):
@@ -44,6 +46,7 @@ class Refusal(Enum):
     TORQUE = "torque"
     ACCELERATION = "acceleration"
     END = "end"
+    EVENTS = "events"
     CLOSING = "closing"
 
 
@@ -66,7 +69,9 @@ class Before:
 class JoinRules:
     """The checks for one group of axes; `problem` is pure and keeps nothing."""
 
-    def __init__(self, axes: Sequence[AxisSettings], units: AxisUnits, cycle_s: float) -> None:
+    def __init__(self, axes: Sequence[AxisSettings], units: AxisUnits, cycle_s: float, outputs: int = 0) -> None:
+        """`outputs`: how many digital outputs the robot has."""
+        self._outputs = outputs
         self._names = tuple(axis.name for axis in axes)
         self._units = units
         self._cycle_s = cycle_s
@@ -78,7 +83,7 @@ class JoinRules:
         self.longest = round(LONGEST_S / cycle_s)
 
     def form_problem(self, block: SetpointBlock) -> Refused | None:
-        """What is wrong with the block by itself: shape, cycle, values, range."""
+        """What is wrong with the block by itself: shape, cycle, values, range, events."""
         shape = block.position.shape
         if len(shape) != 2 or shape[1] != len(self._names) or block.velocity.shape != shape:
             found = f"position {shape}, velocity {block.velocity.shape}"
@@ -97,6 +102,23 @@ class JoinRules:
             return Refused(
                 Refusal.RANGE, self._at(outside, "has a position beyond its limits, or beyond the drive's counts")
             )
+        return self._event_problem(block) if block.events else None
+
+    def _event_problem(self, block: SetpointBlock) -> Refused | None:
+        if len(block.events) > MOST_EVENTS:
+            return Refused(Refusal.EVENTS, f"{len(block.events)} events; allowed are {MOST_EVENTS}")
+        end = block.first_tick + block.nominal
+        tick, number = block.first_tick, 0
+        for event in block.events:
+            found = f"event {event.number} at tick {event.tick}"
+            if not 0 <= event.output < self._outputs:
+                return Refused(Refusal.EVENTS, f"{found} is for output {event.output}; there are {self._outputs}")
+            if not block.first_tick <= event.tick < end:
+                allowed = f"allowed is a nominal sample, {block.first_tick} to {end - 1}"
+                return Refused(Refusal.EVENTS, f"{found}; {allowed}")
+            if event.tick < tick or event.number <= number:
+                return Refused(Refusal.EVENTS, f"{found} behind event {number} at tick {tick}; numbers grow with ticks")
+            tick, number = event.tick, event.number
         return None
 
     def _torque_problem(self, torque: Floats, shape: tuple[int, ...]) -> Refused | None:

@@ -12,6 +12,7 @@ from drive_gateway.gateway.bring_up import BringUp, Phase
 from drive_gateway.gateway.effects import Frame
 from drive_gateway.gateway.guarding import Guarding
 from drive_gateway.gateway.network_stop import NetworkStop
+from drive_gateway.gateway.outputs import Outputs
 from drive_gateway.gateway.reference import Reference
 from drive_gateway.gateway.trouble import AXIS_ERROR, EMERGENCY, Trouble
 
@@ -49,6 +50,7 @@ class Node:
         axes: of the node, by rising number. Identity and error control are the node's and the same in all of them.
         references: of these axes.
         settings: of the bus.
+        outputs: of the robot.
     """
 
     def __init__(
@@ -57,6 +59,7 @@ class Node:
         axes: Sequence[AxisSettings],
         references: Sequence[Reference],
         settings: GatewaySettings,
+        outputs: Outputs,
     ) -> None:
         first = axes[0]
         self.id = first.node_id
@@ -72,7 +75,7 @@ class Node:
         self.nmt: NmtState | None = None
         self._axes: list[AxisOfNode] = []
         self._settings = settings
-        self._bring_up = BringUp(self.label, axes, settings, self.sdo, references)
+        self._bring_up = BringUp(self.label, axes, settings, self.sdo, references, outputs)
         self._guarding = Guarding(self.id, settings.heartbeat_producer_s) if first.guarded else None
         self._heartbeat_at = 0.0
         self._lost = False

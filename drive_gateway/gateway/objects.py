@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Mapping
 
-from cell.messages.commands import ReadObject, WriteObject
+from cell.messages import ReadObject, WriteObject
 from drive_gateway.canopen.axis_objects import first_axis_index
 from drive_gateway.canopen.pdo_map import (
     CONTROLWORD,

@@ -16,8 +16,12 @@ from cell.messages.setpoints import SetpointBlock
 from drive_gateway.cia402.units import AxisUnits
 from drive_gateway.config.settings import AxisSettings
 from drive_gateway.gateway.joining import Before, JoinRules, Refusal, Refused
+from drive_gateway.gateway.outputs import Outputs
 
 Floats = NDArray[np.float64]
+
+QUIET_S = 0.1
+"""So long no block was accepted: the agent's blocks have stopped coming. In order there is one every 20 ms."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,6 +51,11 @@ _STATE_OF_MODE = {
     _Mode.STOPPING: PlayoutState.STOPPING,
     _Mode.FAULT: PlayoutState.FAULT,
 }
+_WHY_NOT = {
+    _Mode.FOLLOWING: "its drives are off",
+    _Mode.STOPPING: "its drives brake",
+    _Mode.FAULT: "it stands in a fault",
+}
 
 
 class Playout:
@@ -57,10 +66,21 @@ class Playout:
         cycle_s: bus cycle [s].
         position: `(n,)` [rad or m] commanded until something else is known.
         tick: tick of that first sample.
+        outputs: what events of blocks switch; `None`: the robot has none.
     """
 
-    def __init__(self, axes: Sequence[AxisSettings], cycle_s: float, position: Floats, tick: int = 0) -> None:
-        self._rules = JoinRules(axes, AxisUnits(axes), cycle_s)
+    def __init__(
+        self,
+        axes: Sequence[AxisSettings],
+        cycle_s: float,
+        position: Floats,
+        tick: int = 0,
+        outputs: Outputs | None = None,
+    ) -> None:
+        self._outputs = outputs or Outputs((), cycle_s)
+        self._rules = JoinRules(axes, AxisUnits(axes), cycle_s, len(self._outputs.names))
+        self._quiet = round(QUIET_S / cycle_s)
+        self._taken_tick = tick
         self._still: Floats = np.zeros((1, len(axes)))
         self._standing: Floats = self._still
         self._mode = _Mode.FOLLOWING
@@ -111,6 +131,7 @@ class Playout:
         """From now on blocks are taken from this owner only (0: nobody)."""
         self.owner = owner
         self.block = 0
+        self._outputs.begin()
 
     def follow(self, position: Floats) -> None:
         """The drives are off: command what was measured, `(n,)` [rad or m]."""
@@ -152,10 +173,25 @@ class Playout:
         return Accepted(block.sequence)
 
     def advance(self) -> tuple[Floats, Floats]:
-        """The sample of the next tick: position and velocity, each `(n,)`. Never skips, never repeats a moving one."""
+        """The sample of the next tick: position and velocity, each `(n,)`. Never skips, never repeats a moving one.
+
+        The outputs follow: they are as they must be at that sample.
+        """
         self.tick += 1
+        if why := self._why_off():
+            self._outputs.stop(why)
+        else:
+            self._outputs.play(self.tick)
         row = self._row(self.tick)
         return self._position[row], self._velocity[row]
+
+    def _why_off(self) -> str:
+        """Why the robot does not do what its agent wants of it now; empty when it does."""
+        if self._mode is not _Mode.LIVE:
+            return _WHY_NOT[self._mode]
+        if self.tick >= self._ramp_tick and self.tick - self._taken_tick > self._quiet:
+            return "no more blocks come"
+        return self._outputs.barred
 
     def _address_problem(self, block: SetpointBlock) -> Refused | None:
         if self.closing:
@@ -202,3 +238,5 @@ class Playout:
         self._rest_tick = self._first + int(moving[-1]) + 1 if moving.size else self.tick
         self.block = block.sequence
         self.accepted += 1
+        self._taken_tick = self.tick
+        self._outputs.take(block)

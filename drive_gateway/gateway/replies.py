@@ -1,7 +1,7 @@
 """Calls and their replies: a call that is repeated is answered again and not done again."""
 
 from cell.core import Answer, Effect
-from cell.messages.commands import Call, ClaimGrant, Reply
+from cell.messages import Call, ClaimGrant, Reply
 
 REMEMBERED_S = 5.0
 """How long a reply is kept for a repeated call."""

@@ -4,7 +4,7 @@ from collections.abc import Iterator, Mapping, Sequence
 
 from cell.config.settings import Times
 from cell.core import Effect, Publish
-from cell.messages.commands import (
+from cell.messages import (
     Claim,
     ClaimGrant,
     DisableDrives,
@@ -91,7 +91,9 @@ class Robot:
         if owner != before:
             self.group.playout.own(owner)
             self._log.info("claimed", f"{self.name} is claimed by boot {call.boot} as owner {owner}")
-        grant = ClaimGrant(owner, self._settings.cycle_s, tick, self._axes, self._boot, self._torques)
+        grant = ClaimGrant(
+            owner, self._settings.cycle_s, tick, self._axes, self._boot, self._torques, self.group.outputs.names
+        )
         return True, f"{self.name} is yours as owner {owner}", grant
 
     def obey(self, call: Release | EnableDrives | DisableDrives | ResetDrives, now: float, then: Then) -> None:
@@ -171,10 +173,10 @@ class Robot:
 
     def command(self, now: float, tick: int) -> Iterator[Effect]:
         """The second half: the RPDOs for the next SYNC, then the feedback."""
-        commanded_before = self.group.commanded
+        commanded_before, outputs_before = self.group.commanded, self.group.outputs.on
         yield from self.group.command(now)
         if self.group.watch.measured:
-            yield Publish(self._feedback(tick, commanded_before))
+            yield Publish(self._feedback(tick, commanded_before, outputs_before))
 
     def _release(self, then: Then) -> None:
         if not self.group.standstill.at_rest:
@@ -185,7 +187,7 @@ class Robot:
         self._log.info("released", f"{self.name} was released by its owner")
         then(True, f"{self.name} is released")
 
-    def _feedback(self, tick: int, commanded: Floats) -> DriveFeedback:
+    def _feedback(self, tick: int, commanded: Floats, outputs: int) -> DriveFeedback:
         group = self.group
         playout = group.playout
         self._sequence += 1
@@ -206,4 +208,5 @@ class Robot:
             commanded=commanded,
             axes=tuple(node.status for node in group.nodes),
             torque=group.watch.torque,
+            outputs=outputs,
         )

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from math import degrees
 
-from cell.messages.commands import MoveAxes, PressAxis
+from cell.messages import MoveAxes, PressAxis
 from drive_gateway.cia402.profile import together
 from drive_gateway.cia402.setup_objects import (
     Press,

@@ -14,6 +14,7 @@ from drive_gateway.canopen.nmt import NmtCommand, NmtState
 from drive_gateway.config.settings import AxisSettings
 from drive_gateway.sim.axis_servo import AxisServo
 from drive_gateway.sim.dictionary import key_of, load_dictionary
+from drive_gateway.sim.digital_outputs import DigitalOutputs
 from drive_gateway.sim.drive import Drive
 from drive_gateway.sim.emergency import COMMUNICATION_LOST, HEARTBEAT_LOST, PDO_TOO_SHORT, Emergencies
 from drive_gateway.sim.faults import FaultsOnCommand
@@ -72,6 +73,7 @@ class SimulatedNode(FaultsOnCommand):
         self._guarded = GuardedLife()
         self._sdo = SdoServer(self._objects)
         of_axes = [self._objects.of_axis(axis.number) for axis in axes]
+        self.outputs = tuple(map(DigitalOutputs, of_axes))
         self._timeouts = [objects.numbers for objects in of_axes]
         self.drives = tuple(
             Drive(axis, cycle_s, lag_s, objects, self._emergencies, self._cause_present, servo)
@@ -84,7 +86,6 @@ class SimulatedNode(FaultsOnCommand):
         self._objects.followers[_CONSUMER] = self._watch_master
         self._objects.followers[_PRODUCER] = lambda value: self._producer.configure(value, self._now)
         self._now = 0.0
-        self._boot_at: float | None = None
         self._restart_drive = True
         self._silent = False
         self._late = LateFrames()
@@ -138,7 +139,7 @@ class SimulatedNode(FaultsOnCommand):
 
     def _restart(self) -> None:
         self._nmt = NmtState.BOOT_UP
-        self._boot_at = None
+        self._boot_at: float | None = None
         self._handlers = {}
         self._sdo.reset()
         self._emergencies.reset()
@@ -243,8 +244,9 @@ class SimulatedNode(FaultsOnCommand):
             self._enter(after)
 
     def _disconnect(self, code: int = COMMUNICATION_LOST) -> None:
-        for drive in self.drives:
+        for drive, outputs in zip(self.drives, self.outputs, strict=True):
             drive.connection_lost(code)
+            outputs.disconnected()
 
     def advance(self, now: float) -> None:
         """Let its axes move up to `now`."""

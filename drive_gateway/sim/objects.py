@@ -11,7 +11,7 @@ from drive_gateway.sim.dictionary import Dictionary, Entry, axis_key
 COMMUNICATION = range(0x1000, 0x2000)
 """Indices of the communication profile; NMT reset communication restores these only."""
 ALL = range(0x10000)
-PROCESS_DATA = (0x6040, 0x6060, 0x6071, 0x607A, 0x60B1, 0x60B2, 0x60C1, 0x60FF)
+PROCESS_DATA = (0x6040, 0x6060, 0x6071, 0x607A, 0x60B1, 0x60B2, 0x60C1, 0x60FE, 0x60FF)
 """What a master commands while it moves the axis; never stored."""
 
 

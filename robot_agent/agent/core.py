@@ -3,7 +3,7 @@
 import itertools
 from collections.abc import Callable
 
-from cell.config.settings import CellSettings, OnManagerReturn
+from cell.config.settings import CellSettings
 from cell.core import Arrived, AskDone, Effect, Ended, Frozen, Publish, Request, Shutdown
 from cell.messages import (
     AxisStatus,
@@ -23,28 +23,31 @@ from robot_agent.agent.announcer import Announcer
 from robot_agent.agent.axes import feedback_in_joints
 from robot_agent.agent.cell_clock import CellClock
 from robot_agent.agent.corrections import Corrections
-from robot_agent.agent.decisions import Decisions, Situation
+from robot_agent.agent.decision import Situation
+from robot_agent.agent.decisions import Decisions
 from robot_agent.agent.estop_latch import EstopLatch
 from robot_agent.agent.executive import Executive
 from robot_agent.agent.gateway_link import GatewayLink
 from robot_agent.agent.idle import IdleClock
+from robot_agent.agent.interruption import Interruption
 from robot_agent.agent.jogging import Jogging
 from robot_agent.agent.operator import Operator
 from robot_agent.agent.pace import Pace
 from robot_agent.agent.planning import PlanFailed, Planned, Planner
 from robot_agent.agent.program_run import ProgramRun
+from robot_agent.agent.progress import Progress
 from robot_agent.agent.report import Reporter
 from robot_agent.agent.sign_of_life import sign_of_life
 from robot_agent.agent.stillness import Stillness
 from robot_agent.agent.wishes import Wisher
 from robot_agent.agent.zone_claims import ZoneClaims
-from robot_agent.agent.zones_ahead import zones_ahead
 from robot_agent.dynamics import AxisTorques, axis_torques
 from robot_agent.kinematics import OpenMechanism
 from robot_agent.language import Program
 from robot_agent.workspace import standing_body
 
 _STALE_CYCLES = 5
+_WITH_TORQUE = (Mode.READY, Mode.RUNNING, Mode.HALTED, Mode.OFF_PATH, Mode.RETURNING, Mode.JOGGING)
 
 
 class AgentCore:
@@ -69,7 +72,8 @@ class AgentCore:
         self.clock = CellClock()
         self.jogging = Jogging(robot, self.zones)
         self.corrections = Corrections(robot, cell.robots[robot].corrections, self.clock, self.zones)
-        decisions = Decisions(robot, self.run, self.pace, self.jogging, self.corrections)
+        self.interruption = Interruption(robot, cell.robots[robot].path_window, self.run, self.pace, self.zones)
+        decisions = Decisions(robot, self.run, self.pace, self.jogging, self.corrections, self.interruption)
         self.operator = Operator(robot, boot, cell.times.command_s, self.link, decisions)
         self.mode = Mode.STARTING
         self.executive: Executive | None = None
@@ -78,8 +82,10 @@ class AgentCore:
         self._announcer = Announcer(robot, boot, cell.digest, self.zones)
         self._stopped_by = ""
         """Why the mode is FAULT or ESTOP."""
-        self._stillness = Stillness(self.run, self.zones, self.pace, self.jogging, self.corrections)
-        self._wisher = Wisher(self.run, self.zones, self.pace, self.jogging, self.corrections)
+        parts = self.run, self.zones, self.pace, self.jogging, self.corrections, self.interruption
+        self._stillness = Stillness(*parts)
+        self._wisher = Wisher(*parts)
+        self._progress = Progress(robot, cell.on_manager_return, *parts, self._stillness, self.operator, self.report)
         self._idle = IdleClock(cell.times.idle_off_s)
         self._leaving = False
 
@@ -107,7 +113,7 @@ class AgentCore:
                 self.operator.asked(message)
             case AskDone():
                 self.operator.switched(self.link.done(message))
-            case Planned() | PlanFailed():
+            case Planned() | PlanFailed() if not self.interruption.planned(message):
                 self.run.planned(message, self.executive, self.pace.status.stepping)
             case Frozen():
                 self.zones.forget_echoes()
@@ -161,7 +167,7 @@ class AgentCore:
 
     def _without_claim(self) -> None:
         if self.mode is not Mode.STARTING:
-            self.run.fail("the claim on the gateway was lost")
+            self.interruption.forget("the claim on the gateway was lost")
         self.mode = Mode.STARTING
         self.executive = None
         self._numbers = itertools.count(1)
@@ -172,6 +178,7 @@ class AgentCore:
             self.report.event(Severity.ALARM, "estop", text, "find the cause, then `cell reset`")
 
     def _follow_drives(self, feedback: DriveFeedback, planner: Planner, now: float) -> None:
+        self._observe(feedback)
         faulty = feedback.state in (PlayoutState.FAULT, PlayoutState.STOPPING)
         estop = self._estop.active
         if estop is not None:
@@ -186,7 +193,7 @@ class AgentCore:
             self.executive = None
             if self.link.switching_off or self.operator.switched_off:
                 self.mode = Mode.DISABLED
-            elif self.mode in (Mode.READY, Mode.RUNNING, Mode.HALTED, Mode.JOGGING):
+            elif self.mode in _WITH_TORQUE:
                 self._stop(Mode.FAULT, "the gateway has switched the drives off")
             return
         if self.executive is None:
@@ -196,16 +203,26 @@ class AgentCore:
                 self._stop(Mode.FAULT, f"the axes cannot be where the drives say: {error}")
                 return
             self.executive = Executive(planner, standing, feedback, self._cell.times, self._numbers, self._asked)
-        if self.mode in (Mode.DISABLED, Mode.ENABLING):
-            self.mode = Mode.READY
-        if self.executive.timeline.observe(feedback):
+        switched_off = self.link.switching_off or self.operator.switched_off
+        if self.mode in (Mode.DISABLED, Mode.ENABLING) or (self.mode is Mode.READY and not switched_off):
+            self.mode = self.interruption.mode(feedback, planner)
+            if self.mode is Mode.OFF_PATH:
+                self.report.event(Severity.WARNING, "off_path", self.run.error)
+
+    def _observe(self, feedback: DriveFeedback) -> None:
+        """What became of the blocks that were sent, and where on its path the robot is by that."""
+        if self.executive is not None and self.executive.timeline.observe(feedback):
             self.run.accepted(self.executive.timeline.newest)
+            self.interruption.accepted(self.executive.timeline.newest)
+        forgotten = self.interruption.watch(self.executive, feedback)
+        if forgotten and self.mode in (Mode.HALTED, Mode.OFF_PATH, Mode.RETURNING):
+            self.mode = Mode.READY
 
     def _stop(self, mode: Mode, why: str) -> None:
         if self.mode is mode:
             return
         self.mode, self._stopped_by = mode, why
-        self.run.fail(why)
+        self.interruption.interrupt(why)
         if mode is Mode.FAULT:
             self.report.event(Severity.ALARM, "fault", why, f"find the cause, then `cell reset {self._robot}`")
 
@@ -226,13 +243,13 @@ class AgentCore:
                 self._sign_of_life(feedback, planner),
             ]
         age_s = self.link.age(now)
-        self._advance_program(executive, feedback, now)
-        self._advance_correction(executive, feedback, planner, now)
-        self._advance_jog(executive, feedback, now)
-        wants = self._wants(executive, feedback)
+        if self._leaving:
+            self.jogging.end("the robot was stopped")
+        self.mode = self._progress.advance(self.mode, executive, feedback, planner, now)
+        wants = self._wisher.wants(self.mode, executive, feedback.tick)
         block = None
         if age_s <= max(_STALE_CYCLES * planner.cycle_s, self._cell.times.lead_s):
-            self._end_running(now)
+            self.mode = self._progress.ended(self.mode, feedback, planner, self._leaving, now)
             block = executive.next_block(feedback, age_s, self._wisher.wishes(self.mode, planner, now))
         body = executive.body(feedback, block)
         entered = self._announcer.entered(body)
@@ -248,61 +265,7 @@ class AgentCore:
         effects, zones = [], self.zones.geometry
         if self.executive is not None:
             effects = self.run.extend(self.executive, feedback.tick, self.pace.status.stepping, zones)
-        return effects + self.run.lookahead.fill(zones)
-
-    def _advance_program(self, executive: Executive, feedback: DriveFeedback, now: float) -> None:
-        cycle_s = executive.cycle_s
-        if self.run.start_missed(feedback.tick):
-            why = self._stillness.why(self.mode, executive, feedback.tick, now) or "the robot was held up"
-            self.run.fail(f"the common start was missed: {why}")
-        self.run.settle(executive, feedback.tick, cycle_s)
-        self.run.follow(executive.timeline.at(feedback.tick)[0], feedback.tick)
-        if self.mode is Mode.RUNNING and not self.run.running:
-            self.mode = Mode.READY
-            if self.run.error:
-                self.report.event(Severity.ALARM, "program", self.run.error, "correct the program, then run it again")
-        stepped = executive.path_at_rest(feedback.tick) and self.pace.step_done(executive.timeline.newest)
-        if self.mode is Mode.RUNNING and stepped:
-            self.pace.no_step()
-            self.mode = Mode.HALTED
-
-    def _advance_jog(self, executive: Executive, feedback: DriveFeedback, now: float) -> None:
-        self.jogging.follow(now, self.operator.age_of)
-        if self.mode is not Mode.JOGGING or self._leaving:
-            self.jogging.end("the robot was stopped")
-        elif not self.zones.fresh(now):
-            self.jogging.end("the manager is silent")
-        if not self.jogging.held and executive.at_rest(feedback.tick):
-            self.jogging.rested()
-            self.mode = Mode.READY if self.mode is Mode.JOGGING else self.mode
-
-    def _advance_correction(self, executive: Executive, feedback: DriveFeedback, planner: Planner, now: float) -> None:
-        if self.run.leaves_correction(executive) and executive.at_rest(feedback.tick):
-            executive.stand(planner.standstill(feedback.commanded, ()), feedback.tick)
-            self.run.corrected_to(feedback.commanded)
-        self.corrections.follow(self.run.correction, now)
-        why = self.corrections.problem(now) if self.mode is Mode.RUNNING else ""
-        if why:
-            self.mode = Mode.HALTED
-            remedy = f"see to what is measured, then `cell continue {self._robot}`"
-            self.report.event(Severity.WARNING, "correction", why, remedy)
-
-    def _end_running(self, now: float) -> None:
-        """Halt a running program behind a silent manager, if an operator is to decide then, and before leaving."""
-        if self.mode is not Mode.RUNNING:
-            return
-        if not self.zones.fresh(now) and self._cell.on_manager_return is OnManagerReturn.OPERATOR:
-            self.mode = Mode.HALTED
-            remedy = f"when it is back: cell continue {self._robot}"
-            self.report.event(Severity.WARNING, "manager_silent", "halted: the manager is silent", remedy)
-        elif self._leaving:
-            self._stop(Mode.HALTED, "the agent was stopped")
-
-    def _wants(self, executive: Executive, feedback: DriveFeedback) -> dict[str, float]:
-        """The zones that the program or a jog crosses soon: zone to seconds until it is entered."""
-        if self.mode is not Mode.RUNNING:
-            return self.jogging.wants
-        return self.corrections.wants | zones_ahead(executive, self.run.lookahead.items, feedback.tick)
+        return effects + self.run.lookahead.fill(zones) + self.interruption.plan(feedback, zones)
 
     # Messages
 
@@ -317,7 +280,8 @@ class AgentCore:
 
     def _state(self, feedback: DriveFeedback, planner: Planner, now: float) -> Publish:
         waiting_for = self._stillness.why(self.mode, self.executive, feedback.tick, now)
-        alarm = self._stopped_by if self.mode in (Mode.FAULT, Mode.ESTOP) else self.run.error
+        alarm = "" if self.run.interrupted else self.run.error
+        alarm = self._stopped_by if self.mode in (Mode.FAULT, Mode.ESTOP) else alarm
         alarms = (alarm,) if alarm else ()
         zones = tuple(sorted(self.zones.holds))
         lost = self.link.age(now) > self._cell.times.feedback_lost_s

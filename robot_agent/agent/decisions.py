@@ -1,86 +1,62 @@
 """What a robot does on an operator's call: allowed in which mode, and in what words."""
 
-from dataclasses import dataclass
-
 from cell.messages import (
     Command,
     Continue,
     Disable,
     DisableDrives,
-    DriveFeedback,
     Enable,
     EnableDrives,
-    Estop,
     Jog,
     Mode,
     ResetDrives,
     ResetRobot,
+    Return,
     Run,
     SetManual,
     SetOverride,
     Step,
 )
-from robot_agent.agent.cell_clock import CellClock
 from robot_agent.agent.corrections import Corrections
-from robot_agent.agent.executive import Executive
+from robot_agent.agent.decision import Decision, Done, Passed, Refused, Situation
+from robot_agent.agent.interruption import Interruption
 from robot_agent.agent.jogging import Jogging
 from robot_agent.agent.pace import MANUAL_SPEED_M_S, Pace
-from robot_agent.agent.planning import Planner
+from robot_agent.agent.path_gap import Gap
 from robot_agent.agent.program_run import ProgramRun
 
-
-@dataclass(frozen=True, slots=True)
-class Situation:
-    """What decides whether a call is allowed."""
-
-    mode: Mode
-    executive: Executive | None
-    planner: Planner
-    estop: Estop | None
-    feedback: DriveFeedback
-    refused_by_manager: str
-    clock: CellClock
-
-
-@dataclass(frozen=True, slots=True)
-class Done:
-    """A call was carried out; the robot is now in `mode`."""
-
-    text: str
-    mode: Mode
-
-
-@dataclass(frozen=True, slots=True)
-class Refused:
-    text: str
-
-
-@dataclass(frozen=True, slots=True)
-class Passed:
-    """The gateway decides; the answer comes later."""
-
-    command: Command
-    mode: Mode
-
-
-Decision = Done | Refused | Passed
+_AT_REST = (Mode.READY, Mode.HALTED, Mode.OFF_PATH)
+"""Enabled, and moved by nobody."""
 
 
 class Decisions:
     """Decides on calls and carries them out, as far as the robot's program, pace and jogging do that."""
 
-    def __init__(self, robot: str, run: ProgramRun, pace: Pace, jogging: Jogging, corrections: Corrections) -> None:
+    def __init__(
+        self,
+        robot: str,
+        run: ProgramRun,
+        pace: Pace,
+        jogging: Jogging,
+        corrections: Corrections,
+        interruption: Interruption,
+    ) -> None:
         self._robot = robot
         self._run = run
+        self._interruption = interruption
         self._pace = pace
         self._jogging = jogging
         self._corrections = corrections
 
-    def halt(self, mode: Mode) -> Done:
+    def halt(self, mode: Mode, situation: Situation) -> Done:
         """Braking is never refused, whatever the operator knew when he called."""
         if mode is Mode.RUNNING:
             self._pace.no_step()
             return Done(f"{self._robot} brakes on its path; `cell continue {self._robot}` goes on", Mode.HALTED)
+        if mode is Mode.RETURNING:
+            self._pace.no_step()
+            mode = self._interruption.mode(situation.feedback, situation.planner)
+            return Done(f"{self._robot} brakes on its way back; {self._way_out(mode)}", mode)
         if mode is Mode.JOGGING:
             self._jogging.end("halted")
             return Done(f"{self._robot} comes to rest", mode)
@@ -96,7 +72,9 @@ class Decisions:
             case Run():
                 return self._start(mode, situation, command, now)
             case Continue():
-                return self._continue(mode, now)
+                return self._continue(mode, situation, now)
+            case Return():
+                return self._return(mode, situation)
             case Step():
                 return self._step(mode, situation, now)
             case SetOverride(percent):
@@ -111,7 +89,7 @@ class Decisions:
                 return Refused(f"`{command.verb}` is not a call for a robot")
 
     def _enable(self, mode: Mode, situation: Situation) -> Done | Refused | Passed:
-        if mode in (Mode.READY, Mode.RUNNING, Mode.HALTED):
+        if mode in (Mode.READY, Mode.RUNNING, Mode.HALTED, Mode.OFF_PATH, Mode.RETURNING):
             return Done(f"{self._robot} is enabled already", mode)
         if mode is Mode.DISABLED:
             return Passed(EnableDrives(self._robot, situation.feedback.owner), Mode.ENABLING)
@@ -121,18 +99,18 @@ class Decisions:
         executive = situation.executive
         if mode is Mode.DISABLED:
             return Done(f"{self._robot} is disabled already", mode)
-        if mode not in (Mode.READY, Mode.HALTED) or executive is None:
+        if mode not in _AT_REST or executive is None:
             return Refused(f"{self._robot} is in mode {mode.value}: {self._way_out(mode)}")
         if not executive.at_rest(situation.feedback.tick):
             return Refused(f"{self._robot} still moves: call again when it is at rest")
-        self._run.fail("the drives were switched off by an operator")
+        self._interruption.interrupt("the drives were switched off by an operator")
         return Passed(DisableDrives(self._robot, situation.feedback.owner), Mode.READY)
 
     def _start(self, mode: Mode, situation: Situation, run: Run, now: float) -> Done | Refused:
         executive, feedback = situation.executive, situation.feedback
         if mode is Mode.RUNNING:
             return Refused(f"{self._robot} is running already: halt it first")
-        if mode not in (Mode.READY, Mode.HALTED) or executive is None:
+        if mode not in _AT_REST or executive is None:
             return Refused(f"{self._robot} is in mode {mode.value}: {self._way_out(mode)}")
         if situation.refused_by_manager:
             return Refused(f"the manager refuses {self._robot}: {situation.refused_by_manager}")
@@ -154,7 +132,7 @@ class Decisions:
 
     def _jog(self, command: Jog, mode: Mode, situation: Situation, made_at: float) -> Done | Refused:
         executive = situation.executive
-        if mode not in (Mode.READY, Mode.HALTED, Mode.JOGGING) or executive is None:
+        if mode not in (*_AT_REST, Mode.JOGGING) or executive is None:
             return Refused(f"{self._robot} is in mode {mode.value}: {self._way_out(mode)}")
         if situation.refused_by_manager:
             return Refused(f"the manager refuses {self._robot}: {situation.refused_by_manager}")
@@ -163,11 +141,12 @@ class Decisions:
         why = self._jogging.why_not(command, situation.planner)
         if why:
             return Refused(why)
-        self._run.fail("the robot was jogged off its path by an operator")
+        if mode is Mode.HALTED:
+            self._run.fail("the robot was jogged off its path by an operator")
         self._jogging.begin(command, situation.planner, made_at)
         return Done(f"{self._robot} jogs along {command.axis} while the key is held", Mode.JOGGING)
 
-    def _continue(self, mode: Mode, now: float) -> Done | Refused:
+    def _continue(self, mode: Mode, situation: Situation, now: float) -> Done | Refused:
         if mode is Mode.RUNNING:
             self._pace.no_step()
             return Done(f"{self._robot} is running", mode)
@@ -176,11 +155,38 @@ class Decisions:
                 f"{self._robot} is in mode {mode.value}, only a halted program can continue"
                 f"{f' ({self._run.error})' if self._run.error else ''}: {self._way_out(mode)}"
             )
-        led_astray = self._led_astray(now)
-        if led_astray is not None:
-            return led_astray
+        refused = self._led_astray(now) or self._to_path(situation)
+        if refused is not None:
+            return refused
         self._pace.no_step()
-        return Done(f"{self._robot} goes on", Mode.RUNNING)
+        return Done(f"{self._robot} goes on", Mode.RETURNING if self._run.interrupted else Mode.RUNNING)
+
+    def _return(self, mode: Mode, situation: Situation) -> Done | Refused:
+        gap = self._interruption.gap(situation.feedback, situation.planner)
+        if mode not in (Mode.OFF_PATH, Mode.HALTED) or gap is None:
+            return Refused(f"{self._robot} is in mode {mode.value}, with no path to return to: {self._way_out(mode)}")
+        refused = self._go_back(situation, gap, Mode.HALTED)
+        if refused is not None:
+            return refused
+        return Done(f"{gap.text}; {self._robot} returns slowly, and is then halted on its path", Mode.RETURNING)
+
+    def _to_path(self, situation: Situation) -> Refused | None:
+        """Bring a robot that is halted beside its path back to it, from where it goes on; or say why not."""
+        gap = self._interruption.gap(situation.feedback, situation.planner)
+        if gap is None:
+            return None
+        if not gap.on_path:
+            return Refused(f"{self._robot} cannot continue, {gap.text}: {self._way_out(Mode.OFF_PATH)}")
+        return self._go_back(situation, gap, Mode.RUNNING)
+
+    def _go_back(self, situation: Situation, gap: Gap, after: Mode) -> Refused | None:
+        executive, feedback = situation.executive, situation.feedback
+        if situation.refused_by_manager:
+            return Refused(f"the manager refuses {self._robot}: {situation.refused_by_manager}")
+        if executive is None or not executive.at_rest(feedback.tick):
+            return Refused(f"{self._robot} still moves: call again when it is at rest")
+        self._interruption.go_back(executive, situation.planner, feedback, gap, after)
+        return None
 
     def _led_astray(self, now: float) -> Refused | None:
         """The answer where what the program follows would halt it again at once."""
@@ -191,15 +197,18 @@ class Decisions:
         return Refused(f"{self._robot} would halt again at once: {why}; see to what is measured, then {remedy}")
 
     def _step(self, mode: Mode, situation: Situation, now: float) -> Done | Refused:
+        if mode in (Mode.OFF_PATH, Mode.RETURNING):
+            return Refused(f"{self._robot} is in mode {mode.value}: {self._way_out(mode)}")
         if mode not in (Mode.RUNNING, Mode.HALTED):
             started = self._start(mode, situation, Run(), now)
             if isinstance(started, Refused):
                 return started
-        elif (led_astray := self._led_astray(now)) is not None:
-            return led_astray
+        elif (refused := self._led_astray(now) or self._to_path(situation)) is not None:
+            return refused
         self._pace.step()
         where = "back to the beginning" if self._pace.backwards else "to the end"
-        return Done(f"{self._robot} goes {where} of the present block and halts there", Mode.RUNNING)
+        mode = Mode.RETURNING if self._run.interrupted else Mode.RUNNING
+        return Done(f"{self._robot} goes {where} of the present block and halts there", mode)
 
     def _override(self, percent: float, mode: Mode) -> Done | Refused:
         if not -100.0 <= percent <= 100.0:
@@ -236,7 +245,10 @@ class Decisions:
                 return f"enable it with `cell enable {self._robot}`"
             case Mode.READY:
                 return f"start its program with `cell run {self._robot}`"
-            case Mode.RUNNING:
+            case Mode.OFF_PATH:
+                anew = f"start anew with `cell run {self._robot}`"
+                return f"let it return slowly with `cell return {self._robot}`, or {anew}"
+            case Mode.RUNNING | Mode.RETURNING:
                 return f"halt it first with `cell halt {self._robot}`"
             case Mode.HALTED:
                 return f"go on with `cell continue {self._robot}`"

@@ -78,10 +78,13 @@ class Executive:
     def cycle_s(self) -> float:
         return self._cycle_s
 
-    def stand(self, standing: Planned, tick: int) -> None:
-        """Forget the motion in which the robot stands still since before `tick`; it stands at `standing` instead."""
+    def stand(self, standing: Planned, tick: int, tau: float = 0.0) -> None:
+        """Forget the motion in which the robot stands still since before `tick`.
+
+        It stands at `tau` [s] of `standing` instead, which is the same place.
+        """
         self._governors.clear()
-        segment = self._governor(standing).rest(0.0)
+        segment = self._governor(standing).rest(tau)
         self.timeline = Timeline(SentBlock(self.timeline.newest.sequence, tick, standing, segment))
 
     @property

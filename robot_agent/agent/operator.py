@@ -5,7 +5,8 @@ from collections import deque
 from cell.core import Answer, Effect, Request
 from cell.messages import Call, DisableDrives, EnableDrives, Halt, Heard, Mode, Reply, ResetDrives, Who
 from cell.net.freshness import Sent
-from robot_agent.agent.decisions import Decision, Decisions, Done, Passed, Refused, Situation
+from robot_agent.agent.decision import Decision, Done, Passed, Refused, Situation
+from robot_agent.agent.decisions import Decisions
 from robot_agent.agent.gateway_link import GatewayLink, Switching
 
 
@@ -102,7 +103,7 @@ class Operator:
         if isinstance(command, Who):
             return Done(self._who(), mode)
         if isinstance(command, Halt):
-            return self._decisions.halt(mode)
+            return self._decisions.halt(mode, situation)
         age_s = self._states.age(call.heard, now)
         if age_s > self._command_s:
             return Refused(

@@ -39,6 +39,10 @@ class ProgramRun:
     def running(self) -> bool:
         return self.state is ProgramState.RUNNING
 
+    @property
+    def interrupted(self) -> bool:
+        return self.state is ProgramState.INTERRUPTED
+
     def start(self, q: NDArray[np.float64], at_tick: int | None = None, end_tick: int | None = None) -> None:
         """Begin at the first line, with `at_tick` exactly then; the robot stands at `q` `(n,)`.
 
@@ -52,11 +56,20 @@ class ProgramRun:
         self.lookahead.start(self._program, q)
 
     def fail(self, why: str) -> None:
-        """End a running program before its end."""
-        if self.running:
+        """End a running or interrupted program before its end."""
+        if self.running or self.interrupted:
             self.state, self.error = ProgramState.FAILED, why
         self.correction, self.correction_ends = "", False
         self.lookahead.stop()
+
+    def interrupt(self, why: str) -> None:
+        """The robot is about to leave its path: nothing is settled until `resume`, what comes next is kept."""
+        self.state, self.error = ProgramState.INTERRUPTED, why
+        self.end_tick = None
+
+    def resume(self) -> None:
+        """The robot rests on its path again, where it left it."""
+        self.state, self.error = ProgramState.RUNNING, ""
 
     def accepted(self, block: SentBlock) -> None:
         """The gateway has accepted a block; when it begins the next motion, that one is no longer ahead."""
@@ -75,7 +88,7 @@ class ProgramRun:
         if old is None:
             self.lookahead.planned(result)
             return
-        if isinstance(result, Extended) and executive is not None and not stepping:
+        if isinstance(result, Extended) and executive is not None and self.running and not stepping:
             taken = executive.timeline.exchange(old, result)
         else:
             taken = False

@@ -2,12 +2,14 @@
 
 from cell.messages import Mode
 from robot_agent.agent.corrections import Corrections
-from robot_agent.agent.executive import Wishes
+from robot_agent.agent.executive import Executive, Wishes
+from robot_agent.agent.interruption import Interruption
 from robot_agent.agent.jogging import Jogging
-from robot_agent.agent.pace import Pace
+from robot_agent.agent.pace import MANUAL_SPEED_M_S, Pace
 from robot_agent.agent.planning import Planned, Planner
 from robot_agent.agent.program_run import ProgramRun
 from robot_agent.agent.zone_claims import ZoneClaims
+from robot_agent.agent.zones_ahead import zones_ahead
 from robot_agent.trajectory import Hold, RateRequest, Segment
 
 
@@ -15,13 +17,20 @@ class Wisher:
     """Puts together what the operator, the zones, the program, its corrections and a jog want."""
 
     def __init__(
-        self, run: ProgramRun, zones: ZoneClaims, pace: Pace, jogging: Jogging, corrections: Corrections
+        self,
+        run: ProgramRun,
+        zones: ZoneClaims,
+        pace: Pace,
+        jogging: Jogging,
+        corrections: Corrections,
+        interruption: Interruption,
     ) -> None:
         self._run = run
         self._zones = zones
         self._pace = pace
         self._jogging = jogging
         self._corrections = corrections
+        self._interruption = interruption
 
     def wishes(self, mode: Mode, planner: Planner, now: float) -> Wishes:
         """For a block that is made at `now` [s]."""
@@ -30,6 +39,8 @@ class Wisher:
             zones = (hold for _, hold in self._zones.holds_on(planned, now))
             return [*self._pace.holds(planned, segment, index), *zones]
 
+        if mode is Mode.RETURNING:
+            return self._back_to_path(now)
         running = mode is Mode.RUNNING
         waits = not running or self._corrections.waiting
         return Wishes(
@@ -44,6 +55,28 @@ class Wisher:
             correction=self._corrections.wish(planner, now) if running else None,
             jog=self._jogging.source,
         )
+
+    def _back_to_path(self, now: float) -> Wishes:
+        """Forwards along the way back at reduced speed, whatever direction the operator wants on the path itself."""
+        requests = [RateRequest(abs(each.rate), each.who) for each in self._pace.requests]
+        if not self._zones.fresh(now):
+            requests.append(RateRequest(0.0, "the manager is silent"))
+        return Wishes(
+            requests=tuple(requests),
+            stop=False,
+            holds=lambda planned, _segment, _index: [hold for _, hold in self._zones.holds_on(planned, now)],
+            cap_m_s=MANUAL_SPEED_M_S,
+            follower=self._interruption.follower,
+        )
+
+    def wants(self, mode: Mode, executive: Executive, tick: int) -> dict[str, float]:
+        """The zones that the robot crosses soon behind `tick`: zone to seconds until it is entered."""
+        if mode is Mode.RETURNING:
+            follower = self._interruption.follower
+            return zones_ahead(executive, () if follower is None else (follower,), tick)
+        if mode is not Mode.RUNNING:
+            return self._jogging.wants
+        return self._corrections.wants | zones_ahead(executive, self._run.lookahead.items, tick)
 
     def _requests(self, mode: Mode, now: float) -> list[RateRequest]:
         requests = list(self._pace.requests)

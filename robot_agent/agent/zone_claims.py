@@ -123,6 +123,10 @@ class ZoneClaims:
             if not self.permitted(crossing.zone, now)
         ]
 
+    def changed_since(self, planned: Planned) -> bool:
+        """Whether the zones are known to be others than those that a motion was planned against."""
+        return self.state is not None and planned.motion.duration_s > 0.0 and not self._planned_against_present(planned)
+
     def _planned_against_present(self, planned: Planned) -> bool:
         return self.state is not None and planned.zone_versions == {
             name: status.version for name, status in self.state.zones.items()

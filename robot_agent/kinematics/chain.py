@@ -51,27 +51,27 @@ class Chain:
         joints = x.reshape(-1, self.size).T
         count = joints.shape[1]
         cosines, sines = np.cos(joints), np.sin(joints)
-        frames = np.zeros((count, self.size + 1, 4, 4))
-        frames[:, :, 3, 3] = 1
-        frames[:, 0] = np.eye(4)
-        axes = [np.tile(column[:, None], count) for column in np.eye(3)]
-        origin = np.zeros((3, count))
-        for i, step in enumerate(self._steps):
+        # Axes and origin of each frame, by column and row, over all joint sets: `(s + 1, 4, 3, count)`.
+        columns = np.zeros((self.size + 1, 4, 3, count))
+        columns[0, :3] = np.eye(3)[..., None]
+        for step, angle, cosine, sine, before, here in zip(
+            self._steps, joints, cosines, sines, columns[:-1], columns[1:], strict=True
+        ):
+            axes, origin = before[:3], before[3]
             for along, axis in zip(step.offset, axes, strict=True):
                 if along != 0:
                     origin = origin + along * axis
             if step.rotation is not None:
-                axes = list(np.einsum("kj,kcp->jcp", step.rotation, np.stack(axes)))
+                axes = np.einsum("kj,kcp->jcp", step.rotation, axes)
+            here[:3], here[3] = axes, origin
             if step.linear:
-                origin = origin + joints[i] * axes[step.axis]
+                here[3] += angle * axes[step.axis]
             else:
                 second, third = (step.axis + 1) % 3, (step.axis + 2) % 3
-                u, v = axes[second], axes[third]
-                axes[second] = cosines[i] * u + sines[i] * v
-                axes[third] = cosines[i] * v - sines[i] * u
-            for column in range(3):
-                frames[:, i + 1, :3, column] = axes[column].T
-            frames[:, i + 1, :3, 3] = origin.T
+                here[second] = cosine * axes[second] + sine * axes[third]
+                here[third] = cosine * axes[third] - sine * axes[second]
+        frames = np.zeros((count, self.size + 1, 4, 4))
+        frames[:, :, :3], frames[:, :, 3, 3] = columns.transpose(3, 0, 2, 1), 1
         return frames.reshape(*x.shape[:-1], self.size + 1, 4, 4)
 
     def flange(self, frames: Array) -> Array:
@@ -81,26 +81,29 @@ class Chain:
 
     def jacobian(self, frames: Array) -> Array:
         """Frames `(..., s + 1, 4, 4)` -> `(..., 6, s)`: linear then angular velocity of the flange, base axes."""
-        axes, arms = self._axes_and_arms(frames)
-        turning = np.concatenate([np.cross(axes, arms), axes], axis=-1)
-        sliding = np.concatenate([axes, np.zeros_like(axes)], axis=-1)
-        return np.swapaxes(np.where(self._linear[:, None], sliding, turning), -1, -2)
+        axes, arms, _ = self._axes_arms_origins(frames)
+        return self._twists(frames, axes, _cross(axes, arms))
 
     def jacobian_derivative(self, frames: Array, speeds: Array) -> Array:
         """Time derivative `(..., 6, s)` of the Jacobian at coordinate speeds `(..., s)`."""
-        axes, arms = self._axes_and_arms(frames)
-        speeds = speeds[..., None]
-        turns = np.cumsum(np.where(self._linear[:, None], 0.0, axes * speeds), axis=-2)
-        before = np.concatenate([np.zeros_like(turns[..., :1, :]), turns[..., :-1, :]], axis=-2)
-        origins = frames[..., 3][..., :3]
-        moves = np.cross(before, np.diff(origins, axis=-2)) + np.where(self._linear[:, None], axes * speeds, 0.0)
-        velocities = np.cumsum(moves, axis=-2)
-        flange = velocities[..., -1:, :] + np.cross(turns[..., -1:, :], arms[..., -1:, :])
-        axes_change = np.cross(turns, axes)
-        linear = np.cross(axes_change, arms) + np.cross(axes, flange - velocities)
-        turning = np.concatenate([linear, axes_change], axis=-1)
-        sliding = np.concatenate([axes_change, np.zeros_like(axes_change)], axis=-1)
-        return np.swapaxes(np.where(self._linear[:, None], sliding, turning), -1, -2)
+        axes, arms, origins = self._axes_arms_origins(frames)
+        linear = self._linear[:, None]
+        rates = axes * speeds.reshape(-1, self.size).T
+        turns = np.cumsum(np.where(linear, 0.0, rates), axis=1)
+        before = np.zeros_like(turns)
+        before[:, 1:] = turns[:, :-1]
+        moves = _cross(before, np.diff(origins, axis=1)) + np.where(linear, rates, 0.0)
+        velocities = np.cumsum(moves, axis=1)
+        flange = velocities[:, -1:] + _cross(turns[:, -1:], arms[:, -1:])
+        axes_change = _cross(turns, axes)
+        return self._twists(frames, axes_change, _cross(axes_change, arms) + _cross(axes, flange - velocities))
+
+    def _twists(self, frames: Array, axes: Array, around: Array) -> Array:
+        """`(..., 6, s)`: `axes` `(3, s, p)` where steps slide; `around` and the axes where they turn."""
+        twists, linear = np.empty((axes.shape[2], 6, self.size)), self._linear[:, None]
+        twists[:, :3] = np.where(linear, axes, around).transpose(2, 0, 1)
+        twists[:, 3:] = np.where(linear, 0.0, axes).transpose(2, 0, 1)
+        return twists.reshape(*frames.shape[:-3], 6, self.size)
 
     def places(self, frame: int, at: Array, ranges: Array) -> Places:
         """Where points `(p, 3)` [m] of a frame can be, in the base; of the last frame, points of the flange.
@@ -115,8 +118,17 @@ class Chain:
             found = placed(found, np.array(step.offset), step.rotation)
         return found
 
-    def _axes_and_arms(self, frames: Array) -> tuple[Array, Array]:
-        """Axes of all steps, and the way from each one's origin to the flange: `(..., s, 3)` each."""
-        rotations = frames[..., 1:, :3, :3]
-        axes = np.moveaxis(rotations[..., np.arange(self.size), :, self._axes], 0, -2)
-        return axes, self.flange(frames)[..., None, :3, 3] - frames[..., 1:, :3, 3]
+    def _axes_arms_origins(self, frames: Array) -> tuple[Array, Array, Array]:
+        """Axes of all steps, the way from each one's origin to the flange `(3, s, p)`, and all origins `(3, s + 1, p)`.
+
+        Rows come first: arithmetic on many short vectors would take several times as long.
+        """
+        flat = frames.reshape(-1, self.size + 1, 4, 4)
+        rows = np.ascontiguousarray(flat[:, :, :3].transpose(2, 3, 1, 0))
+        axes, origins = rows[:, self._axes, np.arange(1, self.size + 1)], rows[:, 3]
+        return axes, self.flange(flat)[:, :3, 3].T[:, None] - origins[:, 1:], origins
+
+
+def _cross(a: Array, b: Array) -> Array:
+    """Vector products of vectors `(3, ...)`."""
+    return np.stack([a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]])

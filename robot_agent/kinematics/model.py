@@ -223,7 +223,7 @@ class Model(ABC):
             TrackError: out of reach, a joint limit, or a branch change, with the index of the pose.
             BadInput, cell.geometry.GeometryError: as `inverse`.
         """
-        poses = check_poses(poses)
+        poses = np.asarray(poses, dtype=float)  # checked by the inverse
         if poses.ndim != 3 or len(poses) == 0:
             raise BadInput("path", f"shape {poses.shape}", "(m, 4, 4) with m > 0")
         return tracking.track(self, poses, self.check_joints(start, "start"))

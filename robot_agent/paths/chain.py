@@ -22,7 +22,7 @@ class Chain:
 
     def at(self, distance_m: Numbers) -> Numbers:
         """Position, tangent and curvature `(3, k, 3)` at distances `(k,)`."""
-        index = np.clip(np.searchsorted(self.starts_m, distance_m, side="right") - 1, 0, len(self.curves) - 1)
+        index = np.searchsorted(self.starts_m[1:-1], distance_m, side="right")
         own = distance_m - self.starts_m[index]
         states = np.empty((3, len(distance_m), 3))
         others = np.ones(len(distance_m), dtype=np.bool_)

@@ -46,8 +46,9 @@ class Straight:
     def at(self, distance_m: Numbers) -> Numbers:
         """See the module."""
         distance = np.asarray(distance_m, dtype=np.float64)[..., None]
-        tangent = np.broadcast_to(self.direction, (*distance.shape[:-1], 3))
-        return np.stack([self.start + distance * self.direction, tangent, np.zeros_like(tangent)])
+        states = np.zeros((3, *distance.shape[:-1], 3))
+        states[0], states[1] = self.start + distance * self.direction, self.direction
+        return states
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -92,7 +93,7 @@ class Polynomial:
     @cached_property
     def starts(self) -> Numbers:
         """Distances `(cells + 1,)` at which the cells begin, and the end."""
-        lengths = _distance(self.coefficients, _EDGES[:-1], np.full(_CELLS, 1.0 / _CELLS))
+        lengths = _distance(self._tangents, _EDGES[:-1], np.full(_CELLS, 1.0 / _CELLS))
         return np.append(0.0, np.cumsum(lengths))
 
     @cached_property
@@ -104,15 +105,20 @@ class Polynomial:
                 made[power - order, order] = math.perm(power, order) * self.coefficients[power]
         return made.reshape(-1, 9)
 
+    @property
+    def _tangents(self) -> Numbers:
+        """Coefficients `(degree, 3)` of the first derivative by u."""
+        return self.orders[:-1, 3:6]
+
     def parameter(self, distance_m: Numbers) -> Numbers:
         """u `(...)` at `distance_m` `(...)`."""
         distance = np.clip(np.asarray(distance_m, dtype=np.float64), 0.0, self.length_m)
-        cell = np.clip(np.searchsorted(self.starts, distance, side="right") - 1, 0, _CELLS - 1)
-        return _parameter(self.coefficients, distance, cell, self.starts[cell], self.starts[cell + 1])
+        cell = np.searchsorted(self.starts[1:-1], distance, side="right")
+        return _parameter(self._tangents, distance, cell, self.starts[cell], self.starts[cell + 1])
 
     def derivative(self, u: Numbers, order: int) -> Numbers:
-        """The `order`-th derivative by u `(..., 3)` at u `(...)`; 0 is the position."""
-        return _derivative(self.coefficients, np.asarray(u, dtype=np.float64), order)
+        """The `order`-th derivative by u, up to the second, `(..., 3)` at u `(...)`; 0 is the position."""
+        return _powers(u, len(self.orders)) @ self.orders[:, 3 * order : 3 * order + 3]
 
     def at(self, distance_m: Numbers) -> Numbers:
         """See the module."""
@@ -130,10 +136,10 @@ class Polynomials:
     def __init__(self, curves: Sequence[Polynomial]) -> None:
         """At least one curve."""
         highest = max(len(each.coefficients) for each in curves)
-        self._coefficients, self._orders = np.zeros((highest, len(curves), 3)), np.zeros((len(curves), highest, 9))
+        self._orders = np.zeros((len(curves), highest, 9))
         for number, each in enumerate(curves):
-            self._coefficients[: len(each.coefficients), number] = each.coefficients
             self._orders[number, : len(each.orders)] = each.orders
+        self._tangents = self._orders[:, :-1, 3:6]
         self._starts = np.stack([each.starts for each in curves])
         self._clock = self._clocks()
 
@@ -141,10 +147,10 @@ class Polynomials:
         """States as in the module `(3, k, 3)`, each at a distance `(k,)` on the curve with number `which` `(k,)`."""
         starts = self._starts[which]
         distance = np.clip(distance_m, 0.0, starts[:, -1])
-        cell = np.clip((starts <= distance[:, None]).sum(axis=1) - 1, 0, _CELLS - 1)
+        cell = (starts[:, 1:-1] <= distance[:, None]).sum(axis=1)
         first, last = self._starts[which, cell], self._starts[which, cell + 1]
         if self._clock is None:
-            u = _parameter(self._coefficients[:, which], distance, cell, first, last)
+            u = _parameter(self._tangents[which], distance, cell, first, last)
         else:
             share = (distance - first) / (last - first)
             u = (_powers(share, 6) * self._clock[which, cell]).sum(axis=1)
@@ -161,27 +167,27 @@ class Polynomials:
         scale = np.stack([np.ones_like(lengths), lengths, lengths**2])
         made = np.moveaxis(hermite(rates[..., :-1] * scale, rates[..., 1:] * scale), 0, -1)
         begins, middle = edges[:, :-1], made @ 0.5 ** np.arange(6.0)
-        away = _distance(self._coefficients[:, :, None], begins, middle - begins) - lengths / 2.0
+        away = _distance(self._tangents[:, None], begins, middle - begins) - lengths / 2.0
         return made if np.abs(away).max() < _EXACT_M else None
 
 
 def _powers(u: Numbers, count: int) -> Numbers:
     """The first powers `(..., count)` of u `(...)`."""
-    made = np.empty((*u.shape, count))
-    made[..., 0], made[..., 1:] = 1.0, u[..., None]
+    made = np.empty((*np.shape(u), count))
+    made[..., 0], made[..., 1:] = 1.0, np.asarray(u)[..., None]
     return np.asarray(np.multiply.accumulate(made, axis=-1))
 
 
 def _parameter(c: Numbers, distance: Numbers, cell: NDArray[np.intp], first: Numbers, last: Numbers) -> Numbers:
     """u `(...)` of distances `(...)` that lie in cells, which reach from distance `first` to `last`.
 
-    Here and below `c` are the coefficients of one polynomial, or of one for each distance `(degree + 1, ..., 3)`.
+    Here and below `c` are the coefficients of the derivative by u: of one polynomial `(degree, 3)`, or of one for each
+    distance `(..., degree, 3)`.
     """
     missing, edge = distance - first, cell / _CELLS
     step = missing / np.maximum(last - first, _SMALLEST_SPEED) / _CELLS
     for _ in range(_NEWTON_STEPS):
-        tangent = _derivative(c, edge + step, 1)
-        speed = np.maximum(np.sqrt((tangent * tangent).sum(axis=-1)), _SMALLEST_SPEED)
+        speed = np.maximum(_speeds(c, (edge + step)[..., None])[..., 0], _SMALLEST_SPEED)
         change = (_distance(c, edge, step) - missing) / speed
         step = step - change
         if np.abs(change).max(initial=0.0) < _SMALL_STEP:
@@ -190,17 +196,13 @@ def _parameter(c: Numbers, distance: Numbers, cell: NDArray[np.intp], first: Num
 
 
 def _distance(c: Numbers, u: Numbers, step: Numbers) -> Numbers:
-    places = u[..., None] + step[..., None] * (0.5 + _GAUSS_X)
-    tangent = _derivative(c[..., None, :], places, 1)
-    distance: Numbers = step * (np.sqrt((tangent * tangent).sum(axis=-1)) @ _GAUSS_W)
-    return distance
+    return np.asarray(step * (_speeds(c, u[..., None] + step[..., None] * (0.5 + _GAUSS_X)) @ _GAUSS_W))
 
 
-def _derivative(c: Numbers, u: Numbers, order: int) -> Numbers:
-    value, u = np.zeros((*u.shape, 3)), u[..., None]
-    for power in range(len(c) - 1, order - 1, -1):
-        value = value * u + math.perm(power, order) * c[power]
-    return value
+def _speeds(c: Numbers, u: Numbers) -> Numbers:
+    """How fast the place changes by u `(..., m)`, m of them for each polynomial."""
+    tangents = _powers(u, c.shape[-2]) @ c
+    return np.asarray(np.sqrt(np.einsum("...i,...i", tangents, tangents)))
 
 
 def _states(values: Numbers) -> Numbers:

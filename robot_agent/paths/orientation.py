@@ -169,7 +169,7 @@ def axis_angle(rotation: Numbers) -> tuple[Numbers, float]:
 def turned(axis: Numbers, angle: Numbers) -> Numbers:
     """Rotations `(..., 3, 3)` by `angle` `(...)` about unit axes `(..., 3)`, or one `(3,)` (Rodrigues)."""
     angle = np.asarray(angle)
-    x, y, z = np.moveaxis(axis, -1, 0)
+    x, y, z = axis[..., 0], axis[..., 1], axis[..., 2]
     cosine, sine = np.cos(angle), np.sin(angle)
     # 2 sin^2(a/2) is 1 - cos(a) without its cancellation near zero
     rest = 2.0 * np.sin(angle / 2.0) ** 2

@@ -255,9 +255,8 @@ def _deviation(blend: Polynomial, before: Trimmed, after: Trimmed, wide_m: float
     """Largest distance [m] of a blend from the two curves that it replaces near their common end."""
     position = blend.derivative(_SHARES, 0)
     along = (2.0 * _SHARES - 1.0) * wide_m
-    first = before.at(before.length_m + np.minimum(along, 0.0))
-    last = after.at(np.maximum(along, 0.0))
-    nominal = np.where((along < 0.0)[None, :, None], first, last)
+    first, last = along[along < 0.0], along[along >= 0.0]
+    nominal = np.concatenate([before.at(before.length_m + first), after.at(last)], axis=1)
     way = position - nominal[0]
     way = way - nominal[1] * (way * nominal[1]).sum(axis=-1, keepdims=True)
     return float(np.linalg.norm(way, axis=-1).max())

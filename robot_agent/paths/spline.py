@@ -55,7 +55,12 @@ def turns_back(controls: Numbers) -> bool:
 
     Both are where its derivative by its own parameter is shortest, which no robot passes but by all but standing still.
     """
-    first, middle, last = 3.0 * np.diff(controls, axis=0)
+    edges = 3.0 * np.diff(controls, axis=0)
+    longest, ahead = np.linalg.norm(edges, axis=1).max(), controls[3] - controls[0]
+    slowest = (edges @ ahead).min() / max(np.linalg.norm(ahead), 1e-300)  # along the chord; nowhere is it slower
+    if slowest > _STANDING * longest and slowest**2 > 4.0 * _TIGHTEST_M * longest:
+        return False
+    first, middle, last = edges
     derivative = np.stack([first - 2.0 * middle + last, 2.0 * (middle - first), first])
     square = sum(np.polymul(each, each) for each in derivative.T)
     u = np.roots(np.polyder(square))
@@ -63,5 +68,4 @@ def turns_back(controls: Numbers) -> bool:
     way = (derivative[0] * u + derivative[1]) * u + derivative[2]
     speed = np.linalg.norm(way, axis=1)
     bend = np.linalg.norm(np.cross(way, 2.0 * derivative[0] * u + derivative[1]), axis=1)
-    longest = np.linalg.norm(np.stack([first, middle, last]), axis=1).max()
     return bool(((speed < _STANDING * longest) | (speed**3 < _TIGHTEST_M * bend)).any())

@@ -49,9 +49,10 @@ def assembled(
     rests, transitions = kept.rests.tolist(), list(kept.transitions)
     for run, time in zip(runs, timed, strict=True):
         begins = end
-        if isinstance(run, JointPath):
-            for stretch in run.stretches[:-1]:
-                ends[stretch.block] = begins + _passing(run, time, stretch.end)
+        if isinstance(run, JointPath) and len(run.stretches) > 1:
+            inner = run.stretches[:-1]
+            passed = _passing(run, time, np.array([stretch.end for stretch in inner]))
+            ends[[stretch.block for stretch in inner]] = begins + passed
         end = begins + time.pieces.duration_s
         ends[run.stretches[-1].block] = end
         rests.append(end)
@@ -66,13 +67,12 @@ def assembled(
     return Motion(model, pieces, ends, np.array(rests), in_order(transitions), cycle_s, deviation_m, last)
 
 
-def _passing(path: JointPath, timed: Timed, parameter: float) -> float:
-    """The time [s] at which `parameter` of the path is passed: interpolated, then by Newton on the joints' way."""
-    place = path.pieces.position(np.array(parameter))[: path.joints]
-    t = float(np.interp(parameter, timed.parameters, timed.times))
+def _passing(path: JointPath, timed: Timed, parameters: Numbers) -> Numbers:
+    """Times `(m,)` [s] at which parameters `(m,)` are passed: interpolated, then by Newton on the joints' way."""
+    places = path.pieces.position(parameters)[:, : path.joints]
+    t = np.interp(parameters, timed.parameters, timed.times)
     for _ in range(2):
-        velocity = timed.pieces.derivatives(np.array(t))[0]
-        squared = float(velocity @ velocity)
-        if squared > _STANDING:
-            t += float((place - timed.pieces.position(np.array(t))) @ velocity) / squared
-    return min(max(t, 0.0), timed.pieces.duration_s)
+        velocity = timed.pieces.derivatives(t)[0]
+        missing, squared = ((each * velocity).sum(axis=1) for each in (places - timed.pieces.position(t), velocity))
+        t = np.where(squared > _STANDING, t + missing / np.maximum(squared, _STANDING), t)
+    return np.clip(t, 0.0, timed.pieces.duration_s)

@@ -3,7 +3,6 @@
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -97,12 +96,9 @@ class _Follower:
         borders = self._path.borders_m
         turned = self._path.orientation.turns
         rate = max(turn.rate_rad_m for turn in turned)
-        parts = []
         spacing = _SPACING_RAD if self._on_the_spot else _SPACING_M
-        for first, last in pairwise(borders):
-            steps = (last - first) * max(rate / _SPACING_RAD, 1.0 / spacing)
-            parts.append(np.linspace(first, last, max(_FEWEST_PARTS, math.ceil(steps)) + 1)[:-1])
-        return np.concatenate([*parts, [borders[-1]]])
+        steps = np.diff(borders) * max(rate / _SPACING_RAD, 1.0 / spacing)
+        return _divided(borders, np.maximum(np.ceil(steps), _FEWEST_PARTS))
 
     def _tracked(self, nodes: Numbers) -> tuple[Numbers, Numbers, Numbers, Numbers]:
         """Nodes, more of them where a joint turns quickly; the joints, the twist and its derivative there."""

@@ -261,11 +261,11 @@ def _widened(slacks: Numbers, room: Numbers) -> Numbers:
 
 def _largest(use: Numbers, count: int) -> NDArray[np.intp]:
     """Numbers `(count, intervals)` of the largest magnitudes in each interval."""
-    rest, intervals = np.abs(use), np.arange(use.shape[1])
+    rest, intervals = np.ascontiguousarray(np.abs(use).T), np.arange(use.shape[1])
     chosen = np.empty((count, use.shape[1]), dtype=np.intp)
     for number in range(count):
-        chosen[number] = rest.argmax(axis=0)
-        rest[chosen[number], intervals] = -1.0
+        chosen[number] = rest.argmax(axis=1)
+        rest[intervals, chosen[number]] = -1.0
     return chosen
 
 

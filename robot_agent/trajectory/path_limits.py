@@ -70,9 +70,10 @@ class PathLimits:
         fastest = self._fastest(at, first, stretch)
         for each in () if wide is None else np.searchsorted(self._ends, wide, side="right"):
             other = np.flatnonzero(each != stretch)
-            fastest[other] = np.minimum(fastest[other], self._fastest(at[other], first[other], each[other]))
-        jerk = self._jerk[stretch]
-        affine = Affine(first, second, np.zeros(1), -self._lowest[stretch], self._highest[stretch])
+            if len(other):
+                fastest[other] = np.minimum(fastest[other], self._fastest(at[other], first[other], each[other]))
+        lowest, highest, jerk = (each.take(stretch, axis=0) for each in (self._lowest, self._highest, self._jerk))
+        affine = Affine(first, second, np.zeros(1), -lowest, highest)
         return Rows(affine.scaled(), first / jerk, second / jerk, third / jerk, fastest)
 
     def _fastest(self, at: Numbers, first: Numbers, stretch: NDArray[np.intp]) -> Numbers:
@@ -81,7 +82,7 @@ class PathLimits:
         `first` `(k, n + 2)` is the path's first derivative there.
         """
         with np.errstate(divide="ignore"):
-            fastest = ((self._velocity[stretch] / np.abs(first)) ** 2).min(axis=1)
+            fastest = ((self._velocity.take(stretch, axis=0) / np.abs(first)) ** 2).min(axis=1)
             turning = (first[:, self._turning] ** 2).sum(axis=1)
             fastest = np.minimum(fastest, self._joint[stretch] ** 2 / np.maximum(turning, 1e-300))
             if len(self._path.curvature):

@@ -6,11 +6,9 @@ reachability analysis" (2018); with limits that allow standing still everywhere 
 each pass needs one number per grid point.
 """
 
-from itertools import pairwise
-
 import numpy as np
 
-from robot_agent.trajectory.affine import Numbers, Scaled
+from robot_agent.trajectory.affine import Numbers
 from robot_agent.trajectory.path_limits import Rows
 
 _TINY = 1e-12
@@ -19,64 +17,64 @@ _TINY = 1e-12
 def fastest_speeds(at: Numbers, rows: Rows, first: float = 0.0) -> Numbers:
     """Squared speeds `(k,)` at the grid `at` `(k,)`, from the squared speed `first` to rest."""
     affine = rows.affine
-    flip = affine.a < 0.0
-    p, b = np.abs(affine.a), np.where(flip, -affine.b, affine.b)
-    above, below = np.where(flip, affine.below, affine.above), np.where(flip, affine.above, affine.below)
-    ceiling = np.minimum(np.minimum(rows.fastest, _crossings(Scaled(p, b, above, below))), _by_jerk(rows))
-    step = 2.0 * np.diff(at)[:, None]
+    a, b, above, below = (each.T.copy() for each in (affine.a, affine.b, affine.above, affine.below))
+    flip = a < 0.0
+    p, b = np.abs(a), np.where(flip, -b, b)
+    above, below = np.where(flip, below, above), np.where(flip, above, below)
+    ceiling = np.minimum(np.minimum(rows.fastest, _crossings(p, b, above, below)), _by_jerk(rows))
+    step = 2.0 * np.diff(at)
     # backwards: x (p - 2 d b) <= H p + 2 d below for every row
-    divisor = p[:-1] - step * b[:-1]
+    divisor = p[:, :-1] - step * b[:, :-1]
     bounded = divisor > _TINY
     safe = np.where(bounded, divisor, 1.0)
-    slope = np.where(bounded, p[:-1] / safe, 0.0).tolist()
-    offset = np.where(bounded, step * below[:-1] / safe, np.inf).tolist()
-    reach, ceilings = [0.0] * len(at), ceiling.tolist()
-    for k in range(len(at) - 2, -1, -1):
-        ahead, least = reach[k + 1], ceilings[k]
-        for m, c in zip(slope[k], offset[k], strict=True):
-            x = m * ahead + c
-            if x < least:
-                least = x
-        reach[k] = least
-    return np.array(_forwards(reach, Scaled(p, b, above, below), step, first))
+    slope, offset = np.where(bounded, p[:, :-1] / safe, 0.0), np.where(bounded, step * below[:, :-1] / safe, np.inf)
+    reach = _swept(slope[:, ::-1], offset[:, ::-1], np.append(0.0, ceiling[-2::-1]))[::-1]
+    # forwards: H p <= x (p - 2 d b) + 2 d above
+    bounded = p[:, :-1] > _TINY
+    inverse = step / np.where(bounded, p[:, :-1], 1.0)
+    slope = 1.0 - np.where(bounded, inverse * b[:, :-1], 0.0)
+    offset = np.where(bounded, inverse * above[:, :-1], np.inf)
+    return _swept(slope, offset, np.append(first, reach[1:]))
 
 
-def _forwards(reach: list[float], rows: Scaled, step: Numbers, first: float) -> list[float]:
-    with np.errstate(divide="ignore"):
-        inverse = np.where(rows.a > _TINY, 1.0 / np.maximum(rows.a, _TINY), np.inf)
-    offset = (step * rows.above[:-1] * inverse[:-1]).tolist()
-    slope = (step * (rows.b * np.where(rows.a > _TINY, inverse, 0.0))[:-1]).tolist()
-    x, speeds = first, [first]
-    for k in range(len(reach) - 1):
-        most = reach[k + 1]
-        for c, m in zip(offset[k], slope[k], strict=True):
-            ahead = x + c - m * x
-            if ahead < most:
-                most = ahead
-        x = max(most, 0.0)
-        speeds.append(x)
-    return speeds
+def _swept(slope: Numbers, offset: Numbers, most: Numbers) -> Numbers:
+    """x `(k,)`: as large as all lines `slope` x + `offset` `(rows, k - 1)` of the x before and `most` `(k,)` allow.
+
+    The first x is the first of `most`. Lines that are nowhere the least are left out beforehand.
+    """
+    last = slope * most[:-1] + offset
+    least = np.minimum(np.maximum(offset, last).min(axis=0), most[1:])
+    rules = (np.minimum(offset, last) <= least).T
+    lines, ends = np.stack([slope.T[rules], offset.T[rules]], axis=1).tolist(), np.cumsum(rules.sum(axis=1)).tolist()
+    x, begin = float(most[0]), 0
+    swept = [x]
+    for end, ahead in zip(ends, most[1:].tolist(), strict=True):
+        for m, c in lines[begin:end]:
+            bound = m * x + c
+            if bound < ahead:
+                ahead = bound
+        x, begin = max(ahead, 0.0), end
+        swept.append(x)
+    return np.array(swept)
 
 
 def times(at: Numbers, squared: Numbers) -> Numbers:
     """Times `(k,)` [s] at which the grid is passed."""
     speed = np.sqrt(squared)
-    lengths = [2.0 * d / max(v + w, 1e-9) for d, (v, w) in zip(np.diff(at), pairwise(speed), strict=True)]
-    return np.append(0.0, np.cumsum(lengths))
+    return np.append(0.0, np.cumsum(2.0 * np.diff(at) / np.maximum(speed[:-1] + speed[1:], 1e-9)))
 
 
-def _crossings(rows: Scaled) -> Numbers:
-    """The largest squared speed `(k,)` at which some acceleration satisfies every row; `rows.a` is not negative."""
-    p, b = rows.a, rows.b
+def _crossings(p: Numbers, b: Numbers, above: Numbers, below: Numbers) -> Numbers:
+    """The largest squared speed `(k,)` at which some acceleration satisfies every row; `p` is not negative."""
     # the lower bound that row j sets is at most the upper bound of row i: x (b_i p_j - b_j p_i) <= U_i p_j + D_j p_i
-    cross = b[:, :, None] * p[:, None, :]
-    cross = cross - np.swapaxes(cross, 1, 2)
-    room = rows.above[:, :, None] * p[:, None, :] + rows.below[:, None, :] * p[:, :, None]
-    applies = cross > _TINY
-    by_pairs = np.where(applies, room / np.where(applies, cross, 1.0), np.inf).min(axis=(1, 2))
-    bound = np.where(b > 0.0, rows.above, rows.below)
+    i, j = np.triu_indices(len(p), 1)
+    cross = b[i] * p[j] - b[j] * p[i]
+    room = np.where(cross > 0.0, above[i] * p[j] + below[j] * p[i], above[j] * p[i] + below[i] * p[j])
+    applies = np.abs(cross) > _TINY
+    by_pairs = np.where(applies, room / np.where(applies, np.abs(cross), 1.0), np.inf).min(axis=0, initial=np.inf)
+    bound = np.where(b > 0.0, above, below)
     alone = (p <= _TINY) & (np.abs(b) > 0.0)
-    by_one = np.where(alone, bound / np.where(alone, np.abs(b), 1.0), np.inf).min(axis=1)
+    by_one = np.where(alone, bound / np.where(alone, np.abs(b), 1.0), np.inf).min(axis=0)
     return np.asarray(np.minimum(by_pairs, by_one))
 
 

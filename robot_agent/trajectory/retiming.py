@@ -38,9 +38,13 @@ def basis(places: Numbers) -> Numbers:
     return np.stack([value, first, second], axis=-2)
 
 
+_RULE = np.moveaxis(basis(PLACES), 0, -1)
+"""`(derivative, coefficient, places)`"""
+
+
 def on_windows(rows: Numbers, c: Numbers) -> Numbers:
     """Rows `(3, m, intervals)` times the three coefficients of each interval, out of `c` `(intervals + 2,)`."""
-    return np.asarray(np.einsum("imk,ik->mk", rows, np.stack([c[:-2], c[1:-1], c[2:]])))
+    return np.asarray(np.einsum("imk,ik->mk", rows, np.array([c[:-2], c[1:-1], c[2:]])))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -69,30 +73,30 @@ class Limited:
         s, *derivatives = base.at(np.arange(k), np.broadcast_to(PLACES[:, None], (places, k)))
         around = base.places(np.arange(k), np.broadcast_to(_AROUND[:, None], (len(_AROUND), k)))
         rows = bounds.rows(s.ravel(), around, _neighbours(s))
-        v, a, j = (each.reshape(-1, 1) for each in derivatives)
-        h, affine = base.h, rows.affine
-        by_y, by_growth = affine.b * v**2 + affine.a * a, affine.a * v / (2.0 * h)
-        bend = rows.second_jerk * v**2 + rows.first_jerk * a
-        terms = (
-            rows.third_jerk * v**3 + 3.0 * rows.second_jerk * v * a + rows.first_jerk * j,
-            1.5 / h * bend,
-            rows.first_jerk * v / (2.0 * h**2),
-        )
-        squared = derivatives[0].ravel() ** 2
-        faster = squared / np.maximum(rows.fastest, 1e-12 * squared + 1e-300)
-        rule = np.moveaxis(basis(PLACES), 0, -1)  # (derivative, coefficient, places)
 
         def by_interval(values: Numbers) -> Numbers:
             """Values `(places x intervals, rows)` as `(places, rows, intervals)`."""
             return np.ascontiguousarray(np.swapaxes(values.reshape(places, k, -1), 1, 2))
 
+        h, affine = base.h, rows.affine
+        by_a, by_b = by_interval(affine.a), by_interval(affine.b)
+        first, second, third = (by_interval(each) for each in (rows.first_jerk, rows.second_jerk, rows.third_jerk))
+        v, a, j = (each[:, None] for each in derivatives)
+        accelerations = by_b * v**2 + by_a * a, by_a * v / (2.0 * h)
+        jerks = (
+            third * v**3 + 3.0 * second * v * a + first * j,
+            1.5 / h * (second * v**2 + first * a),
+            first * v / (2.0 * h**2),
+        )
+        squared = derivatives[0].ravel() ** 2
+        faster = squared / np.maximum(rows.fastest, 1e-12 * squared + 1e-300)
         return cls(
-            _sum_of([by_interval(each) for each in (by_y, by_growth)], rule),
+            _sum_of(accelerations),
             by_interval(affine.above).reshape(-1, k),
             by_interval(affine.below).reshape(-1, k),
-            _sum_of([by_interval(each) for each in terms], rule),
-            faster.reshape(places, k) * rule[0][..., None],
-            np.repeat(rule[0][..., None], k, axis=2),
+            _sum_of(jerks),
+            faster.reshape(places, k) * _RULE[0][..., None],
+            np.repeat(_RULE[0][..., None], k, axis=2),
             np.full(k, h),
             np.zeros(1, dtype=np.intp),
         )
@@ -170,7 +174,7 @@ def _neighbours(s: Numbers) -> Numbers:
     return np.stack([every[np.maximum(index - 1, 0)], every[np.minimum(index + 1, len(every) - 1)]])
 
 
-def _sum_of(terms: list[Numbers], rule: Numbers) -> Numbers:
-    """Terms `(places, rows, intervals)` times the basis `(terms, 3, places)`: `(3, places x rows, intervals)`."""
-    total = np.einsum("tip,tprk->iprk", rule[: len(terms)], np.stack(terms))
+def _sum_of(terms: tuple[Numbers, ...]) -> Numbers:
+    """Terms `(places, rows, intervals)` times the basis: `(3, places x rows, intervals)`."""
+    total = np.einsum("tip,tprk->iprk", _RULE[: len(terms)], np.stack(terms))
     return np.asarray(total).reshape(3, -1, terms[0].shape[2])

@@ -229,13 +229,13 @@ def excess_of(pieces: Pieces, interval: NDArray[np.intp], limits: Limits, base: 
     speed, acceleration, jerk = pieces.inside(_LOOKED_AT)
     lower, upper = limits.acceleration_bounds
     used = [
-        np.abs(speed) / limits.velocity,
-        np.maximum(acceleration / upper, acceleration / lower),
-        np.abs(jerk) / limits.jerk,
+        np.abs(speed).max(axis=0) / limits.velocity,
+        np.maximum(acceleration.max(axis=0) / upper, acceleration.min(axis=0) / lower),
+        np.abs(jerk).max(axis=0) / limits.jerk,
     ]
     most = np.zeros((3, base.intervals))
     for order, use in enumerate(used):
-        np.maximum.at(most[order], interval, use.max(axis=(1, 2)))
+        np.maximum.at(most[order], interval, use.max(axis=1))
     return most
 
 

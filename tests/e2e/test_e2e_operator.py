@@ -9,7 +9,7 @@ def moving(state: RobotState) -> bool:
     return (state.tcp_speed_m_s or 0.0) > 0.2
 
 
-def test_an_emergency_stop_needs_a_reset_and_an_operators_run(live: LiveCell) -> None:
+def test_an_emergency_stop_needs_a_reset_and_an_operators_word(live: LiveCell) -> None:
     live.up("--run").wait_for_output("all robots enabled", 60.0)
     with live.client() as session:
         states = Recorder(session, "robot/left/state")
@@ -24,8 +24,8 @@ def test_an_emergency_stop_needs_a_reset_and_an_operators_run(live: LiveCell) ->
         states.wait_for(RobotState, lambda state: state.mode is Mode.DISABLED, 10.0, "left disabled")
         enable = live.order("enable", "left")
         assert enable.exit_code() == 0, enable.output
-        states.wait_for(RobotState, lambda state: state.mode is Mode.READY, 10.0, "left ready, nothing runs by itself")
-        assert live.order("run", "left").exit_code() == 0
+        states.wait_for(RobotState, lambda state: state.mode is Mode.HALTED, 10.0, "left on its path, at rest")
+        assert live.order("continue", "left").exit_code() == 0
         states.wait_for(RobotState, moving, 30.0, "left moves again")
 
 

@@ -9,6 +9,7 @@ from cell.messages import (
     ProgramState,
     ResetEstop,
     ResetRobot,
+    Return,
     RobotState,
     Run,
     SetManual,
@@ -52,6 +53,8 @@ class PatientOperator:
                 self._world.operate(to, Run())
             case Mode.HALTED:
                 self._world.operate(to, Continue())
+            case Mode.OFF_PATH:
+                self._world.operate(to, Return())
             case Mode.FAULT:
                 self._world.operate(to, ResetRobot())
             case Mode.ESTOP:

@@ -17,6 +17,8 @@ BAD = Weather(loss=0.05)
 WORSE = Weather(loss=0.2, double=0.05, late=0.05)
 """Nothing may be unsafe in this one."""
 _COME_TO_REST_S = 3.0
+_OVERLOAD = 0x2310
+"""An EMCY of the simulated drives: continuous overcurrent."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,21 +35,28 @@ class Outcome:
 
 
 class Trouble:
-    """Kills, restarts and freezes agents and the manager at random times."""
+    """Kills, restarts and freezes agents and the manager, and lets drives fail, at random times."""
 
-    def __init__(self, world: World, every_s: float) -> None:
+    def __init__(self, world: World, every_s: float, drives_share: float = 0.2) -> None:
+        """`drives_share` is the share of the troubles that drives have."""
         self._world = world
         self._every_s = every_s
+        self._drives_share = drives_share
         self.active = True
         self.kills = 0
         self.freezes = 0
+        self.drive_faults = 0
         self._plan()
 
     def _plan(self) -> None:
         self._world.clock.after(self._world.rng.expovariate(1.0 / self._every_s), self._strike)
 
     def _strike(self) -> None:
-        if self.active:
+        if self.active and self._world.rng.random() < self._drives_share:
+            self.drive_faults += 1
+            bus = self._world.buses[self._world.rng.choice(sorted(self._world.buses))]
+            bus.nodes[self._world.rng.choice(sorted(bus.nodes))].raise_emergency(_OVERLOAD)
+        elif self.active:
             victim = self._world.rng.choice(["manager", *(f"robot/{robot}" for robot in self._world.cell.robots)])
             if self._world.rng.random() < 0.3:
                 self.freezes += 1

@@ -32,6 +32,7 @@ from cell.messages import (
     Presence,
     Release,
     Reply,
+    ResetDrives,
     RobotState,
     SetpointBlock,
     Token,
@@ -102,6 +103,8 @@ class AgentWorld:
         self.referenced = True
         self.measured: NDArray[np.float64] | None = None
         """What the drives measure; None: what they are commanded."""
+        self.faulty = False
+        """The drives have stopped by themselves and must be reset."""
         self.manager_silent = False
         self.zone = ZoneStatus(ZoneState.FREE, None, None, (), 1, 0.0)
         self.granting = False
@@ -151,6 +154,16 @@ class AgentWorld:
             self._play()
         self.now += STEP_S
 
+    def quick_stop(self, beside: NDArray[np.float64] | float = 0.0) -> None:
+        """The drives stop at once, `beside` `(n,)` where they are commanded to be, and have no torque any more."""
+        self.faulty, self.enabled = True, False
+        self.push(beside)
+
+    def push(self, beside: NDArray[np.float64] | float) -> None:
+        """Somebody moves a robot without torque."""
+        assert not self.enabled
+        self.queue, self.commanded = [], self.commanded + beside
+
     def grant(self) -> None:
         """From now on the manager gives the zone to whoever wants it, and frees it when it is given up."""
         self.granting = True
@@ -178,6 +191,7 @@ class AgentWorld:
         axes = (AxisStatus.OPERATION_ENABLED if self.enabled else off,) * len(self.commanded)
         position = self.commanded if self.measured is None else self.measured
         state = PlayoutState.PLAYING if self.enabled else PlayoutState.FOLLOWING
+        state = PlayoutState.FAULT if self.faulty else state
         sequence = self.block.sequence if self.block is not None else 0
         return DriveFeedback(
             "left", "gateway", self._sequence, self.tick, 7, sequence, state, len(self.queue), 0, self.referenced,
@@ -238,6 +252,8 @@ class AgentWorld:
                 self.enabled = True
             case DisableDrives():
                 self.enabled = False
+            case ResetDrives():
+                self.faulty = False
             case Release() if self.settling:
                 return Reply(id, False, "left moves; release it at rest")
         return Reply(id, True, "done")

@@ -266,12 +266,9 @@ def test_an_emergency_stop_brakes_and_only_an_operator_starts_again() -> None:
     world.agent.receive(Estop("e1", False, "test", ""), world.now)
     world.agent.receive(Estop("e1", True, "test", "a late copy"), world.now)
     world.run(1.0)
-    assert world.state.mode is Mode.READY
-    assert world.state.program.state is ProgramState.FAILED
+    assert world.state.mode is Mode.HALTED
+    assert world.state.program.state is ProgramState.INTERRUPTED
     assert at_rest(world)()
-    id = world.call(Continue())
-    world.step()
-    assert not world.replies[id].ok
     world.call(Run())
     until(world, ended(world))
 
@@ -286,8 +283,8 @@ def test_lost_feedback_is_a_fault_that_an_operator_must_reset() -> None:
     assert world.state.mode is Mode.FAULT
     world.call(ResetRobot())
     world.run(0.1)
-    assert world.state.mode is Mode.READY
-    assert world.state.program.state is ProgramState.FAILED
+    assert world.state.mode is Mode.HALTED
+    assert world.state.program.state is ProgramState.INTERRUPTED
 
 
 def test_the_zone_rule_is_the_managers_own() -> None:

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from cell.geometry.occupied import body_touches_box
-from cell.messages import Continue, Halt, Mode, ProgramState, SetOverride, Step
+from cell.messages import Continue, Enable, Halt, Mode, ProgramState, ResetRobot, SetOverride, Step
 from robot_agent.agent import lookahead
 from robot_agent.agent.dry_run import dry_run
 from robot_agent.agent.planning import Extended
@@ -223,3 +223,29 @@ def test_long_chain_on_a_belt_is_extended_and_does_not_stop_on_it() -> None:
     np.testing.assert_allclose(along[100:], 0.05, atol=2e-3)
     world.until(lambda: world.done)
     assert (shares(world) < 1.01).all()
+
+
+@pytest.mark.usefixtures("few_ahead")
+def test_stop_while_an_extension_is_planned_leaves_out_no_move() -> None:
+    world = on_its_rounds(f"{TO_START}{3 * ROUND}END")
+    world.plans_held = True
+    until(world, lambda: len(world.planned) > 0 and isinstance(world.planned[-1], Extended))
+    world.quick_stop()
+    world.run(0.1)
+    world.plans_held = False
+    world.release_plans()
+    world.call(ResetRobot())
+    until(world, lambda: world.state.mode is Mode.DISABLED)
+    world.call(Enable())
+    until(world, lambda: world.state.mode is Mode.HALTED)
+    world.call(Continue())
+    since = len(world.played)
+    before = world.state.program.line
+    lines = [before]
+    while world.state.program.state is not ProgramState.DONE:
+        world.step()
+        assert world.now < 200.0
+        if world.state.program.line != lines[-1]:
+            lines.append(world.state.program.line)
+    assert lines == list(range(before, 22))
+    assert off_the_round(world, since) < 1.2e-4

@@ -31,10 +31,11 @@ def test_every_node_is_a_row_with_its_emergency_and_its_meaning() -> None:
     node = NodeStatus(
         1, "left", "J1", "Operational", AxisStatus.FAULT, 0x8611, "following error over its window",
         referenced=False, reference_missing="home it", warning=True, following_error=0.05237,
+        outputs={"gripper": True, "laser": False},
     )  # fmt: skip
     table = drives_table(load_cell(TWO_ARMS), Snapshot(gateways={"left_bus": gateway(node)}))
     cells = [next(iter(column.cells)) for column in table.columns]
-    assert cells[:6] == ["left_bus", "1", "left J1", "Operational", "Fault, warning", "52.37"]
+    assert cells[:6] == ["left_bus", "1", "left J1", "Operational", "Fault, warning, gripper on, laser off", "52.37"]
     assert cells[6] == "8611h following error over its window; not referenced: home it"
     assert "late cycles 2 of 100, worst 6.0 ms, missing TPDOs 3, blocks 40 taken 1 refused" in str(table.caption)
     assert "gateway right_bus: silent" in str(table.caption)

@@ -58,6 +58,15 @@ def test_why_a_program_ended_is_no_alarm_once_its_cause_is_cleared() -> None:
     assert robot_line("left", cleared).endswith(f"program ended: {error}")
 
 
+def test_an_interrupted_program_says_what_is_possible_and_on_its_way_back_what_it_waits_for() -> None:
+    error = "emergency stop by joe; J2 is 2.00 deg beside its path: `cell return left` brings it back slowly"
+    program = ProgramStatus("left.prog", ProgramState.INTERRUPTED, 8, "ML X=1650", error)
+    off_path = dataclasses.replace(RUNNING, mode=Mode.OFF_PATH, program=program, waiting_for="")
+    returning = dataclasses.replace(off_path, mode=Mode.RETURNING, waiting_for="zone handover: held by right")
+    assert robot_line("left", off_path).endswith(f"program interrupted: {error}")
+    assert robot_line("left", returning).endswith("waits: zone handover: held by right")
+
+
 def test_a_zone_names_its_holder_its_queue_and_its_reason() -> None:
     zone = ZoneStatus(ZoneState.ORPHANED, "left", None, ("right",), 1, 0.0, "left is silent")
     assert zone_line("handover", zone) == "zone handover: orphaned, last held by left, next right (left is silent)"

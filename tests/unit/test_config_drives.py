@@ -9,6 +9,8 @@ from cell.config import ConfigError
 from drive_gateway.config import BusSettings, load_drives
 from tests.unit.config_world import CONFIGS, DRIVES, Copy
 
+GRIPPER = "gripper: {axis: J6, bit: 16, at_stop: keep}"
+
 
 def lines(copy: Copy) -> list[str]:
     with pytest.raises(ConfigError) as caught:
@@ -64,7 +66,7 @@ def test_an_option_that_is_a_list_is_refused_once_with_all_that_is_allowed(tmp_p
         ("node: 3", "node: 128", "§128", "robots.left.axes.J3.node: found 128, allowed 127 or less"),
         ("node: 3", "node: 3.0", "§3.0", "robots.left.axes.J3.node: found 3.0, allowed a whole number"),
         ("cycle_s: 0.004", "cycle_s: 0.002", "cycle_s: §0.002",
-         "cycle_s: found a bus load of 82 % (6 axes every 2 ms at 1000 kbit/s: 72 % with worst-case stuffing, and 10 "
+         "cycle_s: found a bus load of 87 % (6 axes every 2 ms at 1000 kbit/s: 77 % with worst-case stuffing, and 10 "
          "% kept for SDO and EMCY), allowed up to 80 %"),
         ("overrun_limit_s: 0.5", "overrun_limit_s: 0.003", "§0.003",
          "overrun_limit_s: found 0.003, allowed cycle_s, 0.004, or more"),
@@ -99,6 +101,23 @@ def test_an_option_that_is_a_list_is_refused_once_with_all_that_is_allowed(tmp_p
         ("gear: 200, counts_per_turn: 131072, direction: 1, offset: 0, speed: 110",
          "gear: 1e6, rated_torque_nm: 9, counts_per_turn: 131072, direction: 1, offset: 0, speed: 1e6", "speed: §1e6",
          "robots.left.axes.J2.speed: found 1000000.0, allowed 21474.8 or less, 32 bits of motor turns per minute"),
+        (GRIPPER, "gripper: {axis: J7, bit: 16, at_stop: keep}", "§J7",
+         "robots.left.outputs.gripper.axis: found 'J7', allowed an axis of left: J1, J2, J3, J4, J5, J6"),
+        (GRIPPER, f"{GRIPPER}\n      laser: {{axis: J6, bit: 16, at_stop: off}}", "bit: §16, at_stop: off",
+         "robots.left.outputs.laser.bit: found 16, that of gripper too, allowed each bit of 60FEh of J6 once"),
+        (GRIPPER, "gripper: {axis: J6, bit: 32, at_stop: keep}", "bit: §32",
+         "robots.left.outputs.gripper.bit: found 32, allowed 31 or less"),
+        (GRIPPER, "gripper: {axis: J6, bit: 16, lead_s: 0.09, at_stop: keep}", "§0.09",
+         "robots.left.outputs.gripper.lead_s: found 0.09, allowed 0.08 or less"),
+        (GRIPPER, "gripper: {axis: J6, bit: 16}", "§gripper: {",
+         "robots.left.outputs.gripper.at_stop: found nothing, allowed off or keep"),
+        (GRIPPER, "gripper: {axis: J6, bit: 16, at_stop: on}", "at_stop: §on",
+         "robots.left.outputs.gripper.at_stop: found 'on', allowed 'off' or 'keep'"),
+        (GRIPPER, "\n      ".join(f"o{n}: {{axis: J{n // 8 + 1}, bit: {n % 8}, at_stop: off}}" for n in range(33)),
+         "§outputs", "robots.left.outputs: found 33 outputs, allowed up to 32"),
+        ("gear: 80,", "gear: 80, objects: {'60FE:02': 1},", "objects: {§'60FE:02': 1}",
+         "robots.left.axes.J6.objects.60FE:02: found 60FE:02 beside outputs of this axis, with which the gateway "
+         "writes it, allowed one of the two"),
         ("interface: virtual", "interface: token_ring", "§token_ring", "bus.interface: found 'token_ring', allowed "
          "one of python-can's: "),
     ],

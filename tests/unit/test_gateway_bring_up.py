@@ -4,13 +4,14 @@ from gateway_world import axis, gateway_settings
 
 from drive_gateway.canopen.sdo import SdoChannel, SdoDone
 from drive_gateway.gateway.bring_up import BringUp, Phase
+from drive_gateway.gateway.outputs import Outputs
 from drive_gateway.gateway.reference import Reference
 
 
 def test_a_boot_up_while_a_node_is_configured_begins_its_configuration_anew_without_a_complaint() -> None:
     settings = axis("J1", 1)
     sdo = SdoChannel(1)
-    way = BringUp("node 1", [settings], gateway_settings(), sdo, [Reference(settings, None)])
+    way = BringUp("node 1", [settings], gateway_settings(), sdo, [Reference(settings, None)], Outputs((), 0.004))
     way.step(0.0, None, False)
     way.booted()  # that of the power-on, sent before the node heard the reset
     way.step(0.01, None, False)

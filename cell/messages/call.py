@@ -1,0 +1,64 @@
+"""Calls: query and reply, for operators and for the claim of a robot. State never travels here.
+
+A call's verb is the last chunk of its key (`robot/left/cmd/run`); the verb picks the command's type.
+"""
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+from cell.messages.common import Heard
+
+
+@dataclass(frozen=True, slots=True)
+class Command:
+    """What is asked for; each kind names its verb."""
+
+    verb: ClassVar[str]
+
+
+@dataclass(frozen=True, slots=True)
+class Who(Command):
+    """Who answers here: role, name, boot and process, in the reply's text."""
+
+    verb: ClassVar[str] = "who"
+
+
+@dataclass(frozen=True, slots=True)
+class Call:
+    """A command with the id that makes a repeated call harmless, and the echo that makes an old one recognisable.
+
+    `heard` is the newest state of the addressee that the caller had seen when it sent the call. An agent refuses
+    operator commands whose echo is older than 0.5 s; gateways and the manager do not need it for the calls above.
+    """
+
+    id: str
+    command: Command
+    heard: Heard | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class ClaimGrant:
+    """What a gateway gives its new owner."""
+
+    owner: int
+    """Number of this claim; grows with each claim, never 0."""
+    cycle_s: float
+    tick: int
+    axes: tuple[str, ...]
+    gateway_boot: str
+    torques: bool = False
+    """Some drive takes torque as feed-forward: blocks should carry it."""
+    outputs: tuple[str, ...] = ()
+    """The robot's digital outputs, which `SetpointBlock.events` may switch."""
+
+
+@dataclass(frozen=True, slots=True)
+class Reply:
+    """The answer to a call. `text` says what was done, or what was found, what is allowed and what to do next."""
+
+    id: str
+    ok: bool
+    text: str
+    claim: ClaimGrant | None = None
+    data: str = ""
+    """What was asked for, where the command says that there is something."""

@@ -1,0 +1,101 @@
+"""What an agent is asked for: `robot/<r>/cmd/<verb>`."""
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+from cell.messages.call import Command
+from cell.messages.common import CellTime
+from cell.messages.jog import JogFrame
+
+
+@dataclass(frozen=True, slots=True)
+class Enable(Command):
+    """Switch the robot's drives on; the robot holds its position."""
+
+    verb: ClassVar[str] = "enable"
+
+
+@dataclass(frozen=True, slots=True)
+class Disable(Command):
+    """Switch the robot's drives off; refused while it moves."""
+
+    verb: ClassVar[str] = "disable"
+
+
+@dataclass(frozen=True, slots=True)
+class Run(Command):
+    """Start the configured program from its first line, at once or at a given time."""
+
+    verb: ClassVar[str] = "run"
+    at: CellTime | None = None
+    """The first motion begins with the first tick at or behind this moment, or not at all."""
+    lasting_s: float | None = None
+    """Above 0, with `at`: the first motion ends so long behind it, or as soon as it can when it takes longer."""
+
+
+@dataclass(frozen=True, slots=True)
+class Halt(Command):
+    """Brake on the path and stay there."""
+
+    verb: ClassVar[str] = "halt"
+
+
+@dataclass(frozen=True, slots=True)
+class Continue(Command):
+    """Go on from where the robot was halted on its path, or interrupted and is still within its window."""
+
+    verb: ClassVar[str] = "continue"
+
+
+@dataclass(frozen=True, slots=True)
+class Return(Command):
+    """Go back slowly to where the interrupted program left its path, and stay there."""
+
+    verb: ClassVar[str] = "return"
+
+
+@dataclass(frozen=True, slots=True)
+class Step(Command):
+    """Go on, or start, to the end of the present block of the program, and halt there."""
+
+    verb: ClassVar[str] = "step"
+
+
+@dataclass(frozen=True, slots=True)
+class SetOverride(Command):
+    """Follow the path at `percent` of the planned speed, -100 to 100; a negative one goes back along the path."""
+
+    verb: ClassVar[str] = "override"
+    percent: float
+
+
+@dataclass(frozen=True, slots=True)
+class SetManual(Command):
+    """Manual operation at reduced speed (TCP at most 250 mm/s), or automatic operation again."""
+
+    verb: ClassVar[str] = "manual"
+    on: bool
+
+
+@dataclass(frozen=True, slots=True)
+class Jog(Command):
+    """Begin to move along one axis; the robot goes on while `JogHeld` messages with the same press arrive."""
+
+    verb: ClassVar[str] = "jog"
+    press: str
+    """A fresh name for this press of the key; one that has ended is never taken again."""
+    axis: str
+    """A joint's name, or X, Y, Z (along) and A, B, C (about X, Y, Z) for the tool."""
+    speed: float
+    """[m/s or rad/s], signed."""
+    frame: JogFrame
+    """Of X to C."""
+    step: float | None = None
+    """[m or rad], above 0: come to rest after that much."""
+
+
+@dataclass(frozen=True, slots=True)
+class ResetRobot(Command):
+    """Acknowledge a fault or a cleared emergency stop; nothing moves."""
+
+    verb: ClassVar[str] = "reset"

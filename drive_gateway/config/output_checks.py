@@ -1,0 +1,66 @@
+"""Whether the digital outputs of a drives file can be switched: their axes, bits and objects, the RPDO for them."""
+
+from collections.abc import Iterator
+
+from cell.config.document import Document
+from cell.config.problem import KeyPath, Problem
+from drive_gateway.canopen.axis_objects import index_of
+from drive_gateway.canopen.eds import Eds
+from drive_gateway.canopen.eds_file import EdsError
+from drive_gateway.canopen.pdo_map import DIGITAL_OUTPUTS
+from drive_gateway.config.axis_entry import AxisEntry
+from drive_gateway.config.drives_file import DrivesFile, RobotEntry
+from drive_gateway.config.object_address import address_of
+
+MOST_OUTPUTS = 32
+"""The feedback tells them in a word."""
+_NEEDED = ("60FE:01", "60FE:02", "1402:01", "1602:01")
+"""The outputs, their mask, and the third RPDO of an axis."""
+
+
+def check_outputs(document: Document, drives: DrivesFile) -> Iterator[Problem]:
+    """All contradictions of the outputs with each other and with their axes."""
+    for robot, entry in drives.robots.items():
+        path: KeyPath = ("robots", robot, "outputs")
+        if len(entry.outputs) > MOST_OUTPUTS:
+            yield document.problem(path, f"{len(entry.outputs)} outputs", f"up to {MOST_OUTPUTS}", at_key=True)
+        yield from _places(document, path, robot, entry)
+        for name in dict.fromkeys(output.axis for output in entry.outputs.values()):
+            if name in entry.axes:
+                yield from _drive(document, ("robots", robot, "axes", name), entry.axes[name], drives)
+
+
+def _places(document: Document, path: KeyPath, robot: str, entry: RobotEntry) -> Iterator[Problem]:
+    """Each at a drive of its robot, and each bit once."""
+    seen: dict[tuple[str, int], str] = {}
+    for name, output in entry.outputs.items():
+        if output.axis not in entry.axes:
+            allowed = f"an axis of {robot}: {', '.join(entry.axes)}"
+            yield document.problem((*path, name, "axis"), repr(output.axis), allowed)
+        other = seen.setdefault((output.axis, output.bit), name)
+        if other != name:
+            found = f"{output.bit}, that of {other} too"
+            yield document.problem((*path, name, "bit"), found, f"each bit of 60FEh of {output.axis} once")
+
+
+def _drive(document: Document, path: KeyPath, axis: AxisEntry, drives: DrivesFile) -> Iterator[Problem]:
+    """Its third RPDO is free, and its EDS, if there is one, has what is needed."""
+    profile = drives.profile_pdos
+    if profile is not None and (profile.rpdo3 or axis.feed_forward != "none"):
+        taken = "profile_pdos.rpdo3" if profile.rpdo3 else "feed_forward beside profile_pdos"
+        found = f"outputs, whose RPDO {taken} takes"
+        yield document.problem(path, found, "outputs at another axis, or its third RPDO free", at_key=True)
+    for address in axis.objects:
+        if address_of(address)[0] == index_of(DIGITAL_OUTPUTS, axis.axis):
+            found = f"{address} beside outputs of this axis, with which the gateway writes it"
+            yield document.problem((*path, "objects", address), found, "one of the two", at_key=True)
+    if axis.eds is None:
+        return
+    try:
+        eds = Eds(str(document.beside(axis.eds)), axis.axis)
+    except EdsError:
+        return  # told where the file is named
+    lacking = [address for address in _NEEDED if not eds.find(address).size]
+    if lacking:
+        found = f"{axis.eds} without {' and '.join(lacking)}, which outputs of this axis need"
+        yield document.problem((*path, "eds"), found, "outputs at a drive that has 60FEh and a third RPDO")

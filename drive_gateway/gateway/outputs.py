@@ -1,0 +1,86 @@
+"""The digital outputs of one robot: which are on, and the events of blocks that are still to switch them.
+
+An event is executed once, with the sample of its tick, or so much earlier as its output leads. Numbers tell whether it
+was: blocks say an event again until its tick is played.
+"""
+
+from collections.abc import Sequence
+
+from cell.messages.setpoints import OutputEvent, SetpointBlock
+from drive_gateway.config.settings import OutputSettings
+
+
+class Outputs:
+    """All outputs are off at first.
+
+    Args:
+        outputs: of the robot, in the order in which its claim names them.
+        cycle_s: bus cycle [s]; leads are rounded to whole ones.
+    """
+
+    def __init__(self, outputs: Sequence[OutputSettings], cycle_s: float) -> None:
+        self.names = tuple(output.name for output in outputs)
+        self.on = 0
+        """Bit i: the i-th of `names` is on."""
+        self.barred = ""
+        """Why nothing may be switched on although blocks are played; empty: nothing forbids it."""
+        self._places = tuple((output.axis, output.bit) for output in outputs)
+        self._leads = tuple(round(output.lead_s / cycle_s) for output in outputs)
+        self._kept = sum(1 << place for place, output in enumerate(outputs) if output.keep)
+        self._queue: list[OutputEvent] = []
+        self._played = 0
+        """Number of the newest event whose tick was played: all up to it are over."""
+        self._early: set[int] = set()
+        """Events above that, which were executed before their tick."""
+        self._stopped: list[tuple[str, str]] = []
+
+    def begin(self) -> None:
+        """A new owner counts its events from 1."""
+        self._queue = []
+        self._played = 0
+        self._early.clear()
+
+    def take(self, block: SetpointBlock) -> None:
+        """An accepted block: what it says replaces all that was to happen from its first tick on."""
+        self._queue = [event for event in self._queue if event.tick < block.first_tick]
+        self._queue += block.events
+
+    def play(self, tick: int) -> None:
+        """Execute what belongs to the sample of `tick`, which is handed out now."""
+        if not self._queue:
+            return
+        for event in self._queue:
+            over = event.number <= self._played or event.number in self._early
+            if not over and event.tick - self._leads[event.output] <= tick:
+                self._early.add(event.number)
+                self._switch(event)
+        while self._queue and self._queue[0].tick <= tick:
+            self._played = max(self._played, self._queue.pop(0).number)
+        self._early = {number for number in self._early if number > self._played}
+
+    def stop(self, why: str) -> None:
+        """No block is played as its agent means it: forget what was to happen, and leave on only what is to be kept."""
+        self._queue = []
+        off = self.on & ~self._kept
+        if off:
+            self._stopped += [(name, why) for place, name in enumerate(self.names) if off >> place & 1]
+            self.on &= self._kept
+
+    def take_stopped(self) -> list[tuple[str, str]]:
+        """The outputs that a stop switched off since the last call, each with what stopped."""
+        stopped, self._stopped = self._stopped, []
+        return stopped
+
+    def word(self, axis: str) -> int:
+        """What 60FEh:01 of one axis' drive is to be."""
+        places = enumerate(self._places)
+        return sum(1 << bit for place, (name, bit) in places if name == axis and self.on >> place & 1)
+
+    def shown(self, axis: str) -> dict[str, bool]:
+        """The outputs of one axis' drive, and whether they are on."""
+        places = enumerate(self._places)
+        return {self.names[place]: bool(self.on >> place & 1) for place, (name, _) in places if name == axis}
+
+    def _switch(self, event: OutputEvent) -> None:
+        mask = 1 << event.output
+        self.on = self.on | mask if event.value else self.on & ~mask
