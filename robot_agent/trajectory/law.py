@@ -59,6 +59,10 @@ class Law:
     base: Base
     squared: Numbers
 
+    @property
+    def duration_s(self) -> float:
+        return float(self._clock()[-1])
+
     def resampled(self, h: float, most: int, start: Numbers | None = None) -> Base:
         """The same motion as a base with intervals of about `h` [s], at most `most`.
 

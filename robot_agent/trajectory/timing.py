@@ -22,6 +22,10 @@ _APART = 1e-7
 """Nothing of a path is looked at closer than this share of it."""
 COARSE, FINE = 2.0, 4.0
 """Intervals per ramp of the acceleration."""
+_FAR = 1.02
+"""Jerk costs much where a motion takes more than so many times the time without it and the ramps at both ends."""
+_LADDER = (1.0, 2.0, 3.0)
+"""Intervals per ramp with which such a motion is searched: the coarser, the farther it looks past what slows it."""
 _FEWEST_INTERVALS, MOST_INTERVALS = 16, 1200
 _BEGIN = 0.9
 """The squared rate that the search begins with."""
@@ -36,6 +40,17 @@ _ACCEPTED = 1.004
 """Slowing down all of a motion by so much is better than another attempt."""
 _CERTAIN = 1.0005
 """Limits are tightened by so much more than they are exceeded."""
+_EASABLE = 1.05
+"""What has to be so much slower, or less, behind the second attempt is not searched again but eased."""
+_NEARLY = 1.001
+"""A motion so little slower than its law is left as it is."""
+_EASINGS = 12
+_EASED = 8
+"""Intervals on either side of a place where the rate is lowered with it."""
+_FIRMLY = 1.2
+"""The rate is lowered by so many times what the place itself needs, since a dip takes some jerk of its own."""
+_DIP = np.cos(np.pi / 2.0 * np.arange(-_EASED, _EASED + 1) / (_EASED + 1)) ** 2
+_SMOOTHED = np.hanning(_EASED + 3)[1:-1] / np.hanning(_EASED + 3).sum()
 
 
 def fastest(path: JointPath, limits: Limits) -> Timed:
@@ -49,11 +64,9 @@ def fastest_of(paths: list[JointPath], limits: Limits) -> list[Timed]:
         return []
     bounds = [PathLimits(path, limits) for path in paths]
     ramp = ramp_s(limits)
-    bases = [_first(path, bound, ramp / COARSE) for path, bound in zip(paths, bounds, strict=True)]
-    search = Search(coarse := _limited(bases, bounds), begin(coarse))
-    search.run(gap=0.1, kept=0.5)
+    laws = _coarsely(paths, bounds, ramp)
     made: dict[int, Timed] = {}
-    waiting, laws = list(range(len(paths))), _laws(bases, search.c)
+    waiting = list(range(len(paths)))
     for _ in range(_ROUNDS):
         bases = [law.resampled(ramp / FINE, MOST_INTERVALS) for law in laws]
         fine = _limited(bases, [bounds[k] for k in waiting]).tightened(np.full((3, 1), MARGIN))
@@ -68,6 +81,30 @@ def fastest_of(paths: list[JointPath], limits: Limits) -> list[Timed]:
     return [made[number] for number in range(len(paths))]
 
 
+def _coarsely(paths: list[JointPath], bounds: list[PathLimits], ramp: float) -> list[Law]:
+    """Motions that nearly keep all limits.
+
+    Paths on which jerk costs much are searched again, each time with what a coarser search found.
+    """
+    quickest = [_quickest(path, bound) for path, bound in zip(paths, bounds, strict=True)]
+    bases = [_first(*each, ramp / COARSE) for each in quickest]
+    laws = _searched(bases, bounds)
+    lasting = [law.duration_s - 2.0 * ramp for law in laws]
+    far = [k for k, (lasts, base) in enumerate(zip(lasting, bases, strict=True)) if lasts > _FAR * base.duration_s]
+    for number, intervals in enumerate(_LADDER if far else ()):
+        h = ramp / intervals
+        bases = [laws[k].resampled(h, MOST_INTERVALS) if number else _first(*quickest[k], h) for k in far]
+        for k, law in zip(far, _searched(bases, [bounds[k] for k in far]), strict=True):
+            laws[k] = law
+    return laws
+
+
+def _searched(bases: list[Base], bounds: list[PathLimits]) -> list[Law]:
+    search = Search(limited := _limited(bases, bounds), begin(limited))
+    search.run(gap=0.1, kept=0.5)
+    return _laws(bases, search.c)
+
+
 def _kept(paths: list[JointPath], bases: list[Base], search: Search, limits: Limits) -> list[tuple[Timed, Law]]:
     """Joints over time that keep their limits everywhere; paths where they do not yet are searched again.
 
@@ -75,34 +112,62 @@ def _kept(paths: list[JointPath], bases: list[Base], search: Search, limits: Lim
     """
     made: dict[int, tuple[Timed, Law]] = {}
     waiting = list(range(len(paths)))
-    for _ in range(_ATTEMPTS):
+    for attempt in range(_ATTEMPTS):
         search.run(gap=0.003, kept=MARGIN - 1.0)
         excess, late = [], []
         for number, law in zip(waiting, _laws([bases[k] for k in waiting], search.c), strict=True):
-            fitted = law.timed(paths[number])
-            timed = fitted.timed
-            excess.append(excess_of(fitted, limits, law.base, flange_use(paths[number], fitted, limits)))
-            k = float((excess[-1].max(axis=1) ** (1.0 / np.arange(1.0, 4.0))).max())
-            each = _slower(timed, max(1.0, k))
+            each, k, used = _slowed(paths[number], law, limits)
+            excess.append(used)
             if number not in made or each.pieces.duration_s < made[number][0].pieces.duration_s:
                 made[number] = each, law
-            late.append(k > _ACCEPTED)
+            late.append(k > (_EASABLE if attempt else _ACCEPTED))
         if not any(late):
             break
         search.tighten(_tighter(excess))
         search.keep_only(np.array(late))
         waiting = [number for number, again in zip(waiting, late, strict=True) if again]
-    return [made[number] for number in range(len(paths))]
+    return [(_eased(path, *made[number], limits), made[number][1]) for number, path in enumerate(paths)]
 
 
-def _slower(timed: Timed, k: float) -> Timed:
-    return Timed(timed.pieces.slower(1.0 / k), timed.times * k, timed.parameters)
+def _eased(path: JointPath, best: Timed, law: Law, limits: Limits) -> Timed:
+    """The quicker of `best` and of what `law` becomes where its rate is lowered around each limit that it exceeds.
+
+    That is cheaper than a search, and far better than to slow down all of a motion for a few places.
+    """
+    if best.pieces.duration_s <= _NEARLY * law.duration_s:
+        return best
+    for _ in range(_EASINGS):
+        each, k, used = _slowed(path, law, limits)
+        if each.pieces.duration_s < best.pieces.duration_s:
+            best = each
+        if k <= _CERTAIN:
+            break
+        rate = (used ** (1.0 / np.arange(1.0, 4.0))[:, None]).max(axis=0)
+        dip = np.pad(2.0 * _FIRMLY * np.log(np.maximum(rate, 1.0)), _EASED + 1 + _EASED // 2, mode="edge")
+        dip = (np.lib.stride_tricks.sliding_window_view(dip, len(_DIP)) * _DIP).max(axis=1)
+        law = Law(law.base, law.squared * np.exp(-np.convolve(dip, _SMOOTHED, mode="valid")))
+    return best
 
 
-def _first(path: JointPath, bounds: PathLimits, h: float) -> Base:
-    """A motion that keeps the limits of speed and acceleration, nearly."""
+def _slowed(path: JointPath, law: Law, limits: Limits) -> tuple[Timed, float, Numbers]:
+    """`law` so much slower as a whole that it keeps its limits; by how much, and what it used `(3, intervals)`."""
+    fitted = law.timed(path)
+    timed = fitted.timed
+    used = excess_of(fitted, limits, law.base, flange_use(path, fitted, limits))
+    k = float((used.max(axis=1) ** (1.0 / np.arange(1.0, 4.0))).max())
+    slower = max(1.0, k)
+    return Timed(timed.pieces.slower(1.0 / slower), timed.times * slower, timed.parameters), k, used
+
+
+def _quickest(path: JointPath, bounds: PathLimits) -> tuple[Numbers, Numbers]:
+    """Parameters `(k,)` and squared rates of the fastest motion under limits of speed and acceleration, nearly."""
     grid = grid_along(path)
-    s, h = sampled_rise(grid, fastest_speeds(grid, bounds.rows(grid)), h)
+    return grid, fastest_speeds(grid, bounds.rows(grid))
+
+
+def _first(grid: Numbers, squared: Numbers, h: float) -> Base:
+    """The same over time, smoothed, with intervals of about `h` [s]."""
+    s, h = sampled_rise(grid, squared, h)
     return Base.rising(softly(s), h)
 
 
