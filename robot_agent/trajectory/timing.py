@@ -37,13 +37,11 @@ _SETTLED = 1.15
 MARGIN = 1.001
 """Limits are divided by it, so that the search may stop when it is so near to them."""
 _ACCEPTED = 1.004
-"""Slowing down all of a motion by so much is better than another attempt."""
+"""Slowing down all of a motion by so much is better than another attempt, or than easing it."""
 _CERTAIN = 1.0005
 """Limits are tightened by so much more than they are exceeded."""
 _EASABLE = 1.05
 """What has to be so much slower, or less, behind the second attempt is not searched again but eased."""
-_NEARLY = 1.001
-"""A motion so little slower than its law is left as it is."""
 _EASINGS = 12
 _EASED = 8
 """Intervals on either side of a place where the rate is lowered with it."""
@@ -134,7 +132,7 @@ def _eased(path: JointPath, best: Timed, law: Law, limits: Limits) -> Timed:
 
     That is cheaper than a search, and far better than to slow down all of a motion for a few places.
     """
-    if best.pieces.duration_s <= _NEARLY * law.duration_s:
+    if best.pieces.duration_s <= _ACCEPTED * law.duration_s:
         return best
     for _ in range(_EASINGS):
         each, k, used = _slowed(path, law, limits)
