@@ -59,7 +59,7 @@ def run_core(
         return last
 
     with _steady_interpreter(), scheduling(realtime):
-        due = time.monotonic()
+        due = last = time.monotonic()
         while not stop.is_set():
             now = hand_over(inbox)
             for effect in core.step(now):
