@@ -186,8 +186,11 @@ class LiveCell:
         return process
 
     def obeyed(self, *words: str) -> None:
-        """Give an order once; it must be obeyed."""
-        order = self.order(*words)
+        """Give an order; it must be obeyed. Where it came too late, as on a busy host, it is given again."""
+        for _ in range(3):
+            order = self.order(*words)
+            if order.exit_code() == 0 or "too old to be carried out" not in order.output:
+                break
         assert order.exit_code() == 0, order.output
 
     def pid_of(self, *words: str) -> int:
