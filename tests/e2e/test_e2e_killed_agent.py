@@ -106,7 +106,7 @@ def adopt_and_finish(live: LiveCell, robots: Recorder, manager: Recorder, old_to
     )
     assert state.zones["handover"].token is not None
     assert str(state.zones["handover"].token) != old_token_text
-    assert live.order("run", "left").exit_code() == 0
+    live.obeyed("run", "left")
     done: set[str] = set()
 
     def all_done(message: RobotState) -> bool:
