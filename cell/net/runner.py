@@ -15,8 +15,8 @@ FREEZE_S = 0.25
 """A gap between two steps above this is a freeze: what waits in the queues may be that old."""
 AHEAD_S = 1e-3
 """So long before a cycle a loop with `ahead` takes what has come by then."""
-_SWITCH_INTERVAL_S = 2e-5
-"""So long Zenoh's threads wait for the interpreter while a loop computes, and no longer."""
+SWITCH_S = 1e-4
+"""So long another thread waits for the interpreter while a loop computes."""
 _LOOP_PRIORITY, _FEEDING_PRIORITY = 50, 60
 
 
@@ -35,6 +35,7 @@ def run_core(
     on_late: Callable[[float], None] | None = None,
     trim: Callable[[], float] | None = None,
     ahead: Callable[[], Iterable[object]] | None = None,
+    switch_s: float = SWITCH_S,
     realtime: bool = False,
 ) -> None:
     """Step `core` every `period_s` until `stop` is set.
@@ -43,6 +44,8 @@ def run_core(
     A cycle that starts more than a period late is told to `on_late` (lateness in s); missed cycles are left out, never
     caught up. `trim` says after each step by how much [s] the next cycle comes later than a period.
     With `ahead` the core gets what that returns `AHEAD_S` before a cycle is due, so that little is left for the cycle.
+    After `switch_s` other threads get the interpreter from the loop: what Zenoh brings comes sooner with less, while
+    threads that compute much themselves take turns too often then.
     `realtime` asks for SCHED_FIFO and does without when the process may not.
     """
     last = time.monotonic()
@@ -58,7 +61,7 @@ def run_core(
             core.receive(message, last)
         return last
 
-    with _steady_interpreter(), scheduling(realtime):
+    with _steady_interpreter(switch_s), scheduling(realtime):
         due = last = time.monotonic()
         while not stop.is_set():
             now = hand_over(inbox)
@@ -82,12 +85,12 @@ def _slept_until(due: float) -> bool:
 
 
 @contextmanager
-def _steady_interpreter() -> Iterator[None]:
+def _steady_interpreter(switch_s: float) -> Iterator[None]:
     """No long pauses: a full garbage collection over everything that was loaded takes 10 ms and more."""
     interval = sys.getswitchinterval()
     gc.collect()
     gc.freeze()
-    sys.setswitchinterval(_SWITCH_INTERVAL_S)
+    sys.setswitchinterval(switch_s)
     try:
         yield
     finally:

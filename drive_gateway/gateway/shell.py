@@ -18,7 +18,7 @@ from cell.net.calls import Calls
 from cell.net.inbox import Inbox
 from cell.net.latest import Latest
 from cell.net.options import Link, ZenohOptions
-from cell.net.runner import new_boot, run_core, scheduling
+from cell.net.runner import SWITCH_S, new_boot, run_core, scheduling
 from cell.net.session import CellSession
 from drive_gateway.canopen.frame import CanFrame
 from drive_gateway.canopen.sdo import Sdo
@@ -44,6 +44,8 @@ from drive_gateway.sim.shell import Robots, SimulatedDrives
 
 CLOSING_S = 5.0
 """After its own e-stop delay a gateway that is stopped gets this long to switch its drives off."""
+ALONE_SWITCH_S = 2e-5
+"""So long Zenoh's threads wait for the interpreter, unless the drives compute in this process too."""
 _CLOCK_S = 0.25
 """The manager's state is read so often: it is only needed for its clock."""
 _LOG = logging.getLogger("drive_gateway")
@@ -127,6 +129,7 @@ class _Shell:
         self._closing_s = times.estop_delay_s + CLOSING_S
         self._deadline: float | None = None
         self._arrived: deque[object] = deque()
+        self._simulates = drives is not None
         if drives is not None:
             drives.on_slow = lambda text: self._arrived.append(DrivesSlow(text, REMEDY))
         self.port = BusPort(settings.bus, self._on_frame, self._arrived.append)
@@ -147,6 +150,7 @@ class _Shell:
                 stop=self.ended,
                 trim=lambda: self._core.trim_s,
                 ahead=self.ahead,
+                switch_s=SWITCH_S if self._simulates else ALONE_SWITCH_S,
                 realtime=True,
             )
         return self.exit_code
