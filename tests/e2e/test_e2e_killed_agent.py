@@ -14,7 +14,7 @@ from drive_gateway.config import load_drives
 from robot_agent.kinematics import Model, load_model
 from robot_agent.language import MoveJoints, MoveLine, parse_program
 
-LINE_INTO_ZONE = 8
+LINE_INTO_ZONE = 9
 ON_LINE_M = 10e-6
 RECENT_CYCLES = 10
 
