@@ -29,6 +29,7 @@ class Outcome:
     duration_s: float
     kills: int
     freezes: int
+    drive_faults: int
     samples: int
     time_inside_s: dict[str, float]
     world: World
@@ -102,8 +103,8 @@ def run_scenario(
         world.kill(f"robot/{robot}")
     world.clock.run_until(world.clock.now + _COME_TO_REST_S)
     invariants.check_at_rest()
-    kills, freezes = (trouble.kills, trouble.freezes) if trouble is not None else (0, 0)
-    return Outcome(done, ended - start, kills, freezes, invariants.samples, invariants.time_inside_s, world)
+    had = (0, 0, 0) if trouble is None else (trouble.kills, trouble.freezes, trouble.drive_faults)
+    return Outcome(done, ended - start, *had, invariants.samples, invariants.time_inside_s, world)
 
 
 def _main() -> None:
@@ -121,6 +122,7 @@ def _main() -> None:
     print(
         f"seed {options.seed}: {'all programs ended' if outcome.all_done else 'stopped'} after "
         f"{outcome.duration_s:.1f} s of cell time, {outcome.kills} kills, {outcome.freezes} freezes, "
+        f"{outcome.drive_faults} faults of drives, "
         f"{outcome.samples} samples checked, seconds in the zone {outcome.time_inside_s}"
     )
 
