@@ -36,3 +36,9 @@ class FlangeCaps(Caps):
     tangential_rad: float | None = None
     """The tool follows the direction of the path, at this angle to it (see `paths.tangential`); `None`: it turns from
     orientation to orientation as programmed."""
+
+    def check(self, kind: str, line: int, speed_m_s: float | None) -> None:
+        """Raise ValueError for values that make no sense."""
+        Caps.check(self, kind, line, speed_m_s)
+        if self.tangential_rad is not None and not math.isfinite(self.tangential_rad):
+            raise ValueError(f"{kind} move, line {line}: angle of the tool {self.tangential_rad} found, allowed finite")

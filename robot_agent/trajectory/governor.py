@@ -6,6 +6,7 @@ robot never leaves its path (`docs/architecture.md`, sections 5.1 and 5.2). Ever
 so it can be played out with no one left to ask.
 """
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Self
@@ -32,6 +33,10 @@ class RateRequest:
     rate: float
     who: str
 
+    def __post_init__(self) -> None:
+        if math.isnan(self.rate):
+            raise ValueError(f"rate {self.rate} found, asked by {self.who}, allowed -1 to 1")
+
     @classmethod
     def ending_in(cls, left_s: float, tau_left_s: float, who: str) -> Self:
         """The rate that needs `left_s` [s] for `tau_left_s` [s] of the plan: robots asked so end together."""
@@ -46,12 +51,21 @@ class Hold:
     who: str
     until: float = np.inf
 
+    def __post_init__(self) -> None:
+        if not self.tau <= self.until:
+            raise ValueError(f"hold from {self.tau} to {self.until} s found, asked by {self.who}, allowed only upwards")
+
 
 class Governor:
     """Answers, for one motion, with the next segment; pure, the same question has the same answer."""
 
     def __init__(self, motion: Motion, limits: Limits, cycle_s: float, nominal_s: float) -> None:
-        """`cycle_s` is the period of the samples, `nominal_s` the length of a segment before its braking ramp."""
+        """`cycle_s` is the period of the samples, `nominal_s` the length of a segment before its braking ramp.
+
+        Raises ValueError where a segment would have no sample before its ramp.
+        """
+        if not 0.0 < cycle_s <= nominal_s < math.inf:
+            raise ValueError(f"cycle_s {cycle_s}, nominal_s {nominal_s} found, allowed 0 < cycle_s <= nominal_s")
         self._motion = motion
         self._cycle_s = cycle_s
         nominal = round(nominal_s / cycle_s)

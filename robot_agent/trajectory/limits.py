@@ -1,6 +1,7 @@
 """The limits a motion keeps: joints and path, in the sets `plan` and `ramp`."""
 
-from dataclasses import dataclass
+import math
+from dataclasses import asdict, dataclass
 from typing import Self
 
 import numpy as np
@@ -28,6 +29,15 @@ class Limits:
     """Whether each joint slides; empty when all joints turn."""
     acceleration_down: NDArray[np.float64] | None = None
     """`(n,)` the largest towards lower values of each joint, where it is not the one towards higher values."""
+
+    def __post_init__(self) -> None:
+        """Raise ValueError for limits that are not finite and above 0, and for ramps softer than the plan."""
+        joints = {name: getattr(self, name) for name in ("velocity", "acceleration", "jerk", "acceleration_down")}
+        for name, found in {**joints, **asdict(self.path)}.items():
+            if found is not None and not (np.isfinite(found) & (np.asarray(found) > 0.0)).all():
+                raise ValueError(f"limits: {name} {found} found, allowed finite values above 0")
+        if not 1.0 <= self.ramp_factor < math.inf:
+            raise ValueError(f"limits: ramp_factor {self.ramp_factor} found, allowed from 1")
 
     @classmethod
     def of(cls, description: RobotDescription) -> Self:

@@ -1,5 +1,6 @@
 """Planning: blocks of geometry become one motion within the limits, without a stop where none is needed."""
 
+import math
 from dataclasses import replace
 from itertools import groupby
 
@@ -7,7 +8,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robot_agent.kinematics import Model
-from robot_agent.kinematics.choice import joint_violation
 from robot_agent.paths import JointMove, Line, PathError, Sequence, Spline
 from robot_agent.paths.legs import FlangeMove, legs
 from robot_agent.paths.pose_path import PosePath, pose_paths
@@ -19,6 +19,7 @@ from robot_agent.trajectory.errors import PlanError
 from robot_agent.trajectory.follow import follow
 from robot_agent.trajectory.gaussian import filtered_onward
 from robot_agent.trajectory.independent import Independent
+from robot_agent.trajectory.inputs import check_poses_of, check_range, check_start, check_target
 from robot_agent.trajectory.joint_path import JointPath, Stretch
 from robot_agent.trajectory.law import Timed
 from robot_agent.trajectory.limits import Limits
@@ -50,12 +51,16 @@ def plan(
     the limits, they rest where that motion does, and `transitions` says why.
 
     It rests between blocks only where they do not meet tangentially and have no round edge. `cycle_s` is the period of
-    the set points. Raises PlanError with block, program line, reason and, where they apply, joint, limit and pose.
+    the set points. Raises PlanError with block, program line, reason and, where they apply, joint, limit and pose;
+    ValueError for a period that is none.
     """
+    if not 0.0 < cycle_s < math.inf:
+        raise ValueError(f"plan: cycle_s {cycle_s} found, allowed a finite time above 0")
     paths = _Paths(model, sequence, limits)
     if isinstance(start, Moving):
         return _onward(model, paths, limits, start, cycle_s)
     start = np.array(start, dtype=np.float64)
+    check_start(model, sequence.blocks[0], start)
     runs = paths.runs(start)
     return assembled(model, Kept.nothing(start), len(sequence), runs, in_time(model, runs, limits), cycle_s)
 
@@ -174,7 +179,7 @@ class _Paths:
             return None
         if not isinstance(following, JointMove) or not following.synchronised:
             return None
-        self._check_target(index + 1, following)
+        check_target(self._model, index + 1, following)
         return self._direction(q, following.target - q)
 
     def _direction(self, q: NDArray[np.float64], way: NDArray[np.float64]) -> NDArray[np.float64] | None:
@@ -191,18 +196,12 @@ class _Paths:
         departure: NDArray[np.float64] | None,
     ) -> list[PosePath]:
         for index, block in blocks:
-            self._check_poses(index, block)
+            check_poses_of(index, block)
         try:
             made = legs(blocks, self._model.forward(q), arrival, departure)
             return pose_paths(made, self._limits.shaping.blend_m)
         except PathError as error:
             raise PlanError(error.block, self._blocks[error.block].line, error.reason, error.hint) from error
-
-    def _check_poses(self, index: int, block: FlangeMove) -> None:
-        names = ("target_pose", "via_pose", "poses")
-        for pose in [np.asarray(getattr(block, name)) for name in names if hasattr(block, name)]:
-            if pose.shape[-2:] != (4, 4) or not np.isfinite(pose).all():
-                raise PlanError(index, block.line, "the target is not a finite pose", "check the target's values")
 
     def _follow(self, path: PosePath, start: NDArray[np.float64]) -> JointPath:
         def refuse(
@@ -230,10 +229,10 @@ class _Paths:
 
     def _joint_move(self, index: int, block: JointMove, start: NDArray[np.float64]) -> JointPath | Independent | None:
         """A straight line in joint space, or every joint by itself; None where it goes nowhere."""
-        self._check_target(index, block)
+        check_target(self._model, index, block)
         travel = block.target - start
         moving = np.abs(travel) > 1e-12
-        self._check_range(index, block, moving)
+        check_range(self._model, index, block, moving)
         if not moving.any():
             return None
         length = float(np.linalg.norm(travel / self._limits.velocity))
@@ -260,23 +259,6 @@ class _Paths:
             np.column_stack([qd, way]),
             np.column_stack([np.zeros_like(q), change]),
         )
-
-    def _check_target(self, index: int, block: JointMove) -> None:
-        found = np.asarray(block.target)
-        if found.shape != (self._model.n,) or not np.isfinite(found).all():
-            reason = f"the target {found.tolist()} is not {self._model.n} finite joint values"
-            hint = f"give one value for each of {', '.join(self._model.joint_names)}"
-            raise PlanError(index, block.line, reason, hint)
-
-    def _check_range(self, index: int, block: JointMove, moving: NDArray[np.bool_]) -> None:
-        """Refuse targets outside the range of a joint; one that already stands outside may stay there."""
-        for joint in np.flatnonzero(moving):
-            name, value = self._model.joint_names[joint], block.target[joint]
-            low, high = self._model.limits.position[joint]
-            if not low - 1e-9 <= value <= high + 1e-9:
-                reason = str(joint_violation(self._model, int(joint), float(value)))
-                hint = "choose a target inside the joint's range"
-                raise PlanError(index, block.line, reason, hint, joint=name, limit="position")
 
 
 def _stops_for(block: Block) -> str:

@@ -31,9 +31,11 @@ _BEGIN = 0.9
 """The squared rate that the search begins with."""
 _AROUND = 3
 _ATTEMPTS = 4
-_ROUNDS = 5
-_SETTLED = 1.15
-"""A motion so much slower than the one it was sampled by is sampled anew, now that it is known where time passes."""
+_ROUNDS = (FINE, *4 * (2.0 * FINE,))
+"""Intervals per ramp of the acceleration with which a motion is sampled, and sampled anew."""
+_SETTLED = (0.8, 1.05)
+"""A motion that takes less or more times as long as the one it was sampled by is sampled anew: then it is known where
+time passes, which is where something small on the way makes it slow."""
 MARGIN = 1.001
 """Limits are divided by it, so that the search may stop when it is so near to them."""
 _ACCEPTED = 1.004
@@ -65,14 +67,15 @@ def fastest_of(paths: list[JointPath], limits: Limits) -> list[Timed]:
     laws = _coarsely(paths, bounds, ramp)
     made: dict[int, Timed] = {}
     waiting = list(range(len(paths)))
-    for _ in range(_ROUNDS):
-        bases = [law.resampled(ramp / FINE, MOST_INTERVALS) for law in laws]
+    for intervals in _ROUNDS:
+        bases = [law.resampled(ramp / intervals, MOST_INTERVALS) for law in laws]
         fine = _limited(bases, [bounds[k] for k in waiting]).tightened(np.full((3, 1), MARGIN))
         kept = _kept([paths[k] for k in waiting], bases, Search(fine, begin(fine)), limits)
         for number, (timed, _) in zip(waiting, kept, strict=True):
             if number not in made or timed.pieces.duration_s < made[number].pieces.duration_s:
                 made[number] = timed
-        again = [k for k, (timed, law) in enumerate(kept) if timed.pieces.duration_s > _SETTLED * law.base.duration_s]
+        slower = [timed.pieces.duration_s / law.base.duration_s for timed, law in kept]
+        again = [k for k, each in enumerate(slower) if not _SETTLED[0] < each < _SETTLED[1]]
         if not again:
             break
         waiting, laws = [waiting[k] for k in again], [kept[k][1] for k in again]

@@ -120,3 +120,8 @@ ML Y=250 F=200
     np.testing.assert_allclose(angles_to_the_path(first), -20.0, atol=0.1)
     rotations = last.pose(last.grid)[:, :3, :3]
     np.testing.assert_allclose(rotations, np.tile(rotations[0], (len(rotations), 1, 1)), atol=1e-5)
+
+
+def test_an_angle_of_the_tool_that_is_no_number_is_refused() -> None:
+    with pytest.raises(ValueError, match="line 5: angle of the tool inf"):
+        Line(np.eye(4), None, 5, tangential_rad=np.inf)

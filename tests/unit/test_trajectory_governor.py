@@ -133,6 +133,15 @@ def test_answer_is_the_same_for_the_same_question() -> None:
     np.testing.assert_array_equal(first.q, second.q)
 
 
+def test_what_makes_no_sense_is_refused_and_says_who_asked() -> None:
+    with pytest.raises(ValueError, match=r"rate nan found, asked by manager"):
+        RateRequest(np.nan, "manager")
+    with pytest.raises(ValueError, match=r"hold from 2.0 to 1.0 s found, asked by zone a"):
+        Hold(2.0, "zone a", until=1.0)
+    with pytest.raises(ValueError, match=r"nominal_s 0\.001"):
+        Governor(JOINTS, LIMITS, cycle_s=0.004, nominal_s=0.001)
+
+
 def test_joining_behind_the_end_of_a_lost_segment_starts_from_rest() -> None:
     drive = Drive(LONG)
     drive.run(lambda: drive.tau > 0.3)

@@ -12,7 +12,7 @@ from six_axis_arm import arm, description
 
 from cell.geometry import from_xyz_abc
 from robot_agent.model.description import JointLimits, PathLimits
-from robot_agent.paths import JointMove, Line, LineGeometry, Sequence
+from robot_agent.paths import Arc, Block, JointMove, Line, LineGeometry, Sequence, Spline
 from robot_agent.trajectory import Limits, Motion, PlanError, plan, s_curve
 
 ARM = arm()
@@ -29,7 +29,7 @@ def moved(offset: tuple[float, ...], turn: tuple[float, ...] = (0.0, 0.0, 0.0)) 
     return target
 
 
-def planned(*blocks: JointMove | Line, limits: Limits = LIMITS) -> Motion:
+def planned(*blocks: Block, limits: Limits = LIMITS) -> Motion:
     return plan(ARM, Sequence(blocks), limits, start=START)
 
 
@@ -278,9 +278,54 @@ def test_target_that_is_no_joint_vector_is_refused(target: np.ndarray) -> None:
         planned(JointMove(target, 1.0, 1))
 
 
-def test_target_that_is_no_pose_is_refused() -> None:
-    with pytest.raises(PlanError, match="not a finite pose"):
-        planned(Line(np.full((4, 4), np.nan), None, 1))
+TURNED = moved((0.1, 0.0, 0.0))
+MIRRORED = TURNED @ np.diag([-1.0, 1.0, 1.0, 1.0])
+
+
+@pytest.mark.parametrize(
+    ("block", "defect"),
+    [
+        (
+            Line(TURNED @ np.diag([2.0, 2.0, 2.0, 1.0]), None, 4),
+            "target_pose: the axes are not orthogonal",
+        ),
+        (Line(MIRRORED, None, 4), "target_pose: the axes are left-handed"),
+        (Line(np.full((4, 4), np.nan), None, 4), "target_pose: a value is not finite"),
+        (Line(np.eye(3), None, 4), "target_pose: found shape"),
+        (Arc(MIRRORED, TURNED, 4), "via_pose: the axes are left-handed"),
+        (Spline(np.stack([TURNED, MIRRORED]), 4), r"points\[1\]: the axes are left-handed"),
+        (Spline(TURNED, 4), r"shape \(4, 4\); give"),
+        (Spline(np.zeros((0, 4, 4)), 4), "at least one"),
+    ],
+)
+def test_pose_that_no_flange_can_have_is_refused_by_name(block: Block, defect: str) -> None:
+    with pytest.raises(PlanError, match=f"line 4, block 0: .*{defect}"):
+        planned(block)
+
+
+@pytest.mark.parametrize("start", [START[:5], np.append(START[:5], np.nan)], ids=["five joints", "not a number"])
+def test_start_that_is_no_joint_vector_is_refused(start: np.ndarray) -> None:
+    with pytest.raises(PlanError, match=r"line 1, block 0: the start .* is not 6 finite joint values"):
+        plan(ARM, Sequence([JointMove(START, 1.0, 1)]), LIMITS, start=start)
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [
+        ("velocity", np.zeros(6)),
+        ("jerk", np.full(6, np.inf)),
+        ("acceleration_down", np.full(6, -1.0)),
+        ("ramp_factor", 0.9),
+    ],
+)
+def test_limits_within_which_nothing_can_move_are_refused_by_name(name: str, value: object) -> None:
+    with pytest.raises(ValueError, match=f"limits: {name} .* found, allowed"):
+        replace(LIMITS, **{name: value})
+
+
+def test_a_period_that_is_none_is_refused() -> None:
+    with pytest.raises(ValueError, match="cycle_s 0"):
+        plan(ARM, Sequence([JointMove(START, 1.0, 1)]), LIMITS, start=START, cycle_s=0)
 
 
 def test_error_travels_between_processes() -> None:

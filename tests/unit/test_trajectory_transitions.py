@@ -259,7 +259,15 @@ SMALL = [
 def test_something_small_on_the_way_slows_the_robot_there_only(blocks: list[Block], bound_s: float) -> None:
     motion = planned(*blocks)
     assert stops(motion) == 0
-    assert motion.duration_s < 2.5 * bound_s + 0.2
+    assert motion.duration_s < 1.8 * bound_s + 0.2
+
+
+@pytest.mark.parametrize(("round_mm", "times"), [(0.1, 1.15), (0.5, 1.05), (1.0, 1.0)])
+def test_a_small_round_edge_takes_hardly_longer_than_a_stop(round_mm: float, times: float) -> None:
+    corner, behind = at(y_mm=100), Line(at(y_mm=100, z_mm=100), None, 2)
+    rounded, stopping = (planned(Line(corner, None, 1, round_m=each), behind) for each in (round_mm / 1000.0, None))
+    assert (stops(rounded), stops(stopping)) == (0, 1)
+    assert rounded.duration_s < times * stopping.duration_s
 
 
 def test_speed_of_a_joint_move_can_be_capped_in_metres() -> None:
