@@ -20,6 +20,9 @@ Refusal = Callable[[float, str, str, str | None, str | None, Numbers | None], Pl
 
 _TOLERANCE = 1e-6
 """Largest distance [m] and angle [rad] between the joints' curve and the path."""
+_CHORD = 0.1
+"""Share by which the joints' way from node to node may differ from the straight one."""
+_HALVED = 10.0
 _ROUNDS = 24
 _MOST_PARTS = 4
 _SPACING_M = 0.03
@@ -30,7 +33,7 @@ _EVEN, _LONG_M, _SUBDIVIDED = 0.01, 0.005, 4
 """The curvature is known in so many parts of a long interval where it bends by more than this share of the largest."""
 _FINEST_M = 1e-8
 _MOST_NODES = 6000
-_NEARLY_SINGULAR, _SINGULAR = 1e5, 1e12
+_SINGULAR = 1e12
 """Condition of the Jacobian."""
 _HINT = "use a joint move here, or move the corner away from the singular pose"
 _OUT_OF_REACH = (None, "move the line into the robot's reach")
@@ -92,9 +95,9 @@ class _Follower:
             if error.max() <= _TOLERANCE:
                 return replace(made, curvature=self._curvature(made))
             nodes = _divided(nodes, np.minimum(np.ceil(1.1 * (error / _TOLERANCE) ** (1.0 / 6.0)), _MOST_PARTS))
-        raise self._refuse(
-            float(nodes[0]), "the joints cannot follow this path closely enough", "split the move", None, None, None
-        )
+        where = float(nodes[int(np.argmax(error))])
+        reason = "the joints cannot follow this path closely enough"
+        raise self._refuse(where, reason, "split the move", None, None, self._path.poses(np.array([where]))[0])
 
     def _first_nodes(self) -> Numbers:
         borders = self._path.borders_m
@@ -109,11 +112,11 @@ class _Follower:
         while True:
             poses, twist, change = self._path.states(nodes)
             try:
-                q = (
-                    any_branch(self._model, poses, self._start)
-                    if self._flips
-                    else self._model.track(poses, self._start)
-                )
+                if not self._flips:
+                    q = self._model.track(poses, self._start)
+                    break
+                q, counts = any_branch(self._model, poses, self._start)
+                nodes, q, twist, change = (each[counts] for each in (nodes, q, twist, change))
                 break
             except TrackError as error:
                 index = error.index
@@ -125,9 +128,6 @@ class _Follower:
                 nodes = np.insert(nodes, index, (nodes[index - 1] + nodes[index]) / 2.0)
             except KinematicsError as error:
                 raise self._refuse(0.0, str(error), _HINT, None, None, None) from error
-        if self._flips:
-            keep = self._regular(q)
-            nodes, q, twist, change = (each[keep] for each in (nodes, q, twist, change))
         gap = np.abs(q[0] - self._start)
         if gap.max() > 1e-7:
             name = self._model.joint_names[int(np.argmax(gap))]
@@ -136,12 +136,6 @@ class _Follower:
         q = q.copy()
         q[0] = self._start
         return nodes, q, twist, change
-
-    def _regular(self, q: Numbers) -> NDArray[np.bool_]:
-        """Nodes `(k,)` to keep: not those where two branches of the wrist meet, the curve runs through them anyway."""
-        regular: NDArray[np.bool_] = np.linalg.cond(self._model.jacobian(q)) < _NEARLY_SINGULAR
-        regular[[0, -1]] = True
-        return regular
 
     def _through(self, nodes: Numbers, q: Numbers, twist: Numbers, change: Numbers) -> Followed:
         """The curve through exact states at the nodes, by the weighted length of the joints' way."""
@@ -190,14 +184,21 @@ class _Follower:
         return np.asarray(whole[np.argsort(whole[:, 0])])
 
     def _error(self, made: Followed) -> Numbers:
-        """Distance [m] or angle [rad] `(k - 1,)` from the path in the middle between nodes."""
+        """Distance [m] or angle [rad] `(k - 1,)` from the path in the middle between nodes.
+
+        More than is allowed, too, where the joints' way is not known: near a singular pose the wrist may turn far while
+        the flange hardly moves.
+        """
         middle = (made.parameter[:-1] + made.parameter[1:]) / 2.0
         place = made.pieces.position(middle)
         distance = place[:, -1] if self._on_the_spot else place[:, -2]
         poses = self._path.poses(distance)
         away = self._model.forward(place[:, :-2]) - poses
         turned = np.linalg.norm(away[:, :3, :3], axis=(1, 2)) / math.sqrt(2.0)
-        return np.asarray(np.maximum(np.linalg.norm(away[:, :3, 3], axis=1), turned))
+        chords = np.linalg.norm(np.diff(made.pieces.position(made.parameter)[:, :-2] / self._velocity, axis=0), axis=1)
+        ways = np.diff(made.parameter)
+        unknown = np.where(np.abs(ways - chords) > _CHORD * ways, _HALVED * _TOLERANCE, 0.0)
+        return np.asarray(np.max([np.linalg.norm(away[:, :3, 3], axis=1), turned, unknown], axis=0))
 
     def _derivatives(
         self, nodes: Numbers, q: Numbers, twist: Numbers, change: Numbers, jacobian: Numbers
@@ -218,9 +219,11 @@ class _Follower:
         except np.linalg.LinAlgError:
             inverse, condition = matrix, np.linalg.cond(matrix)
         if condition.max() > _SINGULAR:
-            where = float(nodes[int(np.argmax(condition))])
-            reason = "the path passes exactly through a singular pose, where a joint would have to turn instantly"
-            raise self._refuse(where, reason, _HINT, None, "velocity", self._path.poses(np.array([where]))[0])
+            worst = int(np.argmax(condition))
+            where, free = float(nodes[worst]), np.abs(np.linalg.svd(jacobian[worst])[2][-1])
+            name = self._model.joint_names[int(np.argmax(np.round(free / self._velocity, 6)))]
+            reason = f"the path passes exactly through a singular pose, where joint {name} would have to turn instantly"
+            raise self._refuse(where, reason, _HINT, name, "velocity", self._path.poses(np.array([where]))[0])
         return np.asarray(inverse if self._model.n == 6 else inverse @ transposed, dtype=np.float64)
 
 

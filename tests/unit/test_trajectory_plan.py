@@ -195,6 +195,29 @@ class TestWristSingularity:
         poses = motion.pose(motion.grid)
         np.testing.assert_allclose(poses[:, [0, 2], 3], [[1.755, 2.66]] * len(poses), atol=1e-5)
 
+    @pytest.mark.parametrize(("beside_m", "flips"), [(3e-8, False), (1e-6, False), (3e-6, True)])
+    def test_beside_it_the_motion_lasts_no_longer_than_the_wrist_needs(self, beside_m: float, flips: bool) -> None:
+        """Of half a turn within a hair, to one side of the middle: J4 needs less than 3 s for it."""
+        _, line = self.line(2.66 + beside_m)
+        first = line.target_pose.copy()
+        first[1, 3] = -0.137
+        start = ARM.solve(first, near=np.radians([-5.0, 0.0, 0.0, 90.0, 5.0, -90.0]))
+        flipping = replace(line, wrist_may_flip=flips)
+        motion = plan(arm(position_deg=720.0), Sequence([flipping]), LIMITS, start=start)
+        assert_inside_limits(motion)
+        assert motion.duration_s < 6.2
+        poses = motion.pose(motion.grid)
+        np.testing.assert_allclose(poses[:, [0, 2], 3], [[1.755, 2.66 + beside_m]] * len(poses), atol=1e-5)
+
+    @pytest.mark.parametrize("name", ["J4", "J6"])
+    def test_a_line_that_begins_in_the_singular_pose_names_the_joint_that_would_have_to_turn(self, name: str) -> None:
+        target = ARM.forward(np.zeros(6))
+        target[0, 3] -= 0.05
+        limits = replace(LIMITS, velocity=np.where(np.array(ARM.joint_names) == name, 1.0, 2.0))
+        with pytest.raises(PlanError, match=f"joint {name} would have to turn instantly") as caught:
+            plan(ARM, Sequence([Line(target, None, 5)]), limits, start=np.zeros(6))
+        assert (caught.value.joint, caught.value.limit) == (name, "velocity")
+
     def part(self, y: float, flips: bool) -> Line:
         _, line = self.line(2.66)
         pose = line.target_pose.copy()
