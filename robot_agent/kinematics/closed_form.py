@@ -77,7 +77,7 @@ class ClosedForm(Model):
             tilt_rad=tilt.reshape(leading),
         )
 
-    def _placed(self, raw: Raw, held: Array, valid: Flags, out: Array) -> Flags:
+    def _placed(self, raw: Raw, held: Sequence[Array] | Array, valid: Flags, out: Array) -> Flags:
         """Write joints, each at its turn, to `out` `(n, *slots, p)`; return which `(*slots, p)` are in limits."""
         missing, in_limits = np.where(valid, 0.0, np.nan), valid.copy()
         for i, values in enumerate(raw.joints):

@@ -4,11 +4,12 @@ Lengths: a1x and a2x the arms, a1z and a2z their heights, a4z the lift of the sp
 Frigeni, appendix, with (A-55) and (A-70) corrected: the lift is a4z per turn.
 """
 
+from collections.abc import Sequence
 from typing import ClassVar
 
 import numpy as np
 
-from cell.geometry.arrays import Array
+from cell.geometry.arrays import Array, Flags
 from robot_agent.kinematics.chain import Chain, Step
 from robot_agent.kinematics.closed_form import ClosedForm, Raw
 from robot_agent.kinematics.problems import checked_lengths
@@ -63,6 +64,10 @@ class Scara(ClosedForm, SerialModel):
         unwrapped = super().continuous(joints)
         unwrapped[:, 2] -= self._lift * (unwrapped[:, 3] - joints[:, 3])
         return unwrapped
+
+    def _placed(self, raw: Raw, held: Sequence[Array] | Array, valid: Flags, out: Array) -> Flags:
+        """As for every model; J4 stays at the turn with which J3 was worked out."""
+        return super()._placed(raw, [*held[:3], raw.joints[3]], valid, out)
 
     def _spindle(self, turn: Array, height: Array, held_j4: Array) -> tuple[Array, Array]:
         """J4 and J3 for a heading `turn` [rad] and a height [m], `(branch, pose)`.

@@ -32,7 +32,8 @@ _FEWEST_PARTS = 16
 _EVEN, _LONG_M, _SUBDIVIDED = 0.01, 0.005, 4
 """The curvature is known in so many parts of a long interval where it bends by more than this share of the largest."""
 _FINEST_M = 1e-8
-_MOST_NODES = 6000
+_MOST_NODES, _MOST_OF_ALL = 6000, 100_000
+"""To find where the wrist turns fast; on any path."""
 _SINGULAR = 1e12
 """Condition of the Jacobian."""
 _HINT = "use a joint move here, or move the corner away from the singular pose"
@@ -94,6 +95,8 @@ class _Follower:
             error = self._error(made)
             if error.max() <= _TOLERANCE:
                 return replace(made, curvature=self._curvature(made))
+            if len(nodes) > _MOST_OF_ALL:
+                break
             nodes = _divided(nodes, np.minimum(np.ceil(1.1 * (error / _TOLERANCE) ** (1.0 / 6.0)), _MOST_PARTS))
         where = float(nodes[int(np.argmax(error))])
         reason = "the joints cannot follow this path closely enough"

@@ -1,9 +1,14 @@
 """The choice of a turn, against trying all turns."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
+from robot_agent.kinematics import TrackError, load_model
 from robot_agent.kinematics.turns import nearest_turn
+
+SCARA = load_model(Path(__file__).parents[2] / "cell_configs" / "models" / "scara.yaml")
 
 RNG = np.random.default_rng(8)
 TURNS = 2 * np.pi * np.arange(-8, 9)
@@ -29,3 +34,20 @@ def test_an_angle_at_its_limit_is_inside_on_either_side() -> None:
     placed, inside = nearest_turn(angles, np.zeros(1), -np.pi, np.pi)
     assert inside.all()
     assert abs(placed).max() <= np.pi + 1e-9
+
+
+def test_a_spindle_that_lifts_as_it_turns_reaches_a_height_with_the_turn_that_it_names() -> None:
+    """Up to one turn's lift (20 mm) above and below what J3 reaches at the turn nearest to home."""
+    poses = np.repeat(SCARA.forward(SCARA.home)[None], 41, axis=0)
+    lowest, highest = SCARA.limits.position[2]
+    poses[:, 2, 3] += np.linspace(lowest - 0.02, highest + 0.02, 41)
+    solutions = SCARA.inverse(poses, near=SCARA.home)
+    assert solutions.in_limits.all()
+    np.testing.assert_allclose(SCARA.forward(solutions.joints), np.repeat(poses[:, None], 2, axis=1), atol=1e-9)
+
+
+def test_a_spindle_does_not_turn_on_the_way_to_go_on_where_its_slide_ends() -> None:
+    poses = np.repeat(SCARA.forward(SCARA.home)[None], 21, axis=0)
+    poses[:, 2, 3] += np.linspace(0.0, 0.05, 21)
+    with pytest.raises(TrackError, match=r"joint J3 would need 42.50 mm, allowed -150.00 to 40.00"):
+        SCARA.track(poses, SCARA.home)
