@@ -22,6 +22,8 @@ _TOLERANCE = 1e-6
 """Largest distance [m] and angle [rad] between the joints' curve and the path."""
 _CHORD = 0.1
 """Share by which the joints' way from node to node may differ from the straight one."""
+_NO_WAY = 1e-6
+"""A difference [s at full speed] that does not matter."""
 _HALVED = 10.0
 _ROUNDS = 24
 _MOST_PARTS = 4
@@ -32,7 +34,7 @@ _FEWEST_PARTS = 16
 _EVEN, _LONG_M, _SUBDIVIDED = 0.01, 0.005, 4
 """The curvature is known in so many parts of a long interval where it bends by more than this share of the largest."""
 _FINEST_M = 1e-8
-_MOST_NODES, _MOST_OF_ALL = 6000, 100_000
+_MOST_NODES, _MOST_OF_ALL = 6000, 40_000
 """To find where the wrist turns fast; on any path."""
 _SINGULAR = 1e12
 """Condition of the Jacobian."""
@@ -100,7 +102,8 @@ class _Follower:
             nodes = _divided(nodes, np.minimum(np.ceil(1.1 * (error / _TOLERANCE) ** (1.0 / 6.0)), _MOST_PARTS))
         where = float(nodes[int(np.argmax(error))])
         reason = "the joints cannot follow this path closely enough"
-        raise self._refuse(where, reason, "split the move", None, None, self._path.poses(np.array([where]))[0])
+        hint = "give the flange more way there to turn, by another R or R=0 too, or split the move"
+        raise self._refuse(where, reason, hint, None, None, self._path.poses(np.array([where]))[0])
 
     def _first_nodes(self) -> Numbers:
         borders = self._path.borders_m
@@ -200,7 +203,7 @@ class _Follower:
         turned = np.linalg.norm(away[:, :3, :3], axis=(1, 2)) / math.sqrt(2.0)
         chords = np.linalg.norm(np.diff(made.pieces.position(made.parameter)[:, :-2] / self._velocity, axis=0), axis=1)
         ways = np.diff(made.parameter)
-        unknown = np.where(np.abs(ways - chords) > _CHORD * ways, _HALVED * _TOLERANCE, 0.0)
+        unknown = np.where(np.abs(ways - chords) > np.maximum(_CHORD * ways, _NO_WAY), _HALVED * _TOLERANCE, 0.0)
         return np.asarray(np.max([np.linalg.norm(away[:, :3, 3], axis=1), turned, unknown], axis=0))
 
     def _derivatives(

@@ -13,7 +13,7 @@ from six_axis_arm import arm, description
 from cell.geometry import from_xyz_abc
 from robot_agent.model.description import JointLimits, PathLimits
 from robot_agent.paths import Arc, Block, JointMove, Line, LineGeometry, Sequence, Spline
-from robot_agent.trajectory import Limits, Motion, PlanError, plan, s_curve
+from robot_agent.trajectory import Limits, Motion, PlanError, follow, plan, s_curve
 
 ARM = arm()
 LIMITS = Limits.of(description())
@@ -299,6 +299,17 @@ def test_line_out_of_reach_is_a_plan_error_with_its_pose() -> None:
 def test_target_that_is_no_joint_vector_is_refused(target: np.ndarray) -> None:
     with pytest.raises(PlanError, match="6 finite joint values"):
         planned(JointMove(target, 1.0, 1))
+
+
+def test_a_path_that_would_need_joints_without_end_is_refused_where_they_are_missing(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(follow, "_TOLERANCE", 1e-17)  # nothing is as exact
+    monkeypatch.setattr(follow, "_MOST_OF_ALL", 1000)
+    monkeypatch.setattr(follow, "_ROUNDS", 1000)
+    with pytest.raises(PlanError, match=r"line 4, block 0 at X .*cannot follow this path closely enough") as caught:
+        planned(Line(moved((0.3, 0.6, -0.3), (0.3, 0.4, 0.3)), None, 4))
+    assert caught.value.pose is not None
 
 
 TURNED = moved((0.1, 0.0, 0.0))
