@@ -27,7 +27,7 @@ def output(
 ) -> None:
     """Switch a digital output of a robot's drives by hand; without its name list them all.
 
-    Look first: a gripper that opens drops its part, also in a fault, and whoever holds the part. Nothing else moves by
+    Look first: a gripper that opens drops its part, one that closes pinches, also in a fault. Nothing else moves by
     this. Refused while the robot moves or its program runs, and where the output's node is not operational. The
     program's next SET DO or RESET DO switches it again. No safety function.
     """
