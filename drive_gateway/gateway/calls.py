@@ -58,7 +58,7 @@ class Calls:
         process: what `who` tells besides role, name and boot.
         robots: on this bus, by name.
         scan: of the bus.
-        command_s: an operator who switches an output has seen a state of the gateway that is no older than this [s].
+        seen_s: an operator who switches an output has seen a state of the gateway that is no older than this [s].
     """
 
     def __init__(
@@ -69,7 +69,7 @@ class Calls:
         process: str,
         robots: Mapping[str, Robot],
         scan: Scan,
-        command_s: float,
+        seen_s: float,
     ) -> None:
         self._gateway = gateway
         self._boot = boot
@@ -81,7 +81,7 @@ class Calls:
             {drive.node.id: robot.group for robot in robots.values() for drive in robot.group.nodes}
         )
         self._scan = scan
-        self._command_s = command_s
+        self._seen_s = seen_s
         self._states = Sent(boot)
         nodes = {(drive.axis.node_id, drive.axis.number): drive.node for drive in self._drives}
         self._faults = FaultOrders(gateway, nodes)
@@ -167,12 +167,12 @@ class Calls:
     def _too_old(self, call: Call) -> str:
         """Why a call is not carried out any more: what its operator looked at is long over; empty when it is young."""
         age_s = self._states.age(call.heard, self._now)
-        if age_s <= self._command_s:
+        if age_s <= self._seen_s:
             return ""
         found = "no longer known" if age_s == inf else f"{age_s:.2f} s old"
         return (
             f"the call is too old to be carried out: it answers a state of gateway {self._gateway} that is {found}, "
-            f"{self._command_s:g} s are allowed; look at the robot, then call again"
+            f"{self._seen_s:g} s are allowed; look at the robot, then call again"
         )
 
     def _claim(self, robot: Robot, command: Claim) -> tuple[bool, str, ClaimGrant | None]:

@@ -80,7 +80,8 @@ class GatewayCore:
             drive.image.inputs.cob_id: drive for drive in self._drives if drive.image.inputs is not None
         }
         self._scan = Scan(self._nodes)
-        self._calls = Calls(settings.name, boot, digest, process, self._robots, self._scan, times.command_s)
+        seen_s = times.command_s + STATE_PERIOD_S
+        self._calls = Calls(settings.name, boot, digest, process, self._robots, self._scan, seen_s)
         self._estop = EstopLatch()
         self._buttons = EstopButtons(settings.name, boot)
         self._lateness = Lateness(settings.cycle_s)

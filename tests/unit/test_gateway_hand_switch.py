@@ -192,7 +192,7 @@ def test_an_unknown_output_is_told_with_those_that_exist() -> None:
 
 
 @pytest.mark.parametrize(
-    ("boot", "wait_s", "found"), [("g1", TIMES.command_s + 0.1, "s old"), ("g0", 0.0, "no longer known")]
+    ("boot", "wait_s", "found"), [("g1", TIMES.command_s + 0.3, "s old"), ("g0", 0.0, "no longer known")]
 )
 def test_an_order_that_was_long_on_its_way_or_is_for_another_run_of_the_gateway_switches_nothing(
     boot: str, wait_s: float, found: str
