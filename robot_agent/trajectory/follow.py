@@ -29,6 +29,7 @@ _ROUNDS = 24
 _MOST_PARTS = 4
 _SPACING_M = 0.03
 _SPACING_RAD = 0.1
+_LOOKED_AT = np.linspace(0.0, 1.0, 5)
 _FEWEST_PARTS = 16
 """Of each curve of the path at first, which mostly is fine enough: to divide them all once more takes longer."""
 _EVEN, _LONG_M, _SUBDIVIDED = 0.01, 0.005, 4
@@ -107,10 +108,12 @@ class _Follower:
 
     def _first_nodes(self) -> Numbers:
         borders = self._path.borders_m
-        turned = self._path.orientation.turns
-        rate = max(turn.rate_rad_m for turn in turned)
+        places = borders[:-1, None] + np.diff(borders)[:, None] * _LOOKED_AT
+        twist = self._path.states(places.ravel())[1]
+        rate = np.linalg.norm(twist[:, 3:], axis=1).reshape(places.shape).max(axis=1)
         spacing = _SPACING_RAD if self._on_the_spot else _SPACING_M
-        steps = np.diff(borders) * max(rate / _SPACING_RAD, 1.0 / spacing)
+        turned = np.minimum(np.diff(borders) * rate / _SPACING_RAD, _MOST_NODES)
+        steps = np.maximum(np.diff(borders) / spacing, turned)
         return _divided(borders, np.maximum(np.ceil(steps), _FEWEST_PARTS))
 
     def _tracked(self, nodes: Numbers) -> tuple[Numbers, Numbers, Numbers, Numbers]:

@@ -9,6 +9,8 @@ from random_moves import LIMITS, MODEL, START
 from cell.geometry import from_xyz_abc
 from robot_agent.paths import Arc, Block, JointMove, Line, Sequence, Spline
 from robot_agent.trajectory import Motion, PlanError, plan
+from robot_agent.trajectory.joint_path import JointPath
+from robot_agent.trajectory.plan import _Paths
 
 HERE = MODEL.forward(START)
 
@@ -260,6 +262,14 @@ def test_something_small_on_the_way_slows_the_robot_there_only(blocks: list[Bloc
     motion = planned(*blocks)
     assert stops(motion) == 0
     assert motion.duration_s < 1.8 * bound_s + 0.2
+
+
+def test_a_turn_that_is_not_quite_on_the_spot_asks_for_few_nodes_on_the_lines_beside_it() -> None:
+    """As it comes from places that are rounded."""
+    moves = [Line(at(y_mm=100), None, 1), Line(at(y_mm=100.01, turn_deg=20), None, 2)]
+    (path,) = _Paths(MODEL, Sequence([*moves, Line(at(y_mm=200, turn_deg=20), None, 3)]), LIMITS).runs(START)
+    assert isinstance(path, JointPath)
+    assert len(path.pieces.knots) < 500
 
 
 @pytest.mark.parametrize(("round_mm", "times"), [(0.1, 1.15), (0.5, 1.05), (1.0, 1.0)])
