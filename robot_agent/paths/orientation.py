@@ -45,8 +45,8 @@ class Window:
 class Orientation:
     """Turns in order; `windows[k]` leads from turn k to turn k + 1 and they do not overlap.
 
-    Inside a window the orientation is the way from one turn to the other, by a share that rises smoothly. Where both turns meet inside the window the orientation is exactly theirs there: blending costs no
-    deviation at a via point.
+    Inside a window the orientation is the way from one turn to the other, by a share that rises smoothly. Where both
+    turns meet inside the window the orientation is exactly theirs there: blending costs no deviation at a via point.
     """
 
     turns: tuple[Turn, ...]
