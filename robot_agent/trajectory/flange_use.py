@@ -22,10 +22,8 @@ from robot_agent.trajectory.pieces import Pieces
 
 Flags = NDArray[np.bool_]
 
-SLOWEST_RAD_S = float(np.radians(1.0))
-"""Where the flange turns slower than this, its turn reverses: there the last term is that of this angular speed."""
-_SLOWEST = np.array([[1e-3], [SLOWEST_RAD_S]])
-"""[m/s], [rad/s]; the way of the flange does not reverse but at rest."""
+_SLOWEST = np.array([[1e-3], [np.radians(1.0)]])
+"""[m/s], [rad/s]: a flange that is slower reverses; there the last term is that of this speed."""
 _STILL = 1e-12
 _CLOSE = 0.96
 """Of a limit: the twists at the knots tell it to some per cent."""

@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from commanded_geometry import blended_m, curves, deviations_m, outside_of_corners
+from flange_shares import flange_shares
 from random_moves import LIMITS, MODEL, START, decorated, sequence
 
 from robot_agent.paths import Block, JointMove, Sequence
@@ -19,9 +20,6 @@ from robot_agent.trajectory.shaped import in_time
 DT = 0.004
 ALLOWED = np.stack([LIMITS.velocity, LIMITS.acceleration, LIMITS.jerk])
 EXCESS = 1.001
-STEP_S = 2.5e-4
-SLOWEST = np.array([1e-3, np.radians(1.0)])
-"""Speed and angular speed below which the flange reverses, as docs/motion.md says."""
 IN_TEST, IN_ALL = range(16), 216
 DECORATED_IN_TEST, DECORATED_IN_ALL = (10, 22, 56), 203
 WORSE = 1.005
@@ -121,24 +119,8 @@ def assert_flange_inside_its_speeds(moves: Sequence, motion: Motion, taus: list[
 
 
 def assert_flange_inside_its_acceleration_and_jerk(moves: Sequence, motion: Motion) -> None:
-    """By differences of its twist, wherever the motion is a move of the flange."""
-    path = LIMITS.path
-    around = np.arange(STEP_S, motion.duration_s - STEP_S, 0.003)[:, None] + STEP_S * np.array([-1.0, 0.0, 1.0])
-    held = np.array([not isinstance(each, JointMove) for each in moves.blocks])
-    around = around[held[motion.block_at(around)].all(axis=1)]
-    twist = (MODEL.jacobian(motion.q(around)) @ motion.qd(around)[..., None])[..., 0]
-    before, here, after = np.moveaxis(twist.reshape(*around.shape, 2, 3), 1, 0)
-    change, third = (after - before) / (2.0 * STEP_S), (after - 2.0 * here + before) / STEP_S**2
-    speed = np.linalg.norm(here, axis=2)
-    way = here / np.maximum(speed, 1e-9)[..., None]
-    along = (change * way).sum(axis=2)
-    across = np.linalg.norm(change - along[..., None] * way, axis=2)
-    jerk = (third * way).sum(axis=2) + across**2 / np.maximum(speed, SLOWEST)
-    acceleration = np.array([path.acceleration_m_s2, path.angular_acceleration_rad_s2])
-    assert (np.abs(along) <= EXCESS * acceleration).all()
-    assert (across[:, 0] <= EXCESS * path.acceleration_m_s2).all()
-    used = np.abs(jerk) / np.array([path.jerk_m_s3, path.angular_jerk_rad_s3])
-    assert (used <= EXCESS).all(), f"jerk {np.sort(used, axis=0)[-3:]} of the flange's limits"
+    used = flange_shares(motion, LIMITS.path, [not isinstance(each, JointMove) for each in moves.blocks], every_s=0.003)
+    assert (used <= EXCESS).all(), f"along, across, jerk: {np.sort(used, axis=0)[-3:]} of the flange's limits"
 
 
 def caps(block: Block) -> np.ndarray:
