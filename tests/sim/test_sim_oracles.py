@@ -26,7 +26,7 @@ def test_two_bodies_in_the_zone_are_noticed(monkeypatch: pytest.MonkeyPatch) -> 
 
 @pytest.mark.usefixtures("agents_ignore_grants")
 def test_the_manager_stops_agents_that_ignore_grants_before_their_bodies_meet() -> None:
-    outcome = run_scenario(1, CALM, longest_s=10.0)
+    outcome = run_scenario(1, CALM, longest_s=6.0)
     assert any(event.code == "zone_breach" for event in outcome.world.seen.events)
 
 
