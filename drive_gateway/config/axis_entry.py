@@ -12,6 +12,7 @@ from drive_gateway.canopen.axis_objects import AXES
 from drive_gateway.config.object_address import ObjectAddress, address_of
 from drive_gateway.config.own_objects import OwnObjects
 from drive_gateway.config.settings import (
+    BRAKE_S,
     DELAY_CYCLES,
     AxisSettings,
     EncoderSettings,
@@ -111,6 +112,12 @@ class AxisEntry(BaseModel):
         le=50,
         description="cycles from a sample on the bus to the position that shows it, for the gateway's following error",
     )
+    brake_s: float = Field(
+        default=BRAKE_S,
+        ge=0,
+        le=0.5,
+        description="how long motor and holding brake hold together, while it opens and while it closes; 0: no brake",
+    )
     simulated_start: Number = Field(description="where a simulated drive stands when it is switched on")
     encoder: Literal["absolute", "incremental"] = Field(
         default="absolute", description="incremental: the axis must home after each start of its drive"
@@ -204,6 +211,7 @@ class AxisEntry(BaseModel):
             following_window=self.following_window,
             following_time_s=self.following_time_s,
             delay_cycles=self.delay_cycles,
+            brake_s=self.brake_s,
             simulated_start=self.simulated_start,
             index_counts=self.counts_per_turn,
             linear=self.linear,

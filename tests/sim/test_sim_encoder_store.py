@@ -13,7 +13,7 @@ ENCODER = EncoderSettings(
     counts_per_turn=TURN, window=TURN // 16, serial=(0x2010, 1), status=(0x2010, 2), battery_mask=1
 )
 AXES = settings(
-    axis("J1", 1, absolute=ENCODER, homing=homing(35, 0.5)),
+    axis("J1", 1, absolute=ENCODER, homing=homing(35, 0.5), brake_s=0.3),
     axis("J2", 2, absolute=ENCODER, counts_per_unit=-80_000.0),
 )
 
@@ -53,7 +53,7 @@ def test_nothing_is_stored_while_the_robot_has_torque_or_before_its_brakes_hold(
     world = GatewayBench(AXES)
     world.until(lambda: world.state is not None and world.state.ready)
     owner = world.enabled()
-    world.run(0.4)
+    world.run(0.1)
     assert not world.stored
     assert world.ask(DisableDrives("left", owner)).ok
     world.run(0.2)

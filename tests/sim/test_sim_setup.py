@@ -123,6 +123,17 @@ def test_what_cannot_be_done_is_refused_with_what_is_allowed(command: Home | Mov
     assert text in bench().ask(command).text
 
 
+def test_an_axis_moves_when_its_brake_has_had_the_time_to_open() -> None:
+    world = GatewayBench(settings(axis("J1", 1, brake_s=0.2)))
+    world.ready()
+    assert world.ask(MoveAxes("left", {"J1": 0.1}, True, 1.0, False)).ok
+    world.holder = "left"
+    world.until(lambda: world.feedback.axes[0] is AxisStatus.OPERATION_ENABLED)
+    enabled, place = world.now, places(world)[0]
+    world.until(lambda: places(world)[0] != place)
+    assert 0.2 <= world.now - enabled < 0.25
+
+
 def test_an_enabled_robot_is_not_set_up() -> None:
     world = GatewayBench(settings(axis("J1", 1)))
     world.ready()
