@@ -215,7 +215,7 @@ class GatewayCore:
         limit = self._settings.overrun_limit_s
         text = f"bus cycle {lateness:.3f} s late, allowed {limit} s"
         for robot in self._robots.values():
-            if robot.group.playout.live:
+            if robot.group.playout.live or robot.group.setup.motion is not None:
                 robot.group.fault(Trouble("late_cycle", text, "take load off this host"), now)
 
     # State

@@ -134,6 +134,18 @@ def test_an_axis_moves_when_its_brake_has_had_the_time_to_open() -> None:
     assert 0.2 <= world.now - enabled < 0.25
 
 
+def test_a_late_cycle_ends_it() -> None:
+    """A profile velocity would run on beyond its stop time by as much."""
+    world = GatewayBench(settings(axis("J1", 1)))
+    world.ready()
+    assert world.ask(MoveAxes("left", {"J1": 0.3}, True, 1.0, True)).ok
+    world.holder = "left"
+    world.until(lambda: world.feedback.velocity[0] > 0.3)
+    world.cycle(late_s=0.03)
+    world.until(lambda: world.feedback.axes[0] is AxisStatus.QUICK_STOP_ACTIVE, within_s=0.05)
+    assert "late_cycle" in world.codes()
+
+
 def test_an_enabled_robot_is_not_set_up() -> None:
     world = GatewayBench(settings(axis("J1", 1)))
     world.ready()

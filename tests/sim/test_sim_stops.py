@@ -217,6 +217,23 @@ def test_an_axis_that_slips_after_a_fault_is_named_and_keeps_the_robot_in_fault(
     assert world.ask(Claim("left", "b", "d")).ok
 
 
+def test_an_axis_that_slips_while_its_robot_is_off_is_named_and_nothing_else_is_done() -> None:
+    world = GatewayBench(settings(axis("J1", 1), axis("J2", 2)))
+    world.ready()
+    world.events.clear()
+    servo = world.bus.nodes[1].drives[0].servo
+    servo.rest = lambda step_s, _brake: servo.jump(round(10_000 * step_s))
+    world.run(0.4)
+    assert not world.events, "less than its window of 5000 counts"
+    world.run(0.2)
+    assert [event.code for event in world.events] == ["moves_without_torque"]
+    assert world.events[0].severity is Severity.ALARM
+    assert "node 1 (left J1) moves without torque: its brake does not hold" in world.events[0].text
+    world.run(0.5)
+    assert len(world.events) == 2
+    assert world.feedback.state is PlayoutState.FOLLOWING
+
+
 # Drives that were not switched off, and drives that mask their fault
 
 
