@@ -94,7 +94,7 @@ class AxisEntry(BaseModel):
 
     model_config = STRICT
     type: Literal["rotary", "linear"] = Field("rotary", description="rotary, or linear for an axis that slides")
-    node: int = Field(ge=1, le=127, description="CANopen node-ID, 1 to 127")
+    node: int = Field(ge=1, le=127, description="CANopen node-ID, 1 to 126")
     axis: int = Field(default=1, ge=1, le=AXES, description="which axis of its node, 1 to 3")
     feed: PositiveLength | None = Field(None, description="way of a linear axis per turn behind the gear")
     gear: float = Field(ge=1e-3, le=1e6, description="motor turns per turn of the axis, or of what drives a linear one")

@@ -12,6 +12,8 @@ DELAY_CYCLES = 2
 """A sample acts with the SYNC behind it, and an axis without lag has reached it at the next one, which shows it."""
 BRAKE_S = 0.3
 """Longest overlap of motor and holding brake that is usual."""
+SETUP_SHARE = 0.25
+"""Share of an axis' speed and acceleration that motions of the drive's own may use."""
 MOTOR_SPEED_RESERVE = 1.2
 """A motor may turn so much faster than set points ask for, to catch up a lag."""
 
