@@ -10,7 +10,7 @@ from drive_gateway.canopen.frame import CanFrame
 from drive_gateway.canopen.pdo_map import CONTROLWORD, INPUTS, STATUS, STATUS_WITH_TORQUE, TARGET_POSITION
 from drive_gateway.canopen.profile_pdos import TARGET_VELOCITY, ProfileSender
 from drive_gateway.canopen.sdo import SdoDone
-from drive_gateway.cia402.state_machine import WARNING, decode
+from drive_gateway.cia402.state_machine import REMOTE, WARNING, decode
 from drive_gateway.config.image import INPUTS_EVERY, image_of
 from drive_gateway.config.settings import AxisSettings, GatewaySettings
 from drive_gateway.gateway.node import Node
@@ -125,7 +125,8 @@ class Drive:
             return f"{self.label}: {self.node.problem or self.node.phase.value}"
         emergency = "" if self.emergency is None else f", {self.emergency.code:04X}h {self.emergency.meaning}"
         warning = ", warning" if self.warns else ""
-        return f"{self.label}: {self.status.words}{warning}{emergency}"
+        local = "" if self.statusword & REMOTE else ", under local control (statusword bit 9 is 0)"
+        return f"{self.label}: {self.status.words}{warning}{local}{emergency}"
 
     # What the drive sends
 

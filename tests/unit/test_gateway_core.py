@@ -520,6 +520,17 @@ def test_a_robot_that_still_moves_when_the_gateways_own_timer_ends_is_stopped_by
     assert world.drives[1].status is S.SWITCH_ON_DISABLED
 
 
+def test_a_drive_under_local_control_is_not_switched_on_and_the_operator_is_told_why() -> None:
+    world = World()
+    world.ready()
+    owner = world.claim()
+    world.drives[2].local = True
+    reply = world.ask(EnableDrives("left", owner))
+    assert not reply.ok
+    assert reply.text.startswith("left got no further than switching on: node 1 (left J1): Switched On")
+    assert reply.text.endswith("node 2 (left J2): Switch On Disabled, under local control (statusword bit 9 is 0)")
+
+
 def test_enabling_waits_until_the_stop_is_cleared_by_its_own_id() -> None:
     world = World()
     world.ready()
