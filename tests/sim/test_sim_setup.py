@@ -1,10 +1,13 @@
 """Set-up with real frames: axes home, and move by their drives' own profiles, while an operator holds them."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
-from cell.messages import AxisStatus, Claim, EnableDrives, Estop, Home, MoveAxes
+from cell.messages import AxisStatus, Claim, DisableDrives, EnableDrives, Estop, Home, MoveAxes
 from drive_gateway.canopen.sdo import Sdo, SdoDone
+from drive_gateway.config.settings import RobotDrives
 from tests.sim.gateway_bench import GatewayBench, axis, homing, settings
 
 INCREMENTAL = settings(
@@ -144,6 +147,26 @@ def test_a_late_cycle_ends_it() -> None:
     world.cycle(late_s=0.03)
     world.until(lambda: world.feedback.axes[0] is AxisStatus.QUICK_STOP_ACTIVE, within_s=0.05)
     assert "late_cycle" in world.codes()
+
+
+def test_while_a_robot_is_set_up_no_other_one_of_its_bus_has_torque() -> None:
+    other = RobotDrives("right", (axis("J1", 3),))
+    both = settings(axis("J1", 1))
+    world = GatewayBench(replace(both, robots={**both.robots, "right": other}))
+    world.ready()
+    owner = world.ask(Claim("right", "r1", "d")).claim.owner
+    move = MoveAxes("left", {"J1": 0.3}, True, 1.0, False)
+    assert world.ask(EnableDrives("right", owner)).ok
+    refused = world.ask(move)
+    assert refused.text == "set-up needs every other robot disabled, right is not: cell disable right"
+    assert world.ask(DisableDrives("right", owner)).ok
+    assert world.ask(move).ok
+    refused = world.ask(EnableDrives("right", owner))
+    assert refused.text == "right stays off: left is being set up; one robot at a time"
+    assert world.ask(replace(move, robot="right")).text == "left is being set up; one robot at a time"
+    world.until(lambda: "setup_stopped" in world.codes(), within_s=2.0)
+    owner = world.ask(Claim("right", "r1", "d")).claim.owner
+    assert world.ask(EnableDrives("right", owner)).ok
 
 
 def test_an_enabled_robot_is_not_set_up() -> None:
