@@ -63,6 +63,8 @@ class Drive:
         """Its first statusword said so: an earlier gateway ended without switching it off. Nobody has been told yet."""
         self.largest_error: float | None = None
         """[rad or m] following error since it was enabled, where it has been."""
+        self.strange = ""
+        """What was wrong with its newest TPDO, for people; empty when nothing was."""
         self.robot = robot
         self._settings = settings
         self._outputs = outputs
@@ -133,6 +135,7 @@ class Drive:
     def on_tpdo(self, data: bytes, tick: int, now: float) -> None:
         """Statusword, position and torque, measured at the SYNC numbered `tick`."""
         if len(data) != self.image.status.data_bytes:
+            self.strange = f"the newest had {len(data)} bytes instead of {self.image.status.data_bytes}"
             return
         torque = None
         if len(data) == STATUS_WITH_TORQUE.size:
@@ -141,7 +144,9 @@ class Drive:
             statusword, counts = STATUS.unpack(data)
         status = decode(statusword)
         if status is None:
+            self.strange = f"the newest shows statusword {statusword:04X}h, which is no state of CiA 402"
             return
+        self.strange = ""
         if self._endless and self.counts is not None:
             counts = self.axis.nearest(counts, self.counts)
         if self.counts is not None and tick > self._tpdo_tick:
@@ -212,6 +217,7 @@ class Drive:
 
     def forget(self) -> None:
         self._asked = False
+        self.strange = ""
         self._inputs = None
         self._tpdo_tick = -1
         self.counts_per_cycle = 0.0

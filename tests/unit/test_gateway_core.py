@@ -377,6 +377,19 @@ def test_a_silent_tpdo_stops_the_robot() -> None:
     assert quick_stopped(world, 2)
 
 
+@pytest.mark.parametrize(
+    ("data", "found"),
+    [("340200000000", "the newest shows statusword 0234h, which is no state of CiA 402"),
+     ("3702", "the newest had 2 bytes instead of 6")],
+)  # fmt: skip
+def test_tpdos_that_say_nothing_stop_the_robot_and_are_described(data: str, found: str) -> None:
+    world, _ = moving_world()
+    world.drives[1].quiet_tpdo = True
+    world.tell(CanFrame(0x181, bytes.fromhex(data)))
+    stopped_by(world, "tpdo_silent")
+    assert found in next(event for event in world.events if event.code == "tpdo_silent").text
+
+
 def test_a_lost_heartbeat_stops_the_robot() -> None:
     world, _ = moving_world()
     world.drives[1].beat = lambda _now: []
