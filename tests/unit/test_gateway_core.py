@@ -22,7 +22,7 @@ from cell.messages import (
 )
 from drive_gateway.canopen.frame import CanFrame
 from drive_gateway.config.settings import RobotDrives
-from drive_gateway.gateway.bus_news import BusBack, BusDisturbed, BusFailed
+from drive_gateway.gateway.bus_news import BusBack, BusDisturbed, BusFailed, SecondMaster
 from drive_gateway.gateway.effects import DrivesSlow, Frame, TakeBlocks
 
 S = AxisStatus
@@ -485,6 +485,22 @@ def test_nodes_that_were_out_of_reach_are_brought_up_as_soon_as_the_bus_is_back(
         drive.alive = True
     world.tell(BusBack())
     world.until(lambda: world.state.ready, within_s=2.0)
+
+
+def test_a_second_master_stops_the_robot_and_keeps_it_off_as_long_as_it_sends() -> None:
+    world, owner = moving_world()
+    world.tell(SecondMaster("somebody else sends 201h"))
+    stopped_by(world, "second_master")
+    assert quick_stopped(world, 1)
+    told = len(world.codes())
+    world.tell(*[SecondMaster("somebody else sends 201h")] * 3)
+    world.cycle()
+    assert world.codes()[told:] == ["second_master"], "once in a while, where nothing is left to stop"
+    assert world.ask(ResetDrives("left", owner)).ok
+    world.request(EnableDrives("left", owner))
+    world.run(0.02)
+    world.tell(SecondMaster("somebody else sends 201h"))
+    stopped_by(world, "second_master")
 
 
 def test_a_bus_that_fails_before_anything_runs_leaves_nothing_to_acknowledge() -> None:
