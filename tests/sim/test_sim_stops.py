@@ -11,6 +11,7 @@ from cell.messages import (
     Event,
     Home,
     MoveAxes,
+    Release,
     ResetDrives,
 )
 from cell.messages.drives import PlayoutState
@@ -206,15 +207,19 @@ def test_an_axis_that_slips_after_a_fault_is_named_and_keeps_the_robot_in_fault(
     world.bus.nodes[1].raise_emergency(0x4310)
     world.until(lambda: world.feedback.state is PlayoutState.FAULT)
     world.run(0.3)
+    owner = world.ask(Claim("left", "b", "d")).claim.owner
     servo = world.bus.nodes[1].drives[0].servo
     servo.rest = lambda step_s, _brake: servo.jump(round(10_000 * step_s))
     world.until(lambda: bool(alarms(world)), within_s=STOP_S + 0.05)
     assert "its brake does not hold" in alarms(world)[0].text
     assert NMT_STOP not in world.frames
-    assert "moves" in world.ask(Claim("left", "b", "d")).text
+    for order in (ResetDrives("left", owner), DisableDrives("left", owner), Release("left", owner)):
+        refused = world.ask(order)
+        assert not refused.ok
+        assert "move" in refused.text
     del servo.rest
     world.run(0.2)
-    assert world.ask(Claim("left", "b", "d")).ok
+    assert world.ask(ResetDrives("left", owner)).ok
 
 
 def test_an_axis_that_slips_while_its_robot_is_off_is_named_and_nothing_else_is_done() -> None:
