@@ -85,6 +85,7 @@ class FakeDrive:
         self.quiet_tpdo = False
         self.stuck = False
         self.local = False
+        self.deaf_to_outputs = False
         self.cause_present = False
         self.objects: dict[tuple[int, int], bytes] = {(0x1018, 1): b"\x01\0\0\0"}
         self.writes: list[tuple[int, int, bytes]] = []
@@ -106,6 +107,8 @@ class FakeDrive:
             if not self.local:
                 self._obey(word)
             self.objects[0x607A, 0] = struct.pack("<i", self.target)
+        if frame.id == 0x400 + self.id and self.nmt == 5 and not self.deaf_to_outputs:
+            self.objects[0x60FE, 1] = frame.data
         if frame.id == 0x080 and self.nmt == 5:
             if self.status is S.OPERATION_ENABLED and not self.stuck:
                 self.position = self.target
