@@ -79,6 +79,10 @@ def test_an_emergency_stop_and_a_fault_end_it() -> None:
         world.run(0.5)
         assert world.feedback.axes[0] in (AxisStatus.SWITCH_ON_DISABLED, AxisStatus.FAULT)
         assert not world.feedback.referenced
+        refused = world.ask(Home("left", ("J1",)))
+        assert not refused.ok
+        why = "left stays off: emergency stop e1" if trouble == "estop" else "left is in fault (node 1 (left J1)"
+        assert refused.text.startswith(why)
 
 
 @pytest.mark.parametrize("by_velocity", [False, True])

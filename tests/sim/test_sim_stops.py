@@ -7,6 +7,7 @@ from cell.messages import (
     Claim,
     Command,
     DisableDrives,
+    EnableDrives,
     Estop,
     Event,
     Home,
@@ -237,6 +238,20 @@ def test_an_axis_that_slips_while_its_robot_is_off_is_named_and_nothing_else_is_
     world.run(0.5)
     assert len(world.events) == 2
     assert world.feedback.state is PlayoutState.FOLLOWING
+
+
+def test_an_axis_that_gives_way_while_its_brake_opens_is_switched_off_and_told() -> None:
+    world = GatewayBench(settings(axis("J1", 1, brake_s=0.2), axis("J2", 2)))
+    world.ready()
+    owner = world.ask(Claim("left", "b", "d")).claim.owner
+    request = world.request(EnableDrives("left", owner))
+    world.until(lambda: world.feedback.axes[0] is AxisStatus.OPERATION_ENABLED)
+    world.run(0.1)
+    assert not world.feedback.enabled
+    world.bus.nodes[1].drives[0].servo.jump(6000)
+    world.until(lambda: request in world.replies, within_s=0.05)
+    assert world.replies[request].text == "left moved while it was enabled; check brakes and loads"
+    world.until(lambda: set(world.feedback.axes) == {AxisStatus.SWITCH_ON_DISABLED}, within_s=0.5)
 
 
 # Drives that were not switched off, and drives that mask their fault
