@@ -65,6 +65,17 @@ def test_a_drive_that_does_not_find_its_home_point_is_named() -> None:
     assert world.said[0] == "stopped: node 1 (left J1) did not find its home point (homing error)"
 
 
+def test_an_axis_that_fails_stops_the_others_of_its_motion() -> None:
+    axes = (axis("J1", 1, incremental=True, homing=homing(33, 0.0)), axis("J2", 2, homing=homing(17, 0.1)))
+    world = GatewayBench(settings(*axes))
+    world.ready()
+    start = places(world)[1]
+    assert world.set_up(Home("left", ())) == "stopped"
+    assert "node 1 (left J1) did not find its home point" in world.said[0]
+    assert abs(places(world)[1] - start) < 0.05
+    assert set(world.feedback.axes) == {AxisStatus.SWITCH_ON_DISABLED}
+
+
 def test_an_emergency_stop_and_a_fault_end_it() -> None:
     for trouble in ("estop", "fault"):
         world = bench()

@@ -1,6 +1,7 @@
 """The gateway's core with byte-level drives on virtual time."""
 
 import struct
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -558,6 +559,18 @@ def test_a_drive_under_local_control_is_not_switched_on_and_the_operator_is_told
     assert not reply.ok
     assert reply.text.startswith("left got no further than switching on: node 1 (left J1): Switched On")
     assert reply.text.endswith("node 2 (left J2): Switch On Disabled, under local control (statusword bit 9 is 0)")
+
+
+def test_a_drive_that_keeps_another_target_at_the_hand_over_gets_no_torque_to_move_with() -> None:
+    world = World()
+    world.ready()
+    owner = world.claim()
+    drive, answer = world.drives[2], world.drives[2].sdo
+    old = struct.pack("<i", drive.position + 20_000)
+    drive.sdo = lambda ask: replace(answer(ask), data=old) if (ask.index, ask.data) == (0x607A, None) else answer(ask)
+    reply = world.ask(EnableDrives("left", owner))
+    assert reply.text.startswith("left got no further than taking over the measured position: ")
+    assert S.OPERATION_ENABLED not in drive.statuses
 
 
 def test_enabling_waits_until_the_stop_is_cleared_by_its_own_id() -> None:
