@@ -4,7 +4,7 @@ from collections.abc import Callable
 
 import pytest
 
-from cell.messages import AcceptPosition, Claim, DisableDrives, EnableDrives, Home
+from cell.messages import AcceptPosition, AxisStatus, Claim, DisableDrives, EnableDrives, Home
 from drive_gateway.config.settings import EncoderSettings
 from tests.sim.gateway_bench import GatewayBench, axis, homing, settings
 
@@ -47,6 +47,20 @@ def test_a_record_holds_turns_place_in_the_turn_serial_and_calibration() -> None
     record = stored().stored["left.J1"]
     assert (record.turns, record.position, record.serial) == (2, 5_000, 1)
     assert len(record.calibration) == 8
+
+
+def test_an_axis_is_compared_when_it_stands() -> None:
+    world = stored()
+    servo = world.bus.nodes[1].drives[0].servo
+    servo.rest = lambda step_s, _brake: servo.jump(round(500 * step_s))
+    world.restart_gateway()
+    world.run(0.8)
+    assert set(world.feedback.axes) == {AxisStatus.SWITCH_ON_DISABLED}
+    assert not world.state.ready
+    assert "not referenced: J1, J2: not checked yet" in enabling(world)
+    del servo.rest
+    world.until(lambda: world.state.ready, within_s=0.5)
+    assert enabling(world) == ""
 
 
 def test_nothing_is_stored_while_the_robot_has_torque_or_before_its_brakes_hold() -> None:
