@@ -23,6 +23,8 @@ from drive_gateway.config.profile_entry import check_profile_pdos
 from drive_gateway.config.settings import INT32_MAX, MOTOR_SPEED_RESERVE, SETUP_SHARE
 from drive_gateway.config.simulation_checks import check_simulation
 
+FASTEST_COUNTS = INT32_MAX / 1.02
+"""[counts/s] A block may exceed the speed of its axis by the tolerance of its check, 1 % and a little."""
 UINT16_MAX = 2**16 - 1
 UINT32_MAX = 2**32 - 1
 HOMING_AT_LIMIT = {17: -1, 18: 1}
@@ -158,7 +160,7 @@ def _axes(document: Document, drives: DrivesFile) -> Iterator[Problem]:
             found = f"{axis.interpolation} beside mode {axis.mode}"
             yield document.problem((*path, "interpolation"), found, "mode: interpolated beside it")
         yield from _waived(document, path, axis)
-        for name, bound in (("quick_stop", UINT32_MAX), ("following_window", UINT32_MAX), ("speed", INT32_MAX / 1.02)):
+        for name, bound in (("quick_stop", UINT32_MAX), ("following_window", UINT32_MAX), ("speed", FASTEST_COUNTS)):
             if getattr(axis, name) * counts > bound:
                 most = declared(document, bound / counts, axis.linear)
                 allowed = f"{most:g} or less, 32 bits of encoder counts"

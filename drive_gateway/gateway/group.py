@@ -181,7 +181,7 @@ class DriveGroup:
 
     def _mind_rest(self, now: float) -> None:
         """Axes that should stand must come to rest; in `ON` it is the following error that is watched."""
-        for trouble in self._brake_watch.step(self.power.state is PowerState.OFF):
+        for trouble in self._brake_watch.step(self.power.state is PowerState.OFF, now):
             self._log.alarm(trouble, self.robot)
         if self.watch.standing or self.power.stoppable:
             self._stop_watch.forget()

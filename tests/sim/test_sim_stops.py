@@ -235,7 +235,7 @@ def test_an_axis_that_slips_while_its_robot_is_off_is_named_and_nothing_else_is_
     assert [event.code for event in world.events] == ["moves_without_torque"]
     assert world.events[0].severity is Severity.ALARM
     assert "node 1 (left J1) moves without torque: its brake does not hold" in world.events[0].text
-    world.run(0.5)
+    world.run(1.2)
     assert len(world.events) == 2
     assert world.feedback.state is PlayoutState.FOLLOWING
 
