@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from commanded_geometry import blended_m, curves, deviations_m, outside_of_corners
+from flange_shares import flange_shares
 from random_moves import LIMITS, MODEL, START, decorated, sequence
 
 from robot_agent.paths import Block, JointMove, Sequence
@@ -19,8 +20,6 @@ from robot_agent.trajectory.shaped import in_time
 DT = 0.004
 ALLOWED = np.stack([LIMITS.velocity, LIMITS.acceleration, LIMITS.jerk])
 EXCESS = 1.001
-FLANGE_EXCESS = 1.01
-REVERSING_RAD_S = np.radians(1.1)
 IN_TEST, IN_ALL = range(16), 216
 DECORATED_IN_TEST, DECORATED_IN_ALL = (10, 22, 56), 203
 WORSE = 1.005
@@ -120,21 +119,8 @@ def assert_flange_inside_its_speeds(moves: Sequence, motion: Motion, taus: list[
 
 
 def assert_flange_inside_its_acceleration_and_jerk(moves: Sequence, motion: Motion) -> None:
-    """Of its speed and its angular speed, by differences, wherever the motion is a move of the flange.
-
-    Jerk at one place of thousands may be larger: in bends of less than a millimetre the joints' jerk steps too far.
-    """
-    step, path = 2.5e-4, LIMITS.path
-    around = np.arange(step, motion.duration_s - step, 0.003)[:, None] + step * np.array([-1.0, 0.0, 1.0])
-    held = np.array([not isinstance(each, JointMove) for each in moves.blocks])
-    around = around[held[motion.block_at(around)].all(axis=1)]
-    twist = (MODEL.jacobian(motion.q(around)) @ motion.qd(around)[..., None])[..., 0]
-    before, here, after = np.moveaxis(np.linalg.norm(twist.reshape(*around.shape, 2, 3), axis=3), 1, 0)
-    acceleration = np.abs(after - before) / (2.0 * step)
-    assert (acceleration <= FLANGE_EXCESS * np.array([path.acceleration_m_s2, path.angular_acceleration_rad_s2])).all()
-    jerk = np.abs(after - 2.0 * here + before) / step**2 / np.array([path.jerk_m_s3, path.angular_jerk_rad_s3])
-    jerk[here[:, 1] < REVERSING_RAD_S, 1] = 0.0
-    assert (jerk > FLANGE_EXCESS).sum() <= 1, f"jerk {np.sort(jerk, axis=0)[-3:]} of the flange's limits"
+    used = flange_shares(motion, LIMITS.path, [not isinstance(each, JointMove) for each in moves.blocks], every_s=0.003)
+    assert (used <= EXCESS).all(), f"along, across, jerk: {np.sort(used, axis=0)[-3:]} of the flange's limits"
 
 
 def caps(block: Block) -> np.ndarray:
