@@ -75,3 +75,6 @@ class DriveFeedback:
     """[Nm or N] what each axis' motor gives behind its gear; None: not every drive tells."""
     outputs: int = 0
     """Bit i: the i-th of `ClaimGrant.outputs` is switched on at this tick. A stop may have switched it off."""
+    event: int = 0
+    """Number of the newest event of this owner whose tick was played; 0 when none yet. All up to it are executed. What
+    a stop made the gateway forget is not."""

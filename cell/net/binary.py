@@ -28,20 +28,21 @@ DriveFeedback:
 
 | offset | type | field |
 |---|---|---|
-| 0 | 4 bytes | magic `ZDF3` |
+| 0 | 4 bytes | magic `ZDF4` |
 | 4 | u64 | sequence |
 | 12 | u64 | tick |
 | 20 | u64 | owner |
 | 28 | u64 | block |
 | 36 | u64 | refused |
-| 44 | u32 | level |
-| 48 | u8 | state, a `PlayoutState` |
-| 49 | u8 | bit 0 referenced, bit 1 enabled, bit 2 with torque, the others 0 |
-| 50 | u16 | n, number of axes |
-| 52 | u16 | length of the robot's name in bytes |
-| 54 | u16 | length of the gateway's boot in bytes |
-| 56 | u32 | outputs, bit i for the i-th of the claim's `outputs` |
-| 60 | utf-8 | the robot's name |
+| 44 | u64 | event |
+| 52 | u32 | level |
+| 56 | u8 | state, a `PlayoutState` |
+| 57 | u8 | bit 0 referenced, bit 1 enabled, bit 2 with torque, the others 0 |
+| 58 | u16 | n, number of axes |
+| 60 | u16 | length of the robot's name in bytes |
+| 62 | u16 | length of the gateway's boot in bytes |
+| 64 | u32 | outputs, bit i for the i-th of the claim's `outputs` |
+| 68 | utf-8 | the robot's name |
 | then | utf-8 | the gateway's boot |
 | then | n u8 | axes, an `AxisStatus` each |
 | then | n f64 | position |
@@ -60,9 +61,9 @@ from cell.net.errors import CodecError
 
 _SETPOINTS = struct.Struct("<4s4QdIIHHHH")
 _EVENT = struct.Struct("<QQHB")
-_FEEDBACK = struct.Struct("<4s5QIBBHHHI")
+_FEEDBACK = struct.Struct("<4s6QIBBHHHI")
 _SETPOINTS_MAGIC = b"ZSB3"
-_FEEDBACK_MAGIC = b"ZDF3"
+_FEEDBACK_MAGIC = b"ZDF4"
 
 
 def encode_setpoints(block: SetpointBlock) -> bytes:
@@ -141,7 +142,7 @@ def encode_feedback(feedback: DriveFeedback) -> bytes:
     try:
         header = _FEEDBACK.pack(
             _FEEDBACK_MAGIC, feedback.sequence, feedback.tick, feedback.owner, feedback.block, feedback.refused,
-            feedback.level, feedback.state, flags, n, len(robot), len(boot), feedback.outputs,
+            feedback.event, feedback.level, feedback.state, flags, n, len(robot), len(boot), feedback.outputs,
         )  # fmt: skip
     except struct.error as error:
         raise CodecError(kind, f"header: {error}") from error
@@ -152,7 +153,7 @@ def decode_feedback(data: bytes) -> DriveFeedback:
     """The feedback in `data`. Raises `CodecError`."""
     reader = _Reader("DriveFeedback", data)
     head = reader.header(_FEEDBACK, _FEEDBACK_MAGIC)
-    sequence, tick, owner, block, refused, level, state, flags, n, robot_length, boot_length, outputs = head
+    sequence, tick, owner, block, refused, event, level, state, flags, n, robot_length, boot_length, outputs = head
     if flags > 7:
         raise CodecError("DriveFeedback", f"flags {flags:#04x}: only bits 0 to 2 are in use")
     robot, boot = reader.text(robot_length), reader.text(boot_length)
@@ -167,7 +168,7 @@ def decode_feedback(data: bytes) -> DriveFeedback:
     torque = samples[3] if flags & 4 else None
     return DriveFeedback(
         robot, boot, sequence, tick, owner, block, playout, level, refused, bool(flags & 1), bool(flags & 2),
-        samples[0], samples[1], samples[2], axes, torque, outputs,
+        samples[0], samples[1], samples[2], axes, torque, outputs, event,
     )  # fmt: skip
 
 

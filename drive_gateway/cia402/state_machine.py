@@ -19,6 +19,9 @@ FAULT_RESET = 0x0080
 WARNING = 1 << 7
 """Bit 7 of the statusword: no fault, but something is near its limit or blocks one direction."""
 
+REMOTE = 1 << 9
+"""Bit 9 of the statusword: the drive obeys its controlword; without it somebody has it under local control."""
+
 _VOLTAGE_ENABLED = 0x0010
 
 _BY_MASK: tuple[tuple[int, int, AxisStatus], ...] = (

@@ -12,6 +12,7 @@ from drive_gateway.canopen.axis_objects import AXES
 from drive_gateway.config.object_address import ObjectAddress, address_of
 from drive_gateway.config.own_objects import OwnObjects
 from drive_gateway.config.settings import (
+    BRAKE_S,
     DELAY_CYCLES,
     AxisSettings,
     EncoderSettings,
@@ -93,7 +94,7 @@ class AxisEntry(BaseModel):
 
     model_config = STRICT
     type: Literal["rotary", "linear"] = Field("rotary", description="rotary, or linear for an axis that slides")
-    node: int = Field(ge=1, le=127, description="CANopen node-ID, 1 to 127")
+    node: int = Field(ge=1, le=127, description="CANopen node-ID, 1 to 126")
     axis: int = Field(default=1, ge=1, le=AXES, description="which axis of its node, 1 to 3")
     feed: PositiveLength | None = Field(None, description="way of a linear axis per turn behind the gear")
     gear: float = Field(ge=1e-3, le=1e6, description="motor turns per turn of the axis, or of what drives a linear one")
@@ -110,6 +111,12 @@ class AxisEntry(BaseModel):
         ge=1,
         le=50,
         description="cycles from a sample on the bus to the position that shows it, for the gateway's following error",
+    )
+    brake_s: float = Field(
+        default=BRAKE_S,
+        ge=0,
+        le=0.5,
+        description="how long motor and holding brake hold together, while it opens and while it closes; 0: no brake",
     )
     simulated_start: Number = Field(description="where a simulated drive stands when it is switched on")
     encoder: Literal["absolute", "incremental"] = Field(
@@ -204,6 +211,7 @@ class AxisEntry(BaseModel):
             following_window=self.following_window,
             following_time_s=self.following_time_s,
             delay_cycles=self.delay_cycles,
+            brake_s=self.brake_s,
             simulated_start=self.simulated_start,
             index_counts=self.counts_per_turn,
             linear=self.linear,

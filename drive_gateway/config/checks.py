@@ -20,9 +20,11 @@ from drive_gateway.config.node_checks import check_nodes
 from drive_gateway.config.object_checks import check_objects
 from drive_gateway.config.output_checks import check_outputs
 from drive_gateway.config.profile_entry import check_profile_pdos
-from drive_gateway.config.settings import INT32_MAX, MOTOR_SPEED_RESERVE
+from drive_gateway.config.settings import INT32_MAX, MOTOR_SPEED_RESERVE, SETUP_SHARE
 from drive_gateway.config.simulation_checks import check_simulation
 
+FASTEST_COUNTS = INT32_MAX / 1.02
+"""[counts/s] A block may exceed the speed of its axis by the tolerance of its check, 1 % and a little."""
 UINT16_MAX = 2**16 - 1
 UINT32_MAX = 2**32 - 1
 HOMING_AT_LIMIT = {17: -1, 18: 1}
@@ -39,6 +41,7 @@ def check_drives_file(document: Document, drives: DrivesFile) -> list[Problem]:
         *check_nodes(document, list(axes_of(drives))),
         *_load(document, drives),
         *_times(document, drives),
+        *_guarded(document, drives),
         *_milliseconds(document, drives),
         *_axes(document, drives),
         *check_profile_pdos(document, drives.profile_pdos, _images(drives)),
@@ -111,6 +114,15 @@ def _times(document: Document, drives: DrivesFile) -> Iterator[Problem]:
             yield document.problem((name,), f"{getattr(drives, name):g}", allowed)
 
 
+def _guarded(document: Document, drives: DrivesFile) -> Iterator[Problem]:
+    """A guarded node counts polls (100Dh, 8 bits), and may lose one of them."""
+    polls = drives.heartbeat_timeout_s / drives.heartbeat_producer_s
+    guarded = any(axis.error_control == "guarding" for _, _, axis in axes_of(drives))
+    if guarded and not 2 <= round(polls, 6) <= 255:
+        allowed = f"2 to 255 times heartbeat_producer_s, {drives.heartbeat_producer_s:g}, for nodes that are guarded"
+        yield document.problem(("heartbeat_timeout_s",), f"{drives.heartbeat_timeout_s:g}", allowed)
+
+
 def _milliseconds(document: Document, drives: DrivesFile) -> Iterator[Problem]:
     """Drives take these times as 16-bit milliseconds."""
     times: list[tuple[KeyPath, float]] = [((name,), getattr(drives, name)) for name in MILLISECOND_FIELDS]
@@ -148,9 +160,9 @@ def _axes(document: Document, drives: DrivesFile) -> Iterator[Problem]:
             found = f"{axis.interpolation} beside mode {axis.mode}"
             yield document.problem((*path, "interpolation"), found, "mode: interpolated beside it")
         yield from _waived(document, path, axis)
-        for name in ("quick_stop", "following_window"):
-            if getattr(axis, name) * counts > UINT32_MAX:
-                most = declared(document, UINT32_MAX / counts, axis.linear)
+        for name, bound in (("quick_stop", UINT32_MAX), ("following_window", UINT32_MAX), ("speed", FASTEST_COUNTS)):
+            if getattr(axis, name) * counts > bound:
+                most = declared(document, bound / counts, axis.linear)
                 allowed = f"{most:g} or less, 32 bits of encoder counts"
                 yield document.problem((*path, name), document.found((*path, name)), allowed)
 
@@ -160,10 +172,15 @@ def _homing(document: Document, path: KeyPath, axis: AxisEntry) -> Iterator[Prob
         if axis.encoder == "incremental":
             yield document.problem((*path, "encoder"), "incremental without homing", "homing beside it, or absolute")
         return
-    for name, most in (("fast", axis.speed), ("slow", axis.homing.fast), ("acceleration", axis.acceleration)):
+    speed, acceleration = SETUP_SHARE * axis.speed, SETUP_SHARE * axis.acceleration
+    for name, most, share in (
+        ("fast", speed, ", a quarter of this axis' speed"),
+        ("slow", axis.homing.fast, ""),
+        ("acceleration", acceleration, ", a quarter of this axis' acceleration"),
+    ):
         if getattr(axis.homing, name) > most:
             found = document.found((*path, "homing", name))
-            allowed = f"{declared(document, most, axis.linear):g} or less"
+            allowed = f"{declared(document, most, axis.linear):g} or less{share}"
             yield document.problem((*path, "homing", name), found, allowed)
 
 

@@ -4,6 +4,7 @@ from collections.abc import Iterator, Sequence
 
 from cell.config.document import Document
 from cell.config.problem import KeyPath, Problem
+from drive_gateway.canopen.cob_id import MASTER_NODE_ID
 from drive_gateway.config.axis_entry import AxisEntry
 
 NamedAxis = tuple[KeyPath, str, AxisEntry]
@@ -16,6 +17,9 @@ def check_nodes(document: Document, axes: Sequence[NamedAxis]) -> Iterator[Probl
     seen: dict[tuple[int, int], str] = {}
     firsts: dict[int, NamedAxis] = {}
     for path, who, axis in axes:
+        if axis.node == MASTER_NODE_ID:
+            found = f"{axis.node}, under which the gateway itself sends its heartbeat"
+            yield document.problem((*path, "node"), found, f"1 to {MASTER_NODE_ID - 1}")
         other = seen.setdefault((axis.node, axis.axis), who)
         first = firsts.setdefault(axis.node, (path, who, axis))
         if other != who:
@@ -36,6 +40,9 @@ def _one_node(document: Document, named: NamedAxis, first: NamedAxis) -> Iterato
         if getattr(axis, name) != getattr(entry, name):
             found = f"another {name} than that of {other}, on the same node"
             yield document.problem((*path, "node"), found, f"the same {name} at all axes of a node")
+    if ("1016" in axis.waive) != ("1016" in entry.waive):
+        found = f"1016h waived by one of {other} and {who}, on the same node"
+        yield document.problem((*path, "node"), found, "an object of the node waived by all its axes or by none")
 
 
 def _numbers(document: Document, axes: Sequence[NamedAxis], seen: dict[tuple[int, int], str]) -> Iterator[Problem]:

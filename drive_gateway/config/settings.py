@@ -10,6 +10,10 @@ from drive_gateway.config.simulation import Simulation
 INT32_MIN, INT32_MAX = -(2**31), 2**31 - 1
 DELAY_CYCLES = 2
 """A sample acts with the SYNC behind it, and an axis without lag has reached it at the next one, which shows it."""
+BRAKE_S = 0.3
+"""Longest overlap of motor and holding brake that is usual."""
+SETUP_SHARE = 0.25
+"""Share of an axis' speed and acceleration that motions of the drive's own may use."""
 MOTOR_SPEED_RESERVE = 1.2
 """A motor may turn so much faster than set points ask for, to catch up a lag."""
 
@@ -131,6 +135,8 @@ class AxisSettings:
     """[rad or m] where a simulated drive stands when it is switched on."""
     delay_cycles: int = DELAY_CYCLES
     """So many cycles after a sample was sent its drive shows where that left the axis: its following error."""
+    brake_s: float = BRAKE_S
+    """So long after it got torque its brake may still hold it, and after it lost it the brake may still close."""
     number: int = 1
     """Which axis of its node it is, 1 to 3."""
     index_counts: int = 0

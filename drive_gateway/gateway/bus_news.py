@@ -25,13 +25,20 @@ class BusDisturbed:
 
 
 @dataclass(frozen=True, slots=True)
+class SecondMaster:
+    """Somebody else commands the drives, too: SYNC, NMT, set points or the gateway's heartbeat with our identifiers."""
+
+    text: str
+
+
+@dataclass(frozen=True, slots=True)
 class BusTraffic:
     """Bits of all frames that were sent and received since the start, with worst-case stuffing."""
 
     bits: int
 
 
-BusNews = BusFailed | BusBack | BusDisturbed
+BusNews = BusFailed | BusBack | BusDisturbed | SecondMaster
 
 
 def name_of(settings: BusSettings) -> str:

@@ -1,6 +1,7 @@
 """One handle of the CAN bus, frames in both directions, read in the cycle or as they come."""
 
 import threading
+import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from types import TracebackType
@@ -9,14 +10,17 @@ from typing import Self
 import can
 
 from cell.net.runner import scheduling
+from drive_gateway.canopen.cob_id import SDO_TO_NODE, function_code
 from drive_gateway.canopen.frame import CanFrame
 from drive_gateway.config.settings import BusSettings
 from drive_gateway.gateway.bus import BusError
-from drive_gateway.gateway.bus_news import BusNews
+from drive_gateway.gateway.bus_news import BusNews, SecondMaster
 from drive_gateway.gateway.steady_bus import SteadyBus, bits_of
 
 _POLL_S = 0.1
 """The reader looks this often whether it should go on; it waits for nothing else."""
+TELL_MASTER_S = 0.1
+"""A second master is told again after this time."""
 _MOST = 512
 """Frames that one `take` reads: a node that babbles must not keep the cycle."""
 
@@ -40,6 +44,7 @@ class BusPort:
         self._bus: SteadyBus | None = None
         self._own: set[int] = set()
         self._received_bits = 0
+        self._quiet_until = 0.0
         self._reading = threading.Lock()
         """Held by whoever reads, so that frames stay in their order."""
         self._attendants = 0
@@ -135,7 +140,14 @@ class BusPort:
         if number not in self._own:
             self._on_frame(CanFrame(number, bytes(message.data), message.is_remote_frame))
         elif not self._open.hears_itself:
-            text = (
-                f"somebody else sends {number:03X}h, which only this gateway may; look for a second master on the bus"
-            )
-            self._open.disturbed("master", text)
+            self._tell_of_other(number)
+
+    def _tell_of_other(self, number: int) -> None:
+        text = f"somebody else sends {number:03X}h, which only this gateway may"
+        if function_code(number) == SDO_TO_NODE:
+            self._open.disturbed("master", f"{text}; its tools read and write objects through the gateway")
+            return
+        now = time.monotonic()
+        if now >= self._quiet_until:
+            self._quiet_until = now + TELL_MASTER_S
+            self._on_news(SecondMaster(text))

@@ -145,11 +145,13 @@ class Calls:
             case Claim():
                 self._replies.give(call.id, *self._claim(robot, command))
             case Home() | MoveAxes() | PressAxis():
-                others = [other.name for other in self._robots.values() if other.group.setup.motion is not None]
-                if others:
-                    then(False, f"{others[0]} is being set up; one robot at a time")
+                problem = self._set_up_elsewhere(robot) or self._torque_elsewhere(robot)
+                if problem:
+                    then(False, problem)
                 else:
                     robot.set_up(command, self._now, then)
+            case EnableDrives() if problem := self._set_up_elsewhere(robot):
+                then(False, f"{robot.name} stays off: {problem}")
             case AcceptPosition(_, axes):
                 then(*robot.accept(axes))
             case HoldSetup():
@@ -163,6 +165,17 @@ class Calls:
                     robot.hand.order(order, then)
             case _:
                 robot.obey(command, self._now, then)
+
+    def _set_up_elsewhere(self, robot: Robot) -> str:
+        """Why nothing else of this bus may have torque now: nobody knows where a robot is that is being set up."""
+        others = [other for other in self._robots.values() if other is not robot]
+        names = [other.name for other in others if other.group.setup.motion is not None]
+        return f"{names[0]} is being set up; one robot at a time" if names else ""
+
+    def _torque_elsewhere(self, robot: Robot) -> str:
+        others = [other for other in self._robots.values() if other is not robot]
+        names = [other.name for other in others if not other.group.standstill.switched_off]
+        return f"set-up needs every other robot disabled, {names[0]} is not: cell disable {names[0]}" if names else ""
 
     def _too_old(self, call: Call) -> str:
         """Why a call is not carried out any more: what its operator looked at is long over; empty when it is young."""

@@ -18,7 +18,7 @@ from drive_gateway.canopen.frame import CanFrame
 from drive_gateway.canopen.nmt import SYNC_FRAME, NmtCommand, NmtState, heartbeat_frame, nmt_frame
 from drive_gateway.canopen.sdo import SdoDone
 from drive_gateway.config.settings import GatewaySettings
-from drive_gateway.gateway.bus_news import BusBack, BusDisturbed, BusFailed, BusTraffic
+from drive_gateway.gateway.bus_news import BusBack, BusDisturbed, BusFailed, BusTraffic, SecondMaster
 from drive_gateway.gateway.bus_watch import BusWatch
 from drive_gateway.gateway.calls import Calls
 from drive_gateway.gateway.drive import Drive
@@ -114,7 +114,7 @@ class GatewayCore:
                 self._on_estop(message, now)
             case Request():
                 self._calls.request(message, now, self._tick)
-            case BusTraffic() | BusFailed() | BusBack() | BusDisturbed():
+            case BusTraffic() | BusFailed() | BusBack() | BusDisturbed() | SecondMaster():
                 self._bus.take(message, now)
             case Arrived(ManagerState() as state, at):
                 self._phase.heard(state, at)
@@ -216,7 +216,7 @@ class GatewayCore:
         limit = self._settings.overrun_limit_s
         text = f"bus cycle {lateness:.3f} s late, allowed {limit} s"
         for robot in self._robots.values():
-            if robot.group.playout.live:
+            if robot.group.playout.live or robot.group.setup.motion is not None:
                 robot.group.fault(Trouble("late_cycle", text, "take load off this host"), now)
 
     # State

@@ -10,7 +10,7 @@ from drive_gateway.canopen.frame import CanFrame
 from drive_gateway.canopen.pdo_map import CONTROLWORD, INPUTS, STATUS, STATUS_WITH_TORQUE, TARGET_POSITION
 from drive_gateway.canopen.profile_pdos import TARGET_VELOCITY, ProfileSender
 from drive_gateway.canopen.sdo import SdoDone
-from drive_gateway.cia402.state_machine import WARNING, decode
+from drive_gateway.cia402.state_machine import REMOTE, WARNING, decode
 from drive_gateway.config.image import INPUTS_EVERY, image_of
 from drive_gateway.config.settings import AxisSettings, GatewaySettings
 from drive_gateway.gateway.node import Node
@@ -63,6 +63,8 @@ class Drive:
         """Its first statusword said so: an earlier gateway ended without switching it off. Nobody has been told yet."""
         self.largest_error: float | None = None
         """[rad or m] following error since it was enabled, where it has been."""
+        self.strange = ""
+        """What was wrong with its newest TPDO, for people; empty when nothing was."""
         self.robot = robot
         self._settings = settings
         self._outputs = outputs
@@ -125,13 +127,15 @@ class Drive:
             return f"{self.label}: {self.node.problem or self.node.phase.value}"
         emergency = "" if self.emergency is None else f", {self.emergency.code:04X}h {self.emergency.meaning}"
         warning = ", warning" if self.warns else ""
-        return f"{self.label}: {self.status.words}{warning}{emergency}"
+        local = "" if self.statusword & REMOTE else ", under local control (statusword bit 9 is 0)"
+        return f"{self.label}: {self.status.words}{warning}{local}{emergency}"
 
     # What the drive sends
 
     def on_tpdo(self, data: bytes, tick: int, now: float) -> None:
         """Statusword, position and torque, measured at the SYNC numbered `tick`."""
         if len(data) != self.image.status.data_bytes:
+            self.strange = f"the newest had {len(data)} bytes instead of {self.image.status.data_bytes}"
             return
         torque = None
         if len(data) == STATUS_WITH_TORQUE.size:
@@ -140,7 +144,9 @@ class Drive:
             statusword, counts = STATUS.unpack(data)
         status = decode(statusword)
         if status is None:
+            self.strange = f"the newest shows statusword {statusword:04X}h, which is no state of CiA 402"
             return
+        self.strange = ""
         if self._endless and self.counts is not None:
             counts = self.axis.nearest(counts, self.counts)
         if self.counts is not None and tick > self._tpdo_tick:
@@ -211,6 +217,7 @@ class Drive:
 
     def forget(self) -> None:
         self._asked = False
+        self.strange = ""
         self._inputs = None
         self._tpdo_tick = -1
         self.counts_per_cycle = 0.0

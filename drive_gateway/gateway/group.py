@@ -8,6 +8,7 @@ from cell.core import Effect
 from cell.messages.drives import AxisStatus, PlayoutState
 from drive_gateway.cia402.units import AxisUnits
 from drive_gateway.config.settings import GatewaySettings, RobotDrives
+from drive_gateway.gateway.brake_watch import BrakeWatch
 from drive_gateway.gateway.drive import Drive, drives_of
 from drive_gateway.gateway.effects import Frame
 from drive_gateway.gateway.encoder_record import EncoderRecord
@@ -57,6 +58,7 @@ class DriveGroup:
         self._keeper = PositionKeeper(self.robot, self.nodes)
         self.standstill = Standstill(self.nodes, self.power, self.watch, self.playout, self.setup)
         self._stop_watch = StopWatch(self.nodes)
+        self._brake_watch = BrakeWatch(self.nodes)
         self.permits = Permits(self.robot, self.nodes, self.power, self.watch, self.setup)
         self._log = log
         self._units = AxisUnits(axes)
@@ -179,6 +181,8 @@ class DriveGroup:
 
     def _mind_rest(self, now: float) -> None:
         """Axes that should stand must come to rest; in `ON` it is the following error that is watched."""
+        for trouble in self._brake_watch.step(self.power.state is PowerState.OFF, now):
+            self._log.alarm(trouble, self.robot)
         if self.watch.standing or self.power.stoppable:
             self._stop_watch.forget()
             return

@@ -1,7 +1,9 @@
 """The rules by which a set-point block may join what is queued (docs/architecture.md, section 5.1).
 
-A block that passes continues the queue in position, velocity and acceleration and ends at rest, all within the axis
-limits. The differences are taken over the spliced series, so no later sample can break what was checked here.
+A block that passes begins with the queued position and velocity of its first tick, changes its velocity nowhere, the
+place where it joins included, by more than the axis' acceleration allows, and ends at rest. The differences are taken
+over the spliced series, so no later sample can break what was checked here. Velocities must be those of the positions,
+because drives may be fed with them.
 """
 
 from collections.abc import Sequence
@@ -80,6 +82,8 @@ class JoinRules:
         slack = 2.0 * POSITION_TOLERANCE / cycle_s
         self._speed_bound = self._speed * (1.0 + RELATIVE_TOLERANCE) + slack
         self._acceleration_bound = self._acceleration * (1.0 + RELATIVE_TOLERANCE) + slack / cycle_s
+        # Within its acceleration an axis is half of this beside the mean of the two steps around a sample.
+        self._beside_bound = self._acceleration_bound * cycle_s
         self.longest = round(LONGEST_S / cycle_s)
 
     def form_problem(self, block: SetpointBlock) -> Refused | None:
@@ -91,7 +95,7 @@ class JoinRules:
         if not 1 <= shape[0] <= self.longest or not 0 <= block.nominal <= shape[0]:
             found = f"{shape[0]} samples, {block.nominal} of them nominal"
             return Refused(Refusal.SHAPE, f"{found}; allowed are 1 to {self.longest}, nominal not more than there are")
-        if abs(block.dt_s - self._cycle_s) > 1e-9:
+        if not abs(block.dt_s - self._cycle_s) <= 1e-9:
             return Refused(Refusal.CYCLE, f"samples every {block.dt_s} s; the bus cycle is {self._cycle_s} s")
         if not (np.isfinite(block.position).all() and np.isfinite(block.velocity).all()):
             return Refused(Refusal.VALUES, "a sample is not a finite number")
@@ -159,13 +163,20 @@ class JoinRules:
         change = np.abs(step[1:] - step[:-1]) / self._cycle_s
         hard = change > self._acceleration_bound
         if not hard.any():
-            return None
+            return self._foreign_velocities(block, step)
         axis = int(hard.any(axis=0).argmax())
         sample = int(hard[:, axis].argmax())
         text = f"accelerates with {change[sample, axis]:.4g}/s^2, allowed {self._acceleration[axis]:.4g}"
         if sample == len(change) - 1:
             return Refused(Refusal.END, self._at(hard, f"{text}: the block does not end at rest"))
         return Refused(Refusal.ACCELERATION, self._at(hard, f"{text}, at tick {block.first_tick + sample - 1}"))
+
+    def _foreign_velocities(self, block: SetpointBlock, step: Floats) -> Refused | None:
+        """`step`: mean velocity from each sample to the next, from the two before the block to the one behind it."""
+        beside = np.abs(block.velocity - 0.5 * (step[1:-1] + step[2:])) > self._beside_bound
+        if not beside.any():
+            return None
+        return Refused(Refusal.VALUES, self._at(beside, "has velocities that are not those of its positions"))
 
     def _at(self, found: NDArray[np.bool_], text: str) -> str:
         return f"axis {self._names[int(found.any(axis=0).argmax())]} {text}"

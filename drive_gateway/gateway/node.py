@@ -21,6 +21,7 @@ class AxisOfNode(Protocol):
     """What a node needs to know of each of its axes, and tells it."""
 
     label: str
+    strange: str
 
     @property
     def measured(self) -> bool:
@@ -232,13 +233,17 @@ class Node:
             axis.forget()
 
     def _watch(self, now: float, tick: int) -> None:
-        longest_s, label = 0.0, ""
+        longest_s, label, strange = 0.0, "", ""
         for axis in self._axes:
             silent_s = axis.silent_s(now, tick)
             if silent_s > longest_s:
-                longest_s, label = silent_s, axis.label
+                longest_s, label, strange = silent_s, axis.label, axis.strange
         if longest_s > self._settings.tpdo_timeout_s:
-            self._lose("tpdo_silent", f"{label} sent no TPDO for {longest_s:.3f} s", "check power and wiring")
+            if strange:
+                text = f"{label} sent no TPDO that can be used for {longest_s:.3f} s, {strange}"
+                self._lose("tpdo_silent", text, "look for another sender of it, and into the drive's manual")
+            else:
+                self._lose("tpdo_silent", f"{label} sent no TPDO for {longest_s:.3f} s", "check power and wiring")
             return
         silent_s = now - self._heartbeat_at
         if silent_s > self._settings.heartbeat_timeout_s:

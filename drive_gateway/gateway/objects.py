@@ -8,12 +8,27 @@ from drive_gateway.canopen.pdo_map import (
     CONTROLWORD,
     INTERPOLATION_DATA,
     TARGET_POSITION,
+    TARGET_TORQUE,
     TORQUE_OFFSET,
     VELOCITY_OFFSET,
 )
+from drive_gateway.canopen.profile_pdos import TARGET_VELOCITY
 from drive_gateway.canopen.sdo import SdoDone, abort_text
 from drive_gateway.gateway.group import DriveGroup
 from drive_gateway.gateway.node import Node
+
+_COMMANDED = {
+    CONTROLWORD,
+    TARGET_POSITION,
+    TARGET_TORQUE,
+    TARGET_VELOCITY,
+    INTERPOLATION_DATA,
+    TORQUE_OFFSET,
+    VELOCITY_OFFSET,
+}
+"""What drives are told in each cycle, or at a motion of their own."""
+_IDENTIFIERS = {0x1005, 0x1014, *range(0x1200, 0x1300)}
+"""COB-IDs of SYNC, EMCY and SDO, which are those of CiA 301: a node with others would not be found any more."""
 
 Told = Callable[[bool, str, str], None]
 """Takes whether it was done, what was done or found, and the bytes read in hex."""
@@ -64,14 +79,11 @@ def _write_problem(command: WriteObject, node: Node, group: DriveGroup) -> str:
         return f"{command.data!r} are no bytes in hex"
     if not 1 <= length <= _LONGEST:
         return f"{length} bytes; allowed are 1 to {_LONGEST}"
-    if (command.index, command.sub) in node.kept or first_axis_index(command.index) in (
-        CONTROLWORD,
-        TARGET_POSITION,
-        INTERPOLATION_DATA,
-        TORQUE_OFFSET,
-        VELOCITY_OFFSET,
-    ):
-        return f"{command.index:04X}h:{command.sub:02X} of {node.label} is the gateway's; change it in the drives file"
+    name = f"{command.index:04X}h:{command.sub:02X} of {node.label}"
+    if command.index in _IDENTIFIERS or first_axis_index(command.index) in _COMMANDED:
+        return f"{name} is the gateway's, nobody else writes it"
+    if (command.index, command.sub) in node.kept:
+        return f"{name} is the gateway's; change it in the drives file"
     if not group.standstill.switched_off:
         return f"{group.robot} is not at rest and switched off: {group.permits.said()}; disable it first"
     return ""

@@ -31,8 +31,8 @@ class Outputs:
         self._leads = tuple(round(output.lead_s / cycle_s) for output in outputs)
         self._kept = sum(1 << place for place, output in enumerate(outputs) if output.keep)
         self._queue: list[OutputEvent] = []
-        self._played = 0
-        """Number of the newest event whose tick was played: all up to it are over."""
+        self.played = 0
+        """Number of the newest event of the present owner whose tick was played: all up to it are executed."""
         self._early: set[int] = set()
         """Events above that, which were executed before their tick."""
         self._stopped: list[tuple[str, str]] = []
@@ -40,7 +40,7 @@ class Outputs:
     def begin(self) -> None:
         """A new owner counts its events from 1."""
         self._queue = []
-        self._played = 0
+        self.played = 0
         self._early.clear()
 
     def take(self, block: SetpointBlock) -> None:
@@ -53,13 +53,13 @@ class Outputs:
         if not self._queue:
             return
         for event in self._queue:
-            over = event.number <= self._played or event.number in self._early
+            over = event.number <= self.played or event.number in self._early
             if not over and event.tick - self._leads[event.output] <= tick:
                 self._early.add(event.number)
                 self._set(event.output, event.value)
         while self._queue and self._queue[0].tick <= tick:
-            self._played = max(self._played, self._queue.pop(0).number)
-        self._early = {number for number in self._early if number > self._played}
+            self.played = max(self.played, self._queue.pop(0).number)
+        self._early = {number for number in self._early if number > self.played}
 
     def stop(self, why: str) -> None:
         """No block is played as its agent means it: forget what was to happen, and leave on only what is to be kept."""

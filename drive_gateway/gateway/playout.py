@@ -177,7 +177,7 @@ class Playout:
         With the drives off only the torque at its end is taken, which carries the robot once they are on.
         """
         if self._mode is not _Mode.LIVE:
-            own = block.owner == self.owner and self._rules.form_problem(block) is None
+            own = self._owned(block) and self._rules.form_problem(block) is None
             if own and block.torque is not None:
                 self._standing = block.torque[-1:]
             return Ignored()
@@ -207,8 +207,9 @@ class Playout:
     def _address_problem(self, block: SetpointBlock) -> Refused | None:
         if self.closing:
             return Refused(Refusal.CLOSING, "the gateway is being stopped")
-        if block.owner != self.owner:
-            return Refused(Refusal.OWNER, f"owner {block.owner}; the present owner is {self.owner}")
+        if not self._owned(block):
+            present = f"the present owner is {self.owner}" if self.owner else "nobody owns the robot"
+            return Refused(Refusal.OWNER, f"owner {block.owner}; {present}")
         if block.sequence <= self.block:
             return Refused(Refusal.SEQUENCE, f"sequence {block.sequence}; block {self.block} was already accepted")
         if block.first_tick <= self.tick:
@@ -216,6 +217,10 @@ class Playout:
         if block.first_tick > self.tick + self._rules.longest:
             return Refused(Refusal.FAR, f"first tick {block.first_tick}; tick {self.tick} is far before it")
         return None
+
+    def _owned(self, block: SetpointBlock) -> bool:
+        """It comes from the present owner; where there is none, from nobody, whatever it says."""
+        return self.owner != 0 and block.owner == self.owner
 
     def _row(self, tick: int) -> int:
         """Row of a tick; the last one is held, and before the first the robot stood there."""

@@ -10,9 +10,6 @@ from drive_gateway.gateway.drive import Drive
 from drive_gateway.gateway.effects import StorePosition
 from drive_gateway.gateway.encoder_record import EncoderRecord
 
-BRAKE_S = 0.3
-"""Longest overlap of motor and brake: after it the brake holds alone."""
-
 
 class PositionKeeper:
     """Of one robot."""
@@ -21,6 +18,7 @@ class PositionKeeper:
         self._robot = robot
         self._nodes = nodes
         self._off_since: float | None = None
+        self._brake_s = max(node.axis.brake_s for node in nodes)
 
     def step(self, off: bool, now: float) -> list[Effect]:
         """`off`: measured at rest and without torque."""
@@ -30,7 +28,7 @@ class PositionKeeper:
             return self._stores((node, node.reference.used()) for node in driven)
         if self._off_since is None:
             self._off_since = now
-        if now - self._off_since < BRAKE_S:
+        if now - self._off_since < self._brake_s:
             return []
         return self._stores(
             (node, node.reference.record(node.counts)) for node in self._nodes if node.counts is not None

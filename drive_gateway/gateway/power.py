@@ -60,6 +60,9 @@ class Power:
         self._cycles = 0
         self._targets: Sequence[int] = ()
         self._confirmed: set[int] = set()
+        self._held_since: float | None = None
+        """All drives hold their axes against brakes that are still opening."""
+        self._brake_s = max(node.axis.brake_s for node in nodes)
         self.state = PowerState.OFF
         self._target = _TARGET[self.state]
         self.released = False
@@ -80,6 +83,7 @@ class Power:
         self._target = _TARGET[state]
         self.released = False
         self._cycles = 0
+        self._held_since = None
         if state not in (PowerState.HANDING_OVER, PowerState.ENABLING):
             self._deadline = now + SWITCH_TIMEOUT_S
 
@@ -102,12 +106,22 @@ class Power:
                     self._read_targets()
                 if len(self._confirmed) == len(self._nodes):
                     self.enter(PowerState.ENABLING, now)
-            case PowerState.ENABLING if self.all_in(AxisStatus.OPERATION_ENABLED):
-                self.enter(PowerState.ON, now)
+            case PowerState.ENABLING:
+                self._await_brakes(now)
             case PowerState.SWITCHING_OFF if self.off:
                 self.enter(PowerState.OFF, now)
             case PowerState.RESETTING if self.all_in(AxisStatus.SWITCH_ON_DISABLED):
                 self.enter(PowerState.OFF, now)
+
+    def _await_brakes(self, now: float) -> None:
+        """What is commanded before its brake is open an axis does not follow, and makes up for it in a jump."""
+        if not self.all_in(AxisStatus.OPERATION_ENABLED):
+            self._held_since = None
+            return
+        if self._held_since is None:
+            self._held_since = now
+        if now - self._held_since >= self._brake_s:
+            self.enter(PowerState.ON, now)
 
     def all_in(self, status: AxisStatus) -> bool:
         return all(node.status is status for node in self._nodes)

@@ -175,11 +175,11 @@ class Robot:
 
     def command(self, now: float, tick: int) -> Iterator[Effect]:
         """The second half: the RPDOs for the next SYNC, then the feedback."""
-        commanded_before, outputs_before = self.group.commanded, self.group.outputs.on
+        before = self.group.commanded, self.group.outputs.on, self.group.outputs.played
         self.hand.step(now)
         yield from self.group.command(now)
         if self.group.watch.measured:
-            yield Publish(self._feedback(tick, commanded_before, outputs_before))
+            yield Publish(self._feedback(tick, *before))
 
     def _release(self, then: Then) -> None:
         if not self.group.standstill.at_rest:
@@ -190,7 +190,7 @@ class Robot:
         self._log.info("released", f"{self.name} was released by its owner")
         then(True, f"{self.name} is released")
 
-    def _feedback(self, tick: int, commanded: Floats, outputs: int) -> DriveFeedback:
+    def _feedback(self, tick: int, commanded: Floats, outputs: int, event: int) -> DriveFeedback:
         group = self.group
         playout = group.playout
         self._sequence += 1
@@ -212,4 +212,5 @@ class Robot:
             axes=tuple(node.status for node in group.nodes),
             torque=group.watch.torque,
             outputs=outputs,
+            event=event,
         )

@@ -87,6 +87,7 @@ class SetupAxis:
         self._began_at = node.counts or 0
         self._cycles = 0
         self._since = now
+        self._enabled_since: float | None = None
         self._sent_stop = False
         self._way = _way(order, node.counts or 0)
         mode = SdoWrite(MODE, 0, order.mode.to_bytes(1, "little"))
@@ -159,7 +160,7 @@ class SetupAxis:
             case Stage.PREPARING if not self._steps:
                 self._enter(Stage.SWITCHING_ON, now)
             case Stage.SWITCHING_ON if enabled:
-                self._enter(Stage.READY, now)
+                self._await_brake(now)
             case stage if stage in _UNDER_WAY and not enabled:
                 self.stop(f"{self.node.label} left Operation Enabled, it is in {status.words}", now)
             case Stage.STARTING if self._cycles > 3 and word & ACKNOWLEDGED:
@@ -177,6 +178,13 @@ class SetupAxis:
             case Stage.SWITCHING_OFF if self.node.without_torque:
                 self._enter(Stage.ENDED, now)
         self._mind_the_time(now)
+
+    def _await_brake(self, now: float) -> None:
+        """A motion that begins against a brake that is still opening begins with a jump; a torque does not."""
+        if self._enabled_since is None:
+            self._enabled_since = now
+        if self.order.press is not None or now - self._enabled_since >= self.node.axis.brake_s:
+            self._enter(Stage.READY, now)
 
     def _watch(self, word: int, now: float) -> None:
         if self.order.mode == PROFILE_VELOCITY and now - self._since >= self.order.stop_s and not self._sent_stop:

@@ -12,8 +12,6 @@ from drive_gateway.gateway.trouble import Trouble
 
 HOLD_S = 0.5
 """A motion whose operator was not heard for this long is stopped."""
-SETUP_SHARE = 0.25
-"""Share of an axis' speed and acceleration that set-up may use."""
 
 
 class SetupMotion:

@@ -13,12 +13,12 @@ from drive_gateway.cia402.setup_objects import (
     press_order,
     velocity_order,
 )
-from drive_gateway.config.settings import INT32_MAX, INT32_MIN, AxisSettings
+from drive_gateway.config.settings import INT32_MAX, INT32_MIN, SETUP_SHARE, AxisSettings
 from drive_gateway.errors import GatewayError
 from drive_gateway.gateway.drive import Drive
 from drive_gateway.gateway.group import DriveGroup
 from drive_gateway.gateway.limit_switches import limit_switches
-from drive_gateway.gateway.setup_motion import SETUP_SHARE, SetupMotion
+from drive_gateway.gateway.setup_motion import SetupMotion
 
 LONGEST_PRESS_S = 60.0
 FARTHEST_PRESS = 0.2

@@ -15,7 +15,7 @@ from drive_gateway.canopen.frame import CanFrame
 from drive_gateway.config.settings import AxisSettings, GatewaySettings
 from drive_gateway.config.simulation import Level
 from drive_gateway.gateway.bus import BusError
-from drive_gateway.gateway.bus_news import BusBack, BusDisturbed, BusFailed, BusNews, name_of
+from drive_gateway.gateway.bus_news import BusBack, BusDisturbed, BusFailed, BusNews, SecondMaster, name_of
 from drive_gateway.gateway.steady_bus import SteadyBus
 from drive_gateway.sim.axis.dc_bus import DcBus
 from drive_gateway.sim.axis.full_servo import FullServo
@@ -110,7 +110,7 @@ class SimulatedDrives:
         """Drives live on without a bus and miss their master; only people need to know why."""
         name = name_of(self._settings)
         match news:
-            case BusFailed(text) | BusDisturbed(text):
+            case BusFailed(text) | BusDisturbed(text) | SecondMaster(text):
                 _log.warning("simulated drives: %s: %s", name, text)
             case BusBack():
                 _log.warning("simulated drives: %s works again", name)

@@ -215,7 +215,6 @@ class AgentCore:
         """What became of the blocks that were sent, and where on its path the robot is by that."""
         if self.executive is not None and self.executive.timeline.observe(feedback):
             self.run.accepted(self.executive.timeline.newest)
-            self.interruption.accepted(self.executive.timeline.newest)
         forgotten = self.interruption.watch(self.executive, feedback)
         if forgotten and self.mode in (Mode.HALTED, Mode.OFF_PATH, Mode.RETURNING):
             self.mode = Mode.READY

@@ -34,7 +34,7 @@ class Wishes:
     cap_m_s: float | None = None
     """The TCP may not be faster."""
     follower: Planned | None = None
-    """The motion to begin once the present one is at rest."""
+    """The motion to begin once the present one is at rest; nothing, where it is the present one already."""
     not_before_tick: int = 0
     """The follower does not begin earlier (a programmed pause)."""
     on_time: bool = False
@@ -213,7 +213,8 @@ class Executive:
 
     def _start_follower(self, base: SentBlock, join: int, wishes: Wishes, ahead_s: float) -> SentBlock | None:
         follower = wishes.follower
-        if follower is None or wishes.stop or not self.at_motion_end:
+        begun = follower is not None and follower.motion is base.path.motion
+        if follower is None or begun or wishes.stop or not self.at_motion_end:
             return None
         start = max(join, base.path_rest_tick, wishes.not_before_tick)
         if start > join + self._nominal_s / self._cycle_s or (wishes.on_time and start > wishes.not_before_tick):

@@ -18,7 +18,6 @@ from robot_agent.agent.pace import Pace
 from robot_agent.agent.path_gap import Gap, Place
 from robot_agent.agent.planning import Plan, PlanFailed, Planned, Planner, PlanRequest
 from robot_agent.agent.program_run import ProgramRun
-from robot_agent.agent.timeline import SentBlock
 from robot_agent.agent.zone_claims import ZoneClaims
 from robot_agent.language import JointStep
 
@@ -46,8 +45,6 @@ class Interruption:
         self._wanted: tuple[float, PlanRequest | None] | None = None
         """The tau to return to, and the plan that was asked for."""
         self._way: Planned | None = None
-        self._begun = False
-        """The gateway has accepted a block of the way."""
         self._problem = ""
         self._after = Mode.HALTED
 
@@ -149,15 +146,10 @@ class Interruption:
                 self._problem = f"there is no way back to the path: {result.text}"
         return result.id < 0
 
-    def accepted(self, block: SentBlock) -> None:
-        """The gateway has accepted a block."""
-        if self._way is not None and block.path.motion is self._way.motion:
-            self._begun = True
-
     @property
     def follower(self) -> Planned | None:
-        """The way back, while it is still to be begun."""
-        return None if self._begun else self._way
+        """The way back, once it is planned."""
+        return self._way
 
     @property
     def waiting(self) -> str:
@@ -174,7 +166,8 @@ class Interruption:
         way, place = self._way, self._place
         if way is None or place is None or self._wanted is None or not executive.at_rest(tick):
             return None
-        if way.motion.duration_s > 0.0 and not (self._begun and executive.at_motion_end):
+        on_way = executive.timeline.certain(tick) is way
+        if way.motion.duration_s > 0.0 and not (on_way and executive.at_motion_end):
             return None
         executive.stand(place.planned, tick, self._wanted[0])
         self._run.resume()
@@ -182,4 +175,4 @@ class Interruption:
         return self._after
 
     def _drop_way(self) -> None:
-        self._wanted, self._way, self._begun, self._problem = None, None, False, ""
+        self._wanted, self._way, self._problem = None, None, ""

@@ -1,13 +1,12 @@
 """Digital outputs that a program switches in step with its motion: from marks on the path to events of blocks.
 
 A mark is a place on a motion, so whatever delays the robot delays it too. It is passed at the first sample at or behind
-its tau. Until the tick of that sample is played each block says it anew where it does not come before the block; a mark
-that was passed while blocks got lost is said at the first sample of the next one.
+its tau. Until feedback says that it is executed each block says it anew, at its first sample where the mark was passed
+before that. The gateway executes it at the first place that it is told, and once.
 """
 
-from collections.abc import Collection, Iterable
+from collections.abc import Iterable
 from dataclasses import dataclass
-from itertools import dropwhile
 
 import numpy as np
 
@@ -57,8 +56,10 @@ class OutputMarks:
         """So many switches of this run."""
         self._marks: dict[int, _Mark] = {}
         """Those in front of the robot on its motion, and those that are due, by the number of the switch."""
-        self._queued: tuple[OutputEvent, ...] = ()
-        """What the gateway will execute, unless a later block says otherwise."""
+        self._ticks: dict[int, int] = {}
+        """When the gateway will execute what it was told, unless a later block says otherwise, by event numbers."""
+        self.done_tick = 0
+        """The tick of the newest event of this run that was executed; 0 before."""
 
     def claimed(self, outputs: tuple[str, ...]) -> None:
         """A new claim on a robot with these outputs: numbers begin anew."""
@@ -68,53 +69,42 @@ class OutputMarks:
     def drop(self) -> None:
         """The program has ended, or begins: what is not executed never will be."""
         self._before, self._executed = self._said, 0
-        self._marks, self._queued = {}, ()
-
-    def interrupted(self) -> None:
-        """The robot is stopped: its gateway has forgotten what was to come."""
-        self._queued = ()
+        self._marks, self._ticks, self.done_tick = {}, {}, 0
 
     def due(self, switches: Iterable[Switch], tick: int) -> None:
         """Switch at a tick, or as soon as possible behind it, wherever the robot is."""
         self._marks |= {switch.number: _Mark(switch, tick=tick) for switch in switches}
 
     @property
-    def due_tick(self) -> int | None:
-        """The tick by which all is executed that is due; None while the gateway does not know of all.
-
-        For a robot at the end of its motion, where every mark is due.
-        """
-        if len(self._queued) < len(self._marks):
-            return None
-        return self._queued[-1].tick if self._queued else 0
+    def pending(self) -> bool:
+        """Whether something is still to be executed that is due, for a robot at the end of its motion."""
+        return bool(self._marks)
 
     def accepted(self, block: SentBlock) -> None:
         """The gateway has accepted a block: its events take the place of those that come behind its beginning."""
-        again = {event.number for event in block.events}
-        earlier = (event for event in self._queued if event.tick < block.first_tick and event.number not in again)
-        self._queued = (*earlier, *block.events)
-        self._marks |= self._on(block.path)
+        earlier = {number: tick for number, tick in self._ticks.items() if tick < block.first_tick}
+        self._ticks = {event.number: event.tick for event in block.events} | earlier
 
-    def played(self, tick: int) -> None:
-        """All up to a tick is executed."""
-        done = [event.number - self._before for event in self._queued if event.tick <= tick]
-        self._queued = self._queued[len(done) :]
-        if done:
-            self._executed = done[-1]
+    def ahead(self, path: Planned) -> None:
+        """The robot is on a motion, and will not go on before it has passed the marks on it."""
+        self._marks |= self._on(path)
+
+    def executed(self, newest: int, tick: int) -> None:
+        """At a tick all events up to `newest` were executed; others whose ticks were over the gateway had forgotten."""
+        self.done_tick = max([self.done_tick, *(at for number, at in self._ticks.items() if number <= newest)])
+        self._ticks = {number: at for number, at in self._ticks.items() if number > newest and at > tick}
+        if newest - self._before > self._executed:
+            self._executed = newest - self._before
             self._marks = {number: mark for number, mark in self._marks.items() if number > self._executed}
 
-    def events(
-        self, block: SentBlock, nominal: int, undecided: Collection[SentBlock], halted: bool
-    ) -> tuple[OutputEvent, ...]:
+    def events(self, block: SentBlock, nominal: int, halted: bool) -> tuple[OutputEvent, ...]:
         """What a block is to switch: in its first `nominal` samples, or where it stands behind its end within them.
 
-        These are meant by whoever sends it, a ramp too if it begins there. What is executed before the block begins,
-        whatever became of the `undecided` ones that were sent, is not said again. While the robot is halted nothing is
+        These are meant by whoever sends it, a ramp too if it begins there. While the robot is halted nothing is
         switched but what its motion passes.
         """
-        sure, events = self._sure(block, undecided), list[OutputEvent]()
-        marks = sorted((self._marks | self._on(block.path)).items())
-        for number, mark in dropwhile(lambda each: self._before + each[0] in sure, marks):
+        events = list[OutputEvent]()
+        for number, mark in sorted((self._marks | self._on(block.path)).items()):
             index = mark.index(block, nominal)
             if index is None or (halted and mark.motion is not block.path.motion):
                 break
@@ -125,14 +115,6 @@ class OutputMarks:
                 break
         self._said = max([self._said, *(event.number for event in events)])
         return tuple(events)
-
-    def _sure(self, block: SentBlock, undecided: Collection[SentBlock]) -> set[int]:
-        """The numbers of what is executed before a block begins, whichever of the `undecided` blocks are accepted."""
-        sure = {event.number for event in self._queued if event.tick < block.first_tick}
-        for other in undecided:
-            kept = {event.number for event in self._queued if event.tick < other.first_tick}
-            sure &= kept | {event.number for event in other.events if event.tick < block.first_tick}
-        return sure
 
     def _on(self, planned: Planned) -> dict[int, _Mark]:
         """The marks on a motion that are not executed yet."""

@@ -29,14 +29,12 @@ class Place:
     @classmethod
     def of(cls, executive: Executive, tick: int) -> Self | None:
         """Of a robot that is supplied with blocks of its program; it plays them at `tick`. None where it is led."""
-        if executive.corrected:
-            return None
-        newest = executive.timeline.newest.path
-        spans = executive.timeline.spans(tick - round(_LAG_S / executive.cycle_s))
-        span = next(each for each in spans if each.planned.motion is newest.motion)
         block, _ = executive.timeline.at(tick)
-        left_tau = block.path_state(tick).tau if block.path is newest else span.first_tau
-        return cls(newest, span.first_tau, span.last_tau, left_tau)
+        if block.followed is not None:
+            return None
+        spans = executive.timeline.spans(tick - round(_LAG_S / executive.cycle_s))
+        span = next(each for each in spans if each.planned.motion is block.path.motion)
+        return cls(block.path, span.first_tau, span.last_tau, block.path_state(tick).tau)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

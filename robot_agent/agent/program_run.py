@@ -6,12 +6,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cell.core import Effect
-from cell.messages import OutputEvent, ProgramState, ProgramStatus, ZoneGeometry
+from cell.messages import DriveFeedback, OutputEvent, ProgramState, ProgramStatus, ZoneGeometry
 from robot_agent.agent.executive import Executive
 from robot_agent.agent.lookahead import Lookahead, Waiting
 from robot_agent.agent.output_marks import OutputMarks
 from robot_agent.agent.planning import Extended, PlanFailed, Planned
-from robot_agent.agent.timeline import SentBlock
+from robot_agent.agent.timeline import SentBlock, Timeline
 from robot_agent.language import Finished, Pause, Program, ProgramFault, SwitchNow, TrackingOff, TrackingOn
 
 
@@ -84,26 +84,37 @@ class ProgramRun:
         """The robot is about to leave its path: nothing is settled until `resume`, what comes next is kept."""
         self.state, self.error = ProgramState.INTERRUPTED, why
         self.end_tick = None
-        self.outputs.interrupted()
 
     def resume(self) -> None:
         """The robot rests on its path again, where it left it."""
         self.state, self.error = ProgramState.RUNNING, ""
 
     def accepted(self, block: SentBlock) -> None:
-        """The gateway has accepted a block; when it begins the next motion, that one is no longer ahead."""
+        """The gateway has accepted a block."""
         if self.running:
             self.outputs.accepted(block)
-        head = self.lookahead.head
-        if isinstance(head, Planned) and head.motion is block.path.motion:
-            self.lookahead.advance()
+
+    def advance(self, timeline: Timeline, tick: int) -> None:
+        """Once the robot is on the next motion and nothing under way can take it back, that one is no longer ahead.
+
+        A block that is accepted may still be superseded by one that was sent before anyone knew of it, and a stop may
+        come before it is played.
+        """
+        if not self.running:
+            return
+        head, path = self.lookahead.head, timeline.certain(tick)
+        if isinstance(head, Planned) and head.motion is timeline.at(tick)[0].path.motion:
             self.starting = False
+        if path is not None:
+            self.outputs.ahead(path)
+        if path is not None and isinstance(head, Planned) and head.motion is path.motion:
+            self.lookahead.advance()
 
     def events(self, block: SentBlock, executive: Executive, halted: bool) -> tuple[OutputEvent, ...]:
         """The outputs that a block is to switch; none once the program has ended, wherever its block leads."""
         if not self.running:
             return ()
-        return self.outputs.events(block, executive.nominal, executive.timeline.undecided, halted)
+        return self.outputs.events(block, executive.nominal, halted)
 
     def start_missed(self, tick: int) -> bool:
         """Whether the first motion has not begun at the tick at which it had to."""
@@ -130,16 +141,14 @@ class ProgramRun:
         motion ends with it.
         """
         timeline = executive.timeline
-        running = timeline.newest.path
-        if running is not self.lookahead.open or zones is None:
+        running = timeline.certain(tick)
+        if not self.running or running is None or running is not self.lookahead.open or zones is None:
             return []
         if self.end_tick is not None or (stepping and executive.at_motion_end):
             self.lookahead.close()
         if stepping:
             return []
-        block, _ = timeline.at(tick)
-        played_tau = block.path_state(tick).tau if block.path is running else 0.0
-        return self.lookahead.extend(timeline.reach(), played_tau, zones)
+        return self.lookahead.extend(timeline.reach(), timeline.at(tick)[0].path_state(tick).tau, zones)
 
     @property
     def follower(self) -> Planned | None:
@@ -147,13 +156,20 @@ class ProgramRun:
         head = self.lookahead.head
         return head if isinstance(head, Planned) else None
 
-    def settle(self, executive: Executive, tick: int, cycle_s: float, halted: bool) -> None:
-        """Take the steps that move nothing, once the motion before them has ended and its outputs are switched."""
-        self.outputs.played(tick)
-        due_tick = self.outputs.due_tick
-        if not self.running or not executive.at_motion_end or due_tick is None:
+    def settle(self, executive: Executive, feedback: DriveFeedback, cycle_s: float, halted: bool) -> None:
+        """Take the steps that move nothing, once the robot rests behind its motion with all outputs switched."""
+        self.outputs.executed(feedback.event, feedback.tick)
+        before: object = self
+        while before is not self.lookahead.head:
+            before = self.lookahead.head
+            self._settle_head(executive, feedback.tick, cycle_s, halted)
+
+    def _settle_head(self, executive: Executive, tick: int, cycle_s: float, halted: bool) -> None:
+        path_rest_tick = executive.timeline.path_rest_tick
+        arrived = executive.at_motion_end and tick >= path_rest_tick
+        if not self.running or not arrived or self.outputs.pending:
             return
-        rest_tick = max(executive.timeline.path_rest_tick, self.resume_tick, due_tick)
+        rest_tick = max(path_rest_tick, self.resume_tick, self.outputs.done_tick)
         self.correction_ends = False
         if not self.starting and tick >= rest_tick:
             self.end_tick = None

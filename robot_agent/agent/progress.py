@@ -66,10 +66,11 @@ class Progress:
         return Mode.HALTED if mode is Mode.RUNNING else self._interruption.mode(feedback, planner)
 
     def _advance_program(self, mode: Mode, executive: Executive, feedback: DriveFeedback, now: float) -> Mode:
+        self._run.advance(executive.timeline, feedback.tick)
         if self._run.start_missed(feedback.tick):
             why = self._stillness.why(mode, executive, feedback.tick, now) or "the robot was held up"
             self._run.fail(f"the common start was missed: {why}")
-        self._run.settle(executive, feedback.tick, executive.cycle_s, halted=mode is Mode.HALTED)
+        self._run.settle(executive, feedback, executive.cycle_s, halted=mode is Mode.HALTED)
         self._run.follow(executive.timeline.at(feedback.tick)[0], feedback.tick)
         if mode is not Mode.RUNNING:
             return mode

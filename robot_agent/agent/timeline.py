@@ -92,11 +92,6 @@ class Timeline:
         return self._accepted[-1]
 
     @property
-    def undecided(self) -> tuple[SentBlock, ...]:
-        """The blocks that the gateway may still accept, or has."""
-        return tuple(self._open)
-
-    @property
     def path_rest_tick(self) -> int:
         """The first tick from which on path time stands in all accepted blocks; many in a row may only repeat that."""
         blocks = reversed(self._accepted)
@@ -157,6 +152,11 @@ class Timeline:
             if block.first_tick <= tick:
                 return block, block.index(tick)
         return self._accepted[0], 0
+
+    def certain(self, tick: int) -> Planned | None:
+        """The motion that the robot is on at a tick, if it stays on it whatever becomes of the blocks sent."""
+        path = self.at(tick)[0].path
+        return path if all(block.path.motion is path.motion for block in (self.newest, *self._open)) else None
 
     def spans(self, from_tick: int, candidate: SentBlock | None = None) -> list[Span]:
         """All motion from a tick to rest: of the accepted blocks, of those that may still be, and of a candidate."""

@@ -45,6 +45,7 @@ def axis(name: str, node_id: int, **changes: object) -> AxisSettings:
         quick_stop=40.0,
         following_window=0.05,
         following_time_s=0.05,
+        brake_s=0.04,
         simulated_start=0.5,
     )
     return replace(settings, **changes)  # type: ignore[arg-type]

@@ -38,7 +38,7 @@ class HeavyArm(GatewayBench):
     def __init__(self, feed_forward: str, level: Level = Level.FULL, direction: int = 1) -> None:
         arm = axis(
             "J1", 1, counts_per_unit=direction * COUNTS, offset=0.0, simulated_start=0.3,
-            velocity_offset=feed_forward != "none", torque_offset=feed_forward == "torque",
+            brake_s=0.12, velocity_offset=feed_forward != "none", torque_offset=feed_forward == "torque",
             torque=TorqueSettings(
                 round(1000 * RATED_NM), 1000 * direction / (GEAR * RATED_NM), GEAR * 30 / pi
             ),

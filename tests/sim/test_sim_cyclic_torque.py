@@ -152,6 +152,19 @@ def test_a_robot_that_is_not_referenced_must_home_first() -> None:
     assert "J2 of left not referenced; home first" in world.ask(PressAxis("left", "J1", 1.0, 1.0, 0.01)).text
 
 
+@pytest.mark.parametrize("per_mille", [1.0, -1.0])
+def test_an_axis_at_its_limit_switch_presses_away_from_it_only(per_mille: float) -> None:
+    """The axis stands at its upper end; with a reversed motor that is the negative switch."""
+    rated = TorqueSettings(9000, per_mille, 1000.0)
+    counts = per_mille * 100_000.0
+    world = GatewayBench(settings(axis("J1", 1, torque=rated, counts_per_unit=counts, limit_switches=(0.1, 0.5))))
+    world.ready()
+    side = "positive" if per_mille > 0 else "negative"
+    refused = world.ask(PressAxis("left", "J1", 1.0, 1.0, 0.01)).text
+    assert refused.startswith(f"node 1 (left J1) is at its {side} limit switch")
+    assert world.ask(PressAxis("left", "J1", -1.0, 1.0, 0.01)).ok
+
+
 def test_a_drive_without_torque_refuses_the_mode_and_is_named() -> None:
     world = HeavyArm("torque", level=Level.FAST)
     assert pressed(world, 10.0) == "stopped"

@@ -4,7 +4,7 @@ from collections.abc import Callable
 
 import pytest
 
-from cell.messages import AcceptPosition, Claim, DisableDrives, EnableDrives, Home
+from cell.messages import AcceptPosition, AxisStatus, Claim, DisableDrives, EnableDrives, Home
 from drive_gateway.config.settings import EncoderSettings
 from tests.sim.gateway_bench import GatewayBench, axis, homing, settings
 
@@ -13,7 +13,7 @@ ENCODER = EncoderSettings(
     counts_per_turn=TURN, window=TURN // 16, serial=(0x2010, 1), status=(0x2010, 2), battery_mask=1
 )
 AXES = settings(
-    axis("J1", 1, absolute=ENCODER, homing=homing(35, 0.5)),
+    axis("J1", 1, absolute=ENCODER, homing=homing(35, 0.5), brake_s=0.3),
     axis("J2", 2, absolute=ENCODER, counts_per_unit=-80_000.0),
 )
 
@@ -49,11 +49,25 @@ def test_a_record_holds_turns_place_in_the_turn_serial_and_calibration() -> None
     assert len(record.calibration) == 8
 
 
+def test_an_axis_is_compared_when_it_stands() -> None:
+    world = stored()
+    servo = world.bus.nodes[1].drives[0].servo
+    servo.rest = lambda step_s, _brake: servo.jump(round(500 * step_s))
+    world.restart_gateway()
+    world.run(0.8)
+    assert set(world.feedback.axes) == {AxisStatus.SWITCH_ON_DISABLED}
+    assert not world.state.ready
+    assert "not referenced: J1, J2: not checked yet" in enabling(world)
+    del servo.rest
+    world.until(lambda: world.state.ready, within_s=0.5)
+    assert enabling(world) == ""
+
+
 def test_nothing_is_stored_while_the_robot_has_torque_or_before_its_brakes_hold() -> None:
     world = GatewayBench(AXES)
     world.until(lambda: world.state is not None and world.state.ready)
     owner = world.enabled()
-    world.run(0.4)
+    world.run(0.1)
     assert not world.stored
     assert world.ask(DisableDrives("left", owner)).ok
     world.run(0.2)

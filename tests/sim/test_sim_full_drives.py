@@ -35,6 +35,7 @@ class FullArm(World):
         self.until(lambda: self.seen.robots["stacker"].mode is Mode.DISABLED)
         self.order(ROBOT, Enable())
         self.until(lambda: self.seen.feedback["stacker"].enabled)
+        self.closed_when_enabled = [servo.machine.brake_closed for servo in self.servos]
 
     def until(self, happened: Callable[[], bool], within_s: float = 5.0) -> None:
         assert self.clock.run_until(self.clock.now + within_s, happened), self.seen.events
@@ -79,6 +80,10 @@ def test_torque_fed_forward_makes_the_following_error_several_times_smaller(arms
     # Measured on J1 to J3: 0.18 to 0.28 mrad, which is mostly friction, against 0.46 to 3.5 mrad.
     assert (with_torque < 4e-4).all()
     assert (with_torque < 0.5 * without).all()
+
+
+def test_a_robot_is_enabled_when_its_brakes_are_open(arms: dict[str, FullArm]) -> None:
+    assert arms["torque"].closed_when_enabled == [False] * 4
 
 
 def test_an_arm_whose_agent_dies_in_motion_is_held_where_it_stands_until_its_brakes_close(

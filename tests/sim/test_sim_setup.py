@@ -1,10 +1,13 @@
 """Set-up with real frames: axes home, and move by their drives' own profiles, while an operator holds them."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
-from cell.messages import AxisStatus, Claim, EnableDrives, Estop, Home, MoveAxes
+from cell.messages import AxisStatus, Claim, DisableDrives, EnableDrives, Estop, Home, MoveAxes
 from drive_gateway.canopen.sdo import Sdo, SdoDone
+from drive_gateway.config.settings import RobotDrives
 from tests.sim.gateway_bench import GatewayBench, axis, homing, settings
 
 INCREMENTAL = settings(
@@ -62,6 +65,17 @@ def test_a_drive_that_does_not_find_its_home_point_is_named() -> None:
     assert world.said[0] == "stopped: node 1 (left J1) did not find its home point (homing error)"
 
 
+def test_an_axis_that_fails_stops_the_others_of_its_motion() -> None:
+    axes = (axis("J1", 1, incremental=True, homing=homing(33, 0.0)), axis("J2", 2, homing=homing(17, 0.1)))
+    world = GatewayBench(settings(*axes))
+    world.ready()
+    start = places(world)[1]
+    assert world.set_up(Home("left", ())) == "stopped"
+    assert "node 1 (left J1) did not find its home point" in world.said[0]
+    assert abs(places(world)[1] - start) < 0.05
+    assert set(world.feedback.axes) == {AxisStatus.SWITCH_ON_DISABLED}
+
+
 def test_an_emergency_stop_and_a_fault_end_it() -> None:
     for trouble in ("estop", "fault"):
         world = bench()
@@ -76,6 +90,10 @@ def test_an_emergency_stop_and_a_fault_end_it() -> None:
         world.run(0.5)
         assert world.feedback.axes[0] in (AxisStatus.SWITCH_ON_DISABLED, AxisStatus.FAULT)
         assert not world.feedback.referenced
+        refused = world.ask(Home("left", ("J1",)))
+        assert not refused.ok
+        why = "left stays off: emergency stop e1" if trouble == "estop" else "left is in fault (node 1 (left J1)"
+        assert refused.text.startswith(why)
 
 
 @pytest.mark.parametrize("by_velocity", [False, True])
@@ -121,6 +139,49 @@ def test_the_mode_is_back_at_cyclic_synchronous_position_before_the_robot_is_ena
 )
 def test_what_cannot_be_done_is_refused_with_what_is_allowed(command: Home | MoveAxes, text: str) -> None:
     assert text in bench().ask(command).text
+
+
+def test_an_axis_moves_when_its_brake_has_had_the_time_to_open() -> None:
+    world = GatewayBench(settings(axis("J1", 1, brake_s=0.2)))
+    world.ready()
+    assert world.ask(MoveAxes("left", {"J1": 0.1}, True, 1.0, False)).ok
+    world.holder = "left"
+    world.until(lambda: world.feedback.axes[0] is AxisStatus.OPERATION_ENABLED)
+    enabled, place = world.now, places(world)[0]
+    world.until(lambda: places(world)[0] != place)
+    assert 0.2 <= world.now - enabled < 0.25
+
+
+def test_a_late_cycle_ends_it() -> None:
+    """A profile velocity would run on beyond its stop time by as much."""
+    world = GatewayBench(settings(axis("J1", 1)))
+    world.ready()
+    assert world.ask(MoveAxes("left", {"J1": 0.3}, True, 1.0, True)).ok
+    world.holder = "left"
+    world.until(lambda: world.feedback.velocity[0] > 0.3)
+    world.cycle(late_s=0.03)
+    world.until(lambda: world.feedback.axes[0] is AxisStatus.QUICK_STOP_ACTIVE, within_s=0.05)
+    assert "late_cycle" in world.codes()
+
+
+def test_while_a_robot_is_set_up_no_other_one_of_its_bus_has_torque() -> None:
+    other = RobotDrives("right", (axis("J1", 3),))
+    both = settings(axis("J1", 1))
+    world = GatewayBench(replace(both, robots={**both.robots, "right": other}))
+    world.ready()
+    owner = world.ask(Claim("right", "r1", "d")).claim.owner
+    move = MoveAxes("left", {"J1": 0.3}, True, 1.0, False)
+    assert world.ask(EnableDrives("right", owner)).ok
+    refused = world.ask(move)
+    assert refused.text == "set-up needs every other robot disabled, right is not: cell disable right"
+    assert world.ask(DisableDrives("right", owner)).ok
+    assert world.ask(move).ok
+    refused = world.ask(EnableDrives("right", owner))
+    assert refused.text == "right stays off: left is being set up; one robot at a time"
+    assert world.ask(replace(move, robot="right")).text == "left is being set up; one robot at a time"
+    world.until(lambda: "setup_stopped" in world.codes(), within_s=2.0)
+    owner = world.ask(Claim("right", "r1", "d")).claim.owner
+    assert world.ask(EnableDrives("right", owner)).ok
 
 
 def test_an_enabled_robot_is_not_set_up() -> None:

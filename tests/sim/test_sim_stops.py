@@ -7,10 +7,12 @@ from cell.messages import (
     Claim,
     Command,
     DisableDrives,
+    EnableDrives,
     Estop,
     Event,
     Home,
     MoveAxes,
+    Release,
     ResetDrives,
 )
 from cell.messages.drives import PlayoutState
@@ -206,15 +208,50 @@ def test_an_axis_that_slips_after_a_fault_is_named_and_keeps_the_robot_in_fault(
     world.bus.nodes[1].raise_emergency(0x4310)
     world.until(lambda: world.feedback.state is PlayoutState.FAULT)
     world.run(0.3)
+    owner = world.ask(Claim("left", "b", "d")).claim.owner
     servo = world.bus.nodes[1].drives[0].servo
     servo.rest = lambda step_s, _brake: servo.jump(round(10_000 * step_s))
     world.until(lambda: bool(alarms(world)), within_s=STOP_S + 0.05)
     assert "its brake does not hold" in alarms(world)[0].text
     assert NMT_STOP not in world.frames
-    assert "moves" in world.ask(Claim("left", "b", "d")).text
+    for order in (ResetDrives("left", owner), DisableDrives("left", owner), Release("left", owner)):
+        refused = world.ask(order)
+        assert not refused.ok
+        assert "move" in refused.text
     del servo.rest
     world.run(0.2)
-    assert world.ask(Claim("left", "b", "d")).ok
+    assert world.ask(ResetDrives("left", owner)).ok
+
+
+def test_an_axis_that_slips_while_its_robot_is_off_is_named_and_nothing_else_is_done() -> None:
+    world = GatewayBench(settings(axis("J1", 1), axis("J2", 2)))
+    world.ready()
+    world.events.clear()
+    servo = world.bus.nodes[1].drives[0].servo
+    servo.rest = lambda step_s, _brake: servo.jump(round(10_000 * step_s))
+    world.run(0.4)
+    assert not world.events, "less than its window of 5000 counts"
+    world.run(0.2)
+    assert [event.code for event in world.events] == ["moves_without_torque"]
+    assert world.events[0].severity is Severity.ALARM
+    assert "node 1 (left J1) moves without torque: its brake does not hold" in world.events[0].text
+    world.run(1.2)
+    assert len(world.events) == 2
+    assert world.feedback.state is PlayoutState.FOLLOWING
+
+
+def test_an_axis_that_gives_way_while_its_brake_opens_is_switched_off_and_told() -> None:
+    world = GatewayBench(settings(axis("J1", 1, brake_s=0.2), axis("J2", 2)))
+    world.ready()
+    owner = world.ask(Claim("left", "b", "d")).claim.owner
+    request = world.request(EnableDrives("left", owner))
+    world.until(lambda: world.feedback.axes[0] is AxisStatus.OPERATION_ENABLED)
+    world.run(0.1)
+    assert not world.feedback.enabled
+    world.bus.nodes[1].drives[0].servo.jump(6000)
+    world.until(lambda: request in world.replies, within_s=0.05)
+    assert world.replies[request].text == "left moved while it was enabled; check brakes and loads"
+    world.until(lambda: set(world.feedback.axes) == {AxisStatus.SWITCH_ON_DISABLED}, within_s=0.5)
 
 
 # Drives that were not switched off, and drives that mask their fault
@@ -226,6 +263,7 @@ def test_a_drive_found_in_motion_that_nobody_wants_is_stopped_before_it_is_switc
     servo = world.bus.nodes[1].drives[0].servo
     world.until(lambda: world.feedback.axes[0] is AxisStatus.QUICK_STOP_ACTIVE, within_s=0.1)
     assert abs(servo.velocity) > 1000.0
+    assert world.ask(Claim("left", "b", "d")).text == "robot left still moves; ask again when it is at rest"
     world.until(lambda: world.feedback.axes[0] is AxisStatus.SWITCH_ON_DISABLED, within_s=0.5)
     assert servo.standing
 

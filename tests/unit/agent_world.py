@@ -205,6 +205,7 @@ class AgentWorld:
         return DriveFeedback(
             "left", "gateway", self._sequence, self.tick, 7, sequence, state, len(self.queue), 0, self.referenced,
             self.enabled, position, np.zeros_like(position), self.commanded, axes,
+            event=self.switched[-1][1].number if self.switched else 0,
         )  # fmt: skip
 
     def _grant_or_free(self, presence: Presence) -> None:

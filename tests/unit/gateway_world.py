@@ -49,6 +49,7 @@ def axis(name: str, node_id: int, **changes: object) -> AxisSettings:
         quick_stop=40.0,
         following_window=0.05,
         following_time_s=0.05,
+        brake_s=0.04,
         simulated_start=0.5,
     )
     return replace(settings, **changes)
@@ -72,7 +73,10 @@ def gateway_settings(axes: tuple[AxisSettings, ...] | None = None, **changes: ob
 
 
 class FakeDrive:
-    """A drive that does what it is told one cycle later; `stuck` keeps it where it is, `alive` is its supply."""
+    """A drive that does what it is told one cycle later; `stuck` keeps it where it is, `alive` is its supply.
+
+    `local`: somebody else commands it.
+    """
 
     def __init__(self, settings: AxisSettings, gateway: GatewaySettings) -> None:
         self.id = settings.node_id
@@ -80,6 +84,7 @@ class FakeDrive:
         self.alive = True
         self.quiet_tpdo = False
         self.stuck = False
+        self.local = False
         self.deaf_to_outputs = False
         self.cause_present = False
         self.objects: dict[tuple[int, int], bytes] = {(0x1018, 1): b"\x01\0\0\0"}
@@ -99,7 +104,8 @@ class FakeDrive:
             return self._manage(frame.data[0])
         if frame.id == 0x200 + self.id and self.nmt == 5:
             word, self.target = struct.unpack("<Hi", frame.data)
-            self._obey(word)
+            if not self.local:
+                self._obey(word)
             self.objects[0x607A, 0] = struct.pack("<i", self.target)
         if frame.id == 0x400 + self.id and self.nmt == 5 and not self.deaf_to_outputs:
             self.objects[0x60FE, 1] = frame.data
@@ -107,7 +113,8 @@ class FakeDrive:
             if self.status is S.OPERATION_ENABLED and not self.stuck:
                 self.position = self.target
             if not self.quiet_tpdo:
-                return [CanFrame(0x180 + self.id, struct.pack("<Hi", STATUSWORDS[self.status], self.position))]
+                word = STATUSWORDS[self.status] & (0xFDFF if self.local else 0xFFFF)
+                return [CanFrame(0x180 + self.id, struct.pack("<Hi", word, self.position))]
         return []
 
     def beat(self, now: float) -> list[CanFrame]:

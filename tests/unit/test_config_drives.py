@@ -56,13 +56,17 @@ def test_an_option_that_is_a_list_is_refused_once_with_all_that_is_allowed(tmp_p
         ("node: 3", "node: 4, axis: 2", "axis: §2",
          "robots.left.axes.J3.axis: found axis 2 of node 4, whose PDOs have the identifiers of Node-ID 5, of left.J5, "
          "allowed Node-IDs that leave room for all axes of each node"),
-        ("node: 3", "node: 127, axis: 2", "axis: §2",
-         "robots.left.axes.J3.axis: found axis 2 of node 127, whose PDOs have the identifiers of Node-ID 128, beyond"),
+        ("node: 3", "node: 126, axis: 3", "axis: §3",
+         "robots.left.axes.J3.axis: found axis 3 of node 126, whose PDOs have the identifiers of Node-ID 128, beyond"),
         ("node: 3", "node: 3, axis: 2", "axis: §2",
          "robots.left.axes.J3.axis: found axis 2 of node 3 without its axis 1, allowed the axes of a node from 1 on"),
         ("node: 3", "node: 2, axis: 2, error_control: guarding", "node: §2, axis",
          "robots.left.axes.J3.node: found another error_control than that of left.J2, on the same node, allowed"),
         ("node: 3", "node: 3, axis: 4", "axis: §4", "robots.left.axes.J3.axis: found 4, allowed 3 or less"),
+        ("node: 3", "node: 127", "§127",
+         "robots.left.axes.J3.node: found 127, under which the gateway itself sends its heartbeat, allowed 1 to 126"),
+        ("node: 3", "node: 2, axis: 2, waive: ['1016']", "node: §2, axis",
+         "robots.left.axes.J3.node: found 1016h waived by one of left.J2 and left.J3, on the same node, allowed"),
         ("node: 3", "node: 128", "§128", "robots.left.axes.J3.node: found 128, allowed 127 or less"),
         ("node: 3", "node: 3.0", "§3.0", "robots.left.axes.J3.node: found 3.0, allowed a whole number"),
         ("cycle_s: 0.004", "cycle_s: 0.002", "cycle_s: §0.002",
@@ -101,6 +105,8 @@ def test_an_option_that_is_a_list_is_refused_once_with_all_that_is_allowed(tmp_p
         ("gear: 200, counts_per_turn: 131072, direction: 1, offset: 0, speed: 110",
          "gear: 1e6, rated_torque_nm: 9, counts_per_turn: 131072, direction: 1, offset: 0, speed: 1e6", "speed: §1e6",
          "robots.left.axes.J2.speed: found 1000000.0, allowed 21474.8 or less, 32 bits of motor turns per minute"),
+        ("direction: 1, offset: 0, speed: 110", "direction: 1, offset: 0, speed: 1e6", "speed: §1e6",
+         "robots.left.axes.J2.speed: found 1000000.0, allowed 28912.9 or less, 32 bits of encoder counts"),
         (GRIPPER, "gripper: {axis: J7, bit: 16, at_stop: keep}", "§J7",
          "robots.left.outputs.gripper.axis: found 'J7', allowed an axis of left: J1, J2, J3, J4, J5, J6"),
         (GRIPPER, f"{GRIPPER}\n      laser: {{axis: J6, bit: 16, at_stop: off}}", "bit: §16, at_stop: off",
@@ -125,6 +131,15 @@ def test_an_option_that_is_a_list_is_refused_once_with_all_that_is_allowed(tmp_p
 def test_each_mistake_is_one_line_at_its_place(tmp_path: Path, old: str, new: str, at: str, problem: str) -> None:
     copy = Copy(tmp_path).change(DRIVES, old, new)
     assert any(line.startswith(f"{copy.place(DRIVES, at)}: {problem}") for line in lines(copy))
+
+
+def test_a_guarded_node_must_be_able_to_count_the_polls_that_it_misses(tmp_path: Path) -> None:
+    copy = Copy(tmp_path).change(DRIVES, "heartbeat_timeout_s: 1.0", "heartbeat_timeout_s: 30")
+    load_drives(copy.drives, "left_bus")
+    copy.change(DRIVES, "node: 3", "node: 3, error_control: guarding")
+    place = copy.place(DRIVES, "heartbeat_timeout_s: §30")
+    allowed = "2 to 255 times heartbeat_producer_s, 0.1, for nodes that are guarded"
+    assert lines(copy) == [f"{place}: heartbeat_timeout_s: found 30, allowed {allowed}"]
 
 
 def test_delay_of_a_drive_is_two_cycles_unless_its_axis_says_more(tmp_path: Path) -> None:

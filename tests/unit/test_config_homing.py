@@ -100,7 +100,11 @@ def test_an_eds_is_looked_for_beside_the_drives_file(tmp_path: Path) -> None:
             "inputs: found bit 0 or 1, allowed other bits: these are the limit switches",
         ),
         (HOMING.replace("slow: 1", "slow: 20"), "homing.slow: found 20, allowed 10 or less"),
-        (HOMING.replace("fast: 10", "fast: 200"), "homing.fast: found 200, allowed 121 or less"),
+        (HOMING.replace("fast: 10", "fast: 200"), "homing.fast: found 200, allowed 30.25 or less, a quarter"),
+        (
+            HOMING.replace("acceleration: 100", "acceleration: 200"),
+            "homing.acceleration: found 200, allowed 115.5 or less, a quarter",
+        ),
     ],
 )
 def test_each_mistake_is_one_line_at_its_place(tmp_path: Path, keys: str, problem: str) -> None:

@@ -11,7 +11,7 @@ import pytest
 
 from drive_gateway.canopen.frame import CanFrame
 from drive_gateway.config.settings import BusSettings
-from drive_gateway.gateway.bus_news import BusBack, BusDisturbed, BusFailed, BusNews
+from drive_gateway.gateway.bus_news import BusBack, BusDisturbed, BusFailed, BusNews, SecondMaster
 from drive_gateway.gateway.bus_port import BusPort
 
 DEADLINE_S = 20.0
@@ -158,10 +158,14 @@ def test_a_second_master_is_told(request: pytest.FixtureRequest) -> None:
         port.send(CanFrame(SYNC, b""))
         send(peer, SYNC, SYNC)
         port.take()
-        told = news.get_nowait()
-        assert isinstance(told, BusDisturbed)
-        assert "somebody else sends 080h" in told.text
+        assert news.get_nowait() == SecondMaster("somebody else sends 080h, which only this gateway may")
         assert news.empty()
+        port.send(CanFrame(0x601, bytes(8)))
+        send(peer, 0x601)
+        port.take()
+        told = news.get_nowait()
+        assert isinstance(told, BusDisturbed), "an SDO commands no motion"
+        assert "somebody else sends 601h" in told.text
 
 
 def test_the_bits_of_all_frames_are_counted_whoever_sends_them_and_whatever_they_are(

@@ -1,6 +1,7 @@
 """The gateway's core with byte-level drives on virtual time."""
 
 import struct
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -22,7 +23,7 @@ from cell.messages import (
 )
 from drive_gateway.canopen.frame import CanFrame
 from drive_gateway.config.settings import RobotDrives
-from drive_gateway.gateway.bus_news import BusBack, BusDisturbed, BusFailed
+from drive_gateway.gateway.bus_news import BusBack, BusDisturbed, BusFailed, SecondMaster
 from drive_gateway.gateway.effects import DrivesSlow, Frame, TakeBlocks
 
 S = AxisStatus
@@ -377,6 +378,19 @@ def test_a_silent_tpdo_stops_the_robot() -> None:
     assert quick_stopped(world, 2)
 
 
+@pytest.mark.parametrize(
+    ("data", "found"),
+    [("340200000000", "the newest shows statusword 0234h, which is no state of CiA 402"),
+     ("3702", "the newest had 2 bytes instead of 6")],
+)  # fmt: skip
+def test_tpdos_that_say_nothing_stop_the_robot_and_are_described(data: str, found: str) -> None:
+    world, _ = moving_world()
+    world.drives[1].quiet_tpdo = True
+    world.tell(CanFrame(0x181, bytes.fromhex(data)))
+    stopped_by(world, "tpdo_silent")
+    assert found in next(event for event in world.events if event.code == "tpdo_silent").text
+
+
 def test_a_lost_heartbeat_stops_the_robot() -> None:
     world, _ = moving_world()
     world.drives[1].beat = lambda _now: []
@@ -474,6 +488,22 @@ def test_nodes_that_were_out_of_reach_are_brought_up_as_soon_as_the_bus_is_back(
     world.until(lambda: world.state.ready, within_s=2.0)
 
 
+def test_a_second_master_stops_the_robot_and_keeps_it_off_as_long_as_it_sends() -> None:
+    world, owner = moving_world()
+    world.tell(SecondMaster("somebody else sends 201h"))
+    stopped_by(world, "second_master")
+    assert quick_stopped(world, 1)
+    told = len(world.codes())
+    world.tell(*[SecondMaster("somebody else sends 201h")] * 3)
+    world.cycle()
+    assert world.codes()[told:] == ["second_master"], "once in a while, where nothing is left to stop"
+    assert world.ask(ResetDrives("left", owner)).ok
+    world.request(EnableDrives("left", owner))
+    world.run(0.02)
+    world.tell(SecondMaster("somebody else sends 201h"))
+    stopped_by(world, "second_master")
+
+
 def test_a_bus_that_fails_before_anything_runs_leaves_nothing_to_acknowledge() -> None:
     world = World()
     world.tell(BusFailed("Network is down"), BusBack(), BusDisturbed("no node acknowledges"))
@@ -518,6 +548,29 @@ def test_a_robot_that_still_moves_when_the_gateways_own_timer_ends_is_stopped_by
     world.until(lambda: quick_stopped(world, 1) and quick_stopped(world, 2), within_s=0.1)
     world.until(lambda: world.state.estop_confirmed == "e1", within_s=1.0)
     assert world.drives[1].status is S.SWITCH_ON_DISABLED
+
+
+def test_a_drive_under_local_control_is_not_switched_on_and_the_operator_is_told_why() -> None:
+    world = World()
+    world.ready()
+    owner = world.claim()
+    world.drives[2].local = True
+    reply = world.ask(EnableDrives("left", owner))
+    assert not reply.ok
+    assert reply.text.startswith("left got no further than switching on: node 1 (left J1): Switched On")
+    assert reply.text.endswith("node 2 (left J2): Switch On Disabled, under local control (statusword bit 9 is 0)")
+
+
+def test_a_drive_that_keeps_another_target_at_the_hand_over_gets_no_torque_to_move_with() -> None:
+    world = World()
+    world.ready()
+    owner = world.claim()
+    drive, answer = world.drives[2], world.drives[2].sdo
+    old = struct.pack("<i", drive.position + 20_000)
+    drive.sdo = lambda ask: replace(answer(ask), data=old) if (ask.index, ask.data) == (0x607A, None) else answer(ask)
+    reply = world.ask(EnableDrives("left", owner))
+    assert reply.text.startswith("left got no further than taking over the measured position: ")
+    assert S.OPERATION_ENABLED not in drive.statuses
 
 
 def test_enabling_waits_until_the_stop_is_cleared_by_its_own_id() -> None:

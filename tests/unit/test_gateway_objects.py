@@ -51,9 +51,11 @@ def test_a_write_is_refused_while_the_drives_are_on() -> None:
 
 
 def test_what_the_gateway_wrote_at_boot_and_the_controlword_stay_its_own() -> None:
-    for index in (0x6085, 0x6007, 0x6040, 0x607A, 0x1A00):
+    for index in (0x6085, 0x6007, 0x1A00):
         reply = world_reply(WriteObject(1, index, 0, "0000"))
         assert "is the gateway's; change it in the drives file" in reply.text
+    for index in (0x6040, 0x607A, 0x60FF, 0x6071, 0x7071, 0x1005, 0x1014, 0x1200):
+        assert world_reply(WriteObject(1, index, 0, "0000")).text.endswith("is the gateway's, nobody else writes it")
 
 
 def test_data_that_are_no_hex_are_refused() -> None:

@@ -83,7 +83,7 @@ def feedbacks(draw: st.DrawFn) -> DriveFeedback:
     level, flags = draw(st.integers(0, 2**32 - 1)), draw(st.tuples(st.booleans(), st.booleans()))
     state, refused = draw(st.sampled_from(PlayoutState)), draw(COUNTS)
     positions = [draw(values) for _ in range(3)]
-    last = draw(st.none() | values), draw(st.integers(0, 2**32 - 1))
+    last = draw(st.none() | values), draw(st.integers(0, 2**32 - 1)), draw(COUNTS)
     return DriveFeedback(draw(NAMES), draw(NAMES), *numbers, state, level, refused, *flags, *positions, axes, *last)
 
 

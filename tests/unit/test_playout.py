@@ -127,12 +127,16 @@ JUMP = GOOD.position.copy()
 JUMP[50, 1] += 1e-3
 BROKEN = GOOD.position.copy()
 BROKEN[5, 0] = np.nan
+SURGE = GOOD.velocity.copy()
+SURGE[50, 1] += 0.5
 REFUSED = {
     "another owner": (changed(GOOD, owner=8), Refusal.OWNER),
     "an old sequence": (changed(GOOD, sequence=0), Refusal.SEQUENCE),
     "a tick that was sent": (changed(GOOD, first_tick=100), Refusal.LATE),
     "a tick far ahead": (changed(GOOD, first_tick=100_000), Refusal.FAR),
     "another cycle": (changed(GOOD, dt_s=0.002), Refusal.CYCLE),
+    "no cycle": (changed(GOOD, dt_s=float("nan")), Refusal.CYCLE),
+    "a velocity of another motion": (changed(GOOD, velocity=SURGE), Refusal.VALUES),
     "an axis too few": (changed(GOOD, position=GOOD.position[:, :1], velocity=GOOD.velocity[:, :1]), Refusal.SHAPE),
     "no samples": (changed(GOOD, position=GOOD.position[:0], velocity=GOOD.velocity[:0], nominal=0), Refusal.SHAPE),
     "a sample that is no number": (changed(GOOD, position=BROKEN), Refusal.VALUES),
@@ -161,6 +165,12 @@ def test_a_block_is_refused_whole_and_the_old_one_plays_on(what: str) -> None:
     assert refusal(playout, offered) is reason
     np.testing.assert_array_equal(play(playout, 5), np.tile(START, (5, 1)))
     assert playout.refused == 1
+
+
+def test_a_robot_that_nobody_owns_takes_no_motion_from_anybody() -> None:
+    playout = live_playout()
+    playout.own(0)
+    assert {refusal(playout, changed(GOOD, owner=owner)) for owner in (0, 7)} == {Refusal.OWNER}
 
 
 def test_a_closing_gateway_takes_no_new_motion() -> None:
