@@ -34,6 +34,7 @@ _COMMANDS = {
     "disable": Place("robot", "disable", f"cell disable left -f {FILE}"),
     "home": Place("set_up", "home", f"cell home left -f {FILE}"),
     "move": Place("set_up", "move", f"cell move left J1=5 J2=-3 --by -f {FILE}"),
+    "output": Place("output", "output", f"cell output left gripper off -f {FILE}"),
     "accept": Place("set_up", "accept", f"cell accept left J2 -f {FILE}"),
     "estop": Place("estop", "estop", f'cell estop --reason "door open" -f {FILE}'),
     "reset": Place("reset", "reset", f"cell reset left -f {FILE}"),

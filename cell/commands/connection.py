@@ -13,7 +13,7 @@ from cell.commands.errors import CommandError
 from cell.commands.view import CellView, Snapshot, echo, names
 from cell.config import ConfigError, load_cell, load_cell_alone
 from cell.config.settings import CellSettings
-from cell.messages import Command, Heard, Reply
+from cell.messages import Command, GatewayState, Heard, Reply
 from cell.net.errors import CallError, Unreachable
 from cell.net.options import Link
 from cell.net.runner import new_boot
@@ -108,6 +108,19 @@ class Operator:
         if not reply.ok:
             raise CommandError(f"gateway {gateway} refuses: {reply.text}")
         return reply
+
+    def order_gateway(self, gateway: str, command: Command) -> Reply:
+        """Ask a gateway of the cell, in view of its newest state; a refusal is the caller's to tell."""
+        return self._ask(f"gateway/{gateway}", command, echo(self.gateway_state(gateway)))
+
+    def gateway_state(self, gateway: str) -> GatewayState:
+        """The newest state of a gateway. Raises `CommandError` when it is silent."""
+        state = self.view.wait_for(lambda seen: gateway in seen.gateways, STATE_TIMEOUT_S).gateways.get(gateway)
+        if state is None:
+            raise CommandError(
+                f"gateway {gateway} does not answer", f"start it with: drive-gateway run {self.file} {gateway}"
+            )
+        return state
 
     def snapshot(self) -> Snapshot:
         """The state of the cell, as soon as everybody in it was heard or has had the time for it."""

@@ -59,7 +59,7 @@ class CellView:
         return snapshot
 
 
-def echo(state: RobotState | ManagerState) -> Heard:
+def echo(state: RobotState | ManagerState | GatewayState) -> Heard:
     """What a call must carry to be taken as one that was made in view of `state`."""
     return Heard(boot=state.boot, sequence=state.sequence)
 

@@ -25,6 +25,7 @@ from cell.messages.gateway_commands import (
     Release,
     ResetDrives,
     ScanBus,
+    SwitchOutput,
     WriteObject,
 )
 from cell.messages.gateway_state import BusCounters, GatewayState, NodeStatus
@@ -119,6 +120,7 @@ __all__ = [
     "SetpointBlock",
     "Severity",
     "Step",
+    "SwitchOutput",
     "Token",
     "TokenGone",
     "Who",

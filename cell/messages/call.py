@@ -28,7 +28,8 @@ class Call:
     """A command with the id that makes a repeated call harmless, and the echo that makes an old one recognisable.
 
     `heard` is the newest state of the addressee that the caller had seen when it sent the call. An agent refuses
-    operator commands whose echo is older than 0.5 s; gateways and the manager do not need it for the calls above.
+    operator commands whose echo is older than 0.5 s, a gateway `SwitchOutput`; for their other calls gateways and the
+    manager do not need it.
     """
 
     id: str

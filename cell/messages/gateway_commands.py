@@ -133,6 +133,20 @@ class HoldSetup(Command):
 
 
 @dataclass(frozen=True, slots=True)
+class SwitchOutput(Command):
+    """Switch a digital output of a robot by hand; the gateway refuses calls whose `heard` is too old.
+
+    Refused while something moves the robot or its program runs. The answer comes when the drive shows it in 60FEh:01.
+    """
+
+    verb: ClassVar[str] = "switch_output"
+    robot: str
+    output: str
+    on: bool
+    by: str
+
+
+@dataclass(frozen=True, slots=True)
 class AcceptPosition(Command):
     """An operator has looked: axes (none named: all that are in doubt) are where their drives show them."""
 

@@ -47,3 +47,5 @@ class SetpointBlock:
     the robot at rest. None: the agent does not know it, or nobody asked (`ClaimGrant.torques`)."""
     events: tuple[OutputEvent, ...] = ()
     """Up to 100; numbers grow, ticks do not fall. Each is at a nominal sample: a ramp switches nothing."""
+    program: bool = False
+    """A program runs: it and nobody else switches the robot's outputs."""

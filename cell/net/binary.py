@@ -16,7 +16,7 @@ SetpointBlock:
 | 48 | u32 | m, number of samples |
 | 52 | u16 | n, number of axes |
 | 54 | u16 | length of the robot's name in bytes |
-| 56 | u16 | bit 0: with torque, the others 0 |
+| 56 | u16 | bit 0: with torque, bit 1: a program runs, the others 0 |
 | 58 | u16 | k, number of events |
 | 60 | utf-8 | the robot's name |
 | then | k times u64, u64, u16, u8 | events: tick, number, output, value (0 or 1) |
@@ -76,10 +76,11 @@ def encode_setpoints(block: SetpointBlock) -> bytes:
         raise CodecError(kind, f"position, velocity and torque {shapes} must all be (m, n)")
     name = block.robot.encode()
     m, n = shapes[0]
+    flags = (block.torque is not None) | block.program << 1
     try:
         header = _SETPOINTS.pack(
             _SETPOINTS_MAGIC, block.owner, block.sequence, block.follows, block.first_tick,
-            block.dt_s, block.nominal, m, n, len(name), block.torque is not None, len(block.events),
+            block.dt_s, block.nominal, m, n, len(name), flags, len(block.events),
         )  # fmt: skip
         events = b"".join(_EVENT.pack(each.tick, each.number, each.output, each.value) for each in block.events)
     except struct.error as error:
@@ -93,18 +94,19 @@ def decode_setpoints(data: bytes) -> SetpointBlock:
     reader = _Reader("SetpointBlock", data)
     head = reader.header(_SETPOINTS, _SETPOINTS_MAGIC)
     owner, sequence, follows, first_tick, dt_s, nominal, m, n, name_length, flags, event_count = head
-    if flags > 1:
-        raise CodecError("SetpointBlock", f"flags {flags:#06x}: only bit 0 is in use")
+    if flags > 3:
+        raise CodecError("SetpointBlock", f"flags {flags:#06x}: only bits 0 and 1 are in use")
     _check_block(m, n, nominal, dt_s)
     robot = reader.text(name_length)
     events = tuple(_event(reader.take(_EVENT.size)) for _ in range(event_count))
-    count = 3 if flags else 2
+    count = 3 if flags & 1 else 2
     reader.expect(8 * count * m * n)
     samples = reader.floats(count * m * n).reshape(count, m, n)
-    torque = samples[2] if flags else None
+    torque = samples[2] if flags & 1 else None
     return SetpointBlock(
-        robot, owner, sequence, follows, first_tick, dt_s, nominal, samples[0], samples[1], torque, events
-    )
+        robot, owner, sequence, follows, first_tick, dt_s, nominal, samples[0], samples[1], torque, events,
+        bool(flags & 2),
+    )  # fmt: skip
 
 
 def _event(data: bytes) -> OutputEvent:

@@ -46,6 +46,7 @@ from cell.messages import (
     SetOverride,
     SetpointBlock,
     Step,
+    SwitchOutput,
     Who,
     WriteObject,
 )
@@ -75,6 +76,7 @@ COMMANDS: dict[str, dict[str, type[Command]]] = {
             MoveAxes,
             PressAxis,
             HoldSetup,
+            SwitchOutput,
             AcceptPosition,
         ),
     }.items()

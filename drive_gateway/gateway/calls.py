@@ -1,6 +1,7 @@
 """The calls of a gateway: which robot, node or bus each one is for, and how its answer gets back."""
 
 from collections.abc import Mapping
+from math import inf
 
 from cell.core import Effect, Request
 from cell.messages import (
@@ -19,10 +20,12 @@ from cell.messages import (
     Release,
     ResetDrives,
     ScanBus,
+    SwitchOutput,
     Who,
     WriteObject,
 )
 from cell.messages.drive_fault import FaultDrive
+from cell.net.freshness import Sent
 from drive_gateway.gateway.effects import Record, RecordSaid
 from drive_gateway.gateway.fault_orders import FaultOrders
 from drive_gateway.gateway.objects import ObjectAccess
@@ -40,6 +43,7 @@ RobotCommand = (
     | MoveAxes
     | PressAxis
     | HoldSetup
+    | SwitchOutput
     | AcceptPosition
 )
 
@@ -54,6 +58,7 @@ class Calls:
         process: what `who` tells besides role, name and boot.
         robots: on this bus, by name.
         scan: of the bus.
+        seen_s: an operator who switches an output has seen a state of the gateway that is no older than this [s].
     """
 
     def __init__(
@@ -64,6 +69,7 @@ class Calls:
         process: str,
         robots: Mapping[str, Robot],
         scan: Scan,
+        seen_s: float,
     ) -> None:
         self._gateway = gateway
         self._boot = boot
@@ -75,6 +81,8 @@ class Calls:
             {drive.node.id: robot.group for robot in robots.values() for drive in robot.group.nodes}
         )
         self._scan = scan
+        self._seen_s = seen_s
+        self._states = Sent(boot)
         nodes = {(drive.axis.node_id, drive.axis.number): drive.node for drive in self._drives}
         self._faults = FaultOrders(gateway, nodes)
         self._replies = Replies()
@@ -90,6 +98,10 @@ class Calls:
         call = request.call
         if isinstance(call, Call) and self._replies.opened(request.request_id, call):
             self._do(call)
+
+    def sent_state(self, sequence: int, now: float) -> None:
+        """A state of the gateway with `sequence` is sent at `now`: orders that echo it are as young as that."""
+        self._states.record(sequence, now)
 
     def recorded(self, said: RecordSaid) -> None:
         """The shell answers a call for a recording."""
@@ -121,17 +133,17 @@ class Calls:
                     known = ", ".join(self._robots)
                     then(False, f"no robot {command.robot} on gateway {self._gateway}; it has {known}")
                 else:
-                    self._command(robot, command, call.id)
+                    self._command(robot, command, call)
             case other:
                 then(False, f"{other.verb} is no call of a gateway")
 
-    def _command(self, robot: Robot, command: RobotCommand, call_id: str) -> None:
+    def _command(self, robot: Robot, command: RobotCommand, call: Call) -> None:
         def then(ok: bool, text: str) -> None:
-            self._replies.give(call_id, ok, text)
+            self._replies.give(call.id, ok, text)
 
         match command:
             case Claim():
-                self._replies.give(call_id, *self._claim(robot, command))
+                self._replies.give(call.id, *self._claim(robot, command))
             case Home() | MoveAxes() | PressAxis():
                 others = [other.name for other in self._robots.values() if other.group.setup.motion is not None]
                 if others:
@@ -142,9 +154,26 @@ class Calls:
                 then(*robot.accept(axes))
             case HoldSetup():
                 text, data = robot.hold(self._now)
-                self._replies.give(call_id, True, text, data=data)
+                self._replies.give(call.id, True, text, data=data)
+            case SwitchOutput() as order:
+                problem = self._too_old(call)
+                if problem:
+                    then(False, problem)
+                else:
+                    robot.hand.order(order, then)
             case _:
                 robot.obey(command, self._now, then)
+
+    def _too_old(self, call: Call) -> str:
+        """Why a call is not carried out any more: what its operator looked at is long over; empty when it is young."""
+        age_s = self._states.age(call.heard, self._now)
+        if age_s <= self._seen_s:
+            return ""
+        found = "no longer known" if age_s == inf else f"{age_s:.2f} s old"
+        return (
+            f"the call is too old to be carried out: it answers a state of gateway {self._gateway} that is {found}, "
+            f"{self._seen_s:g} s are allowed; look at the robot, then call again"
+        )
 
     def _claim(self, robot: Robot, command: Claim) -> tuple[bool, str, ClaimGrant | None]:
         if command.digest != self._digest:

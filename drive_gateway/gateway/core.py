@@ -80,7 +80,8 @@ class GatewayCore:
             drive.image.inputs.cob_id: drive for drive in self._drives if drive.image.inputs is not None
         }
         self._scan = Scan(self._nodes)
-        self._calls = Calls(settings.name, boot, digest, process, self._robots, self._scan)
+        seen_s = times.command_s + STATE_PERIOD_S
+        self._calls = Calls(settings.name, boot, digest, process, self._robots, self._scan, seen_s)
         self._estop = EstopLatch()
         self._buttons = EstopButtons(settings.name, boot)
         self._lateness = Lateness(settings.cycle_s)
@@ -244,6 +245,7 @@ class GatewayCore:
 
     def _state(self) -> GatewayState:
         self._sequence += 1
+        self._calls.sent_state(self._sequence, self._now)
         nodes = tuple(drive.describe() for drive in self._drives)
         modes = [robot.group.setup.problem for robot in self._robots.values()]
         problems = [problem for problem in (*(node.problem for node in self._nodes.values()), *modes) if problem]

@@ -1,5 +1,7 @@
 """The digital outputs of one robot: which are on, and the events of blocks that are still to switch them.
 
+An operator may switch them too (`hand_switch`).
+
 An event is executed once, with the sample of its tick, or so much earlier as its output leads. Numbers tell whether it
 was: blocks say an event again until its tick is played.
 """
@@ -24,6 +26,7 @@ class Outputs:
         """Bit i: the i-th of `names` is on."""
         self.barred = ""
         """Why nothing may be switched on although blocks are played; empty: nothing forbids it."""
+        self._settings = {output.name: output for output in outputs}
         self._places = tuple((output.axis, output.bit) for output in outputs)
         self._leads = tuple(round(output.lead_s / cycle_s) for output in outputs)
         self._kept = sum(1 << place for place, output in enumerate(outputs) if output.keep)
@@ -53,7 +56,7 @@ class Outputs:
             over = event.number <= self._played or event.number in self._early
             if not over and event.tick - self._leads[event.output] <= tick:
                 self._early.add(event.number)
-                self._switch(event)
+                self._set(event.output, event.value)
         while self._queue and self._queue[0].tick <= tick:
             self._played = max(self._played, self._queue.pop(0).number)
         self._early = {number for number in self._early if number > self._played}
@@ -71,6 +74,18 @@ class Outputs:
         stopped, self._stopped = self._stopped, []
         return stopped
 
+    def named(self, name: str) -> OutputSettings | None:
+        """What the drives file says of an output; `None`: the robot has no such output."""
+        return self._settings.get(name)
+
+    def is_on(self, name: str) -> bool:
+        """Whether an output of the robot is switched on."""
+        return bool(self.on >> self.names.index(name) & 1)
+
+    def switch(self, name: str, on: bool) -> None:
+        """Switch an output of the robot by hand; what blocks are still to switch remains."""
+        self._set(self.names.index(name), on)
+
     def word(self, axis: str) -> int:
         """What 60FEh:01 of one axis' drive is to be."""
         places = enumerate(self._places)
@@ -81,6 +96,6 @@ class Outputs:
         places = enumerate(self._places)
         return {self.names[place]: bool(self.on >> place & 1) for place, (name, _) in places if name == axis}
 
-    def _switch(self, event: OutputEvent) -> None:
-        mask = 1 << event.output
-        self.on = self.on | mask if event.value else self.on & ~mask
+    def _set(self, place: int, on: bool) -> None:
+        mask = 1 << place
+        self.on = self.on | mask if on else self.on & ~mask

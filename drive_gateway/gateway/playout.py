@@ -81,6 +81,7 @@ class Playout:
         self._rules = JoinRules(axes, AxisUnits(axes), cycle_s, len(self._outputs.names))
         self._quiet = round(QUIET_S / cycle_s)
         self._taken_tick = tick
+        self._program = False
         self._still: Floats = np.zeros((1, len(axes)))
         self._standing: Floats = self._still
         self._mode = _Mode.FOLLOWING
@@ -104,6 +105,21 @@ class Playout:
     def live(self) -> bool:
         """Blocks are played."""
         return self._mode is _Mode.LIVE
+
+    @property
+    def why_stopped(self) -> str:
+        """Why the robot does not do what its agent wants of it with the next sample; empty when it does."""
+        if self._mode is not _Mode.LIVE:
+            return _WHY_NOT[self._mode]
+        tick = self.tick + 1
+        if tick >= self._ramp_tick and tick - self._taken_tick > self._quiet:
+            return "no more blocks come"
+        return self._outputs.barred
+
+    @property
+    def programmed(self) -> bool:
+        """A program runs, by the newest word of the owner: while it is silent it may still go on with it."""
+        return self._mode is _Mode.LIVE and self._program
 
     @property
     def level(self) -> int:
@@ -131,6 +147,7 @@ class Playout:
         """From now on blocks are taken from this owner only (0: nobody)."""
         self.owner = owner
         self.block = 0
+        self._program = False
         self._outputs.begin()
 
     def follow(self, position: Floats) -> None:
@@ -141,6 +158,7 @@ class Playout:
     def go_live(self) -> None:
         """The drives hold the position commanded last; blocks are played from here."""
         self._hold(self.position)
+        self._program = False
         self._mode = _Mode.LIVE
 
     def stop(self) -> None:
@@ -177,21 +195,14 @@ class Playout:
 
         The outputs follow: they are as they must be at that sample.
         """
+        why = self.why_stopped
         self.tick += 1
-        if why := self._why_off():
+        if why:
             self._outputs.stop(why)
         else:
             self._outputs.play(self.tick)
         row = self._row(self.tick)
         return self._position[row], self._velocity[row]
-
-    def _why_off(self) -> str:
-        """Why the robot does not do what its agent wants of it now; empty when it does."""
-        if self._mode is not _Mode.LIVE:
-            return _WHY_NOT[self._mode]
-        if self.tick >= self._ramp_tick and self.tick - self._taken_tick > self._quiet:
-            return "no more blocks come"
-        return self._outputs.barred
 
     def _address_problem(self, block: SetpointBlock) -> Refused | None:
         if self.closing:
@@ -239,4 +250,5 @@ class Playout:
         self.block = block.sequence
         self.accepted += 1
         self._taken_tick = self.tick
+        self._program = block.program
         self._outputs.take(block)

@@ -22,6 +22,7 @@ from drive_gateway.gateway.claims import ClaimBook, ClaimRefused
 from drive_gateway.gateway.encoder_record import EncoderRecord
 from drive_gateway.gateway.event_log import EventLog
 from drive_gateway.gateway.group import DriveGroup, Then
+from drive_gateway.gateway.hand_switch import HandSwitch
 from drive_gateway.gateway.joining import Refusal, Refused
 from drive_gateway.gateway.measurement import Floats
 from drive_gateway.gateway.permits import StopOrder
@@ -51,6 +52,7 @@ class Robot:
     ) -> None:
         self.name = drives.robot
         self.group = DriveGroup(drives, settings, log, stored)
+        self.hand = HandSwitch(self.group, log)
         self.claims = ClaimBook(drives.robot, first_owner, times.owner_silent_s)
         self._settings = settings
         self._axes = tuple(axis.name for axis in drives.axes)
@@ -174,6 +176,7 @@ class Robot:
     def command(self, now: float, tick: int) -> Iterator[Effect]:
         """The second half: the RPDOs for the next SYNC, then the feedback."""
         commanded_before, outputs_before = self.group.commanded, self.group.outputs.on
+        self.hand.step(now)
         yield from self.group.command(now)
         if self.group.watch.measured:
             yield Publish(self._feedback(tick, commanded_before, outputs_before))

@@ -263,8 +263,8 @@ class AgentCore:
         presence = self._announcer.presence(body, wants, stop_time_s, self._estop.active, now)
         if block is None:
             return [presence]
-        events = self.run.events(block, executive, halted=self.mode is not Mode.RUNNING)
-        return [presence, Publish(executive.sent(block, events))]
+        runs = self.mode is Mode.RUNNING
+        return [presence, Publish(executive.sent(block, self.run.events(block, executive, halted=not runs), runs))]
 
     def _plan_ahead(self, feedback: DriveFeedback) -> list[Effect]:
         effects, zones = [], self.zones.geometry

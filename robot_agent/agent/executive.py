@@ -132,8 +132,11 @@ class Executive:
             block = self._block(join, base.planned, segment)
         return block
 
-    def sent(self, block: SentBlock, events: tuple[OutputEvent, ...] = ()) -> SetpointBlock:
-        """Note that a block is sent with these events, and give its message, whose nominal part contains them."""
+    def sent(self, block: SentBlock, events: tuple[OutputEvent, ...] = (), program: bool = False) -> SetpointBlock:
+        """Note that a block is sent with these events, and give its message, whose nominal part contains them.
+
+        `program`: a program runs.
+        """
         follows = self.timeline.newest.sequence
         self.timeline.sent(replace(block, events=events))
         segment = block.segment
@@ -143,7 +146,7 @@ class Executive:
         torque = torques_in_axes(self._torques, segment)
         return SetpointBlock(
             self._robot, self._owner, block.sequence, follows, block.first_tick, self._cycle_s, nominal,
-            position, velocity, None if torque is None else torque[rows], events,
+            position, velocity, None if torque is None else torque[rows], events, program,
         )  # fmt: skip
 
     def body(self, feedback: DriveFeedback, candidate: SentBlock | None) -> Body:

@@ -1,10 +1,11 @@
 """A program switches an output of its robot's drives on a bad network: from the statement to the node, to the tick."""
 
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 
-from cell.messages import DriveFeedback, ProgramState
+from cell.messages import Command, DriveFeedback, Halt, Mode, ProgramState, Reply, SwitchOutput
 from tests.sim.operator import PatientOperator
 from tests.sim.scenario import BAD
 from tests.sim.world import World, load_bundle
@@ -40,3 +41,42 @@ def test_the_gripper_is_closed_exactly_between_its_two_places(tmp_path: Path) ->
     assert np.array_equal(on == 1, (place > 5.0 - 1e-3) & (place < 10.0 - 1e-3))
     assert on_bus == {0, GRIPPER}
     assert node.outputs[0].on == 0
+
+
+def test_by_hand_it_opens_only_while_the_program_is_halted_and_the_next_statement_closes_it_again(
+    tmp_path: Path,
+) -> None:
+    copy = Copy(tmp_path)
+    programs = copy.folder / "two_arms" / "programs"
+    (programs / "left.prog").write_text("SET DO gripper\nWAIT 0.8\nSET DO gripper\nEND")
+    (programs / "right.prog").write_text("END")
+    world = World(load_bundle(copy.folder / "two_arms" / "cell.yaml"), 5, BAD)
+    node = world.buses["gateway/left_bus"].nodes[6]
+    operator = PatientOperator(world)
+
+    def until(happened: Callable[[], bool], within_s: float = 30.0) -> bool:
+        return world.clock.run_until(world.clock.now + within_s, happened)
+
+    def insisting(to: str, command: Command) -> Reply:
+        """The first answer to a call that is made again and again, because the network loses some."""
+        world.seen.replies.clear()
+        for _ in range(20):
+            world.operate(to, command)
+            if until(lambda: any(asked is command for _, asked, _ in world.seen.replies), within_s=0.15):
+                break
+        return next(said for _, asked, said in world.seen.replies if asked is command)
+
+    def opened() -> Reply:
+        return insisting("gateway/left_bus", SwitchOutput("left", "gripper", False, "anna@pc"))
+
+    assert until(lambda: node.outputs[0].on == GRIPPER)
+    assert opened().text.startswith("left: its program runs and switches the outputs; first: cell halt left")
+    operator.working = False
+    assert insisting("robot/left", Halt()).ok
+    assert until(lambda: world.seen.robots["left"].mode is Mode.HALTED, within_s=0.1)
+    assert node.outputs[0].on == GRIPPER
+    assert opened().ok
+    assert node.outputs[0].on == 0
+    operator.working = True
+    assert until(lambda: world.seen.robots["left"].program.state is ProgramState.DONE)
+    assert node.outputs[0].on == GRIPPER

@@ -239,10 +239,11 @@ class World:
         self._send(key, [f"robot/{key.robot}"])
 
     def operate(self, to: str, command: Command) -> None:
-        """An operator's call over the same bad network, with the echo of the robot's newest state."""
+        """An operator's call over the same bad network, with the echo of the newest state of the robot or gateway."""
         self._calls += 1
-        robot = self.seen.robots.get(to.partition("/")[2])
-        heard = Heard(robot.boot, robot.sequence) if robot is not None else None
+        name = to.partition("/")[2]
+        state = self.seen.robots.get(name) or self.seen.gateways.get(name)
+        heard = Heard(state.boot, state.sequence) if state is not None else None
         call = Call(f"operator-{self._calls}", command, heard)
         self._call(to, call, lambda reply: self.seen.replies.append((to, command, reply)))
 

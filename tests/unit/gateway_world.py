@@ -80,6 +80,7 @@ class FakeDrive:
         self.alive = True
         self.quiet_tpdo = False
         self.stuck = False
+        self.deaf_to_outputs = False
         self.cause_present = False
         self.objects: dict[tuple[int, int], bytes] = {(0x1018, 1): b"\x01\0\0\0"}
         self.writes: list[tuple[int, int, bytes]] = []
@@ -100,6 +101,8 @@ class FakeDrive:
             word, self.target = struct.unpack("<Hi", frame.data)
             self._obey(word)
             self.objects[0x607A, 0] = struct.pack("<i", self.target)
+        if frame.id == 0x400 + self.id and self.nmt == 5 and not self.deaf_to_outputs:
+            self.objects[0x60FE, 1] = frame.data
         if frame.id == 0x080 and self.nmt == 5:
             if self.status is S.OPERATION_ENABLED and not self.stuck:
                 self.position = self.target

@@ -293,3 +293,22 @@ def test_each_switch_is_executed_once_in_order_and_behind_its_place(
         way = j1(world)[before - FIRST_TICK : tick - FIRST_TICK + 1]
         assert way.min() - 1e-4 <= place <= way.max() + 1e-4
         before = tick
+
+
+def test_blocks_say_that_a_program_runs_from_its_start_to_its_end_in_pauses_too_and_not_while_it_is_halted() -> None:
+    world = ready("MJ J1=1 F=50\nWAIT 0.3\nMJ J1=12 F=20\nEND")
+    assert not world.blocks[-1].program
+    world.call(Run())
+    until(world, lambda: "WAIT" in world.state.waiting_for)
+    assert world.blocks[-1].program
+    until(world, lambda: behind(world, 1.5))
+    world.call(Halt())
+    until(world, lambda: world.state.mode is Mode.HALTED and at_rest(world)())
+    assert not world.blocks[-1].program
+    world.call(Continue())
+    until(world, lambda: world.state.mode is Mode.RUNNING)
+    world.run(0.04)
+    assert world.blocks[-1].program
+    until(world, ended(world))
+    world.run(0.04)
+    assert not world.blocks[-1].program

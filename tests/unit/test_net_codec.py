@@ -71,7 +71,8 @@ def blocks(draw: st.DrawFn) -> SetpointBlock:
     events = draw(
         st.lists(st.builds(OutputEvent, COUNTS, COUNTS, st.integers(0, 2**16 - 1), st.booleans()), max_size=3)
     )
-    return SetpointBlock(draw(NAMES), *numbers, dt_s, nominal, draw(samples), draw(samples), torque, tuple(events))
+    last = torque, tuple(events), draw(st.booleans())
+    return SetpointBlock(draw(NAMES), *numbers, dt_s, nominal, draw(samples), draw(samples), *last)
 
 
 @st.composite
@@ -178,8 +179,12 @@ def test_the_events_of_a_block_come_behind_its_name() -> None:
 
 def test_flags_of_a_later_version_are_refused() -> None:
     data = encode(block())
-    with pytest.raises(CodecError, match="only bit 0 is in use"):
-        decode(SetpointBlock, data[:56] + b"\x02\x00" + data[58:])
+    with pytest.raises(CodecError, match="only bits 0 and 1 are in use"):
+        decode(SetpointBlock, data[:56] + b"\x04\x00" + data[58:])
+
+
+def test_a_block_of_a_program_that_runs_is_announced() -> None:
+    assert encode(block(program=True))[56:58] == b"\x02\x00"
 
 
 @pytest.mark.parametrize(
