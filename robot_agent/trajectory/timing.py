@@ -37,11 +37,11 @@ _SETTLED = 1.15
 MARGIN = 1.001
 """Limits are divided by it, so that the search may stop when it is so near to them."""
 _ACCEPTED = 1.004
-"""Slowing down all of a motion by so much is better than another attempt, or than easing it."""
+"""Slowing down all of a motion by so much is better than easing it."""
 _CERTAIN = 1.0005
 """Limits are tightened by so much more than they are exceeded."""
-_EASABLE = 1.05
-"""What has to be so much slower, or less, behind the second attempt is not searched again but eased."""
+_EASABLE = (1.02, 1.05)
+"""What has to be so much slower, or less, is not searched again but eased: behind the first attempt, behind others."""
 _EASINGS = 11
 _EASED = 8
 """Intervals on either side of a place where the rate is lowered with it."""
@@ -118,7 +118,7 @@ def _kept(paths: list[JointPath], bases: list[Base], search: Search, limits: Lim
             excess.append(used)
             if number not in made or each.pieces.duration_s < made[number][0].pieces.duration_s:
                 made[number] = each, law, used
-            late.append(k > (_EASABLE if attempt else _ACCEPTED))
+            late.append(k > _EASABLE[attempt > 0])
         if not any(late):
             break
         search.keep_only(np.array(late))
@@ -227,7 +227,7 @@ def excess_of(fitted: Fitted, limits: Limits, base: Base, of_flange: Numbers | N
     With what the flange uses of those of acceleration and jerk in each piece `(2, pieces)`.
     """
     pieces = fitted.timed.pieces
-    c1, c2, c3 = (pieces.coefficients[:, power] for power in (1, 2, 3))  # cubics
+    c1, c2, c3 = np.ascontiguousarray(pieces.coefficients[:, 1:4].transpose(1, 0, 2))  # cubics
     h = np.diff(pieces.knots)[:, None]
     speed = np.maximum(np.abs(c1), np.abs(c1 + h * (c2 + 0.75 * h * c3)))
     lower, upper = limits.acceleration_bounds
