@@ -45,7 +45,7 @@ class PosePath:
     def borders_m(self) -> Numbers:
         """Rising distances at which the third derivative may jump, both ends included."""
         windows = [edge for window in self.orientation.windows for edge in (window.first_m, window.last_m)]
-        inside = np.unique(np.concatenate([self.chain.starts_m, windows]))
+        inside = np.sort(np.concatenate([self.chain.starts_m, windows]))
         inside = inside[(inside > 1e-9) & (inside < self.length_m - 1e-9)]
         kept = inside[np.diff(inside, prepend=0.0) > 1e-7]
         return np.concatenate([[0.0], kept, [self.length_m]])
