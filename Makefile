@@ -14,6 +14,8 @@ BENCH_READY := $(VENV)/.ready-bench
 
 # As in the commands themselves (cell/commands/start.py): the matrices are small, and spinning threads take the processor.
 export OPENBLAS_NUM_THREADS ?= 1
+# Tests start hundreds of processes; where bytecode is not kept, each compiles all modules again.
+unexport PYTHONDONTWRITEBYTECODE
 
 .PHONY: help demo test lint soak bench clean
 .DEFAULT_GOAL := help

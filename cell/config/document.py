@@ -1,7 +1,9 @@
 """A configuration file in memory: its values, and where each of them stands."""
 
 import os
+from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import lru_cache
 from pathlib import Path
 
 from cell.config.problem import KeyPath, Problem, Severity, path_text
@@ -14,7 +16,7 @@ class Document:
 
     file: Path
     data: Value
-    places: dict[KeyPath, Places]
+    places: Mapping[KeyPath, Places]
 
     def problem(
         self,
@@ -106,16 +108,19 @@ def read_document(file: Path, named_by: Naming | None = None) -> tuple[Document 
     text = read_text(file, named_by)
     if isinstance(text, Problem):
         return None, [text]
-    problems: list[Problem] = []
-
-    def report(place: Place, path: KeyPath, found: str, allowed: str) -> None:
-        problems.append(Problem(file, *place, path_text(path), found, allowed))
-
-    places: dict[KeyPath, Places] = {}
-    data = parse(text, places, report)
+    data, places, reports = _parsed(text)
+    problems = [Problem(file, *place, path_text(path), found, allowed) for place, path, found, allowed in reports]
     if data is None:
         return None, problems or [Problem(file, 1, 1, "file", "no value", "a mapping of keys to values")]
     return Document(file, data, places), problems
+
+
+@lru_cache(maxsize=32)
+def _parsed(text: str) -> tuple[Value, Mapping[KeyPath, Places], list[tuple[Place, KeyPath, str, str]]]:
+    """Value, places and reports of a text. Robots share files, and several checks read each: parsing takes longest."""
+    places: dict[KeyPath, Places] = {}
+    reports: list[tuple[Place, KeyPath, str, str]] = []
+    return parse(text, places, lambda *report: reports.append(report)), places, reports
 
 
 def value_text(value: Value) -> str:

@@ -77,7 +77,8 @@ def capsules_touch_box(points: Array, radii: Array, box: Box) -> Flags:
     middle = (points[..., 0, :] + points[..., 1, :]) / 2
     half_length = np.linalg.norm(points[..., 1, :] - points[..., 0, :], axis=-1) / 2
     touches = np.asarray(point_box_distance(middle, box) <= half_length + radii)
-    touches[touches] = capsule_box_distance(points[touches], radii[touches], box) <= 0
+    if touches.any():
+        touches[touches] = capsule_box_distance(points[touches], radii[touches], box) <= 0
     return touches
 
 

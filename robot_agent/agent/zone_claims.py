@@ -1,13 +1,19 @@
 """Which zones the robot holds, wants and may be in: the agent's half of `docs/architecture.md`, section 4.1."""
 
+from collections import deque
+
 import numpy as np
 
+from cell.geometry import Box
 from cell.geometry.occupied import body_touches_box
 from cell.messages import Body, Heard, ManagerState, Token, ZoneGeometry, ZoneState
 from cell.net.freshness import NewestOf, Sent
 from robot_agent.agent.planning import Planned
 from robot_agent.trajectory import Hold
 from robot_agent.workspace import Sweep, crossings, zone_box
+
+_BODIES = 2
+"""So many of the newest bodies have their zones remembered: the announced one and the next are asked for again."""
 
 
 class ZoneClaims:
@@ -19,6 +25,8 @@ class ZoneClaims:
         self._newest = NewestOf()
         self._sent = Sent(boot)
         self._geometry: dict[str, ZoneGeometry] = {}
+        self._boxes: dict[str, Box] = {}
+        self._touched: deque[tuple[Body, frozenset[str]]] = deque(maxlen=_BODIES)
         self.state: ManagerState | None = None
         self.holds: dict[str, Token] = {}
         self._given_up: dict[str, Token] = {}
@@ -45,7 +53,9 @@ class ZoneClaims:
             self.state = state
 
     def heard_geometry(self, zone: ZoneGeometry) -> None:
-        self._geometry[zone.zone] = zone
+        if zone != self._geometry.get(zone.zone):
+            self._geometry[zone.zone], self._boxes[zone.zone] = zone, zone_box(zone)
+            self._touched.clear()
 
     @property
     def heard(self) -> Heard | None:
@@ -76,7 +86,12 @@ class ZoneClaims:
 
     def touched(self, body: Body) -> set[str]:
         """The zones that a body touches, by the rule that the manager applies too."""
-        return {name for name, zone in self._geometry.items() if body_touches_box(body, zone_box(zone))}
+        for known, zones in self._touched:
+            if known is body:
+                return set(zones)
+        touched = frozenset(name for name, box in self._boxes.items() if body_touches_box(body, box))
+        self._touched.append((body, touched))
+        return set(touched)
 
     def crossed(self, path: Sweep, margin_m: float) -> list[str] | None:
         """The zones that a swept body comes nearer to than `margin_m`; `None` while a zone's geometry is missing."""

@@ -51,11 +51,13 @@ class Chain:
         joints = x.reshape(-1, self.size).T
         count = joints.shape[1]
         cosines, sines = np.cos(joints), np.sin(joints)
-        # Axes and origin of each frame, by column and row, over all joint sets: `(s + 1, 4, 3, count)`.
-        columns = np.zeros((self.size + 1, 4, 3, count))
-        columns[0, :3] = np.eye(3)[..., None]
+        # Axes and origin of each frame, by column and row, over all joint sets: `(s + 1, 4, 4, count)`. They stay in
+        # this order in memory, in which a Jacobian is worked out of them.
+        columns = np.zeros((self.size + 1, 4, 4, count))
+        columns[0, :3, :3] = np.eye(3)[..., None]
+        columns[:, 3, 3] = 1.0
         for step, angle, cosine, sine, before, here in zip(
-            self._steps, joints, cosines, sines, columns[:-1], columns[1:], strict=True
+            self._steps, joints, cosines, sines, columns[:-1, :, :3], columns[1:, :, :3], strict=True
         ):
             axes, origin = before[:3], before[3]
             for along, axis in zip(step.offset, axes, strict=True):
@@ -70,9 +72,7 @@ class Chain:
                 second, third = (step.axis + 1) % 3, (step.axis + 2) % 3
                 here[second] = cosine * axes[second] + sine * axes[third]
                 here[third] = cosine * axes[third] - sine * axes[second]
-        frames = np.zeros((count, self.size + 1, 4, 4))
-        frames[:, :, :3], frames[:, :, 3, 3] = columns.transpose(3, 0, 2, 1), 1
-        return frames.reshape(*x.shape[:-1], self.size + 1, 4, 4)
+        return columns.transpose(3, 0, 2, 1).reshape(*x.shape[:-1], self.size + 1, 4, 4)
 
     def flange(self, frames: Array) -> Array:
         """Frames `(..., s + 1, 4, 4)` -> pose of the flange `(..., 4, 4)`."""
@@ -124,7 +124,7 @@ class Chain:
         Rows come first: arithmetic on many short vectors would take several times as long.
         """
         flat = frames.reshape(-1, self.size + 1, 4, 4)
-        rows = np.ascontiguousarray(flat[:, :, :3].transpose(2, 3, 1, 0))
+        rows = flat[:, :, :3].transpose(2, 3, 1, 0)
         axes, origins = rows[:, self._axes, np.arange(1, self.size + 1)], rows[:, 3]
         return axes, self.flange(flat)[:, :3, 3].T[:, None] - origins[:, 1:], origins
 

@@ -46,9 +46,8 @@ class Window:
 class Orientation:
     """Turns in order; `windows[k]` leads from turn k to turn k + 1 and they do not overlap.
 
-    Inside a window the orientation is the way from one turn to the other, by a share that rises with two continuous
-    derivatives. Where both turns meet inside the window the orientation is exactly theirs there: blending costs no
-    deviation at a via point.
+    Inside a window the orientation is the way from one turn to the other, by a share that rises smoothly. Where both
+    turns meet inside the window the orientation is exactly theirs there: blending costs no deviation at a via point.
     """
 
     turns: tuple[Turn, ...]
@@ -119,8 +118,12 @@ class Orientation:
 
 
 def smooth(x: Numbers) -> Numbers:
-    """From 0 to 1 with two derivatives that vanish at both ends."""
-    return x**3 * (10.0 - 15.0 * x + 6.0 * x * x)
+    """From 0 to 1 with four derivatives that vanish at both ends.
+
+    A window ends far from the border of two turns, where the robot is fast: there the third derivative of the
+    orientation, which costs jerk, has to be small. Two derivatives would do to be continuous, but take longer.
+    """
+    return x**5 * (126.0 + x * (-420.0 + x * (540.0 + x * (-315.0 + x * 70.0))))
 
 
 _SHARES = np.linspace(0.0, 1.0, 1001)

@@ -48,13 +48,12 @@ def _followed(model: Model, path: JointPath, end: bool) -> JointPath:
     first, last = knots[-2:] if end else knots[:2]
     piece = path.pieces.part(float(first), float(last))
     joints = Pieces(piece.knots, piece.coefficients[:, :, : path.joints])
-    pieces, flange, _ = with_flange(model, joints)
-    known = replace(path, pieces=pieces, flange=flange)
+    known = replace(path, pieces=with_flange(model, joints)[0])
     if len(knots) == 2:
         return known
     other = path.part(0.0, float(first)) if end else path.part(float(last), path.length)
     whole = joined(other, known) if end else joined(known, other)
-    return replace(path, pieces=whole.pieces, flange=whole.flange)
+    return replace(path, pieces=whole.pieces)
 
 
 def _told(path: JointPath, transition: Transition) -> JointPath:
@@ -101,11 +100,11 @@ def _bridge(model: Model, first: JointPath, second: JointPath, cut: float) -> Jo
     shape = hermite(first.state(start) * scale, second.state(stop) * scale)
     joints = Pieces(np.array([0.0, length]), (shape / length ** np.arange(6.0)[:, None])[None])
     edges = first.stretches[-1], second.stretches[0]
-    pieces, flange, curvature = without_flange(joints), None, np.zeros((0, 2))
+    pieces, curvature = without_flange(joints), np.zeros((0, 2))
     if any(edge.on_path or edge.capped for edge in edges):
-        pieces, flange, curvature = with_flange(model, joints)
+        pieces, curvature = with_flange(model, joints)
     stretches = (replace(edges[0], end=length / 2.0), replace(edges[1], end=length))
-    path = JointPath(pieces, stretches, curvature, (), (length, 0.0), None, flange=flange)
+    path = JointPath(pieces, stretches, curvature, (), (length, 0.0), None)
     whole = joined(joined(first.part(0.0, start), path), second.part(stop, second.length))
     head = min(first.corner_lengths[0], start)
     return replace(whole, corner_lengths=(head, whole.corner_lengths[1]))

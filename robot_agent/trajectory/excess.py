@@ -1,11 +1,15 @@
 """How much slower joints over time would have to be to keep their limits."""
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
 from robot_agent.trajectory.limits import Limits
 from robot_agent.trajectory.pieces import Pieces
+
+Numbers = NDArray[np.float64]
 
 _PLACES = 5
 """In each piece at which it is looked at, both ends included."""
@@ -20,4 +24,9 @@ def excess(pieces: Pieces, limits: Limits) -> float:
         np.maximum(acceleration / lower, acceleration / upper),
         np.abs(jerk) / limits.jerk,
     )
+    return slower_by(used)
+
+
+def slower_by(used: Sequence[Numbers] | Numbers) -> float:
+    """The factor on the clock for what is used of limits of speed, acceleration and jerk, shares of each."""
     return max(math.pow(each.max(), 1.0 / order) for order, each in enumerate(used, 1))

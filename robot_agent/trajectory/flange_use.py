@@ -1,71 +1,103 @@
-"""How much of its limits of acceleration and jerk the flange uses along its way, where these hold.
+"""How much of its limits of acceleration and jerk the flange uses, where these hold.
 
-Along its way it has the acceleration v' and the jerk v'' of its speed v, and of its angular speed |w| likewise:
+Along its way it has the acceleration v' and the jerk v'' of its speed v, and of its angular speed |w| likewise: with
+u = w / |w| and the part a of w' across u
 
-    |w|' = u w'   and   |w|'' = u w'' + (|w'|^2 - (u w')^2) / |w|   with u = w / |w|
+    |w|' = u w'   and   |w|'' = u w'' + a^2 / |w|
+
+and across its way the acceleration that is a for v.
+
+Inside a piece the joints are a polynomial in time and the flange's twist J q' is smooth, however tightly the path
+bends: it is the joints' jerk that steps at the knots. So the twist's derivatives in a piece are those of the polynomial
+through a few places of it.
 """
 
 import numpy as np
+from numpy.typing import NDArray
 
+from robot_agent.kinematics import Model
+from robot_agent.model.description import PathLimits
 from robot_agent.trajectory.affine import Numbers
-from robot_agent.trajectory.joint_path import JointPath
-from robot_agent.trajectory.law import Fitted
-from robot_agent.trajectory.limits import Limits
 from robot_agent.trajectory.pieces import Pieces
 
+Flags = NDArray[np.bool_]
+
+_SLOWEST = np.array([[1e-3], [np.radians(1.0)]])
+"""[m/s], [rad/s]: a flange that is slower reverses; there the last term is that of this speed."""
 _STILL = 1e-12
-SLOWEST_RAD_S = float(np.radians(1.0))
-"""Where the flange turns slower than this, its turn reverses: there the last term is that of this angular speed."""
+_CLOSE = 0.96
+"""Of a limit: the twists at the knots tell it to some per cent."""
+_PLACES = np.linspace(0.0, 1.0, 5)
+"""Of a piece, through whose twists a polynomial is laid."""
+_FINELY = np.linspace(0.0, 1.0, 17)
+"""Where it is looked at: where a turn reverses, |w|'' has a peak some ms wide."""
 
 
-def flange_use(path: JointPath, fitted: Fitted, limits: Limits) -> Numbers:
-    """Acceleration and jerk `(2, pieces)` of the flange in each piece, in shares of their limits."""
-    own, used = limits.path, np.zeros((2, len(fitted.interval)))
-    if fitted.flange is None or path.flange is None:
-        return used
-    acceleration, jerk = _in_pieces(fitted.flange)
-    acceleration = np.abs(acceleration) / np.array([own.acceleration_m_s2, own.angular_acceleration_rad_s2])
-    used[0] = acceleration.max(axis=1)
-    allowed = np.array([own.jerk_m_s3, own.angular_jerk_rad_s3])
-    first, last = _at_ends(jerk, path.flange.shares_at(fitted.timed.parameters), fitted.timed.pieces)
-    used[1] = np.maximum(np.abs(first) / allowed, np.abs(last) / allowed).max(axis=1)
-    return used * _on_path(path, fitted)
+def _of_places(order: int) -> Numbers:
+    """What the derivative of that order is `(17, 5)` of the values at the places."""
+    powers = np.arange(len(_PLACES))
+    factors = np.prod([powers - k for k in range(order)], axis=0)
+    rows = factors * _FINELY[:, None] ** np.maximum(powers - order, 0)
+    return np.asarray(rows @ np.linalg.inv(_PLACES[:, None] ** powers))
 
 
-def _in_pieces(flange: Pieces) -> tuple[Numbers, Numbers]:
-    """Acceleration at the end and jerk in the middle `(pieces, 2)` of way and turn."""
-    c1, c2, c3 = (flange.coefficients[:, power] for power in (1, 2, 3))
-    h = np.diff(flange.knots)[:, None]
-    growths = [(2.0 * c2 + 6.0 * place * h * c3)[:, 1:] for place in (0.5, 1.0)]
-    spins = [(c1 + place * h * (2.0 * c2 + 3.0 * place * h * c3))[:, 1:] for place in (0.5, 1.0)]
-    speeds = [np.sqrt((spin**2).sum(axis=1)) for spin in spins]
-    middle, end = (
-        (spin * growth).sum(axis=1) / np.maximum(speed, _STILL)
-        for spin, growth, speed in zip(spins, growths, speeds, strict=True)
-    )
-    across = (growths[0] ** 2).sum(axis=1) - middle**2
-    turning = (spins[0] * 6.0 * c3[:, 1:]).sum(axis=1) / np.maximum(speeds[0], _STILL)
-    turning += across / np.maximum(speeds[0], SLOWEST_RAD_S)
-    acceleration = np.column_stack([(2.0 * c2 + 6.0 * h * c3)[:, 0], end])
-    return acceleration, np.column_stack([6.0 * c3[:, 0], turning])
+_DERIVATIVES = [_of_places(order) for order in range(3)]
 
 
-def _at_ends(jerk: Numbers, shares: Numbers, joints: Pieces) -> tuple[Numbers, Numbers]:
-    """Jerk of way and turn at the beginning and at the end of each piece `(pieces, 2)`, out of that in the middle.
+def flange_use(model: Model, pieces: Pieces, held: Flags, limits: PathLimits) -> Numbers:
+    """Speed, acceleration and jerk `(3, pieces)` of the flange in each piece, in shares of their limits.
 
-    It is what the joints' jerk, constant in a piece, takes of it, `shares` `(pieces + 1, 2, n)` at the knots, and a
-    rest that is smooth.
+    The speed's limit is the one at which the acceleration across the way reaches its own. 0 in pieces where the limits
+    do not hold, `held` `(pieces,)`.
     """
-    third = 6.0 * joints.coefficients[:, 3, :, None]
-    own = [(each @ third)[..., 0] for each in (shares[:-1], shares[1:])]
-    rest = np.pad(jerk - (own[0] + own[1]) / 2.0, ((2, 2), (0, 0)), mode="edge")
-    at_knots = (7.0 * (rest[1:-2] + rest[2:-1]) - rest[:-3] - rest[3:]) / 12.0
-    return at_knots[:-1] + own[0], at_knots[1:] + own[1]
+    used, which = np.zeros((3, len(held))), np.flatnonzero(held)
+    if len(which):
+        h = np.diff(pieces.knots)[which]
+        t = pieces.knots[which] + _PLACES[:, None] * h
+        twist = _twists(model.jacobian(pieces.position(t)), pieces.slopes(t)[0])
+        v, a, j = (np.tensordot(rows, twist, 1) / h**order for order, rows in enumerate(_DERIVATIVES))
+        used[:, which] = _shares(v, a, j, limits).max(axis=1)
+    return used
 
 
-def _on_path(path: JointPath, fitted: Fitted) -> Numbers:
-    """1 for each piece `(pieces,)` in which the limits of the flange hold, else 0."""
-    ends = np.array([each.end for each in path.stretches[:-1]])
-    held = np.array([each.on_path for each in path.stretches])
-    at = held[np.searchsorted(ends, fitted.timed.parameters, side="right")]
-    return np.asarray(at[:-1] | at[1:], dtype=np.float64)
+def close(model: Model, pieces: Pieces, held: Flags, limits: PathLimits) -> Flags:
+    """Which pieces `(pieces,)` of those `held` are so close to a limit of the flange that they need to be looked at.
+
+    For cubic pieces, the last of which ends at rest. What the joints' jerk takes of the flange's is known on both sides
+    of each knot, the rest of it is smooth and told by the twists at the knots.
+    """
+    if not held.any():
+        return held
+    h, (q, rates, third) = np.diff(pieces.knots), (pieces.coefficients[:, power] for power in (0, 1, 3))
+    near = np.flatnonzero(np.convolve(held, np.ones(4))[1:-2])  # knots of these pieces and of those beside them
+    jacobian = np.zeros((len(q) + 1, 6, q.shape[1]))
+    jacobian[near] = model.jacobian(q[near])
+    jacobian[-1] = jacobian[-2]
+    twist = _twists(jacobian, np.append(rates, np.zeros_like(rates[:1]), axis=0))
+    behind, before = _twists(jacobian[:-1], 6.0 * third), _twists(jacobian[1:], 6.0 * third)
+    slope, width = np.diff(twist) / h, h[1:] + h[:-1]
+    change = (h[:-1] * slope[..., 1:] + h[1:] * slope[..., :-1]) / width
+    rest = (2.0 * np.diff(slope) - h[1:] * behind[..., 1:] - h[:-1] * before[..., :-1]) / width
+    change, rest = (np.concatenate([each[..., :1], each, each[..., -1:]], axis=-1) for each in (change, rest))
+    first = _shares(twist[..., :-1], change[..., :-1], rest[..., :-1] + behind, limits)
+    last = _shares(twist[..., 1:], change[..., 1:], rest[..., 1:] + before, limits)
+    return np.asarray(held & (np.maximum(first, last).max(axis=0) > _CLOSE))
+
+
+def _twists(jacobian: Numbers, rates: Numbers) -> Numbers:
+    """`(..., k, 6, n)` times `(..., k, n)` as `(..., 2, 3, k)`: arithmetic on many short vectors takes longer."""
+    moved = np.swapaxes((jacobian @ rates[..., None])[..., 0], -1, -2)
+    return np.ascontiguousarray(moved).reshape(*moved.shape[:-2], 2, 3, -1)
+
+
+def _shares(twist: Numbers, change: Numbers, jerk: Numbers, limits: PathLimits) -> Numbers:
+    """Shares `(3, ..., k)` of the limits that a twist `(..., 2, 3, k)` uses with its two derivatives."""
+    speed = np.sqrt((twist**2).sum(axis=-2))
+    u = twist / np.maximum(speed, _STILL)[..., None, :]
+    along = (u * change).sum(axis=-2)
+    across = ((change - u * along[..., None, :]) ** 2).sum(axis=-2)
+    turned = (u * jerk).sum(axis=-2) + across / np.maximum(speed, _SLOWEST)
+    allowed = np.array([limits.acceleration_m_s2, limits.angular_acceleration_rad_s2])[:, None]
+    jerk_allowed = np.array([limits.jerk_m_s3, limits.angular_jerk_rad_s3])[:, None]
+    used = (np.abs(along) / allowed).max(axis=-2), (np.abs(turned) / jerk_allowed).max(axis=-2)
+    return np.stack([across[..., 0, :] ** 0.25 / np.sqrt(limits.acceleration_m_s2), *used])

@@ -11,7 +11,6 @@ from robot_agent.kinematics import KinematicsError, Model, Reason, TrackError
 from robot_agent.paths.pose_path import PosePath
 from robot_agent.trajectory.any_branch import any_branch
 from robot_agent.trajectory.errors import PlanError
-from robot_agent.trajectory.flange_way import FlangeWay
 from robot_agent.trajectory.pieces import Pieces
 
 Numbers = NDArray[np.float64]
@@ -47,10 +46,9 @@ _TRACKING = {
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Followed:
-    """`pieces` and `flange` as `JointPath` has them; distance [m] and parameter of each node `(k,)`."""
+    """`pieces` as `JointPath` has them; distance [m] and parameter of each node `(k,)`."""
 
     pieces: Pieces
-    flange: FlangeWay
     distance_m: Numbers
     parameter: Numbers
     curvature: Numbers
@@ -166,10 +164,7 @@ class _Follower:
         by_length_twice = (second - by_length * growth[:, None]) / (speed**2)[:, None]
         curvature = np.column_stack([parameter, np.linalg.norm(change[:, :3], axis=1)])
         pieces = Pieces.through(parameter, value, by_length, by_length_twice)
-        rate = twist / speed[:, None]
-        bent_rate = (change - rate * growth[:, None]) / (speed**2)[:, None]
-        flange = FlangeWay.along(parameter, rate, bent_rate, jacobian)
-        return Followed(pieces, flange, nodes, parameter, curvature)
+        return Followed(pieces, nodes, parameter, curvature)
 
     def _curvature(self, made: Followed) -> Numbers:
         """As `Followed` has it, and between the nodes where it does not change evenly from each to the next."""

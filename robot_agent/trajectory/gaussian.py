@@ -8,8 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robot_agent.kinematics import Model
-from robot_agent.trajectory.excess import excess
-from robot_agent.trajectory.joint_path import Stretch
+from robot_agent.trajectory.excess import excess, slower_by
+from robot_agent.trajectory.flange_use import flange_use
+from robot_agent.trajectory.joint_path import Stretch, share_on_path
 from robot_agent.trajectory.law import Timed
 from robot_agent.trajectory.limits import Limits
 from robot_agent.trajectory.pieces import Pieces
@@ -33,13 +34,13 @@ def filtered(model: Model, stretches: Sequence[Stretch], timed: Timed, limits: L
 
     The weights are those of a Gaussian, constant in each of the cells of the window. What leaves the filter is a mean
     of what entered it, so no limit of a joint is exceeded; where the flange would be faster than `stretches` of the
-    path allow, all of it is slowed down.
+    path allow, or exceed its limits of acceleration and jerk, all of it is slowed down.
     """
     window_s = limits.shaping.filter_s
     pieces = _smoothed(timed.pieces, window_s)
     raw = Unfiltered(timed.pieces, timed.times, timed.parameters, window_s)
     deviation, faster = _flange(model, stretches, raw, pieces, limits)
-    k = max(1.0, excess(pieces, limits), faster)
+    k = max(1.0, excess(pieces, limits), faster, _harder(model, stretches, raw, pieces, limits))
     times = (timed.times + window_s / 2.0) * k
     return replace(timed, pieces=pieces.slower(1.0 / k), times=times, deviation_m=deviation, raw=replace(raw, slower=k))
 
@@ -139,6 +140,16 @@ def _flange(
     earlier = own < raw.lead_s
     allowed[earlier] = _speeds(model, raw.pieces, own[earlier]) + _ROUNDING
     return deviation, float((_speeds(model, after, t[half:]) / allowed[near].max(axis=1)).max())
+
+
+def _harder(model: Model, stretches: Sequence[Stretch], raw: Unfiltered, after: Pieces, limits: Limits) -> float:
+    """How much slower all has to be for the flange's limits of acceleration and jerk.
+
+    They hold where all that is in the window is on the flange's path.
+    """
+    first, last = after.knots[1:] - raw.window_s, after.knots[:-1]
+    on_path = share_on_path(stretches, *(np.interp(each, raw.times, raw.parameters) for each in (first, last)))
+    return slower_by(flange_use(model, after, on_path == 1.0, limits.path))
 
 
 def _allowed(stretches: Sequence[Stretch], at: Numbers, limits: Limits) -> Numbers:

@@ -5,13 +5,14 @@ by it than its limit. It never stalls, not even where the flange turns on the sp
 two paths join smoothly exactly where tangent and curvature by it agree: that is what the joints feel.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from robot_agent.paths.transition import Transition
-from robot_agent.trajectory.flange_way import FlangeWay, continued
+from robot_agent.trajectory.flange_way import continued
 from robot_agent.trajectory.pieces import Pieces
 
 Numbers = NDArray[np.float64]
@@ -53,13 +54,6 @@ class JointPath:
     """Of the corner behind this path, as in the block."""
     stops_for: str = ""
     """Why the robot stops at its end, whatever comes behind it; empty where that decides."""
-    flange: FlangeWay | None = None
-    """None where the limits of the flange's path hold nowhere."""
-
-    @property
-    def known_flange(self) -> FlangeWay:
-        """What the flange does, as far as it is known."""
-        return self.flange or FlangeWay.still(self.length, self.joints)
 
     @property
     def length(self) -> float:
@@ -96,11 +90,17 @@ class JointPath:
         return replace(
             self,
             pieces=self.pieces.part(first, last),
-            flange=None if self.flange is None else self.flange.part(first, last),
             stretches=tuple(kept),
             curvature=curvature,
             corner_lengths=(head - first, tail - first),
         )
+
+
+def share_on_path(stretches: Sequence[Stretch], first: Numbers, last: Numbers) -> Numbers:
+    """In what share of the stretches between parameters `first` and `last` `(k,)` the limits of the flange hold."""
+    low, high = (np.searchsorted([each.end for each in stretches[:-1]], at, side="right") for at in (first, last))
+    before = np.cumsum([0, *(each.on_path for each in stretches)])
+    return np.asarray((before[high + 1] - before[low]) / (high + 1 - low))
 
 
 def joined(first: JointPath, second: JointPath) -> JointPath:
@@ -115,5 +115,4 @@ def joined(first: JointPath, second: JointPath) -> JointPath:
         (first.corner_lengths[0], second.corner_lengths[1] + offset),
         second.round_m,
         second.stops_for,
-        None if first.flange is second.flange is None else first.known_flange.then(second.known_flange),
     )

@@ -46,10 +46,6 @@ class Fitted:
 
     timed: Timed
     interval: NDArray[np.intp]
-    flange: Pieces | None
-    """The flange's way [m] and the integral of its angular velocity [rad] `(4 columns)` by the same knots, from rest.
-
-    None where the limits of the flange hold nowhere."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -77,7 +73,7 @@ class Law:
         return Base.rising(points, h)
 
     def timed(self, path: JointPath, start: Numbers | None = None) -> "Fitted":
-        """A cubic spline of the joints, fine enough to be the path, and of what the flange does.
+        """A cubic spline of the joints, fine enough to be the path.
 
         The joints begin at rest, or with position, velocity and acceleration `start` `(3, n)`.
         """
@@ -85,8 +81,7 @@ class Law:
         count = max(8, math.ceil(_PIECES * self.base.intervals))
         for _ in range(_HALVINGS):
             s, interval = self._samples(clock, 2 * count)
-            values = path.pieces.position(s)
-            q = values[:, : path.joints]
+            q = path.pieces.position(s)[:, : path.joints]
             step = float(clock[-1]) / count
             coefficients = np.zeros((count, 6, path.joints))
             points = through(q[::2])
@@ -97,8 +92,7 @@ class Law:
             if np.abs(halfway(points) - q[1::2]).max() < _EXACT:
                 break
             count *= 2
-        timed = Timed(pieces, pieces.knots, s[::2])
-        return Fitted(timed, interval[:-1:2], _flange_over_time(path, timed, values[::2, path.joints]))
+        return Fitted(Timed(pieces, pieces.knots, s[::2]), interval[:-1:2])
 
     def _clock(self) -> Numbers:
         """Times `(parts + 1,)` [s] at which the parts of all intervals begin, and the end."""
@@ -120,13 +114,3 @@ class Law:
         share = x * x * (3.0 - 2.0 * x) + step / width * x * (1.0 - x) * ((1.0 - x) * first - x * last)
         interval, number = np.divmod(part, _PARTS)
         return self.base.places(interval, (number + np.clip(share, 0.0, 1.0)) / _PARTS), interval
-
-
-def _flange_over_time(path: JointPath, timed: Timed, way: Numbers) -> Pieces | None:
-    if path.flange is None:
-        return None
-    points = through(np.column_stack([way, path.flange.spin.position(timed.parameters)]))
-    knots = timed.pieces.knots
-    coefficients = np.zeros((len(knots) - 1, 6, points.shape[1]))
-    coefficients[:, :4] = powers(points, float(knots[1]))
-    return Pieces(knots, coefficients)

@@ -4,6 +4,7 @@ from contextlib import suppress
 
 import numpy as np
 
+from robot_agent.kinematics import Model
 from robot_agent.trajectory.affine import Numbers
 from robot_agent.trajectory.base import Base
 from robot_agent.trajectory.interior_point import Search
@@ -46,7 +47,7 @@ _EASED = 8
 """Coefficients over which the search begins with less and less of the known rate."""
 
 
-def fastest_onward(path: JointPath, limits: Limits, going: Going) -> Timed | None:
+def fastest_onward(model: Model, path: JointPath, limits: Limits, going: Going) -> Timed | None:
     """Joints over time along `path` from the state `going` to rest; None where the limits cannot be kept from there.
 
     `path` begins as the rest of the path of `going` does. The joints begin exactly in its position, velocity and
@@ -57,7 +58,7 @@ def fastest_onward(path: JointPath, limits: Limits, going: Going) -> Timed | Non
         # a search that finds nothing ends in numbers that are not finite, or in equations without a solution
         with np.errstate(all="ignore"), suppress(np.linalg.LinAlgError):
             base = _coarsely(path, bounds, going, ramp_s(limits) / finer, over)
-            timed = None if base is None else _finely(path, limits, bounds, base, going)
+            timed = None if base is None else _finely(model, path, limits, bounds, base, going)
             if timed is not None:
                 return timed
     return None
@@ -73,7 +74,9 @@ def _coarsely(path: JointPath, bounds: PathLimits, going: Going, ramp: float, ov
     return Law(base, search.c).resampled(ramp / FINE, MOST_INTERVALS, np.array([0.0, *going.rate]))
 
 
-def _finely(path: JointPath, limits: Limits, bounds: PathLimits, base: Base, going: Going) -> Timed | None:
+def _finely(
+    model: Model, path: JointPath, limits: Limits, bounds: PathLimits, base: Base, going: Going
+) -> Timed | None:
     own = Limited.of(base, bounds)
     limited = _roomy(own.tightened(np.array([[MARGIN], [MARGIN], [_JERK_MARGIN]])), 1, _ROOM, _ROOM)
     search = Search(limited, _begin(limited), _HELD)
@@ -82,7 +85,7 @@ def _finely(path: JointPath, limits: Limits, bounds: PathLimits, base: Base, goi
         if not search.found:
             return None
         fitted = Law(base, search.c).timed(path, going.joints)
-        excess = excess_of(fitted, limits, base)
+        excess = excess_of(model, path, fitted, limits, base)
         if max(float(excess.max()), float(own.excess(search.c)[:2].max())) <= _ACCEPTED:
             return fitted.timed
         around = np.lib.stride_tricks.sliding_window_view(np.pad(excess, ((0, 0), (1, 1))), 3, axis=1).max(axis=2)

@@ -92,7 +92,7 @@ def _onward(model: Model, paths: "_Paths", limits: Limits, start: Moving, cycle_
 
 def _timed_onward(model: Model, path: JointPath, limits: Limits, going: Going) -> Timed | None:
     """Joints over time from a state in motion to rest, with the filter; None where no timing is found."""
-    timed = fastest_onward(path, limits, going)
+    timed = fastest_onward(model, path, limits, going)
     if timed is None or going.raw is None:
         return timed
     return filtered_onward(model, path.stretches, timed, going.raw, going.raw_s, limits)
@@ -226,7 +226,7 @@ class _Paths:
         corners = float(ends[0]), float(ends[-2]) if len(ends) > 1 else 0.0
         last = self._blocks[path.blocks[-1]]
         stops = last.round_m, _stops_for(last)
-        return JointPath(made.pieces, stretches, made.curvature, path.transitions, corners, *stops, made.flange)
+        return JointPath(made.pieces, stretches, made.curvature, path.transitions, corners, *stops)
 
     def _joint_move(self, index: int, block: JointMove, start: NDArray[np.float64]) -> JointPath | Independent | None:
         """A straight line in joint space, or every joint by itself; None where it goes nowhere."""

@@ -1,6 +1,7 @@
 """What the governor answers: samples along a motion that end at rest."""
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,7 +24,7 @@ class PathState:
     rate_dot: float
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, eq=False)
 class Segment:
     """Samples for consecutive ticks; sample k belongs to the tick at which it was joined, plus k.
 
@@ -55,7 +56,7 @@ class Segment:
     def length(self) -> int:
         return len(self.tau)
 
-    @property
+    @cached_property
     def rest_index(self) -> int:
         """The first sample at rest. The next motion's first segment may take the place of this one from here on."""
         moving = np.flatnonzero(np.any(self.q != self.q[-1], axis=1))

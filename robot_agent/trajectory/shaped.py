@@ -9,10 +9,11 @@ import numpy as np
 from robot_agent.kinematics import Model
 from robot_agent.model.description import ProfileKind
 from robot_agent.paths import Passing
-from robot_agent.trajectory.excess import excess
+from robot_agent.trajectory.excess import excess, slower_by
+from robot_agent.trajectory.flange_use import flange_use
 from robot_agent.trajectory.gaussian import filtered
 from robot_agent.trajectory.independent import Independent
-from robot_agent.trajectory.joint_path import JointPath, Numbers
+from robot_agent.trajectory.joint_path import JointPath, Numbers, share_on_path
 from robot_agent.trajectory.law import Timed
 from robot_agent.trajectory.limits import Limits
 from robot_agent.trajectory.path_limits import PathLimits
@@ -52,23 +53,25 @@ def in_time(model: Model, paths: Sequence[JointPath | Independent], limits: Limi
     limits change along it, all of it is slowed down until each of them is kept. Several moves in one motion have one
     profile where nothing changes between them, and else the fastest timing.
     """
-    ruled = [path.in_time(model, limits) if isinstance(path, Independent) else _ruled(path, limits) for path in paths]
+    ruled = [
+        path.in_time(model, limits) if isinstance(path, Independent) else _ruled(model, path, limits) for path in paths
+    ]
     free = [path for path, timed in zip(paths, ruled, strict=True) if timed is None and isinstance(path, JointPath)]
-    rest = iter(fastest_of(free, limits))
+    rest = iter(fastest_of(model, free, limits))
     timed = [known or next(rest) for known in ruled]
     if limits.shaping.filter_s == 0.0:
         return timed
     return [filtered(model, path.stretches, each, limits) for path, each in zip(paths, timed, strict=True)]
 
 
-def _ruled(path: JointPath, limits: Limits) -> Timed | None:
+def _ruled(model: Model, path: JointPath, limits: Limits) -> Timed | None:
     """One profile along `path`; None where the fastest timing has another shape."""
     timed = single(path, limits)
     if timed is not None:
         return timed
     one_move = len({each.block for each in path.stretches}) == 1 and not _has_vias(path)
     shaped = one_move and limits.shaping.profile is not ProfileKind.S_CURVE
-    return _slowed(path, limits) if shaped else None
+    return _slowed(model, path, limits) if shaped else None
 
 
 def _has_vias(path: JointPath) -> bool:
@@ -149,7 +152,7 @@ def _flange_profile(path: JointPath, limits: Limits, way: float, turn: float, be
     return shaped_profile(limits.shaping, way, *bounds)
 
 
-def _slowed(path: JointPath, limits: Limits) -> Timed:
+def _slowed(model: Model, path: JointPath, limits: Limits) -> Timed:
     """The profile over the whole path, as fast as the place that allows least lets it be.
 
     A lower top speed with the same ramps may leave more for the bends of the path than a slower clock, so several are
@@ -168,7 +171,9 @@ def _slowed(path: JointPath, limits: Limits) -> Timed:
     clocks = [_clock(path, bounds, each, column, _LOOKED_AT) for each in tried]
     chosen, k = min(zip(tried, clocks, strict=True), key=lambda each: each[0].duration_s * each[1])
     timed = _along(path, chosen, column)
-    k *= max(1.0, excess(timed.pieces.slower(1.0 / k), limits))
+    slow = timed.pieces.slower(1.0 / k)
+    held = share_on_path(path.stretches, timed.parameters[:-1], timed.parameters[1:]) > 0.0
+    k *= max(1.0, excess(slow, limits), slower_by(flange_use(model, slow, held, limits.path)))
     return Timed(timed.pieces.slower(1.0 / k), timed.times * k, timed.parameters)
 
 

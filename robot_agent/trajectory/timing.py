@@ -4,11 +4,13 @@ import math
 
 import numpy as np
 
+from robot_agent.kinematics import Model
 from robot_agent.trajectory.affine import Numbers
 from robot_agent.trajectory.base import Base
-from robot_agent.trajectory.flange_use import flange_use
+from robot_agent.trajectory.excess import slower_by
+from robot_agent.trajectory.flange_use import close, flange_use
 from robot_agent.trajectory.interior_point import Search
-from robot_agent.trajectory.joint_path import JointPath
+from robot_agent.trajectory.joint_path import JointPath, share_on_path
 from robot_agent.trajectory.law import Fitted, Law, Timed
 from robot_agent.trajectory.limits import Limits
 from robot_agent.trajectory.path_limits import PathLimits
@@ -51,12 +53,12 @@ _DIP = np.cos(np.pi / 2.0 * np.arange(-_EASED, _EASED + 1) / (_EASED + 1)) ** 2
 _SMOOTHED = np.hanning(_EASED + 3)[1:-1] / np.hanning(_EASED + 3).sum()
 
 
-def fastest(path: JointPath, limits: Limits) -> Timed:
+def fastest(model: Model, path: JointPath, limits: Limits) -> Timed:
     """Joints over time along `path`, from rest to rest."""
-    return fastest_of([path], limits)[0]
+    return fastest_of(model, [path], limits)[0]
 
 
-def fastest_of(paths: list[JointPath], limits: Limits) -> list[Timed]:
+def fastest_of(model: Model, paths: list[JointPath], limits: Limits) -> list[Timed]:
     """Joints over time along each of `paths`, all timed at once, from rest to rest."""
     if not paths:
         return []
@@ -68,7 +70,7 @@ def fastest_of(paths: list[JointPath], limits: Limits) -> list[Timed]:
     for _ in range(_ROUNDS):
         bases = [law.resampled(ramp / FINE, MOST_INTERVALS) for law in laws]
         fine = _limited(bases, [bounds[k] for k in waiting]).tightened(np.full((3, 1), MARGIN))
-        kept = _kept([paths[k] for k in waiting], bases, Search(fine, begin(fine)), limits)
+        kept = _kept(model, [paths[k] for k in waiting], bases, Search(fine, begin(fine)), limits)
         for number, (timed, _) in zip(waiting, kept, strict=True):
             if number not in made or timed.pieces.duration_s < made[number].pieces.duration_s:
                 made[number] = timed
@@ -103,7 +105,9 @@ def _searched(bases: list[Base], bounds: list[PathLimits]) -> list[Law]:
     return _laws(bases, search.c)
 
 
-def _kept(paths: list[JointPath], bases: list[Base], search: Search, limits: Limits) -> list[tuple[Timed, Law]]:
+def _kept(
+    model: Model, paths: list[JointPath], bases: list[Base], search: Search, limits: Limits
+) -> list[tuple[Timed, Law]]:
     """Joints over time that keep their limits everywhere; paths where they do not yet are searched again.
 
     Beside them the law, which may be faster: its intervals are too long for what the limits do inside them.
@@ -114,7 +118,7 @@ def _kept(paths: list[JointPath], bases: list[Base], search: Search, limits: Lim
         search.run(gap=0.003, kept=MARGIN - 1.0)
         excess, late = [], []
         for number, law in zip(waiting, _laws([bases[k] for k in waiting], search.c), strict=True):
-            each, k, used = _slowed(paths[number], law, limits)
+            each, k, used = _slowed(model, paths[number], law, limits)
             excess.append(used)
             if number not in made or each.pieces.duration_s < made[number][0].pieces.duration_s:
                 made[number] = each, law, used
@@ -124,10 +128,10 @@ def _kept(paths: list[JointPath], bases: list[Base], search: Search, limits: Lim
         search.keep_only(np.array(late))
         search.tighten(_tighter([used for used, again in zip(excess, late, strict=True) if again]))
         waiting = [number for number, again in zip(waiting, late, strict=True) if again]
-    return [(_eased(path, *made[number], limits), made[number][1]) for number, path in enumerate(paths)]
+    return [(_eased(model, path, *made[number], limits), made[number][1]) for number, path in enumerate(paths)]
 
 
-def _eased(path: JointPath, best: Timed, law: Law, used: Numbers, limits: Limits) -> Timed:
+def _eased(model: Model, path: JointPath, best: Timed, law: Law, used: Numbers, limits: Limits) -> Timed:
     """The quicker of `best` and of what `law` becomes where its rate is lowered around each limit that it exceeds.
 
     That is cheaper than a search, and far better than to slow down all of a motion for a few places. `best` is `law`
@@ -140,7 +144,7 @@ def _eased(path: JointPath, best: Timed, law: Law, used: Numbers, limits: Limits
         dip = np.pad(2.0 * _FIRMLY * np.log(np.maximum(rate, 1.0)), _EASED + 1 + _EASED // 2, mode="edge")
         dip = (np.lib.stride_tricks.sliding_window_view(dip, len(_DIP)) * _DIP).max(axis=1)
         law = Law(law.base, law.squared * np.exp(-np.convolve(dip, _SMOOTHED, mode="valid")))
-        each, k, used = _slowed(path, law, limits)
+        each, k, used = _slowed(model, path, law, limits)
         if each.pieces.duration_s < best.pieces.duration_s:
             best = each
         if k <= _CERTAIN:
@@ -148,12 +152,12 @@ def _eased(path: JointPath, best: Timed, law: Law, used: Numbers, limits: Limits
     return best
 
 
-def _slowed(path: JointPath, law: Law, limits: Limits) -> tuple[Timed, float, Numbers]:
+def _slowed(model: Model, path: JointPath, law: Law, limits: Limits) -> tuple[Timed, float, Numbers]:
     """`law` so much slower as a whole that it keeps its limits; by how much, and what it used `(3, intervals)`."""
     fitted = law.timed(path)
     timed = fitted.timed
-    used = excess_of(fitted, limits, law.base, flange_use(path, fitted, limits))
-    k = float((used.max(axis=1) ** (1.0 / np.arange(1.0, 4.0))).max())
+    used = excess_of(model, path, fitted, limits, law.base)
+    k = slower_by(used)
     slower = max(1.0, k)
     return Timed(timed.pieces.slower(1.0 / slower), timed.times * slower, timed.parameters), k, used
 
@@ -221,11 +225,8 @@ def _laws(bases: list[Base], rate: Numbers) -> list[Law]:
     return [Law(base, part) for base, part in zip(bases, np.split(rate, ends[:-1]), strict=True)]
 
 
-def excess_of(fitted: Fitted, limits: Limits, base: Base, of_flange: Numbers | None = None) -> Numbers:
-    """How much of their limits of speed, acceleration and jerk the joints use at most in each interval `(3, k)`.
-
-    With what the flange uses of those of acceleration and jerk in each piece `(2, pieces)`.
-    """
+def excess_of(model: Model, path: JointPath, fitted: Fitted, limits: Limits, base: Base) -> Numbers:
+    """The most that joints and flange use of their limits of speed, acceleration and jerk in each interval `(3, k)`."""
     pieces = fitted.timed.pieces
     c1, c2, c3 = np.ascontiguousarray(pieces.coefficients[:, 1:4].transpose(1, 0, 2))  # cubics
     h = np.diff(pieces.knots)[:, None]
@@ -238,10 +239,10 @@ def excess_of(fitted: Fitted, limits: Limits, base: Base, of_flange: Numbers | N
         np.abs(6.0 * c3) / limits.jerk,
     ]
     most = np.zeros((3, base.intervals))
-    for order, use in enumerate(used):
-        np.maximum.at(most[order], fitted.interval, use.max(axis=1))
-    for order, use in enumerate([] if of_flange is None else of_flange, 1):
-        np.maximum.at(most[order], fitted.interval, use)
+    held = share_on_path(path.stretches, fitted.timed.parameters[:-1], fitted.timed.parameters[1:]) > 0.0
+    of_flange = flange_use(model, pieces, close(model, pieces, held, limits.path), limits.path)
+    for each, of_joints, own in zip(most, used, of_flange, strict=True):
+        np.maximum.at(each, fitted.interval, np.maximum(of_joints.max(axis=1), own))
     return most
 
 

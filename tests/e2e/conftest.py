@@ -1,10 +1,17 @@
 """Real processes for end-to-end tests."""
 
+import signal
 from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 from live_cell import LiveCell
+
+
+@pytest.fixture(scope="session", autouse=True)
+def interruptible() -> None:
+    """What a shell runs in its background ignores Ctrl-C, and so would all processes that are started here."""
+    signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 @pytest.fixture

@@ -65,12 +65,3 @@ def test_status_shows_everyone_and_names_who_is_silent(live: LiveCell) -> None:
     bad = live.order("status")
     assert bad.exit_code() == 1
     assert "silent: robot right" in bad.output
-
-
-def test_wrong_names_are_answered_with_the_right_ones(live: LiveCell) -> None:
-    live.up().wait_for_output("all robots enabled", 60.0)
-    robot = live.order("run", "lefty")
-    assert "its robots are: left, right" in robot.output
-    zone = live.order("zone", "clear", "attic")
-    assert "its zones are: handover" in zone.output
-    assert robot.exit_code() == zone.exit_code() == 1

@@ -1,44 +1,56 @@
-"""What anyone sees with one subscriber: both robots move, and their bodies are never in the zone together."""
+"""The demo to its end, and what anyone sees of it with one subscriber: bodies are never in the zone together."""
 
-from live_cell import LiveCell, Recorder
+import re
+
+from live_cell import LiveCell, Recorder, wait_until
 
 from cell.geometry import Box
 from cell.geometry.occupied import body_touches_box
 from cell.messages import Presence, ProgramState, RobotState
 
 
-def test_both_robots_move_and_their_bodies_are_never_in_the_zone_together(live: LiveCell) -> None:
-    up = live.up("--run")
-    up.wait_for_output("all robots enabled", 60.0)
-    (zone,) = live.settings.zones.values()
-    box = Box.at(zone.size_m, zone.pose.position_m, zone.pose.quaternion_xyzw)
-    robots = set(live.settings.robots)
-    moved: set[str] = set()
-    visited: set[str] = set()
-    done: set[str] = set()
-    inside = dict.fromkeys(robots, False)
+class Onlooker:
+    """Hears every message of a cell with one zone."""
 
-    def look(message: object) -> None:
+    def __init__(self, live: LiveCell) -> None:
+        (zone,) = live.settings.zones.values()
+        self._box = Box.at(zone.size_m, zone.pose.position_m, zone.pose.quaternion_xyzw)
+        self._inside = dict.fromkeys(live.settings.robots, False)
+        self.moved: set[str] = set()
+        self.visited: set[str] = set()
+        self.done: set[str] = set()
+
+    def look(self, message: object) -> None:
         match message:
             case RobotState(robot=robot, tcp_speed_m_s=speed, program=program):
                 if (speed or 0.0) > 0.05:
-                    moved.add(robot)
+                    self.moved.add(robot)
                 if program.state is ProgramState.DONE:
-                    done.add(robot)
+                    self.done.add(robot)
             case Presence(robot=robot, body=body) if body.known:
-                inside[robot] = body_touches_box(body, box)
-                if inside[robot]:
-                    visited.add(robot)
-                assert not all(inside.values()), "both bodies are in the zone"
+                self._inside[robot] = body_touches_box(body, self._box)
+                if self._inside[robot]:
+                    self.visited.add(robot)
+                assert not all(self._inside.values()), "both bodies are in the zone"
 
+
+def test_both_programs_run_to_their_end_and_bodies_are_never_in_the_zone_together(live: LiveCell) -> None:
+    up = live.up("--until-done")
+    up.wait_for_output("all robots enabled", 60.0)
+    onlooker = Onlooker(live)
     with live.client() as session:
         everything = Recorder(session, "**")
 
-        def all_done(_: RobotState) -> bool:
-            for message in everything.messages:
-                look(message)
+        def ended() -> bool:
+            is_over = up.exit_code() is not None
+            for message in everything.take():
+                onlooker.look(message)
             everything.messages.clear()
-            return done == robots
+            return is_over
 
-        everything.wait_for(RobotState, all_done, 90.0, "the end of both programs")
-    assert moved == visited == robots
+        wait_until(ended, 120.0, "the end of `cell up --until-done`")
+    assert up.exit_code() == 0, up.output
+    assert onlooker.moved == onlooker.visited == onlooker.done == set(live.settings.robots)
+    assert re.search(r"all robots enabled after \d+\.\d s", up.output)
+    for robot in live.settings.robots:
+        assert re.search(rf"robot {robot} stood still for \d+\.\d s until zone handover was free", up.output)

@@ -1,27 +1,46 @@
-"""What must hold at every step of a simulated cell, whatever the network and the machines do."""
+"""What must hold at every step of a simulated cell, whatever the network and the machines do.
 
-from collections import deque
+Samples are kept and judged many at once, at the latest when the clock pauses.
+"""
+
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
 from cell.geometry import capsules_touch_box, transform_points
 from cell.messages import DriveFeedback, ZoneGeometry
-from robot_agent.agent.axes import feedback_in_joints
-from robot_agent.trajectory import Motion
 from robot_agent.workspace import zone_box
+from tests.sim.planned_paths import PlannedPaths
 from tests.sim.world import World
 
 _ON_PATH_RAD = 2e-6
 _LIMIT_TOLERANCE = 1.01
-_PATH_STEP_S = 0.001
-_PASSES_RAD = 2e-3
-"""More than the joints move in a step."""
 _BODY_EVERY_TICKS = 2
+_MOST_KEPT = 64
+"""Samples of one robot, and bodies."""
+_BEFORE = 4
+"""Judged samples that are kept: a jerk takes four."""
 
 
 class Broken(AssertionError):
     """An invariant does not hold."""
+
+
+@dataclass(slots=True)
+class _Samples:
+    """What one robot was commanded since it was enabled, in axes, behind the last samples that are judged."""
+
+    at: list[float] = field(default_factory=list)
+    axes: list[NDArray[np.float64]] = field(default_factory=list)
+    judged: int = 0
+    plans: int = 0
+    """So many had been made when the samples were taken."""
+
+    def forget(self, kept: int) -> None:
+        """All are judged; keep the newest."""
+        self.at, self.axes = self.at[len(self.at) - kept :], self.axes[len(self.axes) - kept :]
+        self.judged = len(self.at)
 
 
 class Invariants:
@@ -32,8 +51,9 @@ class Invariants:
         self._world = world
         self._planned = planned
         self._inside: dict[str, dict[str, bool]] = {}
-        self._last: dict[str, deque[NDArray[np.float64]]] = {}
-        self._paths: dict[int, NDArray[np.float64]] = {}
+        self._samples = {robot: _Samples() for robot in world.cell.robots}
+        self._bodies: list[tuple[float, str, NDArray[np.float64]]] = []
+        self._paths = PlannedPaths()
         self.samples = 0
         self.time_inside_s = dict.fromkeys(world.cell.robots, 0.0)
         zones = world.cell.zones.values()
@@ -44,83 +64,100 @@ class Invariants:
             for zone in zones
         }
         world.on_feedback.append(self.look)
+        world.clock.on_pause.append(self._judge_all)
 
     def look(self, feedback: DriveFeedback) -> None:
         """One cycle of one robot."""
-        feedback = feedback_in_joints(self._world.models[feedback.robot].coupling, feedback)
+        robot, now = feedback.robot, self._world.clock.now
         if feedback.tick % _BODY_EVERY_TICKS == 0:
-            self._one_body_in_a_zone(feedback)
-        last = self._last.setdefault(feedback.robot, deque(maxlen=4))
+            self._bodies.append((now, robot, self._measured(robot)))
+            if len(self._bodies) >= _MOST_KEPT:
+                self._one_body_in_a_zone()
+        samples, plans = self._samples[robot], len(self._world.seen.planned[robot])
+        if not feedback.enabled or plans != samples.plans or len(samples.at) - samples.judged >= _MOST_KEPT:
+            self._judge(robot)
+            samples.plans = plans
         if not feedback.enabled:
-            last.clear()
+            samples.forget(0)
             return
-        last.append(feedback.commanded)
+        samples.at.append(now)
+        samples.axes.append(feedback.commanded)
         self.samples += 1
-        self._within_limits(feedback, last)
-        if self._planned and len(last) > 1 and not np.array_equal(last[-1], last[-2]):
-            self._on_a_planned_path(feedback)
 
-    def _one_body_in_a_zone(self, feedback: DriveFeedback) -> None:
-        robot = feedback.robot
-        planner, model = self._world.planners[robot], self._world.models[robot]
-        points = transform_points(planner.pose_world_base, model.capsules(self._measured(feedback)))
-        for name, box in self._boxes.items():
-            inside = self._inside.setdefault(name, {})
-            inside[robot] = bool(capsules_touch_box(points, model.capsule_radii, box).any())
-            if inside[robot]:
-                self.time_inside_s[robot] += _BODY_EVERY_TICKS * self._world.cycle_s(robot)
-            if sum(inside.values()) > 1:
-                raise Broken(f"at {self._world.clock.now:.3f} s {sorted(inside)} are in zone {name} together")
-
-    def _measured(self, feedback: DriveFeedback) -> NDArray[np.float64]:
-        """The joints by the simulated axes themselves, not by what anyone reports of them."""
-        gateway = f"gateway/{self._world.cell.robots[feedback.robot].gateway}"
-        axes = self._world.bundle.gateways[gateway.partition("/")[2]].robots[feedback.robot].axes
+    def _measured(self, robot: str) -> NDArray[np.float64]:
+        """The axes by the simulated drives themselves, not by what anyone reports of them."""
+        gateway = f"gateway/{self._world.cell.robots[robot].gateway}"
+        axes = self._world.bundle.gateways[gateway.partition("/")[2]].robots[robot].axes
         nodes = self._world.buses[gateway].nodes
-        measured = np.array(
-            [nodes[a.node_id].drives[a.number - 1].position / a.counts_per_unit + a.offset for a in axes]
-        )
-        return self._world.models[feedback.robot].coupling.joints(measured)
+        return np.array([nodes[a.node_id].drives[a.number - 1].position / a.counts_per_unit + a.offset for a in axes])
 
-    def _within_limits(self, feedback: DriveFeedback, last: deque[NDArray[np.float64]]) -> None:
-        if len(last) < 4:
-            return
-        limits, dt = self._world.planners[feedback.robot].limits, self._world.cycle_s(feedback.robot)
-        velocity = np.diff(np.array(last), axis=0) / dt
-        acceleration = np.diff(velocity, axis=0) / dt
-        jerk = np.diff(acceleration, axis=0) / dt
-        for what, found, allowed in (
-            ("velocity", velocity[-1], limits.velocity),
-            ("acceleration", acceleration[-1], limits.ramp_acceleration_bounds[1]),
-            ("jerk", jerk[-1], limits.ramp_jerk),
+    def _judge_all(self) -> None:
+        self._one_body_in_a_zone()
+        for robot in self._samples:
+            self._judge(robot)
+
+    def _one_body_in_a_zone(self) -> None:
+        """All bodies that were kept, one after the other."""
+        bodies, self._bodies = self._bodies, []
+        touching: list[dict[str, bool]] = [{} for _ in bodies]
+        for robot in self._samples:
+            mine = [i for i, (_, whose, _) in enumerate(bodies) if whose == robot]
+            if mine:
+                for zone, flags in self._touches(robot, np.array([bodies[i][2] for i in mine])).items():
+                    for i, flag in zip(mine, flags, strict=True):
+                        touching[i][zone] = bool(flag)
+        for (at, robot, _), zones in zip(bodies, touching, strict=True):
+            for zone, inside_now in zones.items():
+                inside = self._inside.setdefault(zone, {})
+                inside[robot] = inside_now
+                self.time_inside_s[robot] += inside_now * _BODY_EVERY_TICKS * self._world.cycle_s(robot)
+                if sum(inside.values()) > 1:
+                    raise Broken(f"at {at:.3f} s {sorted(inside)} are in zone {zone} together")
+
+    def _touches(self, robot: str, axes: NDArray[np.float64]) -> dict[str, NDArray[np.bool_]]:
+        """By zone: whether the robot's body, with axes `(m, n)`, touches it `(m,)`."""
+        planner, model = self._world.planners[robot], self._world.models[robot]
+        points = transform_points(planner.pose_world_base, model.capsules(model.coupling.joints(axes)))
+        boxes = self._boxes.items()
+        return {zone: capsules_touch_box(points, model.capsule_radii, box).any(axis=-1) for zone, box in boxes}
+
+    def _judge(self, robot: str) -> None:
+        """All samples of the robot that are not judged yet."""
+        samples = self._samples[robot]
+        if len(samples.at) > samples.judged:
+            q = self._world.models[robot].coupling.joints(np.array(samples.axes))
+            self._within_limits(robot, q, samples)
+            if self._planned:
+                self._on_a_planned_path(robot, q, samples)
+            samples.forget(min(_BEFORE, len(q)))
+
+    def _within_limits(self, robot: str, q: NDArray[np.float64], samples: _Samples) -> None:
+        first = max(_BEFORE - 1, samples.judged)
+        limits, dt = self._world.planners[robot].limits, self._world.cycle_s(robot)
+        rows = q
+        for order, what, allowed in (
+            (1, "velocity", limits.velocity),
+            (2, "acceleration", limits.ramp_acceleration_bounds[1]),
+            (3, "jerk", limits.ramp_jerk),
         ):
-            if (np.abs(found) > allowed * _LIMIT_TOLERANCE).any():
-                raise Broken(f"at {self._world.clock.now:.3f} s {feedback.robot}: {what} {found}, allowed {allowed}")
+            rows = np.diff(rows, axis=0) / dt
+            found = rows[first - order :]
+            beyond = np.flatnonzero((np.abs(found) > allowed * _LIMIT_TOLERANCE).any(axis=1))
+            if len(beyond):
+                at, worst = samples.at[first + beyond[0]], found[beyond[0]]
+                raise Broken(f"at {at:.3f} s {robot}: {what} {worst}, allowed {allowed}")
 
-    def _on_a_planned_path(self, feedback: DriveFeedback) -> None:
-        q = feedback.commanded
-        nearest = np.inf
-        for planned in reversed(self._world.seen.planned[feedback.robot]):
-            nearest = min(nearest, self._distance(planned.motion, q))
-            if nearest <= _ON_PATH_RAD:
-                return
-        raise Broken(f"at {self._world.clock.now:.3f} s {feedback.robot} is {nearest} rad off every planned path")
-
-    def _distance(self, motion: Motion, q: NDArray[np.float64]) -> float:
-        """Distance [rad] of `q` from the chords of densely sampled path."""
-        path = self._paths.get(id(motion))
-        if path is None:
-            count = max(2, int(motion.duration_s / _PATH_STEP_S))
-            path = self._paths[id(motion)] = motion.q(np.linspace(0.0, motion.duration_s, count))
-        away = np.abs(path - q).max(axis=1)
-        near = np.flatnonzero(away <= away.min() + _PASSES_RAD)  # a path may pass a place more than once
-        first = np.clip((near[:, None] + [-1, 0]).ravel(), 0, len(path) - 2)
-        start, way = path[first], path[first + 1] - path[first]
-        share = np.clip(((q - start) * way).sum(1) / np.maximum((way * way).sum(1), 1e-30), 0.0, 1.0)
-        return float(np.abs(start + share[:, None] * way - q).max(axis=1).min())
+    def _on_a_planned_path(self, robot: str, q: NDArray[np.float64], samples: _Samples) -> None:
+        first = max(1, samples.judged)
+        moved = first + np.flatnonzero((q[first:] != q[first - 1 : -1]).any(axis=1))
+        motions = [planned.motion for planned in self._world.seen.planned[robot][: samples.plans]]
+        off = self._paths.off(motions, q[moved], _ON_PATH_RAD)
+        if (off > _ON_PATH_RAD).any():
+            worst = int(off.argmax())
+            raise Broken(f"at {samples.at[moved[worst]]:.3f} s {robot} is {off[worst]} rad off every planned path")
 
     def check_at_rest(self) -> None:
         """After the end nothing moves."""
-        for robot, last in self._last.items():
-            if len(last) > 1 and not np.array_equal(last[0], last[-1]):
+        for robot, samples in self._samples.items():
+            if len(samples.axes) > 1 and not np.array_equal(samples.axes[0], samples.axes[-1]):
                 raise Broken(f"{robot} still moves at the end")

@@ -4,7 +4,7 @@ import pytest
 
 from cell.manager.core import ManagerCore
 from robot_agent.agent.zone_claims import ZoneClaims
-from tests.sim import invariants
+from tests.sim import invariants, planned_paths
 from tests.sim.invariants import Broken
 from tests.sim.network import Weather
 from tests.sim.scenario import run_scenario
@@ -26,7 +26,7 @@ def test_two_bodies_in_the_zone_are_noticed(monkeypatch: pytest.MonkeyPatch) -> 
 
 @pytest.mark.usefixtures("agents_ignore_grants")
 def test_the_manager_stops_agents_that_ignore_grants_before_their_bodies_meet() -> None:
-    outcome = run_scenario(1, CALM, longest_s=10.0)
+    outcome = run_scenario(1, CALM, longest_s=6.0)
     assert any(event.code == "zone_breach" for event in outcome.world.seen.events)
 
 
@@ -37,6 +37,6 @@ def test_samples_beyond_the_limits_are_noticed(monkeypatch: pytest.MonkeyPatch) 
 
 
 def test_samples_off_the_planned_path_are_noticed(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(invariants, "_PATH_STEP_S", 0.5)
+    monkeypatch.setattr(planned_paths, "PATH_STEP_S", 0.5)
     with pytest.raises(Broken, match="off every planned path"):
         run_scenario(1, CALM, longest_s=10.0)

@@ -108,7 +108,7 @@ def test_the_middle_point_of_an_arc_is_reported_where_its_turns_differ() -> None
     assert planned(straight).transitions == ()
     (via,) = planned(bent).transitions
     assert (via.before, via.block, via.passing) == (0, 0, BLENDED)
-    assert np.degrees(via.deviation_rad) == pytest.approx(0.0353 * 20.0, rel=0.01)
+    assert np.degrees(via.deviation_rad) == pytest.approx(0.0272 * 20.0, rel=0.01)
 
 
 def test_the_turn_that_a_spline_takes_over_from_a_joint_move_is_reported() -> None:

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from flange_shares import flange_shares
 from random_moves import LIMITS, MODEL, START, sequence
 
 from cell.geometry import from_xyz_abc
@@ -84,6 +85,8 @@ def test_limits_are_kept_and_every_rest_stays_a_rest(seed: int, filter_s: float)
     plain, motion = planned(blocks, 0.0), planned(blocks, filter_s)
     used = motion.pieces.peaks() / np.stack([LIMITS.velocity, LIMITS.acceleration, LIMITS.jerk])
     assert used.max() <= 1.0 + 1e-3
+    on_path = [not isinstance(each, JointMove) for each in blocks.blocks]
+    assert flange_shares(motion, LIMITS.path, on_path, every_s=0.003, apart_s=filter_s).max() <= 1.001
     assert len(motion.rests) == len(plain.rests)
     np.testing.assert_array_equal(motion.qd(motion.rests), 0.0)
     np.testing.assert_array_equal(motion.qdd(motion.rests), 0.0)

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from flange_shares import flange_shares
 from six_axis_arm import arm, description
 
 from robot_agent.model.description import ProfileKind, Shaping
@@ -75,6 +76,7 @@ def test_endless_loop_with_three_blocks_of_look_ahead_never_stops(speed: float, 
         assert_same_state(motion, tau, longer)
         assert len(longer.rests) == 2
         assert (longer.pieces.peaks() <= 1.001 * np.stack([LIMITS.velocity, LIMITS.acceleration, LIMITS.jerk])).all()
+        assert flange_shares(longer, LIMITS.path, [True] * len(longer.ends), every_s=dt).max() <= 1.001
         driven = np.arange(round(tau / dt)) * dt
         passed.append(motion.q(driven))
         speeds.append(motion.flange_speed(driven))

@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from commanded_geometry import blended_m, curves, deviations_m, outside_of_corners
+from flange_shares import flange_shares
 from random_moves import LIMITS, MODEL, START, decorated, sequence
 
 from robot_agent.paths import Block, JointMove, Sequence
@@ -19,63 +20,61 @@ from robot_agent.trajectory.shaped import in_time
 DT = 0.004
 ALLOWED = np.stack([LIMITS.velocity, LIMITS.acceleration, LIMITS.jerk])
 EXCESS = 1.001
-FLANGE_EXCESS = 1.01
-REVERSING_RAD_S = np.radians(1.1)
 IN_TEST, IN_ALL = range(16), 216
 DECORATED_IN_TEST, DECORATED_IN_ALL = (10, 22, 56), 203
 WORSE = 1.005
 """What a search may take more on another processor, whose last digits differ."""
 SLOWER = {
-    0: 1.098,
-    1: 1.138,
-    2: 1.077,
-    3: 1.191,
-    4: 1.033,
-    5: 1.052,
-    6: 1.018,
-    7: 1.041,
-    8: 1.031,
-    10: 1.089,
-    11: 1.023,
-    12: 0.998,
-    14: 1.089,
-    15: 1.143,
-    16: 1.130,
-    17: 1.043,
-    18: 1.052,
-    19: 1.070,
-    20: 1.023,
-    21: 1.044,
-    22: 1.076,
+    0: 1.063,
+    1: 1.092,
+    2: 1.051,
+    3: 1.133,
+    4: 1.019,
+    5: 1.024,
+    6: 1.011,
+    7: 1.022,
+    8: 1.024,
+    10: 1.066,
+    11: 1.012,
+    12: 0.985,
+    14: 1.063,
+    15: 1.103,
+    16: 1.090,
+    17: 1.025,
+    18: 1.034,
+    19: 1.049,
+    20: 1.005,
+    21: 1.026,
+    22: 1.058,
     23: 0.995,
-    24: 1.111,
-    25: 1.014,
-    26: 1.096,
-    27: 1.386,
-    28: 1.157,
-    29: 1.084,
-    30: 1.016,
-    31: 1.064,
-    32: 1.067,
-    33: 1.050,
-    34: 1.002,
-    35: 0.956,
-    36: 1.007,
-    37: 0.999,
-    38: 1.123,
-    39: 1.043,
-    40: 1.059,
-    41: 1.144,
-    42: 1.141,
-    43: 1.043,
-    44: 1.077,
-    45: 1.150,
-    46: 1.052,
-    47: 1.025,
+    24: 1.072,
+    25: 0.999,
+    26: 1.068,
+    27: 1.201,
+    28: 1.104,
+    29: 1.059,
+    30: 1.010,
+    31: 1.051,
+    32: 1.048,
+    33: 1.032,
+    34: 0.969,
+    35: 0.961,
+    36: 1.009,
+    37: 0.997,
+    38: 1.107,
+    39: 1.032,
+    40: 1.033,
+    41: 1.099,
+    42: 1.078,
+    43: 1.033,
+    44: 1.056,
+    45: 1.117,
+    46: 1.043,
+    47: 1.015,
     49: 0.934,
-    50: 1.039,
-    51: 1.033,
-    52: 1.103,
+    50: 1.023,
+    51: 1.007,
+    52: 1.068,
 }
 """What 50 sequences take, a/j for each start and stop taken off, by the time without a limit of jerk."""
 BUILD_S = float((LIMITS.acceleration / LIMITS.jerk).max())
@@ -120,21 +119,8 @@ def assert_flange_inside_its_speeds(moves: Sequence, motion: Motion, taus: list[
 
 
 def assert_flange_inside_its_acceleration_and_jerk(moves: Sequence, motion: Motion) -> None:
-    """Of its speed and its angular speed, by differences, wherever the motion is a move of the flange.
-
-    Jerk at one place of thousands may be larger: in bends of less than a millimetre the joints' jerk steps too far.
-    """
-    step, path = 2.5e-4, LIMITS.path
-    around = np.arange(step, motion.duration_s - step, 0.003)[:, None] + step * np.array([-1.0, 0.0, 1.0])
-    held = np.array([not isinstance(each, JointMove) for each in moves.blocks])
-    around = around[held[motion.block_at(around)].all(axis=1)]
-    twist = (MODEL.jacobian(motion.q(around)) @ motion.qd(around)[..., None])[..., 0]
-    before, here, after = np.moveaxis(np.linalg.norm(twist.reshape(*around.shape, 2, 3), axis=3), 1, 0)
-    acceleration = np.abs(after - before) / (2.0 * step)
-    assert (acceleration <= FLANGE_EXCESS * np.array([path.acceleration_m_s2, path.angular_acceleration_rad_s2])).all()
-    jerk = np.abs(after - 2.0 * here + before) / step**2 / np.array([path.jerk_m_s3, path.angular_jerk_rad_s3])
-    jerk[here[:, 1] < REVERSING_RAD_S, 1] = 0.0
-    assert (jerk > FLANGE_EXCESS).sum() <= 1, f"jerk {np.sort(jerk, axis=0)[-3:]} of the flange's limits"
+    used = flange_shares(motion, LIMITS.path, [not isinstance(each, JointMove) for each in moves.blocks], every_s=0.003)
+    assert (used <= EXCESS).all(), f"along, across, jerk: {np.sort(used, axis=0)[-3:]} of the flange's limits"
 
 
 def caps(block: Block) -> np.ndarray:
@@ -212,23 +198,23 @@ def durations(number: int) -> np.ndarray | None:
 def test_sequence_that_jerk_slows_most_is_slowed_by_the_shape_of_its_path() -> None:
     """At a constant speed v a path with third derivative d already needs the jerk d v^3.
 
-    For the worst of these sequences the speed at which that is all of the jerk makes the bound 1.27 times as long. What
-    is left, 1.09, is what the ramps of the acceleration and the flange's limits of jerk cost.
+    For the worst of these sequences the speed at which that is all of the jerk makes the bound 1.17 times as long. What
+    is left, 1.03, is what the ramps of the acceleration and the flange's limits of jerk cost.
     """
     found = durations(27)
     assert found is not None
-    assert found[2] > 1.25 * found[1]
-    assert found[0] <= 1.10 * found[2]
+    assert found[2] > 1.15 * found[1]
+    assert found[0] <= 1.04 * found[2]
     assert found[0] <= WORSE * SLOWER[27] * found[1]
 
 
 @pytest.mark.soak
 @pytest.mark.parametrize("number", SLOWER)
 def test_limits_of_jerk_cost_little_more_than_starts_stops_and_the_shape_of_the_path(number: int) -> None:
-    """46 of the 50 are within 1.15 of the time without jerk; by the shape of the path all are within 1.10."""
+    """49 of the 50 are within 1.15 of the time without jerk; by the shape of the path all are within 1.04."""
     found = durations(number)
     assert found is not None
     slower = found[0] / found[1]
     assert slower <= WORSE * SLOWER[number]
-    assert slower <= 1.15 or number in {3, 27, 28, 45}
-    assert found[0] <= 1.10 * found[2]
+    assert slower <= 1.15 or number == 27
+    assert found[0] <= 1.04 * found[2]

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from random_moves import MODEL
 from smooth_joint_paths import ACCELERATION, VELOCITY, smooth_path
 from toppra.algorithm import TOPPRA
 from toppra.constraint import JointAccelerationConstraint, JointVelocityConstraint
@@ -47,7 +48,7 @@ def test_duration_is_that_of_topp_ra_and_little_longer_with_a_limit_of_jerk(seed
     shortest, path = by_toppra(seed), smooth_path(seed)
     for jerk_s, longest in ((2e-3, 1.02 * shortest), (0.1, 1.15 * shortest + 2 * 0.1)):
         allowed = limits(jerk_s)
-        timed = fastest(path, allowed)
+        timed = fastest(MODEL, path, allowed)
         assert timed.pieces.duration_s <= longest
         peaks = timed.pieces.peaks() / np.stack([allowed.velocity, allowed.acceleration, allowed.jerk])
         assert peaks.max() <= 1.001
@@ -55,11 +56,11 @@ def test_duration_is_that_of_topp_ra_and_little_longer_with_a_limit_of_jerk(seed
 
 def test_each_direction_of_a_joint_has_its_own_limit_of_acceleration() -> None:
     weaker = replace(limits(0.1), acceleration_down=0.4 * ACCELERATION)
-    timed = fastest(smooth_path(3), weaker)
+    timed = fastest(MODEL, smooth_path(3), weaker)
     used = timed.pieces.inside(5)[1]
     assert 0.99 <= (used / ACCELERATION).max() <= 1.001
     assert 0.99 <= (used / (-0.4 * ACCELERATION)).max() <= 1.001
-    assert timed.pieces.duration_s > fastest(smooth_path(3), limits(0.1)).pieces.duration_s
+    assert timed.pieces.duration_s > fastest(MODEL, smooth_path(3), limits(0.1)).pieces.duration_s
 
 
 def test_what_gravity_takes_of_a_limit_is_missing_on_one_side_only() -> None:
@@ -80,6 +81,6 @@ def test_limit_that_forbids_standing_still_is_refused() -> None:
 def test_paths_timed_together_take_as_long_as_each_by_itself() -> None:
     # the second and the last exceed a limit between places at first: they are searched again, the others not
     paths, allowed = [smooth_path(seed) for seed in (0, 13, 14, 2)], limits(0.1)
-    together = [timed.pieces.duration_s for timed in fastest_of(paths, allowed)]
-    alone = [fastest(path, allowed).pieces.duration_s for path in paths]
+    together = [timed.pieces.duration_s for timed in fastest_of(MODEL, paths, allowed)]
+    alone = [fastest(MODEL, path, allowed).pieces.duration_s for path in paths]
     np.testing.assert_allclose(together, alone, rtol=7e-3)  # the gap and the slowing down that a search may end with
