@@ -30,7 +30,7 @@ class Chain:
             number, trimmed = self._known[0][index], self._known[1][index]
             others = number < 0
             states[:, ~others] = self._polynomials.at(number[~others], (own + trimmed)[~others])
-        for curve in np.unique(index[others]):
+        for curve in set(index[others].tolist()):
             chosen = index == curve
             states[:, chosen] = self.curves[curve].at(own[chosen])
         return states

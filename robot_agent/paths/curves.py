@@ -15,6 +15,9 @@ from numpy.typing import NDArray
 
 Numbers = NDArray[np.float64]
 
+_HIGHEST = 5
+_DERIVED = np.array([np.diag([float(math.perm(p, k)) for p in range(k, _HIGHEST + 1)], k) for k in range(3)])
+"""What the coefficients of a polynomial and of its two derivatives are of its own ones."""
 _CELLS = 48
 _EDGES = np.arange(_CELLS + 1) / _CELLS
 _NEWTON_STEPS = 4
@@ -79,7 +82,7 @@ class Circle:
 
 @dataclass(frozen=True, eq=False)
 class Polynomial:
-    """A polynomial curve, `coefficients` `(degree + 1, 3)` of the powers of u in 0 to 1, mapped to its length.
+    """A curve of at most fifth degree, `coefficients` `(degree + 1, 3)` of the powers of u in 0 to 1, by its length.
 
     The length is integrated by six-point Gauss in cells; u of a length follows by Newton from its cell.
     """
@@ -99,11 +102,8 @@ class Polynomial:
     @cached_property
     def orders(self) -> Numbers:
         """Coefficients `(degree + 1, 9)` of the curve and its two derivatives by u."""
-        made = np.zeros((len(self.coefficients), 3, 3))
-        for order in range(3):
-            for power in range(order, len(made)):
-                made[power - order, order] = math.perm(power, order) * self.coefficients[power]
-        return made.reshape(-1, 9)
+        count = len(self.coefficients)
+        return np.concatenate(_DERIVED[:, :count, :count] @ self.coefficients, axis=1)
 
     @property
     def _tangents(self) -> Numbers:

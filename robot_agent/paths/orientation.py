@@ -1,5 +1,6 @@
 """Orientation along a path: turns at a constant rate, one after the other, blended so that the rate never jumps."""
 
+import math
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -164,9 +165,14 @@ def _small_rotation_vectors(rotations: Numbers) -> Numbers:
 
 def axis_angle(rotation: Numbers) -> tuple[Numbers, float]:
     """Unit axis `(3,)` and angle [rad] in 0 to pi of a rotation `(3, 3)`."""
-    vector = rotation_vectors(rotation)
+    (xx, xy, xz), (yx, yy, yz), (zx, zy, zz) = rotation.tolist()
+    sines, cosine = ((zy - yz) / 2.0, (xz - zx) / 2.0, (yx - xy) / 2.0), (xx + yy + zz - 1.0) / 2.0
+    sine = math.hypot(*sines)
+    if cosine > 0.0:
+        return (np.array(sines) / sine, math.atan2(sine, cosine)) if sine > 0.0 else (np.array([0.0, 0.0, 1.0]), 0.0)
+    vector = rotation_vectors(rotation)  # beyond a right angle the sine says less and less
     angle = float(np.linalg.norm(vector))
-    return (vector / angle, angle) if angle > 0.0 else (np.array([0.0, 0.0, 1.0]), 0.0)
+    return vector / angle, angle
 
 
 def turned(axis: Numbers, angle: Numbers) -> Numbers:

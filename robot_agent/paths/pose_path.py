@@ -22,6 +22,7 @@ _LARGEST_SWING_RAD = 0.5
 """How far the turn taken over from a joint move may lead where it fades; a quarter of it is seen at the tool."""
 _CURVATURE_STEP = 1e-6
 _KINK_RAD = 1e-9
+_SAME_TURN_RAD_M = 1e-9
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -44,7 +45,7 @@ class PosePath:
     def borders_m(self) -> Numbers:
         """Rising distances at which the third derivative may jump, both ends included."""
         windows = [edge for window in self.orientation.windows for edge in (window.first_m, window.last_m)]
-        inside = np.unique(np.concatenate([self.chain.starts_m, windows]))
+        inside = np.sort(np.concatenate([self.chain.starts_m, windows]))
         inside = inside[(inside > 1e-9) & (inside < self.length_m - 1e-9)]
         kept = inside[np.diff(inside, prepend=0.0) > 1e-7]
         return np.concatenate([[0.0], kept, [self.length_m]])
@@ -161,7 +162,7 @@ class _Assembly:
         return Tangential(start, chain.at, self._at)
 
     def _turning(self) -> Orientation:
-        turns, windows = self._turns, self._windows
+        turns, windows = _that_differ(self._turns, self._windows)
         before, behind = self._legs[0].first_turn, self._legs[-1].last_turn
         if before is not None:
             lead = _turning_at(turns[0], before, 0.0)
@@ -215,27 +216,34 @@ class _Assembly:
         """What joins body number - 1 and the next: a round edge, a blend, or nothing; and what it takes from both."""
         before, after, cut = bodies[number - 1], bodies[number], self._cuts[number]
         meeting = self._meetings[number - 1]
-        ends = before.at(np.array(before.length_m)), after.at(np.zeros(()))
         if cut:
-            edge = joining(*ends, 2.0 * cut)
+            edge = joining(before.at(np.array(before.length_m)), after.at(np.zeros(())), 2.0 * cut)
             corner = self._legs[number].curve.at(np.zeros(()))[0]
             passed = edge.derivative(_SHARES, 0) - corner
             self._met[number] = meeting.rounded(cut, float(np.linalg.norm(passed, axis=1).min()))
             return edge, cut
-        kink, step = (float(np.linalg.norm(ends[1][k] - ends[0][k])) for k in (1, 2))
-        if kink <= _KINK_RAD and step <= _CURVATURE_STEP:
+        if meeting.turn_rad <= _KINK_RAD and meeting.curvature_step <= _CURVATURE_STEP:
             self._met[number] = meeting.passed(0.0)
             return None, 0.0
-        expected = math.sqrt(self._blend_m / (_BLENDED * max(step, _CURVATURE_STEP)))
+        expected = math.sqrt(self._blend_m / (_BLENDED * max(meeting.curvature_step, _CURVATURE_STEP)))
         wide = min(0.45 * before.length_m, 0.45 * after.length_m, _LONGEST_BLEND_M, expected)
         for _ in range(8):
-            blend = joining(before.at(np.array(before.length_m - wide)), after.at(np.array(wide)), 2.0 * wide)
-            away = _deviation(blend, before, after, wide)
+            blend, away = _blended(before, after, wide)
             if away <= self._blend_m:
                 break
             wide *= 0.95 * math.sqrt(self._blend_m / away)
         self._met[number] = meeting.passed(away)
         return blend, wide
+
+
+def _that_differ(turns: list[Turn], windows: list[Window]) -> tuple[list[Turn], list[Window]]:
+    """The same without turns that only go on as the one before does: nothing passes into another there."""
+    kept, between = turns[:1], []
+    for window, turn in zip(windows, turns[1:], strict=True):
+        if np.linalg.norm(turn.velocity - kept[-1].velocity) > _SAME_TURN_RAD_M:
+            kept.append(turn)
+            between.append(window)
+    return kept, between
 
 
 def _turning_at(turn: Turn, velocity: Numbers, distance_m: float) -> Turn:
@@ -251,12 +259,12 @@ def _wide(lead: Turn, turn: Turn, half_m: float) -> float:
     return min(half_m, _LARGEST_SWING_RAD / max(step, 1e-9))
 
 
-def _deviation(blend: Polynomial, before: Trimmed, after: Trimmed, wide_m: float) -> float:
-    """Largest distance [m] of a blend from the two curves that it replaces near their common end."""
-    position = blend.derivative(_SHARES, 0)
+def _blended(before: Trimmed, after: Trimmed, wide_m: float) -> tuple[Polynomial, float]:
+    """What joins two curves from `wide_m` before their common end to `wide_m` behind it; how far it leaves them [m]."""
     along = (2.0 * _SHARES - 1.0) * wide_m
     first, last = along[along < 0.0], along[along >= 0.0]
     nominal = np.concatenate([before.at(before.length_m + first), after.at(last)], axis=1)
-    way = position - nominal[0]
+    blend = joining(nominal[:, 0], nominal[:, -1], 2.0 * wide_m)
+    way = blend.derivative(_SHARES, 0) - nominal[0]
     way = way - nominal[1] * (way * nominal[1]).sum(axis=-1, keepdims=True)
-    return float(np.linalg.norm(way, axis=-1).max())
+    return blend, float(np.linalg.norm(way, axis=-1).max())

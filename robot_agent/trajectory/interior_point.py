@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from robot_agent.trajectory.affine import Numbers
 from robot_agent.trajectory.band import solve_banded
+from robot_agent.trajectory.chosen import largest, merged, taken
 from robot_agent.trajectory.retiming import Limited, basis, on_windows
 
 _CARRIED = (2, 6, 10)
@@ -54,12 +55,14 @@ class Search:
         self._path_of = np.repeat(np.arange(len(counts)), counts)
         none = np.zeros((0, len(limited.h)))
         self._carried, self._sides = [none.astype(np.intp)] * 3, [none] * 3
+        self._rows = self._values_there = np.zeros((3, 0, len(limited.h)))
+        self._bounds = none
         self._choose(limited.use(c), _CARRIED)
         self._carried[2], self._sides[2] = (
             np.tile(self._carried[2], (2, 1)),
             np.concatenate([self._sides[2], -self._sides[2]]),
         )
-        self._gather()
+        self._gather([0, 0, 0])
         self._gap, self._before_s = np.full(len(counts), np.inf), np.zeros(len(counts))
         self._complement = self._duration / self._size
         plain = self._plain
@@ -87,10 +90,32 @@ class Search:
         """Whether the search came near to a fastest rate; where coefficients are held there may be none."""
         return bool(np.isfinite(self.c).all() and (self._gap >= 0.0).all() and self._gap.max() < _NEAR)
 
+    def keep_only(self, chosen: NDArray[np.bool_]) -> None:
+        """Go on with some of the paths `(paths,)`."""
+        coefficients = np.flatnonzero(chosen[self._path_of])
+        intervals = coefficients[:-2]
+        counts = np.bincount(self._path_of)[chosen]
+        self.c, self._coefficient_duals = self.c[coefficients], self._coefficient_duals[coefficients]
+        self.limited = self.limited.part(intervals, np.append(0, np.cumsum(counts)[:-1]))
+        self._path_of = np.repeat(np.arange(len(counts)), counts)
+        self._carried = [each[:, intervals] for each in self._carried]
+        self._sides = [each[:, intervals] for each in self._sides]
+        self._gap, self._complement, self._before_s = (
+            each[chosen] for each in (self._gap, self._complement, self._before_s)
+        )
+        self._rows, self._values_there = self._rows[..., intervals], self._values_there[..., intervals]
+        self._weights, self._bounds, self._widening, self._duals = (
+            each[:, intervals] for each in (self._weights, self._bounds, self._widening, self._duals)
+        )
+        self._arrange()
+        self._slacks = self._plain + self._widening
+
     def tighten(self, excess: Numbers) -> None:
         """Divide the limits of speed, acceleration and jerk by `excess` `(3, intervals)`."""
         self.limited = self.limited.tightened(excess)
-        self._gather()
+        speed, acceleration, jerk = excess
+        self._rows = self._rows * np.repeat(np.stack([speed**2, acceleration, jerk]), self._counts(), axis=0)
+        self._arrange()
         most = np.maximum.reduceat(excess.max(axis=0), self.limited.starts)
         self._before_s = self._duration
         self._complement = np.clip(most - 1.0, _AGAIN, 1.0) * self._before_s / self._size
@@ -101,24 +126,6 @@ class Search:
         self._duals = np.maximum(self._duals, target[:-2] / self._slacks)
         self._coefficient_duals = np.maximum(self._coefficient_duals, target / self.c)
 
-    def keep_only(self, chosen: NDArray[np.bool_]) -> None:
-        """Go on with some of the paths `(paths,)`."""
-        coefficients = np.flatnonzero(chosen[self._path_of])
-        intervals = coefficients[:-2]
-        counts = np.bincount(self._path_of)[chosen]
-        self.c, self._coefficient_duals = self.c[coefficients], self._coefficient_duals[coefficients]
-        self.limited = self.limited.part(intervals, np.append(0, np.cumsum(counts)[:-1]))
-        self._path_of = np.repeat(np.arange(len(counts)), counts)
-        self._weights = self._weights[:, intervals]
-        self._carried = [each[:, intervals] for each in self._carried]
-        self._sides = [each[:, intervals] for each in self._sides]
-        self._gap, self._complement, self._before_s = (
-            each[chosen] for each in (self._gap, self._complement, self._before_s)
-        )
-        self._widening, self._duals = self._widening[:, intervals], self._duals[:, intervals]
-        self._gather()
-        self._slacks = self._plain + self._widening
-
     def _carry_more(self, kept: float) -> bool:
         """Where limits are exceeded by more than `kept`: those that are closest now besides those carried along."""
         uses = self.limited.use(self.c)
@@ -126,11 +133,10 @@ class Search:
             return False
         before = self._counts()
         for use, carried, side in zip(uses, self._carried, self._sides, strict=True):
-            here = _taken(use, carried)
+            here = taken(use, carried)
             use[carried, np.arange(use.shape[1])] = np.where(here * side > 0.0, 0.0, here)
         self._choose(uses, _MORE)
-        self._gather()
-        known = np.concatenate([np.arange(n) < old for n, old in zip(self._counts(), before, strict=True)])
+        known = self._gather(before)
         target, plain = self._complement[self._path_of][:-2], self._plain
         widening = _widened(plain, np.minimum(_SLACK, np.sqrt(target)))
         widening[known] = self._widening
@@ -143,8 +149,8 @@ class Search:
     def _choose(self, uses: tuple[Numbers, Numbers, Numbers], more: tuple[int, int, int]) -> None:
         """Also so many of the limits that are used most, each on the side where it is."""
         for kind, (use, count) in enumerate(zip(uses, more, strict=True)):
-            chosen = _largest(use, min(count, len(use)))
-            side = np.where(_taken(use, chosen) < 0.0, -1.0, 1.0)
+            chosen = largest(use, min(count, len(use)))
+            side = np.where(taken(use, chosen) < 0.0, -1.0, 1.0)
             self._carried[kind] = np.concatenate([self._carried[kind], chosen])
             self._sides[kind] = np.concatenate([self._sides[kind], side])
 
@@ -152,17 +158,26 @@ class Search:
         """How many limits of each kind are carried along in an interval."""
         return [len(each) for each in self._carried]
 
-    def _gather(self) -> None:
-        """Rows `(3, limits, intervals)` of what is limited and of y where jerk is; bounds; number of limits."""
-        limits, (v, a, j), sides = self.limited, self._carried, self._sides
+    def _gather(self, before: list[int]) -> NDArray[np.bool_]:
+        """What the limits carried along are, of each kind those behind the first so many; which are not new."""
+        limits, counts = self.limited, self._counts()
+        v, a, j = (each[n:] for each, n in zip(self._carried, before, strict=True))
+        sides = [each[n:] for each, n in zip(self._sides, before, strict=True)]
+        rows = [taken(each, at) for each, at in ((limits.speed, v), (limits.acceleration, a), (limits.jerk, j))]
+        bounds = [np.ones(v.shape), np.where(sides[1] > 0.0, taken(limits.above, a), taken(limits.below, a))]
+        known = np.concatenate([np.arange(n) < old for n, old in zip(counts, before, strict=True)])
+        fixed = known[: counts[0] + counts[1]]
+        self._rows = merged(self._rows, np.concatenate(rows, axis=1) * np.concatenate(sides), known)
+        self._bounds = merged(self._bounds, np.concatenate(bounds), fixed)
+        there = taken(limits.value, j // limits.rows)
+        self._values_there = np.concatenate([self._values_there, there], axis=1)
+        self._arrange()
+        return known
+
+    def _arrange(self) -> None:
+        """Rows `(3, limits + 3, intervals)` of limits and duration, and how many limits each path has."""
         self._size = np.bincount(self._path_of) * float(sum(self._counts()) + 1)
-        rows = [_taken(each, at) for each, at in ((limits.speed, v), (limits.acceleration, a), (limits.jerk, j))]
-        self._rows = np.concatenate(rows, axis=1)
-        self._rows *= np.concatenate(sides)
-        self._values_there = _taken(limits.value, j // limits.rows)
-        above, below = _taken(limits.above, a), _taken(limits.below, a)
-        self._bounds = np.concatenate([np.ones(v.shape), np.where(sides[1] > 0.0, above, below)])
-        self._sided = np.concatenate([self._rows, np.broadcast_to(_DURATION, (3, 3, len(limits.h)))], axis=1)
+        self._sided = np.concatenate([self._rows, np.broadcast_to(_DURATION, (3, 3, len(self.limited.h)))], axis=1)
         self._place()
 
     def _place(self) -> None:
@@ -257,22 +272,6 @@ def _widened(slacks: Numbers, room: Numbers) -> Numbers:
     """What is added to limits that are exceeded or nearly so."""
     room = room + _SLACK_SHARE * np.maximum(-slacks, 0.0)
     return np.where(slacks < _TOUCHING * room, room - slacks, 0.0)
-
-
-def _largest(use: Numbers, count: int) -> NDArray[np.intp]:
-    """Numbers `(count, intervals)` of the largest magnitudes in each interval."""
-    rest, intervals = np.ascontiguousarray(np.abs(use).T), np.arange(use.shape[1])
-    chosen = np.empty((count, use.shape[1]), dtype=np.intp)
-    for number in range(count):
-        chosen[number] = rest.argmax(axis=1)
-        rest[intervals, chosen[number]] = -1.0
-    return chosen
-
-
-def _taken(values: Numbers, at: NDArray[np.intp]) -> Numbers:
-    """Of values `(..., m, intervals)` those `(..., n, intervals)` with the numbers `at` `(n, intervals)` out of m."""
-    count = values.shape[-1]
-    return np.asarray(np.take(values.reshape(*values.shape[:-2], -1), at * count + np.arange(count), axis=-1))
 
 
 def _dot(first: Numbers, second: Numbers) -> Numbers:

@@ -11,7 +11,7 @@ from robot_agent.trajectory.base import Base
 from robot_agent.trajectory.joint_path import JointPath
 from robot_agent.trajectory.pieces import Pieces
 from robot_agent.trajectory.retiming import basis
-from robot_agent.trajectory.spline import beginning, powers, through
+from robot_agent.trajectory.spline import beginning, halfway, powers, through
 from robot_agent.trajectory.unfiltered import Unfiltered
 
 _PARTS = 8
@@ -89,7 +89,7 @@ class Law:
                 points[:3] = beginning(start, step)
             coefficients[:, :4] = powers(points, step)
             pieces = Pieces(np.arange(count + 1, dtype=np.float64) * step, coefficients)
-            if np.abs(pieces.position(pieces.knots[:-1] + step / 2.0) - q[1::2]).max() < _EXACT:
+            if np.abs(halfway(points) - q[1::2]).max() < _EXACT:
                 break
             count *= 2
         return Fitted(Timed(pieces, pieces.knots, s[::2]), interval[:-1:2])

@@ -48,7 +48,9 @@ class PathLimits:
                 share = each.joint_speed if order == 0 else 1.0
                 rows.append(np.concatenate([share * joints, np.minimum(own, caps) if order == 0 else own]))
             tables.append(np.array(rows))
-        self._velocity, self._highest, self._lowest, self._jerk = tables
+        self._velocity, above, below, jerk = tables
+        one = np.ones_like(above)
+        self._scaled, self._per_jerk = Affine(one, one, np.zeros(1), -below, above).scaled(), 1.0 / jerk
         self._turning = np.flatnonzero(limits.turning)
         self._joint = np.array([each.joint_rad_s for each in path.stretches])
         self._lateral = np.array([flange.acceleration_m_s2 if each.on_path else np.inf for each in path.stretches])
@@ -70,9 +72,10 @@ class PathLimits:
             other = np.flatnonzero(each != stretch)
             if len(other):
                 fastest[other] = np.minimum(fastest[other], self._fastest(at[other], first[other], each[other]))
-        lowest, highest, jerk = (each.take(stretch, axis=0) for each in (self._lowest, self._highest, self._jerk))
-        affine = Affine(first, second, np.zeros(1), -lowest, highest)
-        return Rows(affine.scaled(), first / jerk, second / jerk, third / jerk, fastest)
+        tables = self._scaled.a, self._scaled.above, self._scaled.below, self._per_jerk
+        scale, above, below, per_jerk = (each.take(stretch, axis=0) for each in tables)
+        affine = Scaled(first * scale, second * scale, above, below)
+        return Rows(affine, first * per_jerk, second * per_jerk, third * per_jerk, fastest)
 
     def _third_around(self, at: Numbers, around: Numbers, second: Numbers, third: Numbers) -> Numbers:
         """Third derivatives `(k, n + 2)` as `rows` describes them."""

@@ -39,3 +39,9 @@ def powers(points: Numbers, h: float) -> Numbers:
     a, b, c, d = points[:-3], points[1:-2], points[2:-1], points[3:]
     rows = [(a + 4.0 * b + c) / 6.0, (c - a) / 2.0, (a - 2.0 * b + c) / 2.0, (d - 3.0 * c + 3.0 * b - a) / 6.0]
     return np.stack([row / h**order for order, row in enumerate(rows)], axis=1)
+
+
+def halfway(points: Numbers) -> Numbers:
+    """Values `(m - 3, ...)` in the middle of each interval."""
+    a, b, c, d = points[:-3], points[1:-2], points[2:-1], points[3:]
+    return np.asarray((a + 23.0 * (b + c) + d) / 48.0)

@@ -41,12 +41,12 @@ time passes, which is where something small on the way makes it slow."""
 MARGIN = 1.001
 """Limits are divided by it, so that the search may stop when it is so near to them."""
 _ACCEPTED = 1.004
-"""Slowing down all of a motion by so much is better than another attempt, or than easing it."""
+"""Slowing down all of a motion by so much is better than easing it."""
 _CERTAIN = 1.0005
 """Limits are tightened by so much more than they are exceeded."""
-_EASABLE = 1.05
-"""What has to be so much slower, or less, behind the second attempt is not searched again but eased."""
-_EASINGS = 12
+_EASABLE = (1.02, 1.05)
+"""What has to be so much slower, or less, is not searched again but eased: behind the first attempt, behind others."""
+_EASINGS = 11
 _EASED = 8
 """Intervals on either side of a place where the rate is lowered with it."""
 _FIRMLY = 1.2
@@ -115,7 +115,7 @@ def _kept(
 
     Beside them the law, which may be faster: its intervals are too long for what the limits do inside them.
     """
-    made: dict[int, tuple[Timed, Law]] = {}
+    made: dict[int, tuple[Timed, Law, Numbers]] = {}
     waiting = list(range(len(paths)))
     for attempt in range(_ATTEMPTS):
         search.run(gap=0.003, kept=MARGIN - 1.0)
@@ -124,33 +124,34 @@ def _kept(
             each, k, used = _slowed(model, paths[number], law, limits)
             excess.append(used)
             if number not in made or each.pieces.duration_s < made[number][0].pieces.duration_s:
-                made[number] = each, law
-            late.append(k > (_EASABLE if attempt else _ACCEPTED))
+                made[number] = each, law, used
+            late.append(k > _EASABLE[attempt > 0])
         if not any(late):
             break
-        search.tighten(_tighter(excess))
         search.keep_only(np.array(late))
+        search.tighten(_tighter([used for used, again in zip(excess, late, strict=True) if again]))
         waiting = [number for number, again in zip(waiting, late, strict=True) if again]
     return [(_eased(model, path, *made[number], limits), made[number][1]) for number, path in enumerate(paths)]
 
 
-def _eased(model: Model, path: JointPath, best: Timed, law: Law, limits: Limits) -> Timed:
+def _eased(model: Model, path: JointPath, best: Timed, law: Law, used: Numbers, limits: Limits) -> Timed:
     """The quicker of `best` and of what `law` becomes where its rate is lowered around each limit that it exceeds.
 
-    That is cheaper than a search, and far better than to slow down all of a motion for a few places.
+    That is cheaper than a search, and far better than to slow down all of a motion for a few places. `best` is `law`
+    slowed down, `used` `(3, intervals)` what the law uses of its limits.
     """
     if best.pieces.duration_s <= _ACCEPTED * law.duration_s:
         return best
     for _ in range(_EASINGS):
+        rate = (used ** (1.0 / np.arange(1.0, 4.0))[:, None]).max(axis=0)
+        dip = np.pad(2.0 * _FIRMLY * np.log(np.maximum(rate, 1.0)), _EASED + 1 + _EASED // 2, mode="edge")
+        dip = (np.lib.stride_tricks.sliding_window_view(dip, len(_DIP)) * _DIP).max(axis=1)
+        law = Law(law.base, law.squared * np.exp(-np.convolve(dip, _SMOOTHED, mode="valid")))
         each, k, used = _slowed(model, path, law, limits)
         if each.pieces.duration_s < best.pieces.duration_s:
             best = each
         if k <= _CERTAIN:
             break
-        rate = (used ** (1.0 / np.arange(1.0, 4.0))[:, None]).max(axis=0)
-        dip = np.pad(2.0 * _FIRMLY * np.log(np.maximum(rate, 1.0)), _EASED + 1 + _EASED // 2, mode="edge")
-        dip = (np.lib.stride_tricks.sliding_window_view(dip, len(_DIP)) * _DIP).max(axis=1)
-        law = Law(law.base, law.squared * np.exp(-np.convolve(dip, _SMOOTHED, mode="valid")))
     return best
 
 
@@ -230,7 +231,7 @@ def _laws(bases: list[Base], rate: Numbers) -> list[Law]:
 def excess_of(model: Model, path: JointPath, fitted: Fitted, limits: Limits, base: Base) -> Numbers:
     """The most that joints and flange use of their limits of speed, acceleration and jerk in each interval `(3, k)`."""
     pieces = fitted.timed.pieces
-    c1, c2, c3 = (pieces.coefficients[:, power] for power in (1, 2, 3))  # cubics
+    c1, c2, c3 = np.ascontiguousarray(pieces.coefficients[:, 1:4].transpose(1, 0, 2))  # cubics
     h = np.diff(pieces.knots)[:, None]
     speed = np.maximum(np.abs(c1), np.abs(c1 + h * (c2 + 0.75 * h * c3)))
     lower, upper = limits.acceleration_bounds

@@ -16,6 +16,8 @@ ARM = arm()
 LIMITS = Limits.of(description())
 START = np.array([0.3, 0.2, 0.3, 0.1, 0.9, 0.2])
 AHEAD = 3
+WORSE = 0.005
+"""Relative: what a search may take more where the nodes of the path are others."""
 
 
 def beside(x: float, y: float) -> np.ndarray:
@@ -146,7 +148,7 @@ def test_state_at_rest_is_a_beginning_like_any_other() -> None:
     first, second, third = loop(0.2, 0.08, 0.25)[:3]
     motion, whole = planned(first, second), planned(first, second, third)
     from_start = extended(motion, 0.0, third)
-    np.testing.assert_allclose(from_start.ends, whole.ends, atol=1e-3)
+    np.testing.assert_allclose(from_start.ends, whole.ends, rtol=WORSE)
     behind = plan(ARM, Sequence([third]), LIMITS, start=motion.q(np.array(motion.duration_s)))
     for tau in (motion.duration_s, 99.0):
         from_end = extended(motion, tau, third)
