@@ -24,6 +24,7 @@ from cell.net.session import CellSession, new_call
 ROOT = Path(__file__).parents[2]
 MODULES = {"cell": "main", "robot-agent": "robot_agent", "drive-gateway": "drive_gateway"}
 POLL_S = 0.01
+SHIPPED_CYCLE_S = 0.004
 M = TypeVar("M")
 
 
@@ -113,12 +114,14 @@ class Recorder:
 class LiveCell:
     """A running cell of a test; leaving the `with` block ends every process that belongs to it."""
 
-    def __init__(self, folder: Path, example: str = "two_arms") -> None:
+    def __init__(self, folder: Path, cycle_s: float = 0.01) -> None:
+        """The cell with two arms. Unless its buses have the cycle as shipped it leaves half of a small computer free."""
         self.folder = folder
         configs = folder / "cell_configs"
         shutil.copytree(ROOT / "cell_configs", configs, ignore=shutil.ignore_patterns(".zencell"))
-        self.file = configs / example / "cell.yaml"
+        self.file = configs / "two_arms" / "cell.yaml"
         self._move_to_free_ports()
+        self._set_cycle(cycle_s)
         self.settings = load_cell(self.file)
         self.state_dir = folder / "state"
         self._processes: list[Process] = []
@@ -132,6 +135,12 @@ class LiveCell:
         for holder in with_holders:
             holder.close()
         self.file.write_text(text)
+
+    def _set_cycle(self, cycle_s: float) -> None:
+        for drives in self.file.parent.glob("*_drives.yaml"):
+            text = drives.read_text()
+            assert f"cycle_s: {SHIPPED_CYCLE_S}\n" in text
+            drives.write_text(text.replace(f"cycle_s: {SHIPPED_CYCLE_S}\n", f"cycle_s: {cycle_s}\n"))
 
     def without_repeats(self, *robots: str) -> None:
         """Let the programs of these robots do their work once."""

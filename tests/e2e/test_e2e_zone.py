@@ -1,12 +1,22 @@
 """The demo to its end, and what anyone sees of it with one subscriber: bodies are never in the zone together."""
 
 import re
+from collections.abc import Iterator
+from pathlib import Path
 
-from live_cell import LiveCell, Recorder, wait_until
+import pytest
+from live_cell import SHIPPED_CYCLE_S, LiveCell, Recorder, wait_until
 
 from cell.geometry import Box
 from cell.geometry.occupied import body_touches_box
 from cell.messages import Presence, ProgramState, RobotState
+
+
+@pytest.fixture
+def live(tmp_path: Path) -> Iterator[LiveCell]:
+    """The demo as it is shipped."""
+    with LiveCell(tmp_path, SHIPPED_CYCLE_S) as cell:
+        yield cell
 
 
 class Onlooker:
