@@ -115,7 +115,7 @@ class LiveCell:
     """A running cell of a test; leaving the `with` block ends every process that belongs to it."""
 
     def __init__(self, folder: Path, cycle_s: float = 0.01) -> None:
-        """The cell with two arms. Unless its buses have the cycle as shipped it leaves half of a small computer free."""
+        """The cell with two arms. Unless its buses cycle as shipped it leaves half of a small computer free."""
         self.folder = folder
         configs = folder / "cell_configs"
         shutil.copytree(ROOT / "cell_configs", configs, ignore=shutil.ignore_patterns(".zencell"))
