@@ -45,11 +45,11 @@ def _swept(slope: Numbers, offset: Numbers, most: Numbers) -> Numbers:
     last = slope * most[:-1] + offset
     least = np.minimum(np.maximum(offset, last).min(axis=0), most[1:])
     rules = (np.minimum(offset, last) <= least).T
-    lines, ends = np.stack([slope.T[rules], offset.T[rules]], axis=1).tolist(), np.cumsum(rules.sum(axis=1)).tolist()
+    slopes, offsets, ends = slope.T[rules].tolist(), offset.T[rules].tolist(), np.cumsum(rules.sum(axis=1)).tolist()
     x, begin = float(most[0]), 0
     swept = [x]
     for end, ahead in zip(ends, most[1:].tolist(), strict=True):
-        for m, c in lines[begin:end]:
+        for m, c in zip(slopes[begin:end], offsets[begin:end], strict=True):
             bound = m * x + c
             if bound < ahead:
                 ahead = bound
