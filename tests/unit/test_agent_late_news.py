@@ -41,6 +41,15 @@ def ends(world: PlayoutWorld, joint: int) -> list[float]:
     return [round(float(moves[i]), 3) for i in (*turns, -1)]
 
 
+def go_on_after_the_stop(world: PlayoutWorld) -> None:
+    """The emergency stop is over, for the gateway too; an operator lets the program go on, to its end."""
+    world.gateway_outputs.barred = ""
+    world.agent.receive(Estop("e1", False, "test", ""), world.now)
+    until(world, lambda: world.state.mode is Mode.HALTED)
+    world.call(Continue())
+    until(world, ended(world))
+
+
 def test_a_block_of_the_old_motion_that_is_accepted_behind_the_first_of_the_next_leaves_no_move_out() -> None:
     world = begun(THREE)
     until(world, lambda: turns_back(world.blocks[-1], 4.0))
@@ -62,11 +71,7 @@ def test_what_the_gateway_did_not_switch_because_it_heard_of_a_stop_first_is_swi
     world.agent.receive(Estop("e1", True, "test", "a hand in the cell"), world.now)
     until(world, at_rest(world))
     assert world.switched == []
-    world.gateway_outputs.barred = ""
-    world.agent.receive(Estop("e1", False, "test", ""), world.now)
-    until(world, lambda: world.state.mode is Mode.HALTED)
-    world.call(Continue())
-    until(world, ended(world))
+    go_on_after_the_stop(world)
     assert [event.value for _, event in world.switched] == [True, False]
     assert ticks(world)[1:] == reached(world, 6.0)
 
@@ -91,11 +96,7 @@ def test_what_is_switched_between_two_pauses_is_on_for_as_long_as_the_program_sa
     world.agent.receive(Estop("e1", True, "test", "a hand in the cell"), world.now)
     world.run(0.5)
     assert world.switched == []
-    world.gateway_outputs.barred = ""
-    world.agent.receive(Estop("e1", False, "test", ""), world.now)
-    until(world, lambda: world.state.mode is Mode.HALTED)
-    world.call(Continue())
-    until(world, ended(world))
+    go_on_after_the_stop(world)
     on, off = ticks(world)
     assert off - on == round(0.2 / CYCLE_S)
 

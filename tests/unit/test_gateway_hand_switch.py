@@ -53,6 +53,12 @@ class HandWorld(World):
         self.living = self.enabled()
         self.until(lambda: self.feedback.block > 0)
 
+    def moves(self, seconds: float, way: float) -> None:
+        """Enabled, and all its axes begin to go so far."""
+        owner = self.enabled()
+        position, velocity = s_motion(seconds, way)
+        self.send(owner, self.feedback.commanded + position, velocity)
+
     def held_by_a_program(self, owner: int, *events: OutputEvent, nominal: int = 20) -> None:
         """A program of the robot runs and stands, for example in a WAIT."""
         self.sequence += 1
@@ -149,9 +155,7 @@ def test_the_programs_next_event_rules_again() -> None:
 
 def test_nothing_is_switched_while_the_robot_moves() -> None:
     world = HandWorld()
-    owner = world.enabled()
-    way, speed = s_motion(0.4, 0.1)
-    world.send(owner, world.feedback.commanded + way, speed)
+    world.moves(0.4, 0.1)
     world.run(0.1)
     assert world.refusal("gripper", on=True) == "left: it moves; switch output gripper when it stands"
     world.until(lambda: world.feedback.level == 0)
@@ -161,9 +165,7 @@ def test_nothing_is_switched_while_the_robot_moves() -> None:
 
 def test_nor_while_its_drives_brake() -> None:
     world = HandWorld()
-    owner = world.enabled()
-    way, speed = s_motion(0.8, 0.3)
-    world.send(owner, world.feedback.commanded + way, speed)
+    world.moves(0.8, 0.3)
     world.run(0.2)
     for message in world.drives[2].fail(0x5112):
         world.tell(message)

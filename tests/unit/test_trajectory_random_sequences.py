@@ -195,26 +195,16 @@ def durations(number: int) -> np.ndarray | None:
     return np.array([lasts, *[sum(quickest(run, shape) for run in runs) for shape in (False, True)]])
 
 
-def test_sequence_that_jerk_slows_most_is_slowed_by_the_shape_of_its_path() -> None:
-    """At a constant speed v a path with third derivative d already needs the jerk d v^3.
-
-    For the worst of these sequences the speed at which that is all of the jerk makes the bound 1.17 times as long. What
-    is left, 1.03, is what the ramps of the acceleration and the flange's limits of jerk cost.
-    """
-    found = durations(27)
-    assert found is not None
-    assert found[2] > 1.15 * found[1]
-    assert found[0] <= 1.04 * found[2]
-    assert found[0] <= WORSE * SLOWER[27] * found[1]
-
-
-@pytest.mark.soak
 @pytest.mark.parametrize("number", SLOWER)
 def test_limits_of_jerk_cost_little_more_than_starts_stops_and_the_shape_of_the_path(number: int) -> None:
-    """49 of the 50 are within 1.15 of the time without jerk; by the shape of the path all are within 1.04."""
+    """49 of the 50 are within 1.15 of the time without jerk; by the shape of the path all are within 1.04.
+
+    At a constant speed v a path with third derivative d already needs the jerk d v^3. For the one that is slower the
+    speed at which that is all of the jerk makes the bound 1.17 times as long.
+    """
     found = durations(number)
     assert found is not None
     slower = found[0] / found[1]
     assert slower <= WORSE * SLOWER[number]
-    assert slower <= 1.15 or number == 27
+    assert slower <= 1.15 or (number == 27 and found[2] > 1.15 * found[1])
     assert found[0] <= 1.04 * found[2]
