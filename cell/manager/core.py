@@ -7,7 +7,7 @@ from cell.config.settings import CellSettings
 from cell.core import Answer, Effect, Frozen, Publish, Request
 from cell.manager.estop_latch import EstopLatch
 from cell.manager.occupancy import ZoneSpace
-from cell.manager.presences import Presences
+from cell.manager.presences import MOST_STRANGERS, Presences
 from cell.manager.records import Store, Stored, ZoneDecided
 from cell.manager.zones import Intrusion, Sight, Zone
 from cell.messages import (
@@ -66,7 +66,7 @@ class ManagerCore:
         """Take one message; see `cell.core`."""
         match message:
             case Presence():
-                self._presences.hear(message)
+                self._hear_presence(message, now)
                 self._confirmed(message.estop_acknowledged, f"robot {message.robot}", now)
             case GatewayState():
                 self._confirmed(message.estop_confirmed, f"gateway {message.gateway}", now)
@@ -78,6 +78,14 @@ class ManagerCore:
                 self._calls.append(message)
             case Frozen():
                 self._presences.forget_echoes()
+
+    def _hear_presence(self, presence: Presence, now: float) -> None:
+        left_out = bool(self._presences.strangers_left_out)
+        self._presences.hear(presence, lambda robot: any(robot in zone.suspects for zone in self._zones.values()), now)
+        if not left_out and (names := self._presences.strangers_left_out):
+            text = f"more than {MOST_STRANGERS} robots that are not in the cell file report themselves; left out: "
+            remedy = "stop agents that do not belong to this cell, or start them with its cell file"
+            self._tell(Severity.ALARM, "too_many_robots", text + ", ".join(sorted(names)), remedy)
 
     def _confirmed(self, estop_id: str | None, who: str, now: float) -> None:
         effects = self._latch.heard_confirmation(estop_id, who, now)

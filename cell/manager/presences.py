@@ -1,11 +1,15 @@
 """What the manager knows of each robot, and which of it is fresh."""
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 
 from cell.manager.occupancy import ZoneSpace
 from cell.manager.zones import Sight
 from cell.messages import Body, Heard, Presence, TokenGone
 from cell.net.freshness import NewestOf, Sent
+
+MOST_STRANGERS = 8
+"""Robots that are not configured and followed all the same: where they are matters, how many is bounded."""
 
 
 @dataclass(slots=True)
@@ -26,6 +30,8 @@ class Presences:
         self._fresh_s = fresh_s
         self._sent = Sent(boot)
         self._robots: dict[str, _Robot] = {}
+        self.strangers_left_out: set[str] = set()
+        """Some of those that could not be followed."""
 
     def sent_state(self, sequence: int, now: float) -> None:
         """A manager state was sent."""
@@ -35,12 +41,29 @@ class Presences:
         """After an own freeze: no presence is fresh until it answers a new state."""
         self._sent.forget()
 
-    def hear(self, presence: Presence) -> None:
-        """Take a presence, unless it is old or of a boot that was replaced."""
+    def hear(self, presence: Presence, suspects: Callable[[str], bool], now: float) -> None:
+        """Take a presence, unless it is old, of a boot that was replaced, or of one stranger too many.
+
+        `suspects`: whether a robot may be inside a zone; those are never forgotten.
+        """
+        if presence.robot not in self._robots and not self._has_room(presence.robot, suspects, now):
+            if len(self.strangers_left_out) < MOST_STRANGERS:
+                self.strangers_left_out.add(presence.robot)
+            return
         robot = self._robots.setdefault(presence.robot, _Robot())
         if robot.newest.accept(presence.boot, presence.sequence):
             robot.presence = presence
             robot.gone = False
+
+    def _has_room(self, name: str, suspects: Callable[[str], bool], now: float) -> bool:
+        """Forgets a stranger that is silent and in no zone, if that makes room."""
+        strangers = [stranger for stranger in self._robots if stranger not in self._configured]
+        if name in self._configured or len(strangers) < MOST_STRANGERS:
+            return True
+        gone = next((each for each in strangers if not self.fresh(each, now) and not suspects(each)), None)
+        if gone is not None:
+            del self._robots[gone]
+        return gone is not None
 
     def token_gone(self, token: TokenGone) -> None:
         """A robot's process or its link ended: silent from now on, until a new presence comes."""

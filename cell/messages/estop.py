@@ -2,6 +2,8 @@
 
 from dataclasses import dataclass
 
+from cell.messages.common import Name, Words
+
 
 @dataclass(frozen=True, slots=True)
 class Estop:
@@ -10,7 +12,7 @@ class Estop:
     An id that was once cleared is never accepted again, so a late copy of an old stop does nothing.
     """
 
-    id: str
+    id: Name
     active: bool
-    by: str
-    reason: str
+    by: Words
+    reason: Words

@@ -2,6 +2,9 @@
 
 from dataclasses import dataclass, field
 from enum import Enum
+from typing import Annotated
+
+from cell.messages.common import Count, Few, Name, Number, Text, Whole
 
 
 class Severity(Enum):
@@ -14,11 +17,11 @@ class Severity(Enum):
 class Event:
     """Something happened. `code` is stable and greppable, `text` is for people, `remedy` says what to do next."""
 
-    source: str
+    source: Name
     """Role and name, for example `robot/left`, `gateway/left_bus`, `manager`."""
-    sequence: int
+    sequence: Count
     severity: Severity
-    code: str
-    text: str
-    remedy: str = ""
-    data: dict[str, str | int | float | None] = field(default_factory=dict)
+    code: Name
+    text: Text
+    remedy: Text = ""
+    data: Annotated[dict[Name, Text | Whole | Number | None], Few] = field(default_factory=dict)

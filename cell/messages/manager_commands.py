@@ -4,20 +4,21 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from cell.messages.call import Command
+from cell.messages.common import Name, Words
 
 
 @dataclass(frozen=True, slots=True)
 class SetEstop(Command):
     verb: ClassVar[str] = "estop"
-    id: str
-    by: str
-    reason: str
+    id: Name
+    by: Words
+    reason: Words
 
 
 @dataclass(frozen=True, slots=True)
 class ResetEstop(Command):
     verb: ClassVar[str] = "reset"
-    by: str
+    by: Words
 
 
 @dataclass(frozen=True, slots=True)
@@ -25,8 +26,8 @@ class ClearZone(Command):
     """The operator has looked: nobody is inside."""
 
     verb: ClassVar[str] = "clear_zone"
-    zone: str
-    by: str
+    zone: Name
+    by: Words
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,6 +35,6 @@ class AdoptZone(Command):
     """The operator gives an orphaned zone to the robot that stands in it, under its new boot."""
 
     verb: ClassVar[str] = "adopt_zone"
-    zone: str
-    robot: str
-    by: str
+    zone: Name
+    robot: Name
+    by: Words

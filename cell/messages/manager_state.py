@@ -2,8 +2,9 @@
 
 from dataclasses import dataclass, field
 from enum import Enum
+from typing import Annotated
 
-from cell.messages.common import Heard, Token
+from cell.messages.common import Count, Duration, Few, Heard, Name, Text, Token
 from cell.messages.estop import Estop
 
 
@@ -21,12 +22,12 @@ class ZoneStatus:
     """A zone as the manager sees it. `since` is cell time [s] of the last change of state or holder."""
 
     state: ZoneState
-    holder: str | None
+    holder: Name | None
     token: Token | None
-    queue: tuple[str, ...]
-    version: int
-    since: float
-    reason: str = ""
+    queue: Annotated[tuple[Name, ...], Few]
+    version: Count
+    since: Duration
+    reason: Text = ""
     """Why nobody is granted the zone although robots wait for it, or why it is orphaned; for people."""
 
 
@@ -34,14 +35,14 @@ class ZoneStatus:
 class ManagerState:
     """The one message that permits motion; every agent checks that it answers its own newest presence."""
 
-    cell: str
-    boot: str
-    epoch: int
-    sequence: int
-    cell_time: float
-    digest: str
-    heard: dict[str, Heard] = field(default_factory=dict)
-    zones: dict[str, ZoneStatus] = field(default_factory=dict)
-    refused: dict[str, str] = field(default_factory=dict)
+    cell: Name
+    boot: Name
+    epoch: Count
+    sequence: Count
+    cell_time: Duration
+    digest: Name
+    heard: Annotated[dict[Name, Heard], Few] = field(default_factory=dict)
+    zones: Annotated[dict[Name, ZoneStatus], Few] = field(default_factory=dict)
+    refused: Annotated[dict[Name, Text], Few] = field(default_factory=dict)
     """Robots that get no grants, and why (another configuration digest, not configured, unknown body)."""
     estop: Estop | None = None

@@ -44,9 +44,11 @@ class GatewayLink:
 
     def heard(self, feedback: DriveFeedback, now: float) -> None:
         """Take the newest feedback; one of a restarted gateway, or of one that knows another owner, ends the claim."""
+        grant = self.grant
+        if grant is not None and not _is_of(feedback, grant):
+            return
         if not self._newest.accept(feedback.boot, feedback.sequence):
             return
-        grant = self.grant
         if grant is not None and (
             feedback.boot != grant.gateway_boot or (feedback.tick > grant.tick and feedback.owner != grant.owner)
         ):
@@ -61,9 +63,10 @@ class GatewayLink:
     @property
     def owned(self) -> DriveFeedback | None:
         """The newest feedback, when it says that this agent owns the robot."""
-        if self.grant is None or self.feedback is None or self.feedback.owner != self.grant.owner:
+        feedback, grant = self.feedback, self.grant
+        if grant is None or feedback is None or feedback.owner != grant.owner or not _is_of(feedback, grant):
             return None
-        return self.feedback
+        return feedback
 
     def lose_claim(self) -> None:
         self.grant = None
@@ -134,3 +137,8 @@ class GatewayLink:
         self._asks += 1
         id = f"{self._claim.robot}-{self._claim.boot}-{self._asks}"
         return Ask(id, self._to, Call(id, command), timeout_s)
+
+
+def _is_of(feedback: DriveFeedback, grant: ClaimGrant) -> bool:
+    """Whether it tells of as many axes as the claim; what does not is of another machine."""
+    return len(feedback.axes) == len(grant.axes)

@@ -53,6 +53,8 @@ class ZoneClaims:
             self.state = state
 
     def heard_geometry(self, zone: ZoneGeometry) -> None:
+        if self.state is None or zone.zone not in self.state.zones:
+            return
         if zone != self._geometry.get(zone.zone):
             self._geometry[zone.zone], self._boxes[zone.zone] = zone, zone_box(zone)
             self._touched.clear()
