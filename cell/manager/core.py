@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import replace
+from math import inf
 
 from cell.config.settings import CellSettings
 from cell.core import Answer, Effect, Frozen, Publish, Request
@@ -168,6 +169,8 @@ class ManagerCore:
         match command:
             case SetEstop():
                 self._stop_on_call(request.request_id, call.id, command, now)
+            case ResetEstop() | ClearZone() | AdoptZone() if refusal := self._too_old(call, now):
+                self._effects.append(Answer(request.request_id, Reply(call.id, False, refusal)))
             case ResetEstop():
                 self._reset(request.request_id, call.id, command.by, now)
             case ClearZone() | AdoptZone():
@@ -180,6 +183,20 @@ class ManagerCore:
             case _:
                 text = f"the manager does not know the command {command.verb!r}"
                 self._effects.append(Answer(request.request_id, Reply(call.id, False, text)))
+
+    def _too_old(self, call: Call, now: float) -> str:
+        """Why an order that releases something is not carried out: what its caller looked at is long over; or empty.
+
+        A stop is never refused for its age.
+        """
+        age_s, allowed_s = self._presences.age_of(call.heard, now), self._settings.times.command_s
+        if age_s <= allowed_s:
+            return ""
+        found = "no longer known" if age_s == inf else f"{age_s:.2f} s old"
+        return (
+            f"{call.command.verb} is too old to be carried out: it answers a state of the manager that is {found}, "
+            f"{allowed_s:g} s are allowed; nothing was done: look with `cell status`, then give the order again"
+        )
 
     def _stop_on_call(self, request_id: str, call_id: str, command: SetEstop, now: float) -> None:
         self._set_estop(Estop(command.id, True, command.by, command.reason), now)

@@ -37,8 +37,12 @@ class Presences:
         """A manager state was sent."""
         self._sent.record(sequence, now)
 
+    def age_of(self, heard: Heard | None, now: float) -> float:
+        """Upper bound [s] of the age of what was made in view of the manager state `heard`; infinite: not known."""
+        return self._sent.age(heard, now)
+
     def forget_echoes(self) -> None:
-        """After an own freeze: no presence is fresh until it answers a new state."""
+        """After an own freeze: no presence is fresh, and no order young, until it answers a new state."""
         self._sent.forget()
 
     def hear(self, presence: Presence, suspects: Callable[[str], bool], now: float) -> None:
@@ -82,7 +86,7 @@ class Presences:
         robot = self._robots.get(name)
         if robot is None or robot.presence is None or robot.gone:
             return False
-        return self._sent.age(robot.presence.heard, now) < self._fresh_s
+        return self.age_of(robot.presence.heard, now) < self._fresh_s
 
     def heard(self) -> dict[str, Heard]:
         """The echo for the next manager state."""

@@ -55,7 +55,7 @@ class Calls:
         for request_id, pending in list(self._pending.items()):
             if now - pending.since > ANSWER_WITHIN_S:
                 del self._pending[request_id]
-                self._fail(pending, f"not answered within {ANSWER_WITHIN_S:g} s; it may still be carried out")
+                self._fail(pending, f"not answered within {ANSWER_WITHIN_S:g} s; this may still be carried out")
         with self._lock:
             arrived, self._arrived = self._arrived, deque()
         requests = (self._admit(query, now) for query in arrived)
@@ -79,7 +79,7 @@ class Calls:
     def close(self) -> None:
         """Tell everyone who still waits that this process stops."""
         for pending in self._pending.values():
-            self._fail(pending, "the process stops")
+            self._fail(pending, "the process stops; this may have been carried out")
         self._pending.clear()
 
     def _admit(self, query: zenoh.Query, now: float) -> Request | None:

@@ -239,10 +239,10 @@ class World:
         self._send(key, [f"robot/{key.robot}"])
 
     def operate(self, to: str, command: Command) -> None:
-        """An operator's call over the same bad network, with the echo of the newest state of the robot or gateway."""
+        """An operator's call over the same bad network, with the echo of the newest state of whom it is for."""
         self._calls += 1
         name = to.partition("/")[2]
-        state = self.seen.robots.get(name) or self.seen.gateways.get(name)
+        state = self.seen.robots.get(name) or self.seen.gateways.get(name) or (self.seen.manager if not name else None)
         heard = Heard(state.boot, state.sequence) if state is not None else None
         call = Call(f"operator-{self._calls}", command, heard)
         self._call(to, call, lambda reply: self.seen.replies.append((to, command, reply)))

@@ -141,14 +141,17 @@ class World:
             case Answer(request_id, reply):
                 self.replies[request_id] = reply  # type: ignore[assignment]
 
-    def ask(self, command: Command) -> str:
+    def ask(self, command: Command, heard: Heard | None = None) -> str:
+        """Ask in view of the state `heard`, or else of the newest."""
         request_id = f"r{next(self._requests)}"
-        self.manager.receive(Request(request_id, Call(request_id, command)), self.now)
+        if heard is None and self.states:
+            heard = Heard(self.state.boot, self.state.sequence)
+        self.manager.receive(Request(request_id, Call(request_id, command, heard)), self.now)
         return request_id
 
-    def call(self, command: Command) -> Reply:
+    def call(self, command: Command, heard: Heard | None = None) -> Reply:
         """Ask and run until the answer is there."""
-        request_id = self.ask(command)
+        request_id = self.ask(command, heard)
         for _ in range(200):
             self.run(PERIOD_S)
             if request_id in self.replies:

@@ -8,6 +8,7 @@ from cell.manager.records import EstopCleared, EstopLatched, Stored, ZoneDecided
 from cell.messages import (
     AdoptZone,
     ClearZone,
+    Command,
     Estop,
     Halt,
     Heard,
@@ -35,6 +36,17 @@ def held(world: World) -> World:
     world.run()
     world.left.x = INSIDE
     return world.run()
+
+
+def orphaned() -> World:
+    """Left fell silent inside its zone."""
+    world = World().run()
+    world.left.wants = True
+    world.run()
+    world.left.x = INSIDE
+    world.run()
+    world.left.silent = True
+    return world.run(0.5)
 
 
 def test_who_wants_a_free_zone_gets_it_with_a_token_of_this_epoch(world: World) -> None:
@@ -420,3 +432,35 @@ def test_an_unknown_body_is_not_granted_what_it_wants() -> None:
     world.left.known, world.left.wants = False, True
     world.run(0.5)
     assert (world.zone.holder, world.zone.reason) == (None, "left not referenced")
+
+
+@pytest.mark.parametrize("order", [ResetEstop("me"), CLEAR, ADOPT], ids=lambda each: each.verb)
+def test_an_order_that_releases_something_is_carried_out_within_half_a_second_or_never(order: Command) -> None:
+    world = orphaned()
+    world.call(SetEstop("e1", "me", "test"))
+    old = Heard(world.state.boot, world.state.sequence)
+    world.run(0.6)
+    for heard, says in ((old, "0.6"), (Heard("another", 1), "no longer known")):
+        reply = world.call(order, heard)
+        assert not reply.ok
+        assert says in reply.text
+        assert "nothing was done: look with `cell status`, then give the order again" in reply.text
+    assert world.state.estop is not None
+    assert world.zone.state is ZoneState.ORPHANED
+    assert [record for record in world.records if isinstance(record, EstopCleared | ZoneDecided)] == []
+
+
+def test_a_manager_that_wakes_up_carries_out_no_order_of_before() -> None:
+    world = orphaned()
+    request_id = world.ask(CLEAR)
+    world.now += 0.3
+    world.manager.receive(Frozen(0.3), world.now)
+    world.run()
+    assert "no longer known" in world.replies[request_id].text
+    assert world.zone.state is ZoneState.ORPHANED
+
+
+def test_a_stop_is_never_refused_for_its_age() -> None:
+    world = World()
+    world.run()
+    assert world.call(SetEstop("e1", "me", "test"), Heard("another", 1)).ok
