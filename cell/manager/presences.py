@@ -19,6 +19,8 @@ class _Robot:
     body: Body | None = None
     """The last body that was fresh: where the robot is until a fresh one says otherwise."""
     gone: bool = False
+    lower: int | None = None
+    """A claim that is lower than the newest one, and whose agent lives all the same."""
 
 
 class Presences:
@@ -46,7 +48,7 @@ class Presences:
         self._sent.forget()
 
     def hear(self, presence: Presence, suspects: Callable[[str], bool], now: float) -> None:
-        """Take a presence, unless it is old, of a boot that was replaced, or of one stranger too many.
+        """Take a presence, unless it is old, of an earlier claim, or of one stranger too many.
 
         `suspects`: whether a robot may be inside a zone; those are never forgotten.
         """
@@ -55,9 +57,11 @@ class Presences:
                 self.strangers_left_out.add(presence.robot)
             return
         robot = self._robots.setdefault(presence.robot, _Robot())
-        if robot.newest.accept(presence.boot, presence.sequence):
+        if robot.newest.accept(presence.boot, presence.owner, presence.sequence):
             robot.presence = presence
-            robot.gone = False
+            robot.gone, robot.lower = False, None
+        elif presence.owner < robot.newest.era and self.age_of(presence.heard, now) < self._fresh_s:
+            robot.lower = presence.owner
 
     def _has_room(self, name: str, suspects: Callable[[str], bool], now: float) -> bool:
         """Forgets a stranger that is silent and in no zone, if that makes room."""
@@ -100,6 +104,11 @@ class Presences:
     def _why_not(self, name: str, robot: _Robot) -> str:
         if name not in self._configured:
             return f"not configured; this cell has {', '.join(sorted(self._configured))}"
+        if robot.lower is not None:
+            return (
+                f"its claim {robot.lower} is lower than {robot.newest.era} of before: stop the older agent; if the "
+                "clock of its gateway's host was set back, start the manager again"
+            )
         if robot.presence is None or robot.presence.digest == self._digest:
             return ""
         return (

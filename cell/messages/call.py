@@ -30,8 +30,9 @@ class Call:
     """A command with the id that makes a repeated call harmless, and the echo that makes an old one recognisable.
 
     `heard` is the newest state of the addressee that the caller had seen when it sent the call. Orders that can move or
-    release something are refused when it is older than 0.5 s or missing: those to an agent but `halt` and `who`, `reset`,
-    `clear_zone` and `adopt_zone` to the manager, `switch_output` to a gateway. A stop is never refused for its age.
+    release something are refused when it is older than 0.5 s or missing: those to an agent but `halt` and `who`;
+    `reset`, `clear_zone` and `adopt_zone` to the manager; `switch_output` to a gateway. A stop is
+    never refused for its age.
     """
 
     id: Name

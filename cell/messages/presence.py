@@ -51,6 +51,8 @@ class Presence:
 
     robot: Name
     boot: Name
+    owner: Count
+    """The claim under which the agent owns the robot (`ClaimGrant`): it orders the runs of a robot's agents."""
     sequence: Count
     heard: Heard | None
     digest: Name

@@ -46,7 +46,7 @@ class GatewayCore:
         times: the cell's deadlines.
         boot: this process' boot.
         digest: of the configuration; a claim with another one is refused.
-        first_owner: number of the first claim, larger than any that was ever given on this bus (unix seconds).
+        first_owner: number of the first claim, larger than any that was ever given on this bus (unix milliseconds).
         process: what `who` tells besides role, name and boot, for people.
         stored: where axes with absolute encoders stood when they were last off, by robot.axis.
 

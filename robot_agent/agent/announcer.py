@@ -23,9 +23,12 @@ class Announcer:
         return self._zones.touched(body) - before
 
     def presence(
-        self, body: Body, wants: dict[str, float], stop_time_s: float, estop: Estop | None, now: float
+        self, owner: int, body: Body, wants: dict[str, float], stop_time_s: float, estop: Estop | None, now: float
     ) -> Publish:
-        """The next presence; `body` is everything between here and rest, `estop` the stop to acknowledge."""
+        """The next presence under the claim `owner`.
+
+        `body` is everything between here and rest, `estop` the stop to acknowledge.
+        """
         self.body = body
         self._sequence += 1
         self._zones.sent_presence(self._sequence, now)
@@ -33,6 +36,7 @@ class Announcer:
             Presence(
                 robot=self._robot,
                 boot=self._boot,
+                owner=owner,
                 sequence=self._sequence,
                 heard=self._zones.heard,
                 digest=self._digest,

@@ -93,12 +93,13 @@ class AgentCore:
         """Take one message; see `cell.core`."""
         match message:
             case Arrived(inner, at):
-                self.clock.arrived(inner, at)
                 self.receive(inner, now)
+                if not isinstance(inner, DriveFeedback) or inner is self.link.feedback:
+                    self.clock.arrived(inner, at)
             case DriveFeedback():
                 self.link.heard(message, now)
             case ManagerState():
-                self.zones.heard_state(message)
+                self.zones.heard_state(message, now)
                 if message.estop is not None:
                     self._hear_estop(message.estop)
             case ZoneGeometry():
@@ -240,7 +241,7 @@ class AgentCore:
             body = standing_body(model, base, feedback.position, known=feedback.referenced)
             self.zones.update_holds(now, self.zones.touched(body), set())
             return [
-                self._announcer.presence(body, {}, 0.0, self._estop.active, now),
+                self._announcer.presence(feedback.owner, body, {}, 0.0, self._estop.active, now),
                 self._sign_of_life(feedback, planner),
             ]
         age_s = self.link.age(now)
@@ -259,7 +260,7 @@ class AgentCore:
         self.zones.update_holds(now, self.zones.touched(body), set(wants))
         newest = block if block is not None else executive.timeline.newest
         stop_time_s = max(0.0, (newest.rest_tick - feedback.tick) * planner.cycle_s)
-        presence = self._announcer.presence(body, wants, stop_time_s, self._estop.active, now)
+        presence = self._announcer.presence(feedback.owner, body, wants, stop_time_s, self._estop.active, now)
         if block is None:
             return [presence]
         runs = self.mode is Mode.RUNNING

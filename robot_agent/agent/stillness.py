@@ -47,7 +47,7 @@ class Stillness:
         if why:
             return why
         if not self._zones.fresh(now):
-            return "the manager is silent"
+            return self._zones.silence
         override = abs(self._pace.override) if mode is Mode.RETURNING else self._pace.override
         return self._held_back(executive, follower, override, passed_s, now)
 

@@ -28,6 +28,8 @@ class ZoneClaims:
         self._boxes: dict[str, Box] = {}
         self._touched: deque[tuple[Body, frozenset[str]]] = deque(maxlen=_BODIES)
         self.state: ManagerState | None = None
+        self._lower: int | None = None
+        """The epoch of a manager that lives, and is of before the newest one."""
         self.holds: dict[str, Token] = {}
         self._given_up: dict[str, Token] = {}
 
@@ -48,9 +50,12 @@ class ZoneClaims:
         """After a freeze: nothing that answers an older presence counts as young."""
         self._sent.forget()
 
-    def heard_state(self, state: ManagerState) -> None:
-        if self._newest.accept(state.boot, state.sequence):
-            self.state = state
+    def heard_state(self, state: ManagerState, now: float) -> None:
+        """Take a manager's state, unless it is old or of an earlier epoch."""
+        if self._newest.accept(state.boot, state.epoch, state.sequence):
+            self.state, self._lower = state, None
+        elif state.epoch < self._newest.era and self._sent.age(state.heard.get(self._robot), now) < self._fresh_s:
+            self._lower = state.epoch
 
     def heard_geometry(self, zone: ZoneGeometry) -> None:
         if self.state is None or zone.zone not in self.state.zones:
@@ -70,6 +75,16 @@ class ZoneClaims:
 
     def fresh(self, now: float) -> bool:
         return self.age(now) < self._fresh_s
+
+    @property
+    def silence(self) -> str:
+        """What is wrong with a manager state that is not fresh, for people."""
+        if self._lower is None:
+            return "the manager is silent"
+        return (
+            f"the manager is silent; one of epoch {self._lower} is heard, which is lower than {self._newest.era} of "
+            "before: stop it, or if the clock of its host was set back, start this agent again"
+        )
 
     # Geometry
 

@@ -56,6 +56,7 @@ class Robot:
     name: str
     x: float = OUTSIDE
     boot: str = "b1"
+    owner: int = 1
     digest: str = "digest"
     known: bool = True
     moving: bool = False
@@ -82,6 +83,7 @@ class Robot:
         return Presence(
             robot=self.name,
             boot=self.boot,
+            owner=self.owner,
             sequence=self.sequence,
             heard=self.heard,
             digest=self.digest,
@@ -94,6 +96,7 @@ class Robot:
 
     def restart(self, boot: str) -> None:
         self.boot, self.sequence, self.heard, self.holds, self.estop = boot, 0, None, {}, None
+        self.owner += 1
         self.silent = self.wants = self.moving = False
 
 

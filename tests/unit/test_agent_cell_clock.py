@@ -14,8 +14,8 @@ BEHIND_S = 990.0
 """The manager's clock is so far behind the agent's."""
 
 
-def state(sequence: int, cell_time: float, boot: str = "m") -> ManagerState:
-    return ManagerState("c", boot, 1, sequence, cell_time, "digest")
+def state(sequence: int, cell_time: float, boot: str = "m", epoch: int = 1) -> ManagerState:
+    return ManagerState("c", boot, epoch, sequence, cell_time, "digest")
 
 
 def feedback(tick: int) -> DriveFeedback:
@@ -58,7 +58,7 @@ def test_a_start_in_the_past_or_too_soon_is_refused_with_the_time_that_is_missin
 
 def test_the_clock_of_another_manager_says_nothing() -> None:
     heard = clock()
-    heard.arrived(state(0, 0.5, "next"), 1003.0)
+    heard.arrived(state(0, 0.5, "next", 2), 1003.0)
     assert heard.until(CellTime("m", 12.0), 1003.0) is None
     assert heard.until(CellTime("next", 1.5), 1003.0) == pytest.approx(1.0)
     heard.arrived(state(99, 50.0, "m"), 1003.1)

@@ -1,5 +1,7 @@
 """The manager in a small world on virtual time."""
 
+from dataclasses import replace
+
 import pytest
 from manager_world import INSIDE, OUTSIDE, World, settings
 
@@ -464,3 +466,27 @@ def test_a_stop_is_never_refused_for_its_age() -> None:
     world = World()
     world.run()
     assert world.call(SetEstop("e1", "me", "test"), Heard("another", 1)).ok
+
+
+def test_a_late_presence_of_an_agent_that_was_never_heard_bans_nobody() -> None:
+    world = World()
+    world.left.owner = 2
+    world.run()
+    dead = replace(world.left.presence(), boot="b0", owner=1, sequence=900, heard=None)
+    world.manager.receive(dead, world.now)
+    world.left.wants = True
+    world.run()
+    assert (world.zone.state, world.zone.holder) == (ZoneState.GRANTED, "left")
+
+
+def test_an_agent_whose_claim_is_lower_than_before_gets_no_grants_and_is_told_why() -> None:
+    world = World()
+    world.left.owner = 7
+    world.run()
+    world.left.restart("b2")
+    world.left.owner = 3
+    world.left.wants = True
+    world.run(0.5)
+    assert world.zone.holder is None
+    assert "its claim 3 is lower than 7 of before" in world.state.refused["left"]
+    assert "start the manager again" in world.state.refused["left"]

@@ -156,7 +156,7 @@ def test_bytes_behind_a_block_are_refused() -> None:
         decode(SetpointBlock, encode(block()) + b"\0")
 
 
-PRESENCE = Presence("left", "b", 1, None, "d", Body(False, (0.0, 0.0, 0.0), 1.0), 0.5)
+PRESENCE = Presence("left", "b", 1, 1, None, "d", Body(False, (0.0, 0.0, 0.0), 1.0), 0.5)
 
 
 @pytest.mark.parametrize("stop_time_s", [math.nan, math.inf, -math.inf])

@@ -54,7 +54,7 @@ def wait_for(condition: Callable[[], object], each: Callable[[], object] = lambd
 
 
 def presence(robot: str, sequence: int = 1) -> Presence:
-    return Presence(robot, "b1", sequence, None, "digest", Body(False, (0.0, 0.0, 0.0), 1.0), 0.0)
+    return Presence(robot, "b1", 1, sequence, None, "digest", Body(False, (0.0, 0.0, 0.0), 1.0), 0.0)
 
 
 def feedback(robot: str, sequence: int = 1) -> DriveFeedback:
