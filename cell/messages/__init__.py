@@ -31,7 +31,7 @@ from cell.messages.gateway_commands import (
 from cell.messages.gateway_state import BusCounters, GatewayState, NodeStatus
 from cell.messages.jog import JogFrame, JogHeld
 from cell.messages.manager_commands import AdoptZone, ClearZone, ResetEstop, SetEstop
-from cell.messages.manager_state import ManagerState, ZoneState, ZoneStatus
+from cell.messages.manager_state import ManagerState, ZoneDeadlock, ZoneState, ZoneStatus
 from cell.messages.presence import Body, Presence
 from cell.messages.robot_commands import (
     Continue,
@@ -125,6 +125,7 @@ __all__ = [
     "TokenGone",
     "Who",
     "WriteObject",
+    "ZoneDeadlock",
     "ZoneGeometry",
     "ZoneState",
     "ZoneStatus",

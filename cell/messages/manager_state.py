@@ -32,6 +32,20 @@ class ZoneStatus:
 
 
 @dataclass(frozen=True, slots=True)
+class ZoneDeadlock:
+    """Robots that wait for each other: each needs now the zone at its place in `zones`, which the next one holds."""
+
+    robots: Annotated[tuple[Name, ...], Few]
+    zones: Annotated[tuple[Name, ...], Few]
+    since: Duration
+    """Cell time [s] at which it was found."""
+    text: Text
+    """Who waits for what, for people."""
+    remedy: Text
+    """The commands that free them."""
+
+
+@dataclass(frozen=True, slots=True)
 class ManagerState:
     """The one message that permits motion; every agent checks that it answers its own newest presence."""
 
@@ -46,3 +60,4 @@ class ManagerState:
     refused: Annotated[dict[Name, Text], Few] = field(default_factory=dict)
     """Robots that get no grants, and why (another configuration digest, not configured, unknown body)."""
     estop: Estop | None = None
+    deadlocks: Annotated[tuple[ZoneDeadlock, ...], Few] = ()
