@@ -122,7 +122,7 @@ class ManagerCore:
         if self._latch.estop is None:
             for name, zone in self._zones.items():
                 zone.grant(sights[name], self._new_token, self._sequence + 1)
-        self._follow_changes(before, now)
+        self._follow_changes(before, sights, now)
         for deadlock in self._deadlocks.look(self._zones, sights, self._cell_time(now), now):
             self._tell(Severity.WARNING, "zone_deadlock", deadlock.text, deadlock.remedy)
         self._publish_state(sights, refused, now)
@@ -142,26 +142,34 @@ class ManagerCore:
     def _intruded(self, intrusion: Intrusion, now: float) -> None:
         whose = f", which belongs to {intrusion.other}" if intrusion.other else " without a grant"
         where = f"{intrusion.robot} {'is' if intrusion.real else 'may be'} in zone {intrusion.zone}{whose}"
+        way_out = _way_out(intrusion.zone, intrusion.robot, intrusion.known)
         if not intrusion.real:
-            remedy = f"move {intrusion.robot} out, or `cell zone adopt` or `cell zone clear` {intrusion.zone}"
-            self._tell(Severity.WARNING, "zone_blocked", where, remedy)
+            self._tell(Severity.WARNING, "zone_blocked", where, way_out)
             return
-        remedy = "look at the robots, part them, then `cell reset`"
-        self._tell(Severity.ALARM, "zone_breach", where, remedy)
-        self._breaches[intrusion.zone, intrusion.robot] = where
+        self._tell(Severity.ALARM, "zone_breach", where, f"look at the robots, then `cell reset`; {way_out}")
+        self._breaches[intrusion.zone, intrusion.robot] = f"{where}: {way_out}"
         self._protective_stops += 1
         stop_id = f"protective-{self._boot}-{self._protective_stops}"
         self._set_estop(Estop(stop_id, True, "manager", f"protective stop: {where}"), now)
 
-    def _follow_changes(self, before: Mapping[str, tuple[ZoneState, str | None]], now: float) -> None:
+    def _follow_changes(
+        self,
+        before: Mapping[str, tuple[ZoneState, str | None]],
+        sights: Mapping[str, Mapping[str, Sight]],
+        now: float,
+    ) -> None:
         for name, zone in self._zones.items():
             state, holder = before[name]
             if (zone.state, zone.holder) == (state, holder):
                 continue
             self._since[name] = self._cell_time(now)
             if zone.state is ZoneState.ORPHANED and state is not ZoneState.ORPHANED:
-                remedy = f"it ends when {holder or 'the robot'} reports itself outside, or by `cell zone`"
-                self._tell(Severity.WARNING, "zone_orphaned", f"zone {name} is blocked: {zone.reason}", remedy)
+                text, remedy = f"zone {name} is blocked: {zone.reason}", "it is free once all report themselves outside"
+                for robot in sorted(zone.suspects):
+                    remedy += (
+                        f"; {_way_out(name, robot, sights[name][robot].known if robot in sights[name] else False)}"
+                    )
+                self._tell(Severity.WARNING, "zone_orphaned", text, remedy)
 
     # Calls
 
@@ -295,6 +303,15 @@ class ManagerCore:
 
     def _cell_time(self, now: float) -> float:
         return now - (self._started if self._started is not None else now)
+
+
+def _way_out(zone: str, robot: str, known: bool) -> str:
+    """How an operator ends a blocked zone, in commands that do it."""
+    if known:
+        inside = f"if {robot} alone is inside: `cell zone adopt {zone} {robot}`, then it may drive out"
+    else:
+        inside = f"let {robot} find out where it is: `cell drives` says how"
+    return f"{inside}; if it is silent and you see that nobody is inside: `cell zone clear {zone}`"
 
 
 def _same(new: ManagerState, old: ManagerState) -> bool:
