@@ -10,7 +10,7 @@ from cell.manager.deadlock import DeadlockWatch
 from cell.manager.estop_latch import EstopLatch
 from cell.manager.occupancy import ZoneSpace
 from cell.manager.presences import MOST_STRANGERS, Presences
-from cell.manager.records import Store, Stored, ZoneDecided
+from cell.manager.records import JournalFailed, JournalWritten, Store, Stored, ZoneDecided
 from cell.manager.zones import Intrusion, Sight, Zone
 from cell.messages import (
     AdoptZone,
@@ -79,6 +79,14 @@ class ManagerCore:
                 self._set_estop(message, now)
             case Request():
                 self._calls.append(message)
+            case JournalFailed(reason, unsaved):
+                remedy = (
+                    "make room, or mend the disk: it is tried again every second; until it succeeds, a manager that "
+                )
+                remedy += f"is started again does not know: {'; '.join(map(str, unsaved))}"
+                self._tell(Severity.ALARM, "journal_failed", f"the journal cannot be written: {reason}", remedy)
+            case JournalWritten():
+                self._tell(Severity.INFO, "journal_written", "the journal is written again, nothing is missing", "")
             case Frozen():
                 self._presences.forget_echoes()
 

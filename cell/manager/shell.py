@@ -10,7 +10,7 @@ from pathlib import Path
 from cell.config.settings import CellSettings
 from cell.core import Answer, Effect, Publish
 from cell.manager.core import ManagerCore
-from cell.manager.journal import Journal
+from cell.manager.journal import Journal, JournalWriter
 from cell.manager.records import Store
 from cell.net.errors import NetError
 from cell.net.liveliness import TokenWatch
@@ -55,7 +55,7 @@ def run_manager(settings: CellSettings, options: ZenohOptions, state_dir: Path, 
         _LOG.info("cell %s: manager at %s, journal %s", settings.name, ", ".join(session.endpoints), journal.path)
 
         def inbox() -> Iterable[object]:
-            return [*estops.take(), *states.take_new(), *tokens.take(), *calls.take()]
+            return [*estops.take(), *states.take_new(), *tokens.take(), *calls.take(), *writer.news()]
 
         def perform(effect: Effect) -> None:
             match effect:
@@ -64,11 +64,12 @@ def run_manager(settings: CellSettings, options: ZenohOptions, state_dir: Path, 
                 case Answer():
                     calls.answer(effect)
                 case Store(record):
-                    journal.write(record)
+                    writer.store(record)
                 case _:
                     raise TypeError(f"the manager has no {type(effect).__name__}")
 
-        run_core(core, period_s=_PERIOD_S, inbox=inbox, perform=perform, stop=stop, on_late=_late)
+        with JournalWriter(journal) as writer:
+            run_core(core, period_s=_PERIOD_S, inbox=inbox, perform=perform, stop=stop, on_late=_late)
     return 0
 
 

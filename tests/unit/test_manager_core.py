@@ -6,7 +6,7 @@ import pytest
 from manager_world import INSIDE, OUTSIDE, World, settings
 
 from cell.core import Frozen
-from cell.manager.records import EstopCleared, EstopLatched, Stored, ZoneDecided
+from cell.manager.records import EstopCleared, EstopLatched, JournalFailed, Stored, ZoneDecided
 from cell.messages import (
     AdoptZone,
     ClearZone,
@@ -491,3 +491,13 @@ def test_an_agent_whose_claim_is_lower_than_before_gets_no_grants_and_is_told_wh
     assert world.zone.holder is None
     assert "its claim 3 is lower than 7 of before" in world.state.refused["left"]
     assert "start the manager again" in world.state.refused["left"]
+
+
+def test_a_journal_that_cannot_be_written_is_an_alarm_that_says_what_a_restart_forgets(world: World) -> None:
+    world.call(SetEstop("e1", "me", "test"))
+    world.manager.receive(JournalFailed("/x: disk is full", tuple(world.records)), world.now)
+    world.run()
+    alarm = next(event for event in world.events if event.code == "journal_failed")
+    assert alarm.text == "the journal cannot be written: /x: disk is full"
+    assert "does not know: emergency stop e1, unless a robot or gateway that stands under it is heard" in alarm.remedy
+    assert world.state.estop is not None
