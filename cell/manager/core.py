@@ -80,10 +80,8 @@ class ManagerCore:
             case Request():
                 self._calls.append(message)
             case JournalFailed(reason, unsaved):
-                remedy = (
-                    "make room, or mend the disk: it is tried again every second; until it succeeds, a manager that "
-                )
-                remedy += f"is started again does not know: {'; '.join(map(str, unsaved))}"
+                remedy = "make room, or mend the disk: it is tried again every second; until it succeeds, a manager "
+                remedy += f"that is started again does not know: {'; '.join(map(str, unsaved))}"
                 self._tell(Severity.ALARM, "journal_failed", f"the journal cannot be written: {reason}", remedy)
             case JournalWritten():
                 self._tell(Severity.INFO, "journal_written", "the journal is written again, nothing is missing", "")

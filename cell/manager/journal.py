@@ -22,6 +22,8 @@ from cell.messages import Estop
 
 RETRY_S = 1.0
 _MOST_WAITING = 1000
+_END_S = 5.0
+"""A disk that takes longer over the last records does not keep the process."""
 
 _TABLES = """
 CREATE TABLE IF NOT EXISTS epochs (epoch INTEGER PRIMARY KEY, boot TEXT NOT NULL, at REAL NOT NULL);
@@ -136,7 +138,7 @@ class JournalWriter:
         with self._changed:
             self._ending = True
             self._changed.notify()
-        self._thread.join()
+        self._thread.join(_END_S)
 
     def store(self, record: Record) -> None:
         """Write it soon. Where too many wait already the oldest is given up; it was told as unsaved."""
