@@ -1,6 +1,7 @@
 """The processes that `cell up` starts, and the order in which they end."""
 
 import os
+import signal
 import subprocess
 import sys
 import threading
@@ -56,6 +57,10 @@ class Child:
         if self.exit_code() is None:
             self._process.terminate()
 
+    def ended_in_order(self) -> bool:
+        """Whether it ended as it should after `tell_to_stop`; SIGTERM ends one that still imports its modules."""
+        return self.exit_code() in (0, -signal.SIGTERM)
+
     def kill(self) -> None:
         self._process.kill()
         self._process.wait()
@@ -64,13 +69,17 @@ class Child:
         """Close our end of the pipe, which also tells the process to stop."""
         os.close(self._pipe)
 
-    def death_notice(self) -> str:
-        """How it ended, its last lines, and the command that starts it again."""
+    def end_notice(self) -> str:
+        """How it ended, and its last lines."""
         code = self.exit_code()
         how = f"was killed by signal {-code}" if code is not None and code < 0 else f"ended with exit code {code}"
         lines = self.log.read_text(encoding="utf-8", errors="replace").splitlines()[-LAST_LINES:]
         quoted = "".join(f"\n    | {line}" for line in lines)
-        return f"{self.program.part} {how}{quoted}\n  start it again with: {self.program.command}"
+        return f"{self.program.part} {how}{quoted}"
+
+    def death_notice(self) -> str:
+        """How it ended, its last lines, and the command that starts it again."""
+        return f"{self.end_notice()}\n  start it again with: {self.program.command}"
 
 
 def programs(settings: CellSettings, state_dir: Path | None, simulate: bool) -> list[Program]:
@@ -100,6 +109,7 @@ class Children:
         self._say = say
         self._children: list[Child] = []
         self._reported: set[Child] = set()
+        self._out_of_order: set[Child] = set()
 
     def __enter__(self) -> Self:
         for program in self._wanted:
@@ -107,7 +117,7 @@ class Children:
         return self
 
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, tb: TracebackType | None) -> None:
-        self.stop_in_order()
+        self._stop_in_order()
         for child in self._children:
             child.close()
 
@@ -120,13 +130,22 @@ class Children:
     def all_dead(self) -> bool:
         return all(child.exit_code() is not None for child in self._children)
 
-    def stop_in_order(self) -> None:
+    def ended_in_order(self) -> bool:
+        """After the `with` block: no process died by itself, had to be killed or ended with an error."""
+        return not self._out_of_order
+
+    def _stop_in_order(self) -> None:
         """Agents, then gateways, then the manager; each group has ended before the next is told to."""
         for role in ("robot", "gateway", "manager"):
             group = [child for child in self._children if child.program.part.split()[0] == role]
+            self._out_of_order.update(child for child in group if child.exit_code() is not None)
             for child in group:
                 child.tell_to_stop()
             self._wait_for(group)
+            for child in self.deaths():
+                if not child.ended_in_order():
+                    self._say(child.end_notice())
+            self._out_of_order.update(child for child in group if not child.ended_in_order())
 
     def _wait_for(self, group: list[Child]) -> None:
         told = time.monotonic()
@@ -139,4 +158,5 @@ class Children:
         for child in group:
             if child.exit_code() is None:
                 child.kill()
+                self._reported.add(child)
                 self._say(f"{child.program.part} did not end within {limit:.0f} s and was killed; its log: {child.log}")

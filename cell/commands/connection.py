@@ -4,6 +4,8 @@ import getpass
 import os
 import socket
 import sys
+import threading
+import time
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
@@ -13,7 +15,7 @@ from cell.commands.errors import CommandError
 from cell.commands.view import CellView, Snapshot, echo, names
 from cell.config import ConfigError, load_cell, load_cell_alone
 from cell.config.settings import CellSettings
-from cell.messages import Command, GatewayState, Heard, Reply
+from cell.messages import Call, Command, GatewayState, Heard, Reply
 from cell.net.errors import CallError, Unreachable
 from cell.net.options import Link
 from cell.net.runner import new_boot
@@ -21,6 +23,9 @@ from cell.net.session import CellSession, new_call
 
 STATE_TIMEOUT_S = 1.0
 ANSWER_TIMEOUT_S = 5.0
+TRY_S = 1.5
+"""So long one query waits before the call is repeated."""
+_PAUSE_S = 0.1
 
 
 def existing(file: Path) -> Path:
@@ -135,12 +140,30 @@ class Operator:
 
     def _ask(self, to: str, command: Command, heard: Heard | None) -> Reply:
         try:
-            return self.session.ask(to, new_call(command, heard), ANSWER_TIMEOUT_S)
+            return ask_until_answered(self.session, to, new_call(command, heard), ANSWER_TIMEOUT_S)
         except CallError as error:
             raise CommandError(
                 f"{command.verb}: {to} gave no usable answer: {error}",
                 f"look at the cell with: cell status -f {self.file}; nothing may be assumed about what was done",
             ) from error
+
+
+def ask_until_answered(
+    session: CellSession, to: str, call: Call, timeout_s: float, stop: threading.Event | None = None
+) -> Reply:
+    """Call `to`, and repeat the call under its id until somebody answers, `timeout_s` have passed or `stop` is set.
+
+    An answer that was lost is told again, and nothing is carried out twice: who was called knows the id, and what is
+    not dated by an echo that is young enough is refused. Raises `CallError` as the last query ended.
+    """
+    deadline = time.monotonic() + timeout_s
+    pause = stop or threading.Event()
+    while True:
+        try:
+            return session.ask(to, call, max(0.1, min(TRY_S, deadline - time.monotonic())))
+        except CallError:
+            if pause.wait(_PAUSE_S) or time.monotonic() > deadline:
+                raise
 
 
 @contextmanager

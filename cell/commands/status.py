@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+import typer
 from rich.console import Console
 
 from cell.commands.connection import connect
@@ -10,12 +11,18 @@ from cell.commands.options import CELL_FILE, CellFileOption, ConnectOption
 from cell.commands.table import cell_table
 from cell.commands.view import Snapshot, names
 from cell.config.settings import CellSettings
+from cell.messages import Mode
 
 NO_TERMINAL_WIDTH = 200
+STOPPED, FAULTY = 3, 4
+"""Exit codes."""
 
 
 def status(file: CellFileOption = Path(CELL_FILE), endpoint: ConnectOption = None) -> None:
-    """Show every robot, zone and gateway of the running cell once; exit 1 when one of them is silent."""
+    """Show every robot, zone and gateway of the running cell once.
+
+    Exit 1 when one of them is silent, else 3 under an emergency stop, else 4 when a robot is in a fault.
+    """
     with connect(file, endpoint) as operator:
         seen = operator.snapshot()
         console = Console()
@@ -24,6 +31,16 @@ def status(file: CellFileOption = Path(CELL_FILE), endpoint: ConnectOption = Non
         silent = _silent(operator.settings, seen, operator.file)
         if silent:
             raise CommandError(f"silent: {names(silent)}", f"start again what has died: {'; '.join(silent.values())}")
+        if code := exit_code(seen):
+            raise typer.Exit(code)
+
+
+def exit_code(seen: Snapshot) -> int:
+    """The exit code that tells of an emergency stop or a fault; 0 without."""
+    estop = seen.manager.estop if seen.manager is not None else None
+    if (estop is not None and estop.active) or any(state.mode is Mode.ESTOP for state in seen.robots.values()):
+        return STOPPED
+    return FAULTY if any(state.mode is Mode.FAULT for state in seen.robots.values()) else 0
 
 
 def _silent(settings: CellSettings, seen: Snapshot, file: Path) -> dict[str, str]:

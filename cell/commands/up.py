@@ -31,7 +31,7 @@ def up(
 
     All robots are enabled; their programs start with `cell run ROBOT`, or at once with `--run` or `--until-done`.
     Ctrl-C brakes every robot on its path, then switches the drives off and ends the processes in order. Nothing that
-    dies is started again by itself.
+    dies is started again by itself. The exit code is 0 only when everything ended in order.
     """
     settings = checked_cell(file)
     hurry = threading.Event()
@@ -49,5 +49,7 @@ def up(
         with Children(programs(settings, state_dir, not real), logs, hurry, say) as children:
             supervisor = Supervisor(settings, children, console, stop, hurry)
             done = supervisor.run(start_programs=run or until_done, until_done=until_done)
+    if not children.ended_in_order():
+        raise typer.Exit(1)
     if until_done and not done:
         raise typer.Exit(INTERRUPTED if stop.is_set() else 1)

@@ -83,3 +83,23 @@ def test_a_dead_agent_ends_a_run_until_done(live: LiveCell) -> None:
     assert up.wait(40.0) == 1
     assert "robot left was killed by signal 9" in up.output
     assert f"start it again with: robot-agent {live.file} left" in up.output
+
+
+def test_a_cell_whose_processes_were_all_killed_did_not_end_in_order(live: LiveCell) -> None:
+    up = live.up()
+    up.wait_for_output("all robots enabled", UP_S)
+    for pid in set(live.pids()) - {up.pid}:
+        live.kill(pid)
+    assert up.wait(40.0) == 1
+    assert up.output.count("was killed by signal 9") == 5
+    assert "every process of the cell has ended" in up.output
+
+
+def test_a_cell_of_which_one_process_was_killed_did_not_end_in_order(live: LiveCell) -> None:
+    up = live.up()
+    up.wait_for_output("all robots enabled", UP_S)
+    live.kill(live.pid_of("robot_agent", "left"))
+    up.wait_for_output("robot left was killed by signal 9", 10.0)
+    up.signal(signal.SIGINT)
+    assert up.wait(40.0) == 1
+    assert "robot right" not in up.output.partition("stopping in order")[2]

@@ -236,6 +236,14 @@ def test_a_call_that_echoes_an_old_state_is_refused() -> None:
     assert world.state.mode is Mode.READY
 
 
+def test_a_run_that_was_meant_for_the_agent_before_a_restart_is_not_carried_out() -> None:
+    world = enabled(SHORT)
+    id = world.call(Run(), Heard("the boot before", world.state.sequence))
+    world.step()
+    assert not world.replies[id].ok
+    assert world.state.mode is Mode.READY
+
+
 def test_after_a_freeze_every_earlier_call_is_old() -> None:
     world = enabled(SHORT)
     world.agent.receive(Frozen(0.4), world.now)
