@@ -20,6 +20,7 @@ _COMMANDS = {
     "plot": Place("plot", "plot", f"cell plot {PROGRAM} --model {MODEL}"),
     "up": Place("up", "up", f"cell up {FILE} --until-done"),
     "status": Place("status", "status", f"cell status -f {FILE}"),
+    "events": Place("events", "events", f"cell events --since 10m --severity alarm -f {FILE}"),
     "drives": Place("drives", "drives", f"cell drives -f {FILE}"),
     "manager": Place("manager", "manager", f"cell manager {FILE}"),
     "enable": Place("robot", "enable", f"cell enable left -f {FILE}"),

@@ -261,7 +261,7 @@ class ManagerCore:
 
     def _tell(self, severity: Severity, code: str, text: str, remedy: str) -> None:
         self._events += 1
-        self._effects.append(Publish(Event("manager", self._events, severity, code, text, remedy)))
+        self._effects.append(Publish(Event("manager", self._events, severity, code, text, remedy, boot=self._boot)))
 
     def _cell_time(self, now: float) -> float:
         return now - (self._started if self._started is not None else now)

@@ -1,4 +1,4 @@
-"""The process around `ManagerCore`: Zenoh, the journal and the clock."""
+"""The process around `ManagerCore`: Zenoh, the journal, the events that are kept, and the clock."""
 
 import logging
 import os
@@ -8,10 +8,13 @@ from collections.abc import Iterable
 from pathlib import Path
 
 from cell.config.settings import CellSettings
-from cell.core import Answer, Effect, Publish
+from cell.core import Answer, Effect, Publish, Request
 from cell.manager.core import ManagerCore
+from cell.manager.event_recorder import EventRecorder
+from cell.manager.event_store import EVENTS_FILE
 from cell.manager.journal import Journal
 from cell.manager.records import Store
+from cell.messages import Call, Event, ListEvents
 from cell.net.errors import NetError
 from cell.net.liveliness import TokenWatch
 from cell.net.options import Link, ZenohOptions
@@ -48,6 +51,7 @@ def run_manager(settings: CellSettings, options: ZenohOptions, state_dir: Path, 
         _be_the_only_one(settings.name, tokens, stop)
         states = session.watch("robot/*/presence", "gateway/*/state")
         estops = session.queue("estop")
+        recorder = EventRecorder(state_dir / EVENTS_FILE, session.queue("event/**"), boot)
         calls = session.serve("manager")
         stored = journal.read()
         core = ManagerCore(settings, boot, journal.begin_epoch(boot), stored, os.getpid())
@@ -55,12 +59,20 @@ def run_manager(settings: CellSettings, options: ZenohOptions, state_dir: Path, 
         _LOG.info("cell %s: manager at %s, journal %s", settings.name, ", ".join(session.endpoints), journal.path)
 
         def inbox() -> Iterable[object]:
-            return [*estops.take(), *states.take_new(), *tokens.take(), *calls.take()]
+            for effect in recorder.effects():
+                perform(effect)
+            requests = calls.take()
+            for request in filter(_about_events, requests):
+                recorder.ask(request)
+            others = (request for request in requests if not _about_events(request))
+            return [*estops.take(), *states.take_new(), *tokens.take(), *others]
 
         def perform(effect: Effect) -> None:
             match effect:
                 case Publish(message):
                     session.publish(message)
+                    if isinstance(message, Event):
+                        recorder.tell(message)
                 case Answer():
                     calls.answer(effect)
                 case Store(record):
@@ -68,8 +80,13 @@ def run_manager(settings: CellSettings, options: ZenohOptions, state_dir: Path, 
                 case _:
                     raise TypeError(f"the manager has no {type(effect).__name__}")
 
-        run_core(core, period_s=_PERIOD_S, inbox=inbox, perform=perform, stop=stop, on_late=_late)
+        with recorder:
+            run_core(core, period_s=_PERIOD_S, inbox=inbox, perform=perform, stop=stop, on_late=_late)
     return 0
+
+
+def _about_events(request: Request) -> bool:
+    return isinstance(request.call, Call) and isinstance(request.call.command, ListEvents)
 
 
 def _late(lateness_s: float) -> None:

@@ -10,7 +10,7 @@ from cell.messages.correction import ConveyorCount, Correction
 from cell.messages.drive_fault import Fault, FaultDrive
 from cell.messages.drives import AxisStatus, DriveFeedback, PlayoutState
 from cell.messages.estop import Estop
-from cell.messages.event import Event, Severity
+from cell.messages.event import Event, KeptEvent, KeptEvents, Severity
 from cell.messages.gateway_commands import (
     AcceptPosition,
     Claim,
@@ -30,7 +30,7 @@ from cell.messages.gateway_commands import (
 )
 from cell.messages.gateway_state import BusCounters, GatewayState, NodeStatus
 from cell.messages.jog import JogFrame, JogHeld
-from cell.messages.manager_commands import AdoptZone, ClearZone, ResetEstop, SetEstop
+from cell.messages.manager_commands import AdoptZone, ClearZone, ListEvents, ResetEstop, SetEstop
 from cell.messages.manager_state import ManagerState, ZoneState, ZoneStatus
 from cell.messages.presence import Body, Presence
 from cell.messages.robot_commands import (
@@ -92,6 +92,9 @@ __all__ = [
     "Jog",
     "JogFrame",
     "JogHeld",
+    "KeptEvent",
+    "KeptEvents",
+    "ListEvents",
     "ManagerState",
     "Mode",
     "MoveAxes",

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from cell.messages.call import Command
+from cell.messages.event import Severity
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,3 +38,20 @@ class AdoptZone(Command):
     zone: str
     robot: str
     by: str
+
+
+@dataclass(frozen=True, slots=True)
+class ListEvents(Command):
+    """The newest `limit` of the stored events that fit; `data` of the reply is a `KeptEvents` in JSON."""
+
+    verb: ClassVar[str] = "events"
+    after: int = 0
+    """Only events with a greater number."""
+    before: int | None = None
+    """Only events with a smaller number: for the page before one."""
+    since: float | None = None
+    """Only events that were heard at this moment or later [s since 1970, UTC]."""
+    severity: Severity = Severity.INFO
+    """Only events so severe or more, and those before which others were lost."""
+    limit: int = 100
+    """At most 200."""

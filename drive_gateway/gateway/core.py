@@ -68,7 +68,7 @@ class GatewayCore:
         self._settings = settings
         self._times = times
         self._boot = boot
-        self._log = EventLog(settings.name)
+        self._log = EventLog(settings.name, boot)
         self._robots = {
             name: Robot(drives, settings, times, boot, first_owner, self._log, stored or {})
             for name, drives in settings.robots.items()

@@ -23,6 +23,8 @@ SHELLS = {
     "cell/commands/": "the composition root",
     "cell/manager/shell.py": "the manager's process",
     "cell/manager/journal.py": "the manager's file",
+    "cell/manager/event_store.py": "the file of events",
+    "cell/manager/event_recorder.py": "the thread that stores events",
     "robot_agent/agent/shell.py": "the agent's process",
     "robot_agent/agent/worker.py": "the planning process",
     "drive_gateway/gateway/shell.py": "the gateway's process",
