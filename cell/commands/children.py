@@ -17,7 +17,8 @@ from cell.config.settings import CellSettings
 END_TIMEOUT_S = 10.0
 """A process that has not ended this long after it was told to is killed."""
 HURRIED_TIMEOUT_S = 2.0
-LAST_LINES = 8
+LAST_LINES, LAST_BYTES = 8, 16_384
+"""How much of its log is shown of a process that died."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,7 +38,8 @@ class Child:
         self.program = program
         self.log = log_folder / f"{program.part.replace(' ', '-')}.log"
         ours, self._pipe = os.pipe()
-        with self.log.open("wb") as log:
+        with self.log.open("ab") as log:
+            self._log_begin = log.tell()
             self._process = subprocess.Popen(
                 [sys.executable, "-m", program.module, *program.arguments, "--parent-pipe", str(ours)],
                 stdin=subprocess.DEVNULL,
@@ -73,9 +75,15 @@ class Child:
         """How it ended, and its last lines."""
         code = self.exit_code()
         how = f"was killed by signal {-code}" if code is not None and code < 0 else f"ended with exit code {code}"
-        lines = self.log.read_text(encoding="utf-8", errors="replace").splitlines()[-LAST_LINES:]
-        quoted = "".join(f"\n    | {line}" for line in lines)
+        quoted = "".join(f"\n    | {line}" for line in self._last_lines())
         return f"{self.program.part} {how}{quoted}"
+
+    def _last_lines(self) -> list[str]:
+        """Of this run of the process; a log that was rotated meanwhile is all its own."""
+        with self.log.open("rb") as log:
+            size = log.seek(0, os.SEEK_END)
+            log.seek(max(self._log_begin if self._log_begin <= size else 0, size - LAST_BYTES))
+            return log.read().decode(errors="replace").splitlines()[-LAST_LINES:]
 
     def death_notice(self) -> str:
         """How it ended, its last lines, and the command that starts it again."""

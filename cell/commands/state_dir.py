@@ -7,6 +7,9 @@ from types import TracebackType
 
 from cell.commands.errors import CommandError, keep_tracebacks_in
 
+LOGS = "log"
+"""The folder below it in which each child of `cell up` has its log."""
+
 
 def state_path(cell_file: Path, cell: str, chosen: Path | None) -> Path:
     """The state folder of a cell: `chosen`, or `.zencell/<cell>/` beside the cell file."""

@@ -10,7 +10,7 @@ from cell.commands.children import Children, programs
 from cell.commands.connection import checked_cell
 from cell.commands.endpoints import refuse_taken
 from cell.commands.options import CellFileArgument, StateDirOption
-from cell.commands.state_dir import Lock, make_folder, state_folder
+from cell.commands.state_dir import LOGS, Lock, make_folder, state_folder
 from cell.commands.stop import stop_event
 from cell.commands.supervisor import Supervisor
 
@@ -37,7 +37,7 @@ def up(
     hurry = threading.Event()
     stop = stop_event(hurry=hurry)
     folder = state_folder(settings.file, settings.name, state_dir)
-    logs = folder / "log"
+    logs = folder / LOGS
     make_folder(logs)
     console = Console()
 

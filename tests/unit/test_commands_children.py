@@ -72,6 +72,19 @@ def test_one_that_does_not_end_is_killed_and_named(folder: Path) -> None:
     assert "manager did not end" in said[0]
 
 
+def test_the_log_of_the_run_before_is_kept_and_not_shown_as_the_last_lines(folder: Path) -> None:
+    log = folder / "manager.log"
+    log.write_text("long ago\n")
+    with Children([program("manager", "dying")], folder, threading.Event(), print) as children:
+        pause = threading.Event()
+        for _ in range(int(DEADLINE_S / 0.02)):
+            if dead := children.deaths():
+                break
+            pause.wait(0.02)
+    assert log.read_text().splitlines() == ["long ago", "first", "no such bus"]
+    assert "long ago" not in dead[0].death_notice()
+
+
 def test_one_that_had_to_be_killed_did_not_end_in_order(folder: Path) -> None:
     hurry = threading.Event()
     hurry.set()
