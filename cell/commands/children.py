@@ -138,9 +138,9 @@ class Children:
     def all_dead(self) -> bool:
         return all(child.exit_code() is not None for child in self._children)
 
-    def ended_in_order(self) -> bool:
-        """After the `with` block: no process died by itself, had to be killed or ended with an error."""
-        return not self._out_of_order
+    def out_of_order(self) -> list[str]:
+        """After the `with` block: the processes that died by themselves, had to be killed or ended with an error."""
+        return [child.program.part for child in self._children if child in self._out_of_order]
 
     def _stop_in_order(self) -> None:
         """Agents, then gateways, then the manager; each group has ended before the next is told to."""

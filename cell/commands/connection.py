@@ -153,9 +153,12 @@ def ask_until_answered(
 ) -> Reply:
     """Call `to`, and repeat the call under its id until somebody answers, `timeout_s` have passed or `stop` is set.
 
-    An answer that was lost is told again, and nothing is carried out twice: who was called knows the id, and what is
-    not dated by an echo that is young enough is refused. Raises `CallError` as the last query ended.
+    The addressee knows the id and tells its first outcome again; by the echo it refuses a call that reaches it only
+    when it is too old. A call without an echo is not repeated: nothing would keep a late one from being carried out.
+    Raises `CallError` as the last query ended.
     """
+    if call.heard is None:
+        return session.ask(to, call, timeout_s)
     deadline = time.monotonic() + timeout_s
     pause = stop or threading.Event()
     while True:

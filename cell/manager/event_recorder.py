@@ -18,7 +18,7 @@ from cell.net.inbox import Inbox
 
 SOURCE = "manager/events"
 WAITING_LIMIT = 1000
-"""So many events wait for a disk that cannot be written; of those after them only the number is known later."""
+"""So many events wait for a disk that cannot be written; later ones are counted as lost."""
 _POLL_S = 0.05
 _RETRY_S = 1.0
 _END_TIMEOUT_S = 2.0
@@ -29,8 +29,8 @@ class EventRecorder:
     """A context manager around the thread that owns the store.
 
     The manager's loop hands over (`tell`, `ask`) and carries out `effects`, all without waiting. A disk that is full,
-    broken or slow stops no more than this thread: an event tells of it, what comes meanwhile waits, and a file that is
-    no store is moved aside to `<name>.broken`.
+    broken or slow stops no more than this thread: an event tells of it, and new events wait. A file that is no store is
+    moved aside to `<name>.broken`.
     """
 
     def __init__(self, path: Path, events: Inbox, boot: str) -> None:

@@ -27,8 +27,8 @@ class Who(Command):
 class Call:
     """A command with the id that makes a repeated call harmless, and the echo that makes an old one recognisable.
 
-    A caller that got no answer repeats the same call: id, command and echo. Who is called remembers an id and its
-    outcome for 60 s; what may not be carried out late is dated by the echo besides, and refused after a restart.
+    A caller that got no answer repeats the same call: id, command and echo. The addressee remembers an id and its
+    outcome for 60 s; by the echo it refuses a call that comes late, or was meant for the process before a restart.
     `heard` is the newest state of the addressee that the caller had seen when it sent the call. An agent refuses
     operator commands whose echo is older than 0.5 s, a gateway `SwitchOutput`; for their other calls gateways and the
     manager do not need it.

@@ -10,7 +10,7 @@ from cell.net.latest import Decoder
 
 
 class Inbox:
-    """What is told by others is bounded, and what does not fit is counted; what the process asked for always fits."""
+    """Messages of others wait up to a number, and those that do not fit are counted; own messages always fit."""
 
     def __init__(self, decoder: Decoder, size: int = 256) -> None:
         self._decoder = decoder

@@ -93,6 +93,7 @@ def test_a_cell_whose_processes_were_all_killed_did_not_end_in_order(live: LiveC
     assert up.wait(40.0) == 1
     assert up.output.count("was killed by signal 9") == 5
     assert "every process of the cell has ended" in up.output
+    assert "not in order, died or killed: manager, gateway left_bus" in up.output
 
 
 def test_a_cell_of_which_one_process_was_killed_did_not_end_in_order(live: LiveCell) -> None:
@@ -102,4 +103,4 @@ def test_a_cell_of_which_one_process_was_killed_did_not_end_in_order(live: LiveC
     up.wait_for_output("robot left was killed by signal 9", 10.0)
     up.signal(signal.SIGINT)
     assert up.wait(40.0) == 1
-    assert "robot right" not in up.output.partition("stopping in order")[2]
+    assert "not in order, died or killed: robot left\n" in up.output

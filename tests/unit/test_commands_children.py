@@ -90,14 +90,14 @@ def test_one_that_had_to_be_killed_did_not_end_in_order(folder: Path) -> None:
     hurry.set()
     with Children([program("manager", "stubborn")], folder, hurry, print) as children:
         wait_until_up(folder, "manager")
-    assert not children.ended_in_order()
+    assert children.out_of_order() == ["manager"]
 
 
 def test_one_that_ends_with_an_error_when_it_is_told_to_end_is_named(folder: Path) -> None:
     said: list[str] = []
     with Children([program("robot left", "failing")], folder, threading.Event(), said.append) as children:
         wait_until_up(folder, "robot left")
-    assert not children.ended_in_order()
+    assert children.out_of_order() == ["robot left"]
     assert "robot left ended with exit code 1" in said[0]
     assert "| not at rest" in said[0]
 
@@ -105,7 +105,7 @@ def test_one_that_ends_with_an_error_when_it_is_told_to_end_is_named(folder: Pat
 def test_those_who_end_as_they_are_told_ended_in_order(folder: Path) -> None:
     with Children([program("manager", "waiting")], folder, threading.Event(), print) as children:
         wait_until_up(folder, "manager")
-    assert children.ended_in_order()
+    assert children.out_of_order() == []
 
 
 def test_one_that_died_before_the_end_did_not_end_in_order_whatever_its_exit_code(folder: Path) -> None:
@@ -115,7 +115,7 @@ def test_one_that_died_before_the_end_did_not_end_in_order_whatever_its_exit_cod
             if children.all_dead():
                 break
             pause.wait(0.02)
-    assert not children.ended_in_order()
+    assert children.out_of_order() == ["manager"]
 
 
 def test_a_death_shows_the_last_lines_and_the_command(folder: Path) -> None:

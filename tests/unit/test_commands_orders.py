@@ -10,7 +10,7 @@ import pytest
 from cell.commands import orders as module
 from cell.commands.connection import ask_until_answered
 from cell.commands.orders import Orders
-from cell.messages import Call, Mode, ProgramState, ProgramStatus, Reply, RobotState, Run
+from cell.messages import Call, Heard, Mode, ProgramState, ProgramStatus, Reply, RobotState, Run
 from cell.net.errors import CallError, CallTimedOut
 from cell.net.session import new_call
 
@@ -141,11 +141,18 @@ def test_a_refusal_by_an_agent_that_was_started_anew_says_nothing_about_the_one_
 def test_the_last_reason_is_raised_when_nobody_answers_in_time() -> None:
     agent = Agent(lost)
     with pytest.raises(CallTimedOut):
-        ask_until_answered(agent, "robot/left", new_call(Run()), 0.3)  # type: ignore[arg-type]
+        ask_until_answered(agent, "robot/left", new_call(Run(), Heard("b1", 1)), 0.3)  # type: ignore[arg-type]
     assert len(agent.ids) == 1
 
 
 def test_an_operators_order_is_repeated_under_its_id() -> None:
-    agent, call = Agent(lost_once), new_call(Run())
+    agent, call = Agent(lost_once), new_call(Run(), Heard("b1", 1))
     assert ask_until_answered(agent, "robot/left", call, 5.0).ok  # type: ignore[arg-type]
     assert agent.calls == [call, call]
+
+
+def test_an_order_that_nothing_dates_is_not_repeated() -> None:
+    agent = Agent(lost_once)
+    with pytest.raises(CallTimedOut):
+        ask_until_answered(agent, "gateway/bus", new_call(Run()), 5.0)  # type: ignore[arg-type]
+    assert len(agent.calls) == 1
