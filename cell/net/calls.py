@@ -2,6 +2,7 @@
 
 import time
 from collections import OrderedDict, deque
+from collections.abc import Callable
 from dataclasses import dataclass
 from threading import Lock
 
@@ -49,8 +50,9 @@ class Calls:
     and one that finds 64 others waiting get an error reply.
     """
 
-    def __init__(self, keys: Keys, prefix: str) -> None:
+    def __init__(self, keys: Keys, prefix: str, now: Callable[[], float] = time.monotonic) -> None:
         self._keys = keys
+        self._now = now
         self._prefix = prefix
         self._lock = Lock()
         self._arrived: deque[zenoh.Query] = deque()
@@ -67,7 +69,7 @@ class Calls:
 
     def take(self) -> list[Request]:
         """New requests, in order; also ends queries that have waited too long."""
-        now = time.monotonic()
+        now = self._now()
         for known in self._unanswered.values():
             late = [waiting for waiting in known.waiting if now - waiting.since > ANSWER_WITHIN_S]
             if late:
