@@ -1,6 +1,5 @@
 """How an operator's command finds the running cell, asks a process of it, and reports the answer."""
 
-import getpass
 import os
 import socket
 import sys
@@ -59,11 +58,6 @@ def checked_cell(file: Path) -> CellSettings:
 def process_cell(file: Path, parent_pipe: int | None) -> CellSettings:
     """The settings for one process of a cell; a process that `cell up` starts need not check the cell once more."""
     return checked_cell(file) if parent_pipe is None else load_cell(existing(file))
-
-
-def operator_name() -> str:
-    """Who gives the order: user and host."""
-    return f"{getpass.getuser()}@{socket.gethostname()}"
 
 
 @dataclass(frozen=True)
