@@ -12,7 +12,7 @@ from cell.commands.errors import CommandError
 from cell.commands.view import CellView, Snapshot, echo, names
 from cell.config import ConfigError, load_cell, load_cell_alone
 from cell.config.settings import CellSettings
-from cell.messages import Command, GatewayState, Heard, Reply
+from cell.messages import Command, GatewayState, Heard, ManagerState, Reply
 from cell.net.errors import CallError, Unreachable
 from cell.net.options import Link
 from cell.net.runner import new_boot
@@ -88,13 +88,17 @@ class Operator:
 
     def ask_manager(self, command: Command) -> Reply:
         """Ask the cell manager, in view of its newest state."""
+        return self._ask("manager", command, echo(self.manager_state()))
+
+    def manager_state(self) -> ManagerState:
+        """The newest state of the manager. Raises `CommandError` when it is silent."""
         state = self.view.wait_for(lambda seen: seen.manager is not None, STATE_TIMEOUT_S).manager
         if state is None:
             raise CommandError(
                 f"the manager of cell {self.settings.name} does not answer",
                 f"start it with: cell manager {self.file}",
             )
-        return self._ask("manager", command, echo(state))
+        return state
 
     def ask_gateway(self, gateway: str, command: Command) -> Reply:
         """Ask a gateway of the cell; a refusal becomes a `CommandError`."""
