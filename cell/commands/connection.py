@@ -1,6 +1,5 @@
 """How an operator's command finds the running cell, asks a process of it, and reports the answer."""
 
-import getpass
 import os
 import socket
 import sys
@@ -15,7 +14,7 @@ from cell.commands.errors import CommandError
 from cell.commands.view import CellView, Snapshot, echo, names
 from cell.config import ConfigError, load_cell, load_cell_alone
 from cell.config.settings import CellSettings
-from cell.messages import Call, Command, GatewayState, Heard, Reply
+from cell.messages import Call, Command, GatewayState, Heard, ManagerState, Reply
 from cell.net.errors import CallError, Unreachable
 from cell.net.options import Link
 from cell.net.runner import new_boot
@@ -66,11 +65,6 @@ def process_cell(file: Path, parent_pipe: int | None) -> CellSettings:
     return checked_cell(file) if parent_pipe is None else load_cell(existing(file))
 
 
-def operator_name() -> str:
-    """Who gives the order: user and host."""
-    return f"{getpass.getuser()}@{socket.gethostname()}"
-
-
 @dataclass(frozen=True)
 class Operator:
     """An operator's connection to a running cell."""
@@ -99,13 +93,17 @@ class Operator:
 
     def ask_manager(self, command: Command) -> Reply:
         """Ask the cell manager, in view of its newest state."""
+        return self._ask("manager", command, echo(self.manager_state()))
+
+    def manager_state(self) -> ManagerState:
+        """The newest state of the manager. Raises `CommandError` when it is silent."""
         state = self.view.wait_for(lambda seen: seen.manager is not None, STATE_TIMEOUT_S).manager
         if state is None:
             raise CommandError(
                 f"the manager of cell {self.settings.name} does not answer",
                 f"start it with: cell manager {self.file}",
             )
-        return self._ask("manager", command, echo(state))
+        return state
 
     def ask_gateway(self, gateway: str, command: Command) -> Reply:
         """Ask a gateway of the cell; a refusal becomes a `CommandError`."""

@@ -8,7 +8,8 @@ from rich.box import SIMPLE_HEAD
 from rich.console import Console
 from rich.table import Table
 
-from cell.commands.connection import Operator, connect, operator_name
+from cell.commands.connection import Operator, connect
+from cell.commands.emergency.words import operator_name
 from cell.commands.errors import CommandError
 from cell.commands.options import CELL_FILE, CellFileOption, ConnectOption, RobotArgument
 from cell.commands.robot import Switch

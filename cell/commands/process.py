@@ -9,6 +9,7 @@ from pathlib import Path
 
 import typer
 
+from cell.commands.emergency.reach import STORED, reach_of, store
 from cell.commands.state_dir import LOGS, Lock, make_folder, state_folder
 from cell.commands.stop import stop_event
 from cell.config.settings import CellSettings
@@ -16,6 +17,7 @@ from cell.config.settings import CellSettings
 LOG_BYTES = 1_000_000
 OLD_LOGS = 4
 _FORMAT = "%(asctime)s %(levelname)s %(name)s: %(message)s"
+_LOG = logging.getLogger("cell")
 
 
 def run_process(
@@ -27,7 +29,8 @@ def run_process(
 ) -> None:
     """Run `body(state folder, stop event)` as the one process `part` of this cell on this host; exit with its code.
 
-    It logs to stderr, and as a child of `cell up` to a file of its own in the state folder.
+    It logs to stderr, and as a child of `cell up` to a file of its own in the state folder. Where the cell listens is
+    kept there too, for an emergency stop.
     """
     stop = stop_event(parent_pipe)
     folder = state_folder(settings.file, settings.name, state_dir)
@@ -36,10 +39,14 @@ def run_process(
     else:
         make_folder(folder / LOGS)
         log_to(folder / LOGS / f"{part}.log")
-        logging.getLogger("cell").info("%s of cell %s starts as process %d", part, settings.name, os.getpid())
+        _LOG.info("%s of cell %s starts as process %d", part, settings.name, os.getpid())
     # What python-can warns of (missing optional packages, buses that did not open) our own messages say better.
     logging.getLogger("can").setLevel(logging.ERROR)
     with Lock(folder, part):
+        try:
+            store(folder, reach_of(settings))
+        except OSError as error:
+            _LOG.warning("%s is not written, `cell estop` will need the cell file: %s", folder / STORED, error)
         code = body(folder, stop)
     raise typer.Exit(code)
 

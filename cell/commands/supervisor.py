@@ -254,6 +254,6 @@ def enabled(seen: Snapshot, robot: str) -> bool:
 
 
 def latched_stop(seen: Snapshot) -> str:
-    """Who set the cell's emergency stop and why, for people; empty when there is none."""
-    estop = seen.manager.estop if seen.manager is not None else None
-    return f"emergency stop by {estop.by}: {estop.reason}" if estop is not None and estop.active else ""
+    """Who set the cell's emergency stops and why, for people; empty when there is none."""
+    estops = seen.manager.estops if seen.manager is not None else ()
+    return "; ".join(f"emergency stop by {estop.by}: {estop.reason}" for estop in estops)

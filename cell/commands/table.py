@@ -115,8 +115,7 @@ def manager_line(settings: CellSettings, manager: ManagerState | None) -> str:
     if manager is None:
         return f"manager: silent at {settings.manager_endpoint}"
     line = f"manager: epoch {manager.epoch}"
-    if manager.estop is not None and manager.estop.active:
-        line += f", EMERGENCY STOP by {manager.estop.by}: {manager.estop.reason}"
+    line += "".join(f", EMERGENCY STOP by {estop.by}: {estop.reason}" for estop in manager.estops)
     refused = "".join(f", no grants for {robot}: {reason}" for robot, reason in manager.refused.items())
     return line + refused
 

@@ -1,6 +1,6 @@
 """The cell manager as a core: who may be in which zone, and the emergency stop (`docs/architecture.md`, section 4)."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import replace
 
 from cell.config.settings import CellSettings
@@ -108,7 +108,7 @@ class ManagerCore:
         for request in self._calls:
             self._answer(request, sights, now)
         self._calls.clear()
-        if self._latch.estop is None:
+        if not self._latch.in_force:
             for name, zone in self._zones.items():
                 zone.grant(sights[name], self._new_token, self._sequence + 1)
         self._follow_changes(before, now)
@@ -161,7 +161,7 @@ class ManagerCore:
             case SetEstop():
                 self._stop_on_call(request.request_id, call.id, command, now)
             case ResetEstop():
-                self._reset(request.request_id, call.id, command.by, now)
+                self._reset(request.request_id, call.id, command, now)
             case ClearZone() | AdoptZone():
                 ok, text = self._decide(command, sights)
                 self._effects.append(Answer(request.request_id, Reply(call.id, ok, text)))
@@ -175,21 +175,26 @@ class ManagerCore:
 
     def _stop_on_call(self, request_id: str, call_id: str, command: SetEstop, now: float) -> None:
         self._set_estop(Estop(command.id, True, command.by, command.reason), now)
-        if self._latch.in_force(command.id):
-            self._latch.answer_when_confirmed(request_id, call_id, "the emergency stop is set", True, now)
+        if any(estop.id == command.id for estop in self._latch.in_force):
+            self._latch.answer_when_stopped(request_id, call_id, "the emergency stop is set", now)
             return
         text = f"emergency stop {command.id} was cleared before and is never set again: send it under a new id"
         self._effects.append(Answer(request_id, Reply(call_id, False, text)))
 
-    def _reset(self, request_id: str, call_id: str, by: str, now: float) -> None:
-        effects = self._latch.clear(by, now)
+    def _reset(self, request_id: str, call_id: str, command: ResetEstop, now: float) -> None:
+        effects, ended = self._latch.clear(command.ids, command.by, now)
         self._effects += effects
-        if effects:
-            self._tell(Severity.INFO, "estop_cleared", f"emergency stop cleared by {by}", "")
-        if not effects:
+        for estop in ended:
+            text = f"emergency stop by {estop.by} ({estop.reason}) cleared by {command.by}"
+            self._tell(Severity.INFO, "estop_cleared", text, "")
+        if left := self._latch.in_force:
+            what = f"cleared: {_named(ended)}; " if ended else "nothing is cleared; "
+            text = f"{what}still in force: {_named(left)}; find the cause, then `cell reset`"
+            self._effects.append(Answer(request_id, Reply(call_id, False, text)))
+        elif not ended:
             self._effects.append(Answer(request_id, Reply(call_id, True, "no emergency stop was set")))
-            return
-        self._latch.answer_when_confirmed(request_id, call_id, "the emergency stop is cleared", False, now)
+        else:
+            self._latch.answer_when_dropped(request_id, call_id, f"cleared: {_named(ended)}", ended, now)
 
     def _decide(self, command: ClearZone | AdoptZone, sights: Mapping[str, dict[str, Sight]]) -> tuple[bool, str]:
         zone = self._zones.get(command.zone)
@@ -220,7 +225,7 @@ class ManagerCore:
             heard=self._presences.heard(),
             zones={name: self._status(zone, sights[name]) for name, zone in self._zones.items()},
             refused=dict(refused),
-            estop=self._latch.estop,
+            estops=self._latch.in_force,
         )
         if now < self._state_due and self._published is not None and _same(state, self._published):
             return
@@ -248,7 +253,7 @@ class ManagerCore:
         if zone.awaited:
             names = ", ".join(sorted(zone.awaited))
             return f"no grants before {names} reported, or `cell zone clear {zone.name}`"
-        if self._latch.estop is not None:
+        if self._latch.in_force:
             return "emergency stop"
         lost = [robot for robot in zone.queue if not sights[robot].known]
         return f"{', '.join(lost)} not referenced" if lost else ""
@@ -265,6 +270,10 @@ class ManagerCore:
 
     def _cell_time(self, now: float) -> float:
         return now - (self._started if self._started is not None else now)
+
+
+def _named(estops: Iterable[Estop]) -> str:
+    return ", ".join(f"the emergency stop by {estop.by} ({estop.reason})" for estop in estops)
 
 
 def _same(new: ManagerState, old: ManagerState) -> bool:

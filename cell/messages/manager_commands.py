@@ -17,8 +17,11 @@ class SetEstop(Command):
 
 @dataclass(frozen=True, slots=True)
 class ResetEstop(Command):
+    """End these emergency stops, which the operator has seen, and no others."""
+
     verb: ClassVar[str] = "reset"
     by: str
+    ids: tuple[str, ...]
 
 
 @dataclass(frozen=True, slots=True)

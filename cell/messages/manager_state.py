@@ -44,4 +44,5 @@ class ManagerState:
     zones: dict[str, ZoneStatus] = field(default_factory=dict)
     refused: dict[str, str] = field(default_factory=dict)
     """Robots that get no grants, and why (another configuration digest, not configured, unknown body)."""
-    estop: Estop | None = None
+    estops: tuple[Estop, ...] = ()
+    """All that are in force, oldest first."""

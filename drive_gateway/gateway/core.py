@@ -13,6 +13,7 @@ from cell.messages.estop import Estop
 from cell.messages.gateway_state import BusCounters, GatewayState
 from cell.messages.manager_state import ManagerState
 from cell.messages.setpoints import SetpointBlock
+from cell.net.estops import Estops
 from drive_gateway.canopen import cob_id
 from drive_gateway.canopen.frame import CanFrame
 from drive_gateway.canopen.nmt import SYNC_FRAME, NmtCommand, NmtState, heartbeat_frame, nmt_frame
@@ -24,7 +25,6 @@ from drive_gateway.gateway.calls import Calls
 from drive_gateway.gateway.drive import Drive
 from drive_gateway.gateway.effects import DrivesSlow, Frame, RecordEnded, RecordSaid, TakeBlocks
 from drive_gateway.gateway.encoder_record import EncoderRecord
-from drive_gateway.gateway.estop import EstopLatch
 from drive_gateway.gateway.estop_button import EstopButtons
 from drive_gateway.gateway.event_log import EventLog
 from drive_gateway.gateway.lateness import Lateness
@@ -82,7 +82,9 @@ class GatewayCore:
         self._scan = Scan(self._nodes)
         seen_s = times.command_s + STATE_PERIOD_S
         self._calls = Calls(settings.name, boot, digest, process, self._robots, self._scan, seen_s)
-        self._estop = EstopLatch()
+        self._estops = Estops()
+        self._estop_since: float | None = None
+        """When the first of the stops in force was received; the gateway's own timer runs from here."""
         self._buttons = EstopButtons(settings.name, boot)
         self._lateness = Lateness(settings.cycle_s)
         self._phase = PhaseLock(settings.cycle_s)
@@ -186,8 +188,12 @@ class GatewayCore:
                 node.on_emergency(frame.data)
 
     def _on_estop(self, estop: Estop, now: float) -> None:
-        if not self._estop.receive(estop, now):
+        if not self._estops.hear(estop):
             return
+        if not self._estops.in_force:
+            self._estop_since = None
+        elif self._estop_since is None:
+            self._estop_since = now
         if estop.active:
             self._log.warn("estop", f"emergency stop {estop.id} by {estop.by}: {estop.reason}", "reset at the manager")
         else:
@@ -223,16 +229,16 @@ class GatewayCore:
 
     def _stop_order(self) -> StopOrder | None:
         delay_s = self._times.estop_delay_s
-        estop = self._estop.active
-        if estop is not None and self._estop.since is not None:
+        estop = self._estops.first
+        if estop is not None and self._estop_since is not None:
             reason = f"emergency stop {estop.id} by {estop.by} is active; reset it at the manager"
-            return StopOrder(self._estop.since + delay_s, reason)
+            return StopOrder(self._estop_since + delay_s, reason)
         if self._closing_since is not None:
             return StopOrder(self._closing_since + delay_s, f"gateway {self._settings.name} is being stopped")
         return None
 
     def _confirm(self) -> None:
-        estop = self._estop.active
+        estop = self._estops.first
         if estop is None or not all(robot.group.standstill.secured for robot in self._robots.values()):
             self._confirmed = None
         elif self._confirmed != estop.id:

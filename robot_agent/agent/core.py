@@ -19,13 +19,13 @@ from cell.messages import (
     Severity,
     ZoneGeometry,
 )
+from cell.net.estops import Estops
 from robot_agent.agent.announcer import Announcer
 from robot_agent.agent.axes import feedback_in_joints
 from robot_agent.agent.cell_clock import CellClock
 from robot_agent.agent.corrections import Corrections
 from robot_agent.agent.decision import Situation
 from robot_agent.agent.decisions import Decisions
-from robot_agent.agent.estop_latch import EstopLatch
 from robot_agent.agent.executive import Executive
 from robot_agent.agent.gateway_link import GatewayLink
 from robot_agent.agent.idle import IdleClock
@@ -77,7 +77,7 @@ class AgentCore:
         self.operator = Operator(robot, boot, cell.times.command_s, self.link, decisions)
         self.mode = Mode.STARTING
         self.executive: Executive | None = None
-        self._estop = EstopLatch()
+        self._estops = Estops()
         self._numbers = itertools.count(1)
         self._announcer = Announcer(robot, boot, cell.digest, self.zones)
         self._stopped_by = ""
@@ -99,8 +99,8 @@ class AgentCore:
                 self.link.heard(message, now)
             case ManagerState():
                 self.zones.heard_state(message)
-                if message.estop is not None:
-                    self._hear_estop(message.estop)
+                for estop in message.estops:
+                    self._hear_estop(estop)
             case ZoneGeometry():
                 self.zones.heard_geometry(message)
             case Estop():
@@ -163,7 +163,7 @@ class AgentCore:
     def _situation(self, feedback: DriveFeedback, planner: Planner) -> Situation:
         state = self.zones.state
         refusal = state.refused.get(self._robot, "") if state is not None else ""
-        return Situation(self.mode, self.executive, planner, self._estop.active, feedback, refusal, self.clock)
+        return Situation(self.mode, self.executive, planner, self._estops.first, feedback, refusal, self.clock)
 
     # What the drives, the e-stop and the manager impose on the mode
 
@@ -175,14 +175,14 @@ class AgentCore:
         self._numbers = itertools.count(1)
 
     def _hear_estop(self, estop: Estop) -> None:
-        if self._estop.heard(estop):
+        if self._estops.hear(estop) and estop.active:
             text = f"emergency stop by {estop.by}: {estop.reason}"
             self.report.event(Severity.ALARM, "estop", text, "find the cause, then `cell reset`")
 
     def _follow_drives(self, feedback: DriveFeedback, planner: Planner, now: float) -> None:
         self._observe(feedback)
         faulty = feedback.state in (PlayoutState.FAULT, PlayoutState.STOPPING)
-        estop = self._estop.active
+        estop = self._estops.first
         if estop is not None:
             self._stop(Mode.ESTOP, f"emergency stop by {estop.by}: {estop.reason}")
         elif faulty:
@@ -240,7 +240,7 @@ class AgentCore:
             body = standing_body(model, base, feedback.position, known=feedback.referenced)
             self.zones.update_holds(now, self.zones.touched(body), set())
             return [
-                self._announcer.presence(body, {}, 0.0, self._estop.active, now),
+                self._announcer.presence(body, {}, 0.0, self._estops.first, now),
                 self._sign_of_life(feedback, planner),
             ]
         age_s = self.link.age(now)
@@ -259,7 +259,7 @@ class AgentCore:
         self.zones.update_holds(now, self.zones.touched(body), set(wants))
         newest = block if block is not None else executive.timeline.newest
         stop_time_s = max(0.0, (newest.rest_tick - feedback.tick) * planner.cycle_s)
-        presence = self._announcer.presence(body, wants, stop_time_s, self._estop.active, now)
+        presence = self._announcer.presence(body, wants, stop_time_s, self._estops.first, now)
         if block is None:
             return [presence]
         runs = self.mode is Mode.RUNNING

@@ -75,7 +75,10 @@ class Robot:
                 elif self.x != INSIDE:
                     self.holds.pop(name, None)
         if isinstance(message, Estop) and not self.silent:
-            self.estop = message.id if message.active else None
+            if message.active:
+                self.estop = self.estop or message.id
+            elif self.estop == message.id:
+                self.estop = None
 
     def presence(self) -> Presence:
         self.sequence += 1

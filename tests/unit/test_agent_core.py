@@ -284,6 +284,21 @@ def test_an_emergency_stop_brakes_and_only_an_operator_starts_again() -> None:
     until(world, ended(world))
 
 
+def test_with_several_stops_the_robot_stays_stopped_until_the_last_is_cleared() -> None:
+    world = running(SHORT)
+    for stop in ("e1", "e2"):
+        world.agent.receive(Estop(stop, True, "test", "a hand in the cell"), world.now)
+    until(world, at_rest(world))
+    world.agent.receive(Estop("e1", False, "test", ""), world.now)
+    world.run(0.2)
+    assert world.state.mode is Mode.ESTOP
+    assert world.presences[-1].estop_acknowledged == "e2"
+    world.agent.receive(Estop("e2", False, "test", ""), world.now)
+    world.run(0.2)
+    assert world.state.mode is not Mode.ESTOP
+    assert world.presences[-1].estop_acknowledged is None
+
+
 def test_lost_feedback_is_a_fault_that_an_operator_must_reset() -> None:
     world = running(SHORT)
     world.run(0.5)

@@ -95,5 +95,5 @@ def test_an_emergency_stop_that_cannot_be_sent_points_to_the_hard_wired_one(tmp_
     broken.write_text("cell: [")
     result = complaint("cell", "estop", "-f", str(broken))
     assert result.returncode == 1
-    assert "no emergency stop was sent" in result.stderr
+    assert "NO emergency stop was sent" in result.stderr
     assert "next: use the hard-wired emergency stop" in result.stderr

@@ -44,7 +44,7 @@ SHELLS = {
     "drive_gateway/sim/dictionary.py": "canopen's reader of EDS files",
 }
 """What is no core, and why. In `cell/net` the rule is the other way round: it is a shell but for the names below."""
-PURE_NET = {"keys.py", "codec.py", "binary.py", "freshness.py", "errors.py"}
+PURE_NET = {"keys.py", "codec.py", "binary.py", "estops.py", "freshness.py", "errors.py"}
 
 
 def is_core(path: str) -> bool:
