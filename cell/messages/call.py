@@ -27,9 +27,9 @@ class Who(Command):
 class Call:
     """A command with the id that makes a repeated call harmless, and the echo that makes an old one recognisable.
 
-    `heard` is the newest state of the addressee that the caller had seen when it sent the call. An agent refuses
-    operator commands whose echo is older than 0.5 s, a gateway `SwitchOutput`; for their other calls gateways and the
-    manager do not need it.
+    `heard` is the newest state of the addressee that the caller had seen when it sent the call; from a robot's owner to
+    its gateway the newest `DriveFeedback`. Whatever moves, releases or switches something is refused when its echo is
+    older than 0.5 s; what stops or switches off never is. `docs/messages.md` has the table.
     """
 
     id: str

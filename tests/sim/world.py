@@ -173,7 +173,7 @@ class World:
                 self._send(message, ["manager"])
             case ManagerState():
                 self.seen.manager = message
-                self.tell_timed(message, self._agents())
+                self.tell_timed(message, [*self._agents(), *(f"gateway/{name}" for name in self.cell.gateways)])
             case ZoneGeometry():
                 self._send(message, self._agents())
             case SetpointBlock():
