@@ -37,8 +37,8 @@ def status(file: CellFileOption = Path(CELL_FILE), endpoint: ConnectOption = Non
 
 def exit_code(seen: Snapshot) -> int:
     """The exit code that tells of an emergency stop or a fault; 0 without."""
-    estop = seen.manager.estop if seen.manager is not None else None
-    if (estop is not None and estop.active) or any(state.mode is Mode.ESTOP for state in seen.robots.values()):
+    estops = seen.manager.estops if seen.manager is not None else ()
+    if estops or any(state.mode is Mode.ESTOP for state in seen.robots.values()):
         return STOPPED
     return FAULTY if any(state.mode is Mode.FAULT for state in seen.robots.values()) else 0
 

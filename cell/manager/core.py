@@ -9,14 +9,17 @@ from cell.manager.estop_latch import EstopLatch
 from cell.manager.occupancy import ZoneSpace
 from cell.manager.presences import Presences
 from cell.manager.records import Store, Stored, ZoneDecided
+from cell.manager.setup_turns import SetupTurns
 from cell.manager.zones import Intrusion, Sight, Zone
 from cell.messages import (
     AdoptZone,
     Call,
+    ClearSetup,
     ClearZone,
     Estop,
     Event,
     GatewayState,
+    Heard,
     ManagerState,
     Presence,
     Reply,
@@ -48,6 +51,7 @@ class ManagerCore:
         self._zones = {name: Zone(name, zone.robots, settings.robots, epoch) for name, zone in settings.zones.items()}
         self._since = dict.fromkeys(settings.zones, 0.0)
         self._latch = EstopLatch(stored)
+        self._setup = SetupTurns(settings.robots, boot, settings.times)
         self._calls: list[Request] = []
         self._effects: list[Effect] = []
         self._tokens = 0
@@ -67,8 +71,10 @@ class ManagerCore:
         match message:
             case Presence():
                 self._presences.hear(message)
+                self._setup.heard_robot(message, now)
                 self._confirmed(message.estop_acknowledged, f"robot {message.robot}", now)
             case GatewayState():
+                self._setup.heard_gateway(message)
                 self._confirmed(message.estop_confirmed, f"gateway {message.gateway}", now)
             case TokenGone():
                 self._presences.token_gone(message)
@@ -112,6 +118,7 @@ class ManagerCore:
             for name, zone in self._zones.items():
                 zone.grant(sights[name], self._new_token, self._sequence + 1)
         self._follow_changes(before, now)
+        self._follow_setup(now)
         self._publish_state(sights, refused, now)
         self._publish_geometry(now)
         self._effects += self._latch.step(self._presences.acknowledged(now), self._presences.silent(now), now)
@@ -150,6 +157,16 @@ class ManagerCore:
                 remedy = f"it ends when {holder or 'the robot'} reports itself outside, or by `cell zone`"
                 self._tell(Severity.WARNING, "zone_orphaned", f"zone {name} is blocked: {zone.reason}", remedy)
 
+    def _follow_setup(self, now: float) -> None:
+        fresh = self._presences.fresh_ones(now)
+        estop = bool(self._latch.in_force)
+
+        def age(heard: Heard | None) -> float:
+            return self._presences.age(heard, now)
+
+        for news in self._setup.step(fresh, estop, age, self._sequence + 1, now):
+            self._tell(news.severity, news.code, news.text, news.remedy)
+
     # Calls
 
     def _answer(self, request: Request, sights: Mapping[str, dict[str, Sight]], now: float) -> None:
@@ -164,6 +181,11 @@ class ManagerCore:
                 self._reset(request.request_id, call.id, command, now)
             case ClearZone() | AdoptZone():
                 ok, text = self._decide(command, sights)
+                self._effects.append(Answer(request.request_id, Reply(call.id, ok, text)))
+            case ClearSetup(robot, by):
+                ok, text = self._setup.clear(robot, lambda heard: self._presences.age(heard, now))
+                if ok:
+                    self._tell(Severity.INFO, "setup_cleared", f"{text}, by {by}", "")
                 self._effects.append(Answer(request.request_id, Reply(call.id, ok, text)))
             case Who():
                 text = f"manager of cell {self._settings.name} (boot {self._boot}, epoch {self._epoch}, "
@@ -226,6 +248,9 @@ class ManagerCore:
             zones={name: self._status(zone, sights[name]) for name, zone in self._zones.items()},
             refused=dict(refused),
             estops=self._latch.in_force,
+            setup=self._setup.status,
+            setup_refused=dict(self._setup.refused),
+            heard_gateways=self._setup.heard(),
         )
         if now < self._state_due and self._published is not None and _same(state, self._published):
             return
@@ -278,6 +303,12 @@ def _named(estops: Iterable[Estop]) -> str:
 
 def _same(new: ManagerState, old: ManagerState) -> bool:
     """Nothing has changed that somebody waits for."""
-    if {name: heard.boot for name, heard in new.heard.items()} != {n: h.boot for n, h in old.heard.items()}:
+    if _boots(new) != _boots(old):
         return False
-    return replace(new, sequence=old.sequence, cell_time=old.cell_time, heard=old.heard) == old
+    same = replace(new, sequence=old.sequence, cell_time=old.cell_time, heard=old.heard)
+    return replace(same, heard_gateways=old.heard_gateways) == old
+
+
+def _boots(state: ManagerState) -> list[dict[str, str]]:
+    echoes = (state.heard, state.heard_gateways)
+    return [{name: heard.boot for name, heard in echo.items()} for echo in echoes]

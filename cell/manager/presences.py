@@ -59,7 +59,16 @@ class Presences:
         robot = self._robots.get(name)
         if robot is None or robot.presence is None or robot.gone:
             return False
-        return self._sent.age(robot.presence.heard, now) < self._fresh_s
+        return self.age(robot.presence.heard, now) < self._fresh_s
+
+    def age(self, heard: Heard | None, now: float) -> float:
+        """Age [s] of what answers a manager state; infinite when it proves nothing."""
+        return self._sent.age(heard, now)
+
+    def fresh_ones(self, now: float) -> dict[str, Presence]:
+        """The newest presence of each robot that may be relied on."""
+        presences = {name: robot.presence for name, robot in self._robots.items() if self.fresh(name, now)}
+        return {name: presence for name, presence in presences.items() if presence is not None}
 
     def heard(self) -> dict[str, Heard]:
         """The echo for the next manager state."""

@@ -29,9 +29,9 @@ class Call:
 
     A caller that got no answer repeats the same call: id, command and echo. The addressee remembers an id and its
     outcome for 60 s; by the echo it refuses a call that comes late, or was meant for the process before a restart.
-    `heard` is the newest state of the addressee that the caller had seen when it sent the call. An agent refuses
-    operator commands whose echo is older than 0.5 s, a gateway `SwitchOutput`; for their other calls gateways and the
-    manager do not need it.
+    `heard` is the newest state of the addressee that the caller had seen when it sent the call; from a robot's owner to
+    its gateway the newest `DriveFeedback`. Whatever moves, releases or switches something is refused when its echo is
+    older than 0.5 s; what stops or switches off never is. `docs/messages.md` has the table.
     """
 
     id: str

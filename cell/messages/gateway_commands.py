@@ -90,6 +90,8 @@ class Home(Command):
     verb: ClassVar[str] = "home"
     robot: str
     axes: tuple[str, ...]
+    alone: bool = False
+    """There is no manager, and the operator himself keeps all other robots still; refused while a manager is heard."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -106,6 +108,8 @@ class MoveAxes(Command):
     relative: bool
     speed: float
     by_velocity: bool
+    alone: bool = False
+    """There is no manager, and the operator himself keeps all other robots still; refused while a manager is heard."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -122,11 +126,16 @@ class PressAxis(Command):
     torque: float
     seconds: float
     within: float
+    alone: bool = False
+    """There is no manager, and the operator himself keeps all other robots still; refused while a manager is heard."""
 
 
 @dataclass(frozen=True, slots=True)
 class HoldSetup(Command):
-    """The operator still holds the set-up motion; the reply's `data` are `moving`, `done` or `stopped`."""
+    """The operator holds the set-up motion, as of the gateway state that the call's `heard` names.
+
+    It begins with the first hold. The reply's `data` are `moving`, `done` or `stopped`.
+    """
 
     verb: ClassVar[str] = "hold_setup"
     robot: str

@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass, field
 
+from cell.messages.common import Heard
 from cell.messages.drives import AxisStatus
 
 
@@ -65,3 +66,9 @@ class GatewayState:
     """Id of the emergency stop under which all robots of this bus are measured at rest and switched off, if any."""
     nodes: tuple[NodeStatus, ...]
     counters: BusCounters
+    setup: tuple[str, ...] = ()
+    """Robots whose drives are to make motions of their own, or make them, or may still do so."""
+    heard: Heard | None = None
+    """Newest manager state that the gateway received."""
+    digest: str = ""
+    """Of its configuration."""

@@ -34,6 +34,15 @@ class ClearZone(Command):
 
 
 @dataclass(frozen=True, slots=True)
+class ClearSetup(Command):
+    """The operator has looked: a robot in set-up whose gateway is silent stands, and stays so."""
+
+    verb: ClassVar[str] = "clear_setup"
+    robot: str
+    by: str
+
+
+@dataclass(frozen=True, slots=True)
 class AdoptZone(Command):
     """The operator gives an orphaned zone to the robot that stands in it, under its new boot."""
 

@@ -31,6 +31,17 @@ class ZoneStatus:
 
 
 @dataclass(frozen=True, slots=True)
+class SetupStatus:
+    """The one robot of the cell in set-up: its drives may make motions of their own, all others stay at rest."""
+
+    robot: str
+    free: bool
+    """Every other robot has confirmed that it stands, and stays so: the motion may begin and go on."""
+    reason: str = ""
+    """Why it is not free, for people."""
+
+
+@dataclass(frozen=True, slots=True)
 class ManagerState:
     """The one message that permits motion; every agent checks that it answers its own newest presence."""
 
@@ -46,3 +57,8 @@ class ManagerState:
     """Robots that get no grants, and why (another configuration digest, not configured, unknown body)."""
     estops: tuple[Estop, ...] = ()
     """All that are in force, oldest first."""
+    setup: SetupStatus | None = None
+    setup_refused: dict[str, str] = field(default_factory=dict)
+    """Robots that are to be set up and must wait: why, for people."""
+    heard_gateways: dict[str, Heard] = field(default_factory=dict)
+    """Gateway: its newest state that the manager received."""

@@ -42,3 +42,5 @@ class Presence:
     """Zone wanted: seconds until it is needed."""
     estop_acknowledged: str | None = None
     """Id of the active emergency stop under which this robot is at rest or braking, if any."""
+    standing: bool = False
+    """At rest and switched off; it stays so while the manager state that `heard` names has another robot in set-up."""

@@ -15,6 +15,7 @@ from cell.messages import (
     AdoptZone,
     Call,
     Claim,
+    ClearSetup,
     ClearZone,
     Command,
     Continue,
@@ -62,7 +63,7 @@ COMMANDS: dict[str, dict[str, type[Command]]] = {
     role: {kind.verb: kind for kind in (*kinds, Who)}
     for role, kinds in {
         "robot": (Enable, Disable, Run, Halt, Continue, Return, Step, SetOverride, SetManual, Jog, ResetRobot),
-        "manager": (SetEstop, ResetEstop, ClearZone, AdoptZone, ListEvents),
+        "manager": (SetEstop, ResetEstop, ClearZone, AdoptZone, ClearSetup, ListEvents),
         "gateway": (
             Claim,
             Release,

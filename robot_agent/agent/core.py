@@ -47,6 +47,12 @@ from robot_agent.language import Program
 from robot_agent.workspace import standing_body
 
 _STALE_CYCLES = 5
+_TORQUE = (
+    AxisStatus.SWITCHED_ON,
+    AxisStatus.OPERATION_ENABLED,
+    AxisStatus.QUICK_STOP_ACTIVE,
+    AxisStatus.FAULT_REACTION_ACTIVE,
+)
 _WITH_TORQUE = (Mode.READY, Mode.RUNNING, Mode.HALTED, Mode.OFF_PATH, Mode.RETURNING, Mode.JOGGING)
 
 
@@ -163,7 +169,10 @@ class AgentCore:
     def _situation(self, feedback: DriveFeedback, planner: Planner) -> Situation:
         state = self.zones.state
         refusal = state.refused.get(self._robot, "") if state is not None else ""
-        return Situation(self.mode, self.executive, planner, self._estops.first, feedback, refusal, self.clock)
+        kept_still = self.zones.kept_still
+        return Situation(
+            self.mode, self.executive, planner, self._estops.first, feedback, refusal, self.clock, kept_still
+        )
 
     # What the drives, the e-stop and the manager impose on the mode
 
@@ -240,7 +249,7 @@ class AgentCore:
             body = standing_body(model, base, feedback.position, known=feedback.referenced)
             self.zones.update_holds(now, self.zones.touched(body), set())
             return [
-                self._announcer.presence(body, {}, 0.0, self._estops.first, now),
+                self._announcer.presence(body, {}, 0.0, self._estops.first, now, standing=self._stands(feedback)),
                 self._sign_of_life(feedback, planner),
             ]
         age_s = self.link.age(now)
@@ -264,6 +273,11 @@ class AgentCore:
             return [presence]
         runs = self.mode is Mode.RUNNING
         return [presence, Publish(executive.sent(block, self.run.events(block, executive, halted=not runs), runs))]
+
+    def _stands(self, feedback: DriveFeedback) -> bool:
+        """Without torque, and nothing is under way that would give it some."""
+        resting = feedback.state in (PlayoutState.FOLLOWING, PlayoutState.FAULT) and self.mode is not Mode.ENABLING
+        return resting and not self.link.switching_on and not any(status in _TORQUE for status in feedback.axes)
 
     def _plan_ahead(self, feedback: DriveFeedback) -> list[Effect]:
         effects, zones = [], self.zones.geometry

@@ -19,6 +19,8 @@ class Situation:
     feedback: DriveFeedback
     refused_by_manager: str
     clock: CellClock
+    kept_still: str = ""
+    """Why nothing may move the robot now; empty when it may."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -27,6 +27,8 @@ from robot_agent.agent.program_run import ProgramRun
 
 _AT_REST = (Mode.READY, Mode.HALTED, Mode.OFF_PATH)
 """Enabled, and moved by nobody."""
+_MOVING = (Enable, Run, Continue, Return, Step, Jog)
+"""Calls that move a robot, or let it be moved."""
 
 
 class Decisions:
@@ -64,6 +66,9 @@ class Decisions:
 
     def decide(self, command: Command, mode: Mode, situation: Situation, now: float, made_at: float) -> Decision:
         """On a call that was made at `made_at` [s], in view of the robot."""
+        if situation.kept_still and isinstance(command, _MOVING):
+            over = "call again when that is over, by `cell status`"
+            return Refused(f"{self._robot} stays at rest: {situation.kept_still}; {over}")
         match command:
             case Enable():
                 return self._enable(mode, situation)

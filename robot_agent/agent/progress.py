@@ -52,10 +52,14 @@ class Progress:
         return self._advance_return(mode, executive, feedback, planner) if mode is Mode.RETURNING else mode
 
     def ended(self, mode: Mode, feedback: DriveFeedback, planner: Planner, leaving: bool, now: float) -> Mode:
-        """Halt behind a silent manager, if an operator is to decide then, and before leaving."""
+        """Halt for a set-up, behind a silent manager, if an operator is to decide then, and before leaving."""
         if mode not in (Mode.RUNNING, Mode.RETURNING):
             return mode
-        if not self._zones.fresh(now) and self._on_manager_return is OnManagerReturn.OPERATOR:
+        if self._zones.kept_still:
+            order = "continue" if mode is Mode.RUNNING else "return"
+            remedy = f"when that is over: cell {order} {self._robot}"
+            self._report.event(Severity.WARNING, "setup", f"halted: {self._zones.kept_still}", remedy)
+        elif not self._zones.fresh(now) and self._on_manager_return is OnManagerReturn.OPERATOR:
             order = "continue" if mode is Mode.RUNNING else "return"
             remedy = f"when it is back: cell {order} {self._robot}"
             self._report.event(Severity.WARNING, "manager_silent", "halted: the manager is silent", remedy)
@@ -104,6 +108,8 @@ class Progress:
             self._jogging.end("the robot was stopped")
         elif not self._zones.fresh(now):
             self._jogging.end("the manager is silent")
+        elif self._zones.kept_still:
+            self._jogging.end(self._zones.kept_still)
         if not self._jogging.held and executive.at_rest(feedback.tick):
             self._jogging.rested()
             return Mode.READY if mode is Mode.JOGGING else mode

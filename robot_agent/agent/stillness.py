@@ -34,6 +34,8 @@ class Stillness:
     def why(self, mode: Mode, executive: Executive | None, tick: int, now: float) -> str:
         """For people; empty while it moves, and where it has nothing to do."""
         passed_s, self._asked_at = now - self._asked_at, now
+        if self._zones.kept_still and (executive is None or executive.at_rest(tick)):
+            return self._zones.kept_still
         if mode is Mode.HALTED:
             return self._corrections.problem(now)
         if mode is Mode.JOGGING and self._jogging.source is not None:

@@ -69,6 +69,16 @@ class ZoneClaims:
     def fresh(self, now: float) -> bool:
         return self.age(now) < self._fresh_s
 
+    # Set-up
+
+    @property
+    def kept_still(self) -> str:
+        """Why nothing may move this robot now: the newest manager state has a robot in set-up. Empty when it may."""
+        setup = None if self.state is None else self.state.setup
+        if setup is None:
+            return ""
+        return f"{'it' if setup.robot == self._robot else setup.robot} is in set-up"
+
     # Geometry
 
     @property

@@ -36,6 +36,7 @@ from cell.messages import (
     ResetDrives,
     RobotState,
     SetpointBlock,
+    SetupStatus,
     Token,
     ZoneGeometry,
     ZoneState,
@@ -111,6 +112,8 @@ class AgentWorld:
         self.faulty = False
         """The drives have stopped by themselves and must be reset."""
         self.manager_silent = False
+        self.setup: SetupStatus | None = None
+        """Whom the manager has in set-up."""
         self.zone = ZoneStatus(ZoneState.FREE, None, None, (), 1, 0.0)
         self.granting = False
         self._tokens = 0
@@ -224,6 +227,7 @@ class AgentWorld:
         heard = {"left": Heard("boot", self.presences[-1].sequence)} if self.presences else {}
         self.agent.receive(ZONE, self.now)
         state = ManagerState("test", "m", 5, self._sequence, self.now, "digest", heard, {"handover": self.zone})
+        state = replace(state, setup=self.setup)
         self.agent.receive(Arrived(state, self.now), self.now)
 
     def _perform(self, effect: Effect) -> None:

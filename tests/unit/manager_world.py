@@ -61,6 +61,7 @@ class Robot:
     moving: bool = False
     wants: bool = False
     silent: bool = False
+    standing: bool = False
     holds: dict[str, Token] = field(default_factory=dict)
     estop: str | None = None
     heard: Heard | None = None
@@ -93,6 +94,7 @@ class Robot:
             holds=dict(self.holds),
             wants={"middle": 0.0} if self.wants else {},
             estop_acknowledged=self.estop,
+            standing=self.standing,
         )
 
     def restart(self, boot: str) -> None:
