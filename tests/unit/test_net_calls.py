@@ -6,7 +6,6 @@ import pytest
 
 from cell.core import Answer, Request
 from cell.messages import Call, Reply, Run
-from cell.net import calls as module
 from cell.net.calls import ANSWER_WITHIN_S, REMEMBER_S, REMEMBERED, WAITING_LIMIT, Calls
 from cell.net.codec import decode, encode_call
 from cell.net.keys import Keys
@@ -37,10 +36,9 @@ class Query:
 class Serving:
     """`Calls` on virtual time; the core answers when the test says so."""
 
-    def __init__(self, monkeypatch: pytest.MonkeyPatch) -> None:
+    def __init__(self) -> None:
         self.now = 100.0
-        monkeypatch.setattr(module, "time", SimpleNamespace(monotonic=lambda: self.now))
-        self.calls = Calls(KEYS, "robot/left")
+        self.calls = Calls(KEYS, "robot/left", lambda: self.now)
 
     def ask(self, call: Call) -> tuple[Query, list[Request]]:
         """One query of this call, and what the core is asked for because of it."""
@@ -54,8 +52,8 @@ class Serving:
 
 
 @pytest.fixture
-def serving(monkeypatch: pytest.MonkeyPatch) -> Serving:
-    return Serving(monkeypatch)
+def serving() -> Serving:
+    return Serving()
 
 
 def test_a_repeated_run_gets_the_first_outcome_and_is_not_carried_out_again(serving: Serving) -> None:
