@@ -117,6 +117,9 @@ def manager_line(settings: CellSettings, manager: ManagerState | None) -> str:
     line = f"manager: epoch {manager.epoch}"
     if manager.estop is not None and manager.estop.active:
         line += f", EMERGENCY STOP by {manager.estop.by}: {manager.estop.reason}"
+    if manager.setup is not None:
+        line += f", {manager.setup.robot} is in set-up" + (f" ({manager.setup.reason})" if manager.setup.reason else "")
+    line += "".join(f", {robot} waits for set-up: {reason}" for robot, reason in manager.setup_refused.items())
     refused = "".join(f", no grants for {robot}: {reason}" for robot, reason in manager.refused.items())
     return line + refused
 
