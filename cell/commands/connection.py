@@ -14,7 +14,7 @@ from cell.commands.errors import CommandError
 from cell.commands.view import CellView, Snapshot, echo, names
 from cell.config import ConfigError, load_cell, load_cell_alone
 from cell.config.settings import CellSettings
-from cell.messages import Call, Command, GatewayState, Heard, ManagerState, Reply
+from cell.messages import Call, Command, GatewayState, Heard, ManagerState, Presence, Reply
 from cell.net.errors import CallError, Unreachable
 from cell.net.options import Link
 from cell.net.runner import new_boot
@@ -65,6 +65,12 @@ def process_cell(file: Path, parent_pipe: int | None) -> CellSettings:
     return checked_cell(file) if parent_pipe is None else load_cell(existing(file))
 
 
+def check_robot(settings: CellSettings, file: Path, robot: str) -> None:
+    """Raise `CommandError` when the cell of `file` has no such robot."""
+    if robot not in settings.robots:
+        raise CommandError(f"no robot {robot!r} in {file}; its robots are: {names(settings.robots)}")
+
+
 @dataclass(frozen=True)
 class Operator:
     """An operator's connection to a running cell."""
@@ -73,11 +79,12 @@ class Operator:
     settings: CellSettings
     session: CellSession
     view: CellView
+    stop: threading.Event | None = None
+    """Set by Ctrl-C: from then on nothing is asked for any more."""
 
     def check_robot(self, robot: str) -> None:
         """Raise `CommandError` when the cell has no such robot."""
-        if robot not in self.settings.robots:
-            raise CommandError(f"no robot {robot!r} in {self.file}; its robots are: {names(self.settings.robots)}")
+        check_robot(self.settings, self.file, robot)
 
     def ask_robot(self, robot: str, command: Command) -> Reply:
         """Ask a robot's agent, in view of its newest state."""
@@ -85,10 +92,7 @@ class Operator:
         snapshot = self.view.wait_for(lambda seen: robot in seen.robots, STATE_TIMEOUT_S)
         state = snapshot.robots.get(robot)
         if state is None:
-            raise CommandError(
-                f"robot {robot} does not answer: is its agent running?",
-                f"start it with: robot-agent {self.file} {robot}",
-            )
+            raise self._silent(robot)
         return self._ask(f"robot/{robot}", command, echo(state))
 
     def ask_manager(self, command: Command) -> Reply:
@@ -105,9 +109,31 @@ class Operator:
             )
         return state
 
+    def presence(self, robot: str) -> Presence:
+        """The newest presence of a robot. Raises `CommandError` when it is silent."""
+        seen = self.view.wait_for(lambda seen: robot in seen.presences, STATE_TIMEOUT_S).presences.get(robot)
+        if seen is None:
+            raise self._silent(robot)
+        return seen
+
+    def _silent(self, robot: str) -> CommandError:
+        return CommandError(
+            f"robot {robot} does not answer: is its agent running?", f"start it with: robot-agent {self.file} {robot}"
+        )
+
+    def check_files(self, who: str, digest: str) -> None:
+        """Raise `CommandError` when `who` runs with other files than those here, by which this order is worded."""
+        own = load_cell(existing(self.file)).digest
+        if own != digest:
+            raise CommandError(
+                f"{who} runs with the configuration {digest[:8] or 'unknown'}, the files here are {own[:8]}; "
+                "what the order says in degrees, mm and names may mean something else there",
+                f"use the files that the cell was started with, or start it again with those of {self.file}",
+            )
+
     def ask_gateway(self, gateway: str, command: Command) -> Reply:
-        """Ask a gateway of the cell; a refusal becomes a `CommandError`."""
-        reply = self._ask(f"gateway/{gateway}", command, None)
+        """Ask a gateway of the cell, in view of its newest state; a refusal becomes a `CommandError`."""
+        reply = self.order_gateway(gateway, command)
         if not reply.ok:
             raise CommandError(f"gateway {gateway} refuses: {reply.text}")
         return reply
@@ -137,8 +163,10 @@ class Operator:
         )
 
     def _ask(self, to: str, command: Command, heard: Heard | None) -> Reply:
+        if self.stop is not None and self.stop.is_set():
+            raise CommandError(f"{command.verb}: broken off before it was sent to {to}")
         try:
-            return ask_until_answered(self.session, to, new_call(command, heard), ANSWER_TIMEOUT_S)
+            return ask_until_answered(self.session, to, new_call(command, heard), ANSWER_TIMEOUT_S, self.stop)
         except CallError as error:
             raise CommandError(
                 f"{command.verb}: {to} gave no usable answer: {error}",
@@ -168,8 +196,8 @@ def ask_until_answered(
 
 
 @contextmanager
-def connect(file: Path, endpoints: list[str] | None) -> Iterator[Operator]:
-    """Connect to the running cell of `file` as a client of its rendezvous, or of `endpoints`."""
+def connect(file: Path, endpoints: list[str] | None, stop: threading.Event | None = None) -> Iterator[Operator]:
+    """Connect to the running cell of `file` as a client of its rendezvous, or of `endpoints`; see `Operator.stop`."""
     settings = running_cell(file)
     connect_to = tuple(endpoints) if endpoints else (settings.manager_endpoint,)
     with ExitStack() as stack:
@@ -180,7 +208,7 @@ def connect(file: Path, endpoints: list[str] | None) -> Iterator[Operator]:
                 f"nobody of cell {settings.name} answers at {names(connect_to)}",
                 f"start the cell with: cell up {file}, or, when only its manager is gone: cell manager {file}",
             ) from error
-        yield Operator(file, settings, session, CellView(session, settings))
+        yield Operator(file, settings, session, CellView(session, settings), stop)
 
 
 def client_session(settings: CellSettings, endpoints: tuple[str, ...]) -> CellSession:

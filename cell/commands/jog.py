@@ -60,8 +60,9 @@ def jog(
     robot comes to rest. It supports and never replaces an enabling switch and a hard-wired emergency stop.
     """
     stop = stop_event()
-    with connect(file, endpoint) as operator:
+    with connect(file, endpoint, stop) as operator:
         operator.check_robot(robot)
+        operator.check_files(f"robot {robot}", operator.presence(robot).digest)
         sliding = axis not in _ALONG + _ABOUT and _slides(operator.settings, robot, axis)
         command = jog_command(axis, direction, speed, step, frame, sliding)
         report(robot, operator.ask_robot(robot, command))

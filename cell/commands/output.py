@@ -38,8 +38,10 @@ def output(
         operator.check_robot(robot)
         gateway = operator.settings.robots[robot].gateway
         if name is None or switch is None:
+            state = operator.gateway_state(gateway)
+            operator.check_files(f"gateway {gateway}", state.digest)
             drives = load_drives(operator.settings.gateways[gateway].drives, gateway).robots[robot]
-            _list(drives, operator.gateway_state(gateway), str(operator.settings.gateways[gateway].drives))
+            _list(drives, state, str(operator.settings.gateways[gateway].drives))
         else:
             print(switched(operator, gateway, SwitchOutput(robot, name, switch is Switch.ON, operator_name())))
 

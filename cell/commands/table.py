@@ -116,6 +116,9 @@ def manager_line(settings: CellSettings, manager: ManagerState | None) -> str:
         return f"manager: silent at {settings.manager_endpoint}"
     line = f"manager: epoch {manager.epoch}"
     line += "".join(f", EMERGENCY STOP by {estop.by}: {estop.reason}" for estop in manager.estops)
+    if manager.setup is not None:
+        line += f", {manager.setup.robot} is in set-up" + (f" ({manager.setup.reason})" if manager.setup.reason else "")
+    line += "".join(f", {robot} waits for set-up: {reason}" for robot, reason in manager.setup_refused.items())
     refused = "".join(f", no grants for {robot}: {reason}" for robot, reason in manager.refused.items())
     return line + refused
 

@@ -158,10 +158,17 @@ class SetupTurns:
         presence = fresh.get(other)
         if presence is not None:
             return "" if presence.standing else f"{other} is not at rest and switched off: cell disable {other}"
+        if self._has_torque(other):
+            return f"{other} is switched on and its agent silent: start its agent, then cell disable {other}"
         heard_at = self._heard_at.get(other, self._started)
         if heard_at is not None and now - heard_at > self.silent_s:
             return ""
         return f"{other} is silent; it counts as at rest after {self.silent_s:.3g} s"
+
+    def _has_torque(self, robot: str) -> bool:
+        """By the newest word of its gateway."""
+        state = self._gateways[self._gateway_of[robot]].state
+        return state is not None and any(node.drive.has_torque for node in state.nodes if node.robot == robot)
 
     def _not_confirmed(self, robot: str, fresh: Mapping[str, Presence], now: float) -> str:
         """Which other robots do not stand, or may not know yet that they must; who has confirmed may fall silent.

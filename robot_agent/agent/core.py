@@ -47,12 +47,6 @@ from robot_agent.language import Program
 from robot_agent.workspace import standing_body
 
 _STALE_CYCLES = 5
-_TORQUE = (
-    AxisStatus.SWITCHED_ON,
-    AxisStatus.OPERATION_ENABLED,
-    AxisStatus.QUICK_STOP_ACTIVE,
-    AxisStatus.FAULT_REACTION_ACTIVE,
-)
 _WITH_TORQUE = (Mode.READY, Mode.RUNNING, Mode.HALTED, Mode.OFF_PATH, Mode.RETURNING, Mode.JOGGING)
 
 
@@ -277,7 +271,7 @@ class AgentCore:
     def _stands(self, feedback: DriveFeedback) -> bool:
         """Without torque, and nothing is under way that would give it some."""
         resting = feedback.state in (PlayoutState.FOLLOWING, PlayoutState.FAULT) and self.mode is not Mode.ENABLING
-        return resting and not self.link.switching_on and not any(status in _TORQUE for status in feedback.axes)
+        return resting and not self.link.switching_on and not any(status.has_torque for status in feedback.axes)
 
     def _plan_ahead(self, feedback: DriveFeedback) -> list[Effect]:
         effects, zones = [], self.zones.geometry

@@ -6,7 +6,17 @@ import pytest
 from manager_world import PERIOD_S, World, settings
 
 from cell.config.settings import CellSettings
-from cell.messages import BusCounters, ClearSetup, GatewayState, Heard, ResetEstop, SetEstop, SetupStatus
+from cell.messages import (
+    AxisStatus,
+    BusCounters,
+    ClearSetup,
+    GatewayState,
+    Heard,
+    NodeStatus,
+    ResetEstop,
+    SetEstop,
+    SetupStatus,
+)
 
 COUNTERS = BusCounters(1, 0, 0.0, 0, 0, 0, 0.1)
 
@@ -22,10 +32,12 @@ class Gateway:
         self.setup: tuple[str, ...] = ()
         self.heard: Heard | None = None
         self.silent = False
+        self.drive = AxisStatus.SWITCH_ON_DISABLED
 
     def state(self) -> GatewayState:
         self.sequence += 1
-        state = GatewayState(self.name, self.boot, self.sequence, 0.004, "virtual", True, "", {}, None, (), COUNTERS)
+        nodes = tuple(NodeStatus(1, robot, "J1", "Operational", self.drive) for robot in self.robots)
+        state = GatewayState(self.name, self.boot, self.sequence, 0.004, "virtual", True, "", {}, None, nodes, COUNTERS)
         return replace(state, setup=self.setup, heard=self.heard)
 
 
@@ -132,6 +144,16 @@ def test_a_robot_that_never_confirmed_and_is_silent_is_waited_for_as_long_as_any
     assert world.now - since >= longest
     told = {state.setup.reason for state in world.states if state.setup is not None}
     assert "right is silent; it counts as at rest after 2.37 s" in told
+
+
+def test_a_silent_robot_that_its_gateway_shows_switched_on_is_never_taken_for_one_that_is_off() -> None:
+    world = SetupWorld()
+    world.right.silent = True
+    world.gateways["right"].drive = AxisStatus.OPERATION_ENABLED
+    world.run(20.0).want("left")
+    assert world.state.setup is None
+    why = "right is switched on and its agent silent: start its agent, then cell disable right"
+    assert world.state.setup_refused == {"left": why}
 
 
 def test_one_that_was_silent_and_is_heard_without_its_confirmation_takes_the_freedom_away() -> None:
