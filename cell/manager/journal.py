@@ -2,6 +2,7 @@
 
 import sqlite3
 import time
+from collections.abc import Callable
 from pathlib import Path
 from types import TracebackType
 from typing import Self, assert_never
@@ -33,10 +34,16 @@ class JournalError(Exception):
 class Journal:
     """A context manager; every write is on disk before the method returns. Raises `JournalError`."""
 
-    def __init__(self, path: Path) -> None:
+    def __init__(
+        self,
+        path: Path,
+        unix: Callable[[], float] = time.time,
+        connect: Callable[[Path], sqlite3.Connection] = sqlite3.connect,
+    ) -> None:
         self.path = path
+        self._unix = unix
         try:
-            self._db = sqlite3.connect(path)
+            self._db = connect(path)
             self._db.execute("PRAGMA synchronous = FULL")
             self._db.executescript(_TABLES)
         except sqlite3.Error as error:
@@ -65,13 +72,14 @@ class Journal:
 
     def begin_epoch(self, boot: str) -> int:
         """The number of a new epoch, stored before it is used."""
-        epoch = next_epoch(self.read().epoch, time.time())
-        self._write("INSERT INTO epochs VALUES (?, ?, ?)", epoch, boot, time.time())
+        unix_s = self._unix()
+        epoch = next_epoch(self.read().epoch, unix_s)
+        self._write("INSERT INTO epochs VALUES (?, ?, ?)", epoch, boot, unix_s)
         return epoch
 
     def write(self, record: Record) -> None:
         """Store one record."""
-        at = time.time()
+        at = self._unix()
         match record:
             case EstopLatched(estop):
                 sql = "INSERT OR IGNORE INTO estops (id, set_by, reason, set_at) VALUES (?, ?, ?, ?)"

@@ -4,7 +4,6 @@ import logging
 import os
 import threading
 import time
-from collections.abc import Iterable
 from pathlib import Path
 
 from cell.config.settings import CellSettings
@@ -19,7 +18,7 @@ from cell.net.runner import new_boot, run_core
 from cell.net.session import CellSession
 
 JOURNAL_FILE = "manager.sqlite3"
-_PERIOD_S = 0.01
+PERIOD_S = 0.01
 _LOOK_AROUND_S = 0.3
 _LOG = logging.getLogger("cell.manager")
 
@@ -46,30 +45,41 @@ def run_manager(settings: CellSettings, options: ZenohOptions, state_dir: Path, 
     ):
         tokens = session.token_watch()
         _be_the_only_one(settings.name, tokens, stop)
-        states = session.watch("robot/*/presence", "gateway/*/state")
-        estops = session.queue("estop")
-        calls = session.serve("manager")
+        shell = ManagerShell(session, tokens, journal)
         stored = journal.read()
         core = ManagerCore(settings, boot, journal.begin_epoch(boot), stored, os.getpid())
         session.declare_alive()
         _LOG.info("cell %s: manager at %s, journal %s", settings.name, ", ".join(session.endpoints), journal.path)
-
-        def inbox() -> Iterable[object]:
-            return [*estops.take(), *states.take_new(), *tokens.take(), *calls.take()]
-
-        def perform(effect: Effect) -> None:
-            match effect:
-                case Publish(message):
-                    session.publish(message)
-                case Answer():
-                    calls.answer(effect)
-                case Store(record):
-                    journal.write(record)
-                case _:
-                    raise TypeError(f"the manager has no {type(effect).__name__}")
-
-        run_core(core, period_s=_PERIOD_S, inbox=inbox, perform=perform, stop=stop, on_late=_late)
+        run_core(core, period_s=PERIOD_S, inbox=shell.inbox, perform=shell.perform, stop=stop, on_late=_late)
     return 0
+
+
+class ManagerShell:
+    """What the manager hears, and how each effect of its core is carried out."""
+
+    def __init__(self, session: CellSession, tokens: TokenWatch, journal: Journal) -> None:
+        self._session = session
+        self._tokens = tokens
+        self._journal = journal
+        self._states = session.watch("robot/*/presence", "gateway/*/state")
+        self._estops = session.queue("estop")
+        self._calls = session.serve("manager")
+
+    def inbox(self) -> list[object]:
+        """Everything that arrived since the last step."""
+        return [*self._estops.take(), *self._states.take_new(), *self._tokens.take(), *self._calls.take()]
+
+    def perform(self, effect: Effect) -> None:
+        """Carry one effect out. Raises `JournalError`."""
+        match effect:
+            case Publish(message):
+                self._session.publish(message)
+            case Answer():
+                self._calls.answer(effect)
+            case Store(record):
+                self._journal.write(record)
+            case _:
+                raise TypeError(f"the manager has no {type(effect).__name__}")
 
 
 def _late(lateness_s: float) -> None:
@@ -80,7 +90,7 @@ def _late(lateness_s: float) -> None:
 def _be_the_only_one(cell: str, tokens: TokenWatch, stop: threading.Event) -> None:
     """Tokens of others come within the first links' moments; with no link there is nobody to disagree with."""
     deadline = time.monotonic() + _LOOK_AROUND_S
-    while time.monotonic() < deadline and not stop.wait(_PERIOD_S):
+    while time.monotonic() < deadline and not stop.wait(PERIOD_S):
         other = next((alive for alive in tokens.alive() if alive.role == "manager"), None)
         if other is not None:
             raise SecondManager(cell, other.boot)

@@ -2,6 +2,7 @@
 
 import time
 from collections import OrderedDict, deque
+from collections.abc import Callable
 from dataclasses import dataclass
 from threading import Lock
 
@@ -34,8 +35,9 @@ class Calls:
     within 2 s, what cannot be read, and what is too much gets an error reply.
     """
 
-    def __init__(self, keys: Keys, prefix: str) -> None:
+    def __init__(self, keys: Keys, prefix: str, now: Callable[[], float] = time.monotonic) -> None:
         self._keys = keys
+        self._now = now
         self._prefix = prefix
         self._lock = Lock()
         self._arrived: deque[zenoh.Query] = deque()
@@ -51,7 +53,7 @@ class Calls:
 
     def take(self) -> list[Request]:
         """New requests, in order; also ends those that have waited too long."""
-        now = time.monotonic()
+        now = self._now()
         for request_id, pending in list(self._pending.items()):
             if now - pending.since > ANSWER_WITHIN_S:
                 del self._pending[request_id]
