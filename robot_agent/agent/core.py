@@ -31,6 +31,7 @@ from robot_agent.agent.gateway_link import GatewayLink
 from robot_agent.agent.idle import IdleClock
 from robot_agent.agent.interruption import Interruption
 from robot_agent.agent.jogging import Jogging
+from robot_agent.agent.measured_rest import MeasuredRest
 from robot_agent.agent.operator import Operator
 from robot_agent.agent.pace import Pace
 from robot_agent.agent.planning import PlanFailed, Planned, Planner
@@ -44,7 +45,6 @@ from robot_agent.agent.zone_claims import ZoneClaims
 from robot_agent.dynamics import AxisTorques, axis_torques
 from robot_agent.kinematics import OpenMechanism
 from robot_agent.language import Program
-from robot_agent.workspace import standing_body
 
 _STALE_CYCLES = 5
 _WITH_TORQUE = (Mode.READY, Mode.RUNNING, Mode.HALTED, Mode.OFF_PATH, Mode.RETURNING, Mode.JOGGING)
@@ -78,6 +78,7 @@ class AgentCore:
         self.mode = Mode.STARTING
         self.executive: Executive | None = None
         self._estops = Estops()
+        self._rest = MeasuredRest()
         self._numbers = itertools.count(1)
         self._announcer = Announcer(robot, boot, cell.digest, self.zones)
         self._stopped_by = ""
@@ -174,7 +175,8 @@ class AgentCore:
         if self.mode is not Mode.STARTING:
             self.interruption.forget("the claim on the gateway was lost")
         self.mode = Mode.STARTING
-        self.executive = None
+        self._leave_path()
+        self._rest.begin()
         self._numbers = itertools.count(1)
 
     def _hear_estop(self, estop: Estop) -> None:
@@ -183,6 +185,7 @@ class AgentCore:
             self.report.event(Severity.ALARM, "estop", text, "find the cause, then `cell reset`")
 
     def _follow_drives(self, feedback: DriveFeedback, planner: Planner, now: float) -> None:
+        self._rest.take(feedback, planner.cycle_s)
         self._observe(feedback)
         faulty = feedback.state in (PlayoutState.FAULT, PlayoutState.STOPPING)
         estop = self._estops.first
@@ -195,7 +198,7 @@ class AgentCore:
         elif self.mode is Mode.ESTOP or (self.mode is Mode.STARTING and AxisStatus.SILENT not in feedback.axes):
             self.mode = Mode.DISABLED
         if not feedback.enabled:
-            self.executive = None
+            self._leave_path()
             if self.link.switching_off or self.operator.switched_off:
                 self.mode = Mode.DISABLED
             elif self.mode in _WITH_TORQUE:
@@ -222,6 +225,12 @@ class AgentCore:
         if forgotten and self.mode in (Mode.HALTED, Mode.OFF_PATH, Mode.RETURNING):
             self.mode = Mode.READY
 
+    def _leave_path(self) -> None:
+        """Blocks lead the robot no more."""
+        if self.executive is not None:
+            self._rest.left_path(self._announcer.body)
+        self.executive = None
+
     def _stop(self, mode: Mode, why: str) -> None:
         if self.mode is mode:
             return
@@ -239,11 +248,14 @@ class AgentCore:
             # The drives have not been heard yet. To the manager a robot that never reported is as good as anywhere.
             return [self._sign_of_life(feedback, planner)]
         if executive is None:
-            model, base = planner.model, planner.pose_world_base
-            body = standing_body(model, base, feedback.position, known=feedback.referenced)
-            self.zones.update_holds(now, self.zones.touched(body), set())
+            body = self._rest.body(planner, feedback)
+            kept = set() if self._rest.standing else set(self.zones.holds)
+            self.zones.update_holds(now, self.zones.touched(body), kept)
+            stop_time_s = self._rest.stop_time_s(planner, feedback, 0.0)
             return [
-                self._announcer.presence(body, {}, 0.0, self._estops.first, now, standing=self._stands(feedback)),
+                self._announcer.presence(
+                    body, {}, stop_time_s, self._estops.first, now, standing=self._stands(feedback)
+                ),
                 self._sign_of_life(feedback, planner),
             ]
         age_s = self.link.age(now)
@@ -260,8 +272,7 @@ class AgentCore:
         if block is not None and not all(self.zones.permitted(zone, now) for zone in entered):
             block, body = None, executive.body(feedback, None)
         self.zones.update_holds(now, self.zones.touched(body), set(wants))
-        newest = block if block is not None else executive.timeline.newest
-        stop_time_s = max(0.0, (newest.rest_tick - feedback.tick) * planner.cycle_s)
+        stop_time_s = self._rest.stop_time_s(planner, feedback, executive.rest_s(feedback.tick, block))
         presence = self._announcer.presence(body, wants, stop_time_s, self._estops.first, now)
         if block is None:
             return [presence]

@@ -111,6 +111,10 @@ class AgentWorld:
         """What the drives measure; None: what they are commanded."""
         self.faulty = False
         """The drives have stopped by themselves and must be reset."""
+        self.velocity = np.zeros_like(self.commanded)
+        self.braking: NDArray[np.float64] | None = None
+        """Each joint's deceleration while the drives brake by themselves."""
+        self._still = 0
         self.manager_silent = False
         self.setup: SetupStatus | None = None
         """Whom the manager has in set-up."""
@@ -167,6 +171,10 @@ class AgentWorld:
         self.faulty, self.enabled = True, False
         self.push(beside)
 
+    def brake(self, deceleration: NDArray[np.float64]) -> None:
+        """The drives' own quick stop: each joint brakes with its `deceleration` `(n,)`, until it stands."""
+        self.enabled, self.queue, self.braking, self._still = False, [], deceleration, 0
+
     def push(self, beside: NDArray[np.float64] | float) -> None:
         """Somebody moves a robot without torque."""
         assert not self.enabled
@@ -189,13 +197,29 @@ class AgentWorld:
 
     def _play(self) -> None:
         self.tick += 1
-        if self.queue:
+        before = self.commanded
+        if self.braking is not None:
+            self._brake(self.braking)
+        elif self.queue:
             self.commanded = self.queue.pop(0)
+            self.velocity = (self.commanded - before) / CYCLE_S
+        else:
+            self.velocity = np.zeros_like(before)
         self.played.append(self.commanded)
         while self._output_events and self._output_events[0].tick <= self.tick:
             event = self._output_events.pop(0)
             if not self.switched or event.number > self.switched[-1][1].number:
                 self.switched.append((self.tick, event))
+
+    def _brake(self, deceleration: NDArray[np.float64]) -> None:
+        """One cycle; the gateway measures for 0.1 s before it says that the robot stands."""
+        braking_s = np.minimum(CYCLE_S, np.abs(self.velocity) / deceleration)
+        lost = np.sign(self.velocity) * deceleration * braking_s
+        self.commanded = self.commanded + (self.velocity - lost / 2.0) * braking_s
+        self.velocity = self.velocity - lost
+        self._still = 0 if self.velocity.any() else self._still + 1
+        if self._still * CYCLE_S >= 0.1:
+            self.braking, self.faulty = None, True
 
     def _feedback(self) -> DriveFeedback:
         self._sequence += 1
@@ -204,10 +228,11 @@ class AgentWorld:
         position = self.commanded if self.measured is None else self.measured
         state = PlayoutState.PLAYING if self.enabled else PlayoutState.FOLLOWING
         state = PlayoutState.FAULT if self.faulty else state
+        state = PlayoutState.STOPPING if self.braking is not None else state
         sequence = self.block.sequence if self.block is not None else 0
         return DriveFeedback(
             "left", "gateway", self._sequence, self.tick, 7, sequence, state, len(self.queue), 0, self.referenced,
-            self.enabled, position, np.zeros_like(position), self.commanded, axes,
+            self.enabled, position, self.velocity, self.commanded, axes,
             event=self.switched[-1][1].number if self.switched else 0,
         )  # fmt: skip
 
