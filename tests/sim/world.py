@@ -11,7 +11,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from cell.commands.checks import CellBundle, check_cell
-from cell.commands.estop import PERIOD_S as ESTOP_PERIOD_S
+from cell.commands.emergency.door import PERIOD_S as ESTOP_PERIOD_S
 from cell.commands.robot_loads import robot_loads
 from cell.config.settings import CellSettings
 from cell.core import Answer, Core, Effect
