@@ -8,7 +8,7 @@ from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
-from cell.commands.errors import CommandError
+from cell.commands.errors import CommandError, quoted
 from cell.commands.view import CellView, Snapshot, echo, names
 from cell.config import ConfigError, load_cell, load_cell_alone
 from cell.config.settings import CellSettings
@@ -82,7 +82,7 @@ class Operator:
         if state is None:
             raise CommandError(
                 f"robot {robot} does not answer: is its agent running?",
-                f"start it with: robot-agent {self.file} {robot}",
+                f"start it with: robot-agent {quoted(self.file)} {robot}",
             )
         return self._ask(f"robot/{robot}", command, echo(state))
 
@@ -96,7 +96,7 @@ class Operator:
         if state is None:
             raise CommandError(
                 f"the manager of cell {self.settings.name} does not answer",
-                f"start it with: cell manager {self.file}",
+                f"start it with: cell manager {quoted(self.file)}",
             )
         return state
 
@@ -116,7 +116,7 @@ class Operator:
         state = self.view.wait_for(lambda seen: gateway in seen.gateways, STATE_TIMEOUT_S).gateways.get(gateway)
         if state is None:
             raise CommandError(
-                f"gateway {gateway} does not answer", f"start it with: drive-gateway run {self.file} {gateway}"
+                f"gateway {gateway} does not answer", f"start it with: drive-gateway run {quoted(self.file)} {gateway}"
             )
         return state
 
@@ -137,7 +137,8 @@ class Operator:
         except CallError as error:
             raise CommandError(
                 f"{command.verb}: {to} gave no usable answer: {error}",
-                f"look at the cell with: cell status -f {self.file}; nothing may be assumed about what was done",
+                f"look at the cell with: cell status -f {quoted(self.file)}; "
+                "nothing may be assumed about what was done",
             ) from error
 
 
@@ -152,7 +153,8 @@ def connect(file: Path, endpoints: list[str] | None) -> Iterator[Operator]:
         except Unreachable as error:
             raise CommandError(
                 f"nobody of cell {settings.name} answers at {names(connect_to)}",
-                f"start the cell with: cell up {file}, or, when only its manager is gone: cell manager {file}",
+                f"start the cell with: cell up {quoted(file)}, "
+                f"or, when only its manager is gone: cell manager {quoted(file)}",
             ) from error
         yield Operator(file, settings, session, CellView(session, settings))
 

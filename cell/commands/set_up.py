@@ -9,7 +9,7 @@ from typing import Annotated
 import typer
 
 from cell.commands.connection import Operator, connect
-from cell.commands.errors import CommandError
+from cell.commands.errors import CommandError, quoted
 from cell.commands.options import CELL_FILE, CellFileOption, ConnectOption, RobotArgument
 from cell.commands.stop import stop_event
 from cell.commands.view import names
@@ -182,5 +182,5 @@ def _check_others(operator: Operator, robot: str) -> None:
     if moving:
         raise CommandError(
             f"robot {names(sorted(moving))} is switched on; set-up needs every other robot disabled",
-            "; ".join(f"cell disable {name} -f {operator.file}" for name in sorted(moving)),
+            "; ".join(f"cell disable {name} -f {quoted(operator.file)}" for name in sorted(moving)),
         )
