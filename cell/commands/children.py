@@ -1,6 +1,7 @@
 """The processes that `cell up` starts, and the order in which they end."""
 
 import os
+import shlex
 import signal
 import subprocess
 import sys
@@ -100,7 +101,7 @@ def programs(settings: CellSettings, state_dir: Path | None, simulate: bool) -> 
     wanted += [(f"robot {name}", "robot-agent", (file, name)) for name in settings.robots]
     modules = {"cell": "main", "drive-gateway": "drive_gateway", "robot-agent": "robot_agent"}
     return [
-        Program(part, f"cell.commands.{modules[tool]}", (*arguments, *where), " ".join((tool, *arguments, *where)))
+        Program(part, f"cell.commands.{modules[tool]}", (*arguments, *where), shlex.join((tool, *arguments, *where)))
         for part, tool, arguments in wanted
     ]
 

@@ -10,7 +10,7 @@ from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
-from cell.commands.errors import CommandError
+from cell.commands.errors import CommandError, quoted
 from cell.commands.view import CellView, Snapshot, echo, names
 from cell.config import ConfigError, load_cell, load_cell_alone
 from cell.config.settings import CellSettings
@@ -105,7 +105,7 @@ class Operator:
         if state is None:
             raise CommandError(
                 f"the manager of cell {self.settings.name} does not answer",
-                f"start it with: cell manager {self.file}",
+                f"start it with: cell manager {quoted(self.file)}",
             )
         return state
 
@@ -118,7 +118,8 @@ class Operator:
 
     def _silent(self, robot: str) -> CommandError:
         return CommandError(
-            f"robot {robot} does not answer: is its agent running?", f"start it with: robot-agent {self.file} {robot}"
+            f"robot {robot} does not answer: is its agent running?",
+            f"start it with: robot-agent {quoted(self.file)} {robot}",
         )
 
     def check_files(self, who: str, digest: str) -> None:
@@ -147,7 +148,7 @@ class Operator:
         state = self.view.wait_for(lambda seen: gateway in seen.gateways, STATE_TIMEOUT_S).gateways.get(gateway)
         if state is None:
             raise CommandError(
-                f"gateway {gateway} does not answer", f"start it with: drive-gateway run {self.file} {gateway}"
+                f"gateway {gateway} does not answer", f"start it with: drive-gateway run {quoted(self.file)} {gateway}"
             )
         return state
 
@@ -170,7 +171,8 @@ class Operator:
         except CallError as error:
             raise CommandError(
                 f"{command.verb}: {to} gave no usable answer: {error}",
-                f"look at the cell with: cell status -f {self.file}; nothing may be assumed about what was done",
+                f"look at the cell with: cell status -f {quoted(self.file)}; "
+                "nothing may be assumed about what was done",
             ) from error
 
 
@@ -206,7 +208,8 @@ def connect(file: Path, endpoints: list[str] | None, stop: threading.Event | Non
         except Unreachable as error:
             raise CommandError(
                 f"nobody of cell {settings.name} answers at {names(connect_to)}",
-                f"start the cell with: cell up {file}, or, when only its manager is gone: cell manager {file}",
+                f"start the cell with: cell up {quoted(file)}, "
+                f"or, when only its manager is gone: cell manager {quoted(file)}",
             ) from error
         yield Operator(file, settings, session, CellView(session, settings), stop)
 

@@ -14,7 +14,7 @@ from typing import Annotated
 import typer
 
 from cell.commands.connection import client_session, running_cell
-from cell.commands.errors import CommandError
+from cell.commands.errors import CommandError, quoted
 from cell.commands.options import CELL_FILE, CellFileOption, ConnectOption, StateDirOption
 from cell.commands.state_dir import state_path
 from cell.commands.stop import stop_event
@@ -82,7 +82,7 @@ def events(
         except NoLog as error:
             path = state_path(settings.file, settings.name, state_dir) / EVENTS_FILE
             if endpoint or not path.is_file():
-                raise CommandError(str(error), f"start the manager with: cell manager {file}") from error
+                raise CommandError(str(error), f"start the manager with: cell manager {quoted(file)}") from error
             _say(f"{error}; these events are from {path}")
             newest = show.all(*fetch(lambda page: _read(path, page), asked, limit))
         if follow:

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Protocol
 
 from cell.commands.connection import client_session, running_cell
-from cell.commands.errors import CommandError
+from cell.commands.errors import CommandError, quoted
 from cell.commands.view import POLL_S, echo, names
 from cell.messages import Command, GatewayState, Heard, ReadObject, Reply, WriteObject
 from cell.net.errors import CallError, Unreachable
@@ -244,5 +244,5 @@ def refuse_virtual(drives: GatewaySettings, file: Path) -> None:
     if drives.bus.interface == "virtual":
         raise CommandError(
             f"gateway {drives.name} does not run, and its bus {drives.bus.channel} is virtual: it lives in its process",
-            f"start it with: drive-gateway run {file} {drives.name} --simulate",
+            f"start it with: drive-gateway run {quoted(file)} {drives.name} --simulate",
         )

@@ -7,7 +7,7 @@ import typer
 
 from cell.commands.connection import Operator, connect, report
 from cell.commands.emergency.words import operator_name
-from cell.commands.errors import CommandError
+from cell.commands.errors import CommandError, quoted
 from cell.commands.options import CELL_FILE, CellFileOption, ConnectOption
 from cell.messages import ResetEstop, ResetRobot
 
@@ -46,7 +46,7 @@ def _clear_stops(operator: Operator, robots: tuple[str, ...]) -> None:
     reply = operator.ask_manager(ResetEstop(operator_name(), tuple(estop.id for estop in estops)))
     if not reply.ok:
         raise CommandError(
-            f"manager: {reply.text}", f"no fault was acknowledged; look with: cell status -f {operator.file}"
+            f"manager: {reply.text}", f"no fault was acknowledged; look with: cell status -f {quoted(operator.file)}"
         )
     report("manager", reply)
     _wait_until_robots_know(operator, robots)

@@ -7,7 +7,8 @@ from pathlib import Path
 import typer
 
 from cell.commands.connection import process_cell
-from cell.commands.errors import CommandError, run_app
+from cell.commands.errors import CommandError, quoted, run_app
+from cell.commands.lazy import explained
 from cell.commands.options import (
     CellFileArgument,
     CfgOption,
@@ -58,7 +59,7 @@ def robot_agent(
         text = mine.program.read_text(encoding="utf-8")
         program = parse_program(text, mine.program.name, model.joint_names, model.linear_names, mine.corrections)
     except (KinematicsError, ProgramError) as error:
-        raise CommandError(str(error), f"correct it, then: cell check {file}") from error
+        raise CommandError(str(error), f"correct it, then: cell check {quoted(file)}") from error
     options = zenoh_options(mode, connect, listen, config, cfg)
 
     def body(_folder: Path, stop: threading.Event) -> int:
@@ -69,4 +70,4 @@ def robot_agent(
 
 def main() -> None:
     """Run the words of the command line."""
-    run_app(lambda: app(prog_name="robot-agent"), "robot-agent")
+    run_app(lambda: explained(app)(prog_name="robot-agent"), "robot-agent")

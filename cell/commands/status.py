@@ -6,7 +6,7 @@ import typer
 from rich.console import Console
 
 from cell.commands.connection import connect
-from cell.commands.errors import CommandError
+from cell.commands.errors import CommandError, quoted
 from cell.commands.options import CELL_FILE, CellFileOption, ConnectOption
 from cell.commands.table import cell_table
 from cell.commands.view import Snapshot, names
@@ -45,11 +45,13 @@ def exit_code(seen: Snapshot) -> int:
 
 def _silent(settings: CellSettings, seen: Snapshot, file: Path) -> dict[str, str]:
     """Who does not answer, and the command that starts it."""
-    silent = {} if seen.manager is not None else {"the manager": f"cell manager {file}"}
+    silent = {} if seen.manager is not None else {"the manager": f"cell manager {quoted(file)}"}
     for gateway in settings.gateways:
         if gateway not in seen.gateways:
-            silent[f"gateway {gateway}"] = f"drive-gateway run {file} {gateway} (with --simulate for simulated drives)"
+            silent[f"gateway {gateway}"] = (
+                f"drive-gateway run {quoted(file)} {gateway} (with --simulate for simulated drives)"
+            )
     for robot in settings.robots:
         if robot not in seen.robots:
-            silent[f"robot {robot}"] = f"robot-agent {file} {robot}"
+            silent[f"robot {robot}"] = f"robot-agent {quoted(file)} {robot}"
     return silent

@@ -10,7 +10,7 @@ from rich.console import Console
 
 from cell.commands.children import Children
 from cell.commands.connection import client_session
-from cell.commands.errors import CommandError
+from cell.commands.errors import CommandError, quoted
 from cell.commands.orders import Orders
 from cell.commands.show import Show
 from cell.commands.table import why
@@ -129,12 +129,13 @@ class Supervisor:
         """Say that the cell is up. Raises `CommandError` when a program should run on a robot that stays off."""
         lines = [f"robot {robot} is not referenced and stays off; {reason}" for robot, reason in lost.items()]
         if lost and start_programs:
-            remedy = f"start the cell without its programs: cell up {self._settings.file}; then do what is said above"
+            start = f"cell up {quoted(self._settings.file)}"
+            remedy = f"start the cell without its programs: {start}; then do what is said above"
             raise CommandError("\n".join(lines), remedy)
         for line in lines:
             show.say(line)
         took = f"{time.monotonic() - self._started:.1f} s"
-        enables = "; ".join(f"cell enable {robot} -f {self._settings.file}" for robot in lost)
+        enables = "; ".join(f"cell enable {robot} -f {quoted(self._settings.file)}" for robot in lost)
         show.say(f"the cell is up after {took}; after that: {enables}" if lost else f"all robots enabled after {took}")
 
     def _missing(self, seen: Snapshot, problems: dict[str, str]) -> list[str]:

@@ -2,6 +2,9 @@
 
 from dataclasses import dataclass
 
+ECHO_S = 2.0
+"""A process remembers so long when it sent which message; an older echo proves nothing, whatever age is allowed."""
+
 
 @dataclass(frozen=True, slots=True)
 class Heard:

@@ -11,7 +11,7 @@ from cell.commands.emergency.answers import Answers, Member
 from cell.commands.emergency.door import Door, Stop
 from cell.commands.emergency.reach import DELAY_S, Reach, read_leniently, read_strictly, stored_beside
 from cell.commands.emergency.wanted import Wanted, wanted
-from cell.commands.emergency.words import open_standard_streams, operator_name, plain, say
+from cell.commands.emergency.words import open_standard_streams, operator_name, say
 
 DOOR_S = 0.8
 """A door that does not open within this is told; with the command's start, the error of none is out within 1 s."""
@@ -76,7 +76,7 @@ def _closed(door: Door) -> str:
 
 def _unsent(asked: Wanted, doors: list[Door]) -> int:
     why = "; ".join(map(_closed, doors)) or (
-        f"{plain(str(asked.file))}: no such cell file, or no endpoint in it, and no process of the cell has stored one"
+        f"{asked.file}: no such cell file, or no endpoint in it, and no process of the cell has stored one"
     )
     say(f"cell: NO emergency stop was sent: {why}\n  next: {HARD_WIRED}; endpoints can be named with -e", error=True)
     return 1
@@ -137,7 +137,7 @@ def _end(asked: Wanted, members: list[Reach], missing: list[str]) -> int:
     if asked.ignored:
         say(f"cell: ignored: {' '.join(map(quote, asked.ignored))}; for the options: cell estop --help", error=True)
     say(REMINDER)
-    file = quote(plain(str(asked.file)))
+    file = quote(str(asked.file))
     if members and not missing:
         say(f"When the cause is gone: cell reset -f {file}")
         return 0
