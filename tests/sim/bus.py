@@ -6,6 +6,7 @@ from collections.abc import Callable
 from contextlib import nullcontext
 from typing import Self
 
+from drive_gateway.canopen.cob_id import SYNC
 from drive_gateway.canopen.frame import CanFrame
 from drive_gateway.canopen.sdo import Sdo, SdoDone
 from drive_gateway.config.settings import GatewaySettings
@@ -58,17 +59,31 @@ class Bus:
 class LivingBus(Bus):
     """A bus whose nodes live on the world's time, whether a gateway runs or not; one gateway at a time has its port."""
 
-    STEP_S = 0.01
+    STEP_S = 0.0125
 
     def __init__(self, settings: GatewaySettings, clock: Clock, rng: random.Random, robots: Robots) -> None:
         self.port: SimPort | None = None
+        self._stepped = clock.now
         self._clock = clock
         super().__init__(settings, self._to_port, robots)
         clock.after(rng.random() * self.STEP_S, self._live)
 
     def _live(self) -> None:
-        self.step(self._clock.now)
-        self._clock.after(self.STEP_S, self._live)
+        """The nodes' timers run with SYNC, and by themselves where none comes."""
+        left_s = self._stepped + self.STEP_S - self._clock.now
+        if left_s <= 0.0:
+            self.step(self._clock.now)
+            left_s = self.STEP_S
+        self._clock.after(left_s, self._live)
+
+    def send(self, frame: CanFrame, now: float) -> None:
+        super().send(frame, now)
+        if frame.id == SYNC:
+            self.step(now)
+
+    def step(self, now: float) -> None:
+        self._stepped = now
+        super().step(now)
 
     def _to_port(self, frame: CanFrame) -> None:
         if self.port is not None:

@@ -143,8 +143,9 @@ class World:
             return
         cell = self.cell if digest is None else replace(self.cell, digest=digest)
         self._boots += 1
-        session = SimSession(self.exchange, name, self.hosts[name], f"{name}-{self._boots}", self._says(name))
         role, _, who = name.partition("/")
+        boot = f"{who or role}-{self._boots}"
+        session = SimSession(self.exchange, name, self.hosts[name], boot, self._says(name))
         try:
             if role == "manager":
                 process = self._manager(cell, session)
