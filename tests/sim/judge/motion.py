@@ -1,5 +1,6 @@
 """What the drives are commanded, against what was sent, planned, allowed and ordered."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from math import inf
 
@@ -21,13 +22,14 @@ from cell.messages import (
     SetpointBlock,
     Step,
 )
+from robot_agent.agent.planning import Planned
 from tests.sim.judge.facts import Facts, Floats, Sample
 from tests.sim.judge.invariant import Handlers, Invariant
-from tests.sim.planned_paths import PlannedPaths
+from tests.sim.planned_paths import PATH_STEP_S, PlannedPaths
 
 _LIMIT_TOLERANCE = 1.01
 _ON_PATH = 2e-6
-"""[rad or m]"""
+"""[rad or m] beside what a chord of a path is away from it."""
 _MOST_KEPT = 64
 """Samples of one robot that are judged together."""
 _BEFORE = 4
@@ -130,7 +132,18 @@ class OnThisMotion(_OfCommands):
     def __init__(self, facts: Facts) -> None:
         super().__init__(facts)
         self._paths = PlannedPaths()
+        planners = facts.world.planners
+        self._allowed = {
+            robot: _ON_PATH + float(planners[robot].limits.acceleration.max()) * PATH_STEP_S**2 / 8.0
+            for robot in facts.robots
+        }
         self._cursor = dict.fromkeys(facts.robots, 0)
+        self._first: dict[int, Planned] = {}
+        """By sweep: the same plan that is given again has the same."""
+
+    def _off(self, planned: Sequence[Planned], q: Floats, allowed: float) -> Floats:
+        motions = [self._first.setdefault(id(each.sweep), each).motion for each in planned]
+        return self._paths.off(motions, q, allowed)
 
     def judge(self, robot: str, q: Floats, kept: _Commanded) -> None:
         first = max(1, kept.judged)
@@ -138,16 +151,16 @@ class OnThisMotion(_OfCommands):
         moved = moved[~np.array(kept.jogged)[moved]] if moved.size else moved
         if not moved.size:
             return
-        planned = self.facts.world.seen.planned[robot][: kept.plans]
-        backs = [each.motion for each in planned if each.id < 0][-1:]
+        planned, allowed = self.facts.world.seen.planned[robot][: kept.plans], self._allowed[robot]
+        backs = [each for each in planned if each.id < 0][-1:]
         left = np.ones(len(moved), dtype=bool)
         if backs:
-            left = self._paths.off(backs, q[moved], _ON_PATH) > _ON_PATH
+            left = self._off(backs, q[moved], allowed) > allowed
         cursor, on_it = self._cursor[robot], len(moved) - int(left.sum())
         while left.any() and cursor < len(planned):
             motion = planned[cursor]
             if motion.id >= 0:
-                off = self._paths.off([motion.motion], q[moved[left]], _ON_PATH) > _ON_PATH
+                off = self._off([motion], q[moved[left]], allowed) > allowed
                 if not off.all():
                     self._cursor[robot] = cursor
                     on_it += int((~off).sum())
@@ -155,8 +168,8 @@ class OnThisMotion(_OfCommands):
             cursor += 1
         if left.any():
             worst = moved[np.flatnonzero(left)[0]]
-            everywhere = self._paths.off([each.motion for each in planned], q[moved[left]], _ON_PATH)
-            old = "an older motion" if (everywhere <= _ON_PATH).all() else "no motion that was planned"
+            everywhere = self._off(planned, q[moved[left]], allowed)
+            old = "an older motion" if (everywhere <= allowed).all() else "no motion that was planned"
             self.broken(robot, f"it is on {old}", kept.at[worst])
 
 
@@ -165,13 +178,21 @@ class PlaysBlocks(Invariant):
 
     name = "plays what was sent"
 
+    def __init__(self, facts: Facts) -> None:
+        super().__init__(facts)
+        self._before: dict[str, int] = {}
+        """The newest block of before the drives were on: it is not played any more."""
+
     @property
     def published(self) -> Handlers:
         return {DriveFeedback: self._feedback}
 
     def _feedback(self, name: str, feedback: DriveFeedback) -> None:
-        if not feedback.enabled or feedback.block == 0 or feedback.state not in _LIVE:
+        if not feedback.enabled or feedback.state not in _LIVE:
+            self._before[feedback.robot] = feedback.block
+        if feedback.block in (0, self._before.get(feedback.robot)):
             return
+        self._before.pop(feedback.robot, None)
         block = self.facts.blocks[feedback.robot].get((feedback.owner, feedback.block))
         if block is None:
             self.broken(name, f"block {feedback.block} of owner {feedback.owner}, which nobody sent, is accepted")
