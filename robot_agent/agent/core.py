@@ -141,7 +141,7 @@ class AgentCore:
             self.corrections.place(self._planner.pose_world_base)
         feedback = feedback_in_joints(self._planner.model.coupling, feedback)
         self._follow_drives(feedback, self._planner, now)
-        self.mode, answers = self.operator.answer(self._situation(feedback, self._planner), now)
+        self.mode, answers = self.operator.answer(self.mode, self._situation(feedback, self._planner), now)
         effects += answers
         if self._idle.due(self.mode, now):
             text = f"no program for {self._cell.times.idle_off_s:g} s: the drives are switched off"
@@ -165,9 +165,7 @@ class AgentCore:
         state = self.zones.state
         refusal = state.refused.get(self._robot, "") if state is not None else ""
         kept_still = self.zones.kept_still
-        return Situation(
-            self.mode, self.executive, planner, self._estops.first, feedback, refusal, self.clock, kept_still
-        )
+        return Situation(self.executive, planner, self._estops.first, feedback, refusal, self.clock, kept_still)
 
     # What the drives, the e-stop and the manager impose on the mode
 
@@ -213,7 +211,7 @@ class AgentCore:
             self.executive = Executive(planner, standing, feedback, self._cell.times, self._numbers, self._asked)
         switched_off = self.link.switching_off or self.operator.switched_off
         if self.mode in (Mode.DISABLED, Mode.ENABLING) or (self.mode is Mode.READY and not switched_off):
-            self.mode = self.interruption.mode(feedback, planner)
+            self.mode = self.interruption.leave_there(feedback, planner)
             if self.mode is Mode.OFF_PATH:
                 self.report.event(Severity.WARNING, "off_path", self.run.error)
 
@@ -302,7 +300,8 @@ class AgentCore:
         return Publish(sign_of_life(next(self._numbers), feedback, planner, self._asked))
 
     def _state(self, feedback: DriveFeedback, planner: Planner, now: float) -> Publish:
-        waiting_for = self._stillness.why(self.mode, self.executive, feedback.tick, now)
+        reason = self._stillness.reason(self.mode, self.executive, feedback.tick, now)
+        self.run.wait_for(reason.zone, now)
         alarm = "" if self.run.interrupted else self.run.error
         alarm = self._stopped_by if self.mode in (Mode.FAULT, Mode.ESTOP) else alarm
         alarms = (alarm,) if alarm else ()
@@ -311,7 +310,7 @@ class AgentCore:
         heard = None if lost else feedback
         pace = self.pace.status
         state = self.report.state(
-            self.mode, self.run, heard, self.executive, planner, pace, zones, waiting_for, alarms
+            self.mode, self.run, heard, self.executive, planner, pace, zones, reason.text, alarms
         )  # fmt: skip
         self.operator.sent_state(state.sequence, now)
         return Publish(state)

@@ -12,7 +12,6 @@ from robot_agent.agent.planning import Planner
 class Situation:
     """What decides whether a call is allowed."""
 
-    mode: Mode
     executive: Executive | None
     planner: Planner
     estop: Estop | None

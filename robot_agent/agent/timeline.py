@@ -9,7 +9,8 @@ from robot_agent.agent.planning import Extended, Planned
 from robot_agent.trajectory import PathState, Segment
 from robot_agent.trajectory.sources import CorrectedSource, Given
 
-_KEPT_TICKS = 250
+_KEPT_S = 1.0
+"""So long blocks are remembered that were played: longer than a robot may be behind its command."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -142,7 +143,8 @@ class Timeline:
             if block.sequence == feedback.block:
                 self._accepted.append(block)
         self._open = deque(block for block in self._open if block.first_tick > feedback.tick)
-        while len(self._accepted) > 1 and self._accepted[1].first_tick < feedback.tick - _KEPT_TICKS:
+        kept = math.ceil(_KEPT_S / self.newest.planned.motion.cycle_s)
+        while len(self._accepted) > 1 and self._accepted[1].first_tick < feedback.tick - kept:
             self._accepted.popleft()
         return self.newest.sequence != before
 

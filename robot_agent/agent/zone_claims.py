@@ -53,7 +53,12 @@ class ZoneClaims:
             self.state = state
 
     def heard_geometry(self, zone: ZoneGeometry) -> None:
-        if zone != self._geometry.get(zone.zone):
+        """Take a zone's geometry, unless the one is known that is in force, and it is another."""
+        known = self._geometry.get(zone.zone)
+        status = self.state.zones.get(zone.zone) if self.state is not None else None
+        if known is not None and status is not None and known.version == status.version != zone.version:
+            return
+        if zone != known:
             self._geometry[zone.zone], self._boxes[zone.zone] = zone, zone_box(zone)
             self._touched.clear()
 
@@ -84,15 +89,16 @@ class ZoneClaims:
     @property
     def geometry(self) -> tuple[ZoneGeometry, ...] | None:
         """All zones of the newest manager state in their present version; `None` while one is still missing."""
-        if self.state is None:
+        if self.state is None or self.unheard:
             return None
-        zones = []
-        for name, status in sorted(self.state.zones.items()):
-            zone = self._geometry.get(name)
-            if zone is None or zone.version != status.version:
-                return None
-            zones.append(zone)
-        return tuple(zones)
+        return tuple(self._geometry[name] for name in sorted(self.state.zones))
+
+    @property
+    def unheard(self) -> list[str]:
+        """The zones of the newest manager state whose present geometry has not been heard."""
+        zones = self.state.zones if self.state is not None else {}
+        known = {name: zone.version for name, zone in self._geometry.items()}
+        return sorted(name for name, status in zones.items() if known.get(name) != status.version)
 
     def touched(self, body: Body) -> set[str]:
         """The zones that a body touches, by the rule that the manager applies too."""

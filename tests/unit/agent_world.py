@@ -118,6 +118,9 @@ class AgentWorld:
         self.manager_silent = False
         self.setup: SetupStatus | None = None
         """Whom the manager has in set-up."""
+        self.geometry_lost = False
+        self.keeps_enabled = False
+        """The gateway refuses to switch off."""
         self.zone = ZoneStatus(ZoneState.FREE, None, None, (), 1, 0.0)
         self.granting = False
         self._tokens = 0
@@ -250,7 +253,8 @@ class AgentWorld:
         if self.granting and self.presences:
             self._grant_or_free(self.presences[-1])
         heard = {"left": Heard("boot", self.presences[-1].sequence)} if self.presences else {}
-        self.agent.receive(ZONE, self.now)
+        if not self.geometry_lost:
+            self.agent.receive(ZONE, self.now)
         state = ManagerState("test", "m", 5, self._sequence, self.now, "digest", heard, {"handover": self.zone})
         state = replace(state, setup=self.setup)
         self.agent.receive(Arrived(state, self.now), self.now)
@@ -290,6 +294,8 @@ class AgentWorld:
                 return Reply(id, True, "yours", grant)
             case EnableDrives():
                 self.enabled = True
+            case DisableDrives() if self.keeps_enabled:
+                return Reply(id, False, "left moves; halt it first")
             case DisableDrives():
                 self.enabled = False
             case ResetDrives():
