@@ -81,6 +81,8 @@ class Planned:
     lines: tuple[int, ...]
     """The program line of each block of the motion; 0 for none."""
     motion: Motion
+    taus: NDArray[np.float64]
+    """`(m,)` path time [s] of each sample of the sweep, from 0 to the end."""
     sweep: Sweep
     crossings: tuple[Crossing, ...]
     zone_versions: dict[str, int]
@@ -149,7 +151,7 @@ class Planner:
         lines = (request.lines + _lines(sequence))[-blocks:]
         whole = self._with_body(request.id, lines, motion, request.zones)
         return Extended(
-            whole.id, lines, motion, whole.sweep, whole.crossings, whole.zone_versions,
+            whole.id, lines, motion, whole.taus, whole.sweep, whole.crossings, whole.zone_versions,
             first_tau=self.cycle_s if cut_s > 0.0 else request.first_tau, cut_s=cut_s, splice_s=at_s - cut_s,
             switches=(request.switches + _switches(request))[-blocks:],
         )  # fmt: skip
@@ -161,8 +163,8 @@ class Planner:
 
     def sampled(self, motion: Motion) -> Sampled:
         """A motion given by a source, with its body; zones are looked at where its samples are made."""
-        body = sweep(self.model, self.pose_world_base, motion.q(motion.grid))
-        return Sampled(0, (0,), motion, body, (), {})
+        taus = motion.grid
+        return Sampled(0, (0,), motion, taus, sweep(self.model, self.pose_world_base, motion.q(taus)), (), {})
 
     def _blocks(self, request: PlanRequest | ExtendRequest) -> list[Block]:
         """The steps with every value that they leave to where the robot comes from."""
@@ -184,7 +186,7 @@ class Planner:
         taus = motion.grid
         body = sweep(self.model, self.pose_world_base, motion.q(taus))
         crossed = tuple(c for zone in zones for c in crossings(body, taus, zone, ZONE_MARGIN_M))
-        return Planned(id, lines, motion, body, crossed, {zone.zone: zone.version for zone in zones})
+        return Planned(id, lines, motion, taus, body, crossed, {zone.zone: zone.version for zone in zones})
 
 
 def _lines(sequence: Sequence) -> tuple[int, ...]:

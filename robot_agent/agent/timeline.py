@@ -1,8 +1,9 @@
 """What the gateway plays, as the agent knows it: the accepted blocks, spliced, and those whose fate is open."""
 
-import math
 from collections import deque
 from dataclasses import dataclass, replace
+
+import numpy as np
 
 from cell.messages import DriveFeedback, OutputEvent
 from robot_agent.agent.planning import Extended, Planned
@@ -74,10 +75,11 @@ class Span:
 
     @property
     def samples(self) -> tuple[int, int]:
-        """First and last sample of the motion's grid, and of its sweep, that enclose the span."""
-        cycle_s = self.planned.motion.cycle_s
-        end = len(self.planned.sweep.points) - 1
-        return min(int(self.first_tau / cycle_s), end), min(math.ceil(self.last_tau / cycle_s), end)
+        """First and last sample of the motion's sweep that enclose the span."""
+        taus = self.planned.taus
+        last = min(int(np.searchsorted(taus, self.last_tau, side="left")), len(taus) - 1)
+        first = int(np.searchsorted(taus, self.first_tau, side="right")) - 1
+        return max(min(first, last), 0), last
 
 
 class Timeline:
