@@ -1,5 +1,6 @@
 """What the gateway plays, as the agent knows it: the accepted blocks, spliced, and those whose fate is open."""
 
+import math
 from collections import deque
 from dataclasses import dataclass, replace
 
