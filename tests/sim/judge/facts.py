@@ -252,8 +252,8 @@ class Facts:
             case ManagerState():
                 if self._newer(message.boot, message.sequence, told.manager):
                     told.manager = message
-                if message.estop is not None:
-                    self._estop(told, message.estop)
+                for estop in message.estops:
+                    self._estop(told, estop)
             case Presence():
                 if self._newer(message.boot, message.sequence, told.presences.get(message.robot)):
                     told.presences[message.robot] = message
