@@ -90,6 +90,8 @@ class SetupTurn:
     def take(self, robot: Robot, call: SetupCall, now: float, then: Then) -> None:
         """An operator's order: it waits for its turn, at most `PATIENCE_S`, or is refused at once."""
         problem = self._refusal(robot, call, now)
+        if robot.name in self._orders:
+            problem = f"{robot.name} is being set up already"
         if problem:
             then(False, problem)
         else:

@@ -199,6 +199,17 @@ def test_an_order_that_waits_keeps_its_robot_and_the_others_of_its_bus_off() -> 
     assert world.replies[asked].text == "left: it was disabled"
 
 
+def test_a_second_order_for_a_robot_that_waits_is_refused_and_the_first_one_is_answered() -> None:
+    world = SetupWorld()
+    world.manager.free = False
+    first = world.request(MOVE)
+    world.until(lambda: world.state.setup == ("left",))
+    assert world.ask(MOVE).text == "left is being set up already"
+    world.manager.free = True
+    world.until(lambda: first in world.replies)
+    assert world.replies[first].ok
+
+
 def test_a_robot_that_the_manager_has_in_set_up_stays_so_for_a_gateway_that_starts_until_it_is_measured_at_rest() -> (
     None
 ):
