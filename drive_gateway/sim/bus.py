@@ -32,7 +32,8 @@ class SimulatedBus:
         """The master sends a frame."""
         self._keep_in_step(now)
         if self.wire is None:
-            return [answer for node in self.nodes for answer in node.receive(frame, now)]
+            hearing = [node for node in self.nodes if frame.id in node.handlers]
+            return [answer for node in hearing for answer in node.receive(frame, now)]
         self.wire.send(frame, now, from_master=True)
         return self.carry(now)
 
@@ -57,6 +58,8 @@ class SimulatedBus:
                 continue
             self._keep_in_step(delivered.at)
             for node in self.nodes:
+                if delivered.frame.id not in node.handlers:
+                    continue
                 for answer in node.receive(delivered.frame, delivered.at):
                     self.wire.send(answer, delivered.at, from_master=False)
         return arrived

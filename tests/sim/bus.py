@@ -32,9 +32,11 @@ class Bus:
 
     def send(self, frame: CanFrame, now: float) -> None:
         """A frame of the gateway."""
+        number = frame.id
         for node in self._nodes:
-            for answer in node.receive(frame, now):
-                self._deliver(answer)
+            if number in node.handlers:
+                for answer in node.receive(frame, now):
+                    self._deliver(answer)
 
     def step(self, now: float) -> None:
         """Let the nodes' timers run."""
