@@ -1,6 +1,7 @@
 """From steps of a program to a planned motion with its swept body. Runs in a worker; pure, so tests call it too."""
 
 from dataclasses import dataclass, replace
+from itertools import groupby
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,9 +11,9 @@ from cell.messages import ZoneGeometry
 from robot_agent.agent.targets import joint_target, pose_target
 from robot_agent.kinematics import KinematicsError, Model
 from robot_agent.language import FlangeStep, JointStep, LineStep, MotionStep, SplineStep, Switch
-from robot_agent.paths import Arc, Block, JointMove, Line, Sequence, Spline
+from robot_agent.paths import Arc, Block, JointMove, Line, PathError, Sequence, Spline
 from robot_agent.paths.arc import evenly_turned
-from robot_agent.paths.legs import end_of
+from robot_agent.paths.legs import end_of, half_turns
 from robot_agent.trajectory import Limits, Motion, PlanError, plan, spliced
 from robot_agent.workspace import Crossing, Sweep, crossings, sweep
 
@@ -155,6 +156,22 @@ class Planner:
             first_tau=self.cycle_s if cut_s > 0.0 else request.first_tau, cut_s=cut_s, splice_s=at_s - cut_s,
             switches=(request.switches + _switches(request))[-blocks:],
         )  # fmt: skip
+
+    def half_turns(self, request: PlanRequest | ExtendRequest) -> set[int]:
+        """Program lines of the request on which the tool makes half a turn at once, whose two ways are as long."""
+        numbered = list(enumerate(self._blocks(request)))
+        lines, q = set[int](), request.start
+        for joints, group in groupby(numbered, key=lambda each: isinstance(each[1], JointMove)):
+            moves = list(group)
+            if joints:
+                q = next(block.target for _, block in reversed(moves) if isinstance(block, JointMove))
+                continue
+            try:
+                found = half_turns([(k, b) for k, b in moves if not isinstance(b, JointMove)], self.model.forward(q))
+            except PathError:
+                continue  # planning names what is wrong
+            lines |= {request.steps[block].line for block in found}
+        return lines
 
     def standstill(self, q: NDArray[np.float64], zones: tuple[ZoneGeometry, ...]) -> Planned:
         """The motion of a robot that stands at `q` `(n,)`."""
