@@ -80,6 +80,10 @@ def test_a_zone_that_it_did_not_come_into_is_given_back_once_it_stands() -> None
     world.grant()
     until(world, lambda: newest(world).holds != {})
     world.brake(100.0 * configured(world))
+    while world.braking is not None:
+        world.step()
+        assert newest(world).holds != {}
+        assert not body_touches_box(newest(world).body, BOX)
     until(world, lambda: at_rest(world), 1.0)
     world.run(0.1)
     assert newest(world).holds == {}
