@@ -23,6 +23,8 @@ from cell.commands.options import (
 )
 from cell.commands.process import run_process
 from cell.commands.view import names
+from cell.config.document import read_text
+from cell.config.problem import Problem
 
 app = typer.Typer(
     add_completion=False, pretty_exceptions_enable=False, context_settings={"help_option_names": ["-h", "--help"]}
@@ -56,7 +58,9 @@ def robot_agent(
     mine = settings.robots[robot]
     try:
         model = load_model(mine.model)
-        text = mine.program.read_text(encoding="utf-8")
+        text = read_text(mine.program)
+        if isinstance(text, Problem):
+            raise CommandError(f"the program cannot be read\n{text}", f"correct it, then: cell check {file}")
         program = parse_program(text, mine.program.name, model.joint_names, model.linear_names, mine.corrections)
     except (KinematicsError, ProgramError) as error:
         raise CommandError(str(error), f"correct it, then: cell check {quoted(file)}") from error

@@ -7,6 +7,7 @@ at rest: when an extension comes too late, the robot rests there and goes on as 
 
 import math
 from collections import deque
+from collections.abc import Hashable
 from dataclasses import dataclass
 
 import numpy as np
@@ -98,6 +99,13 @@ class Lookahead:
     @property
     def items(self) -> tuple[Item, ...]:
         return tuple(self._items)
+
+    @property
+    def place(self) -> Hashable:
+        """All that is to come, by where the program is: from equal places, and the same joints, it goes on alike."""
+        interpreted = None if self._interpreter is None else self._interpreter.place
+        items = tuple(item.lines if isinstance(item, Planned) else item.line for item in self._items)
+        return interpreted, items, tuple(step.line for step in self._coming)
 
     def advance(self) -> None:
         """The head is being executed; what follows becomes the head."""

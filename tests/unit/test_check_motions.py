@@ -97,3 +97,9 @@ def test_an_exact_half_turn_is_a_warning_that_names_the_line(tmp_path: Path, mov
 
 def test_lines_are_listed_in_order_with_neighbours_together() -> None:
     assert listed({12, 3, 4, 5, 9}) == "3-5, 9, 12"
+
+
+def test_a_program_with_a_byte_order_mark_is_good(tmp_path: Path) -> None:
+    result, output = checked(tmp_path, f"\ufeff{ABOVE}\nHOME")
+    assert result.exit_code == 0, output
+    assert "is good" in output

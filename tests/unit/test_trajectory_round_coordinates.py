@@ -5,12 +5,20 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from random_moves import LIMITS, MODEL, round_sequence
+from random_moves import LIMITS, MODEL, START, round_sequence
 
 from cell.geometry import from_xyz_abc
 from robot_agent.kinematics import load_model
-from robot_agent.paths import Line, Sequence, Spline
+from robot_agent.paths import Arc, Block, Line, Sequence, Spline
 from robot_agent.trajectory import Limits, PlanError, plan
+
+
+def shifted(x_m: float, y_m: float = 0.0) -> np.ndarray:
+    """The pose at the start, so far away."""
+    pose = MODEL.forward(START)
+    pose[:2, 3] += x_m, y_m
+    return pose
+
 
 MODELS = sorted((Path(__file__).parents[2] / "cell_configs" / "models").glob("*.yaml"))
 SEEDS = 40
@@ -39,3 +47,20 @@ def test_the_arch_from_place_to_place_is_one_motion_without_a_stop(sideways: tup
     motion = plan(MODEL, Sequence(arch), LIMITS, start=MODEL.solve(start))
     assert len(motion.rests) == 2
     np.testing.assert_allclose(motion.pose(np.array(motion.duration_s)), down, atol=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("move", "why"),
+    [
+        (Line(shifted(1e300), None, 7), r"line 7, .* coordinate of 1e\+300 m, allowed -1000 to 1000 m"),
+        (
+            Spline(np.array([shifted(1e9), shifted(2e9)]), 7),
+            r"line 7, .* coordinate of 2e\+09 m, allowed -1000 to 1000 m",
+        ),
+        (Arc(shifted(0.1, 1e-3), shifted(0.2), 7, 200.0 * np.pi), "line 7, .* is 3141.91 m long, at most 2000 m are"),
+    ],
+    ids=["line", "spline", "rounds of a wide arc"],
+)
+def test_what_is_far_beyond_every_robot_is_refused_with_its_line_and_the_range(move: Block, why: str) -> None:
+    with pytest.raises(PlanError, match=why):
+        plan(MODEL, Sequence([move]), LIMITS, start=START)

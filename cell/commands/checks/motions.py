@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cell.commands.checks.bundle import CellBundle
+from cell.config.document import read_text
 from cell.config.problem import Problem, Severity
 from robot_agent.agent.dry_run import dry_run
 from robot_agent.agent.planning import ExtendRequest, PlanFailed, Planned, Planner, PlanRequest
@@ -72,7 +73,9 @@ def check_motions(bundle: CellBundle) -> tuple[list[ProgramCourse], list[Problem
 
 def _course(bundle: CellBundle, robot: str) -> tuple[ProgramCourse, list[Problem]]:
     settings, model = bundle.cell.robots[robot], model_of(bundle.models[robot])
-    file, text = settings.program, settings.program.read_text(encoding="utf-8")
+    file, text = settings.program, read_text(settings.program)
+    if isinstance(text, Problem):
+        return ProgramCourse(robot, 0, 0.0, ()), [text]
     whole = parse_program(text, file.name, model.joint_names, model.linear_names, settings.corrections)
     program = _once_through(whole)
     cycle_s = bundle.gateways[settings.gateway].cycle_s
