@@ -115,7 +115,7 @@ class AgentCore:
             case AskDone():
                 self.operator.switched(self.link.done(message))
             case Planned() | PlanFailed() if not self.interruption.planned(message):
-                self.run.planned(message, self.executive, self.pace.status.stepping)
+                self.run.planned(message, self.executive, self.pace.status.stepping, now)
             case Frozen():
                 self.zones.forget_echoes()
                 self.operator.forget_echoes()
@@ -131,7 +131,11 @@ class AgentCore:
         effects = self.link.claim_if_due(now)
         if feedback is None or self.link.grant is None:
             self._without_claim()
-            return effects + self.operator.refuse_all("the robot's gateway has not accepted this agent yet")
+            return (
+                effects
+                + self.run.lookahead.drop()
+                + self.operator.refuse_all("the robot's gateway has not accepted this agent yet")
+            )
         if self.mode is Mode.STARTING:
             self.run.outputs.claimed(self.link.grant.outputs)
         if self._planner is None or self._planner.cycle_s != self.link.grant.cycle_s:
@@ -148,7 +152,7 @@ class AgentCore:
             self.report.event(Severity.INFO, "idle_off", text, f"switch them on again with: cell enable {self._robot}")
             effects.append(self.link.switch(DisableDrives(self._robot, feedback.owner)))
         effects += self._move(feedback, self._planner, now)
-        effects += self._plan_ahead(feedback)
+        effects += self._plan_ahead(feedback, now)
         effects.append(self._state(feedback, self._planner, now))
         return effects + self.report.take_events()
 
@@ -282,11 +286,12 @@ class AgentCore:
         resting = feedback.state in (PlayoutState.FOLLOWING, PlayoutState.FAULT) and self.mode is not Mode.ENABLING
         return resting and not self.link.switching_on and not any(status.has_torque for status in feedback.axes)
 
-    def _plan_ahead(self, feedback: DriveFeedback) -> list[Effect]:
+    def _plan_ahead(self, feedback: DriveFeedback, now: float) -> list[Effect]:
         effects, zones = [], self.zones.geometry
         if self.executive is not None:
-            effects = self.run.extend(self.executive, feedback.tick, self.pace.status.stepping, zones)
-        return effects + self.run.lookahead.fill(zones) + self.interruption.plan(feedback, zones)
+            effects = self.run.extend(self.executive, feedback.tick, self.pace.status.stepping, zones, now)
+        effects += self.run.lookahead.fill(zones, now)
+        return self.run.lookahead.drop() + effects + self.interruption.plan(feedback, zones)
 
     # Messages
 

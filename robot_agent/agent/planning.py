@@ -40,7 +40,7 @@ class PlanRequest:
 class ExtendRequest:
     """Plan steps that go on from a motion in full motion at its tau `splice_s` [s]; its tau up to `cut_s` is forgotten.
 
-    `cut_s` is on the motion's grid and at most `splice_s`.
+    `cut_s` is at most `splice_s`.
     """
 
     id: int
@@ -72,6 +72,13 @@ class Plan(Effect):
     """The shell's worker plans; `Planned`, `Extended` or `PlanFailed` with the same id comes back."""
 
     request: PlanRequest | ExtendRequest
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Unplan(Effect):
+    """Nobody waits for the plans with these ids any more."""
+
+    ids: tuple[int, ...]
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -142,20 +142,20 @@ class ProgramRun:
         """Whether the first motion has not begun at the tick at which it had to."""
         return self.running and self.starting and tick > self.resume_tick
 
-    def planned(self, result: Planned | PlanFailed, executive: Executive | None, stepping: bool) -> None:
+    def planned(self, result: Planned | PlanFailed, executive: Executive | None, stepping: bool, now: float) -> None:
         """Take the worker's result: a motion to come, or one in place of the motion that runs; not while stepping."""
         old = self.lookahead.extends(result)
         if old is None:
-            self.lookahead.planned(result)
+            self.lookahead.planned(result, now)
             return
         if isinstance(result, Extended) and executive is not None and self.running and not stepping:
             taken = executive.timeline.exchange(old, result)
         else:
             taken = False
-        self.lookahead.extended(result, taken)
+        self.lookahead.extended(result, taken, now)
 
     def extend(
-        self, executive: Executive, tick: int, stepping: bool, zones: tuple[ZoneGeometry, ...] | None
+        self, executive: Executive, tick: int, stepping: bool, zones: tuple[ZoneGeometry, ...] | None, now: float
     ) -> list[Effect]:
         """Ask for more of the motion that runs.
 
@@ -170,7 +170,7 @@ class ProgramRun:
             self.lookahead.close()
         if stepping:
             return []
-        return self.lookahead.extend(timeline.reach(), timeline.at(tick)[0].path_state(tick).tau, zones)
+        return self.lookahead.extend(timeline.reach(), timeline.at(tick)[0].path_state(tick).tau, zones, now)
 
     @property
     def follower(self) -> Planned | None:

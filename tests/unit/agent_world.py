@@ -1,5 +1,6 @@
 """The smallest world an agent lives in: a gateway that plays blocks exactly, a manager that says what it is told."""
 
+import time
 from dataclasses import replace
 from pathlib import Path
 
@@ -43,7 +44,7 @@ from cell.messages import (
     ZoneStatus,
 )
 from robot_agent.agent.core import AgentCore
-from robot_agent.agent.planning import Plan, PlanFailed, Planned, Planner
+from robot_agent.agent.planning import Plan, PlanFailed, Planned, Planner, Unplan
 from robot_agent.kinematics import Model
 from robot_agent.language import parse_program
 from robot_agent.trajectory import Limits
@@ -135,7 +136,11 @@ class AgentWorld:
         """The gateway still measures a motion, and does not take the robot back."""
         self.asked_last: type | None = None
         self.plans_held = False
-        self._plans: list[Planned | PlanFailed] = []
+        self.unplanned: list[int] = []
+        """Ids of the plans that the agent does not want any more."""
+        self.planning_s: float | None = 0.0
+        """What each plan takes; None: as long as it takes the processor."""
+        self._plans: list[tuple[float, Planned | PlanFailed]] = []
         self.answers_held = False
         self._answers: list[AskDone] = []
         self._calls = 0
@@ -163,6 +168,8 @@ class AgentWorld:
             self.agent.receive(Arrived(self._feedback(), self.now), self.now)
         if not self.manager_silent:
             self._manager()
+        if not self.plans_held:
+            self.release_plans()
         for effect in self.agent.step(self.now):
             self._perform(effect)
         for _ in range(round(STEP_S / CYCLE_S)):
@@ -194,9 +201,9 @@ class AgentWorld:
             self.agent.receive(self._answers.pop(0), self.now)
 
     def release_plans(self) -> None:
-        """Let the agent have what was planned for it."""
-        while self._plans:
-            self.agent.receive(self._plans.pop(0), self.now)
+        """Let the agent have what is planned for it by now."""
+        while self._plans and self._plans[0][0] <= self.now:
+            self.agent.receive(self._plans.pop(0)[1], self.now)
 
     def _play(self) -> None:
         self.tick += 1
@@ -279,12 +286,16 @@ class AgentWorld:
             case Answer(request_id, Reply() as reply):
                 self.replies[request_id] = reply
             case Plan(request):
+                begun = time.process_time()
                 result: Planned | PlanFailed = self.planner.plan(request)
+                took_s = time.process_time() - begun if self.planning_s is None else self.planning_s
                 if isinstance(result, Planned):
                     self.planned.append(result)
-                self._plans.append(result)
+                self._plans.append((self.now + took_s, result))
                 if not self.plans_held:
                     self.release_plans()
+            case Unplan(ids):
+                self.unplanned.extend(ids)
 
     def _gateway_says(self, id: str, command: Command) -> Reply:
         match command:
