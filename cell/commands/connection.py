@@ -171,8 +171,7 @@ class Operator:
         except CallError as error:
             raise CommandError(
                 f"{command.verb}: {to} gave no usable answer: {error}",
-                f"look at the cell with: cell status -f {quoted(self.file)}; "
-                "nothing may be assumed about what was done",
+                f"see what was done with: cell status -f {quoted(self.file)}; if it was not, give the order again",
             ) from error
 
 

@@ -69,7 +69,8 @@ class GatewayLine:
             reply = self._session.ask(f"gateway/{self._gateway}", new_call(command, self._newest()), timeout_s)
         except CallError as error:
             raise CommandError(
-                f"gateway {self._gateway} gave no usable answer: {error}", "nothing may be assumed about what was done"
+                f"gateway {self._gateway} gave no usable answer: {error}",
+                "see what was done with: cell drives; if it was not, give the order again",
             ) from error
         if not reply.ok:
             raise CommandError(f"gateway {self._gateway} refuses: {reply.text}")

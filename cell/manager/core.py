@@ -2,12 +2,13 @@
 
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
+from math import inf
 
 from cell.config.settings import CellSettings
 from cell.core import Answer, Effect, Frozen, Publish, Request
 from cell.manager.estop_latch import EstopLatch
 from cell.manager.occupancy import ZoneSpace
-from cell.manager.presences import Presences
+from cell.manager.presences import MOST_STRANGERS, Presences
 from cell.manager.records import Store, Stored, ZoneDecided
 from cell.manager.setup_turns import SetupTurns
 from cell.manager.zones import Intrusion, Sight, Zone
@@ -70,7 +71,7 @@ class ManagerCore:
         """Take one message; see `cell.core`."""
         match message:
             case Presence():
-                self._presences.hear(message)
+                self._hear_presence(message, now)
                 self._setup.heard_robot(message, now)
                 self._confirmed(message.estop_acknowledged, f"robot {message.robot}", now)
             case GatewayState():
@@ -84,6 +85,14 @@ class ManagerCore:
                 self._calls.append(message)
             case Frozen():
                 self._presences.forget_echoes()
+
+    def _hear_presence(self, presence: Presence, now: float) -> None:
+        left_out = bool(self._presences.strangers_left_out)
+        self._presences.hear(presence, lambda robot: any(robot in zone.suspects for zone in self._zones.values()), now)
+        if not left_out and (names := self._presences.strangers_left_out):
+            text = f"more than {MOST_STRANGERS} robots that are not in the cell file report themselves; left out: "
+            remedy = "stop agents that do not belong to this cell, or start them with its cell file"
+            self._tell(Severity.ALARM, "too_many_robots", text + ", ".join(sorted(names)), remedy)
 
     def _confirmed(self, estop_id: str | None, who: str, now: float) -> None:
         effects = self._latch.heard_confirmation(estop_id, who, now)
@@ -162,7 +171,7 @@ class ManagerCore:
         estop = bool(self._latch.in_force)
 
         def age(heard: Heard | None) -> float:
-            return self._presences.age(heard, now)
+            return self._presences.age_of(heard, now)
 
         for news in self._setup.step(fresh, estop, age, self._sequence + 1, now):
             self._tell(news.severity, news.code, news.text, news.remedy)
@@ -177,13 +186,15 @@ class ManagerCore:
         match command:
             case SetEstop():
                 self._stop_on_call(request.request_id, call.id, command, now)
+            case ResetEstop() | ClearZone() | AdoptZone() | ClearSetup() if refusal := self._too_old(call, now):
+                self._effects.append(Answer(request.request_id, Reply(call.id, False, refusal)))
             case ResetEstop():
                 self._reset(request.request_id, call.id, command, now)
             case ClearZone() | AdoptZone():
                 ok, text = self._decide(command, sights)
                 self._effects.append(Answer(request.request_id, Reply(call.id, ok, text)))
             case ClearSetup(robot, by):
-                ok, text = self._setup.clear(robot, lambda heard: self._presences.age(heard, now))
+                ok, text = self._setup.clear(robot, lambda heard: self._presences.age_of(heard, now))
                 if ok:
                     self._tell(Severity.INFO, "setup_cleared", f"{text}, by {by}", "")
                 self._effects.append(Answer(request.request_id, Reply(call.id, ok, text)))
@@ -194,6 +205,20 @@ class ManagerCore:
             case _:
                 text = f"the manager does not know the command {command.verb!r}"
                 self._effects.append(Answer(request.request_id, Reply(call.id, False, text)))
+
+    def _too_old(self, call: Call, now: float) -> str:
+        """Why an order that releases something is not carried out: what its caller looked at is long over; or empty.
+
+        A stop is never refused for its age.
+        """
+        age_s, allowed_s = self._presences.age_of(call.heard, now), self._settings.times.command_s
+        if age_s <= allowed_s:
+            return ""
+        found = "no longer known" if age_s == inf else f"{age_s:.2f} s old"
+        return (
+            f"{call.command.verb} is too old to be carried out: it answers a state of the manager that is {found}, "
+            f"{allowed_s:g} s are allowed; nothing was done: look with `cell status`, then give the order again"
+        )
 
     def _stop_on_call(self, request_id: str, call_id: str, command: SetEstop, now: float) -> None:
         self._set_estop(Estop(command.id, True, command.by, command.reason), now)

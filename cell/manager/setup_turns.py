@@ -61,9 +61,9 @@ class SetupTurns:
     # Messages
 
     def heard_gateway(self, state: GatewayState) -> None:
-        """Take a state, unless it is old, of a boot that was replaced, or of no gateway of this cell."""
+        """Take a state, unless it is old, of an earlier run, or of no gateway of this cell."""
         gateway = self._gateways.get(state.gateway)
-        if gateway is not None and gateway.newest.accept(state.boot, state.sequence):
+        if gateway is not None and gateway.newest.accept(state.boot, state.era, state.sequence):
             gateway.state = state
 
     def heard_robot(self, presence: Presence, now: float) -> None:

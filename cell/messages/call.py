@@ -4,9 +4,11 @@ A call's verb is the last chunk of its key (`robot/left/cmd/run`); the verb pick
 """
 
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import Annotated, ClassVar
 
-from cell.messages.common import Heard
+from annotated_types import MaxLen
+
+from cell.messages.common import Count, Duration, Few, Heard, Name, Text
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,10 +33,10 @@ class Call:
     outcome for 60 s; by the echo it refuses a call that comes late, or was meant for the process before a restart.
     `heard` is the newest state of the addressee that the caller had seen when it sent the call; from a robot's owner to
     its gateway the newest `DriveFeedback`. Whatever moves, releases or switches something is refused when its echo is
-    older than 0.5 s; what stops or switches off never is. `docs/messages.md` has the table.
+    older than 0.5 s or missing; what stops or switches off never is. `docs/messages.md` has the table.
     """
 
-    id: str
+    id: Name
     command: Command
     heard: Heard | None = None
 
@@ -43,15 +45,15 @@ class Call:
 class ClaimGrant:
     """What a gateway gives its new owner."""
 
-    owner: int
+    owner: Count
     """Number of this claim; grows with each claim, never 0."""
-    cycle_s: float
-    tick: int
-    axes: tuple[str, ...]
-    gateway_boot: str
+    cycle_s: Duration
+    tick: Count
+    axes: Annotated[tuple[Name, ...], Few]
+    gateway_boot: Name
     torques: bool = False
     """Some drive takes torque as feed-forward: blocks should carry it."""
-    outputs: tuple[str, ...] = ()
+    outputs: Annotated[tuple[Name, ...], Few] = ()
     """The robot's digital outputs, which `SetpointBlock.events` may switch."""
 
 
@@ -59,9 +61,9 @@ class ClaimGrant:
 class Reply:
     """The answer to a call. `text` says what was done, or what was found, what is allowed and what to do next."""
 
-    id: str
+    id: Name
     ok: bool
-    text: str
+    text: Text
     claim: ClaimGrant | None = None
-    data: str = ""
+    data: Annotated[str, MaxLen(2**20)] = ""
     """What was asked for, where the command says that there is something."""

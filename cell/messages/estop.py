@@ -2,6 +2,8 @@
 
 from dataclasses import dataclass
 
+from cell.messages.common import Name, Words
+
 
 @dataclass(frozen=True, slots=True)
 class Estop:
@@ -11,7 +13,7 @@ class Estop:
     late copy of an old stop does nothing.
     """
 
-    id: str
+    id: Name
     active: bool
-    by: str
-    reason: str
+    by: Words
+    reason: Words

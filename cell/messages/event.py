@@ -2,6 +2,9 @@
 
 from dataclasses import dataclass, field
 from enum import Enum
+from typing import Annotated
+
+from cell.messages.common import Count, Few, Name, Number, Text, Whole
 
 
 class Severity(Enum):
@@ -14,15 +17,15 @@ class Severity(Enum):
 class Event:
     """Something happened. `code` is stable and greppable, `text` is for people, `remedy` says what to do next."""
 
-    source: str
+    source: Name
     """Role and name, for example `robot/left`, `gateway/left_bus`, `manager`."""
-    sequence: int
+    sequence: Count
     severity: Severity
-    code: str
-    text: str
-    remedy: str = ""
-    data: dict[str, str | int | float | None] = field(default_factory=dict)
-    boot: str = ""
+    code: Name
+    text: Text
+    remedy: Text = ""
+    data: Annotated[dict[Name, Text | Whole | Number | None], Few] = field(default_factory=dict)
+    boot: Name = ""
     """Of the source: `sequence` grows by one within a boot, so who listens knows what was lost."""
 
 
@@ -30,12 +33,12 @@ class Event:
 class KeptEvent:
     """An event as the manager has stored it."""
 
-    number: int
+    number: Count
     """Grows with every event that is stored, over restarts of the manager too."""
-    at: str
+    at: Name
     """When the manager heard it: UTC, ISO 8601 with milliseconds, by the clock of the manager's computer."""
     event: Event
-    lost: int = 0
+    lost: Count = 0
     """So many events of the same source before this one never reached the manager."""
 
 
@@ -44,7 +47,7 @@ class KeptEvents:
     """The answer to `ListEvents`, oldest first."""
 
     events: tuple[KeptEvent, ...]
-    newest: int
+    newest: Count
     """Number of the newest event that is stored; 0 when there is none."""
-    problem: str = ""
+    problem: Text = ""
     """Why events are not stored at present, for people."""

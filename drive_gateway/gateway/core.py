@@ -50,7 +50,7 @@ class GatewayCore:
         times: the cell's deadlines.
         boot: this process' boot.
         digest: of the configuration; a claim with another one is refused.
-        first_owner: number of the first claim, larger than any that was ever given on this bus (unix seconds).
+        first_owner: number of the first claim, larger than any that was ever given on this bus (unix milliseconds).
         process: what `who` tells besides role, name and boot, for people.
         stored: where axes with absolute encoders stood when they were last off, by robot.axis.
 
@@ -72,6 +72,7 @@ class GatewayCore:
         self._settings = settings
         self._times = times
         self._boot = boot
+        self._first_owner = first_owner
         self._log = EventLog(settings.name, boot)
         self._robots = {
             name: Robot(drives, settings, times, boot, first_owner, self._log, stored or {})
@@ -297,6 +298,7 @@ class GatewayCore:
             setup=self._named,
             heard=self._turn.echo,
             digest=self._digest,
+            era=self._first_owner,
         )
 
     def _counters(self) -> BusCounters:

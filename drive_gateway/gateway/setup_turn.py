@@ -58,7 +58,7 @@ class SetupTurn:
 
     def heard(self, state: ManagerState, at: float) -> None:
         """A manager's state arrived at `at` [s]."""
-        if self._newest.accept(state.boot, state.sequence):
+        if self._newest.accept(state.boot, state.epoch, state.sequence):
             self._manager, self._heard_at = state, at
 
     @property

@@ -91,7 +91,7 @@ def run_gateway(
             times,
             boot=boot,
             digest=digest,
-            first_owner=int(time.time()),
+            first_owner=int(1000 * time.time()),
             process=f"process {os.getpid()}",
             stored={} if store is None else store.records,
         )

@@ -24,6 +24,7 @@ class Announcer:
 
     def presence(
         self,
+        owner: int,
         body: Body,
         wants: dict[str, float],
         stop_time_s: float,
@@ -32,9 +33,9 @@ class Announcer:
         *,
         standing: bool = False,
     ) -> Publish:
-        """The next presence; `body` is everything between here and rest, `estop` the stop to acknowledge.
+        """The next presence under the claim `owner`.
 
-        `standing`: see `Presence`.
+        `body` is everything between here and rest, `estop` the stop to acknowledge; `standing`: see `Presence`.
         """
         self.body = body
         self._sequence += 1
@@ -43,6 +44,7 @@ class Announcer:
             Presence(
                 robot=self._robot,
                 boot=self._boot,
+                owner=owner,
                 sequence=self._sequence,
                 heard=self._zones.heard,
                 digest=self._digest,

@@ -27,11 +27,11 @@ class CellClock:
         self._cycle_s, self._gateway = cycle_s, OtherClock()
 
     def arrived(self, message: object, at: float) -> None:
-        """A message arrived at `at` [s]; what a state of the manager and a gateway's feedback say of clocks counts."""
+        """A message arrived at `at` [s]; what the manager's state and the gateway's feedback say of clocks counts."""
         if isinstance(message, ManagerState):
             self._manager.heard(message, at)
         elif isinstance(message, DriveFeedback) and self._cycle_s > 0.0:
-            self._gateway.heard(message.boot, message.sequence, message.tick * self._cycle_s, at)
+            self._gateway.heard(message.boot, message.owner, message.sequence, message.tick * self._cycle_s, at)
 
     def until(self, moment: CellTime, now: float) -> float | None:
         """Seconds from `now` to a moment, negative when it is past; None when it is of a clock that is not heard."""

@@ -94,12 +94,13 @@ class AgentCore:
         """Take one message; see `cell.core`."""
         match message:
             case Arrived(inner, at):
-                self.clock.arrived(inner, at)
                 self.receive(inner, now)
+                if not isinstance(inner, DriveFeedback) or inner is self.link.feedback:
+                    self.clock.arrived(inner, at)
             case DriveFeedback():
                 self.link.heard(message, now)
             case ManagerState():
-                self.zones.heard_state(message)
+                self.zones.heard_state(message, now)
                 for estop in message.estops:
                     self._hear_estop(estop)
             case ZoneGeometry():
@@ -256,7 +257,7 @@ class AgentCore:
             stop_time_s = self._rest.stop_time_s(planner, feedback, 0.0)
             return [
                 self._announcer.presence(
-                    body, {}, stop_time_s, self._estops.first, now, standing=self._stands(feedback)
+                    feedback.owner, body, {}, stop_time_s, self._estops.first, now, standing=self._stands(feedback)
                 ),
                 self._sign_of_life(feedback, planner),
             ]
@@ -275,7 +276,7 @@ class AgentCore:
             block, body = None, executive.body(feedback, None)
         self.zones.update_holds(now, self.zones.touched(body), set(wants))
         stop_time_s = self._rest.stop_time_s(planner, feedback, executive.rest_s(feedback.tick, block))
-        presence = self._announcer.presence(body, wants, stop_time_s, self._estops.first, now)
+        presence = self._announcer.presence(feedback.owner, body, wants, stop_time_s, self._estops.first, now)
         if block is None:
             return [presence]
         runs = self.mode is Mode.RUNNING

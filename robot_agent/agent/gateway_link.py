@@ -16,11 +16,12 @@ from cell.messages import (
     Release,
     Reply,
 )
-from cell.net.freshness import NewestOf
 
 _ASK_TIMEOUT_S = 3.0
 _CLAIM_AGAIN_S = 0.5
 _RELEASE_S = 1.0
+_OTHERS_S = 0.25
+"""Only another gateway run is heard for so long: then a call must tell who lives."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,8 +45,9 @@ class GatewayLink:
         self._release_until: float | None = None
         self._claim_due = -math.inf
         self._switching: dict[str, Switching] = {}
-        self._newest = NewestOf()
+        self._sequence = -1
         self._heard_at = -math.inf
+        self._only_others_since: float | None = None
         self.grant: ClaimGrant | None = None
         self.refusal = ""
         """Why the newest claim brought nothing; empty while it is not known."""
@@ -54,16 +56,30 @@ class GatewayLink:
         self.feedback: DriveFeedback | None = None
 
     def heard(self, feedback: DriveFeedback, now: float) -> None:
-        """Take the newest feedback; one of a restarted gateway, or of one that knows another owner, ends the claim."""
-        if not self._newest.accept(feedback.boot, feedback.sequence):
-            return
+        """Take the newest feedback of the gateway that gave the claim; if it knows another owner, the claim ends.
+
+        What another run of the gateway says may be news of a restart, or late and of before. So it ends the claim only
+        once nothing else is heard: the next claim is answered by the run that lives.
+        """
         grant = self.grant
-        if grant is not None and (
-            feedback.boot != grant.gateway_boot or (feedback.tick > grant.tick and feedback.owner != grant.owner)
-        ):
+        if grant is None or not self._is_mine(feedback, now) or feedback.sequence <= self._sequence:
+            return
+        if feedback.tick > grant.tick and feedback.owner != grant.owner:
             self.lose_claim()
-        self.feedback = feedback
+            return
+        self.feedback, self._sequence = feedback, feedback.sequence
         self._heard_at = now
+
+    def _is_mine(self, feedback: DriveFeedback, now: float) -> bool:
+        grant = self.grant
+        if grant is not None and feedback.boot == grant.gateway_boot:
+            self._only_others_since = None
+            return len(feedback.axes) == len(grant.axes)
+        if self._only_others_since is None:
+            self._only_others_since = now
+        elif now - self._only_others_since > _OTHERS_S:
+            self.lose_claim()
+        return False
 
     def age(self, now: float) -> float:
         """Seconds since the newest feedback; infinite when none came."""
@@ -79,6 +95,7 @@ class GatewayLink:
     def lose_claim(self) -> None:
         self.grant = None
         self.feedback = None
+        self._sequence, self._only_others_since = -1, None
 
     def claim_if_due(self, now: float) -> list[Effect]:
         """Ask for the robot until the gateway says yes."""

@@ -56,7 +56,7 @@ class Stillness:
         else:
             why, follower = self._run.why_idle(tick, executive.cycle_s) or self._corrections.waiting, self._run.follower
         if not why and not self._zones.fresh(now):
-            return Reason("the manager is silent")
+            return Reason(self._zones.silence)
         if follower is None and self._zones.unheard and (not why or mode is Mode.RETURNING):
             names = ", ".join(self._zones.unheard)
             return Reason(f"the manager has not said yet where zone {names} is, and nothing is planned before")

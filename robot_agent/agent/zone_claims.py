@@ -28,6 +28,8 @@ class ZoneClaims:
         self._boxes: dict[str, Box] = {}
         self._touched: deque[tuple[Body, frozenset[str]]] = deque(maxlen=_BODIES)
         self.state: ManagerState | None = None
+        self._lower: int | None = None
+        """The epoch of a manager that lives, and is of before the newest one."""
         self.holds: dict[str, Token] = {}
         self._given_up: dict[str, Token] = {}
 
@@ -48,15 +50,19 @@ class ZoneClaims:
         """After a freeze: nothing that answers an older presence counts as young."""
         self._sent.forget()
 
-    def heard_state(self, state: ManagerState) -> None:
-        if self._newest.accept(state.boot, state.sequence):
-            self.state = state
+    def heard_state(self, state: ManagerState, now: float) -> None:
+        """Take a manager's state, unless it is old or of an earlier epoch."""
+        if self._newest.accept(state.boot, state.epoch, state.sequence):
+            self.state, self._lower = state, None
+        elif state.epoch < self._newest.era and self._sent.age(state.heard.get(self._robot), now) < self._fresh_s:
+            self._lower = state.epoch
 
     def heard_geometry(self, zone: ZoneGeometry) -> None:
-        """Take a zone's geometry, unless the one is known that is in force, and it is another."""
+        """Take a zone's geometry, unless it is unknown, or the one in force is known and this is another."""
+        if self.state is None or zone.zone not in self.state.zones:
+            return
         known = self._geometry.get(zone.zone)
-        status = self.state.zones.get(zone.zone) if self.state is not None else None
-        if known is not None and status is not None and known.version == status.version != zone.version:
+        if known is not None and known.version == self.state.zones[zone.zone].version != zone.version:
             return
         if zone != known:
             self._geometry[zone.zone], self._boxes[zone.zone] = zone, zone_box(zone)
@@ -83,6 +89,16 @@ class ZoneClaims:
         if setup is None:
             return ""
         return f"{'it' if setup.robot == self._robot else setup.robot} is in set-up"
+
+    @property
+    def silence(self) -> str:
+        """What is wrong with a manager state that is not fresh, for people."""
+        if self._lower is None:
+            return "the manager is silent"
+        return (
+            f"the manager is silent; one of epoch {self._lower} is heard, which is lower than {self._newest.era} of "
+            "before: stop it, or if the clock of its host was set back, start this agent again"
+        )
 
     # Geometry
 

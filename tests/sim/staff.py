@@ -1,6 +1,5 @@
 """The people of a cell: a patient one who brings everything back, and what others need of the truth to be honest."""
 
-
 from cell.messages import (
     AdoptZone,
     ClearZone,

@@ -172,7 +172,7 @@ class World:
 
     def _gateway(self, gateway: str, cell: CellSettings, session: SimSession) -> Process:
         settings, bus, stop = self.bundle.gateways[gateway], self.buses[session.process], threading.Event()
-        first = int(session.host.unix())
+        first = int(1000 * session.host.unix())
         core = GatewayCore(settings, cell.times, boot=session.boot, digest=cell.digest, first_owner=first)
         port = SimPort(bus, self.clock)
         shell = GatewayShell(

@@ -135,6 +135,8 @@ class FakeDrive:
             return SdoDone(request.request_id, b"", self.refuse[key], "aborted")
         if request.data is None:
             key = (0x6060, 0) if key == (0x6061, 0) else key
+            if key not in self.objects:
+                return SdoDone(request.request_id, b"", 0x06020000, "aborted")
             return SdoDone(request.request_id, self.objects[key])
         self.objects[key] = request.data
         self.writes.append((*key, request.data))

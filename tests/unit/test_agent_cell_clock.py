@@ -14,8 +14,8 @@ BEHIND_S = 990.0
 """The manager's clock is so far behind the agent's."""
 
 
-def state(sequence: int, cell_time: float, boot: str = "m") -> ManagerState:
-    return ManagerState("c", boot, 1, sequence, cell_time, "digest")
+def state(sequence: int, cell_time: float, boot: str = "m", epoch: int = 1) -> ManagerState:
+    return ManagerState("c", boot, epoch, sequence, cell_time, "digest")
 
 
 def feedback(tick: int) -> DriveFeedback:
@@ -77,7 +77,7 @@ def test_a_first_motion_that_shall_last_longer_than_an_hour_or_not_at_all_is_ref
 
 def test_the_clock_of_another_manager_says_nothing() -> None:
     heard = clock()
-    heard.arrived(state(0, 0.5, "next"), 1003.0)
+    heard.arrived(state(0, 0.5, "next", 2), 1003.0)
     assert heard.until(CellTime("m", 12.0), 1003.0) is None
     assert heard.until(CellTime("next", 1.5), 1003.0) == pytest.approx(1.0)
     heard.arrived(state(99, 50.0, "m"), 1003.1)

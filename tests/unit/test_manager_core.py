@@ -1,5 +1,7 @@
 """The manager in a small world on virtual time."""
 
+from dataclasses import replace
+
 import pytest
 from manager_world import INSIDE, OUTSIDE, World, settings
 
@@ -8,6 +10,7 @@ from cell.manager.records import EstopCleared, EstopLatched, Stored, ZoneDecided
 from cell.messages import (
     AdoptZone,
     ClearZone,
+    Command,
     Estop,
     Halt,
     Heard,
@@ -35,6 +38,17 @@ def held(world: World) -> World:
     world.run()
     world.left.x = INSIDE
     return world.run()
+
+
+def orphaned() -> World:
+    """Left fell silent inside its zone."""
+    world = World().run()
+    world.left.wants = True
+    world.run()
+    world.left.x = INSIDE
+    world.run()
+    world.left.silent = True
+    return world.run(0.5)
 
 
 def test_who_wants_a_free_zone_gets_it_with_a_token_of_this_epoch(world: World) -> None:
@@ -448,3 +462,59 @@ def test_an_unknown_body_is_not_granted_what_it_wants() -> None:
     world.left.known, world.left.wants = False, True
     world.run(0.5)
     assert (world.zone.holder, world.zone.reason) == (None, "left not referenced")
+
+
+@pytest.mark.parametrize("order", [ResetEstop("me"), CLEAR, ADOPT], ids=lambda each: each.verb)
+def test_an_order_that_releases_something_is_carried_out_within_half_a_second_or_never(order: Command) -> None:
+    world = orphaned()
+    world.call(SetEstop("e1", "me", "test"))
+    old = Heard(world.state.boot, world.state.sequence)
+    world.run(0.6)
+    for heard, says in ((old, "0.6"), (Heard("another", 1), "no longer known")):
+        reply = world.call(order, heard)
+        assert not reply.ok
+        assert says in reply.text
+        assert "nothing was done: look with `cell status`, then give the order again" in reply.text
+    assert world.state.estop is not None
+    assert world.zone.state is ZoneState.ORPHANED
+    assert [record for record in world.records if isinstance(record, EstopCleared | ZoneDecided)] == []
+
+
+def test_a_manager_that_wakes_up_carries_out_no_order_of_before() -> None:
+    world = orphaned()
+    request_id = world.ask(CLEAR)
+    world.now += 0.3
+    world.manager.receive(Frozen(0.3), world.now)
+    world.run()
+    assert "no longer known" in world.replies[request_id].text
+    assert world.zone.state is ZoneState.ORPHANED
+
+
+def test_a_stop_is_never_refused_for_its_age() -> None:
+    world = World()
+    world.run()
+    assert world.call(SetEstop("e1", "me", "test"), Heard("another", 1)).ok
+
+
+def test_a_late_presence_of_an_agent_that_was_never_heard_bans_nobody() -> None:
+    world = World()
+    world.left.owner = 2
+    world.run()
+    dead = replace(world.left.presence(), boot="b0", owner=1, sequence=900, heard=None)
+    world.manager.receive(dead, world.now)
+    world.left.wants = True
+    world.run()
+    assert (world.zone.state, world.zone.holder) == (ZoneState.GRANTED, "left")
+
+
+def test_an_agent_whose_claim_is_lower_than_before_gets_no_grants_and_is_told_why() -> None:
+    world = World()
+    world.left.owner = 7
+    world.run()
+    world.left.restart("b2")
+    world.left.owner = 3
+    world.left.wants = True
+    world.run(0.5)
+    assert world.zone.holder is None
+    assert "its claim 3 is lower than 7 of before" in world.state.refused["left"]
+    assert "start the manager again" in world.state.refused["left"]

@@ -38,7 +38,7 @@ class Gateway:
         self.sequence += 1
         nodes = tuple(NodeStatus(1, robot, "J1", "Operational", self.drive) for robot in self.robots)
         state = GatewayState(self.name, self.boot, self.sequence, 0.004, "virtual", True, "", {}, None, nodes, COUNTERS)
-        return replace(state, setup=self.setup, heard=self.heard)
+        return replace(state, setup=self.setup, heard=self.heard, era=int(self.boot[1:]))
 
 
 def cell(robots: tuple[str, ...] = ("left", "right")) -> CellSettings:

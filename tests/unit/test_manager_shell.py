@@ -85,7 +85,7 @@ class Robots:
         heard = Heard(self.state.boot, self.state.sequence) if self.state else None
         estop = self.state.estops[0].id if self.state and self.state.estops else None
         for robot, wants in (("left", {"middle": 0.0}), ("right", dict[str, float]())):
-            presence = Presence(robot, "b1", self.sequence, heard, "digest", ball(1.0), 0.0, {}, wants, estop)
+            presence = Presence(robot, "b1", 1, self.sequence, heard, "digest", ball(1.0), 0.0, {}, wants, estop)
             self.session.publish(presence)
 
 
