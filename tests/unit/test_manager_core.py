@@ -464,7 +464,7 @@ def test_an_unknown_body_is_not_granted_what_it_wants() -> None:
     assert (world.zone.holder, world.zone.reason) == (None, "left not referenced")
 
 
-@pytest.mark.parametrize("order", [ResetEstop("me"), CLEAR, ADOPT], ids=lambda each: each.verb)
+@pytest.mark.parametrize("order", [ResetEstop("me", ("e1",)), CLEAR, ADOPT], ids=lambda each: each.verb)
 def test_an_order_that_releases_something_is_carried_out_within_half_a_second_or_never(order: Command) -> None:
     world = orphaned()
     world.call(SetEstop("e1", "me", "test"))
@@ -475,7 +475,7 @@ def test_an_order_that_releases_something_is_carried_out_within_half_a_second_or
         assert not reply.ok
         assert says in reply.text
         assert "nothing was done: look with `cell status`, then give the order again" in reply.text
-    assert world.state.estop is not None
+    assert world.state.estops
     assert world.zone.state is ZoneState.ORPHANED
     assert [record for record in world.records if isinstance(record, EstopCleared | ZoneDecided)] == []
 
