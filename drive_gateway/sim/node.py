@@ -118,6 +118,11 @@ class SimulatedNode(FaultsOnCommand):
         """Let time pass: motion, boot-up, heartbeats, timers. Returns what the node sends by itself."""
         self._now = now = max(self._now, now)
         self.advance(now)
+        return self.timers()
+
+    def timers(self) -> list[CanFrame]:
+        """What the node sends by itself at the time that it has come to."""
+        now = self._now
         self._ordered.step(now)
         frames: list[CanFrame] = []
         if self._nmt is NmtState.BOOT_UP:
