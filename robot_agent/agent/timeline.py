@@ -1,5 +1,6 @@
 """What the gateway plays, as the agent knows it: the accepted blocks, spliced, and those whose fate is open."""
 
+import itertools
 import math
 from collections import deque
 from dataclasses import dataclass, replace
@@ -160,12 +161,14 @@ class Timeline:
 
     def spans(self, from_tick: int, candidate: SentBlock | None = None) -> list[Span]:
         """All motion from a tick to rest: of the accepted blocks, of those that may still be, and of a candidate."""
-        spans = []
-        blocks = list(self._accepted)
-        for block, follower in zip(blocks, [*blocks[1:], None], strict=True):
-            until = block.rest_tick if follower is None else follower.first_tick
-            if until >= from_tick or follower is None:
-                spans.append(_span(block, from_tick, until))
+        spans = [_span(self.newest, from_tick, self.newest.rest_tick)]
+        until = self.newest.first_tick
+        for block in itertools.islice(reversed(self._accepted), 1, None):
+            if until < from_tick:
+                break
+            spans.append(_span(block, from_tick, until))
+            until = block.first_tick
+        spans.reverse()
         undecided = self._open if candidate is None else [*self._open, candidate]
         spans.extend(_span(block, block.first_tick, block.rest_tick) for block in undecided)
         return _merged(spans)

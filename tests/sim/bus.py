@@ -1,4 +1,4 @@
-"""The CAN bus of one simulated gateway: real frames between its core and the simulated drives, no wire time."""
+"""The CAN bus of one simulated gateway: real frames between its core and the simulated drives."""
 
 import heapq
 import random
@@ -10,18 +10,22 @@ from drive_gateway.canopen.cob_id import SYNC
 from drive_gateway.canopen.frame import CanFrame
 from drive_gateway.canopen.sdo import Sdo, SdoDone
 from drive_gateway.config.settings import GatewaySettings
+from drive_gateway.config.simulation import Level
+from drive_gateway.sim.bus import IN_STEP_S, SimulatedBus
 from drive_gateway.sim.shell import Robots, simulated_nodes
 from tests.sim.clock import Clock
 
 _ABORT = 0x80
 _SDO_S = (0.0005, 0.002)
 """How long a transfer takes."""
+_LEAST_STEP_S = 0.009
+"""More often no timer of a node needs to run."""
 _FRAME_BITS = 55
 """Of a frame without data and with worst-case stuffing, and ten more for each byte."""
 
 
 class Bus:
-    """Hands every frame to every node and the nodes' answers to `deliver`."""
+    """Hands every frame to every node and the nodes' answers to `deliver`, without wire time."""
 
     def __init__(
         self, settings: GatewaySettings, deliver: Callable[[CanFrame], None], robots: Robots | None = None
@@ -32,9 +36,11 @@ class Bus:
 
     def send(self, frame: CanFrame, now: float) -> None:
         """A frame of the gateway."""
+        number = frame.id
         for node in self._nodes:
-            for answer in node.receive(frame, now):
-                self._deliver(answer)
+            if number in node.handlers:
+                for answer in node.receive(frame, now):
+                    self._deliver(answer)
 
     def step(self, now: float) -> None:
         """Let the nodes' timers run."""
@@ -57,19 +63,26 @@ class Bus:
 
 
 class LivingBus(Bus):
-    """A bus whose nodes live on the world's time, whether a gateway runs or not; one gateway at a time has its port."""
+    """A bus whose nodes live on the world's time, whether a gateway runs or not; one gateway at a time has its port.
+
+    Frames take their time on the wire where the drives file says so.
+    """
 
     STEP_S = 0.0125
 
     def __init__(self, settings: GatewaySettings, clock: Clock, rng: random.Random, robots: Robots) -> None:
         self.port: SimPort | None = None
         self._stepped = clock.now
+        self._synced = False
         self._clock = clock
         super().__init__(settings, self._to_port, robots)
+        apart_s = IN_STEP_S if settings.simulation.level is Level.FULL else self.STEP_S
+        bitrate = settings.bus.bitrate if settings.simulation.wire_time else None
+        self._carrier = SimulatedBus(self._nodes, bitrate, apart_s)
         clock.after(rng.random() * self.STEP_S, self._live)
 
     def _live(self) -> None:
-        """The nodes' timers run with SYNC, and by themselves where none comes."""
+        """Where no gateway reads, the nodes' timers run by themselves."""
         left_s = self._stepped + self.STEP_S - self._clock.now
         if left_s <= 0.0:
             self.step(self._clock.now)
@@ -77,13 +90,34 @@ class LivingBus(Bus):
         self._clock.after(left_s, self._live)
 
     def send(self, frame: CanFrame, now: float) -> None:
-        super().send(frame, now)
         if frame.id == SYNC:
-            self.step(now)
+            self._synced = True
+        for answer in self._carrier.receive(frame, now):
+            self._to_port(answer)
 
     def step(self, now: float) -> None:
         self._stepped = now
-        super().step(now)
+        for frame in self._carrier.step(now):
+            self._to_port(frame)
+
+    def carry(self, now: float) -> None:
+        """What is through the wire by now arrives; the nodes' timers run as of the newest SYNC that they heard."""
+        for frame in self._carrier.carry(now):
+            self._to_port(frame)
+        if now - self._stepped >= _LEAST_STEP_S:
+            self._stepped = now
+            if self._synced:
+                self._synced = False
+                frames = self._carrier.timers(now)
+            else:
+                frames = self._carrier.step(now)
+            for frame in frames:
+                self._to_port(frame)
+
+    def sdo(self, request: Sdo, now: float) -> SdoDone:
+        for frame in self._carrier.carry(now):
+            self._to_port(frame)
+        return super().sdo(request, now)
 
     def _to_port(self, frame: CanFrame) -> None:
         if self.port is not None:
@@ -126,6 +160,7 @@ class SimPort:
         heapq.heappush(self._done, (self._clock.now + delay_s, len(self._done), action))
 
     def take(self) -> None:
+        self._bus.carry(self._clock.now)
         frames, self._frames = self._frames, []
         for frame in frames:
             self._on_frame(frame)
