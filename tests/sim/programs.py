@@ -181,7 +181,9 @@ class _Visit:
         made = []
         if rng.random() < 0.3:
             # Slowly along the border first: the published body is near it for long.
-            made.append(self._line(approach.near_mm - rng.choice([0.0, 30.0, 100.0]) - _AHEAD_MM[self._family], feed=80.0))
+            made.append(
+                self._line(approach.near_mm - rng.choice([0.0, 30.0, 100.0]) - _AHEAD_MM[self._family], feed=80.0)
+            )
         made.append(self._line(deep, z=level if rng.random() < 0.5 else None))
         made += self._inside(lambda: f"ML Z={self._number(low, high):g} F={0.4 * self._feed:g}{self._corner()}")
         if rng.random() < 0.4:
@@ -200,7 +202,11 @@ class _Visit:
             made.append(f"ML Y={y + rng.choice([-half, half]):g} F={self._feed:g}{self._corner()}")
         if rng.random() < 0.4:
             # The arch of pick and place: up, across, down.
-            made += [f"ML Z={approach.out_mm:g}{self._corner()}", f"ML X={x:g} Y={y:g}{self._corner()}", f"ML Z={deep:g}"]
+            made += [
+                f"ML Z={approach.out_mm:g}{self._corner()}",
+                f"ML X={x:g} Y={y:g}{self._corner()}",
+                f"ML Z={deep:g}",
+            ]
         made.append(f"ML Z={approach.out_mm:g} F={self._feed:g}")
         return made
 

@@ -1,8 +1,8 @@
 """Search for what is broken: many seeds of generated cells under all faults.
 
-    python -m tests.sim.search --seeds 0:2000 --jobs 2
-    python -m tests.sim.search --replay 17
-    python -m tests.sim.search --replay 17 --shrink
+python -m tests.sim.search --seeds 0:2000 --jobs 2
+python -m tests.sim.search --replay 17
+python -m tests.sim.search --replay 17 --shrink
 """
 
 import argparse
@@ -86,7 +86,9 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--seconds", type=float, default=_SECONDS, help="longest time of a run but the way back")
     parser.add_argument("--jobs", type=int, default=1)
     parser.add_argument("--json", type=Path, metavar="FILE", help="write what was found there")
-    parser.add_argument("--only", metavar="NAMES", help=f"of the invariants, by comma: {', '.join(k.name for k in ALL)}")
+    parser.add_argument(
+        "--only", metavar="NAMES", help=f"of the invariants, by comma: {', '.join(k.name for k in ALL)}"
+    )
     parser.add_argument("--stop-at-first", action="store_true", help="end at the first seed that fails")
     parser.add_argument("--replay", type=int, metavar="SEED", help="run one seed and tell what happened")
     parser.add_argument("--shrink", action="store_true", help="with --replay: leave out what is not needed to fail")

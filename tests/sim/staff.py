@@ -1,7 +1,5 @@
 """The people of a cell: a patient one who brings everything back, and what others need of the truth to be honest."""
 
-import dataclasses
-
 from cell.messages import (
     AdoptZone,
     ClearZone,
@@ -49,7 +47,7 @@ class Staff:
             for state in list(eyes.robots.values()):
                 self._serve(state)
             manager = eyes.manager
-            if manager is not None and manager.estop is not None:
+            if manager is not None and manager.estops:
                 self.reset_estop(PATIENT)
             for zone, status in manager.zones.items() if manager is not None else ():
                 if status.state is ZoneState.ORPHANED:
@@ -86,10 +84,9 @@ class Staff:
     def reset_estop(self, by: str) -> None:
         """Clear the stop that this operator sees."""
         manager = self._world.operator(by).manager
-        if manager is None or manager.estop is None:
+        if manager is None or not manager.estops:
             return
-        named = {"ids": (manager.estop.id,)} if "ids" in {f.name for f in dataclasses.fields(ResetEstop)} else {}
-        self._world.operate("manager", ResetEstop(by=by, **named), by)
+        self._world.operate("manager", ResetEstop(by, tuple(estop.id for estop in manager.estops)), by)
 
     def clear(self, by: str, zone: str) -> None:
         """Say that nobody is inside, having looked: all stand, and nobody is."""

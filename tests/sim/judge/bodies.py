@@ -134,7 +134,9 @@ class StopTimeIsTrue(Invariant):
         said_s = shown.message.stop_time_s
         over_s = sample.at - shown.at - said_s
         if over_s > _SETTLE_S:
-            self.broken(sample.robot, f"it moves {over_s:.2f} s after the {said_s:.3f} s that it said to need", sample.at)
+            self.broken(
+                sample.robot, f"it moves {over_s:.2f} s after the {said_s:.3f} s that it said to need", sample.at
+            )
         still_s = sample.at - shown.still_since
         if still_s > _SETTLE_S:
             self.broken(sample.robot, f"it moves, and has said for {still_s:.2f} s that it stands", sample.at)

@@ -10,9 +10,9 @@ from math import inf
 import numpy as np
 from numpy.typing import NDArray
 
+from cell.core import Request
 from cell.geometry import Box, body_touches_box, capsules_touch_box, transform_points
 from cell.messages import (
-    Body,
     Call,
     DriveFeedback,
     Estop,
@@ -20,13 +20,11 @@ from cell.messages import (
     Heard,
     ManagerState,
     Presence,
-    Reply,
     RobotState,
     SetpointBlock,
     TokenGone,
     ZoneGeometry,
 )
-from cell.core import Request
 from robot_agent.workspace import zone_box
 from tests.sim.world import World
 
@@ -263,8 +261,8 @@ class Facts:
             case ManagerState():
                 if self._newer(message.boot, message.sequence, told.manager):
                     told.manager = message
-                if message.estop is not None:
-                    self._estop(told, message.estop)
+                for estop in message.estops:
+                    self._estop(told, estop)
             case Presence():
                 if self._newer(message.boot, message.sequence, told.presences.get(message.robot)):
                     told.presences[message.robot] = message
@@ -365,5 +363,3 @@ class Facts:
         for sample in kept:
             self.samples += 1
             self.on_samples(sample)
-
-

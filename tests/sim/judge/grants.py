@@ -153,7 +153,7 @@ class GrantsAreDue(_OfManager):
             self.broken("manager", f"it grants zone {zone} to {holder}, last heard {age:.3f} s ago")
         if zone not in told.presences[holder].wants:
             self.broken("manager", f"it grants zone {zone} to {holder}, which does not ask for it")
-        if state.estop is not None:
+        if state.estops:
             self.broken("manager", f"it grants zone {zone} to {holder} under an emergency stop")
 
 

@@ -5,7 +5,6 @@ from typing import Any, ClassVar, NoReturn
 
 from tests.sim.judge.facts import Facts, Sample
 
-
 Handlers = Mapping[type, Callable[[str, Any], None]]
 
 

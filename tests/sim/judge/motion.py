@@ -258,7 +258,9 @@ class StopsUnderEstop(_OfBlocks):
 
     def must_stop(self, robot: str) -> str:
         estops = self.facts.told[f"robot/{robot}"].estops
-        return f"emergency stop {min(estops)} was told {self.facts.now - min(estops.values()):.3f} s ago" if estops else ""
+        return (
+            f"emergency stop {min(estops)} was told {self.facts.now - min(estops.values()):.3f} s ago" if estops else ""
+        )
 
     @property
     def published(self) -> Handlers:
@@ -285,7 +287,9 @@ class GatewayObeysEstop(Invariant):
         since = max(min(told.estops.values()), told.thawed_at)
         over_s = sample.at - since - self.facts.cell.times.estop_delay_s - self._MORE_S
         if over_s > 0.0 and sample.moving:
-            self.broken(sample.robot, f"it moves {over_s:.2f} s after it had to stand under an emergency stop", sample.at)
+            self.broken(
+                sample.robot, f"it moves {over_s:.2f} s after it had to stand under an emergency stop", sample.at
+            )
 
 
 class MovesByOrder(Invariant):

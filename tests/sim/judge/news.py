@@ -46,9 +46,7 @@ class SequencesGrow(Invariant):
     def published(self) -> Handlers:
         return dict.fromkeys((DriveFeedback, GatewayState, ManagerState, Presence, RobotState), self._message)
 
-    def _message(
-        self, name: str, message: DriveFeedback | GatewayState | ManagerState | Presence | RobotState
-    ) -> None:
+    def _message(self, name: str, message: DriveFeedback | GatewayState | ManagerState | Presence | RobotState) -> None:
         whose = message.robot if isinstance(message, DriveFeedback) else name
         key = type(message), whose, message.boot
         before = self._newest.get(key, message.sequence - 1)
