@@ -10,7 +10,7 @@ from tests.sim.judge.invariant import Handlers, Invariant
 
 _BODY_TOLERANCE_M = 0.002
 _BLOCK_TOLERANCE_M = 0.001
-_SETTLE_S = 0.1
+_SETTLE_S = 0.15
 """So long a drive may settle after the last sample of a block."""
 
 

@@ -35,6 +35,8 @@ SAMPLE_S = 0.02
 BATCH = 32
 """Moments that are judged together."""
 FREEZE_S = 0.25
+MOVING = 0.02
+"""[rad/s or m/s] An axis that is faster than this moves; slower, its drive may settle."""
 
 
 @dataclass(slots=True, eq=False)
@@ -158,6 +160,7 @@ class Facts:
         """The plan's newest fault has worn off."""
         self.on_samples: Callable[[Sample], None] = lambda _: None
         self.samples = 0
+        self._seen: Shown | None = None
         self._kept: list[Sample] = []
         self._axes: dict[str, Floats] = {}
         for name, process in world.processes.items():
@@ -224,10 +227,7 @@ class Facts:
         match message:
             case Presence():
                 self.sent[message.boot, message.sequence] = self.now
-                before = self.shown.get(message.robot)
-                since = inf if before is None else before.still_since
-                still_since = inf if message.stop_time_s > 0.0 else min(since, self.now)
-                self.shown[message.robot] = Shown(message, self.now, still_since)
+                self.shown[message.robot] = self.seen(message)
             case ManagerState():
                 self.sent[message.boot, message.sequence] = self.now
                 self.manager = message
@@ -245,6 +245,15 @@ class Facts:
                 sent = SentBlock(message, self.now, rest, moved.size > 0)
                 self.blocks[message.robot][message.owner, message.sequence] = sent
                 self.newest_block[message.robot] = sent
+
+    def seen(self, presence: Presence) -> Shown:
+        """A presence of this moment, with what is known of it."""
+        if self._seen is None or self._seen.message is not presence:
+            before = self.shown.get(presence.robot)
+            since = inf if before is None else before.still_since
+            still_since = inf if presence.stop_time_s > 0.0 else min(since, self.now)
+            self._seen = Shown(presence, self.now, still_since)
+        return self._seen
 
     def delivered(self, name: str, message: object) -> None:
         told = self.told[name]
@@ -328,7 +337,7 @@ class Facts:
         for robot in self.robots:
             axes = self.measured(robot)
             before = self._axes.get(robot)
-            moving = before is not None and bool((np.abs(axes - before) > 1e-5).any())
+            moving = before is not None and bool((np.abs(axes - before) > MOVING * SAMPLE_S).any())
             self._axes[robot] = axes
             self._kept.append(Sample(self.now, robot, axes, moving, self.shown.get(robot), self.manager))
         if len(self._kept) >= BATCH * len(self.robots):

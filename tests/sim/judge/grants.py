@@ -8,7 +8,6 @@ from cell.messages import (
     Event,
     ManagerState,
     Presence,
-    SetpointBlock,
     Token,
     ZoneState,
     ZoneStatus,
@@ -32,43 +31,39 @@ class NoBreach(Invariant):
 
 
 class EntersByFreshGrant(Invariant):
-    """Into a zone leads only a block of a robot that the newest manager state it was told names holder, by the token
-    that it says it holds; and that state answers a presence that was sent less than the age limit ago."""
+    """The published body, and so all that a robot is sent, comes into a zone only while the newest manager state that
+    its agent was told names it holder, by the token that it says it holds; and that state answers a presence that was
+    sent less than the age limit ago. A robot that its drives brake may come anywhere."""
 
     name = "enters by a fresh grant"
 
-    def __init__(self, facts: Facts) -> None:
-        super().__init__(facts)
-        self._before: dict[str, Shown] = {}
-
     @property
     def published(self) -> Handlers:
-        return {SetpointBlock: self._block}
+        return {Presence: self._presence}
 
-    def _block(self, _: str, block: SetpointBlock) -> None:
-        robot, shown = block.robot, self.facts.shown.get(block.robot)
-        if shown is None:
+    def _presence(self, _: str, presence: Presence) -> None:
+        robot, facts = presence.robot, self.facts
+        before, feedback = facts.shown.get(robot), facts.feedback.get(robot)
+        if before is None or before.message.boot != presence.boot or feedback is None or not feedback.enabled:
             return
-        before = self._before.get(robot)
-        self._before[robot] = shown
-        feedback = self.facts.feedback[robot]
-        if before is None or before.message.boot != shown.message.boot or not feedback.enabled:
+        if not before.message.body.known or not presence.body.known:
             return
-        for zone, box in self.facts.boxes.items():
+        shown = facts.seen(presence)
+        for zone, box in facts.boxes.items():
             if shown.touches(zone, box) and not before.touches(zone, box):
-                self._entered(robot, zone, shown.message)
+                self._entered(robot, zone, presence)
 
     def _entered(self, robot: str, zone: str, presence: Presence) -> None:
         facts = self.facts
         manager = facts.told[f"robot/{robot}"].manager
         status = manager.zones.get(zone) if manager is not None else None
         if status is None or status.holder != robot or status.state not in (ZoneState.GRANTED, ZoneState.OCCUPIED):
-            self.broken(robot, f"a block leads into zone {zone}; the newest manager state does not grant it")
+            self.broken(robot, f"its body comes into zone {zone}; the newest manager state does not grant it")
         if presence.holds.get(zone) != status.token:
-            self.broken(robot, f"a block leads into zone {zone}, granted by {status.token}, held is {presence.holds}")
+            self.broken(robot, f"its body comes into zone {zone}, granted by {status.token}, held is {presence.holds}")
         if not facts.manager_fresh(robot):
             age = facts.manager_age(robot)
-            self.broken(robot, f"a block leads into zone {zone} by a manager state that is {age:.3f} s old")
+            self.broken(robot, f"its body comes into zone {zone} by a manager state that is {age:.3f} s old")
 
 
 class GivenUpStaysGivenUp(Invariant):

@@ -34,6 +34,8 @@ _MOST_KEPT = 64
 """Samples of one robot that are judged together."""
 _BEFORE = 4
 """Judged samples that are kept: a jerk takes four."""
+_JOINING = 1e-6
+"""[rad or m] A block may begin so much beside what is commanded."""
 _MOVES = (Run, Continue, Return, Step, Jog)
 _LIVE = (PlayoutState.PLAYING, PlayoutState.RAMP, PlayoutState.STARVED)
 
@@ -329,7 +331,7 @@ class MovesByOrder(Invariant):
             self.broken(robot, "its drives came on, and no operator asked for it")
         before = self._commanded.get(robot)
         if feedback.enabled and self._enabled[robot] and not self._ordered[robot]:
-            if before is not None and not np.array_equal(before, feedback.commanded):
+            if before is not None and np.abs(before - feedback.commanded).max() > _JOINING:
                 self.broken(robot, "it moves, and no operator has told it to since its drives were off")
         self._commanded[robot] = feedback.commanded
         self._enabled[robot] = feedback.enabled
