@@ -6,6 +6,7 @@ from math import inf
 
 from cell.config.settings import CellSettings
 from cell.core import Answer, Effect, Frozen, Publish, Request
+from cell.manager.deadlock import DeadlockWatch
 from cell.manager.estop_latch import EstopLatch
 from cell.manager.occupancy import ZoneSpace
 from cell.manager.presences import MOST_STRANGERS, Presences
@@ -53,6 +54,7 @@ class ManagerCore:
         self._since = dict.fromkeys(settings.zones, 0.0)
         self._latch = EstopLatch(stored)
         self._setup = SetupTurns(settings.robots, boot, settings.times)
+        self._deadlocks = DeadlockWatch()
         self._calls: list[Request] = []
         self._effects: list[Effect] = []
         self._tokens = 0
@@ -128,6 +130,8 @@ class ManagerCore:
                 zone.grant(sights[name], self._new_token, self._sequence + 1)
         self._follow_changes(before, now)
         self._follow_setup(now)
+        for deadlock in self._deadlocks.look(self._zones, sights, self._cell_time(now), now):
+            self._tell(Severity.WARNING, "zone_deadlock", deadlock.text, deadlock.remedy)
         self._publish_state(sights, refused, now)
         self._publish_geometry(now)
         self._effects += self._latch.step(self._presences.acknowledged(now), self._presences.silent(now), now)
@@ -276,6 +280,7 @@ class ManagerCore:
             setup=self._setup.status,
             setup_refused=dict(self._setup.refused),
             heard_gateways=self._setup.heard(),
+            deadlocks=self._deadlocks.present,
         )
         if now < self._state_due and self._published is not None and _same(state, self._published):
             return

@@ -127,7 +127,7 @@ def test_a_text_of_any_length_does_not_fill_the_disk(path: Path) -> None:
     st.builds(
         Event,
         st.text(),
-        st.integers(),
+        st.integers(0, 2**62),
         st.sampled_from(Severity),
         st.text(),
         st.text(),
