@@ -8,6 +8,7 @@ and net alike. Operators: drop a condition, turn a comparison, skip a call, swap
 
 import argparse
 import ast
+import itertools
 import random
 import sys
 from collections.abc import Iterator
@@ -41,7 +42,7 @@ def passed_lines(seed: int, seconds: float) -> set[tuple[str, int]]:
     passed: set[tuple[str, int]] = set()
     roots = {str(ROOT / wing): wing for wing in WINGS}
 
-    def enter(frame: FrameType, event: str, _: Any) -> Any:
+    def enter(frame: FrameType, _event: str, _: Any) -> Any:
         name = frame.f_code.co_filename
         return look if any(name.startswith(root) for root in roots) else None
 
@@ -77,7 +78,7 @@ def candidates(file: str, lines: set[int]) -> Iterator[Drawn]:
             yield Drawn(file, node.lineno, "skip a call", old, " " * node.col_offset + "pass\n")
         for body in (getattr(node, name, None) for name in ("body", "orelse")):
             if isinstance(body, list):
-                for one, two in zip(body, body[1:], strict=False):
+                for one, two in itertools.pairwise(body):
                     if one.lineno in lines and two.lineno in lines and _may_swap(one) and _may_swap(two):
                         old = "".join(rows[one.lineno - 1 : two.end_lineno])
                         yield Drawn(file, one.lineno, "swap two lines", old, rows_of(two) + rows_of(one))
