@@ -59,9 +59,9 @@ def search(mutant: Mutant | None, runs: int = RUNS, seconds: float = SECONDS) ->
             last = (done.stderr.strip().splitlines() or ["nothing was said"])[-1]
             return Found(f"the cell does not start: {last}", 0, 0.0, took_s)
         told = json.loads(report.read_text())
-    if not told["failed"]:
+    if not told["broken"]:
         return Found("", told["seeds"], 0.0, took_s)
-    first = told["failed"][0]
+    first = told["broken"][0]
     return Found(first["invariant"], told["seeds"], first["at_s"], took_s)
 
 

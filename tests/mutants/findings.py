@@ -59,15 +59,15 @@ FINDINGS = (
         (
             Edit(
                 "cell/net/freshness.py",
-                "            return False\n        if self.boot is not None",
-                "            return True\n        if self.boot is not None",
+                "(era == self.era and boot != self.boot):\n            return False",
+                "(era == self.era and boot != self.boot):\n            return True",
             ),
         ),
     ),
     Mutant(
         "agent-ignores-estop",
         "an agent does not listen to emergency stops",
-        (Edit(CORE, "        if self._estop.heard(estop):", "        if False and self._estop.heard(estop):"),),
+        (Edit(CORE, "        if self._estops.hear(estop) and estop.active:", "        if False and estop.active:"),),
     ),
     Mutant(
         "age-by-arrival",

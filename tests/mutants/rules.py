@@ -85,8 +85,8 @@ RULES = (
         (
             Edit(
                 "cell/manager/estop_latch.py",
-                "self._active = {estop.id: estop for estop in stored.estops}",
-                "self._active: dict[str, Estop] = {}",
+                "self._estops = Estops(stored.estops, stored.cleared)",
+                "self._estops = Estops((), stored.cleared)",
             ),
         ),
     ),
@@ -243,8 +243,8 @@ RULES = (
         (
             Edit(
                 "robot_agent/agent/progress.py",
-                "        if not self._zones.fresh(now) and self._on_manager_return is OnManagerReturn.OPERATOR:",
-                "        if False:",
+                "        elif not self._zones.fresh(now) and self._on_manager_return is OnManagerReturn.OPERATOR:",
+                "        elif False:",
             ),
         ),
     ),
@@ -307,7 +307,7 @@ RULES = (
         (
             Edit(
                 "drive_gateway/gateway/core.py",
-                "        if estop is not None and self._estop.since is not None:",
+                "        if estop is not None and self._estop_since is not None:",
                 "        if False:",
             ),
         ),
