@@ -37,6 +37,10 @@ class Box:
         return cls(np.array(size_m), pose_from(np.array(position_m), np.array(quaternion_xyzw)))
 
 
+_A_LITTLE_MORE = 1.0 + 1e-9
+"""What rounding alone keeps apart is looked at exactly."""
+
+
 def point_box_distance(points: Array, box: Box) -> Array:
     """Distance `(...)` [m] of points `(..., 3)` in world from the solid box; 0 inside."""
     outside = np.abs((points - box.pose_world_box[:3, 3]) @ box.pose_world_box[:3, :3]) - box.size / 2
@@ -74,9 +78,12 @@ def capsules_touch_box(points: Array, radii: Array, box: Box) -> Flags:
     """
     points = np.asarray(points, dtype=float)
     radii = np.broadcast_to(radii, points.shape[:-2])
-    middle = (points[..., 0, :] + points[..., 1, :]) / 2
-    half_length = np.linalg.norm(points[..., 1, :] - points[..., 0, :], axis=-1) / 2
-    touches = np.asarray(point_box_distance(middle, box) <= half_length + radii)
+    start, end = points[..., 0, :], points[..., 1, :]
+    way = end - start
+    outside = np.abs(((start + end) / 2 - box.pose_world_box[:3, 3]) @ box.pose_world_box[:3, :3]) - box.size / 2
+    np.maximum(outside, 0.0, out=outside)
+    near = np.sqrt(np.einsum("...k,...k", way, way)) / 2 + radii
+    touches = np.asarray(np.einsum("...k,...k", outside, outside) <= near * near * _A_LITTLE_MORE)
     if touches.any():
         touches[touches] = capsule_box_distance(points[touches], radii[touches], box) <= 0
     return touches

@@ -3,6 +3,8 @@
 import sqlite3
 import time
 from collections import deque
+from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from threading import Condition, Thread
 from types import TracebackType
@@ -21,6 +23,7 @@ from cell.manager.records import (
 from cell.messages import Estop
 
 RETRY_S = 1.0
+_CONNECT = partial(sqlite3.connect, check_same_thread=False)
 _MOST_WAITING = 1000
 _END_S = 5.0
 """A disk that takes longer over the last records does not keep the process."""
@@ -52,10 +55,16 @@ class Journal:
     For one thread at a time.
     """
 
-    def __init__(self, path: Path) -> None:
+    def __init__(
+        self,
+        path: Path,
+        unix: Callable[[], float] = time.time,
+        connect: Callable[[Path], sqlite3.Connection] = _CONNECT,
+    ) -> None:
         self.path = path
+        self._unix = unix
         try:
-            self._db = sqlite3.connect(path, check_same_thread=False)
+            self._db = connect(path)
             self._db.execute("PRAGMA synchronous = FULL")
             self._db.executescript(_TABLES)
         except sqlite3.Error as error:
@@ -84,13 +93,14 @@ class Journal:
 
     def begin_epoch(self, boot: str) -> int:
         """The number of a new epoch, stored before it is used."""
-        epoch = next_epoch(self.read().epoch, time.time())
-        self._write("INSERT INTO epochs VALUES (?, ?, ?)", epoch, boot, time.time())
+        unix_s = self._unix()
+        epoch = next_epoch(self.read().epoch, unix_s)
+        self._write("INSERT INTO epochs VALUES (?, ?, ?)", epoch, boot, unix_s)
         return epoch
 
     def write(self, record: Record) -> None:
         """Store one record."""
-        at = time.time()
+        at = self._unix()
         match record:
             case EstopLatched(estop):
                 sql = "INSERT OR IGNORE INTO estops (id, set_by, reason, set_at) VALUES (?, ?, ?, ?)"
@@ -156,30 +166,36 @@ class JournalWriter:
             self._news.clear()
         return news
 
-    def _run(self) -> None:
-        while True:
-            with self._changed:
-                self._changed.wait_for(lambda: self._waiting or self._ending)
-                if not self._waiting:
-                    return
-                record = self._waiting[0]
+    def write_waiting(self) -> bool:
+        """Write what waits, as far as the disk lets it; whether nothing waits any more."""
+        while (record := self._first()) is not None:
             try:
                 self._journal.write(record)
             except JournalError as error:
-                if not self._put_off(str(error.path), error.reason):
-                    return
-            else:
-                self._written(record)
+                self._failed(error)
+                return False
+            self._written(record)
+        return True
 
-    def _put_off(self, path: str, reason: str) -> bool:
-        """Wait until the next try; False when that was the last one."""
+    def _run(self) -> None:
+        last = False
+        while not last:
+            with self._changed:
+                self._changed.wait_for(lambda: self._waiting or self._ending)
+                last = self._ending
+            if not self.write_waiting():
+                with self._changed:
+                    self._changed.wait_for(lambda: self._ending, 0.0 if last else self._retry_s)
+
+    def _first(self) -> Record | None:
+        with self._changed:
+            return self._waiting[0] if self._waiting else None
+
+    def _failed(self, error: JournalError) -> None:
         with self._changed:
             if self._told < len(self._waiting):
                 self._told = len(self._waiting)
-                self._news.append(JournalFailed(f"{path}: {reason}", tuple(self._waiting)))
-            last = self._ending
-            self._changed.wait_for(lambda: self._ending, 0.0 if last else self._retry_s)
-            return not last
+                self._news.append(JournalFailed(f"{error.path}: {error.reason}", tuple(self._waiting)))
 
     def _written(self, record: Record) -> None:
         with self._changed:

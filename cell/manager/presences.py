@@ -95,6 +95,11 @@ class Presences:
             return False
         return self.age_of(robot.presence.heard, now) < self._fresh_s
 
+    def fresh_ones(self, now: float) -> dict[str, Presence]:
+        """The newest presence of each robot that may be relied on."""
+        presences = {name: robot.presence for name, robot in self._robots.items() if self.fresh(name, now)}
+        return {name: presence for name, presence in presences.items() if presence is not None}
+
     def heard(self) -> dict[str, Heard]:
         """The echo for the next manager state."""
         newest = {name: robot.newest for name, robot in sorted(self._robots.items())}

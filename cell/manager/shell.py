@@ -1,17 +1,19 @@
-"""The process around `ManagerCore`: Zenoh, the journal and the clock."""
+"""The process around `ManagerCore`: Zenoh, the journal, the events that are kept, and the clock."""
 
 import logging
 import os
 import threading
 import time
-from collections.abc import Iterable
 from pathlib import Path
 
 from cell.config.settings import CellSettings
-from cell.core import Answer, Effect, Publish
+from cell.core import Answer, Effect, Publish, Request
 from cell.manager.core import ManagerCore
+from cell.manager.event_recorder import EventRecorder
+from cell.manager.event_store import EVENTS_FILE
 from cell.manager.journal import Journal, JournalWriter
 from cell.manager.records import Store
+from cell.messages import Call, Event, ListEvents
 from cell.net.errors import NetError
 from cell.net.liveliness import TokenWatch
 from cell.net.options import Link, ZenohOptions
@@ -19,7 +21,7 @@ from cell.net.runner import new_boot, run_core
 from cell.net.session import CellSession
 
 JOURNAL_FILE = "manager.sqlite3"
-_PERIOD_S = 0.01
+PERIOD_S = 0.01
 _LOOK_AROUND_S = 0.3
 _LOG = logging.getLogger("cell.manager")
 
@@ -46,31 +48,66 @@ def run_manager(settings: CellSettings, options: ZenohOptions, state_dir: Path, 
     ):
         tokens = session.token_watch()
         _be_the_only_one(settings.name, tokens, stop)
-        states = session.watch("robot/*/presence", "gateway/*/state")
-        estops = session.queue("estop")
-        calls = session.serve("manager")
+        writer = JournalWriter(journal)
+        shell = ManagerShell(session, tokens, writer)
+        recorder = EventRecorder(state_dir / EVENTS_FILE, session.queue("event/**"), boot)
         stored = journal.read()
         core = ManagerCore(settings, boot, journal.begin_epoch(boot), stored, os.getpid())
         session.declare_alive()
         _LOG.info("cell %s: manager at %s, journal %s", settings.name, ", ".join(session.endpoints), journal.path)
 
-        def inbox() -> Iterable[object]:
-            return [*estops.take(), *states.take_new(), *tokens.take(), *calls.take(), *writer.news()]
+        def inbox() -> list[object]:
+            for effect in recorder.effects():
+                perform(effect)
+            messages = []
+            for message in shell.inbox():
+                if isinstance(message, Request) and _about_events(message):
+                    recorder.ask(message)
+                else:
+                    messages.append(message)
+            return messages
 
         def perform(effect: Effect) -> None:
-            match effect:
-                case Publish(message):
-                    session.publish(message)
-                case Answer():
-                    calls.answer(effect)
-                case Store(record):
-                    writer.store(record)
-                case _:
-                    raise TypeError(f"the manager has no {type(effect).__name__}")
+            shell.perform(effect)
+            if isinstance(effect, Publish) and isinstance(effect.message, Event):
+                recorder.tell(effect.message)
 
-        with JournalWriter(journal) as writer:
-            run_core(core, period_s=_PERIOD_S, inbox=inbox, perform=perform, stop=stop, on_late=_late)
+        with recorder, writer:
+            run_core(core, period_s=PERIOD_S, inbox=inbox, perform=perform, stop=stop, on_late=_late)
     return 0
+
+
+def _about_events(request: Request) -> bool:
+    return isinstance(request.call, Call) and isinstance(request.call.command, ListEvents)
+
+
+class ManagerShell:
+    """What the manager hears, and how each effect of its core is carried out."""
+
+    def __init__(self, session: CellSession, tokens: TokenWatch, writer: JournalWriter) -> None:
+        self._session = session
+        self._tokens = tokens
+        self._writer = writer
+        self._states = session.watch("robot/*/presence", "gateway/*/state")
+        self._estops = session.queue("estop")
+        self._calls = session.serve("manager")
+
+    def inbox(self) -> list[object]:
+        """Everything that arrived since the last step."""
+        heard = [*self._estops.take(), *self._states.take_new(), *self._tokens.take(), *self._calls.take()]
+        return [*heard, *self._writer.news()]
+
+    def perform(self, effect: Effect) -> None:
+        """Carry one effect out."""
+        match effect:
+            case Publish(message):
+                self._session.publish(message)
+            case Answer():
+                self._calls.answer(effect)
+            case Store(record):
+                self._writer.store(record)
+            case _:
+                raise TypeError(f"the manager has no {type(effect).__name__}")
 
 
 def _late(lateness_s: float) -> None:
@@ -81,7 +118,7 @@ def _late(lateness_s: float) -> None:
 def _be_the_only_one(cell: str, tokens: TokenWatch, stop: threading.Event) -> None:
     """Tokens of others come within the first links' moments; with no link there is nobody to disagree with."""
     deadline = time.monotonic() + _LOOK_AROUND_S
-    while time.monotonic() < deadline and not stop.wait(_PERIOD_S):
+    while time.monotonic() < deadline and not stop.wait(PERIOD_S):
         other = next((alive for alive in tokens.alive() if alive.role == "manager"), None)
         if other is not None:
             raise SecondManager(cell, other.boot)

@@ -29,10 +29,11 @@ class Who(Command):
 class Call:
     """A command with the id that makes a repeated call harmless, and the echo that makes an old one recognisable.
 
-    `heard` is the newest state of the addressee that the caller had seen when it sent the call. Orders that can move or
-    release something are refused when it is older than 0.5 s or missing: those to an agent but `halt` and `who`;
-    `reset`, `clear_zone` and `adopt_zone` to the manager; `switch_output` to a gateway. A stop is
-    never refused for its age.
+    A caller that got no answer repeats the same call: id, command and echo. The addressee remembers an id and its
+    outcome for 60 s; by the echo it refuses a call that comes late, or was meant for the process before a restart.
+    `heard` is the newest state of the addressee that the caller had seen when it sent the call; from a robot's owner to
+    its gateway the newest `DriveFeedback`. Whatever moves, releases or switches something is refused when its echo is
+    older than 0.5 s or missing; what stops or switches off never is. `docs/messages.md` has the table.
     """
 
     id: Name

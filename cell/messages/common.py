@@ -29,6 +29,9 @@ Duration = Annotated[float, Ge(0.0), Le(1e9)]
 """[s]"""
 Vector = tuple[Metres, Metres, Metres]
 
+ECHO_S = 2.0
+"""A process remembers so long when it sent which message; an older echo proves nothing, whatever age is allowed."""
+
 
 @dataclass(frozen=True, slots=True)
 class Heard:

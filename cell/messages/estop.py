@@ -9,7 +9,8 @@ from cell.messages.common import Name, Words
 class Estop:
     """A latched stop of the whole cell. Anyone sends it; only the manager's `reset` clears it, by the same id.
 
-    An id that was once cleared is never accepted again, so a late copy of an old stop does nothing.
+    Several may be in force; while one is, the cell stands. An id that was once cleared is never accepted again, so a
+    late copy of an old stop does nothing.
     """
 
     id: Name

@@ -93,6 +93,8 @@ class Home(Command):
     verb: ClassVar[str] = "home"
     robot: Name
     axes: Annotated[tuple[Name, ...], Few]
+    alone: bool = False
+    """There is no manager, and the operator himself keeps all other robots still; refused while a manager is heard."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -109,6 +111,8 @@ class MoveAxes(Command):
     relative: bool
     speed: Number
     by_velocity: bool
+    alone: bool = False
+    """There is no manager, and the operator himself keeps all other robots still; refused while a manager is heard."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -125,11 +129,16 @@ class PressAxis(Command):
     torque: Number
     seconds: Number
     within: Number
+    alone: bool = False
+    """There is no manager, and the operator himself keeps all other robots still; refused while a manager is heard."""
 
 
 @dataclass(frozen=True, slots=True)
 class HoldSetup(Command):
-    """The operator still holds the set-up motion; the reply's `data` are `moving`, `done` or `stopped`."""
+    """The operator holds the set-up motion, as of the gateway state that the call's `heard` names.
+
+    It begins with the first hold. The reply's `data` are `moving`, `done` or `stopped`.
+    """
 
     verb: ClassVar[str] = "hold_setup"
     robot: Name

@@ -3,7 +3,7 @@
 from dataclasses import dataclass, field
 from typing import Annotated
 
-from cell.messages.common import Count, Duration, Few, Name, Number, Text
+from cell.messages.common import Count, Duration, Few, Heard, Name, Number, Text
 from cell.messages.drives import AxisStatus
 
 
@@ -67,3 +67,11 @@ class GatewayState:
     """Id of the emergency stop under which all robots of this bus are measured at rest and switched off, if any."""
     nodes: Annotated[tuple[NodeStatus, ...], Few]
     counters: BusCounters
+    setup: Annotated[tuple[Name, ...], Few] = ()
+    """Robots whose drives are to make motions of their own, or make them, or may still do so."""
+    heard: Heard | None = None
+    """Newest manager state that the gateway received."""
+    digest: Name = ""
+    """Of its configuration."""
+    era: Count = 0
+    """Grows from one run of the gateway to the next: the number of the first claim of this run."""

@@ -1,10 +1,11 @@
 """What the manager is asked for: `manager/cmd/<verb>`."""
 
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import Annotated, ClassVar
 
 from cell.messages.call import Command
-from cell.messages.common import Name, Words
+from cell.messages.common import Count, Duration, Few, Name, Words
+from cell.messages.event import Severity
 
 
 @dataclass(frozen=True, slots=True)
@@ -17,8 +18,11 @@ class SetEstop(Command):
 
 @dataclass(frozen=True, slots=True)
 class ResetEstop(Command):
+    """End these emergency stops, which the operator has seen, and no others."""
+
     verb: ClassVar[str] = "reset"
     by: Words
+    ids: Annotated[tuple[Name, ...], Few]
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,6 +35,15 @@ class ClearZone(Command):
 
 
 @dataclass(frozen=True, slots=True)
+class ClearSetup(Command):
+    """The operator has looked: a robot in set-up whose gateway is silent stands, and stays so."""
+
+    verb: ClassVar[str] = "clear_setup"
+    robot: Name
+    by: Words
+
+
+@dataclass(frozen=True, slots=True)
 class AdoptZone(Command):
     """The operator gives an orphaned zone to the robot that stands in it, under its new boot."""
 
@@ -38,3 +51,20 @@ class AdoptZone(Command):
     zone: Name
     robot: Name
     by: Words
+
+
+@dataclass(frozen=True, slots=True)
+class ListEvents(Command):
+    """The newest `limit` of the stored events that fit; `data` of the reply is a `KeptEvents` in JSON."""
+
+    verb: ClassVar[str] = "events"
+    after: Count = 0
+    """Only events with a greater number."""
+    before: Count | None = None
+    """Only events with a smaller number: for the page before one."""
+    since: Duration | None = None
+    """Only events that were heard at this moment or later [s since 1970, UTC]."""
+    severity: Severity = Severity.INFO
+    """Only events so severe or more, and those before which others were lost."""
+    limit: Count = 100
+    """At most 200."""

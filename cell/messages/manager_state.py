@@ -32,6 +32,17 @@ class ZoneStatus:
 
 
 @dataclass(frozen=True, slots=True)
+class SetupStatus:
+    """The one robot of the cell in set-up: its drives may make motions of their own, all others stay at rest."""
+
+    robot: Name
+    free: bool
+    """Every other robot has confirmed that it stands, and stays so: the motion may begin and go on."""
+    reason: Text = ""
+    """Why it is not free, for people."""
+
+
+@dataclass(frozen=True, slots=True)
 class ZoneDeadlock:
     """Robots that wait for each other: each needs now the zone at its place in `zones`, which the next one holds."""
 
@@ -59,5 +70,11 @@ class ManagerState:
     zones: Annotated[dict[Name, ZoneStatus], Few] = field(default_factory=dict)
     refused: Annotated[dict[Name, Text], Few] = field(default_factory=dict)
     """Robots that get no grants, and why (another configuration digest, not configured, unknown body)."""
-    estop: Estop | None = None
+    estops: Annotated[tuple[Estop, ...], Few] = ()
+    """All that are in force, oldest first."""
+    setup: SetupStatus | None = None
+    setup_refused: Annotated[dict[Name, Text], Few] = field(default_factory=dict)
+    """Robots that are to be set up and must wait: why, for people."""
+    heard_gateways: Annotated[dict[Name, Heard], Few] = field(default_factory=dict)
+    """Gateway: its newest state that the manager received."""
     deadlocks: Annotated[tuple[ZoneDeadlock, ...], Few] = ()

@@ -19,8 +19,9 @@ class Body:
 
     `poses` are configurations of all capsules along the path, the present one first. Pose `i`, with every radius grown
     by `growth_m[i]`, covers everything up to pose `i + 1`, the distance between measured and commanded position
-    included. An unknown body (`known` false, not referenced or no feedback) counts as the robot's whole reach: a sphere
-    of `reach_m` around `base`.
+    included. While the robot brakes off its path, the poses after the present one are in no order: together they cover
+    everything that it may still come to. An unknown body (`known` false, not referenced or no feedback) counts as the
+    robot's whole reach: a sphere of `reach_m` around `base`.
     """
 
     known: bool
@@ -58,8 +59,11 @@ class Presence:
     digest: Name
     body: Body
     stop_time_s: Duration
+    """Until all that was sent is at rest and the robot is measured so, at the longest; 0.0 exactly when it stands."""
     holds: Annotated[dict[Name, Token], Few] = field(default_factory=dict)
     wants: Annotated[dict[Name, Duration], Few] = field(default_factory=dict)
     """Zone wanted: seconds until it is needed."""
     estop_acknowledged: Name | None = None
     """Id of the active emergency stop under which this robot is at rest or braking, if any."""
+    standing: bool = False
+    """At rest and switched off; it stays so while the manager state that `heard` names has another robot in set-up."""

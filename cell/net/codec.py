@@ -16,6 +16,7 @@ from cell.messages import (
     AdoptZone,
     Call,
     Claim,
+    ClearSetup,
     ClearZone,
     Command,
     Continue,
@@ -30,6 +31,8 @@ from cell.messages import (
     HoldSetup,
     Home,
     Jog,
+    KeptEvents,
+    ListEvents,
     MoveAxes,
     PressAxis,
     ReadObject,
@@ -65,7 +68,7 @@ COMMANDS: dict[str, dict[str, type[Command]]] = {
     role: {kind.verb: kind for kind in (*kinds, Who)}
     for role, kinds in {
         "robot": (Enable, Disable, Run, Halt, Continue, Return, Step, SetOverride, SetManual, Jog, ResetRobot),
-        "manager": (SetEstop, ResetEstop, ClearZone, AdoptZone),
+        "manager": (SetEstop, ResetEstop, ClearZone, AdoptZone, ClearSetup, ListEvents),
         "gateway": (
             Claim,
             Release,
@@ -158,9 +161,9 @@ def _check_size(kind: str, data: bytes) -> None:
 
 
 def message_schemas() -> dict[str, Any]:
-    """JSON Schemas of all that travels as JSON: state messages and `Reply` by class, calls by role and verb."""
+    """JSON Schemas of all that travels as JSON: state messages, `Reply` and `KeptEvents` by class, calls by verb."""
     kinds = [kind for kind in STATE_KINDS if kind not in (SetpointBlock, DriveFeedback)]
-    schemas = {kind.__name__: _adapter(kind).json_schema() for kind in (*kinds, Reply)}
+    schemas = {kind.__name__: _adapter(kind).json_schema() for kind in (*kinds, Reply, KeptEvents)}
     for role, verbs in COMMANDS.items():
         schemas |= {f"{role}/{verb}": _adapter(_CALL_FORMS[kind]).json_schema() for verb, kind in verbs.items()}
     return schemas

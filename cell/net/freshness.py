@@ -9,12 +9,13 @@ from collections import OrderedDict
 from math import inf
 
 from cell.messages import Heard
+from cell.messages.common import ECHO_S
 
 
 class Sent:
     """When the own messages were sent, by sequence."""
 
-    def __init__(self, boot: str, keep_s: float = 2.0) -> None:
+    def __init__(self, boot: str, keep_s: float = ECHO_S) -> None:
         self.boot = boot
         self._keep_s = keep_s
         self._times: OrderedDict[int, float] = OrderedDict()

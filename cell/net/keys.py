@@ -46,7 +46,7 @@ class _Rule:
 
 def _rule(kind: type, template: str, *fields: str, chunk: str = r"[^/]+") -> _Rule:
     def suffix(message: object) -> str:
-        return template.format(*(getattr(message, field) for field in fields))
+        return template.format(*[getattr(message, field) for field in fields])
 
     return _Rule(kind, suffix, re.compile(re.escape(template).replace(r"\{\}", chunk)))
 

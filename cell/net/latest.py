@@ -52,14 +52,15 @@ class Decoder:
 class Latest:
     """The newest payload of each key. Zenoh's callback only stores; decoding is the reader's work."""
 
-    def __init__(self, decoder: Decoder) -> None:
+    def __init__(self, decoder: Decoder, now: Callable[[], float] = time.monotonic) -> None:
         self._decoder = decoder
+        self._now = now
         self._lock = Lock()
         self._new: dict[str, tuple[bytes, float]] = {}
 
     def store(self, key: str, payload: bytes) -> None:
         """Called by Zenoh's thread."""
-        at = time.monotonic()
+        at = self._now()
         with self._lock:
             if key in self._new or len(self._new) < MOST_KEYS:
                 self._new[key] = (payload, at)

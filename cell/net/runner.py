@@ -25,6 +25,31 @@ def new_boot() -> str:
     return secrets.token_hex(4)
 
 
+class Turns:
+    """Hands a core what has come, at the moment of the handing, and tells it when its process was frozen."""
+
+    def __init__(self, core: Core, now: Callable[[], float] = time.monotonic) -> None:
+        self._core = core
+        self._now = now
+        self._last = now()
+
+    def begin(self) -> float:
+        """From here on gaps count; answers the time [s]."""
+        self._last = self._now()
+        return self._last
+
+    def hand_over(self, source: Callable[[], Iterable[object]]) -> float:
+        """Give the core what `source` returns; answers the time [s] at which it did."""
+        messages = list(source())
+        # Only now: a process that freezes while it takes its messages finds new ones when it wakes.
+        before, self._last = self._last, self._now()
+        if self._last - before > FREEZE_S:
+            self._core.receive(Frozen(self._last - before), self._last)
+        for message in messages:
+            self._core.receive(message, self._last)
+        return self._last
+
+
 def run_core(
     core: Core,
     *,
@@ -48,28 +73,16 @@ def run_core(
     threads that compute much themselves take turns too often then.
     `realtime` asks for SCHED_FIFO and does without when the process may not.
     """
-    last = time.monotonic()
-
-    def hand_over(source: Callable[[], Iterable[object]]) -> float:
-        nonlocal last
-        messages = list(source())
-        # Only now: a process that freezes while it takes its messages finds new ones when it wakes.
-        before, last = last, time.monotonic()
-        if last - before > FREEZE_S:
-            core.receive(Frozen(last - before), last)
-        for message in messages:
-            core.receive(message, last)
-        return last
-
+    turns = Turns(core)
     with _steady_interpreter(switch_s), scheduling(realtime):
-        due = last = time.monotonic()
+        due = turns.begin()
         while not stop.is_set():
-            now = hand_over(inbox)
+            now = turns.hand_over(inbox)
             for effect in core.step(now):
                 perform(effect)
             due += period_s if trim is None else period_s + trim()
             if ahead is not None and _slept_until(due - AHEAD_S):
-                hand_over(ahead)
+                turns.hand_over(ahead)
             if not _slept_until(due) and (lateness := time.monotonic() - due) > period_s:
                 if on_late is not None:
                     on_late(lateness)

@@ -4,7 +4,7 @@ After five equal bits between start of frame and the end of the checksum the sen
 checksum and the stuffing go byte by byte through tables, because a simulated bus asks for every frame.
 """
 
-from functools import cache
+from functools import cache, lru_cache
 
 from drive_gateway.canopen.frame import CanFrame
 
@@ -14,6 +14,7 @@ _TAIL_BITS = 13
 """Checksum delimiter, acknowledge with its delimiter, end of frame, and three bits between frames."""
 
 
+@lru_cache(maxsize=4096)
 def exact_bits(frame: CanFrame) -> int:
     """Bits that this frame occupies, with the space behind it."""
     length = len(frame.data)

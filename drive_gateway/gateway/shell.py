@@ -4,6 +4,7 @@ import logging
 import os
 import time
 from collections import deque
+from collections.abc import Callable
 from contextlib import ExitStack
 from pathlib import Path
 from threading import Event, Thread
@@ -47,7 +48,7 @@ CLOSING_S = 5.0
 ALONE_SWITCH_S = 2e-5
 """So long Zenoh's threads wait for the interpreter, unless the drives compute in this process too."""
 _CLOCK_S = 0.25
-"""The manager's state is read so often: it is only needed for its clock."""
+"""The manager's state is read so often where it is only needed for its clock."""
 _LOG = logging.getLogger("drive_gateway")
 _LEVEL = {Severity.INFO: logging.INFO, Severity.WARNING: logging.WARNING, Severity.ALARM: logging.ERROR}
 
@@ -98,11 +99,11 @@ def run_gateway(
         with scheduling(realtime=True, feeding=True):
             session = stack.enter_context(CellSession(cell, link, "gateway", settings.name, boot, zenoh_options))
         drives = stack.enter_context(SimulatedDrives(settings, robots)) if simulate else None
-        shell = _Shell(core, settings, times, session, stop, store, drives)
+        shell = GatewayShell(core, settings, times, session, stop, store, drives)
         return shell.run()
 
 
-class _Shell:
+class GatewayShell:
     """What the loop calls: everything that came since the last cycle, and each effect of this one."""
 
     def __init__(
@@ -113,9 +114,14 @@ class _Shell:
         session: CellSession,
         stop: Event,
         store: PositionStore | None,
-        drives: SimulatedDrives | None,
+        drives: SimulatedDrives | None = None,
+        *,
+        open_port: type[BusPort] = BusPort,
+        open_workers: type[SdoWorkers] = SdoWorkers,
+        now: Callable[[], float] = time.monotonic,
     ) -> None:
         robots = settings.robots
+        self._now = now
         self._core = core
         self._settings = settings
         self._session = session
@@ -132,9 +138,9 @@ class _Shell:
         self._simulates = drives is not None
         if drives is not None:
             drives.on_slow = lambda text: self._arrived.append(DrivesSlow(text, REMEDY))
-        self.port = BusPort(settings.bus, self._on_frame, self._arrived.append)
+        self.port = open_port(settings.bus, self._on_frame, self._arrived.append)
         node_ids = {axis.node_id for drives in robots.values() for axis in drives.axes}
-        self.workers = SdoWorkers(node_ids, self.port.send, self.port.attend, self._arrived.append)
+        self.workers = open_workers(node_ids, self.port.send, self.port.attend, self._arrived.append)
         self.ended = Event()
         self.exit_code = 1
 
@@ -163,8 +169,8 @@ class _Shell:
         messages.append(BusTraffic(self.port.bits))
         messages += self._estops.take()
         messages += self._calls.take()
-        now = time.monotonic()
-        if now >= self._manager_due:
+        now = self._now()
+        if now >= self._manager_due or self._core.setting_up:
             self._manager_due = now + _CLOCK_S
             messages += self._manager.take_arrived()
         if self._stop.is_set():
@@ -181,7 +187,7 @@ class _Shell:
                 self.port.send(frame)
             case TakeBlocks():
                 for block in self._blocks.take_new():
-                    self._core.receive(block, time.monotonic())
+                    self._core.receive(block, self._now())
             case Publish(message):
                 if isinstance(message, CellEvent):
                     _LOG.log(_LEVEL[message.severity], "%s (%s) %s", message.text, message.code, message.remedy)
@@ -219,7 +225,7 @@ class _Shell:
         self._arrived.append(RecordEnded(f"{order.file} holds {frames} frames"))
 
     def _closing(self) -> list[object]:
-        now = time.monotonic()
+        now = self._now()
         if self._deadline is None:
             self._deadline = now + self._closing_s
             return [Shutdown()]

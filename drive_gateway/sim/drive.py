@@ -130,7 +130,8 @@ class Drive:
         if self._now >= now:
             return
         while self._now < now:
-            end = min(self._now + self._cycle_s, now)
+            # A step that is a little longer is as good: SYNC is never exact.
+            end = now if now - self._now < 1.5 * self._cycle_s else self._now + self._cycle_s
             step_s, self._now = end - self._now, end
             self._cyclic.now = end
             self._move(step_s)

@@ -92,7 +92,8 @@ class SimulatedNode(FaultsOnCommand):
         self._nmt = NmtState.BOOT_UP
         self._receive: list[ReceivePdo] = []
         self._transmit: list[TransmitPdo] = []
-        self._handlers: dict[int, _Handler] = {}
+        self.handlers: dict[int, _Handler] = {}
+        """What the node hears at present, by COB-ID."""
         self._restart()
 
     @property
@@ -104,7 +105,7 @@ class SimulatedNode(FaultsOnCommand):
 
     def receive(self, frame: CanFrame, now: float) -> list[CanFrame]:
         """Take one frame of the bus and return what the node sends because of it."""
-        handler = self._handlers.get(frame.id)
+        handler = self.handlers.get(frame.id)
         if handler is None or self._silent:
             return []
         self._now = max(self._now, now)
@@ -117,6 +118,11 @@ class SimulatedNode(FaultsOnCommand):
         """Let time pass: motion, boot-up, heartbeats, timers. Returns what the node sends by itself."""
         self._now = now = max(self._now, now)
         self.advance(now)
+        return self.timers()
+
+    def timers(self) -> list[CanFrame]:
+        """What the node sends by itself at the time that it has come to."""
+        now = self._now
         self._ordered.step(now)
         frames: list[CanFrame] = []
         if self._nmt is NmtState.BOOT_UP:
@@ -140,7 +146,7 @@ class SimulatedNode(FaultsOnCommand):
     def _restart(self) -> None:
         self._nmt = NmtState.BOOT_UP
         self._boot_at: float | None = None
-        self._handlers = {}
+        self.handlers = {}
         self._sdo.reset()
         self._emergencies.reset()
         self._objects.restore(ALL if self._restart_drive else COMMUNICATION)
@@ -191,14 +197,14 @@ class SimulatedNode(FaultsOnCommand):
         if state is self._nmt:
             return
         self._nmt = state
-        self._handlers = {NMT: self._on_nmt, ERROR_CONTROL + self.node_id: _unheard}
+        self.handlers = {NMT: self._on_nmt, ERROR_CONTROL + self.node_id: _unheard}
         self._transmit = []
         self._receive = []
         self._late.forget()
         if state is NmtState.STOPPED:
             self._disconnect()
         else:
-            self._handlers[SDO_TO_NODE + self.node_id] = self._on_sdo
+            self.handlers[SDO_TO_NODE + self.node_id] = self._on_sdo
         if state is NmtState.OPERATIONAL:
             self._link_pdos()
         self._watch_master(self._objects.numbers[_CONSUMER], restart=False)
@@ -207,10 +213,10 @@ class SimulatedNode(FaultsOnCommand):
         self._receive = receive_pdos(self._objects)
         self._transmit = transmit_pdos(self._objects)
         for pdo in self._receive:
-            self._handlers[pdo.cob_id] = partial(self._on_rpdo, pdo)
+            self.handlers[pdo.cob_id] = partial(self._on_rpdo, pdo)
         for sending in self._transmit:
-            self._handlers.setdefault(sending.cob_id, _unheard)
-        self._handlers[SYNC] = self._on_sync
+            self.handlers.setdefault(sending.cob_id, _unheard)
+        self.handlers[SYNC] = self._on_sync
 
     def _with_emergencies(self, frames: list[CanFrame]) -> list[CanFrame]:
         """Emergencies wait while the node may not send them."""
@@ -226,10 +232,10 @@ class SimulatedNode(FaultsOnCommand):
 
     def _watch_master(self, entry: int, restart: bool = True) -> None:
         if restart:
-            self._handlers.pop(ERROR_CONTROL + self._consumer.node_id, None)
+            self.handlers.pop(ERROR_CONTROL + self._consumer.node_id, None)
             self._consumer.configure(entry)
         if self._consumer.node_id:
-            self._handlers[ERROR_CONTROL + self._consumer.node_id] = self._on_heartbeat
+            self.handlers[ERROR_CONTROL + self._consumer.node_id] = self._on_heartbeat
 
     def _on_heartbeat(self, _data: bytes, now: float) -> list[CanFrame]:
         if self._consumer.heard(now):

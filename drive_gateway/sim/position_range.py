@@ -16,9 +16,11 @@ class PositionRange:
 
     def shown(self, position: float) -> int:
         """Nearest count of `position`, within the range."""
-        count, low = round(position), self._numbers[_LOWEST]
         span = self._span
-        return clipped(position) if span is None else low + (count - low) % span
+        if span is None:
+            return clipped(position)
+        low = self._numbers[_LOWEST]
+        return low + (round(position) - low) % span
 
     def nearest(self, target: float, place: float) -> float:
         """The position that shows as `target` and is nearest to `place`: the shorter way."""
@@ -31,7 +33,7 @@ class PositionRange:
     def _span(self) -> int | None:
         """`None`: nothing wraps."""
         low, high = self._numbers[_LOWEST], self._numbers[_HIGHEST]
-        return None if (low, high) == (_LOW, _HIGH) or high <= low else high - low + 1
+        return None if (low == _LOW and high == _HIGH) or high <= low else high - low + 1
 
 
 def clipped(value: float) -> int:

@@ -23,11 +23,19 @@ class Announcer:
         return self._zones.touched(body) - before
 
     def presence(
-        self, owner: int, body: Body, wants: dict[str, float], stop_time_s: float, estop: Estop | None, now: float
+        self,
+        owner: int,
+        body: Body,
+        wants: dict[str, float],
+        stop_time_s: float,
+        estop: Estop | None,
+        now: float,
+        *,
+        standing: bool = False,
     ) -> Publish:
         """The next presence under the claim `owner`.
 
-        `body` is everything between here and rest, `estop` the stop to acknowledge.
+        `body` is everything between here and rest, `estop` the stop to acknowledge; `standing`: see `Presence`.
         """
         self.body = body
         self._sequence += 1
@@ -45,5 +53,6 @@ class Announcer:
                 holds=dict(self._zones.holds),
                 wants=wants,
                 estop_acknowledged=estop.id if estop is not None else None,
+                standing=standing,
             )
         )

@@ -4,7 +4,18 @@ import math
 from dataclasses import dataclass
 
 from cell.core import Ask, AskDone, Effect
-from cell.messages import Call, Claim, ClaimGrant, Command, DisableDrives, DriveFeedback, Release, Reply
+from cell.messages import (
+    Call,
+    Claim,
+    ClaimGrant,
+    Command,
+    DisableDrives,
+    DriveFeedback,
+    EnableDrives,
+    Heard,
+    Release,
+    Reply,
+)
 
 _ASK_TIMEOUT_S = 3.0
 _CLAIM_AGAIN_S = 0.5
@@ -127,6 +138,11 @@ class GatewayLink:
         """Whether a call to switch the drives off is under way."""
         return any(isinstance(switching.command, DisableDrives) for switching in self._switching.values())
 
+    @property
+    def switching_on(self) -> bool:
+        """Whether a call to switch the drives on is under way."""
+        return any(isinstance(switching.command, EnableDrives) for switching in self._switching.values())
+
     def done(self, outcome: AskDone) -> tuple[Switching, bool, str] | None:
         """Take an outcome; for a switching call return it, whether it worked, and what the gateway said."""
         reply = outcome.reply if isinstance(outcome.reply, Reply) else None
@@ -150,4 +166,6 @@ class GatewayLink:
     def _ask(self, command: Command, timeout_s: float = _ASK_TIMEOUT_S) -> Ask:
         self._asks += 1
         id = f"{self._claim.robot}-{self._claim.boot}-{self._asks}"
-        return Ask(id, self._to, Call(id, command), timeout_s)
+        seen = self.feedback
+        heard = None if seen is None else Heard(seen.boot, seen.sequence)
+        return Ask(id, self._to, Call(id, command, heard), timeout_s)

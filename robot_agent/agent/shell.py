@@ -16,7 +16,7 @@ from cell.net.calls import Calls
 from cell.net.runner import new_boot, run_core
 from cell.net.session import CellSession, Link, ZenohOptions
 from robot_agent.agent.core import AgentCore
-from robot_agent.agent.planning import Plan, Planner
+from robot_agent.agent.planning import Plan, Planner, Unplan
 from robot_agent.agent.worker import PlanWorker
 from robot_agent.kinematics import Model
 from robot_agent.language import Program
@@ -46,16 +46,20 @@ def run_agent(
     base = base_pose(settings)
     limits = Limits.of(model.description)
     boot = new_boot()
-    core = AgentCore(cell, robot, lambda cycle_s: Planner(model, limits, base, cycle_s), program, boot)
+
+    def planner_for(cycle_s: float) -> Planner:
+        return Planner(model, limits, base, cycle_s)
+
+    core = AgentCore(cell, robot, planner_for, program, boot)
     with contextlib.ExitStack() as stack:
         session = stack.enter_context(CellSession(cell.name, link, "robot", robot, boot, options))
-        shell = _Shell(core, session, cell, robot, say, stop)
-        shell.start_worker = lambda cycle_s: stack.enter_context(PlanWorker(model, limits, base, cycle_s))
+        shell = AgentShell(core, session, cell, robot, say, stop)
+        shell.start_worker = lambda cycle_s: stack.enter_context(PlanWorker(planner_for(cycle_s)))
         run_core(core, period_s=PERIOD_S, inbox=shell.inbox, perform=shell.perform, stop=shell.ended)
         return shell.exit_code
 
 
-class _Shell:
+class AgentShell:
     """Carries the core's effects out and collects what it must hear."""
 
     start_worker: Callable[[float], PlanWorker]
@@ -68,8 +72,10 @@ class _Shell:
         robot: str,
         say: Callable[[str], None],
         stop: threading.Event,
+        now: Callable[[], float] = time.monotonic,
     ) -> None:
         self._core = core
+        self._now = now
         self._session = session
         self._robot = robot
         self._gateway = cell.robots[robot].gateway
@@ -112,6 +118,8 @@ class _Shell:
                 self._calls.answer(effect)
             case Plan(request) if self._worker is not None:
                 self._worker.submit(request)
+            case Unplan(ids) if self._worker is not None:
+                self._worker.drop(ids)
             case Ended():
                 self.ended.set()
             case _:
@@ -136,17 +144,17 @@ class _Shell:
         if not self._core.link.refused_by_gateway:
             self._refused_since = None
         elif self._refused_since is None:
-            self._refused_since = time.monotonic()
-        elif time.monotonic() - self._refused_since > _REFUSED_PATIENCE_S and self._calls is None:
+            self._refused_since = self._now()
+        elif self._now() - self._refused_since > _REFUSED_PATIENCE_S and self._calls is None:
             self._say(f"robot {self._robot}: giving up after {_REFUSED_PATIENCE_S:g} s of refusals")
             self.exit_code = 1
             self.ended.set()
 
     def _leave(self) -> list[object]:
         if self._stopping_since is None:
-            self._stopping_since = time.monotonic()
+            self._stopping_since = self._now()
             return [Shutdown()]
-        if time.monotonic() - self._stopping_since > _BRAKING_PATIENCE_S:
+        if self._now() - self._stopping_since > _BRAKING_PATIENCE_S:
             self._say(f"robot {self._robot}: not at rest after {_BRAKING_PATIENCE_S:g} s, leaving it to its gateway")
             self.exit_code = 1
             self.ended.set()

@@ -1,15 +1,19 @@
 """What the gateway plays, as the agent knows it: the accepted blocks, spliced, and those whose fate is open."""
 
+import itertools
 import math
 from collections import deque
 from dataclasses import dataclass, replace
+
+import numpy as np
 
 from cell.messages import DriveFeedback, OutputEvent
 from robot_agent.agent.planning import Extended, Planned
 from robot_agent.trajectory import PathState, Segment
 from robot_agent.trajectory.sources import CorrectedSource, Given
 
-_KEPT_TICKS = 250
+_KEPT_S = 1.0
+"""So long blocks are remembered that were played: longer than a robot may be behind its command."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -73,10 +77,11 @@ class Span:
 
     @property
     def samples(self) -> tuple[int, int]:
-        """First and last sample of the motion's grid, and of its sweep, that enclose the span."""
-        cycle_s = self.planned.motion.cycle_s
-        end = len(self.planned.sweep.points) - 1
-        return min(int(self.first_tau / cycle_s), end), min(math.ceil(self.last_tau / cycle_s), end)
+        """First and last sample of the motion's sweep that enclose the span."""
+        taus = self.planned.taus
+        last = min(int(np.searchsorted(taus, self.last_tau, side="left")), len(taus) - 1)
+        first = int(np.searchsorted(taus, self.first_tau, side="right")) - 1
+        return max(min(first, last), 0), last
 
 
 class Timeline:
@@ -142,7 +147,8 @@ class Timeline:
             if block.sequence == feedback.block:
                 self._accepted.append(block)
         self._open = deque(block for block in self._open if block.first_tick > feedback.tick)
-        while len(self._accepted) > 1 and self._accepted[1].first_tick < feedback.tick - _KEPT_TICKS:
+        kept = math.ceil(_KEPT_S / self.newest.planned.motion.cycle_s)
+        while len(self._accepted) > 1 and self._accepted[1].first_tick < feedback.tick - kept:
             self._accepted.popleft()
         return self.newest.sequence != before
 
@@ -160,12 +166,14 @@ class Timeline:
 
     def spans(self, from_tick: int, candidate: SentBlock | None = None) -> list[Span]:
         """All motion from a tick to rest: of the accepted blocks, of those that may still be, and of a candidate."""
-        spans = []
-        blocks = list(self._accepted)
-        for block, follower in zip(blocks, [*blocks[1:], None], strict=True):
-            until = block.rest_tick if follower is None else follower.first_tick
-            if until >= from_tick or follower is None:
-                spans.append(_span(block, from_tick, until))
+        spans = [_span(self.newest, from_tick, self.newest.rest_tick)]
+        until = self.newest.first_tick
+        for block in itertools.islice(reversed(self._accepted), 1, None):
+            if until < from_tick:
+                break
+            spans.append(_span(block, from_tick, until))
+            until = block.first_tick
+        spans.reverse()
         undecided = self._open if candidate is None else [*self._open, candidate]
         spans.extend(_span(block, block.first_tick, block.rest_tick) for block in undecided)
         return _merged(spans)

@@ -58,9 +58,13 @@ class ZoneClaims:
             self._lower = state.epoch
 
     def heard_geometry(self, zone: ZoneGeometry) -> None:
+        """Take a zone's geometry, unless it is unknown, or the one in force is known and this is another."""
         if self.state is None or zone.zone not in self.state.zones:
             return
-        if zone != self._geometry.get(zone.zone):
+        known = self._geometry.get(zone.zone)
+        if known is not None and known.version == self.state.zones[zone.zone].version != zone.version:
+            return
+        if zone != known:
             self._geometry[zone.zone], self._boxes[zone.zone] = zone, zone_box(zone)
             self._touched.clear()
 
@@ -75,6 +79,16 @@ class ZoneClaims:
 
     def fresh(self, now: float) -> bool:
         return self.age(now) < self._fresh_s
+
+    # Set-up
+
+    @property
+    def kept_still(self) -> str:
+        """Why nothing may move this robot now: the newest manager state has a robot in set-up. Empty when it may."""
+        setup = None if self.state is None else self.state.setup
+        if setup is None:
+            return ""
+        return f"{'it' if setup.robot == self._robot else setup.robot} is in set-up"
 
     @property
     def silence(self) -> str:
@@ -91,15 +105,16 @@ class ZoneClaims:
     @property
     def geometry(self) -> tuple[ZoneGeometry, ...] | None:
         """All zones of the newest manager state in their present version; `None` while one is still missing."""
-        if self.state is None:
+        if self.state is None or self.unheard:
             return None
-        zones = []
-        for name, status in sorted(self.state.zones.items()):
-            zone = self._geometry.get(name)
-            if zone is None or zone.version != status.version:
-                return None
-            zones.append(zone)
-        return tuple(zones)
+        return tuple(self._geometry[name] for name in sorted(self.state.zones))
+
+    @property
+    def unheard(self) -> list[str]:
+        """The zones of the newest manager state whose present geometry has not been heard."""
+        zones = self.state.zones if self.state is not None else {}
+        known = {name: zone.version for name, zone in self._geometry.items()}
+        return sorted(name for name, status in zones.items() if known.get(name) != status.version)
 
     def touched(self, body: Body) -> set[str]:
         """The zones that a body touches, by the rule that the manager applies too."""

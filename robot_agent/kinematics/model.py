@@ -140,8 +140,9 @@ class Model(ABC):
 
     def tool_speed(self, q: Array, qd: Array) -> Array:
         """Joints and their speeds `(..., n)` -> `(...)` [m/s]: the speed of flange or TCP, the larger one."""
-        v, w = np.split((self.jacobian(q) @ qd[..., None])[..., 0], 2, axis=-1)
-        speed = np.linalg.norm(v, axis=-1)
+        twist = (self.jacobian(q) @ qd[..., None])[..., 0]
+        v, w = twist[..., :3], twist[..., 3:]
+        speed = np.sqrt(np.einsum("...k,...k", v, v))
         if self.description.tool is None:
             return np.asarray(speed)
         arm = self.tcp(q)[..., :3, 3] - self.forward(q)[..., :3, 3]
@@ -176,10 +177,10 @@ class Model(ABC):
     def bulge_m(self, q: Array) -> Array:
         """How far, at most, an end point of a capsule leaves the chord between two samples of a path: `(m - 1,)` [m].
 
-        `q` `(m, n)`, equally spaced in path time. Joints that move evenly carry a point on arcs: its second derivative
-        is at most R (sum of joint steps)^2, with R the reach and sliding steps divided by R, so it leaves the chord by
-        an eighth of that. And joints that accelerate leave their own chords by an eighth of their second difference,
-        here taken twice for what the jerk adds, times R.
+        `q` `(m, n)`, evenly apart in time or in way. Joints that move evenly carry a point on arcs: its second
+        derivative is at most R (sum of joint steps)^2, with R the reach and sliding steps divided by R, so it leaves
+        the chord by an eighth of that. And joints that accelerate leave their own chords by an eighth of their second
+        difference, here taken twice for what the jerk adds, times R.
         """
         steps = np.diff(q, axis=0) / np.where(self.linear, self.reach_m, 1.0)
         bends = np.zeros(max(len(q) - 1, 0))

@@ -1,8 +1,8 @@
 """Virtual time: events in order of their time."""
 
 import heapq
-import itertools
 from collections.abc import Callable
+from typing import Any
 
 
 class Clock:
@@ -10,26 +10,29 @@ class Clock:
 
     def __init__(self) -> None:
         self.now = 1000.0
-        self._order = itertools.count()
-        self._events: list[tuple[float, int, Callable[[], None]]] = []
+        self._planned = 0
+        self._events: list[tuple[float, int, Callable[..., object], tuple[Any, ...]]] = []
         self.on_pause: list[Callable[[], None]] = []
         """Called whenever time stops running."""
 
-    def after(self, delay_s: float, action: Callable[[], None]) -> None:
-        heapq.heappush(self._events, (self.now + delay_s, next(self._order), action))
+    def after(self, delay_s: float, action: Callable[..., object], *arguments: Any) -> None:
+        """Call `action` in `delay_s`; what is planned for the same moment comes in the order of planning."""
+        self._planned += 1
+        heapq.heappush(self._events, (self.now + delay_s, self._planned, action, arguments))
 
-    def run_until(self, deadline: float, done: Callable[[], bool] = lambda: False) -> bool:
+    def run_until(self, deadline: float, done: Callable[[], bool] | None = None) -> bool:
         """Advance to `deadline`, or until `done()`; true when done."""
         is_done = self._run_until(deadline, done)
         for look in self.on_pause:
             look()
         return is_done
 
-    def _run_until(self, deadline: float, done: Callable[[], bool]) -> bool:
-        while self._events and self._events[0][0] <= deadline:
-            if done():
+    def _run_until(self, deadline: float, done: Callable[[], bool] | None) -> bool:
+        events = self._events
+        while events and events[0][0] <= deadline:
+            if done is not None and done():
                 return True
-            self.now, _, action = heapq.heappop(self._events)
-            action()
+            self.now, _, action, arguments = heapq.heappop(events)
+            action(*arguments)
         self.now = max(self.now, deadline)
-        return done()
+        return done is not None and done()

@@ -46,7 +46,7 @@ def order(world: World, ahead_s: float) -> float:
     """Order all robots to begin; the world's time at which they do."""
     manager = world.seen.manager
     assert manager is not None
-    behind = world.clock.now - world.processes["manager"].core._cell_time(world.clock.now)
+    behind = world.clock.now - world.processes["manager"].core._cell_time(world.hosts["manager"].now)
     at = CellTime(manager.boot, manager.cell_time + ahead_s)
 
     def repeat() -> None:

@@ -20,9 +20,9 @@ def measure(world: World) -> None:
     """What the encoder sends, over the same bad network."""
     manager = world.seen.manager
     if manager is not None:
-        at = CellTime(manager.boot, world.processes["manager"].core._cell_time(world.clock.now))
+        at = CellTime(manager.boot, world.processes["manager"].core._cell_time(world.hosts["manager"].now))
         counts = round(COUNTS_PER_S * world.clock.now) % 2**32
-        world.tell_timed(ConveyorCount("belt", at, counts, counts - counts % PART_COUNTS), ["robot/left"])
+        world.publish(ConveyorCount("belt", at, counts, counts - counts % PART_COUNTS), "encoder")
     world.clock.after(MEASURED_EVERY_S, lambda: measure(world))
 
 

@@ -1,5 +1,6 @@
 """Two arms that each hold a zone the other one needs: found, told to both, and freed by the commands that are told."""
 
+import re
 from collections.abc import Callable
 from pathlib import Path
 
@@ -60,6 +61,15 @@ class Stuck:
         self.until(lambda: self.codes.count("zone_deadlock") == 1, 40.0)
 
     @property
+    def back(self) -> tuple[str, str, str]:
+        """Who is to go back, out of which zone, and who goes on then, by what was told."""
+        [event] = [event for event in self.world.seen.events if event.code == "zone_deadlock"]
+        found = re.search(r"`cell override (\w+) -100` until it is out of (\w+), then `cell halt \1`", event.remedy)
+        assert found is not None, event.remedy
+        robot, zone = found.groups()
+        return robot, zone, "right" if robot == "left" else "left"
+
+    @property
     def codes(self) -> list[str]:
         return [event.code for event in self.world.seen.events]
 
@@ -95,42 +105,42 @@ def test_two_arms_that_wait_for_each_others_zones_are_told_both_how_to_go_on(tmp
     stuck = Stuck(tmp_path, between="")
     [event] = [event for event in stuck.world.seen.events if event.code == "zone_deadlock"]
     assert event.text == "left waits for zone south held by right; right waits for zone north held by left"
-    remedy = "`cell override left -100` until it is out of north, then `cell halt left`"
-    assert remedy in event.remedy
-    stuck.until(lambda: all(remedy in str(stuck.state(robot)) for robot in ("left", "right")))
+    stuck.until(lambda: all(event.remedy in str(stuck.state(robot)) for robot in ("left", "right")))
     stuck.world.clock.run_until(stuck.world.clock.now + 5.0)
     assert stuck.codes.count("zone_deadlock") == 1
 
 
 def test_going_back_as_told_frees_them_and_both_programs_end(tmp_path: Path) -> None:
     stuck = Stuck(tmp_path, between="")
-    stuck.order("left", SetOverride(-100.0))
-    stuck.until(lambda: stuck.zone("north")[0] is not ZoneState.OCCUPIED)
-    stuck.order("left", Halt())
-    stuck.until(lambda: stuck.done("right"))
+    robot, zone, other = stuck.back
+    stuck.order(robot, SetOverride(-100.0))
+    stuck.until(lambda: stuck.zone(zone)[0] is not ZoneState.OCCUPIED)
+    stuck.order(robot, Halt())
+    stuck.until(lambda: stuck.done(other))
     assert stuck.world.seen.manager is not None
     assert stuck.world.seen.manager.deadlocks == ()
-    stuck.order("left", SetOverride(100.0))
-    stuck.order("left", Continue())
-    stuck.until(lambda: stuck.done("left"))
+    stuck.order(robot, SetOverride(100.0))
+    stuck.order(robot, Continue())
+    stuck.until(lambda: stuck.done(robot))
     stuck.world.clock.run_until(stuck.world.clock.now + 1.0)
     stuck.invariants.check_at_rest()
 
 
 def test_where_the_motion_begins_inside_jogging_out_as_told_frees_them(tmp_path: Path) -> None:
     stuck = Stuck(tmp_path, between="WAIT 3\n", planned=False)
-    stuck.order("left", Halt())
-    stuck.until(lambda: stuck.mode("left") is Mode.HALTED)
-    jog = Jog("press", "X", -0.2, JogFrame.WORLD, 0.6)
+    robot, _, other = stuck.back
+    stuck.order(robot, Halt())
+    stuck.until(lambda: stuck.mode(robot) is Mode.HALTED)
+    away = -0.2 if robot == "left" else 0.2
 
     def hold() -> None:
-        state = stuck.state("left")
+        state = stuck.state(robot)
         if state is not None:
-            stuck.world.press(JogHeld("left", "press", True, Heard(state.boot, state.sequence)))
+            stuck.world.press(JogHeld(robot, "press", True, Heard(state.boot, state.sequence)))
         stuck.world.clock.after(0.03, hold)
 
-    stuck.order("left", jog)
+    stuck.order(robot, Jog("press", "X", away, JogFrame.WORLD, 0.6))
     hold()
-    stuck.until(lambda: stuck.done("right"))
-    stuck.order("left", Run())
-    stuck.until(lambda: stuck.done("left"))
+    stuck.until(lambda: stuck.done(other))
+    stuck.order(robot, Run())
+    stuck.until(lambda: stuck.done(robot))

@@ -1,15 +1,24 @@
-"""A cell of `cell_configs` in one process: manager, agents, gateways, drives, wired over a bad network."""
+"""A cell of `cell_configs` in one process: manager, agents, gateways, drives, wired over a bad network.
+
+Real: cores, shells, codec, slots, queues, calls, journal, planner, drives. Simulated: time, Zenoh's way of a payload
+from session to session (`exchange`), the planning process (`planning_worker`), the wire of the CAN bus (`bus`).
+"""
 
 import random
-from collections.abc import Callable
+import threading
+from collections.abc import Callable, Collection
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from cell.commands.checks import CellBundle, check_cell
+from cell.commands.emergency.door import PERIOD_S as ESTOP_PERIOD_S
 from cell.commands.robot_loads import robot_loads
-from cell.core import Answer, Arrived, Ask, AskDone, Effect, Publish, Request
+from cell.config.settings import CellSettings
+from cell.core import Answer, Core, Effect
 from cell.manager.core import ManagerCore
-from cell.manager.records import EstopCleared, EstopLatched, Record, Store, Stored
+from cell.manager.journal import JournalError
+from cell.manager.shell import PERIOD_S as MANAGER_PERIOD_S
+from cell.manager.shell import ManagerShell
 from cell.messages import (
     Call,
     Command,
@@ -17,33 +26,39 @@ from cell.messages import (
     Estop,
     Event,
     GatewayState,
-    Heard,
     JogHeld,
     ManagerState,
-    Presence,
     Reply,
     RobotState,
-    SetpointBlock,
-    TokenGone,
-    ZoneGeometry,
+    SetEstop,
 )
-from drive_gateway.canopen.sdo import Sdo
 from drive_gateway.gateway.core import GatewayCore
-from drive_gateway.gateway.effects import Frame
+from drive_gateway.gateway.shell import GatewayShell
 from robot_agent.agent.core import AgentCore
-from robot_agent.agent.planning import Plan, Planned, Planner
+from robot_agent.agent.planning import Planned, Planner
 from robot_agent.agent.shell import PERIOD_S as AGENT_PERIOD_S
-from robot_agent.agent.shell import base_pose
+from robot_agent.agent.shell import AgentShell, base_pose
 from robot_agent.kinematics import model_of
 from robot_agent.language import parse_program
 from robot_agent.trajectory import Limits
-from tests.sim.bus import Bus
+from tests.sim.bus import LivingBus, SimPort, SimWorkers
 from tests.sim.clock import Clock
+from tests.sim.disk import Disk, SimWriter
+from tests.sim.exchange import Exchange, SimSession
+from tests.sim.eyes import Eyes
+from tests.sim.host import Host
 from tests.sim.network import Network, Weather
-from tests.sim.process import Process
+from tests.sim.planning_worker import SimWorker
+from tests.sim.process import Process, Shell, WatchedCore
 
 TWO_ARMS = Path(__file__).parents[2] / "cell_configs" / "two_arms" / "cell.yaml"
-MANAGER_PERIOD_S = 0.01
+ANSWER_TIMEOUT_S = 5.0
+_UNIX_S = 1_700_000_000.0
+_LARGEST_AHEAD_S = 10_000.0
+_ESTOP_REPEATED_S = 3.0
+"""As `cell estop` does until everyone stands (`cell.commands.emergency.stop`)."""
+_LARGEST_DRIFT_PPM = 50.0
+_LARGEST_PLANNING_SHARE = 0.05
 
 
 def load_bundle(cell_file: Path = TWO_ARMS) -> CellBundle:
@@ -64,6 +79,9 @@ class Observed:
     events: list[Event] = field(default_factory=list)
     planned: dict[str, list[Planned]] = field(default_factory=dict)
     replies: list[tuple[str, Command, Reply | None]] = field(default_factory=list)
+    """Outcomes of operators' calls; None: no answer."""
+    said: list[tuple[str, str]] = field(default_factory=list)
+    """What processes told people, and payloads that nobody could read."""
 
 
 class World:
@@ -74,187 +92,258 @@ class World:
         self.cell = bundle.cell
         self.clock = Clock()
         self.rng = random.Random(seed)
-        self.network = Network(weather, self.rng)
+        self.network = Network(weather, self.rng, self.clock)
+        self.journal = Disk()
         self.seen = Observed(planned={robot: [] for robot in self.cell.robots})
         self.on_feedback: list[Callable[[DriveFeedback], None]] = []
+        self.on_published: list[Callable[[str, object], None]] = []
+        self.on_delivered: list[Callable[[str, object], None]] = []
+        self.on_effect: list[Callable[[str, Effect], None]] = []
+        self.on_life: list[Callable[[str, str], None]] = []
+        """Also "ended": a process has ended by itself."""
         self.models = {name: model_of(description) for name, description in bundle.models.items()}
         self.planners = {
             name: Planner(model, Limits.of(model.description), base_pose(self.cell.robots[name]), self.cycle_s(name))
             for name, model in self.models.items()
         }
+        self.exchange = Exchange(self.cell.name, self.clock, self.network, self.rng.random())
+        self.exchange.on_published.append(self._left)
+        self._planning_share = self.rng.uniform(0.0, _LARGEST_PLANNING_SHARE)
         self._boots = 0
         self._calls = 0
-        self._pending: dict[str, Callable[[Reply], None]] = {}
-        self._epoch = 0
-        self._stored = Stored()
-        self.buses: dict[str, Bus] = {}
+        self._operators: dict[str, Eyes] = {}
+        self.buses: dict[str, LivingBus] = {}
         self.processes: dict[str, Process] = {}
-        for gateway in self.cell.gateways:
-            self._start_gateway(gateway)
-        self.start_manager()
-        for robot in self.cell.robots:
-            self.start_agent(robot)
+        names = [f"gateway/{gateway}" for gateway in self.cell.gateways]
+        names += ["manager", *(f"robot/{robot}" for robot in self.cell.robots)]
+        self.hosts = {name: self._host() for name in names}
+        self._desk = self._host()
+        self.operator("operator")
+        for name in names:
+            if name.startswith("gateway/"):
+                settings = self.bundle.gateways[name.partition("/")[2]]
+                self.buses[name] = LivingBus(settings, self.clock, self.rng, robot_loads(self.cell, settings))
+            self.start(name)
 
     def cycle_s(self, robot: str) -> float:
         return self.bundle.gateways[self.cell.robots[robot].gateway].cycle_s
 
-    # Processes
+    def _host(self) -> Host:
+        drift_ppm = self.rng.uniform(-_LARGEST_DRIFT_PPM, _LARGEST_DRIFT_PPM)
+        unix_s = _UNIX_S + self.rng.uniform(-1.0, 1.0)
+        return Host(self.clock, self.rng.uniform(0.0, _LARGEST_AHEAD_S), drift_ppm, unix_s)
 
-    def _boot(self, name: str) -> str:
+    # Life and death
+
+    def start(self, name: str, digest: str | None = None) -> None:
+        """Start a process that is not alive, under a new boot; `digest`: of another configuration than the cell's.
+
+        A manager whose journal cannot be opened, or takes no new epoch, ends at once.
+        """
+        if name in self.processes and self.processes[name].alive:
+            return
+        cell = self.cell if digest is None else replace(self.cell, digest=digest)
         self._boots += 1
-        return f"{name}-{self._boots}"
+        role, _, who = name.partition("/")
+        boot = f"{who or role}-{self._boots}"
+        session = SimSession(self.exchange, name, self.hosts[name], boot, self._says(name))
+        try:
+            if role == "manager":
+                process = self._manager(cell, session)
+            elif role == "gateway":
+                process = self._gateway(who, cell, session)
+            else:
+                process = self._agent(who, cell, session)
+        except JournalError as error:
+            session.close()
+            self.seen.said.append((name, str(error)))
+            self._lived(name, "ended")
+            return
+        self.processes[name] = process
+        self._lived(name, "started")
+
+    def _manager(self, cell: CellSettings, session: SimSession) -> Process:
+        journal = self.journal.open(session.host.unix)
+        shell = ManagerShell(session, session.token_watch(), SimWriter(journal))
+        stored = journal.read()
+        core = ManagerCore(cell, session.boot, journal.begin_epoch(session.boot), stored)
+        session.declare_alive()
+        return self._process(core, shell, session, MANAGER_PERIOD_S, threading.Event())
+
+    def _gateway(self, gateway: str, cell: CellSettings, session: SimSession) -> Process:
+        settings, bus, stop = self.bundle.gateways[gateway], self.buses[session.process], threading.Event()
+        first = int(1000 * session.host.unix())
+        core = GatewayCore(settings, cell.times, boot=session.boot, digest=cell.digest, first_owner=first)
+        port = SimPort(bus, self.clock)
+        shell = GatewayShell(
+            WatchedCore(session.process, core, self.on_delivered),
+            settings,
+            cell.times,
+            session,
+            stop,
+            None,
+            open_port=port.opened,
+            open_workers=lambda _nodes, _send, _attend, done: SimWorkers(port, self.rng, done),
+            now=session.host.read,
+        )
+        session.declare_alive()
+        return self._process(core, shell, session, settings.cycle_s, stop)
+
+    def _agent(self, robot: str, cell: CellSettings, session: SimSession) -> Process:
+        planner, settings, model = self.planners[robot], self.cell.robots[robot], self.models[robot]
+        names = model.joint_names, model.linear_names
+        text = settings.program.read_text()
+        program = parse_program(text, settings.program.name, *names, settings.corrections)
+        core, stop = AgentCore(cell, robot, lambda _: planner, program, session.boot), threading.Event()
+        watched = WatchedCore(session.process, core, self.on_delivered)
+        shell = AgentShell(watched, session, cell, robot, self._says(session.process), stop, session.host.read)
+        planned = self.seen.planned[robot].append
+        shell.start_worker = lambda _: SimWorker(planner, self.clock, self._planning_share, planned)
+        return self._process(core, shell, session, AGENT_PERIOD_S, stop)
+
+    def _process(
+        self, core: Core, shell: Shell, session: SimSession, period_s: float, stop: threading.Event
+    ) -> Process:
+        watched = WatchedCore(session.process, core, self.on_delivered)
+        machine = self.clock, self.rng
+        return Process(core, watched, shell, session, period_s, *machine, self._performs, self._ended, stop)
 
     def start_manager(self) -> None:
-        self._epoch += 1
-        core = ManagerCore(self.cell, self._boot("manager"), self._epoch, self._stored)
-        self._start("manager", core, MANAGER_PERIOD_S)
+        self.start("manager")
 
     def start_agent(self, robot: str) -> None:
-        planner, settings = self.planners[robot], self.cell.robots[robot]
-        model = self.models[robot]
-        text = settings.program.read_text()
-        program = parse_program(
-            text, settings.program.name, model.joint_names, model.linear_names, settings.corrections
-        )
-        core = AgentCore(self.cell, robot, lambda _: planner, program, self._boot(robot))
-        self._start(f"robot/{robot}", core, AGENT_PERIOD_S)
-
-    def _start_gateway(self, gateway: str) -> None:
-        settings = self.bundle.gateways[gateway]
-        core = GatewayCore(settings, self.cell.times, boot=self._boot(gateway), digest=self.cell.digest)
-        name = f"gateway/{gateway}"
-        self._start(name, core, settings.cycle_s)
-        loads = robot_loads(self.cell, settings)
-        self.buses[name] = Bus(settings, lambda message: self.processes[name].tell(message), loads)
-
-    def _start(self, name: str, core: object, period_s: float) -> None:
-        self.processes[name] = Process(name, core, period_s, self.clock, self._perform, self.rng)
+        self.start(f"robot/{robot}")
 
     def kill(self, name: str) -> None:
-        """End a process at once; a robot's token goes, and the manager hears of it if the network lets it."""
+        """End a process at once; its token goes, and who has a link to it hears of that."""
+        if self.processes[name].alive:
+            self._end(self.processes[name])
+            self._lived(name, "killed")
+
+    def stop(self, name: str) -> None:
+        """Ask a process to leave in order, as SIGTERM does; "ended" when it has."""
+        self.processes[name].stop.set()
+
+    def freeze(self, name: str, seconds: float) -> None:
+        """A process does nothing for a while, and then finds what came meanwhile.
+
+        Longer than a lease, and its links are given up by the others: it finds what they sent before, and hears and is
+        heard anew when the links are back.
+        """
         process = self.processes[name]
-        process.kill()
-        role, _, who = name.partition("/")
-        if role == "robot":
-            self._send(TokenGone("robot", who, process.core._boot), ["manager"])
+        if not process.alive:
+            return
+        process.freeze(seconds)
+        self._lived(name, "frozen")
+        self.clock.after(seconds, self._thaw, process)
 
-    # Effects
+    def _thaw(self, process: Process) -> None:
+        if process.alive and not process.frozen:
+            self._lived(process.name, "thawed")
 
-    def _perform(self, process: Process, effect: Effect) -> None:
-        match effect:
-            case Frame(frame):
-                bus = self.buses[process.name]
-                bus.send(frame, self.clock.now)
-                if frame.id == 0x80:
-                    bus.step(self.clock.now)
-            case Sdo():
-                done = self.buses[process.name].sdo(effect, self.clock.now)
-                self.clock.after(self.rng.uniform(0.0005, 0.002), lambda: process.tell(done))
-            case Plan(request):
-                robot = process.name.partition("/")[2]
-                result = self.planners[robot].plan(request)
-                if isinstance(result, Planned):
-                    self.seen.planned[robot].append(result)
-                self.clock.after(self.rng.uniform(0.02, 0.08), lambda: process.tell(result))
-            case Publish(message):
-                self._published(message)
-            case Ask():
-                self._ask(process, effect)
-            case Answer(request_id, Reply() as reply):
-                answer = self._pending.pop(request_id, None)
-                if answer is not None:
-                    answer(reply)
-            case Store(record):
-                self._stored = _after(self._stored, record)
+    def _end(self, process: Process) -> None:
+        process.end()
+        if process.name in self.buses:
+            self.buses[process.name].port = None
 
-    def _published(self, message: object) -> None:
+    def _ended(self, process: Process, text: str) -> None:
+        """A process ended by itself."""
+        self._end(process)
+        self.seen.said.append((process.name, text))
+        self._lived(process.name, "ended")
+
+    def _lived(self, name: str, what: str) -> None:
+        for look in self.on_life:
+            look(name, what)
+
+    def _says(self, name: str) -> Callable[[str], None]:
+        return lambda text: self.seen.said.append((name, text))
+
+    # What is sent
+
+    def _performs(self, name: str, effect: Effect) -> None:
+        for look in self.on_effect:
+            look(name, effect)
+        if isinstance(effect, Answer):
+            for left in self.on_published:
+                left(name, effect.reply)
+
+    def _left(self, session: SimSession, message: object) -> None:
+        name = session.process
+        for look in self.on_published:
+            look(name, message)
         match message:
-            case Presence():
-                self._send(message, ["manager"])
-            case ManagerState():
-                self.seen.manager = message
-                self.tell_timed(message, self._agents())
-            case ZoneGeometry():
-                self._send(message, self._agents())
-            case SetpointBlock():
-                self._send(message, [f"gateway/{self.cell.robots[message.robot].gateway}"])
             case DriveFeedback():
                 self.seen.feedback[message.robot] = message
-                for look in self.on_feedback:
-                    look(message)
-                self.tell_timed(message, [f"robot/{message.robot}"])
+                for see in self.on_feedback:
+                    see(message)
             case RobotState():
                 self.seen.robots[message.robot] = message
+            case ManagerState():
+                self.seen.manager = message
             case GatewayState():
                 self.seen.gateways[message.gateway] = message
-                self._send(message, ["manager"])
-            case Estop():
-                self._send(message, [name for name in self.processes if name != "manager"])
             case Event():
                 self.seen.events.append(message)
 
-    def _agents(self) -> list[str]:
-        return [f"robot/{robot}" for robot in self.cell.robots]
+    # Operators, and others who are no process of the cell
 
-    def _send(self, message: object, names: list[str]) -> None:
-        for name in names:
-            for delay in self.network.delays():
-                self.clock.after(delay, lambda name=name: self.processes[name].tell(message))
+    def operator(self, by: str) -> Eyes:
+        """What an operator has heard; one that is named for the first time begins to hear now."""
+        if by not in self._operators:
+            self._operators[by] = Eyes(SimSession(self.exchange, by, self._desk, by, self._says(by)))
+        return self._operators[by]
 
-    def tell_timed(self, message: object, names: list[str]) -> None:
-        """To agents, whose shells note when a state comes in."""
-        for name in names:
-            for delay in self.network.delays():
-                self.clock.after(delay, lambda name=name: self._arrive(name, message))
+    def publish(self, message: object, by: str) -> None:
+        """A message of a sensor, an encoder, or anybody else."""
+        self.exchange.publish(self.operator(by).session, message)
 
-    def _arrive(self, name: str, message: object) -> None:
-        self.processes[name].tell(Arrived(message, self.clock.now))
+    def press(self, key: JogHeld, by: str = "operator") -> None:
+        """A sign of an operator's jog key."""
+        self.publish(key, by)
 
-    # Calls
+    def operate(
+        self,
+        to: str,
+        command: Command,
+        by: str = "operator",
+        timeout_s: float = ANSWER_TIMEOUT_S,
+        then: Callable[[Reply | None], None] | None = None,
+        call_id: str = "",
+    ) -> None:
+        """An operator's call, with the echo of the newest state of the addressee that this operator has heard.
 
-    def _ask(self, process: Process, ask: Ask) -> None:
-        answered = []
-
-        def finish(outcome: AskDone) -> None:
-            if not answered:
-                answered.append(outcome)
-                process.tell(outcome)
-
-        self._call(ask.to, ask.call, lambda reply: finish(AskDone(ask.ask_id, reply)))
-        self.clock.after(ask.timeout_s, lambda: finish(AskDone(ask.ask_id, None, "no answer in time")))
-
-    def _call(self, to: str, call: object, then: Callable[[Reply], None]) -> None:
+        `then` gets the reply, once, or None when there is none. A `call_id` that was used before repeats that call.
+        """
         self._calls += 1
-        request = Request(f"request-{self._calls}", call)
+        operator = self.operator(by)
+        call = Call(call_id or f"{by}-{self._calls}", command, operator.heard(to))
 
-        def answer(reply: Reply) -> None:
-            for delay in self.network.delays()[:1]:
-                self.clock.after(delay, lambda: then(reply))
+        def done(reply: Reply | None, problem: str) -> None:
+            self.seen.replies.append((to, command, reply))
+            if reply is None:
+                self.seen.said.append((by, problem))
+            if then is not None:
+                then(reply)
 
-        self._pending[request.request_id] = answer
-        self._send(request, [to])
+        self.exchange.ask(operator.session, to, call, timeout_s, done)
 
-    def press(self, key: JogHeld) -> None:
-        """A sign of an operator's jog key over the same bad network."""
-        self._send(key, [f"robot/{key.robot}"])
+    def raise_estop(
+        self, estop: Estop, by: str = "operator", doors: Collection[str] = ("manager", "gateways", "agents")
+    ) -> None:
+        """As `cell estop`: a stop that is repeated to everybody behind these doors until all have confirmed it, for 3 s
+        at most, and called to the manager once."""
+        if "manager" in doors:
+            self.operate("manager", SetEstop(estop.id, estop.by, estop.reason), by, _ESTOP_REPEATED_S)
+        roles = {"gateways": "gateway", "agents": "robot"}
+        through = {roles.get(door, door) for door in doors}
+        self._repeat_estop(estop, by, through, self.clock.now + _ESTOP_REPEATED_S)
 
-    def operate(self, to: str, command: Command) -> None:
-        """An operator's call over the same bad network, with the echo of the newest state of whom it is for."""
-        self._calls += 1
-        name = to.partition("/")[2]
-        state = self.seen.robots.get(name) or self.seen.gateways.get(name) or (self.seen.manager if not name else None)
-        heard = Heard(state.boot, state.sequence) if state is not None else None
-        call = Call(f"operator-{self._calls}", command, heard)
-        self._call(to, call, lambda reply: self.seen.replies.append((to, command, reply)))
-
-
-def _after(stored: Stored, record: Record) -> Stored:
-    """What a journal holds after one more record."""
-    match record:
-        case EstopLatched(estop):
-            return replace(stored, estops=(*stored.estops, estop))
-        case EstopCleared(id):
-            left = tuple(estop for estop in stored.estops if estop.id != id)
-            return replace(stored, estops=left, cleared=stored.cleared | {id})
-        case _:
-            return stored
+    def _repeat_estop(self, estop: Estop, by: str, through: set[str], until: float) -> None:
+        eyes = self.operator(by)
+        self.exchange.publish(eyes.session, estop, lambda name: name.partition("/")[0] in through)
+        stopped = {name for name, state in eyes.presences.items() if state.estop_acknowledged is not None}
+        secured = {name for name, state in eyes.gateways.items() if state.estop_confirmed is not None}
+        confirmed = stopped == set(self.cell.robots) and secured == set(self.cell.gateways)
+        if not confirmed and self.clock.now + ESTOP_PERIOD_S < until:
+            self.clock.after(ESTOP_PERIOD_S, self._repeat_estop, estop, by, through, until)

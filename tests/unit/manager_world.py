@@ -62,6 +62,7 @@ class Robot:
     moving: bool = False
     wants: bool = False
     silent: bool = False
+    standing: bool = False
     holds: dict[str, Token] = field(default_factory=dict)
     estop: str | None = None
     heard: Heard | None = None
@@ -76,7 +77,10 @@ class Robot:
                 elif self.x != INSIDE:
                     self.holds.pop(name, None)
         if isinstance(message, Estop) and not self.silent:
-            self.estop = message.id if message.active else None
+            if message.active:
+                self.estop = self.estop or message.id
+            elif self.estop == message.id:
+                self.estop = None
 
     def presence(self) -> Presence:
         self.sequence += 1
@@ -92,6 +96,7 @@ class Robot:
             holds=dict(self.holds),
             wants={"middle": 0.0} if self.wants else {},
             estop_acknowledged=self.estop,
+            standing=self.standing,
         )
 
     def restart(self, boot: str) -> None:

@@ -287,7 +287,7 @@ def test_a_robot_that_starts_standing_in_a_zone_blocks_it_without_a_stop() -> No
     world.right.wants = True
     world.run(0.5)
     assert (world.zone.state, world.zone.reason) == (ZoneState.ORPHANED, "left is inside without a grant")
-    assert world.state.estop is None
+    assert world.state.estops == ()
     assert world.call(ADOPT).ok
 
 
@@ -306,21 +306,21 @@ def test_a_body_in_the_zone_of_another_is_a_breach_and_stops_the_cell(held: Worl
     held.right.x = INSIDE
     held.run()
     assert held.zone.state is ZoneState.ORPHANED
-    assert held.state.estop is not None
-    assert held.state.estop.reason == "protective stop: right is in zone middle, which belongs to left"
+    reasons = [estop.reason for estop in held.state.estops]
+    assert reasons == ["protective stop: right is in zone middle, which belongs to left"]
     assert "right is in zone middle, which belongs to left" in held.state.refused["right"]
     assert held.codes().count("zone_breach") == 1
     held.right.x = OUTSIDE
     held.run()
     assert (held.zone.state, held.zone.holder) == (ZoneState.OCCUPIED, "left")
     assert held.state.refused == {}
-    assert held.state.estop is not None
+    assert len(held.state.estops) == 1
 
 
 def test_a_moving_body_in_a_free_zone_is_a_breach(world: World) -> None:
     world.left.x, world.left.moving = INSIDE, True
     world.run()
-    assert world.state.estop is not None
+    assert len(world.state.estops) == 1
 
 
 def test_a_robot_with_another_configuration_gets_no_grants_and_is_told_why(world: World) -> None:
@@ -369,7 +369,7 @@ def test_an_emergency_stop_is_latched_stored_repeated_and_confirmed_by_name(held
     held.estops.clear()
     held.run(1.0)
     assert 19 <= len(held.estops) <= 21
-    assert held.state.estop == Estop("e1", True, "me", "test")
+    assert held.state.estops == (Estop("e1", True, "me", "test"),)
 
 
 def test_nothing_is_granted_under_an_emergency_stop(world: World) -> None:
@@ -384,42 +384,70 @@ def test_only_a_reset_ends_the_stop_and_its_id_never_works_again(world: World) -
     world.run(0.5)
     world.manager.receive(Estop("e1", False, "robot left", "test"), world.now)
     world.run(0.5)
-    assert world.state.estop is not None
-    reply = world.call(ResetEstop("me"))
-    assert (reply.ok, reply.text) == (True, "the emergency stop is cleared; confirmed by left, right")
+    assert len(world.state.estops) == 1
+    reply = world.call(ResetEstop("me", ("e1",)))
+    cleared = "cleared: the emergency stop by robot left (test); confirmed by left, right"
+    assert (reply.ok, reply.text) == (True, cleared)
     assert world.records[-1] == EstopCleared("e1", "me")
     assert not world.call(SetEstop("e1", "me", "again")).ok
-    assert world.state.estop is None
+    assert world.state.estops == ()
+
+
+def test_a_reset_clears_the_stops_that_it_names_and_no_others(world: World) -> None:
+    world.manager.receive(Estop("first", True, "anna", "trial"), world.now)
+    world.run()
+    world.manager.receive(Estop("second", True, "bert", "door open, person inside"), world.now)
+    reply = world.call(ResetEstop("anna", ("first",)))
+    assert not reply.ok
+    assert reply.text == (
+        "cleared: the emergency stop by anna (trial); "
+        "still in force: the emergency stop by bert (door open, person inside); find the cause, then `cell reset`"
+    )
+    world.run(0.5)
+    assert [estop.id for estop in world.state.estops] == ["second"]
+    assert (world.left.estop, world.right.estop) == ("second", "second")
+    assert EstopCleared("second", "anna") not in world.records
+    assert world.call(ResetEstop("anna", ("second",))).ok
+    world.run()
+    assert (world.state.estops, world.left.estop) == ((), None)
+
+
+def test_a_reset_that_names_no_stop_in_force_clears_nothing(world: World) -> None:
+    world.manager.receive(Estop("e1", True, "anna", "trial"), world.now)
+    world.run()
+    reply = world.call(ResetEstop("bert", ("e0",)))
+    assert not reply.ok
+    assert reply.text.startswith("nothing is cleared; still in force: the emergency stop by anna (trial)")
+    assert [estop.id for estop in world.state.estops] == ["e1"]
 
 
 def test_the_stop_outlives_the_manager(world: World) -> None:
     stop = Estop("e1", True, "me", "test")
     world.restart_manager(8, "m2", Stored(7, (stop,), frozenset({"e0"})))
     world.run()
-    assert world.state.estop == stop
+    assert world.state.estops == (stop,)
     assert world.left.estop == "e1"
 
 
 def test_a_stop_that_the_manager_missed_is_learnt_from_who_stands_under_it(world: World) -> None:
     world.left.estop = "e9"
     world.run()
-    assert world.state.estop is not None
-    assert world.state.estop.id == "e9"
+    assert [estop.id for estop in world.state.estops] == ["e9"]
     assert world.right.estop == "e9"
 
 
 def test_who_missed_the_end_of_a_stop_is_told_again(world: World) -> None:
     world.call(SetEstop("e1", "me", "test"))
-    world.call(ResetEstop("me"))
+    world.call(ResetEstop("me", ("e1",)))
     world.run(5.0)
     world.left.estop = "e1"
     world.run()
     assert world.left.estop is None
-    assert world.state.estop is None
+    assert world.state.estops == ()
 
 
 def test_a_reset_without_a_stop_says_so(world: World) -> None:
-    assert world.call(ResetEstop("me")).text == "no emergency stop was set"
+    assert world.call(ResetEstop("me", ())).text == "no emergency stop was set"
 
 
 def test_the_manager_says_who_it_is(world: World) -> None:
@@ -437,7 +465,7 @@ def test_an_unknown_body_is_not_granted_what_it_wants() -> None:
     assert (world.zone.holder, world.zone.reason) == (None, "left not referenced")
 
 
-@pytest.mark.parametrize("order", [ResetEstop("me"), CLEAR, ADOPT], ids=lambda each: each.verb)
+@pytest.mark.parametrize("order", [ResetEstop("me", ("e1",)), CLEAR, ADOPT], ids=lambda each: each.verb)
 def test_an_order_that_releases_something_is_carried_out_within_half_a_second_or_never(order: Command) -> None:
     world = orphaned()
     world.call(SetEstop("e1", "me", "test"))
@@ -448,7 +476,7 @@ def test_an_order_that_releases_something_is_carried_out_within_half_a_second_or
         assert not reply.ok
         assert says in reply.text
         assert "nothing was done: look with `cell status`, then give the order again" in reply.text
-    assert world.state.estop is not None
+    assert world.state.estops
     assert world.zone.state is ZoneState.ORPHANED
     assert [record for record in world.records if isinstance(record, EstopCleared | ZoneDecided)] == []
 
@@ -500,4 +528,4 @@ def test_a_journal_that_cannot_be_written_is_an_alarm_that_says_what_a_restart_f
     alarm = next(event for event in world.events if event.code == "journal_failed")
     assert alarm.text == "the journal cannot be written: /x: disk is full"
     assert "does not know: emergency stop e1, unless a robot or gateway that stands under it is heard" in alarm.remedy
-    assert world.state.estop is not None
+    assert world.state.estops != ()

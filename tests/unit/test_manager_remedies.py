@@ -20,7 +20,7 @@ def obey(world: World, line: str) -> Reply:
     """Do what a command line does."""
     words: list[str] = line.split()
     orders: dict[str, Command] = {
-        "reset": ResetEstop("me"),
+        "reset": ResetEstop("me", tuple(estop.id for estop in world.state.estops)),
         "zone adopt": AdoptZone(*words[2:4], "me") if words[1:2] == ["adopt"] else ClearZone("", ""),
         "zone clear": ClearZone(words[-1], "me"),
     }

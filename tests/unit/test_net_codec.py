@@ -60,7 +60,9 @@ def test_every_call_comes_back_as_it_was_sent(role: str) -> None:
 
 def test_the_same_verb_is_another_command_for_another_role() -> None:
     assert decode_call("robot/left", "reset", encode_call(Call("1", ResetRobot()))).command == ResetRobot()
-    assert decode_call("manager", "reset", encode_call(Call("1", ResetEstop("me")))).command == ResetEstop("me")
+    assert decode_call("manager", "reset", encode_call(Call("1", ResetEstop("me", ("e1",))))).command == ResetEstop(
+        "me", ("e1",)
+    )
 
 
 @pytest.mark.parametrize("kind", [*STATE_KINDS, Reply], ids=lambda kind: kind.__name__)
