@@ -12,6 +12,7 @@ from ruckig import InputParameter, Ruckig, Trajectory
 
 from bench.corrections import corrections
 from bench.drives import simulated_drives
+from bench.estop import emergency_stop
 from bench.gateway import gateways
 from bench.governor import governed
 from bench.kinematics import kinematics
@@ -117,7 +118,7 @@ def main() -> None:
     iterating = load_model(NUMERIC)
     inverse = kinematics(model, iterating, q)
     own = [profile(), *motions(model, limits), *mixed_motion(model, limits), *corrections(model, iterating)]
-    for row in [*inverse, *own, *simulated_drives(), *gateways()]:
+    for row in [*inverse, *own, *emergency_stop(), *simulated_drives(), *gateways()]:
         table.add_row(*row.cells())
     Console().print(table)
 

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from bench.bus_ear import BusEar
 from cell.config.settings import CellSettings
-from cell.messages import Claim, DriveFeedback, EnableDrives, GatewayState, Reply, SetpointBlock
+from cell.messages import Claim, DriveFeedback, EnableDrives, GatewayState, Heard, Reply, SetpointBlock
 from cell.messages.gateway_state import BusCounters
 from cell.net.errors import NoAnswer
 from cell.net.options import Link
@@ -158,7 +158,10 @@ class Owner:
         deadline = time.monotonic() + READY_S
         while True:
             try:
-                return self._session.ask(f"gateway/{self._gateway}", new_call(command), 5.0)
+                self._listen()
+                seen = self._feedback
+                heard = None if seen is None else Heard(seen.boot, seen.sequence)
+                return self._session.ask(f"gateway/{self._gateway}", new_call(command, heard), 5.0)
             except NoAnswer:
                 if time.monotonic() > deadline:
                     raise

@@ -20,6 +20,7 @@ _COMMANDS = {
     "plot": Place("plot", "plot", f"cell plot {PROGRAM} --model {MODEL}"),
     "up": Place("up", "up", f"cell up {FILE} --until-done"),
     "status": Place("status", "status", f"cell status -f {FILE}"),
+    "events": Place("events", "events", f"cell events --since 10m --severity alarm -f {FILE}"),
     "drives": Place("drives", "drives", f"cell drives -f {FILE}"),
     "manager": Place("manager", "manager", f"cell manager {FILE}"),
     "enable": Place("robot", "enable", f"cell enable left -f {FILE}"),
@@ -43,6 +44,9 @@ _ZONE_COMMANDS = {
     "clear": Place("zone", "clear", f"cell zone clear handover -f {FILE}"),
     "adopt": Place("zone", "adopt", f"cell zone adopt handover left -f {FILE}"),
 }
+_SETUP_COMMANDS = {
+    "clear": Place("set_up", "clear", f"cell setup clear left -f {FILE}"),
+}
 _SIMULATE_COMMANDS = {
     "conveyor": Place("simulate", "conveyor", f"cell simulate conveyor belt --speed 50 --every 200 -f {BELT}"),
     "sensor": Place("simulate", "sensor", f"cell simulate sensor picker seam Z=5 -f {BELT}"),
@@ -63,6 +67,14 @@ zones = typer.Typer(
     epilog=f"Example: cell zone clear handover -f {FILE}",
 )
 app.add_typer(zones, name="zone")
+setups = typer.Typer(
+    cls=subcommands(_SETUP_COMMANDS),
+    no_args_is_help=True,
+    context_settings=HELP,
+    help="An operator's word about the robot in set-up.",
+    epilog=f"Example: cell setup clear left -f {FILE}",
+)
+app.add_typer(setups, name="setup")
 simulated = typer.Typer(
     cls=subcommands(_SIMULATE_COMMANDS),
     no_args_is_help=True,

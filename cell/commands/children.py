@@ -1,6 +1,8 @@
 """The processes that `cell up` starts, and the order in which they end."""
 
 import os
+import shlex
+import signal
 import subprocess
 import sys
 import threading
@@ -16,7 +18,8 @@ from cell.config.settings import CellSettings
 END_TIMEOUT_S = 10.0
 """A process that has not ended this long after it was told to is killed."""
 HURRIED_TIMEOUT_S = 2.0
-LAST_LINES = 8
+LAST_LINES, LAST_BYTES = 8, 16_384
+"""How much of its log is shown of a process that died."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,7 +39,8 @@ class Child:
         self.program = program
         self.log = log_folder / f"{program.part.replace(' ', '-')}.log"
         ours, self._pipe = os.pipe()
-        with self.log.open("wb") as log:
+        with self.log.open("ab") as log:
+            self._log_begin = log.tell()
             self._process = subprocess.Popen(
                 [sys.executable, "-m", program.module, *program.arguments, "--parent-pipe", str(ours)],
                 stdin=subprocess.DEVNULL,
@@ -56,6 +60,10 @@ class Child:
         if self.exit_code() is None:
             self._process.terminate()
 
+    def ended_in_order(self) -> bool:
+        """Whether it ended as it should after `tell_to_stop`; SIGTERM ends one that still imports its modules."""
+        return self.exit_code() in (0, -signal.SIGTERM)
+
     def kill(self) -> None:
         self._process.kill()
         self._process.wait()
@@ -64,13 +72,23 @@ class Child:
         """Close our end of the pipe, which also tells the process to stop."""
         os.close(self._pipe)
 
-    def death_notice(self) -> str:
-        """How it ended, its last lines, and the command that starts it again."""
+    def end_notice(self) -> str:
+        """How it ended, and its last lines."""
         code = self.exit_code()
         how = f"was killed by signal {-code}" if code is not None and code < 0 else f"ended with exit code {code}"
-        lines = self.log.read_text(encoding="utf-8", errors="replace").splitlines()[-LAST_LINES:]
-        quoted = "".join(f"\n    | {line}" for line in lines)
-        return f"{self.program.part} {how}{quoted}\n  start it again with: {self.program.command}"
+        quoted = "".join(f"\n    | {line}" for line in self._last_lines())
+        return f"{self.program.part} {how}{quoted}"
+
+    def _last_lines(self) -> list[str]:
+        """Of this run of the process; a log that was rotated meanwhile is all its own."""
+        with self.log.open("rb") as log:
+            size = log.seek(0, os.SEEK_END)
+            log.seek(max(self._log_begin if self._log_begin <= size else 0, size - LAST_BYTES))
+            return log.read().decode(errors="replace").splitlines()[-LAST_LINES:]
+
+    def death_notice(self) -> str:
+        """How it ended, its last lines, and the command that starts it again."""
+        return f"{self.end_notice()}\n  start it again with: {self.program.command}"
 
 
 def programs(settings: CellSettings, state_dir: Path | None, simulate: bool) -> list[Program]:
@@ -83,7 +101,7 @@ def programs(settings: CellSettings, state_dir: Path | None, simulate: bool) -> 
     wanted += [(f"robot {name}", "robot-agent", (file, name)) for name in settings.robots]
     modules = {"cell": "main", "drive-gateway": "drive_gateway", "robot-agent": "robot_agent"}
     return [
-        Program(part, f"cell.commands.{modules[tool]}", (*arguments, *where), " ".join((tool, *arguments, *where)))
+        Program(part, f"cell.commands.{modules[tool]}", (*arguments, *where), shlex.join((tool, *arguments, *where)))
         for part, tool, arguments in wanted
     ]
 
@@ -100,6 +118,7 @@ class Children:
         self._say = say
         self._children: list[Child] = []
         self._reported: set[Child] = set()
+        self._out_of_order: set[Child] = set()
 
     def __enter__(self) -> Self:
         for program in self._wanted:
@@ -107,7 +126,7 @@ class Children:
         return self
 
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, tb: TracebackType | None) -> None:
-        self.stop_in_order()
+        self._stop_in_order()
         for child in self._children:
             child.close()
 
@@ -120,13 +139,22 @@ class Children:
     def all_dead(self) -> bool:
         return all(child.exit_code() is not None for child in self._children)
 
-    def stop_in_order(self) -> None:
+    def out_of_order(self) -> list[str]:
+        """After the `with` block: the processes that died by themselves, had to be killed or ended with an error."""
+        return [child.program.part for child in self._children if child in self._out_of_order]
+
+    def _stop_in_order(self) -> None:
         """Agents, then gateways, then the manager; each group has ended before the next is told to."""
         for role in ("robot", "gateway", "manager"):
             group = [child for child in self._children if child.program.part.split()[0] == role]
+            self._out_of_order.update(child for child in group if child.exit_code() is not None)
             for child in group:
                 child.tell_to_stop()
             self._wait_for(group)
+            for child in self.deaths():
+                if not child.ended_in_order():
+                    self._say(child.end_notice())
+            self._out_of_order.update(child for child in group if not child.ended_in_order())
 
     def _wait_for(self, group: list[Child]) -> None:
         told = time.monotonic()
@@ -139,4 +167,5 @@ class Children:
         for child in group:
             if child.exit_code() is None:
                 child.kill()
+                self._reported.add(child)
                 self._say(f"{child.program.part} did not end within {limit:.0f} s and was killed; its log: {child.log}")

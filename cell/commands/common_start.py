@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import typer
 
 from cell.commands.connection import STATE_TIMEOUT_S, Operator
-from cell.commands.errors import CommandError
+from cell.commands.errors import CommandError, quoted
 from cell.messages import CellTime, Halt, Run
 
 AHEAD_S = 2.0
@@ -25,7 +25,7 @@ def run_together(operator: Operator, robots: Sequence[str], ahead_s: float, last
     if manager is None:
         raise CommandError(
             "the manager does not answer, and a common start goes by its clock",
-            f"start it with: cell manager {operator.file}",
+            f"start it with: cell manager {quoted(operator.file)}",
         )
     order = Run(CellTime(manager.boot, manager.cell_time + ahead_s), lasting_s)
     ordered: list[str] = []

@@ -5,7 +5,7 @@ from typing import Annotated
 import typer
 
 from cell.commands.drive_tools import GatewayArgument, NodeArgument, named_axis
-from cell.commands.errors import CommandError
+from cell.commands.errors import CommandError, quoted
 from cell.commands.gateway_line import drives_of, running_gateway
 from cell.commands.options import CellFileArgument
 from cell.messages.drive_fault import NEEDS_VALUE, Fault, FaultDrive
@@ -38,7 +38,7 @@ def fault(
         if line is None:
             raise CommandError(
                 f"gateway {gateway} does not run, and only it orders a fault",
-                f"drive-gateway run {file} {gateway} --simulate; without --simulate where its drives run alone",
+                f"drive-gateway run {quoted(file)} {gateway} --simulate; without --simulate where its drives run alone",
             )
         typer.echo(line.ask(order).text)
 

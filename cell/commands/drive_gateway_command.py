@@ -10,6 +10,7 @@ from cell.commands import drive_tools
 from cell.commands.connection import process_cell
 from cell.commands.drive_fault import fault
 from cell.commands.errors import CommandError, run_app
+from cell.commands.lazy import explained
 from cell.commands.options import (
     CellFileArgument,
     CfgOption,
@@ -151,4 +152,4 @@ def _settings(file: Path, gateway: str, parent_pipe: int | None) -> CellSettings
 
 def main() -> None:
     """Run the words of the command line."""
-    run_app(lambda: app(prog_name="drive-gateway"), "drive-gateway")
+    run_app(lambda: explained(app)(prog_name="drive-gateway"), "drive-gateway")

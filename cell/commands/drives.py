@@ -7,7 +7,7 @@ from rich.console import Console
 from rich.table import Table
 
 from cell.commands.connection import connect
-from cell.commands.errors import CommandError
+from cell.commands.errors import CommandError, quoted
 from cell.commands.options import CELL_FILE, CellFileOption, ConnectOption
 from cell.commands.table import gateway_line
 from cell.commands.view import Snapshot, names
@@ -29,7 +29,7 @@ def drives(file: CellFileOption = Path(CELL_FILE), endpoint: ConnectOption = Non
         if unready:
             raise CommandError(
                 f"silent or not ready: gateway {names(unready)}",
-                f"start it with: drive-gateway run {file} GATEWAY; or correct what its line above says",
+                f"start it with: drive-gateway run {quoted(file)} GATEWAY; or correct what its line above says",
             )
 
 

@@ -1,5 +1,6 @@
 """How a command ends when something is wrong: a few lines on stderr that say what, where and what to do next."""
 
+import shlex
 import sys
 import tempfile
 import traceback
@@ -23,6 +24,11 @@ class CommandError(Exception):
         self.what = what
         self.next_step = next_step
         self.exit_code = exit_code
+
+
+def quoted(file: Path) -> str:
+    """A file's name as a shell takes it, for the commands that are recommended."""
+    return shlex.quote(str(file))
 
 
 _log_folder = Path(tempfile.gettempdir())

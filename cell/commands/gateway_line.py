@@ -4,33 +4,46 @@ A bus has one master. While a gateway runs, everything goes through it; only a b
 """
 
 import queue
+import time
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import Protocol
 
 from cell.commands.connection import client_session, running_cell
-from cell.commands.errors import CommandError
-from cell.commands.view import names
-from cell.messages import Command, ReadObject, Reply, WriteObject
+from cell.commands.errors import CommandError, quoted
+from cell.commands.view import POLL_S, echo, names
+from cell.messages import Command, GatewayState, Heard, ReadObject, Reply, WriteObject
 from cell.net.errors import CallError, Unreachable
 from cell.net.session import CellSession, new_call
+from drive_gateway.canopen import cob_id
 from drive_gateway.canopen.axis_objects import index_of
 from drive_gateway.canopen.frame import CanFrame
 from drive_gateway.canopen.sdo import Sdo, SdoDone
 from drive_gateway.config import GatewaySettings, load_drives
 from drive_gateway.gateway.bus import BusError
-from drive_gateway.gateway.bus_news import BusBack, BusFailed, BusNews, remedy_of
+from drive_gateway.gateway.bus_news import BusBack, BusFailed, BusNews, name_of, remedy_of
 from drive_gateway.gateway.bus_port import BusPort
 from drive_gateway.gateway.sdo_workers import SdoWorkers
 
 ANSWER_S = 5.0
+STATE_S = 1.0
+"""A gateway's state comes much more often."""
+LISTEN_S = 1.0
+"""A master is heard by then: its SYNC comes every few ms, its heartbeat a few times a second."""
 TRANSFER_S = 30.0
 """For one object of any length: 26 kB take 4 s at 125 kbit/s. A node that is silent is told long before."""
 _STATUSWORD = 0x6041
 _TORQUE_BITS = 0x6F
 _WITH_TORQUE = (0x23, 0x27, 0x07, 0x0F)
 """Statusword & 6Fh of Switched On, Operation Enabled, Quick Stop Active, Fault Reaction Active."""
+
+
+_COMMANDS = {
+    **dict.fromkeys((0x200, 0x300, 0x400, 0x500), "a command to a drive"),
+    cob_id.SDO_TO_NODE: "access to a node's objects",
+}
+"""By function code."""
 
 
 class NodeAccess(Protocol):
@@ -47,18 +60,32 @@ class GatewayLine:
     def __init__(self, session: CellSession, gateway: str) -> None:
         self._session = session
         self._gateway = gateway
+        self._states = session.watch(f"gateway/{gateway}/state")
+        self._seen: Heard | None = None
 
     def ask(self, command: Command, timeout_s: float = ANSWER_S) -> Reply:
         """The gateway's answer; a refusal and no answer become a `CommandError`."""
         try:
-            reply = self._session.ask(f"gateway/{self._gateway}", new_call(command), timeout_s)
+            reply = self._session.ask(f"gateway/{self._gateway}", new_call(command, self._newest()), timeout_s)
         except CallError as error:
             raise CommandError(
-                f"gateway {self._gateway} gave no usable answer: {error}", "nothing may be assumed about what was done"
+                f"gateway {self._gateway} gave no usable answer: {error}",
+                "see what was done with: cell drives; if it was not, give the order again",
             ) from error
         if not reply.ok:
             raise CommandError(f"gateway {self._gateway} refuses: {reply.text}")
         return reply
+
+    def _newest(self) -> Heard | None:
+        """What the call is made in view of; None when the gateway tells no state."""
+        deadline = time.monotonic() + STATE_S
+        while True:
+            for state in self._states.take_new():
+                if isinstance(state, GatewayState):
+                    self._seen = echo(state)
+            if self._seen is not None or time.monotonic() > deadline:
+                return self._seen
+            time.sleep(POLL_S)
 
     def read(self, node_id: int, index: int, sub: int) -> bytes:
         return bytes.fromhex(self.ask(ReadObject(node_id, index, sub), TRANSFER_S).data)
@@ -68,7 +95,10 @@ class GatewayLine:
 
 
 class BusLine:
-    """The nodes directly, on a bus without a gateway. Context manager."""
+    """The nodes directly, on a bus without a master. Context manager.
+
+    That a gateway cannot be reached does not say that none runs: the bus is listened to before anything is sent.
+    """
 
     def __init__(self, drives: GatewaySettings, node_ids: list[int]) -> None:
         self._axes: dict[int, list[int]] = {}
@@ -77,6 +107,8 @@ class BusLine:
         self._done: queue.SimpleQueue[SdoDone] = queue.SimpleQueue()
         self._settings = drives.bus
         self._failure = ""
+        self._master = ""
+        """Which of its frames was heard."""
         self._port = BusPort(drives.bus, self._on_frame, self._on_news)
         self._workers = SdoWorkers(node_ids, self._port.send, self._port.attend, self._done.put)
         self._stack = ExitStack()
@@ -86,7 +118,23 @@ class BusLine:
         # Without a cycle nobody else reads.
         self._stack.enter_context(self._port.attend())
         self._stack.enter_context(self._workers)
+        try:
+            self._refuse_master()
+        except CommandError:
+            self._stack.close()
+            raise
         return self
+
+    def _refuse_master(self) -> None:
+        """Listen for a while. Raises `CommandError` where somebody masters the bus."""
+        deadline = time.monotonic() + LISTEN_S
+        while time.monotonic() < deadline:
+            if self._master:
+                raise CommandError(
+                    f"{name_of(self._settings)} has a master: {self._master}; nothing was sent",
+                    "let the gateway do it, from where its endpoint can be reached, or stop that master first",
+                )
+            time.sleep(POLL_S)
 
     def __exit__(self, *error: object) -> None:
         self._stack.close()
@@ -140,7 +188,20 @@ class BusLine:
                 self._failure = ""
 
     def _on_frame(self, frame: CanFrame) -> None:
+        self._master = self._master or _of_master(frame)
         self._workers.take(frame)
+
+
+def _of_master(frame: CanFrame) -> str:
+    """What shows that somebody commands the nodes of a bus; empty for what nodes send by themselves."""
+    what = {
+        cob_id.NMT: "an NMT command",
+        cob_id.SYNC: "SYNC",
+        cob_id.ERROR_CONTROL | cob_id.MASTER_NODE_ID: "a master's heartbeat",
+    }.get(frame.id)
+    if what is None:
+        what = _COMMANDS.get(cob_id.function_code(frame.id))
+    return f"{what} ({frame.id:03X}h) is heard" if what else ""
 
 
 def drives_of(file: Path, gateway: str) -> GatewaySettings:
@@ -184,5 +245,5 @@ def refuse_virtual(drives: GatewaySettings, file: Path) -> None:
     if drives.bus.interface == "virtual":
         raise CommandError(
             f"gateway {drives.name} does not run, and its bus {drives.bus.channel} is virtual: it lives in its process",
-            f"start it with: drive-gateway run {file} {drives.name} --simulate",
+            f"start it with: drive-gateway run {quoted(file)} {drives.name} --simulate",
         )

@@ -11,7 +11,7 @@ from typing import Annotated
 import typer
 
 from cell.commands.connection import Operator, connect, report
-from cell.commands.errors import CommandError
+from cell.commands.errors import CommandError, quoted
 from cell.commands.options import CELL_FILE, CellFileOption, ConnectOption, RobotArgument
 from cell.commands.stop import stop_event
 from cell.commands.table import why
@@ -60,8 +60,9 @@ def jog(
     robot comes to rest. It supports and never replaces an enabling switch and a hard-wired emergency stop.
     """
     stop = stop_event()
-    with connect(file, endpoint) as operator:
+    with connect(file, endpoint, stop) as operator:
         operator.check_robot(robot)
+        operator.check_files(f"robot {robot}", operator.presence(robot).digest)
         sliding = axis not in _ALONG + _ABOUT and _slides(operator.settings, robot, axis)
         command = jog_command(axis, direction, speed, step, frame, sliding)
         report(robot, operator.ask_robot(robot, command))
@@ -93,7 +94,7 @@ def _slides(settings: CellSettings, robot: str, joint: str) -> bool:
     try:
         return joint in load_model(settings.robots[robot].model).linear_names
     except KinematicsError as error:
-        raise CommandError(str(error), f"correct it, then: cell check {settings.file}") from error
+        raise CommandError(str(error), f"correct it, then: cell check {quoted(settings.file)}") from error
 
 
 def hold(operator: Operator, robot: str, press: str, stop: threading.Event) -> None:

@@ -11,6 +11,14 @@ from typer.core import TyperGroup
 HELP = {"help_option_names": ["-h", "--help"]}
 
 
+def explained(app: typer.Typer) -> Any:
+    """The command of `app`, its help as wide as the terminal: the lines of a docstring are the source's alone."""
+    command: Any = typer.main.get_command(app)
+    for each in (command, *getattr(command, "commands", {}).values()):
+        each.help = "\n\n".join(" ".join(part.split()) for part in (each.help or "").split("\n\n"))
+    return command
+
+
 @dataclass(frozen=True, slots=True)
 class Place:
     """Where a subcommand is defined in this package, and a line that shows its use."""
@@ -60,4 +68,4 @@ def _load(name: str, place: Place) -> Any:
     function = getattr(importlib.import_module(f"cell.commands.{place.module}"), place.function)
     app = typer.Typer(add_completion=False, pretty_exceptions_enable=False, context_settings=HELP)
     app.command(name, epilog=f"Example: {place.example}")(function)
-    return typer.main.get_command(app)
+    return explained(app)

@@ -1,11 +1,14 @@
 """Entry point of the command `cell`."""
 
+import sys
+
 from cell.commands.start import start
 
 
 def main() -> None:
-    """Run `cell` with the words of the command line."""
-    start("cell.commands.cell_command")
+    """Run `cell` with the words of the command line; an emergency stop goes the short way."""
+    stops = sys.argv[1:2] == ["estop"] and not {"-h", "--help"} & set(sys.argv[2:])
+    start("cell.commands.emergency.stop" if stops else "cell.commands.cell_command")
 
 
 if __name__ == "__main__":

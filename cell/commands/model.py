@@ -9,7 +9,7 @@ from rich.box import SIMPLE
 from rich.console import Console
 from rich.table import Table
 
-from cell.commands.errors import CommandError
+from cell.commands.errors import CommandError, quoted
 from cell.geometry import to_xyz_abc
 from robot_agent.kinematics import KinematicsError, Model, NotInUrdf, SerialModel, load_model
 from robot_agent.model import Motor
@@ -25,7 +25,7 @@ def model(
     try:
         robot = load_model(file)
     except KinematicsError as error:
-        raise CommandError(str(error), f"correct {file}, then: cell model {file}") from error
+        raise CommandError(str(error), f"correct {file}, then: cell model {quoted(file)}") from error
     console = Console()
     console.print(_axes(robot))
     if robot.description.motors:

@@ -8,7 +8,8 @@ from rich.box import SIMPLE_HEAD
 from rich.console import Console
 from rich.table import Table
 
-from cell.commands.connection import Operator, connect, operator_name
+from cell.commands.connection import Operator, connect
+from cell.commands.emergency.words import operator_name
 from cell.commands.errors import CommandError
 from cell.commands.options import CELL_FILE, CellFileOption, ConnectOption, RobotArgument
 from cell.commands.robot import Switch
@@ -37,8 +38,10 @@ def output(
         operator.check_robot(robot)
         gateway = operator.settings.robots[robot].gateway
         if name is None or switch is None:
+            state = operator.gateway_state(gateway)
+            operator.check_files(f"gateway {gateway}", state.digest)
             drives = load_drives(operator.settings.gateways[gateway].drives, gateway).robots[robot]
-            _list(drives, operator.gateway_state(gateway), str(operator.settings.gateways[gateway].drives))
+            _list(drives, state, str(operator.settings.gateways[gateway].drives))
         else:
             print(switched(operator, gateway, SwitchOutput(robot, name, switch is Switch.ON, operator_name())))
 

@@ -12,6 +12,8 @@ from cell.commands.errors import CommandError
 from cell.commands.plot_chart import Chart
 from cell.commands.plot_page import page, write_page
 from cell.commands.plot_text import moves, stops, transitions
+from cell.config.document import read_text
+from cell.config.problem import Problem
 from robot_agent.agent.dry_run import dry_run
 from robot_agent.agent.planning import Planned, Planner
 from robot_agent.kinematics import Model, load_model
@@ -39,10 +41,11 @@ def plot(
     """
     robot = load_model(model)
     planner = Planner(robot, Limits.of(robot.description), np.eye(4), _CYCLE_S)
+    text = read_text(program)
+    if isinstance(text, Problem):
+        raise CommandError(f"the program cannot be read\n{text}", "name a program file")
     try:
-        parsed = parse_program(program.read_text(encoding="utf-8"), str(program), robot.joint_names, robot.linear_names)
-    except OSError as error:
-        raise CommandError(f"{program} cannot be read: {error.strerror}", "name a program file") from error
+        parsed = parse_program(text, str(program), robot.joint_names, robot.linear_names)
     except ProgramError as error:
         raise CommandError(f"the program is refused\n{error}", "correct it; docs/language.md") from error
     motions, failed = dry_run(planner, parsed, longest_s)

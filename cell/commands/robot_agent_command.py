@@ -7,7 +7,8 @@ from pathlib import Path
 import typer
 
 from cell.commands.connection import process_cell
-from cell.commands.errors import CommandError, run_app
+from cell.commands.errors import CommandError, quoted, run_app
+from cell.commands.lazy import explained
 from cell.commands.options import (
     CellFileArgument,
     CfgOption,
@@ -22,6 +23,8 @@ from cell.commands.options import (
 )
 from cell.commands.process import run_process
 from cell.commands.view import names
+from cell.config.document import read_text
+from cell.config.problem import Problem
 
 app = typer.Typer(
     add_completion=False, pretty_exceptions_enable=False, context_settings={"help_option_names": ["-h", "--help"]}
@@ -55,10 +58,12 @@ def robot_agent(
     mine = settings.robots[robot]
     try:
         model = load_model(mine.model)
-        text = mine.program.read_text(encoding="utf-8")
+        text = read_text(mine.program)
+        if isinstance(text, Problem):
+            raise CommandError(f"the program cannot be read\n{text}", f"correct it, then: cell check {file}")
         program = parse_program(text, mine.program.name, model.joint_names, model.linear_names, mine.corrections)
     except (KinematicsError, ProgramError) as error:
-        raise CommandError(str(error), f"correct it, then: cell check {file}") from error
+        raise CommandError(str(error), f"correct it, then: cell check {quoted(file)}") from error
     options = zenoh_options(mode, connect, listen, config, cfg)
 
     def body(_folder: Path, stop: threading.Event) -> int:
@@ -69,4 +74,4 @@ def robot_agent(
 
 def main() -> None:
     """Run the words of the command line."""
-    run_app(lambda: app(prog_name="robot-agent"), "robot-agent")
+    run_app(lambda: explained(app)(prog_name="robot-agent"), "robot-agent")

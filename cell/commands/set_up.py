@@ -3,21 +3,29 @@
 import math
 import time
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from cell.commands.connection import Operator, connect
+from cell.commands.connection import check_robot, connect, report, running_cell
+from cell.commands.emergency.words import operator_name
 from cell.commands.errors import CommandError
 from cell.commands.options import CELL_FILE, CellFileOption, ConnectOption, RobotArgument
 from cell.commands.stop import stop_event
 from cell.commands.view import names
-from cell.messages import AcceptPosition, AxisStatus, Command, HoldSetup, Home, MoveAxes, PressAxis
+from cell.messages import AcceptPosition, ClearSetup, Command, HoldSetup, Home, MoveAxes, PressAxis
 from drive_gateway.config import AxisSettings, RobotDrives, load_drives
 
 HOLD_PERIOD_S = 0.1
-_TORQUE = (AxisStatus.SWITCHED_ON, AxisStatus.OPERATION_ENABLED, AxisStatus.QUICK_STOP_ACTIVE)
+AloneOption = Annotated[
+    bool,
+    typer.Option(
+        "--without-manager",
+        help="There is no manager, so nobody keeps the other robots still: you do. Refused while one is heard.",
+    ),
+]
 
 
 def home(
@@ -25,20 +33,21 @@ def home(
     axes: Annotated[
         list[str] | None, typer.Argument(metavar="[AXIS]...", help="These axes only.", show_default="all that can")
     ] = None,
+    without_manager: AloneOption = False,
     file: CellFileOption = Path(CELL_FILE),
     endpoint: ConnectOption = None,
 ) -> None:
     """Let the axes of a robot find their home points; Ctrl-C stops them.
 
-    The robot must be disabled, and so must every other robot of the cell: the drives move by themselves, and nobody
-    knows where the robot is until it is done. Stand at the hard-wired emergency stop; Ctrl-C supports and never
-    replaces it.
+    The robot must be disabled, and so must every other robot of the cell, which the manager keeps so meanwhile: the
+    drives move by themselves, and nobody knows where the robot is until it is done. Stand at the hard-wired emergency
+    stop; Ctrl-C supports and never replaces it.
     """
 
-    def order(drives: RobotDrives) -> Command:
-        return Home(robot, tuple(_axis(drives, name).name for name in axes or ()))
+    def order(drives: RobotDrives, alone: bool) -> Command:
+        return Home(robot, tuple(_axis(drives, name).name for name in axes or ()), alone)
 
-    _run(robot, order, file, endpoint)
+    _run(robot, order, file, endpoint, without_manager)
 
 
 def move(
@@ -73,28 +82,29 @@ def move(
     within: Annotated[
         float, typer.Option("--within", metavar="WAY", help="How far the axis may give way, degrees or mm.", max=1000)
     ] = 1.0,
+    without_manager: AloneOption = False,
     file: CellFileOption = Path(CELL_FILE),
     endpoint: ConnectOption = None,
 ) -> None:
     """Move axes of a disabled robot by their drives' own profiles, all in the same time; Ctrl-C stops them.
 
-    This motion has no path and no zones: every other robot must be disabled. Angles are behind the gear, in
-    degrees; positions of axes that slide are in mm. With --torque one axis presses (cyclic torque): the torque rises,
-    stays --for so long, falls and the axis is switched off; quick stop when it moves farther than --within. Stand at
-    the hard-wired emergency stop; Ctrl-C supports and never replaces it.
+    This motion has no path and no zones: every other robot must be disabled, and the manager keeps it so meanwhile.
+    Angles are behind the gear, in degrees; positions of axes that slide are in mm. With --torque one axis presses
+    (cyclic torque): the torque rises, stays --for so long, falls and the axis is switched off; quick stop when it moves
+    farther than --within. Stand at the hard-wired emergency stop; Ctrl-C supports and never replaces it.
     """
     if (torque is None) != (seconds is None):
         raise CommandError(
             "--torque and --for go together", f"write for example: cell move {robot} J2 --torque 50 --for 2"
         )
 
-    def order(drives: RobotDrives) -> Command:
+    def order(drives: RobotDrives, alone: bool) -> Command:
         if torque is not None and seconds is not None:
-            return press_of(drives, targets, torque, seconds, within)
+            return replace(press_of(drives, targets, torque, seconds, within), alone=alone)
         wanted = dict(target_of(drives, text) for text in targets)
-        return MoveAxes(robot, wanted, by, speed / 100.0, velocity)
+        return MoveAxes(robot, wanted, by, speed / 100.0, velocity, alone)
 
-    _run(robot, order, file, endpoint)
+    _run(robot, order, file, endpoint, without_manager)
 
 
 def accept(
@@ -145,14 +155,33 @@ def press_of(drives: RobotDrives, targets: list[str], torque: float, seconds: fl
     return PressAxis(drives.robot, axis.name, torque, seconds, way)
 
 
-def _run(robot: str, order: Callable[[RobotDrives], Command], file: Path, endpoint: list[str] | None) -> None:
-    stop = stop_event()
+def clear(robot: RobotArgument, file: CellFileOption = Path(CELL_FILE), endpoint: ConnectOption = None) -> None:
+    """Declare that a robot in set-up stands, because its gateway is silent: you have looked, and it stays so.
+
+    From then on the other robots may move again. While the gateway is alive this is refused: it knows better.
+    """
     with connect(file, endpoint) as operator:
         operator.check_robot(robot)
-        gateway = operator.settings.robots[robot].gateway
-        drives: RobotDrives = load_drives(operator.settings.gateways[gateway].drives, gateway).robots[robot]
-        command = order(drives)
-        _check_others(operator, robot)
+        report("manager", operator.ask_manager(ClearSetup(robot=robot, by=operator_name())))
+
+
+def _run(
+    robot: str,
+    order: Callable[[RobotDrives, bool], Command],
+    file: Path,
+    endpoint: list[str] | None,
+    alone: bool,
+) -> None:
+    stop = stop_event()
+    settings = running_cell(file)
+    check_robot(settings, file, robot)
+    gateway = settings.robots[robot].gateway
+    if alone and not endpoint:
+        endpoint = [settings.gateways[gateway].endpoint]
+    with connect(file, endpoint, stop) as operator:
+        drives: RobotDrives = load_drives(settings.gateways[gateway].drives, gateway).robots[robot]
+        command = order(drives, alone)
+        operator.check_files(f"gateway {gateway}", operator.gateway_state(gateway).digest)
         print(f"{robot}: {operator.ask_gateway(gateway, command).text}", flush=True)
         said, state = "", "moving"
         while state == "moving":
@@ -165,22 +194,3 @@ def _run(robot: str, order: Callable[[RobotDrives], Command], file: Path, endpoi
                 print(f"{robot}: {time.strftime('%H:%M:%S')} {said}", flush=True)
         if state != "done":
             raise CommandError(f"{robot}: {said}", "remove the cause, then: cell reset; and begin again")
-
-
-def _check_others(operator: Operator, robot: str) -> None:
-    """One robot at a time: every other one of the cell must be heard, and be without torque."""
-    seen = operator.snapshot()
-    silent = [name for name in operator.settings.gateways if name not in seen.gateways]
-    if silent:
-        raise CommandError(f"gateway {names(silent)} is silent: nobody knows whether its robots move")
-    moving = {
-        node.robot
-        for gateway in seen.gateways.values()
-        for node in gateway.nodes
-        if node.robot != robot and node.drive in _TORQUE
-    }
-    if moving:
-        raise CommandError(
-            f"robot {names(sorted(moving))} is switched on; set-up needs every other robot disabled",
-            "; ".join(f"cell disable {name} -f {operator.file}" for name in sorted(moving)),
-        )

@@ -1,4 +1,4 @@
-"""The first thing that every command does; it imports next to nothing, so that Ctrl-C is in good hands at once."""
+"""The first thing that every command does; it imports next to nothing, so Ctrl-C ends a command at once."""
 
 import importlib
 import os

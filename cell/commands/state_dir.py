@@ -7,10 +7,18 @@ from types import TracebackType
 
 from cell.commands.errors import CommandError, keep_tracebacks_in
 
+LOGS = "log"
+"""The folder below it in which each child of `cell up` has its log."""
+
+
+def state_path(cell_file: Path, cell: str, chosen: Path | None) -> Path:
+    """The state folder of a cell: `chosen`, or `.zencell/<cell>/` beside the cell file."""
+    return chosen if chosen is not None else cell_file.parent / ".zencell" / cell
+
 
 def state_folder(cell_file: Path, cell: str, chosen: Path | None) -> Path:
-    """The state folder of a cell: `chosen`, or `.zencell/<cell>/` beside the cell file; made when missing."""
-    folder = chosen if chosen is not None else cell_file.parent / ".zencell" / cell
+    """`state_path`, made when it is missing."""
+    folder = state_path(cell_file, cell, chosen)
     make_folder(folder)
     keep_tracebacks_in(folder)
     return folder

@@ -10,7 +10,7 @@ from rich.console import Console
 
 from cell.commands.children import Children
 from cell.commands.connection import client_session
-from cell.commands.errors import CommandError
+from cell.commands.errors import CommandError, quoted
 from cell.commands.orders import Orders
 from cell.commands.show import Show
 from cell.commands.table import why
@@ -64,11 +64,9 @@ class Supervisor:
             view = CellView(session, self._settings)
             events = session.queue("event/**")
             with Show(self._settings, self._console) as show:
-                if not self._bring_up(session, view, show, start_programs):
+                if not self._bring_up(session, view, events, show, start_programs):
                     self._tell_stop()
                     return False
-                # Whatever was in the way while the cell came up (drives that were not there yet) is out of the way.
-                events.take()
                 # Only now is it certain that these robots are ours to command; before, agents brake by themselves.
                 stack.callback(self._bring_to_rest, session, view)
                 run = stack.enter_context(Orders(session, Run()))
@@ -97,15 +95,16 @@ class Supervisor:
         if dead:
             raise CommandError("\n".join(child.death_notice() for child in dead), "look above; the rest was stopped")
 
-    def _bring_up(self, session: CellSession, view: CellView, show: Show, start_programs: bool) -> bool:
+    def _bring_up(self, session: CellSession, view: CellView, events: Inbox, show: Show, start_programs: bool) -> bool:
         """Enable every robot; False when stopped before. Raises `CommandError` when that takes too long.
 
         A robot that does not know where it is stays off: the cell is up for an operator who homes it. Under an
         emergency stop that an earlier run left behind nothing is enabled; the cell is up for `cell reset`.
         """
         deadline = self._started + START_TIMEOUT_S
-        with Orders(session, Enable()) as enable:
+        with Orders(session, Enable(), START_TIMEOUT_S) as enable:
             while not self._stop.wait(POLL_S):
+                self._tell_events(events, show)
                 self._no_deaths()
                 seen = view.look()
                 show.update(seen)
@@ -130,12 +129,13 @@ class Supervisor:
         """Say that the cell is up. Raises `CommandError` when a program should run on a robot that stays off."""
         lines = [f"robot {robot} is not referenced and stays off; {reason}" for robot, reason in lost.items()]
         if lost and start_programs:
-            remedy = f"start the cell without its programs: cell up {self._settings.file}; then do what is said above"
+            start = f"cell up {quoted(self._settings.file)}"
+            remedy = f"start the cell without its programs: {start}; then do what is said above"
             raise CommandError("\n".join(lines), remedy)
         for line in lines:
             show.say(line)
         took = f"{time.monotonic() - self._started:.1f} s"
-        enables = "; ".join(f"cell enable {robot} -f {self._settings.file}" for robot in lost)
+        enables = "; ".join(f"cell enable {robot} -f {quoted(self._settings.file)}" for robot in lost)
         show.say(f"the cell is up after {took}; after that: {enables}" if lost else f"all robots enabled after {took}")
 
     def _missing(self, seen: Snapshot, problems: dict[str, str]) -> list[str]:
@@ -165,17 +165,30 @@ class Supervisor:
             for child in dead:
                 print(child.death_notice(), file=sys.stderr)
             trouble = self._trouble(seen)
-            if self._children.all_dead() or (until_done and (dead or trouble)):
+            if self._children.all_dead():
+                print("every process of the cell has ended", file=sys.stderr)
+                return None
+            if until_done and (dead or trouble):
                 print(*trouble, sep="\n", end="\n" if trouble else "", file=sys.stderr)
                 return None
             if trouble:
                 run = None  # after a fault or an emergency stop nothing runs again without an operator
-            for state in seen.robots.values():
-                if run is not None and state.mode is Mode.READY and state.program.state is not ProgramState.RUNNING:
-                    run.give(state)
+            if run is not None and self._run_programs(seen, run, show) and until_done:
+                return None
             if until_done and run is not None and self._all_done(seen, run):
                 return seen
         return None
+
+    def _run_programs(self, seen: Snapshot, run: Orders, show: Show) -> bool:
+        """Order every robot that can to run its program; whether one of them will not, which is told once."""
+        for state in seen.robots.values():
+            if state.mode is Mode.READY and state.program.state is not ProgramState.RUNNING:
+                run.give(state)
+        refused = run.take_given_up()
+        for robot, reason in refused.items():
+            remedy = f"see to it, then: cell run {robot} -f {self._settings.file}"
+            show.say(f"robot {robot} does not run its program: {reason}; {remedy}")
+        return bool(refused)
 
     def _tell_events(self, events: Inbox, show: Show) -> None:
         for event in events.take():
@@ -222,7 +235,7 @@ class Supervisor:
     def _bring_to_rest(self, session: CellSession, view: CellView) -> None:
         """Halt what runs, and wait until nothing moves; a robot that is silent is left to its own deadlines."""
         deadline = time.monotonic() + REST_TIMEOUT_S
-        with Orders(session, Halt()) as halt:
+        with Orders(session, Halt(), REST_TIMEOUT_S) as halt:
             while not self._hurry.is_set() and time.monotonic() < deadline:
                 moving = [state for state in view.look().robots.values() if _moves(state)]
                 if not moving:
@@ -242,6 +255,6 @@ def enabled(seen: Snapshot, robot: str) -> bool:
 
 
 def latched_stop(seen: Snapshot) -> str:
-    """Who set the cell's emergency stop and why, for people; empty when there is none."""
-    estop = seen.manager.estop if seen.manager is not None else None
-    return f"emergency stop by {estop.by}: {estop.reason}" if estop is not None and estop.active else ""
+    """Who set the cell's emergency stops and why, for people; empty when there is none."""
+    estops = seen.manager.estops if seen.manager is not None else ()
+    return "; ".join(f"emergency stop by {estop.by}: {estop.reason}" for estop in estops)

@@ -115,8 +115,10 @@ def manager_line(settings: CellSettings, manager: ManagerState | None) -> str:
     if manager is None:
         return f"manager: silent at {settings.manager_endpoint}"
     line = f"manager: epoch {manager.epoch}"
-    if manager.estop is not None and manager.estop.active:
-        line += f", EMERGENCY STOP by {manager.estop.by}: {manager.estop.reason}"
+    line += "".join(f", EMERGENCY STOP by {estop.by}: {estop.reason}" for estop in manager.estops)
+    if manager.setup is not None:
+        line += f", {manager.setup.robot} is in set-up" + (f" ({manager.setup.reason})" if manager.setup.reason else "")
+    line += "".join(f", {robot} waits for set-up: {reason}" for robot, reason in manager.setup_refused.items())
     refused = "".join(f", no grants for {robot}: {reason}" for robot, reason in manager.refused.items())
     return line + refused
 

@@ -9,10 +9,12 @@ from rich.console import Console
 from cell.commands.children import Children, programs
 from cell.commands.connection import checked_cell
 from cell.commands.endpoints import refuse_taken
+from cell.commands.errors import CommandError
 from cell.commands.options import CellFileArgument, StateDirOption
-from cell.commands.state_dir import Lock, make_folder, state_folder
+from cell.commands.state_dir import LOGS, Lock, make_folder, state_folder
 from cell.commands.stop import stop_event
 from cell.commands.supervisor import Supervisor
+from cell.commands.view import names
 
 INTERRUPTED = 130
 """Exit code, by the shells' convention, of a run that was broken off by Ctrl-C."""
@@ -31,13 +33,13 @@ def up(
 
     All robots are enabled; their programs start with `cell run ROBOT`, or at once with `--run` or `--until-done`.
     Ctrl-C brakes every robot on its path, then switches the drives off and ends the processes in order. Nothing that
-    dies is started again by itself.
+    dies is started again by itself. The exit code is 0 only when everything ended in order.
     """
     settings = checked_cell(file)
     hurry = threading.Event()
     stop = stop_event(hurry=hurry)
     folder = state_folder(settings.file, settings.name, state_dir)
-    logs = folder / "log"
+    logs = folder / LOGS
     make_folder(logs)
     console = Console()
 
@@ -49,5 +51,9 @@ def up(
         with Children(programs(settings, state_dir, not real), logs, hurry, say) as children:
             supervisor = Supervisor(settings, children, console, stop, hurry)
             done = supervisor.run(start_programs=run or until_done, until_done=until_done)
+    if parts := children.out_of_order():
+        raise CommandError(
+            f"not in order, died or killed: {names(parts)}", f"look at what was said above and in {logs}"
+        )
     if until_done and not done:
         raise typer.Exit(INTERRUPTED if stop.is_set() else 1)

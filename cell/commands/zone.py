@@ -5,7 +5,8 @@ from typing import Annotated
 
 import typer
 
-from cell.commands.connection import Operator, connect, operator_name, report
+from cell.commands.connection import Operator, connect, report
+from cell.commands.emergency.words import operator_name
 from cell.commands.errors import CommandError
 from cell.commands.options import CELL_FILE, CellFileOption, ConnectOption, RobotArgument
 from cell.commands.view import names

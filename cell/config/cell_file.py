@@ -24,6 +24,7 @@ from cell.config.settings import (
 )
 from cell.config.units import STRICT, Milliseconds, Number, PositiveAngle, PositiveLength, Seconds, Units
 from cell.geometry import frame_from_points, quaternion
+from cell.messages.common import ECHO_S
 
 _DEFAULT = Times()
 _WINDOW, _WIDEST = PathWindow(), PathWindow(math.radians(5.0) + 1e-12, 0.02 + 1e-12)
@@ -157,17 +158,24 @@ class TimesEntry(BaseModel):
     """Deadlines in seconds; what is left out keeps its default."""
 
     model_config = STRICT
-    fresh_s: Seconds = Field(_DEFAULT.fresh_s, description="age limit of a presence and of a manager state")
-    command_s: Seconds = Field(_DEFAULT.command_s, description="age limit of an operator's call")
-    nominal_s: Seconds = Field(_DEFAULT.nominal_s, description="part of a set-point block before its braking ramp")
+    fresh_s: Annotated[float, Field(gt=0, le=ECHO_S)] = Field(
+        _DEFAULT.fresh_s, description="age limit of a presence and of a manager state; at most 2"
+    )
+    command_s: Annotated[float, Field(gt=0, le=ECHO_S)] = Field(
+        _DEFAULT.command_s, description="age limit of an operator's call; at most 2"
+    )
+    nominal_s: Annotated[float, Field(gt=0, le=1)] = Field(
+        _DEFAULT.nominal_s, description="part of a set-point block before its braking ramp; at most 1"
+    )
     lead_s: Seconds = Field(_DEFAULT.lead_s, description="how far ahead a new block joins")
     feedback_lost_s: Seconds = Field(_DEFAULT.feedback_lost_s, description="silence of drive feedback that is a fault")
     owner_silent_s: Seconds = Field(
         _DEFAULT.owner_silent_s, description="silence of blocks, at rest, that ends a claim"
     )
-    estop_delay_s: Seconds = Field(
+    estop_delay_s: Annotated[float, Field(gt=0, le=5)] = Field(
         _DEFAULT.estop_delay_s,
-        description="from a software emergency stop (it never replaces a hard-wired one) to a gateway's quick stop",
+        description="from a software emergency stop (it never replaces a hard-wired one) to a gateway's quick stop; "
+        "at most 5, because `cell up` waits 10 s for the end of a gateway",
     )
     idle_off_s: Seconds | None = Field(
         _DEFAULT.idle_off_s, description="a robot without a program for so long is switched off; without it never"

@@ -78,7 +78,7 @@ class Naming:
 
 
 def read_text(file: Path, named_by: Naming | None = None) -> str | Problem:
-    """The file's text, UTF-8, line ends as newlines; or why it cannot be read."""
+    """The file's text, UTF-8 without a byte order mark, line ends as newlines; or why it cannot be read."""
 
     def unreadable(found: str) -> Problem:
         if named_by is not None:
@@ -95,7 +95,7 @@ def read_text(file: Path, named_by: Naming | None = None) -> str | Problem:
     except (OSError, ValueError) as error:
         return unreadable(getattr(error, "strerror", None) or str(error))
     try:
-        return data.decode("utf-8").replace("\r\n", "\n")
+        return data.decode("utf-8").removeprefix("\ufeff").replace("\r\n", "\n")
     except UnicodeDecodeError as error:
         before = data[: error.start]
         line, column = before.count(b"\n") + 1, len(before) - before.rfind(b"\n")

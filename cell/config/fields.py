@@ -16,10 +16,16 @@ FileName = Annotated[str, Field(min_length=1, description="a file, relative to t
 _ENDPOINT = re.compile(r"tcp/(?P<host>\[[0-9a-fA-F:.%]+\]|[^\s/:\[\]]+):(?P<port>[0-9]{1,5})")
 
 
+_EVERYWHERE = ("0.0.0.0", "[::]")
+"""To listen there is to listen on every address of a host; nobody is reached there from another one."""
+
+
 def _endpoint(value: str) -> str:
     match = _ENDPOINT.fullmatch(value)
     if match is None or not 1 <= int(match["port"]) <= 65535:
         raise ValueError("tcp/HOST:PORT with a port of 1 to 65535")
+    if match["host"] in _EVERYWHERE:
+        raise ValueError(f"an address under which the others reach it; it listens on all of its own with -l {value}")
     return value
 
 

@@ -48,26 +48,37 @@ def validate(document: Document, schema: type[M], stand_ins: Mapping[str, Any]) 
     """
     data = _with_tuples(document.data)
     si = ToSI.of(document.value(("units",)))
+    try:
+        return schema.model_validate(data, context=si), []
+    except ValidationError as error:
+        # a default that follows from another value is not made where that value is wrong, which is reported itself
+        details = [each for each in error.errors(include_url=False) if each["type"] != "default_factory_not_called"]
+    paths = [_path(detail, document) for detail in details]
+    problems = _problems(list(zip(details, paths, strict=True)), document, schema)
+    removed = [_remove(data, path, schema, stand_ins) for path in paths]
+    if not all(removed):
+        return None, problems
+    try:
+        return schema.model_validate(data, context=si), problems
+    except ValidationError:
+        return None, problems  # what is left lacks what was taken out
+
+
+def _problems(found: list[tuple[ErrorDetails, KeyPath]], document: Document, schema: type[BaseModel]) -> list[Problem]:
+    """One problem per place and finding; the alternatives of a value are put together."""
     problems: dict[tuple[KeyPath, str], Problem] = {}
-    while True:
-        try:
-            return schema.model_validate(data, context=si), list(problems.values())
-        except ValidationError as error:
-            # a default that follows from another value is not made where that value is wrong, which is reported itself
-            details = [each for each in error.errors(include_url=False) if each["type"] != "default_factory_not_called"]
-        removable = True
-        for detail in details:
-            path = _path(detail, document)
-            problem = _problem(detail, path, document, schema)
-            known = problems.get((path, problem.found))
-            if known is not None and problem.allowed not in known.allowed:
-                problem = document.problem(path, known.found, f"{known.allowed} or {problem.allowed}")
-            problems.setdefault((path, problem.found), problem)
-            if known is None or problem.allowed not in known.allowed:
-                problems[(path, problem.found)] = problem
-            removable = _remove(data, path, schema, stand_ins) and removable
-        if not removable:
-            return None, list(problems.values())
+    for detail, path in found:
+        inside = any(other[: len(path)] == path and len(other) > len(path) for _, other in found)
+        if inside and detail["type"] in ("too_short", "too_long"):
+            continue  # only what is right counts, so that it is too few because of what is wrong
+        problem = _problem(detail, path, document, schema)
+        key = path, problem.found
+        known = problems.get(key)
+        if known is None:
+            problems[key] = problem
+        elif problem.allowed not in known.allowed:
+            problems[key] = document.problem(path, known.found, f"{known.allowed} or {problem.allowed}")
+    return list(dict.fromkeys(problems.values()))
 
 
 def _path(detail: ErrorDetails, document: Document) -> KeyPath:

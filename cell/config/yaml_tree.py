@@ -5,6 +5,7 @@ several documents are refused, so that a file means what a reader sees.
 """
 
 import math
+import re
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -23,6 +24,8 @@ Report = Callable[[Place, KeyPath, str, str], None]
 
 _CORE = "tag:yaml.org,2002:"
 _TEXT_TAGS = {f"{_CORE}{kind}" for kind in ("str", "timestamp", "value", "merge")}
+_DIRECTIVE = re.compile(r"\ufeff?(?:[ \t]*(?:#[^\n]*)?\n)*(?P<line>%[^\n]*)")
+_TAG = re.compile(r"(?:&\S+(?:\s|#[^\n]*\n)+)?(![^\s,\[\]{}]*)")
 _SPECIAL = {".inf": math.inf, "+.inf": math.inf, "-.inf": -math.inf, ".nan": math.nan}
 
 
@@ -36,6 +39,11 @@ class Places:
 
 def parse(text: str, places: dict[KeyPath, Places], report: Report) -> Value:
     """The value in `text`; fills `places` and reports what cannot be taken. None as well when nothing could be read."""
+    if (directive := _DIRECTIVE.match(text)) is not None:
+        before = text[: directive.start("line")]
+        found = f"the directive {_one_line(directive['line'])}"
+        report((before.count("\n") + 1, 1), (), found, "none: this is YAML 1.2, where yes and on are text")
+        return None
     try:
         root = YAML(typ="safe", pure=True).compose(text)
     except MarkedYAMLError as error:
@@ -56,11 +64,12 @@ def parse(text: str, places: dict[KeyPath, Places], report: Report) -> Value:
     if root is None:
         report((1, 1), (), "an empty file", "a mapping of keys to values")
         return None
-    return _Tree(places, report).value(root, (), None)
+    return _Tree(text, places, report).value(root, (), None)
 
 
 class _Tree:
-    def __init__(self, places: dict[KeyPath, Places], report: Report) -> None:
+    def __init__(self, text: str, places: dict[KeyPath, Places], report: Report) -> None:
+        self._text = text
         self._places = places
         self._report = report
         self._seen: set[int] = set()
@@ -75,12 +84,12 @@ class _Tree:
         if isinstance(node, MappingNode):
             return self._mapping(node, path)
         if isinstance(node, SequenceNode):
-            self._check_tag(node, f"{_CORE}seq", path)
+            self._check_tag(node, path)
             return [self.value(item, (*path, index), None) for index, item in enumerate(node.value)]
         return self._scalar(node, str(node.value), path)
 
     def _mapping(self, node: MappingNode, path: KeyPath) -> Value:
-        self._check_tag(node, f"{_CORE}map", path)
+        self._check_tag(node, path)
         mapping: dict[str, Value] = {}
         for key_node, value_node in node.value:
             place = _place(key_node.start_mark)
@@ -88,6 +97,8 @@ class _Tree:
                 self._report(place, path, "a key that is no text", "text")
                 continue
             key = key_node.value
+            if self._check_tag(key_node, (*path, key)):
+                continue
             if key in mapping:
                 first = self._places[(*path, key)].key
                 self._report(place, (*path, key), f"the key a second time (first in line {first[0]})", "each key once")
@@ -96,6 +107,8 @@ class _Tree:
         return mapping
 
     def _scalar(self, node: Node, text: str, path: KeyPath) -> Value:
+        if self._check_tag(node, path):
+            return None
         tag = str(node.tag)
         if tag in _TEXT_TAGS:
             return text
@@ -114,9 +127,12 @@ class _Tree:
         self._report(_place(node.start_mark), path, found, "text, a number, true or false")
         return None
 
-    def _check_tag(self, node: Node, plain: str, path: KeyPath) -> None:
-        if str(node.tag) != plain:
-            self._report(_place(node.start_mark), path, f"the tag {node.tag}", "no tag")
+    def _check_tag(self, node: Node, path: KeyPath) -> bool:
+        """Report a tag that the file writes, and say whether it does: tags and anchors come before a value's text."""
+        written = _TAG.match(self._text, node.start_mark.index) if node.start_mark is not None else None
+        if written is not None:
+            self._report(_place(node.start_mark), path, f"the tag {written[1]}", "no tag")
+        return written is not None
 
 
 def _place(mark: StreamMark | None) -> Place:

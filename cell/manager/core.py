@@ -1,22 +1,27 @@
 """The cell manager as a core: who may be in which zone, and the emergency stop (`docs/architecture.md`, section 4)."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import replace
+from math import inf
 
 from cell.config.settings import CellSettings
 from cell.core import Answer, Effect, Frozen, Publish, Request
+from cell.manager.deadlock import DeadlockWatch
 from cell.manager.estop_latch import EstopLatch
 from cell.manager.occupancy import ZoneSpace
-from cell.manager.presences import Presences
+from cell.manager.presences import MOST_STRANGERS, Presences
 from cell.manager.records import Store, Stored, ZoneDecided
+from cell.manager.setup_turns import SetupTurns
 from cell.manager.zones import Intrusion, Sight, Zone
 from cell.messages import (
     AdoptZone,
     Call,
+    ClearSetup,
     ClearZone,
     Estop,
     Event,
     GatewayState,
+    Heard,
     ManagerState,
     Presence,
     Reply,
@@ -48,6 +53,8 @@ class ManagerCore:
         self._zones = {name: Zone(name, zone.robots, settings.robots, epoch) for name, zone in settings.zones.items()}
         self._since = dict.fromkeys(settings.zones, 0.0)
         self._latch = EstopLatch(stored)
+        self._setup = SetupTurns(settings.robots, boot, settings.times)
+        self._deadlocks = DeadlockWatch()
         self._calls: list[Request] = []
         self._effects: list[Effect] = []
         self._tokens = 0
@@ -66,9 +73,11 @@ class ManagerCore:
         """Take one message; see `cell.core`."""
         match message:
             case Presence():
-                self._presences.hear(message)
+                self._hear_presence(message, now)
+                self._setup.heard_robot(message, now)
                 self._confirmed(message.estop_acknowledged, f"robot {message.robot}", now)
             case GatewayState():
+                self._setup.heard_gateway(message)
                 self._confirmed(message.estop_confirmed, f"gateway {message.gateway}", now)
             case TokenGone():
                 self._presences.token_gone(message)
@@ -78,6 +87,14 @@ class ManagerCore:
                 self._calls.append(message)
             case Frozen():
                 self._presences.forget_echoes()
+
+    def _hear_presence(self, presence: Presence, now: float) -> None:
+        left_out = bool(self._presences.strangers_left_out)
+        self._presences.hear(presence, lambda robot: any(robot in zone.suspects for zone in self._zones.values()), now)
+        if not left_out and (names := self._presences.strangers_left_out):
+            text = f"more than {MOST_STRANGERS} robots that are not in the cell file report themselves; left out: "
+            remedy = "stop agents that do not belong to this cell, or start them with its cell file"
+            self._tell(Severity.ALARM, "too_many_robots", text + ", ".join(sorted(names)), remedy)
 
     def _confirmed(self, estop_id: str | None, who: str, now: float) -> None:
         effects = self._latch.heard_confirmation(estop_id, who, now)
@@ -108,10 +125,13 @@ class ManagerCore:
         for request in self._calls:
             self._answer(request, sights, now)
         self._calls.clear()
-        if self._latch.estop is None:
+        if not self._latch.in_force:
             for name, zone in self._zones.items():
                 zone.grant(sights[name], self._new_token, self._sequence + 1)
         self._follow_changes(before, now)
+        self._follow_setup(now)
+        for deadlock in self._deadlocks.look(self._zones, sights, self._cell_time(now), now):
+            self._tell(Severity.WARNING, "zone_deadlock", deadlock.text, deadlock.remedy)
         self._publish_state(sights, refused, now)
         self._publish_geometry(now)
         self._effects += self._latch.step(self._presences.acknowledged(now), self._presences.silent(now), now)
@@ -150,6 +170,16 @@ class ManagerCore:
                 remedy = f"it ends when {holder or 'the robot'} reports itself outside, or by `cell zone`"
                 self._tell(Severity.WARNING, "zone_orphaned", f"zone {name} is blocked: {zone.reason}", remedy)
 
+    def _follow_setup(self, now: float) -> None:
+        fresh = self._presences.fresh_ones(now)
+        estop = bool(self._latch.in_force)
+
+        def age(heard: Heard | None) -> float:
+            return self._presences.age_of(heard, now)
+
+        for news in self._setup.step(fresh, estop, age, self._sequence + 1, now):
+            self._tell(news.severity, news.code, news.text, news.remedy)
+
     # Calls
 
     def _answer(self, request: Request, sights: Mapping[str, dict[str, Sight]], now: float) -> None:
@@ -160,10 +190,17 @@ class ManagerCore:
         match command:
             case SetEstop():
                 self._stop_on_call(request.request_id, call.id, command, now)
+            case ResetEstop() | ClearZone() | AdoptZone() | ClearSetup() if refusal := self._too_old(call, now):
+                self._effects.append(Answer(request.request_id, Reply(call.id, False, refusal)))
             case ResetEstop():
-                self._reset(request.request_id, call.id, command.by, now)
+                self._reset(request.request_id, call.id, command, now)
             case ClearZone() | AdoptZone():
                 ok, text = self._decide(command, sights)
+                self._effects.append(Answer(request.request_id, Reply(call.id, ok, text)))
+            case ClearSetup(robot, by):
+                ok, text = self._setup.clear(robot, lambda heard: self._presences.age_of(heard, now))
+                if ok:
+                    self._tell(Severity.INFO, "setup_cleared", f"{text}, by {by}", "")
                 self._effects.append(Answer(request.request_id, Reply(call.id, ok, text)))
             case Who():
                 text = f"manager of cell {self._settings.name} (boot {self._boot}, epoch {self._epoch}, "
@@ -173,23 +210,42 @@ class ManagerCore:
                 text = f"the manager does not know the command {command.verb!r}"
                 self._effects.append(Answer(request.request_id, Reply(call.id, False, text)))
 
+    def _too_old(self, call: Call, now: float) -> str:
+        """Why an order that releases something is not carried out: what its caller looked at is long over; or empty.
+
+        A stop is never refused for its age.
+        """
+        age_s, allowed_s = self._presences.age_of(call.heard, now), self._settings.times.command_s
+        if age_s <= allowed_s:
+            return ""
+        found = "no longer known" if age_s == inf else f"{age_s:.2f} s old"
+        return (
+            f"{call.command.verb} is too old to be carried out: it answers a state of the manager that is {found}, "
+            f"{allowed_s:g} s are allowed; nothing was done: look with `cell status`, then give the order again"
+        )
+
     def _stop_on_call(self, request_id: str, call_id: str, command: SetEstop, now: float) -> None:
         self._set_estop(Estop(command.id, True, command.by, command.reason), now)
-        if self._latch.in_force(command.id):
-            self._latch.answer_when_confirmed(request_id, call_id, "the emergency stop is set", True, now)
+        if any(estop.id == command.id for estop in self._latch.in_force):
+            self._latch.answer_when_stopped(request_id, call_id, "the emergency stop is set", now)
             return
         text = f"emergency stop {command.id} was cleared before and is never set again: send it under a new id"
         self._effects.append(Answer(request_id, Reply(call_id, False, text)))
 
-    def _reset(self, request_id: str, call_id: str, by: str, now: float) -> None:
-        effects = self._latch.clear(by, now)
+    def _reset(self, request_id: str, call_id: str, command: ResetEstop, now: float) -> None:
+        effects, ended = self._latch.clear(command.ids, command.by, now)
         self._effects += effects
-        if effects:
-            self._tell(Severity.INFO, "estop_cleared", f"emergency stop cleared by {by}", "")
-        if not effects:
+        for estop in ended:
+            text = f"emergency stop by {estop.by} ({estop.reason}) cleared by {command.by}"
+            self._tell(Severity.INFO, "estop_cleared", text, "")
+        if left := self._latch.in_force:
+            what = f"cleared: {_named(ended)}; " if ended else "nothing is cleared; "
+            text = f"{what}still in force: {_named(left)}; find the cause, then `cell reset`"
+            self._effects.append(Answer(request_id, Reply(call_id, False, text)))
+        elif not ended:
             self._effects.append(Answer(request_id, Reply(call_id, True, "no emergency stop was set")))
-            return
-        self._latch.answer_when_confirmed(request_id, call_id, "the emergency stop is cleared", False, now)
+        else:
+            self._latch.answer_when_dropped(request_id, call_id, f"cleared: {_named(ended)}", ended, now)
 
     def _decide(self, command: ClearZone | AdoptZone, sights: Mapping[str, dict[str, Sight]]) -> tuple[bool, str]:
         zone = self._zones.get(command.zone)
@@ -220,7 +276,11 @@ class ManagerCore:
             heard=self._presences.heard(),
             zones={name: self._status(zone, sights[name]) for name, zone in self._zones.items()},
             refused=dict(refused),
-            estop=self._latch.estop,
+            estops=self._latch.in_force,
+            setup=self._setup.status,
+            setup_refused=dict(self._setup.refused),
+            heard_gateways=self._setup.heard(),
+            deadlocks=self._deadlocks.present,
         )
         if now < self._state_due and self._published is not None and _same(state, self._published):
             return
@@ -248,7 +308,7 @@ class ManagerCore:
         if zone.awaited:
             names = ", ".join(sorted(zone.awaited))
             return f"no grants before {names} reported, or `cell zone clear {zone.name}`"
-        if self._latch.estop is not None:
+        if self._latch.in_force:
             return "emergency stop"
         lost = [robot for robot in zone.queue if not sights[robot].known]
         return f"{', '.join(lost)} not referenced" if lost else ""
@@ -261,14 +321,24 @@ class ManagerCore:
 
     def _tell(self, severity: Severity, code: str, text: str, remedy: str) -> None:
         self._events += 1
-        self._effects.append(Publish(Event("manager", self._events, severity, code, text, remedy)))
+        self._effects.append(Publish(Event("manager", self._events, severity, code, text, remedy, boot=self._boot)))
 
     def _cell_time(self, now: float) -> float:
         return now - (self._started if self._started is not None else now)
 
 
+def _named(estops: Iterable[Estop]) -> str:
+    return ", ".join(f"the emergency stop by {estop.by} ({estop.reason})" for estop in estops)
+
+
 def _same(new: ManagerState, old: ManagerState) -> bool:
     """Nothing has changed that somebody waits for."""
-    if {name: heard.boot for name, heard in new.heard.items()} != {n: h.boot for n, h in old.heard.items()}:
+    if _boots(new) != _boots(old):
         return False
-    return replace(new, sequence=old.sequence, cell_time=old.cell_time, heard=old.heard) == old
+    same = replace(new, sequence=old.sequence, cell_time=old.cell_time, heard=old.heard)
+    return replace(same, heard_gateways=old.heard_gateways) == old
+
+
+def _boots(state: ManagerState) -> list[dict[str, str]]:
+    echoes = (state.heard, state.heard_gateways)
+    return [{name: heard.boot for name, heard in echo.items()} for echo in echoes]

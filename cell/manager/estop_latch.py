@@ -1,11 +1,12 @@
 """The latched emergency stop of the cell. It supports and never replaces a hard-wired one."""
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, replace
 
 from cell.core import Answer, Effect, Publish
 from cell.manager.records import EstopCleared, EstopLatched, Store, Stored
 from cell.messages import Estop, Reply
+from cell.net.estops import Estops
 
 _REPEAT_S = 0.05
 _REPEAT_CLEARED_S = 2.0
@@ -19,37 +20,33 @@ class _Waiting:
     request_id: str
     call_id: str
     done: str
-    stopping: bool
+    cleared: frozenset[str] | None
+    """The stops whose end is waited for; None: for a stop itself."""
     until: float
 
 
 class EstopLatch:
-    """All stops that are in force; more than one may be, when several people press at once."""
+    """The cell's stops: latched, repeated, and cleared by an operator who names them."""
 
     def __init__(self, stored: Stored) -> None:
-        self._active = {estop.id: estop for estop in stored.estops}
-        self._cleared = set(stored.cleared)
+        self._estops = Estops(stored.estops, stored.cleared)
         self._repeat_cleared: dict[str, tuple[Estop, float]] = {}
         self._waiting: list[_Waiting] = []
         self._due = 0.0
 
     @property
-    def estop(self) -> Estop | None:
-        """The first stop in force."""
-        return next(iter(self._active.values()), None)
-
-    def in_force(self, estop_id: str) -> bool:
-        """Whether the stop with this id is set."""
-        return estop_id in self._active
+    def in_force(self) -> tuple[Estop, ...]:
+        """Oldest first."""
+        return self._estops.in_force
 
     def latch(self, estop: Estop, now: float) -> list[Effect]:
         """Bring a stop into force, unless it is already, or was cleared before."""
-        if not estop.active or estop.id in self._active:
+        if not estop.active:
             return []
-        if estop.id in self._cleared:
+        if self._estops.was_cleared(estop.id):
             self._tell_again(estop, now)
+        if not self._estops.hear(estop):
             return []
-        self._active[estop.id] = estop
         self._due = now
         return [Store(EstopLatched(estop))]
 
@@ -59,19 +56,23 @@ class EstopLatch:
             return []
         return self.latch(Estop(estop_id, True, who, f"{who} stands under a stop that was set elsewhere"), now)
 
-    def clear(self, by: str, now: float) -> list[Effect]:
-        """An operator's reset: every stop ends and its id is never accepted again."""
-        effects: list[Effect] = [Store(EstopCleared(estop_id, by)) for estop_id in self._active]
-        for estop in self._active.values():
-            self._cleared.add(estop.id)
+    def clear(self, ids: Collection[str], by: str, now: float) -> tuple[list[Effect], list[Estop]]:
+        """An operator's reset: these stops end, as far as they are in force, and their ids are never accepted again."""
+        ended = [estop for estop in self.in_force if estop.id in ids]
+        for estop in ended:
+            self._estops.hear(replace(estop, active=False))
             self._tell_again(estop, now)
-        self._active.clear()
         self._due = now
-        return effects
+        return [Store(EstopCleared(estop.id, by)) for estop in ended], ended
 
-    def answer_when_confirmed(self, request_id: str, call_id: str, done: str, stopping: bool, now: float) -> None:
-        """Answer a call once everyone follows (`stopping`: stands under the stop; else: has dropped it), or in 1 s."""
-        self._waiting.append(_Waiting(request_id, call_id, done, stopping, now + _CONFIRM_WITHIN_S))
+    def answer_when_stopped(self, request_id: str, call_id: str, done: str, now: float) -> None:
+        """Answer a call once everyone stands under a stop, or in 1 s."""
+        self._waiting.append(_Waiting(request_id, call_id, done, None, now + _CONFIRM_WITHIN_S))
+
+    def answer_when_dropped(self, request_id: str, call_id: str, done: str, ended: list[Estop], now: float) -> None:
+        """Answer a call once nobody stands under these stops any more, or in 1 s."""
+        ids = frozenset(estop.id for estop in ended)
+        self._waiting.append(_Waiting(request_id, call_id, done, ids, now + _CONFIRM_WITHIN_S))
 
     def step(self, acknowledged: Mapping[str, str | None], silent: list[str], now: float) -> list[Effect]:
         """Repeat what is in force, and what was cleared lately, at 20 Hz; answer who waits."""
@@ -79,15 +80,16 @@ class EstopLatch:
         if now >= self._due:
             self._due = now + _REPEAT_S
             self._repeat_cleared = {i: item for i, item in self._repeat_cleared.items() if now < item[1]}
-            stops = (*self._active.values(), *(estop for estop, _ in self._repeat_cleared.values()))
+            stops = (*self.in_force, *(estop for estop, _ in self._repeat_cleared.values()))
             effects += [Publish(estop) for estop in stops]
         return effects + self._answers(acknowledged, silent, now)
 
     def _answers(self, acknowledged: Mapping[str, str | None], silent: list[str], now: float) -> list[Effect]:
         effects: list[Effect] = []
         for waiting in list(self._waiting):
+            in_force = {estop.id for estop in self.in_force}
             agree = {
-                robot: (estop_id in self._active) if waiting.stopping else estop_id is None
+                robot: estop_id in in_force if waiting.cleared is None else estop_id not in waiting.cleared
                 for robot, estop_id in acknowledged.items()
             }
             open_ = sorted({robot for robot, done in agree.items() if not done} | set(silent))

@@ -1,11 +1,18 @@
 """What the manager knows of each robot, and which of it is fresh."""
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
+from math import inf
 
 from cell.manager.occupancy import ZoneSpace
 from cell.manager.zones import Sight
 from cell.messages import Body, Heard, Presence, TokenGone
 from cell.net.freshness import NewestOf, Sent
+
+_NOW_S = 0.1
+"""A zone that is wanted within so long is one that the robot waits for, if it does not get it."""
+MOST_STRANGERS = 8
+"""Robots that are not configured and followed all the same: where they are matters, how many is bounded."""
 
 
 @dataclass(slots=True)
@@ -15,6 +22,8 @@ class _Robot:
     body: Body | None = None
     """The last body that was fresh: where the robot is until a fresh one says otherwise."""
     gone: bool = False
+    lower: int | None = None
+    """A claim that is lower than the newest one, and whose agent lives all the same."""
 
 
 class Presences:
@@ -26,21 +35,46 @@ class Presences:
         self._fresh_s = fresh_s
         self._sent = Sent(boot)
         self._robots: dict[str, _Robot] = {}
+        self.strangers_left_out: set[str] = set()
+        """Some of those that could not be followed."""
 
     def sent_state(self, sequence: int, now: float) -> None:
         """A manager state was sent."""
         self._sent.record(sequence, now)
 
+    def age_of(self, heard: Heard | None, now: float) -> float:
+        """Upper bound [s] of the age of what was made in view of the manager state `heard`; infinite: not known."""
+        return self._sent.age(heard, now)
+
     def forget_echoes(self) -> None:
-        """After an own freeze: no presence is fresh until it answers a new state."""
+        """After an own freeze: no presence is fresh, and no order young, until it answers a new state."""
         self._sent.forget()
 
-    def hear(self, presence: Presence) -> None:
-        """Take a presence, unless it is old or of a boot that was replaced."""
+    def hear(self, presence: Presence, suspects: Callable[[str], bool], now: float) -> None:
+        """Take a presence, unless it is old, of an earlier claim, or of one stranger too many.
+
+        `suspects`: whether a robot may be inside a zone; those are never forgotten.
+        """
+        if presence.robot not in self._robots and not self._has_room(presence.robot, suspects, now):
+            if len(self.strangers_left_out) < MOST_STRANGERS:
+                self.strangers_left_out.add(presence.robot)
+            return
         robot = self._robots.setdefault(presence.robot, _Robot())
-        if robot.newest.accept(presence.boot, presence.sequence):
+        if robot.newest.accept(presence.boot, presence.owner, presence.sequence):
             robot.presence = presence
-            robot.gone = False
+            robot.gone, robot.lower = False, None
+        elif presence.owner < robot.newest.era and self.age_of(presence.heard, now) < self._fresh_s:
+            robot.lower = presence.owner
+
+    def _has_room(self, name: str, suspects: Callable[[str], bool], now: float) -> bool:
+        """Forgets a stranger that is silent and in no zone, if that makes room."""
+        strangers = [stranger for stranger in self._robots if stranger not in self._configured]
+        if name in self._configured or len(strangers) < MOST_STRANGERS:
+            return True
+        gone = next((each for each in strangers if not self.fresh(each, now) and not suspects(each)), None)
+        if gone is not None:
+            del self._robots[gone]
+        return gone is not None
 
     def token_gone(self, token: TokenGone) -> None:
         """A robot's process or its link ended: silent from now on, until a new presence comes."""
@@ -59,7 +93,12 @@ class Presences:
         robot = self._robots.get(name)
         if robot is None or robot.presence is None or robot.gone:
             return False
-        return self._sent.age(robot.presence.heard, now) < self._fresh_s
+        return self.age_of(robot.presence.heard, now) < self._fresh_s
+
+    def fresh_ones(self, now: float) -> dict[str, Presence]:
+        """The newest presence of each robot that may be relied on."""
+        presences = {name: robot.presence for name, robot in self._robots.items() if self.fresh(name, now)}
+        return {name: presence for name, presence in presences.items() if presence is not None}
 
     def heard(self) -> dict[str, Heard]:
         """The echo for the next manager state."""
@@ -73,6 +112,11 @@ class Presences:
     def _why_not(self, name: str, robot: _Robot) -> str:
         if name not in self._configured:
             return f"not configured; this cell has {', '.join(sorted(self._configured))}"
+        if robot.lower is not None:
+            return (
+                f"its claim {robot.lower} is lower than {robot.newest.era} of before: stop the older agent; if the "
+                "clock of its gateway's host was set back, start the manager again"
+            )
         if robot.presence is None or robot.presence.digest == self._digest:
             return ""
         return (
@@ -97,6 +141,7 @@ class Presences:
                 wants=zone in presence.wants,
                 echo=presence.heard.sequence if presence.heard is not None else -1,
                 refused=refused.get(name, ""),
+                needs_now=presence.wants.get(zone, inf) < _NOW_S,
             )
         return seen
 

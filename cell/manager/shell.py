@@ -1,4 +1,4 @@
-"""The process around `ManagerCore`: Zenoh, the journal and the clock."""
+"""The process around `ManagerCore`: Zenoh, the journal, the events that are kept, and the clock."""
 
 import logging
 import os
@@ -7,10 +7,13 @@ import time
 from pathlib import Path
 
 from cell.config.settings import CellSettings
-from cell.core import Answer, Effect, Publish
+from cell.core import Answer, Effect, Publish, Request
 from cell.manager.core import ManagerCore
+from cell.manager.event_recorder import EventRecorder
+from cell.manager.event_store import EVENTS_FILE
 from cell.manager.journal import Journal
 from cell.manager.records import Store
+from cell.messages import Call, Event, ListEvents
 from cell.net.errors import NetError
 from cell.net.liveliness import TokenWatch
 from cell.net.options import Link, ZenohOptions
@@ -46,12 +49,35 @@ def run_manager(settings: CellSettings, options: ZenohOptions, state_dir: Path, 
         tokens = session.token_watch()
         _be_the_only_one(settings.name, tokens, stop)
         shell = ManagerShell(session, tokens, journal)
+        recorder = EventRecorder(state_dir / EVENTS_FILE, session.queue("event/**"), boot)
         stored = journal.read()
         core = ManagerCore(settings, boot, journal.begin_epoch(boot), stored, os.getpid())
         session.declare_alive()
         _LOG.info("cell %s: manager at %s, journal %s", settings.name, ", ".join(session.endpoints), journal.path)
-        run_core(core, period_s=PERIOD_S, inbox=shell.inbox, perform=shell.perform, stop=stop, on_late=_late)
+
+        def inbox() -> list[object]:
+            for effect in recorder.effects():
+                perform(effect)
+            messages = []
+            for message in shell.inbox():
+                if isinstance(message, Request) and _about_events(message):
+                    recorder.ask(message)
+                else:
+                    messages.append(message)
+            return messages
+
+        def perform(effect: Effect) -> None:
+            shell.perform(effect)
+            if isinstance(effect, Publish) and isinstance(effect.message, Event):
+                recorder.tell(effect.message)
+
+        with recorder:
+            run_core(core, period_s=PERIOD_S, inbox=inbox, perform=perform, stop=stop, on_late=_late)
     return 0
+
+
+def _about_events(request: Request) -> bool:
+    return isinstance(request.call, Call) and isinstance(request.call.command, ListEvents)
 
 
 class ManagerShell:

@@ -30,6 +30,8 @@ class Sight:
     """Sequence of the manager state that the presence answers."""
     refused: str
     """Why the robot gets no grants; empty when it may."""
+    needs_now: bool = False
+    """It stands, or would come to stand at once, where it does not get the zone."""
 
 
 @dataclass(frozen=True, slots=True)

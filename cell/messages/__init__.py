@@ -10,7 +10,7 @@ from cell.messages.correction import ConveyorCount, Correction
 from cell.messages.drive_fault import Fault, FaultDrive
 from cell.messages.drives import AxisStatus, DriveFeedback, PlayoutState
 from cell.messages.estop import Estop
-from cell.messages.event import Event, Severity
+from cell.messages.event import Event, KeptEvent, KeptEvents, Severity
 from cell.messages.gateway_commands import (
     AcceptPosition,
     Claim,
@@ -30,8 +30,8 @@ from cell.messages.gateway_commands import (
 )
 from cell.messages.gateway_state import BusCounters, GatewayState, NodeStatus
 from cell.messages.jog import JogFrame, JogHeld
-from cell.messages.manager_commands import AdoptZone, ClearZone, ResetEstop, SetEstop
-from cell.messages.manager_state import ManagerState, ZoneState, ZoneStatus
+from cell.messages.manager_commands import AdoptZone, ClearSetup, ClearZone, ListEvents, ResetEstop, SetEstop
+from cell.messages.manager_state import ManagerState, SetupStatus, ZoneDeadlock, ZoneState, ZoneStatus
 from cell.messages.presence import Body, Presence
 from cell.messages.robot_commands import (
     Continue,
@@ -68,6 +68,7 @@ __all__ = [
     "CellTime",
     "Claim",
     "ClaimGrant",
+    "ClearSetup",
     "ClearZone",
     "Command",
     "Continue",
@@ -92,6 +93,9 @@ __all__ = [
     "Jog",
     "JogFrame",
     "JogHeld",
+    "KeptEvent",
+    "KeptEvents",
+    "ListEvents",
     "ManagerState",
     "Mode",
     "MoveAxes",
@@ -118,6 +122,7 @@ __all__ = [
     "SetManual",
     "SetOverride",
     "SetpointBlock",
+    "SetupStatus",
     "Severity",
     "Step",
     "SwitchOutput",
@@ -125,6 +130,7 @@ __all__ = [
     "TokenGone",
     "Who",
     "WriteObject",
+    "ZoneDeadlock",
     "ZoneGeometry",
     "ZoneState",
     "ZoneStatus",

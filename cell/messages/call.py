@@ -4,9 +4,11 @@ A call's verb is the last chunk of its key (`robot/left/cmd/run`); the verb pick
 """
 
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import Annotated, ClassVar
 
-from cell.messages.common import Heard
+from annotated_types import MaxLen
+
+from cell.messages.common import Count, Duration, Few, Heard, Name, Text
 
 
 @dataclass(frozen=True, slots=True)
@@ -27,12 +29,14 @@ class Who(Command):
 class Call:
     """A command with the id that makes a repeated call harmless, and the echo that makes an old one recognisable.
 
-    `heard` is the newest state of the addressee that the caller had seen when it sent the call. An agent refuses
-    operator commands whose echo is older than 0.5 s, a gateway `SwitchOutput`; for their other calls gateways and the
-    manager do not need it.
+    A caller that got no answer repeats the same call: id, command and echo. The addressee remembers an id and its
+    outcome for 60 s; by the echo it refuses a call that comes late, or was meant for the process before a restart.
+    `heard` is the newest state of the addressee that the caller had seen when it sent the call; from a robot's owner to
+    its gateway the newest `DriveFeedback`. Whatever moves, releases or switches something is refused when its echo is
+    older than 0.5 s or missing; what stops or switches off never is. `docs/messages.md` has the table.
     """
 
-    id: str
+    id: Name
     command: Command
     heard: Heard | None = None
 
@@ -41,15 +45,15 @@ class Call:
 class ClaimGrant:
     """What a gateway gives its new owner."""
 
-    owner: int
+    owner: Count
     """Number of this claim; grows with each claim, never 0."""
-    cycle_s: float
-    tick: int
-    axes: tuple[str, ...]
-    gateway_boot: str
+    cycle_s: Duration
+    tick: Count
+    axes: Annotated[tuple[Name, ...], Few]
+    gateway_boot: Name
     torques: bool = False
     """Some drive takes torque as feed-forward: blocks should carry it."""
-    outputs: tuple[str, ...] = ()
+    outputs: Annotated[tuple[Name, ...], Few] = ()
     """The robot's digital outputs, which `SetpointBlock.events` may switch."""
 
 
@@ -57,9 +61,9 @@ class ClaimGrant:
 class Reply:
     """The answer to a call. `text` says what was done, or what was found, what is allowed and what to do next."""
 
-    id: str
+    id: Name
     ok: bool
-    text: str
+    text: Text
     claim: ClaimGrant | None = None
-    data: str = ""
+    data: Annotated[str, MaxLen(2**20)] = ""
     """What was asked for, where the command says that there is something."""

@@ -1,22 +1,52 @@
-"""What several messages share: the echo that proves freshness, the token of a grant, and the end of a process."""
+"""What several messages share: the ranges of their fields, the echo that proves freshness, the token of a grant.
+
+The ranges are part of the schema: what lies outside is refused where it is read (`cell.net.codec`), so that no core
+ever meets a number whose square overflows, or a text without end. What else a value must be is the business of whoever
+uses it, who can say why not.
+"""
 
 from dataclasses import dataclass
+from typing import Annotated
+
+from annotated_types import Ge, Le, MaxLen
+
+Name = Annotated[str, MaxLen(128)]
+"""Of a robot, a zone, a process' run, a call, ..."""
+Words = Annotated[str, MaxLen(2**17)]
+"""What a person gives: a reason, who gives an order; as long as an argument of a command can be."""
+Text = Annotated[str, MaxLen(2**19)]
+"""What a process tells people; it may repeat their words."""
+Few = MaxLen(1000)
+"""As many as a cell may have of anything."""
+Count = Annotated[int, Ge(0), Le(2**62)]
+Whole = Annotated[int, Ge(-(2**62)), Le(2**62)]
+Number = Annotated[float, Ge(-1e12), Le(1e12)]
+Metres = Annotated[float, Ge(-1e6), Le(1e6)]
+"""A coordinate."""
+Length = Annotated[float, Ge(0.0), Le(1e6)]
+"""[m]"""
+Duration = Annotated[float, Ge(0.0), Le(1e9)]
+"""[s]"""
+Vector = tuple[Metres, Metres, Metres]
+
+ECHO_S = 2.0
+"""A process remembers so long when it sent which message; an older echo proves nothing, whatever age is allowed."""
 
 
 @dataclass(frozen=True, slots=True)
 class Heard:
     """The newest message of a peer that the sender has received: the echo of `docs/architecture.md`, section 4.1."""
 
-    boot: str
-    sequence: int
+    boot: Name
+    sequence: Count
 
 
 @dataclass(frozen=True, slots=True, order=True)
 class Token:
     """The fencing token of a zone grant. It only ever grows, over restarts of the manager too."""
 
-    epoch: int
-    counter: int
+    epoch: Count
+    counter: Count
 
     def __str__(self) -> str:
         return f"{self.epoch}.{self.counter}"
@@ -26,8 +56,8 @@ class Token:
 class CellTime:
     """A moment by the cell clock: `cell_time` [s] of the manager whose `boot` this is; each manager starts at 0."""
 
-    boot: str
-    seconds: float
+    boot: Name
+    seconds: Annotated[float, Ge(-1e9), Le(1e9)]
 
 
 @dataclass(frozen=True, slots=True)

@@ -5,6 +5,7 @@ from enum import StrEnum
 from typing import ClassVar
 
 from cell.messages.call import Command
+from cell.messages.common import Count, Number, Whole
 
 
 class Fault(StrEnum):
@@ -38,8 +39,8 @@ class FaultDrive(Command):
     """
 
     verb: ClassVar[str] = "fault_drive"
-    node_id: int
-    axis: int
+    node_id: Count
+    axis: Count
     fault: Fault
-    value: int | None = None
-    seconds: float | None = None
+    value: Whole | None = None
+    seconds: Number | None = None

@@ -38,9 +38,24 @@ class AxisStatus(IntEnum):
     """No TPDO within its time."""
 
     @property
+    def has_torque(self) -> bool:
+        """The power stage is on."""
+        return self in _WITH_TORQUE
+
+    @property
     def words(self) -> str:
         """Its name for people, as CiA 402 has it: Switch On Disabled."""
         return self.name.replace("_", " ").title().replace(" To ", " to ")
+
+
+_WITH_TORQUE = frozenset(
+    {
+        AxisStatus.SWITCHED_ON,
+        AxisStatus.OPERATION_ENABLED,
+        AxisStatus.QUICK_STOP_ACTIVE,
+        AxisStatus.FAULT_REACTION_ACTIVE,
+    }
+)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -2,15 +2,18 @@
 
 from dataclasses import dataclass
 
+from cell.messages.common import Name, Words
+
 
 @dataclass(frozen=True, slots=True)
 class Estop:
     """A latched stop of the whole cell. Anyone sends it; only the manager's `reset` clears it, by the same id.
 
-    An id that was once cleared is never accepted again, so a late copy of an old stop does nothing.
+    Several may be in force; while one is, the cell stands. An id that was once cleared is never accepted again, so a
+    late copy of an old stop does nothing.
     """
 
-    id: str
+    id: Name
     active: bool
-    by: str
-    reason: str
+    by: Words
+    reason: Words

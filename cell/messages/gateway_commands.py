@@ -1,9 +1,12 @@
 """What a gateway is asked for: `gateway/<g>/cmd/<verb>`."""
 
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import Annotated, ClassVar
+
+from annotated_types import MaxLen
 
 from cell.messages.call import Command
+from cell.messages.common import Count, Few, Name, Number, Words
 
 
 @dataclass(frozen=True, slots=True)
@@ -11,30 +14,30 @@ class Claim(Command):
     """Become the one owner of a robot's drives."""
 
     verb: ClassVar[str] = "claim"
-    robot: str
-    boot: str
-    digest: str
+    robot: Name
+    boot: Name
+    digest: Name
 
 
 @dataclass(frozen=True, slots=True)
 class Release(Command):
     verb: ClassVar[str] = "release"
-    robot: str
-    owner: int
+    robot: Name
+    owner: Count
 
 
 @dataclass(frozen=True, slots=True)
 class EnableDrives(Command):
     verb: ClassVar[str] = "enable_drives"
-    robot: str
-    owner: int
+    robot: Name
+    owner: Count
 
 
 @dataclass(frozen=True, slots=True)
 class DisableDrives(Command):
     verb: ClassVar[str] = "disable_drives"
-    robot: str
-    owner: int
+    robot: Name
+    owner: Count
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,8 +45,8 @@ class ResetDrives(Command):
     """Acknowledge the drives' faults; succeeds only where the cause is gone."""
 
     verb: ClassVar[str] = "reset_drives"
-    robot: str
-    owner: int
+    robot: Name
+    owner: Count
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,9 +54,9 @@ class ReadObject(Command):
     """Read an object of a node's dictionary; the reply's `data` are its bytes in hex, low byte first."""
 
     verb: ClassVar[str] = "sdo_read"
-    node_id: int
-    index: int
-    sub: int
+    node_id: Count
+    index: Count
+    sub: Count
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,10 +64,10 @@ class WriteObject(Command):
     """Write an object, `data` in hex, low byte first; only while the node's robot is at rest and switched off."""
 
     verb: ClassVar[str] = "sdo_write"
-    node_id: int
-    index: int
-    sub: int
-    data: str
+    node_id: Count
+    index: Count
+    sub: Count
+    data: Annotated[str, MaxLen(2**20)]
 
 
 @dataclass(frozen=True, slots=True)
@@ -79,8 +82,8 @@ class RecordBus(Command):
     """Write all frames of the next seconds to a file on the gateway's host; its suffix says the format."""
 
     verb: ClassVar[str] = "record"
-    file: str
-    seconds: float
+    file: Words
+    seconds: Number
 
 
 @dataclass(frozen=True, slots=True)
@@ -88,8 +91,10 @@ class Home(Command):
     """Set-up: let axes find their home points (none named: all that can), in their configured order, while held."""
 
     verb: ClassVar[str] = "home"
-    robot: str
-    axes: tuple[str, ...]
+    robot: Name
+    axes: Annotated[tuple[Name, ...], Few]
+    alone: bool = False
+    """There is no manager, and the operator himself keeps all other robots still; refused while a manager is heard."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -101,11 +106,13 @@ class MoveAxes(Command):
     """
 
     verb: ClassVar[str] = "move_axes"
-    robot: str
-    targets: dict[str, float]
+    robot: Name
+    targets: Annotated[dict[Name, Number], Few]
     relative: bool
-    speed: float
+    speed: Number
     by_velocity: bool
+    alone: bool = False
+    """There is no manager, and the operator himself keeps all other robots still; refused while a manager is heard."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -117,19 +124,24 @@ class PressAxis(Command):
     """
 
     verb: ClassVar[str] = "press_axis"
-    robot: str
-    axis: str
-    torque: float
-    seconds: float
-    within: float
+    robot: Name
+    axis: Name
+    torque: Number
+    seconds: Number
+    within: Number
+    alone: bool = False
+    """There is no manager, and the operator himself keeps all other robots still; refused while a manager is heard."""
 
 
 @dataclass(frozen=True, slots=True)
 class HoldSetup(Command):
-    """The operator still holds the set-up motion; the reply's `data` are `moving`, `done` or `stopped`."""
+    """The operator holds the set-up motion, as of the gateway state that the call's `heard` names.
+
+    It begins with the first hold. The reply's `data` are `moving`, `done` or `stopped`.
+    """
 
     verb: ClassVar[str] = "hold_setup"
-    robot: str
+    robot: Name
 
 
 @dataclass(frozen=True, slots=True)
@@ -140,10 +152,10 @@ class SwitchOutput(Command):
     """
 
     verb: ClassVar[str] = "switch_output"
-    robot: str
-    output: str
+    robot: Name
+    output: Name
     on: bool
-    by: str
+    by: Words
 
 
 @dataclass(frozen=True, slots=True)
@@ -151,5 +163,5 @@ class AcceptPosition(Command):
     """An operator has looked: axes (none named: all that are in doubt) are where their drives show them."""
 
     verb: ClassVar[str] = "accept_position"
-    robot: str
-    axes: tuple[str, ...]
+    robot: Name
+    axes: Annotated[tuple[Name, ...], Few]

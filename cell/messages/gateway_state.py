@@ -1,7 +1,9 @@
 """What a gateway tells about its bus, a few times per second."""
 
 from dataclasses import dataclass, field
+from typing import Annotated
 
+from cell.messages.common import Count, Duration, Few, Heard, Name, Number, Text
 from cell.messages.drives import AxisStatus
 
 
@@ -9,22 +11,22 @@ from cell.messages.drives import AxisStatus
 class NodeStatus:
     """One drive node: its NMT state as last heard, the drive state, and the newest emergency code with its meaning."""
 
-    node_id: int
-    robot: str
-    axis: str
-    nmt: str
+    node_id: Count
+    robot: Name
+    axis: Name
+    nmt: Name
     drive: AxisStatus
-    emergency_code: int | None = None
-    emergency_text: str = ""
+    emergency_code: Count | None = None
+    emergency_text: Text = ""
     referenced: bool = True
     """The drive knows where its axis is."""
-    reference_missing: str = ""
+    reference_missing: Text = ""
     """Why it does not, and what to do, for people."""
     warning: bool = False
     """Bit 7 of its statusword: something is near a limit of the drive, or it can only go one way."""
-    following_error: float | None = None
+    following_error: Number | None = None
     """[rad or m] the largest one since the robot was enabled; `None`: it has not been."""
-    outputs: dict[str, bool] = field(default_factory=dict)
+    outputs: Annotated[dict[Name, bool], Few] = field(default_factory=dict)
     """Its digital outputs by name: on or off."""
 
 
@@ -32,17 +34,17 @@ class NodeStatus:
 class BusCounters:
     """What the cycle loop counts since the start."""
 
-    ticks: int
-    late_cycles: int
-    worst_lateness_s: float
-    missing_tpdos: int
-    blocks_accepted: int
-    blocks_refused: int
-    bus_load: float
+    ticks: Count
+    late_cycles: Count
+    worst_lateness_s: Number
+    missing_tpdos: Count
+    blocks_accepted: Count
+    blocks_refused: Count
+    bus_load: Number
     """Share of the wire time that what is configured takes, 0 to 1, worst-case stuffing."""
-    measured_load: float | None = None
+    measured_load: Number | None = None
     """Share of the wire time that all frames took in the newest second, the same way; `None` in the first one."""
-    phase_error_s: float | None = None
+    phase_error_s: Number | None = None
     """How much the newest SYNC was behind a multiple of the cycle by the cell clock; `None`: no manager is heard."""
 
 
@@ -50,18 +52,26 @@ class BusCounters:
 class GatewayState:
     """The bus and its drives as the gateway knows them."""
 
-    gateway: str
-    boot: str
-    sequence: int
-    cycle_s: float
-    interface: str
+    gateway: Name
+    boot: Name
+    sequence: Count
+    cycle_s: Duration
+    interface: Name
     ready: bool
     """All nodes are configured and operational, and it is known which of them are referenced."""
-    problem: str
+    problem: Text
     """Why it is not ready, for people; empty when it is."""
-    owners: dict[str, str]
+    owners: Annotated[dict[Name, Name], Few]
     """Robot: boot of the agent that owns it."""
-    estop_confirmed: str | None
+    estop_confirmed: Name | None
     """Id of the emergency stop under which all robots of this bus are measured at rest and switched off, if any."""
-    nodes: tuple[NodeStatus, ...]
+    nodes: Annotated[tuple[NodeStatus, ...], Few]
     counters: BusCounters
+    setup: Annotated[tuple[Name, ...], Few] = ()
+    """Robots whose drives are to make motions of their own, or make them, or may still do so."""
+    heard: Heard | None = None
+    """Newest manager state that the gateway received."""
+    digest: Name = ""
+    """Of its configuration."""
+    era: Count = 0
+    """Grows from one run of the gateway to the next: the number of the first claim of this run."""

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from enum import Enum
 
-from cell.messages.common import Heard
+from cell.messages.common import Heard, Name
 
 
 class JogFrame(Enum):
@@ -21,8 +21,8 @@ class JogHeld:
     `heard` is the newest state of the robot that the operator's side has received: the message is as young as that.
     """
 
-    robot: str
-    press: str
+    robot: Name
+    press: Name
     """The press that the call `jog` has begun."""
     held: bool
     """False: the key was let go, the robot comes to rest at once."""

@@ -2,8 +2,9 @@
 
 from dataclasses import dataclass, field
 from enum import Enum
+from typing import Annotated
 
-from cell.messages.common import Heard, Token
+from cell.messages.common import Count, Duration, Few, Heard, Name, Text, Token
 from cell.messages.estop import Estop
 
 
@@ -21,27 +22,59 @@ class ZoneStatus:
     """A zone as the manager sees it. `since` is cell time [s] of the last change of state or holder."""
 
     state: ZoneState
-    holder: str | None
+    holder: Name | None
     token: Token | None
-    queue: tuple[str, ...]
-    version: int
-    since: float
-    reason: str = ""
+    queue: Annotated[tuple[Name, ...], Few]
+    version: Count
+    since: Duration
+    reason: Text = ""
     """Why nobody is granted the zone although robots wait for it, or why it is orphaned; for people."""
+
+
+@dataclass(frozen=True, slots=True)
+class SetupStatus:
+    """The one robot of the cell in set-up: its drives may make motions of their own, all others stay at rest."""
+
+    robot: Name
+    free: bool
+    """Every other robot has confirmed that it stands, and stays so: the motion may begin and go on."""
+    reason: Text = ""
+    """Why it is not free, for people."""
+
+
+@dataclass(frozen=True, slots=True)
+class ZoneDeadlock:
+    """Robots that wait for each other: each needs now the zone at its place in `zones`, which the next one holds."""
+
+    robots: Annotated[tuple[Name, ...], Few]
+    zones: Annotated[tuple[Name, ...], Few]
+    since: Duration
+    """Cell time [s] at which it was found."""
+    text: Text
+    """Who waits for what, for people."""
+    remedy: Text
+    """The commands that free them."""
 
 
 @dataclass(frozen=True, slots=True)
 class ManagerState:
     """The one message that permits motion; every agent checks that it answers its own newest presence."""
 
-    cell: str
-    boot: str
-    epoch: int
-    sequence: int
-    cell_time: float
-    digest: str
-    heard: dict[str, Heard] = field(default_factory=dict)
-    zones: dict[str, ZoneStatus] = field(default_factory=dict)
-    refused: dict[str, str] = field(default_factory=dict)
+    cell: Name
+    boot: Name
+    epoch: Count
+    sequence: Count
+    cell_time: Duration
+    digest: Name
+    heard: Annotated[dict[Name, Heard], Few] = field(default_factory=dict)
+    zones: Annotated[dict[Name, ZoneStatus], Few] = field(default_factory=dict)
+    refused: Annotated[dict[Name, Text], Few] = field(default_factory=dict)
     """Robots that get no grants, and why (another configuration digest, not configured, unknown body)."""
-    estop: Estop | None = None
+    estops: Annotated[tuple[Estop, ...], Few] = ()
+    """All that are in force, oldest first."""
+    setup: SetupStatus | None = None
+    setup_refused: Annotated[dict[Name, Text], Few] = field(default_factory=dict)
+    """Robots that are to be set up and must wait: why, for people."""
+    heard_gateways: Annotated[dict[Name, Heard], Few] = field(default_factory=dict)
+    """Gateway: its newest state that the manager received."""
+    deadlocks: Annotated[tuple[ZoneDeadlock, ...], Few] = ()

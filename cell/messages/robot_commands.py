@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from cell.messages.call import Command
-from cell.messages.common import CellTime
+from cell.messages.common import CellTime, Name, Number
 from cell.messages.jog import JogFrame
 
 
@@ -29,7 +29,7 @@ class Run(Command):
     verb: ClassVar[str] = "run"
     at: CellTime | None = None
     """The first motion begins with the first tick at or behind this moment, or not at all."""
-    lasting_s: float | None = None
+    lasting_s: Number | None = None
     """Above 0, with `at`: the first motion ends so long behind it, or as soon as it can when it takes longer."""
 
 
@@ -66,7 +66,7 @@ class SetOverride(Command):
     """Follow the path at `percent` of the planned speed, -100 to 100; a negative one goes back along the path."""
 
     verb: ClassVar[str] = "override"
-    percent: float
+    percent: Number
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,15 +82,15 @@ class Jog(Command):
     """Begin to move along one axis; the robot goes on while `JogHeld` messages with the same press arrive."""
 
     verb: ClassVar[str] = "jog"
-    press: str
+    press: Name
     """A fresh name for this press of the key; one that has ended is never taken again."""
-    axis: str
+    axis: Name
     """A joint's name, or X, Y, Z (along) and A, B, C (about X, Y, Z) for the tool."""
-    speed: float
+    speed: Number
     """[m/s or rad/s], signed."""
     frame: JogFrame
     """Of X to C."""
-    step: float | None = None
+    step: Number | None = None
     """[m or rad], above 0: come to rest after that much."""
 
 

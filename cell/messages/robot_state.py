@@ -2,6 +2,11 @@
 
 from dataclasses import dataclass, field
 from enum import Enum
+from typing import Annotated
+
+from annotated_types import Ge, Le
+
+from cell.messages.common import Count, Duration, Few, Name, Number, Text, Vector
 
 
 class Mode(Enum):
@@ -41,28 +46,28 @@ class ProgramState(Enum):
 class ProgramStatus:
     """The program, the line being executed and its text. `line` counts from 1; 0 means not started."""
 
-    name: str
+    name: Text
     state: ProgramState
-    line: int
-    text: str
-    error: str = ""
+    line: Count
+    text: Text
+    error: Text = ""
 
 
 @dataclass(frozen=True, slots=True)
 class GovernorStatus:
     """How fast path time advances and who rules; `ruled_by` is empty when nobody asks for less than the plan."""
 
-    rate: float
-    tau_s: float
-    duration_s: float
-    ruled_by: str
+    rate: Number
+    tau_s: Number
+    duration_s: Duration
+    ruled_by: Text
 
 
 @dataclass(frozen=True, slots=True)
 class PaceStatus:
     """What an operator has set: share of the planned speed (-1 to 1), reduced speed, and going block by block."""
 
-    override: float = 1.0
+    override: Annotated[float, Ge(-1.0), Le(1.0)] = 1.0
     manual: bool = False
     stepping: bool = False
 
@@ -71,9 +76,9 @@ class PaceStatus:
 class CorrectionStatus:
     """What the program follows, and how far that is from the programmed path at present, in the axes of the sensor."""
 
-    name: str
-    offset_m: tuple[float, float, float]
-    turn_rad: tuple[float, float, float]
+    name: Name
+    offset_m: Vector
+    turn_rad: Vector
     """Rotation vector."""
 
 
@@ -81,25 +86,25 @@ class CorrectionStatus:
 class RobotState:
     """The robot as its agent knows it, at about 50 Hz."""
 
-    robot: str
-    boot: str
-    sequence: int
+    robot: Name
+    boot: Name
+    sequence: Count
     mode: Mode
     program: ProgramStatus
-    joints: tuple[float, ...] | None
+    joints: Annotated[tuple[Number, ...], Few] | None
     """Measured joints [rad or m]."""
-    tcp_position_m: tuple[float, float, float] | None
+    tcp_position_m: Vector | None
     """Measured flange or tool centre point in world."""
-    tcp_quaternion_xyzw: tuple[float, float, float, float] | None
-    tcp_speed_m_s: float | None
+    tcp_quaternion_xyzw: tuple[Number, Number, Number, Number] | None
+    tcp_speed_m_s: Number | None
     """Commanded speed of the TCP."""
     governor: GovernorStatus | None
     pace: PaceStatus = PaceStatus()
-    zones: tuple[str, ...] = ()
+    zones: Annotated[tuple[Name, ...], Few] = ()
     """Zones held."""
-    waiting_for: str = ""
+    waiting_for: Text = ""
     """Why the robot does not move although its program runs, or jogs slower than wished; for people."""
-    waited_s: dict[str, float] = field(default_factory=dict)
+    waited_s: Annotated[dict[Name, Duration], Few] = field(default_factory=dict)
     """Zone: time spent at rest waiting for it since the program started."""
-    alarms: tuple[str, ...] = ()
+    alarms: Annotated[tuple[Text, ...], Few] = ()
     correction: CorrectionStatus | None = None

@@ -1,19 +1,34 @@
 """The geometry of a zone, published by the manager; agents take it from here and from nowhere else."""
 
+import math
 from dataclasses import dataclass
+from typing import Annotated
+
+from annotated_types import Gt, Le
+
+from cell.messages.common import Count, Few, Name, Vector
+
+Edge = Annotated[float, Gt(0.0), Le(1e6)]
+_UNIT_TOLERANCE = 1e-6
 
 
 @dataclass(frozen=True, slots=True)
 class ZoneGeometry:
     """An exclusive zone: an oriented box. A robot is inside when one of its capsules touches the box."""
 
-    zone: str
-    version: int
-    size_m: tuple[float, float, float]
+    zone: Name
+    version: Count
+    size_m: tuple[Edge, Edge, Edge]
     """Full edge lengths along the box's own axes."""
-    position_m: tuple[float, float, float]
+    position_m: Vector
     """Centre of the box in world."""
     quaternion_xyzw: tuple[float, float, float, float]
     """Orientation of the box in world."""
-    robots: tuple[str, ...]
+    robots: Annotated[tuple[Name, ...], Few]
     """Robots that may ask for it; for all others the box is closed."""
+
+    def __post_init__(self) -> None:
+        """Raises `ValueError` when the quaternion is no orientation."""
+        norm = math.hypot(*self.quaternion_xyzw)
+        if not abs(norm - 1.0) <= _UNIT_TOLERANCE:
+            raise ValueError(f"quaternion_xyzw has length {norm:.9g}, allowed is 1 within {_UNIT_TOLERANCE:g}")

@@ -59,6 +59,12 @@ from numpy.typing import NDArray
 from cell.messages import AxisStatus, DriveFeedback, OutputEvent, PlayoutState, SetpointBlock
 from cell.net.errors import CodecError
 
+MOST_AXES = 64
+MOST_SAMPLES = 100_000
+MOST_COUNT = 2**62
+"""Of ticks, sequences and owners: what is computed from them still fits its field."""
+LARGEST = 1e12
+"""No sample is beyond, so that no square of one overflows."""
 _SETPOINTS = struct.Struct("<4s4QdIIHHHH")
 _EVENT = struct.Struct("<QQHB")
 _FEEDBACK = struct.Struct("<4s6QIBBHHHI")
@@ -98,6 +104,7 @@ def decode_setpoints(data: bytes) -> SetpointBlock:
     if flags > 3:
         raise CodecError("SetpointBlock", f"flags {flags:#06x}: only bits 0 and 1 are in use")
     _check_block(m, n, nominal, dt_s)
+    _check_counts("SetpointBlock", owner, sequence, follows, first_tick)
     robot = reader.text(name_length)
     events = tuple(_event(reader.take(_EVENT.size)) for _ in range(event_count))
     count = 3 if flags & 1 else 2
@@ -112,16 +119,23 @@ def decode_setpoints(data: bytes) -> SetpointBlock:
 
 def _event(data: bytes) -> OutputEvent:
     tick, number, output, value = _EVENT.unpack(data)
+    _check_counts("SetpointBlock", tick, number)
     if value > 1:
         raise CodecError("SetpointBlock", f"value {value} of an event; an output is 0 or 1")
     return OutputEvent(tick, number, output, bool(value))
 
 
 def _check_block(m: int, n: int, nominal: int, dt_s: float) -> None:
-    if m < 1 or n < 1 or nominal > m:
-        raise CodecError("SetpointBlock", f"{m} samples, {nominal} nominal, {n} axes: at least 1, nominal <= samples")
-    if not 0.0 < dt_s < float("inf"):
-        raise CodecError("SetpointBlock", f"dt_s {dt_s} must be positive and finite")
+    if not (1 <= m <= MOST_SAMPLES and 1 <= n <= MOST_AXES and nominal <= m):
+        allowed = f"1 to {MOST_SAMPLES} samples, 1 to {MOST_AXES} axes, nominal <= samples"
+        raise CodecError("SetpointBlock", f"{m} samples, {nominal} nominal, {n} axes: allowed are {allowed}")
+    if not 0.0 < dt_s <= 1.0:
+        raise CodecError("SetpointBlock", f"dt_s {dt_s}, allowed is above 0 up to 1")
+
+
+def _check_counts(kind: str, *counts: int) -> None:
+    if max(counts) > MOST_COUNT:
+        raise CodecError(kind, f"a count of {max(counts)}, allowed is up to 2^62")
 
 
 def encode_feedback(feedback: DriveFeedback) -> bytes:
@@ -156,6 +170,9 @@ def decode_feedback(data: bytes) -> DriveFeedback:
     sequence, tick, owner, block, refused, event, level, state, flags, n, robot_length, boot_length, outputs = head
     if flags > 7:
         raise CodecError("DriveFeedback", f"flags {flags:#04x}: only bits 0 to 2 are in use")
+    if n > MOST_AXES:
+        raise CodecError("DriveFeedback", f"{n} axes, allowed are up to {MOST_AXES}")
+    _check_counts("DriveFeedback", sequence, tick, owner, block, refused, event)
     robot, boot = reader.text(robot_length), reader.text(boot_length)
     count = 4 if flags & 4 else 3
     reader.expect(n + 8 * count * n)
@@ -216,6 +233,6 @@ class _Reader:
 
     def floats(self, count: int) -> NDArray[np.float64]:
         array = np.frombuffer(self.take(8 * count), dtype="<f8").astype(np.float64)
-        if not np.isfinite(array).all():
-            raise CodecError(self._kind, "holds NaN or infinity; only finite numbers travel")
+        if not (np.abs(array) <= LARGEST).all():
+            raise CodecError(self._kind, f"holds NaN, infinity or a number beyond {LARGEST:g}; those do not travel")
         return array

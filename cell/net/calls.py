@@ -16,23 +16,38 @@ from cell.net.keys import Keys
 
 ANSWER_WITHIN_S = 2.0
 WAITING_LIMIT = 64
-_REMEMBERED = 256
+REMEMBER_S = 60.0
+"""So long a call is known by its id; nobody repeats one for longer."""
+REMEMBERED = 1024
+
+
+@dataclass(frozen=True, slots=True)
+class _Waiting:
+    """A query that has no answer yet."""
+
+    verb: str
+    query: zenoh.Query
+    since: float
 
 
 @dataclass(slots=True)
-class _Pending:
-    """A call the core has taken and not answered yet; the same call, repeated, joins it."""
+class _Known:
+    """A call the core was asked for, once: who waits for its outcome, and the outcome."""
 
     call_id: str
+    request_id: str
     since: float
-    queries: list[tuple[str, zenoh.Query]]
+    waiting: list[_Waiting]
+    outcome: bytes | None = None
 
 
 class Calls:
     """Queries on `<prefix>/cmd/*` as requests for a core.
 
-    A call that is repeated under its id is carried out once and answered each time. What the core does not answer
-    within 2 s, what cannot be read, and what is too much gets an error reply.
+    A call that is repeated under its id is carried out once; each query of it gets the one outcome. Its id is known for
+    60 s, unless more than 1024 other calls come. Where carrying it out twice does harm, its echo (`Call.heard`) must
+    date it as well: after a restart no id is known. A query without an outcome after 2 s, one that cannot be read,
+    and one that finds 64 others waiting get an error reply.
     """
 
     def __init__(self, keys: Keys, prefix: str, now: Callable[[], float] = time.monotonic) -> None:
@@ -41,48 +56,58 @@ class Calls:
         self._prefix = prefix
         self._lock = Lock()
         self._arrived: deque[zenoh.Query] = deque()
-        self._pending: dict[str, _Pending] = {}
-        self._answered: OrderedDict[str, bytes] = OrderedDict()
+        self._known: OrderedDict[str, _Known] = OrderedDict()
+        self._unanswered: dict[str, _Known] = {}
+        """By request id: what the core has not answered."""
         self._count = 0
 
     def store(self, query: zenoh.Query) -> None:
-        """Called by Zenoh's thread. What is far too much is let go; its callers see that nobody answers."""
+        """Called by Zenoh's thread. Beyond twice the limit they are dropped; their callers see that nobody answers."""
         with self._lock:
             if len(self._arrived) < 2 * WAITING_LIMIT:
                 self._arrived.append(query)
 
     def take(self) -> list[Request]:
-        """New requests, in order; also ends those that have waited too long."""
+        """New requests, in order; also ends queries that have waited too long."""
         now = self._now()
-        for request_id, pending in list(self._pending.items()):
-            if now - pending.since > ANSWER_WITHIN_S:
-                del self._pending[request_id]
-                self._fail(pending, f"not answered within {ANSWER_WITHIN_S:g} s; it may still be carried out")
+        for known in self._unanswered.values():
+            late = [waiting for waiting in known.waiting if now - waiting.since > ANSWER_WITHIN_S]
+            if late:
+                known.waiting = known.waiting[len(late) :]
+                _fail(late, f"not answered within {ANSWER_WITHIN_S:g} s; this may still be carried out")
+        self._forget(now)
         with self._lock:
             arrived, self._arrived = self._arrived, deque()
         requests = (self._admit(query, now) for query in arrived)
         return [request for request in requests if request is not None]
 
     def answer(self, answer: Answer) -> None:
-        """Send the core's reply. An answer to a request that has ended already goes nowhere."""
-        pending = self._pending.pop(answer.request_id, None)
-        if pending is None:
+        """Send the core's reply. The answer to a call that is no longer known goes nowhere."""
+        known = self._unanswered.pop(answer.request_id, None)
+        if known is None:
             return
+        waiting, known.waiting = known.waiting, []
         if not isinstance(answer.reply, Reply):
-            self._fail(pending, f"answered with {type(answer.reply).__name__}, which is no reply")
+            _fail(waiting, f"answered with {type(answer.reply).__name__}, which is no reply")
             return
-        data = encode(answer.reply)
-        self._answered[pending.call_id] = data
-        if len(self._answered) > _REMEMBERED:
-            self._answered.popitem(last=False)
-        for verb, query in pending.queries:
-            self._reply(verb, query, data)
+        known.outcome = encode(answer.reply)
+        for one in waiting:
+            self._reply(one.verb, one.query, known.outcome)
 
     def close(self) -> None:
         """Tell everyone who still waits that this process stops."""
-        for pending in self._pending.values():
-            self._fail(pending, "the process stops")
-        self._pending.clear()
+        for known in self._unanswered.values():
+            _fail(known.waiting, "the process stops; this may have been carried out")
+        self._unanswered.clear()
+
+    def _forget(self, now: float) -> None:
+        while self._known:
+            oldest = next(iter(self._known.values()))
+            if now - oldest.since <= REMEMBER_S and len(self._known) <= REMEMBERED:
+                return
+            _fail(oldest.waiting, "too many calls came after it; this may still be carried out")
+            del self._known[oldest.call_id]
+            self._unanswered.pop(oldest.request_id, None)
 
     def _admit(self, query: zenoh.Query, now: float) -> Request | None:
         verb = str(query.key_expr).rsplit("/", 1)[-1]
@@ -92,19 +117,21 @@ class Calls:
         except CodecError as error:
             _refuse(query, str(error))
             return None
-        if call.id in self._answered:
-            self._reply(verb, query, self._answered[call.id])
+        known = self._known.get(call.id)
+        if known is not None and known.outcome is not None:
+            self._reply(verb, query, known.outcome)
             return None
-        for pending in self._pending.values():
-            if pending.call_id == call.id:
-                pending.queries.append((verb, query))
-                return None
-        if len(self._pending) >= WAITING_LIMIT:
-            _refuse(query, f"{len(self._pending)} calls wait already; try again")
+        if known is not None:
+            known.waiting.append(_Waiting(verb, query, now))
+            return None
+        waiting = sum(bool(unanswered.waiting) for unanswered in self._unanswered.values())
+        if waiting >= WAITING_LIMIT:
+            _refuse(query, f"{waiting} calls wait already; try again")
             return None
         self._count += 1
         request = Request(f"{self._prefix}#{self._count}", call)
-        self._pending[request.request_id] = _Pending(call.id, now, [(verb, query)])
+        known = _Known(call.id, request.request_id, now, [_Waiting(verb, query, now)])
+        self._known[call.id] = self._unanswered[request.request_id] = known
         return request
 
     def _reply(self, verb: str, query: zenoh.Query, data: bytes) -> None:
@@ -112,10 +139,10 @@ class Calls:
         query.reply(self._keys.command(self._prefix, verb), data, encoding=zenoh.Encoding.APPLICATION_JSON)
         query.drop()  # type: ignore[no-untyped-call]
 
-    @staticmethod
-    def _fail(pending: _Pending, reason: str) -> None:
-        for _, query in pending.queries:
-            _refuse(query, reason)
+
+def _fail(waiting: list[_Waiting], reason: str) -> None:
+    for one in waiting:
+        _refuse(one.query, reason)
 
 
 def _refuse(query: zenoh.Query, reason: str) -> None:

@@ -24,10 +24,10 @@ class OtherClock:
         """Whose clock it is; None before the first message."""
         return self._boots.boot
 
-    def heard(self, boot: str, sequence: int, reading: float, at: float) -> None:
+    def heard(self, boot: str, era: int, sequence: int, reading: float, at: float) -> None:
         """A message of `boot`, sent when the other clock showed `reading` [s], arrived at `at` [s]."""
         before = self._boots.boot
-        if not self._boots.accept(boot, sequence):
+        if not self._boots.accept(boot, era, sequence):
             return
         if boot != before:
             self._ahead.clear()
@@ -49,7 +49,7 @@ class ManagerClock:
 
     def heard(self, state: ManagerState, at: float) -> None:
         """A manager's state arrived at `at` [s]."""
-        self._clock.heard(state.boot, state.sequence, state.cell_time, at)
+        self._clock.heard(state.boot, state.epoch, state.sequence, state.cell_time, at)
 
     def moment(self, now: float) -> CellTime | None:
         """What `now` [s] is in the cell; None before a manager was heard."""

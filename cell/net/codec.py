@@ -1,7 +1,8 @@
 """Messages to bytes and back.
 
-Everything is JSON, read strictly (unknown fields, NaN, infinities and wrong types are refused), but for the two streams
-of axis samples, whose layout is in `cell.net.binary`. Malformed bytes raise `CodecError` and nothing else.
+Everything is JSON, read strictly (unknown fields, wrong types, numbers and lengths out of range, NaN and infinities are
+refused), but for the two streams of axis samples, whose layout is in `cell.net.binary`. Malformed bytes raise
+`CodecError` and nothing else. What is written is not checked again: its sender keeps to the ranges.
 """
 
 import dataclasses
@@ -15,6 +16,7 @@ from cell.messages import (
     AdoptZone,
     Call,
     Claim,
+    ClearSetup,
     ClearZone,
     Command,
     Continue,
@@ -29,6 +31,8 @@ from cell.messages import (
     HoldSetup,
     Home,
     Jog,
+    KeptEvents,
+    ListEvents,
     MoveAxes,
     PressAxis,
     ReadObject,
@@ -50,17 +54,21 @@ from cell.messages import (
     Who,
     WriteObject,
 )
+from cell.messages.common import Name
 from cell.net import binary
 from cell.net.errors import CodecError
 from cell.net.keys import STATE_KINDS
 
 T = TypeVar("T")
 
+MOST_BYTES = 8 * 2**20
+"""Of one message."""
+
 COMMANDS: dict[str, dict[str, type[Command]]] = {
     role: {kind.verb: kind for kind in (*kinds, Who)}
     for role, kinds in {
         "robot": (Enable, Disable, Run, Halt, Continue, Return, Step, SetOverride, SetManual, Jog, ResetRobot),
-        "manager": (SetEstop, ResetEstop, ClearZone, AdoptZone),
+        "manager": (SetEstop, ResetEstop, ClearZone, AdoptZone, ClearSetup, ListEvents),
         "gateway": (
             Claim,
             Release,
@@ -99,7 +107,7 @@ def _adapter(kind: type[Any]) -> TypeAdapter[Any]:
 def _call_form(command: type[Command]) -> type[Any]:
     """A call whose command has a known type, so that JSON can be read without guessing."""
     fields: list[tuple[str, Any, Any]] = [
-        ("id", str, dataclasses.field()),
+        ("id", Name, dataclasses.field()),
         ("command", command, dataclasses.field()),
         ("heard", Heard | None, dataclasses.field(default=None)),
     ]
@@ -120,6 +128,7 @@ def encode(message: object) -> bytes:
 
 def decode(kind: type[T], data: bytes) -> T:
     """The message of class `kind` in `data`. Raises `CodecError`."""
+    _check_size(kind.__name__, data)
     if kind is SetpointBlock:
         return binary.decode_setpoints(data)  # type: ignore[return-value]
     if kind is DriveFeedback:
@@ -141,14 +150,20 @@ def decode_call(to: str, verb: str, data: bytes) -> Call:
     known = COMMANDS.get(to.split("/")[0], {})
     if verb not in known:
         raise CodecError("Call", f"verb {verb!r} is unknown to {to}; allowed: {', '.join(sorted(known)) or 'none'}")
+    _check_size("Call", data)
     form = _from_json(_CALL_FORMS[known[verb]], data)
     return Call(form.id, form.command, form.heard)
 
 
+def _check_size(kind: str, data: bytes) -> None:
+    if len(data) > MOST_BYTES:
+        raise CodecError(kind, f"{len(data)} bytes, allowed are up to {MOST_BYTES}")
+
+
 def message_schemas() -> dict[str, Any]:
-    """JSON Schemas of all that travels as JSON: state messages and `Reply` by class, calls by role and verb."""
+    """JSON Schemas of all that travels as JSON: state messages, `Reply` and `KeptEvents` by class, calls by verb."""
     kinds = [kind for kind in STATE_KINDS if kind not in (SetpointBlock, DriveFeedback)]
-    schemas = {kind.__name__: _adapter(kind).json_schema() for kind in (*kinds, Reply)}
+    schemas = {kind.__name__: _adapter(kind).json_schema() for kind in (*kinds, Reply, KeptEvents)}
     for role, verbs in COMMANDS.items():
         schemas |= {f"{role}/{verb}": _adapter(_CALL_FORMS[kind]).json_schema() for verb, kind in verbs.items()}
     return schemas

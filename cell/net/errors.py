@@ -57,12 +57,12 @@ class CallError(NetError):
 
 
 class NoAnswer(CallError):
-    """Nobody serves this call, or whoever did was gone before answering."""
+    """Nobody serves this call, or whoever did was gone before answering; it may have been carried out."""
 
 
 class CallTimedOut(CallError):
-    """Somebody may serve this call, but did not answer in time; it may still be carried out."""
+    """Somebody may serve this call, but did not answer in time; it may have been carried out, or be so soon."""
 
 
 class CallFailed(CallError):
-    """The other side refused to handle the call; `reason` is what it said."""
+    """The other side refused to handle the call, or stopped before it answered; `reason` is what it said."""

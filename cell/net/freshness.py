@@ -9,12 +9,13 @@ from collections import OrderedDict
 from math import inf
 
 from cell.messages import Heard
+from cell.messages.common import ECHO_S
 
 
 class Sent:
     """When the own messages were sent, by sequence."""
 
-    def __init__(self, boot: str, keep_s: float = 2.0) -> None:
+    def __init__(self, boot: str, keep_s: float = ECHO_S) -> None:
         self.boot = boot
         self._keep_s = keep_s
         self._times: OrderedDict[int, float] = OrderedDict()
@@ -38,18 +39,21 @@ class Sent:
 
 
 class NewestOf:
-    """Lets through only news from one peer: growing sequences, and never again a boot that was replaced."""
+    """Lets through only news from one peer: growing (era, sequence).
+
+    An era is a number that grows from one run of the peer to the next: the epoch of a manager, the claim of an agent.
+    The boot alone has no order: a late message of a run that was never heard would look like the newest run, and ban
+    the living one for ever.
+    """
 
     def __init__(self) -> None:
         self.boot: str | None = None
+        self.era = -1
         self.sequence = -1
-        self._replaced: set[str] = set()
 
-    def accept(self, boot: str, sequence: int) -> bool:
+    def accept(self, boot: str, era: int, sequence: int) -> bool:
         """True when the message is newer than everything accepted before."""
-        if boot in self._replaced or (boot == self.boot and sequence <= self.sequence):
+        if (era, sequence) <= (self.era, self.sequence) or (era == self.era and boot != self.boot):
             return False
-        if self.boot is not None and boot != self.boot:
-            self._replaced.add(self.boot)
-        self.boot, self.sequence = boot, sequence
+        self.boot, self.era, self.sequence = boot, era, sequence
         return True

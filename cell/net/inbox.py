@@ -1,20 +1,22 @@
 """A bounded queue in order of arrival, for what must not be merged: events, e-stops, outcomes of calls."""
 
+import time
 from collections import deque
 from collections.abc import Callable
 from threading import Lock
 
+from cell.core import Arrived
 from cell.net.latest import Decoder
 
 
 class Inbox:
-    """What is told by others is bounded, and what does not fit is counted; what the process asked for always fits."""
+    """Messages of others wait up to a number, and those that do not fit are counted; own messages always fit."""
 
     def __init__(self, decoder: Decoder, size: int = 256) -> None:
         self._decoder = decoder
         self._size = size
         self._lock = Lock()
-        self._waiting: deque[Callable[[], object | None]] = deque()
+        self._waiting: deque[tuple[Callable[[], object | None], float]] = deque()
         self._dropped = 0
 
     @property
@@ -24,20 +26,26 @@ class Inbox:
 
     def store(self, key: str, payload: bytes) -> None:
         """Called by Zenoh's thread."""
+        at = time.monotonic()
         with self._lock:
             if len(self._waiting) < self._size:
-                self._waiting.append(lambda: self._decoder.decode(key, payload))
+                self._waiting.append((lambda: self._decoder.decode(key, payload), at))
             else:
                 self._dropped += 1
 
     def tell(self, message: object) -> None:
         """Add a message that is already one (`AskDone`, `TokenGone`)."""
+        at = time.monotonic()
         with self._lock:
-            self._waiting.append(lambda: message)
+            self._waiting.append((lambda: message, at))
 
     def take(self) -> list[object]:
         """Everything that waits, in order."""
+        return [arrived.message for arrived in self.take_arrived()]
+
+    def take_arrived(self) -> list[Arrived]:
+        """The same, each with the moment at which it arrived."""
         with self._lock:
             waiting, self._waiting = self._waiting, deque()
-        decoded = (read() for read in waiting)
-        return [message for message in decoded if message is not None]
+        decoded = ((read(), at) for read, at in waiting)
+        return [Arrived(message, at) for message, at in decoded if message is not None]

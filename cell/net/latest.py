@@ -16,6 +16,10 @@ def log_problem(text: str) -> None:
     logging.getLogger("cell.net").warning(text)
 
 
+MOST_KEYS = 1000
+"""On which payloads wait, or could not be read: as many as a cell may have; strangers' keys do not take memory."""
+
+
 class Decoder:
     """Turns payloads into messages; what cannot be read is counted, and reported once per key."""
 
@@ -37,6 +41,8 @@ class Decoder:
                 if self._keys.of(message) == key:
                     return message
                 reason = f"the message names another sender, it belongs on {self._keys.of(message)}"
+        if key not in self.failures and len(self.failures) >= MOST_KEYS:
+            return None
         self.failures[key] = self.failures.get(key, 0) + 1
         if self.failures[key] == 1:
             self._report(f"{key}: ignored, {reason}")
@@ -56,7 +62,8 @@ class Latest:
         """Called by Zenoh's thread."""
         at = self._now()
         with self._lock:
-            self._new[key] = (payload, at)
+            if key in self._new or len(self._new) < MOST_KEYS:
+                self._new[key] = (payload, at)
 
     def take_new(self) -> list[object]:
         """The newest message of each key that arrived since the last call."""

@@ -1,6 +1,7 @@
 """From a process' place in the topology and the options of its command line to a Zenoh configuration."""
 
 import json
+import re
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -47,17 +48,13 @@ def effective_link(link: Link, options: ZenohOptions) -> Link:
 
 
 def zenoh_config(link: Link, options: ZenohOptions) -> zenoh.Config:
-    """The configuration of a session: ours, then what the file of `-c` changes, then `-m -e -l`, then `--cfg`.
+    """The configuration of a session: ours, then what the file of `-c` names, then `-m -e -l`, then `--cfg`.
 
-    A file's value counts where it differs from Zenoh's own default. Raises `ConfigurationError`.
+    Raises `ConfigurationError`.
     """
-    config = _parsed("built in", _base(link))
+    config = _parsed(", ".join((*link.listen, *link.connect)) or "built in", _base(link))
     if options.config is not None:
-        try:
-            changed = _changes(str(zenoh.Config.from_file(options.config)), str(zenoh.Config()))
-        except (zenoh.ZError, OSError) as error:
-            raise ConfigurationError(str(options.config), str(error)) from error
-        for key, value in changed:
+        for key, value in _named(options.config):
             _insert(config, str(options.config), key, json.dumps(value))
     if options.mode:
         _insert(config, "-m", "mode", json.dumps(options.mode))
@@ -95,23 +92,56 @@ def _parsed(where: str, values: dict[str, Any]) -> zenoh.Config:
     try:
         return zenoh.Config.from_json5(json.dumps(values))
     except zenoh.ZError as error:
-        raise ConfigurationError(where, str(error)) from error
+        raise ConfigurationError(where, _reason(error)) from error
 
 
 def _insert(config: zenoh.Config, where: str, key: str, value: str) -> None:
     try:
         config.insert_json5(key, value)
     except zenoh.ZError as error:
-        raise ConfigurationError(where, f"{key}: {error}") from error
+        raise ConfigurationError(where, f"{key}: {_reason(error)}") from error
 
 
-def _changes(found: str, default: str) -> list[tuple[str, Any]]:
-    """Keys (with slashes) and values that differ between two whole configurations."""
+def _reason(error: Exception) -> str:
+    """What Zenoh says, without the place in its sources."""
+    return str(error).split(" at /")[0]
 
-    def walk(path: str, new: Any, old: Any) -> list[tuple[str, Any]]:
+
+def _named(file: Path) -> list[tuple[str, Any]]:
+    """The keys (with slashes) that a Zenoh configuration file names, with the values that Zenoh reads there."""
+    try:
+        whole = json.loads(str(zenoh.Config.from_file(file)))
+        text = file.read_text(encoding="utf-8")
+    except (zenoh.ZError, OSError, ValueError) as error:
+        raise ConfigurationError(str(file), _reason(error)) from error
+    default = json.loads(str(zenoh.Config()))
+
+    def walk(path: str, named: Any, values: Any, default: Any) -> list[tuple[str, Any]]:
         # `connect/retry` and its like can only be set as a whole: Zenoh has no such keys while they are null.
-        if isinstance(new, dict) and isinstance(old, dict):
-            return [item for key in new for item in walk(f"{path}/{key}" if path else key, new[key], old.get(key))]
-        return [(path, new)] if new != old else []
+        if not all(isinstance(part, dict) for part in (named, values, default)):
+            return [(path, values)]
+        return [
+            item
+            for key in named
+            if key in values
+            for item in walk(f"{path}/{key}" if path else key, named[key], values[key], default.get(key))
+        ]
 
-    return walk("", json.loads(found), json.loads(default))
+    return walk("", _raw(file, text) or {}, whole, default)
+
+
+_JSON5 = re.compile(r'"(?:\\.|[^"\\])*"|\'(?:\\.|[^\'\\])*\'|//[^\n]*|/\*.*?\*/|[:\t]', re.DOTALL)
+
+
+def _raw(file: Path, text: str) -> Any:
+    """What stands in a file that Zenoh has read, for the sake of its keys: YAML, or JSON5 as a flow of YAML."""
+    from ruamel.yaml import YAML
+    from ruamel.yaml.error import YAMLError
+
+    def as_yaml(part: re.Match[str]) -> str:
+        return {":": ": ", "\t": " "}.get(part[0], " " if part[0].startswith("/") else part[0])
+
+    try:
+        return YAML(typ="safe", pure=True).load(text if file.suffix in (".yaml", ".yml") else _JSON5.sub(as_yaml, text))
+    except YAMLError as error:
+        raise ConfigurationError(str(file), f"its keys cannot be read: {error}") from error

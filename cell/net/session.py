@@ -269,7 +269,7 @@ class CellSession:
 def _outcome(to: str, verb: str, replies: list[zenoh.Reply]) -> Reply:
     """The one reply among what came back, or the error that says what came instead."""
     if not replies:
-        raise NoAnswer(to, verb, "nobody answers; is it running?")
+        raise NoAnswer(to, verb, "nobody answers; is it running? If it was, this may have been carried out")
     good = next((reply.ok for reply in replies if reply.ok is not None), None)
     if good is not None:
         try:
@@ -279,5 +279,5 @@ def _outcome(to: str, verb: str, replies: list[zenoh.Reply]) -> Reply:
     failed = next(reply.err for reply in replies if reply.err is not None)
     text = failed.payload.to_string()
     if text == "Timeout":
-        raise CallTimedOut(to, verb, "no answer in time; it may still be carried out")
+        raise CallTimedOut(to, verb, "no answer in time; this may have been carried out")
     raise CallFailed(to, verb, text)

@@ -32,6 +32,13 @@ from drive_gateway.gateway.objects import ObjectAccess
 from drive_gateway.gateway.replies import Replies
 from drive_gateway.gateway.robot import Robot
 from drive_gateway.gateway.scan import Scan
+from drive_gateway.gateway.setup_turn import SetupTurn
+
+SEEN_STATE = (Home, MoveAxes, PressAxis, SwitchOutput, AcceptPosition, WriteObject, FaultDrive)
+"""Orders that move, release or switch something: carried out within their time, in view of a `GatewayState`."""
+SEEN_FEEDBACK = (EnableDrives, ResetDrives)
+"""The same of a robot's owner, in view of its `DriveFeedback`. What is in neither changes nothing, stops, or switches
+off; `HoldSetup` counts as of the moment that it echoes."""
 
 RobotCommand = (
     Claim
@@ -58,7 +65,11 @@ class Calls:
         process: what `who` tells besides role, name and boot.
         robots: on this bus, by name.
         scan: of the bus.
-        seen_s: an operator who switches an output has seen a state of the gateway that is no older than this [s].
+        turn: the orders for motions of the drives' own.
+        states: when the gateway's states were sent.
+        command_s: an order that moves, releases or switches something is carried out no later than this after it was
+            made [s].
+        state_s: the gateway's states are so far apart, so what an operator has seen may be older by that [s].
     """
 
     def __init__(
@@ -69,7 +80,10 @@ class Calls:
         process: str,
         robots: Mapping[str, Robot],
         scan: Scan,
-        seen_s: float,
+        turn: SetupTurn,
+        states: Sent,
+        command_s: float,
+        state_s: float,
     ) -> None:
         self._gateway = gateway
         self._boot = boot
@@ -81,8 +95,10 @@ class Calls:
             {drive.node.id: robot.group for robot in robots.values() for drive in robot.group.nodes}
         )
         self._scan = scan
-        self._seen_s = seen_s
-        self._states = Sent(boot)
+        self._turn = turn
+        self._states = states
+        self._command_s = command_s
+        self._state_s = state_s
         nodes = {(drive.axis.node_id, drive.axis.number): drive.node for drive in self._drives}
         self._faults = FaultOrders(gateway, nodes)
         self._replies = Replies()
@@ -97,11 +113,11 @@ class Calls:
         self._now, self._tick = now, tick
         call = request.call
         if isinstance(call, Call) and self._replies.opened(request.request_id, call):
-            self._do(call)
-
-    def sent_state(self, sequence: int, now: float) -> None:
-        """A state of the gateway with `sequence` is sent at `now`: orders that echo it are as young as that."""
-        self._states.record(sequence, now)
+            problem = self._too_old(call)
+            if problem:
+                self._replies.give(call.id, False, problem)
+            else:
+                self._do(call)
 
     def recorded(self, said: RecordSaid) -> None:
         """The shell answers a call for a recording."""
@@ -145,32 +161,27 @@ class Calls:
             case Claim():
                 self._replies.give(call.id, *self._claim(robot, command))
             case Home() | MoveAxes() | PressAxis():
-                problem = self._set_up_elsewhere(robot) or self._torque_elsewhere(robot)
+                problem = self._turn.elsewhere(robot.name) or self._torque_elsewhere(robot)
                 if problem:
                     then(False, problem)
                 else:
-                    robot.set_up(command, self._now, then)
-            case EnableDrives() if problem := self._set_up_elsewhere(robot):
+                    self._turn.take(robot, command, self._now, then)
+            case EnableDrives() if problem := self._turn.elsewhere(robot.name):
                 then(False, f"{robot.name} stays off: {problem}")
+            case EnableDrives() if self._turn.waiting(robot.name):
+                then(False, f"{robot.name} is to be set up; enable it when that is done")
             case AcceptPosition(_, axes):
                 then(*robot.accept(axes))
             case HoldSetup():
-                text, data = robot.hold(self._now)
+                text, data = robot.hold(self._now - self._states.age(call.heard, self._now))
                 self._replies.give(call.id, True, text, data=data)
             case SwitchOutput() as order:
-                problem = self._too_old(call)
-                if problem:
-                    then(False, problem)
-                else:
-                    robot.hand.order(order, then)
+                robot.hand.order(order, then)
+            case DisableDrives():
+                self._turn.drop(robot.name, "it was disabled")
+                robot.obey(command, self._now, then)
             case _:
                 robot.obey(command, self._now, then)
-
-    def _set_up_elsewhere(self, robot: Robot) -> str:
-        """Why nothing else of this bus may have torque now: nobody knows where a robot is that is being set up."""
-        others = [other for other in self._robots.values() if other is not robot]
-        names = [other.name for other in others if other.group.setup.motion is not None]
-        return f"{names[0]} is being set up; one robot at a time" if names else ""
 
     def _torque_elsewhere(self, robot: Robot) -> str:
         others = [other for other in self._robots.values() if other is not robot]
@@ -178,14 +189,22 @@ class Calls:
         return f"set-up needs every other robot disabled, {names[0]} is not: cell disable {names[0]}" if names else ""
 
     def _too_old(self, call: Call) -> str:
-        """Why a call is not carried out any more: what its operator looked at is long over; empty when it is young."""
-        age_s = self._states.age(call.heard, self._now)
-        if age_s <= self._seen_s:
+        """Why a call is not carried out any more: what its caller looked at is long over; empty when it is young."""
+        command = call.command
+        if isinstance(command, SEEN_FEEDBACK):
+            robot = self._robots.get(command.robot)
+            states, allowed_s, what = (None if robot is None else robot.feedbacks), self._command_s, "drive feedback"
+        elif isinstance(command, SEEN_STATE):
+            states, allowed_s, what = self._states, self._command_s + self._state_s, "a state"
+        else:
+            return ""
+        age_s = inf if states is None else states.age(call.heard, self._now)
+        if age_s <= allowed_s:
             return ""
         found = "no longer known" if age_s == inf else f"{age_s:.2f} s old"
         return (
-            f"the call is too old to be carried out: it answers a state of gateway {self._gateway} that is {found}, "
-            f"{self._seen_s:g} s are allowed; look at the robot, then call again"
+            f"the call is too old to be carried out: it answers {what} of gateway {self._gateway} that is {found}, "
+            f"{allowed_s:g} s are allowed; look at the robot, then call again"
         )
 
     def _claim(self, robot: Robot, command: Claim) -> tuple[bool, str, ClaimGrant | None]:

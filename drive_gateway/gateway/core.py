@@ -8,11 +8,13 @@ come by then may begin with tick `tick + 1`.
 from collections.abc import Iterator, Mapping
 
 from cell.config.settings import Times
-from cell.core import Arrived, Effect, Ended, Publish, Request, Shutdown
+from cell.core import Arrived, Effect, Ended, Frozen, Publish, Request, Shutdown
 from cell.messages.estop import Estop
 from cell.messages.gateway_state import BusCounters, GatewayState
 from cell.messages.manager_state import ManagerState
 from cell.messages.setpoints import SetpointBlock
+from cell.net.estops import Estops
+from cell.net.freshness import Sent
 from drive_gateway.canopen import cob_id
 from drive_gateway.canopen.frame import CanFrame
 from drive_gateway.canopen.nmt import SYNC_FRAME, NmtCommand, NmtState, heartbeat_frame, nmt_frame
@@ -24,7 +26,6 @@ from drive_gateway.gateway.calls import Calls
 from drive_gateway.gateway.drive import Drive
 from drive_gateway.gateway.effects import DrivesSlow, Frame, RecordEnded, RecordSaid, TakeBlocks
 from drive_gateway.gateway.encoder_record import EncoderRecord
-from drive_gateway.gateway.estop import EstopLatch
 from drive_gateway.gateway.estop_button import EstopButtons
 from drive_gateway.gateway.event_log import EventLog
 from drive_gateway.gateway.lateness import Lateness
@@ -32,9 +33,12 @@ from drive_gateway.gateway.permits import StopOrder
 from drive_gateway.gateway.phase_lock import PhaseLock
 from drive_gateway.gateway.robot import Robot
 from drive_gateway.gateway.scan import Scan
+from drive_gateway.gateway.setup_turn import SetupTurn
 from drive_gateway.gateway.trouble import Trouble
 
 STATE_PERIOD_S = 0.2
+SETUP_PERIOD_S = 0.02
+"""While a robot is set up, or is to be: the manager and the operator who holds it rely on the newest state."""
 _SYNC, _TAKE_BLOCKS, _HEARTBEAT = Frame(SYNC_FRAME), TakeBlocks(), Frame(heartbeat_frame(NmtState.OPERATIONAL))
 
 
@@ -46,7 +50,7 @@ class GatewayCore:
         times: the cell's deadlines.
         boot: this process' boot.
         digest: of the configuration; a claim with another one is refused.
-        first_owner: number of the first claim, larger than any that was ever given on this bus (unix seconds).
+        first_owner: number of the first claim, larger than any that was ever given on this bus (unix milliseconds).
         process: what `who` tells besides role, name and boot, for people.
         stored: where axes with absolute encoders stood when they were last off, by robot.axis.
 
@@ -68,7 +72,8 @@ class GatewayCore:
         self._settings = settings
         self._times = times
         self._boot = boot
-        self._log = EventLog(settings.name)
+        self._first_owner = first_owner
+        self._log = EventLog(settings.name, boot)
         self._robots = {
             name: Robot(drives, settings, times, boot, first_owner, self._log, stored or {})
             for name, drives in settings.robots.items()
@@ -80,9 +85,14 @@ class GatewayCore:
             drive.image.inputs.cob_id: drive for drive in self._drives if drive.image.inputs is not None
         }
         self._scan = Scan(self._nodes)
-        seen_s = times.command_s + STATE_PERIOD_S
-        self._calls = Calls(settings.name, boot, digest, process, self._robots, self._scan, seen_s)
-        self._estop = EstopLatch()
+        self._digest = digest
+        self._states = Sent(boot)
+        self._turn = SetupTurn(settings.name, digest, self._robots, times, self._states)
+        seen = self._turn, self._states, times.command_s, STATE_PERIOD_S
+        self._calls = Calls(settings.name, boot, digest, process, self._robots, self._scan, *seen)
+        self._estops = Estops()
+        self._estop_since: float | None = None
+        """When the first of the stops in force was received; the gateway's own timer runs from here."""
         self._buttons = EstopButtons(settings.name, boot)
         self._lateness = Lateness(settings.cycle_s)
         self._phase = PhaseLock(settings.cycle_s)
@@ -93,6 +103,7 @@ class GatewayCore:
         self._sequence = 0
         self._state_due = 0.0
         self._heartbeat_due = 0.0
+        self._named: tuple[str, ...] = ()
         self._confirmed: str | None = None
         self._closing_since: float | None = None
         self._bus = BusWatch(settings, self._robots.values(), self._nodes.values(), self._log)
@@ -118,6 +129,11 @@ class GatewayCore:
                 self._bus.take(message, now)
             case Arrived(ManagerState() as state, at):
                 self._phase.heard(state, at)
+                self._turn.heard(state, at)
+            case Frozen():
+                self._states.forget()
+                for each in self._robots.values():
+                    each.feedbacks.forget()
             case RecordSaid():
                 self._calls.recorded(message)
             case RecordEnded(text):
@@ -135,6 +151,7 @@ class GatewayCore:
         lateness = self._lateness.cycle(now)
         if lateness > self._settings.overrun_limit_s:
             self._on_overrun(lateness, now)
+        self._turn.step(now)
         order = self._stop_order()
         after: list[Effect] = []
         for robot in self._robots.values():
@@ -152,14 +169,17 @@ class GatewayCore:
         self._confirm()
         yield from self._log.take()
         yield from self._calls.take(now)
-        if now >= self._state_due:
-            self._state_due = now + STATE_PERIOD_S
-            yield Publish(self._state())
+        yield from self._tell(now)
         self.trim_s = self._phase.trim(now)
         if self._closing_since is not None and self._all_off():
             for number in self._nodes:
                 yield Frame(nmt_frame(NmtCommand.ENTER_PRE_OPERATIONAL, number))
             yield Ended()
+
+    @property
+    def setting_up(self) -> bool:
+        """The manager's word is needed as soon as it comes."""
+        return bool(self._named)
 
     # Messages
 
@@ -186,8 +206,12 @@ class GatewayCore:
                 node.on_emergency(frame.data)
 
     def _on_estop(self, estop: Estop, now: float) -> None:
-        if not self._estop.receive(estop, now):
+        if not self._estops.hear(estop):
             return
+        if not self._estops.in_force:
+            self._estop_since = None
+        elif self._estop_since is None:
+            self._estop_since = now
         if estop.active:
             self._log.warn("estop", f"emergency stop {estop.id} by {estop.by}: {estop.reason}", "reset at the manager")
         else:
@@ -223,16 +247,16 @@ class GatewayCore:
 
     def _stop_order(self) -> StopOrder | None:
         delay_s = self._times.estop_delay_s
-        estop = self._estop.active
-        if estop is not None and self._estop.since is not None:
+        estop = self._estops.first
+        if estop is not None and self._estop_since is not None:
             reason = f"emergency stop {estop.id} by {estop.by} is active; reset it at the manager"
-            return StopOrder(self._estop.since + delay_s, reason)
+            return StopOrder(self._estop_since + delay_s, reason)
         if self._closing_since is not None:
             return StopOrder(self._closing_since + delay_s, f"gateway {self._settings.name} is being stopped")
         return None
 
     def _confirm(self) -> None:
-        estop = self._estop.active
+        estop = self._estops.first
         if estop is None or not all(robot.group.standstill.secured for robot in self._robots.values()):
             self._confirmed = None
         elif self._confirmed != estop.id:
@@ -243,9 +267,18 @@ class GatewayCore:
     def _all_off(self) -> bool:
         return all(robot.group.standstill.idle for robot in self._robots.values())
 
+    def _tell(self, now: float) -> Iterator[Effect]:
+        """The state, when it is due or another robot is to be set up."""
+        names = self._turn.names()
+        if now >= self._state_due or names != self._named:
+            self._named = names
+            self._state_due = now + (SETUP_PERIOD_S if names else STATE_PERIOD_S)
+            yield Publish(self._state())
+
     def _state(self) -> GatewayState:
         self._sequence += 1
-        self._calls.sent_state(self._sequence, self._now)
+        self._states.record(self._sequence, self._now)
+        self._turn.named(self._sequence)
         nodes = tuple(drive.describe() for drive in self._drives)
         modes = [robot.group.setup.problem for robot in self._robots.values()]
         problems = [problem for problem in (*(node.problem for node in self._nodes.values()), *modes) if problem]
@@ -262,6 +295,10 @@ class GatewayCore:
             estop_confirmed=self._confirmed,
             nodes=nodes,
             counters=self._counters(),
+            setup=self._named,
+            heard=self._turn.echo,
+            digest=self._digest,
+            era=self._first_owner,
         )
 
     def _counters(self) -> BusCounters:

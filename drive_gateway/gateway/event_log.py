@@ -8,8 +8,8 @@ from drive_gateway.gateway.trouble import Trouble
 class EventLog:
     """Collects what people should know until the core publishes it."""
 
-    def __init__(self, gateway: str) -> None:
-        self._source = f"gateway/{gateway}"
+    def __init__(self, gateway: str, boot: str) -> None:
+        self._source, self._boot = f"gateway/{gateway}", boot
         self._sequence = 0
         self._waiting: list[Effect] = []
 
@@ -36,4 +36,5 @@ class EventLog:
         self, severity: Severity, code: str, text: str, remedy: str, data: dict[str, str | int | float | None]
     ) -> None:
         self._sequence += 1
-        self._waiting.append(Publish(Event(self._source, self._sequence, severity, code, text, remedy, data)))
+        event = Event(self._source, self._sequence, severity, code, text, remedy, data, self._boot)
+        self._waiting.append(Publish(event))

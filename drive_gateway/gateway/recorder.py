@@ -37,9 +37,10 @@ class Recorder:
         self._bus = open_bus(settings)
         try:
             self._logger = can.Logger(str(file))
-        except OSError as error:
+        except (OSError, ValueError) as error:
             self._bus.shutdown()
-            raise RecordError(f"{file} cannot be written: {error.strerror}; choose another file") from error
+            why = error.strerror if isinstance(error, OSError) else error
+            raise RecordError(f"{str(file)!r} cannot be written: {why}; choose another file") from error
 
     def __enter__(self) -> "Recorder":
         return self

@@ -9,14 +9,12 @@ from cell.messages import (
     ClaimGrant,
     DisableDrives,
     EnableDrives,
-    Home,
-    MoveAxes,
-    PressAxis,
     Release,
     ResetDrives,
 )
 from cell.messages.drives import DriveFeedback
 from cell.messages.setpoints import SetpointBlock
+from cell.net.freshness import Sent
 from drive_gateway.config.settings import GatewaySettings, RobotDrives
 from drive_gateway.gateway.claims import ClaimBook, ClaimRefused
 from drive_gateway.gateway.encoder_record import EncoderRecord
@@ -26,7 +24,7 @@ from drive_gateway.gateway.hand_switch import HandSwitch
 from drive_gateway.gateway.joining import Refusal, Refused
 from drive_gateway.gateway.measurement import Floats
 from drive_gateway.gateway.permits import StopOrder
-from drive_gateway.gateway.setup_plan import SetupRefused, homing_motion, move_motion, press_motion
+from drive_gateway.gateway.setup_plan import SetupCall, planned
 
 REPEAT_S = 1.0
 """Refused blocks are told at most this often."""
@@ -59,6 +57,8 @@ class Robot:
         self._torques = any(axis.torque_offset for axis in drives.axes)
         self._boot = boot
         self._log = log
+        self.feedbacks = Sent(boot)
+        """When drive feedback was sent."""
         self._sequence = 0
         self._told_at = -REPEAT_S
         self._untold = 0
@@ -115,31 +115,22 @@ class Robot:
             case ResetDrives():
                 self.group.reset(now, then)
 
-    def set_up(self, call: Home | MoveAxes | PressAxis, now: float, then: Then) -> None:
-        """Begin a motion of the drives' own; the operator must hold it."""
-        problem = self.group.permits.setup()
-        if problem:
-            then(False, problem)
-            return
-        try:
-            if isinstance(call, Home):
-                motion, nodes = homing_motion(self.group, call.axes, now)
-            elif isinstance(call, PressAxis):
-                motion, nodes = press_motion(self.group, call, now)
-            else:
-                motion, nodes = move_motion(self.group, call, now)
-        except SetupRefused as refusal:
-            then(False, str(refusal))
-            return
+    def check_set_up(self, call: SetupCall, now: float) -> None:
+        """Raise `SetupRefused` where a motion of the drives' own cannot be."""
+        planned(self.group, call, now)
+
+    def set_up(self, call: SetupCall, now: float) -> str:
+        """A motion of the drives' own begins as soon as its operator holds it; answers which. Raises `SetupRefused`."""
+        motion, nodes = planned(self.group, call, now)
         self.group.setup.begin(motion, nodes)
         self._log.info("setup", f"{motion.what} begins; it stops when its operator lets go")
-        then(True, f"{motion.what} begins")
+        return f"{motion.what} begins"
 
-    def hold(self, now: float) -> tuple[str, str]:
-        """The operator holds it: what goes on, for people and in one word."""
+    def hold(self, at: float) -> tuple[str, str]:
+        """The operator held it at `at` [s]: what goes on, for people and in one word."""
         motion, ended = self.group.setup.motion, self.group.setup.ended
         if motion is not None:
-            motion.hold(now)
+            motion.hold(at)
             return motion.progress(), "moving"
         if ended is None:
             return f"{self.name} is not being set up", "stopped"
@@ -179,7 +170,9 @@ class Robot:
         self.hand.step(now)
         yield from self.group.command(now)
         if self.group.watch.measured:
-            yield Publish(self._feedback(tick, *before))
+            feedback = self._feedback(tick, *before)
+            self.feedbacks.record(feedback.sequence, now)
+            yield Publish(feedback)
 
     def _release(self, then: Then) -> None:
         if not self.group.standstill.at_rest:

@@ -11,16 +11,19 @@ from drive_gateway.gateway.setup_axis import SetupAxis, Stage
 from drive_gateway.gateway.trouble import Trouble
 
 HOLD_S = 0.5
-"""A motion whose operator was not heard for this long is stopped."""
+"""A motion whose operator did not hold it this lately is stopped."""
 
 
 class SetupMotion:
     """Groups of axes, one group after another; the axes of a group start in the same cycle.
 
+    The drives are told nothing before the operator holds it: who has let go by then, or never heard that it may begin,
+    starts nothing.
+
     Args:
         what: what goes on, for people.
         groups: drives and their orders.
-        now: the operator holds it from here.
+        now: it may begin from here.
     """
 
     def __init__(self, what: str, groups: Sequence[Sequence[tuple[Drive, SetupOrder]]], now: float) -> None:
@@ -28,8 +31,8 @@ class SetupMotion:
         self._waiting = [list(group) for group in groups]
         self._axes: list[SetupAxis] = []
         self._problem = ""
-        self._held_at = now
-        self._begin(now)
+        self._may_begin_at = self._held_at = now
+        self._held = False
 
     @property
     def ended(self) -> bool:
@@ -42,11 +45,12 @@ class SetupMotion:
 
     def progress(self) -> str:
         """What each axis of the present group does."""
-        return "; ".join(axis.progress() for axis in self._axes)
+        return "; ".join(axis.progress() for axis in self._axes) or "begins when it is held"
 
-    def hold(self, now: float) -> None:
-        """The operator still wants it."""
-        self._held_at = now
+    def hold(self, at: float) -> None:
+        """The operator wanted it at `at` [s], or later."""
+        self._held_at = max(self._held_at, at)
+        self._held = self._held or at >= self._may_begin_at
 
     def stop(self, reason: str, now: float) -> None:
         """Stop every axis; what has not begun does not begin."""
@@ -83,7 +87,7 @@ class SetupMotion:
         if all(axis.stage is Stage.READY for axis in self._axes):
             for axis in self._axes:
                 axis.start(now)
-        if self._waiting and all(axis.stage is Stage.ENDED for axis in self._axes):
+        if self._held and self._waiting and all(axis.stage is Stage.ENDED for axis in self._axes):
             self._begin(now)
 
     def _begin(self, now: float) -> None:

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from math import degrees
 
-from cell.messages import MoveAxes, PressAxis
+from cell.messages import Home, MoveAxes, PressAxis
 from drive_gateway.cia402.profile import together
 from drive_gateway.cia402.setup_objects import (
     Press,
@@ -25,10 +25,25 @@ FARTHEST_PRESS = 0.2
 """[rad or m] that an axis may give way."""
 
 Plan = tuple[SetupMotion, Sequence[Drive]]
+SetupCall = Home | MoveAxes | PressAxis
 
 
 class SetupRefused(GatewayError):
     """A set-up motion that cannot be; the text says what is allowed."""
+
+
+def planned(group: DriveGroup, call: SetupCall, now: float) -> Plan:
+    """The motion that a call asks for, which has told the drives nothing yet. Raises `SetupRefused`."""
+    problem = group.permits.setup()
+    if problem:
+        raise SetupRefused(problem)
+    match call:
+        case Home():
+            return homing_motion(group, call.axes, now)
+        case PressAxis():
+            return press_motion(group, call, now)
+        case MoveAxes():
+            return move_motion(group, call, now)
 
 
 def homing_motion(group: DriveGroup, names: Sequence[str], now: float) -> Plan:

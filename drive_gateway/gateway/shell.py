@@ -48,7 +48,7 @@ CLOSING_S = 5.0
 ALONE_SWITCH_S = 2e-5
 """So long Zenoh's threads wait for the interpreter, unless the drives compute in this process too."""
 _CLOCK_S = 0.25
-"""The manager's state is read so often: it is only needed for its clock."""
+"""The manager's state is read so often where it is only needed for its clock."""
 _LOG = logging.getLogger("drive_gateway")
 _LEVEL = {Severity.INFO: logging.INFO, Severity.WARNING: logging.WARNING, Severity.ALARM: logging.ERROR}
 
@@ -91,7 +91,7 @@ def run_gateway(
             times,
             boot=boot,
             digest=digest,
-            first_owner=int(time.time()),
+            first_owner=int(1000 * time.time()),
             process=f"process {os.getpid()}",
             stored={} if store is None else store.records,
         )
@@ -170,7 +170,7 @@ class GatewayShell:
         messages += self._estops.take()
         messages += self._calls.take()
         now = self._now()
-        if now >= self._manager_due:
+        if now >= self._manager_due or self._core.setting_up:
             self._manager_due = now + _CLOCK_S
             messages += self._manager.take_arrived()
         if self._stop.is_set():

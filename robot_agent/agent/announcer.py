@@ -23,9 +23,20 @@ class Announcer:
         return self._zones.touched(body) - before
 
     def presence(
-        self, body: Body, wants: dict[str, float], stop_time_s: float, estop: Estop | None, now: float
+        self,
+        owner: int,
+        body: Body,
+        wants: dict[str, float],
+        stop_time_s: float,
+        estop: Estop | None,
+        now: float,
+        *,
+        standing: bool = False,
     ) -> Publish:
-        """The next presence; `body` is everything between here and rest, `estop` the stop to acknowledge."""
+        """The next presence under the claim `owner`.
+
+        `body` is everything between here and rest, `estop` the stop to acknowledge; `standing`: see `Presence`.
+        """
         self.body = body
         self._sequence += 1
         self._zones.sent_presence(self._sequence, now)
@@ -33,6 +44,7 @@ class Announcer:
             Presence(
                 robot=self._robot,
                 boot=self._boot,
+                owner=owner,
                 sequence=self._sequence,
                 heard=self._zones.heard,
                 digest=self._digest,
@@ -41,5 +53,6 @@ class Announcer:
                 holds=dict(self._zones.holds),
                 wants=wants,
                 estop_acknowledged=estop.id if estop is not None else None,
+                standing=standing,
             )
         )

@@ -7,6 +7,8 @@ from cell.net.clock import ManagerClock, OtherClock
 
 SHORTEST_NOTICE_S = 0.2
 """A common start is ordered at least so early, for planning and for the first block."""
+LONGEST_S = 3600.0
+"""And at most so early; its first motion is made to last so long at most."""
 
 
 class CellClock:
@@ -25,11 +27,11 @@ class CellClock:
         self._cycle_s, self._gateway = cycle_s, OtherClock()
 
     def arrived(self, message: object, at: float) -> None:
-        """A message arrived at `at` [s]; what a state of the manager and a gateway's feedback say of clocks counts."""
+        """A message arrived at `at` [s]; what the manager's state and the gateway's feedback say of clocks counts."""
         if isinstance(message, ManagerState):
             self._manager.heard(message, at)
         elif isinstance(message, DriveFeedback) and self._cycle_s > 0.0:
-            self._gateway.heard(message.boot, message.sequence, message.tick * self._cycle_s, at)
+            self._gateway.heard(message.boot, message.owner, message.sequence, message.tick * self._cycle_s, at)
 
     def until(self, moment: CellTime, now: float) -> float | None:
         """Seconds from `now` to a moment, negative when it is past; None when it is of a clock that is not heard."""
@@ -41,7 +43,14 @@ class CellClock:
         if left_s is None or ahead_s is None:
             return "the start is given by the clock of a manager that this robot does not hear: order it again"
         if left_s < SHORTEST_NOTICE_S:
-            found = f"{-left_s:.2f} s in the past" if left_s < 0.0 else f"only {left_s:.2f} s ahead"
+            found = f"{_said(-left_s)} s in the past" if left_s < 0.0 else f"only {_said(left_s)} s ahead"
             allowed = f"{SHORTEST_NOTICE_S:g} s ahead or more: order it again, earlier"
-            return f"the start at cell time {moment.seconds:.2f} s is {found}, allowed is {allowed}"
+            return f"the start at cell time {_said(moment.seconds)} s is {found}, allowed is {allowed}"
+        if not left_s <= LONGEST_S:
+            return f"the start is {_said(left_s)} s ahead, allowed is {LONGEST_S:g} s at most: order it again, later"
         return math.ceil((now + left_s + ahead_s) / self._cycle_s)
+
+
+def _said(seconds: float) -> str:
+    """For people."""
+    return f"{seconds:.2f}" if abs(seconds) < 1e6 else f"{seconds:.3g}"

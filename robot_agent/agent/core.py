@@ -19,18 +19,19 @@ from cell.messages import (
     Severity,
     ZoneGeometry,
 )
+from cell.net.estops import Estops
 from robot_agent.agent.announcer import Announcer
 from robot_agent.agent.axes import feedback_in_joints
 from robot_agent.agent.cell_clock import CellClock
 from robot_agent.agent.corrections import Corrections
 from robot_agent.agent.decision import Situation
 from robot_agent.agent.decisions import Decisions
-from robot_agent.agent.estop_latch import EstopLatch
 from robot_agent.agent.executive import Executive
 from robot_agent.agent.gateway_link import GatewayLink
 from robot_agent.agent.idle import IdleClock
 from robot_agent.agent.interruption import Interruption
 from robot_agent.agent.jogging import Jogging
+from robot_agent.agent.measured_rest import MeasuredRest
 from robot_agent.agent.operator import Operator
 from robot_agent.agent.pace import Pace
 from robot_agent.agent.planning import PlanFailed, Planned, Planner
@@ -44,7 +45,6 @@ from robot_agent.agent.zone_claims import ZoneClaims
 from robot_agent.dynamics import AxisTorques, axis_torques
 from robot_agent.kinematics import OpenMechanism
 from robot_agent.language import Program
-from robot_agent.workspace import standing_body
 
 _STALE_CYCLES = 5
 _WITH_TORQUE = (Mode.READY, Mode.RUNNING, Mode.HALTED, Mode.OFF_PATH, Mode.RETURNING, Mode.JOGGING)
@@ -77,7 +77,8 @@ class AgentCore:
         self.operator = Operator(robot, boot, cell.times.command_s, self.link, decisions)
         self.mode = Mode.STARTING
         self.executive: Executive | None = None
-        self._estop = EstopLatch()
+        self._estops = Estops()
+        self._rest = MeasuredRest()
         self._numbers = itertools.count(1)
         self._announcer = Announcer(robot, boot, cell.digest, self.zones)
         self._stopped_by = ""
@@ -93,14 +94,15 @@ class AgentCore:
         """Take one message; see `cell.core`."""
         match message:
             case Arrived(inner, at):
-                self.clock.arrived(inner, at)
                 self.receive(inner, now)
+                if not isinstance(inner, DriveFeedback) or inner is self.link.feedback:
+                    self.clock.arrived(inner, at)
             case DriveFeedback():
                 self.link.heard(message, now)
             case ManagerState():
-                self.zones.heard_state(message)
-                if message.estop is not None:
-                    self._hear_estop(message.estop)
+                self.zones.heard_state(message, now)
+                for estop in message.estops:
+                    self._hear_estop(estop)
             case ZoneGeometry():
                 self.zones.heard_geometry(message)
             case Estop():
@@ -114,7 +116,7 @@ class AgentCore:
             case AskDone():
                 self.operator.switched(self.link.done(message))
             case Planned() | PlanFailed() if not self.interruption.planned(message):
-                self.run.planned(message, self.executive, self.pace.status.stepping)
+                self.run.planned(message, self.executive, self.pace.status.stepping, now)
             case Frozen():
                 self.zones.forget_echoes()
                 self.operator.forget_echoes()
@@ -130,7 +132,11 @@ class AgentCore:
         effects = self.link.claim_if_due(now)
         if feedback is None or self.link.grant is None:
             self._without_claim()
-            return effects + self.operator.refuse_all("the robot's gateway has not accepted this agent yet")
+            return (
+                effects
+                + self.run.lookahead.drop()
+                + self.operator.refuse_all("the robot's gateway has not accepted this agent yet")
+            )
         if self.mode is Mode.STARTING:
             self.run.outputs.claimed(self.link.grant.outputs)
         if self._planner is None or self._planner.cycle_s != self.link.grant.cycle_s:
@@ -140,14 +146,14 @@ class AgentCore:
             self.corrections.place(self._planner.pose_world_base)
         feedback = feedback_in_joints(self._planner.model.coupling, feedback)
         self._follow_drives(feedback, self._planner, now)
-        self.mode, answers = self.operator.answer(self._situation(feedback, self._planner), now)
+        self.mode, answers = self.operator.answer(self.mode, self._situation(feedback, self._planner), now)
         effects += answers
         if self._idle.due(self.mode, now):
             text = f"no program for {self._cell.times.idle_off_s:g} s: the drives are switched off"
             self.report.event(Severity.INFO, "idle_off", text, f"switch them on again with: cell enable {self._robot}")
             effects.append(self.link.switch(DisableDrives(self._robot, feedback.owner)))
         effects += self._move(feedback, self._planner, now)
-        effects += self._plan_ahead(feedback)
+        effects += self._plan_ahead(feedback, now)
         effects.append(self._state(feedback, self._planner, now))
         return effects + self.report.take_events()
 
@@ -163,7 +169,8 @@ class AgentCore:
     def _situation(self, feedback: DriveFeedback, planner: Planner) -> Situation:
         state = self.zones.state
         refusal = state.refused.get(self._robot, "") if state is not None else ""
-        return Situation(self.mode, self.executive, planner, self._estop.active, feedback, refusal, self.clock)
+        kept_still = self.zones.kept_still
+        return Situation(self.executive, planner, self._estops.first, feedback, refusal, self.clock, kept_still)
 
     # What the drives, the e-stop and the manager impose on the mode
 
@@ -171,18 +178,20 @@ class AgentCore:
         if self.mode is not Mode.STARTING:
             self.interruption.forget("the claim on the gateway was lost")
         self.mode = Mode.STARTING
-        self.executive = None
+        self._leave_path()
+        self._rest.begin()
         self._numbers = itertools.count(1)
 
     def _hear_estop(self, estop: Estop) -> None:
-        if self._estop.heard(estop):
+        if self._estops.hear(estop) and estop.active:
             text = f"emergency stop by {estop.by}: {estop.reason}"
             self.report.event(Severity.ALARM, "estop", text, "find the cause, then `cell reset`")
 
     def _follow_drives(self, feedback: DriveFeedback, planner: Planner, now: float) -> None:
+        self._rest.take(feedback, planner.cycle_s)
         self._observe(feedback)
         faulty = feedback.state in (PlayoutState.FAULT, PlayoutState.STOPPING)
-        estop = self._estop.active
+        estop = self._estops.first
         if estop is not None:
             self._stop(Mode.ESTOP, f"emergency stop by {estop.by}: {estop.reason}")
         elif faulty:
@@ -192,7 +201,7 @@ class AgentCore:
         elif self.mode is Mode.ESTOP or (self.mode is Mode.STARTING and AxisStatus.SILENT not in feedback.axes):
             self.mode = Mode.DISABLED
         if not feedback.enabled:
-            self.executive = None
+            self._leave_path()
             if self.link.switching_off or self.operator.switched_off:
                 self.mode = Mode.DISABLED
             elif self.mode in _WITH_TORQUE:
@@ -207,7 +216,7 @@ class AgentCore:
             self.executive = Executive(planner, standing, feedback, self._cell.times, self._numbers, self._asked)
         switched_off = self.link.switching_off or self.operator.switched_off
         if self.mode in (Mode.DISABLED, Mode.ENABLING) or (self.mode is Mode.READY and not switched_off):
-            self.mode = self.interruption.mode(feedback, planner)
+            self.mode = self.interruption.leave_there(feedback, planner)
             if self.mode is Mode.OFF_PATH:
                 self.report.event(Severity.WARNING, "off_path", self.run.error)
 
@@ -218,6 +227,12 @@ class AgentCore:
         forgotten = self.interruption.watch(self.executive, feedback)
         if forgotten and self.mode in (Mode.HALTED, Mode.OFF_PATH, Mode.RETURNING):
             self.mode = Mode.READY
+
+    def _leave_path(self) -> None:
+        """Blocks lead the robot no more."""
+        if self.executive is not None:
+            self._rest.left_path(self._announcer.body)
+        self.executive = None
 
     def _stop(self, mode: Mode, why: str) -> None:
         if self.mode is mode:
@@ -236,11 +251,14 @@ class AgentCore:
             # The drives have not been heard yet. To the manager a robot that never reported is as good as anywhere.
             return [self._sign_of_life(feedback, planner)]
         if executive is None:
-            model, base = planner.model, planner.pose_world_base
-            body = standing_body(model, base, feedback.position, known=feedback.referenced)
-            self.zones.update_holds(now, self.zones.touched(body), set())
+            body = self._rest.body(planner, feedback)
+            kept = set() if self._rest.standing else set(self.zones.holds)
+            self.zones.update_holds(now, self.zones.touched(body), kept)
+            stop_time_s = self._rest.stop_time_s(planner, feedback, 0.0)
             return [
-                self._announcer.presence(body, {}, 0.0, self._estop.active, now),
+                self._announcer.presence(
+                    feedback.owner, body, {}, stop_time_s, self._estops.first, now, standing=self._stands(feedback)
+                ),
                 self._sign_of_life(feedback, planner),
             ]
         age_s = self.link.age(now)
@@ -257,19 +275,24 @@ class AgentCore:
         if block is not None and not all(self.zones.permitted(zone, now) for zone in entered):
             block, body = None, executive.body(feedback, None)
         self.zones.update_holds(now, self.zones.touched(body), set(wants))
-        newest = block if block is not None else executive.timeline.newest
-        stop_time_s = max(0.0, (newest.rest_tick - feedback.tick) * planner.cycle_s)
-        presence = self._announcer.presence(body, wants, stop_time_s, self._estop.active, now)
+        stop_time_s = self._rest.stop_time_s(planner, feedback, executive.rest_s(feedback.tick, block))
+        presence = self._announcer.presence(feedback.owner, body, wants, stop_time_s, self._estops.first, now)
         if block is None:
             return [presence]
         runs = self.mode is Mode.RUNNING
         return [presence, Publish(executive.sent(block, self.run.events(block, executive, halted=not runs), runs))]
 
-    def _plan_ahead(self, feedback: DriveFeedback) -> list[Effect]:
+    def _stands(self, feedback: DriveFeedback) -> bool:
+        """Without torque, and nothing is under way that would give it some."""
+        resting = feedback.state in (PlayoutState.FOLLOWING, PlayoutState.FAULT) and self.mode is not Mode.ENABLING
+        return resting and not self.link.switching_on and not any(status.has_torque for status in feedback.axes)
+
+    def _plan_ahead(self, feedback: DriveFeedback, now: float) -> list[Effect]:
         effects, zones = [], self.zones.geometry
         if self.executive is not None:
-            effects = self.run.extend(self.executive, feedback.tick, self.pace.status.stepping, zones)
-        return effects + self.run.lookahead.fill(zones) + self.interruption.plan(feedback, zones)
+            effects = self.run.extend(self.executive, feedback.tick, self.pace.status.stepping, zones, now)
+        effects += self.run.lookahead.fill(zones, now)
+        return self.run.lookahead.drop() + effects + self.interruption.plan(feedback, zones)
 
     # Messages
 
@@ -283,7 +306,8 @@ class AgentCore:
         return Publish(sign_of_life(next(self._numbers), feedback, planner, self._asked))
 
     def _state(self, feedback: DriveFeedback, planner: Planner, now: float) -> Publish:
-        waiting_for = self._stillness.why(self.mode, self.executive, feedback.tick, now)
+        reason = self._stillness.reason(self.mode, self.executive, feedback.tick, now)
+        self.run.wait_for(reason.zone, now)
         alarm = "" if self.run.interrupted else self.run.error
         alarm = self._stopped_by if self.mode in (Mode.FAULT, Mode.ESTOP) else alarm
         alarms = (alarm,) if alarm else ()
@@ -292,7 +316,7 @@ class AgentCore:
         heard = None if lost else feedback
         pace = self.pace.status
         state = self.report.state(
-            self.mode, self.run, heard, self.executive, planner, pace, zones, waiting_for, alarms
+            self.mode, self.run, heard, self.executive, planner, pace, zones, reason.text, alarms
         )  # fmt: skip
         self.operator.sent_state(state.sequence, now)
         return Publish(state)

@@ -89,12 +89,28 @@ class Corrections:
         return now + until_s
 
     def follow(self, name: str, now: float) -> None:
-        """The correction that the program follows; empty for none. A belt's way counts from here on, or from a part."""
+        """The correction that the program follows; empty for none."""
         self._guard.at(now)
         if name != self._followed:
             self._followed = name
             self._guard.forget()
             self._zero = None
+
+    def take_up(self, now: float) -> None:
+        """The program goes on: what it follows counts from here on, on a belt with parts from the next one's place."""
+        if not self._followed or self._zero is not None:
+            return
+        source, settings = self._sources[self._followed], self._settings[self._followed]
+        try:
+            target = source.target(now)
+        except Stale:
+            return
+        if isinstance(source, SensorOffset):
+            self._zero = np.zeros(6)
+        elif settings.conveyor is None or not settings.conveyor.parts:
+            self._zero = target.offset
+        else:
+            self._zero = self._take_part(source, target, settings)
 
     @property
     def followed(self) -> str:
@@ -151,20 +167,17 @@ class Corrections:
         frame = CorrectionFrame.TOOL if settings.sensor is SensorFrame.TOOL else CorrectionFrame.BASE
         return Correcting(limits, frame, target, self._guard.clear_for(planner))
 
+    def waits_for_part(self, name: str) -> bool:
+        """Whether who comes to follow this waits for a part."""
+        belt = self._settings[name].conveyor
+        return belt is not None and belt.parts
+
     def _target(self, now: float) -> Target | None:
         """None while a part is waited for. Raises `Stale`."""
-        source, settings = self._sources[self._followed], self._settings[self._followed]
-        target = source.target(now)
-        if self._zero is None:
-            if isinstance(source, SensorOffset):
-                self._zero = np.zeros(6)
-            elif settings.conveyor is None or not settings.conveyor.parts:
-                self._zero = target.offset
-            else:
-                self._zero = self._zero_of_part(source, target, settings)
+        target = self._sources[self._followed].target(now)
         return None if self._zero is None else Target(target.offset - self._zero, target.speed)
 
-    def _zero_of_part(self, belt: Conveyor, target: Target, settings: CorrectionSettings) -> NDArray[np.float64] | None:
+    def _take_part(self, belt: Conveyor, target: Target, settings: CorrectionSettings) -> NDArray[np.float64] | None:
         """The newest part, unless it was followed already or is half of what is allowed away; then None."""
         if belt.part_m is None or belt.part_m == self._taken.get(self._followed):
             return None

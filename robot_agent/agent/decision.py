@@ -12,13 +12,14 @@ from robot_agent.agent.planning import Planner
 class Situation:
     """What decides whether a call is allowed."""
 
-    mode: Mode
     executive: Executive | None
     planner: Planner
     estop: Estop | None
     feedback: DriveFeedback
     refused_by_manager: str
     clock: CellClock
+    kept_still: str = ""
+    """Why nothing may move the robot now; empty when it may."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -17,6 +17,7 @@ from cell.messages import (
     SetOverride,
     Step,
 )
+from robot_agent.agent.cell_clock import LONGEST_S
 from robot_agent.agent.corrections import Corrections
 from robot_agent.agent.decision import Decision, Done, Passed, Refused, Situation
 from robot_agent.agent.interruption import Interruption
@@ -27,6 +28,8 @@ from robot_agent.agent.program_run import ProgramRun
 
 _AT_REST = (Mode.READY, Mode.HALTED, Mode.OFF_PATH)
 """Enabled, and moved by nobody."""
+_MOVING = (Enable, Run, Continue, Return, Step, Jog)
+"""Calls that move a robot, or let it be moved."""
 
 
 class Decisions:
@@ -55,7 +58,7 @@ class Decisions:
             return Done(f"{self._robot} brakes on its path; `cell continue {self._robot}` goes on", Mode.HALTED)
         if mode is Mode.RETURNING:
             self._pace.no_step()
-            mode = self._interruption.mode(situation.feedback, situation.planner)
+            mode = self._interruption.leave_there(situation.feedback, situation.planner)
             return Done(f"{self._robot} brakes on its way back; {self._way_out(mode)}", mode)
         if mode is Mode.JOGGING:
             self._jogging.end("halted")
@@ -64,6 +67,9 @@ class Decisions:
 
     def decide(self, command: Command, mode: Mode, situation: Situation, now: float, made_at: float) -> Decision:
         """On a call that was made at `made_at` [s], in view of the robot."""
+        if situation.kept_still and isinstance(command, _MOVING):
+            over = "call again when that is over, by `cell status`"
+            return Refused(f"{self._robot} stays at rest: {situation.kept_still}; {over}")
         match command:
             case Enable():
                 return self._enable(mode, situation)
@@ -126,6 +132,9 @@ class Decisions:
             return Refused(tick)
         end_tick = None
         if tick is not None and run.lasting_s is not None:
+            if not 0.0 < run.lasting_s <= LONGEST_S:
+                allowed = f"allowed is more than 0 and at most {LONGEST_S:g}: order it again"
+                return Refused(f"the first motion shall last {run.lasting_s:.4g} s, {allowed}")
             end_tick = tick + round(run.lasting_s / executive.cycle_s)
         executive.stand(situation.planner.standstill(feedback.commanded, ()), feedback.tick)
         self._run.start(feedback.commanded, tick, end_tick)

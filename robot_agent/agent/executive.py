@@ -105,7 +105,15 @@ class Executive:
 
     def at_rest(self, tick: int) -> bool:
         """Whether nothing that was sent moves at or after a tick."""
-        return all(span.first_tau == span.last_tau for span in self.timeline.spans(tick))
+        return self.rest_s(tick, None) == 0.0
+
+    def rest_s(self, tick: int, candidate: SentBlock | None) -> float:
+        """From a tick until all that was sent, and a candidate, is at rest [s]; 0.0 when nothing of it moves."""
+        if all(span.first_tau == span.last_tau for span in self.timeline.spans(tick, candidate)):
+            return 0.0
+        played_out = self.timeline.played_out_tick
+        last = played_out if candidate is None else max(played_out, candidate.rest_tick)
+        return max(1, last - tick) * self._cycle_s
 
     def next_block(self, feedback: DriveFeedback, age_s: float, wishes: Wishes) -> SentBlock:
         """The block to send now; it continues the newest accepted one and ends at rest."""

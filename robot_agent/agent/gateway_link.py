@@ -4,12 +4,24 @@ import math
 from dataclasses import dataclass
 
 from cell.core import Ask, AskDone, Effect
-from cell.messages import Call, Claim, ClaimGrant, Command, DisableDrives, DriveFeedback, Release, Reply
-from cell.net.freshness import NewestOf
+from cell.messages import (
+    Call,
+    Claim,
+    ClaimGrant,
+    Command,
+    DisableDrives,
+    DriveFeedback,
+    EnableDrives,
+    Heard,
+    Release,
+    Reply,
+)
 
 _ASK_TIMEOUT_S = 3.0
 _CLAIM_AGAIN_S = 0.5
 _RELEASE_S = 1.0
+_OTHERS_S = 0.25
+"""Only another gateway run is heard for so long: then a call must tell who lives."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,8 +45,9 @@ class GatewayLink:
         self._release_until: float | None = None
         self._claim_due = -math.inf
         self._switching: dict[str, Switching] = {}
-        self._newest = NewestOf()
+        self._sequence = -1
         self._heard_at = -math.inf
+        self._only_others_since: float | None = None
         self.grant: ClaimGrant | None = None
         self.refusal = ""
         """Why the newest claim brought nothing; empty while it is not known."""
@@ -43,16 +56,30 @@ class GatewayLink:
         self.feedback: DriveFeedback | None = None
 
     def heard(self, feedback: DriveFeedback, now: float) -> None:
-        """Take the newest feedback; one of a restarted gateway, or of one that knows another owner, ends the claim."""
-        if not self._newest.accept(feedback.boot, feedback.sequence):
-            return
+        """Take the newest feedback of the gateway that gave the claim; if it knows another owner, the claim ends.
+
+        What another run of the gateway says may be news of a restart, or late and of before. So it ends the claim only
+        once nothing else is heard: the next claim is answered by the run that lives.
+        """
         grant = self.grant
-        if grant is not None and (
-            feedback.boot != grant.gateway_boot or (feedback.tick > grant.tick and feedback.owner != grant.owner)
-        ):
+        if grant is None or not self._is_mine(feedback, now) or feedback.sequence <= self._sequence:
+            return
+        if feedback.tick > grant.tick and feedback.owner != grant.owner:
             self.lose_claim()
-        self.feedback = feedback
+            return
+        self.feedback, self._sequence = feedback, feedback.sequence
         self._heard_at = now
+
+    def _is_mine(self, feedback: DriveFeedback, now: float) -> bool:
+        grant = self.grant
+        if grant is not None and feedback.boot == grant.gateway_boot:
+            self._only_others_since = None
+            return len(feedback.axes) == len(grant.axes)
+        if self._only_others_since is None:
+            self._only_others_since = now
+        elif now - self._only_others_since > _OTHERS_S:
+            self.lose_claim()
+        return False
 
     def age(self, now: float) -> float:
         """Seconds since the newest feedback; infinite when none came."""
@@ -68,6 +95,7 @@ class GatewayLink:
     def lose_claim(self) -> None:
         self.grant = None
         self.feedback = None
+        self._sequence, self._only_others_since = -1, None
 
     def claim_if_due(self, now: float) -> list[Effect]:
         """Ask for the robot until the gateway says yes."""
@@ -110,6 +138,11 @@ class GatewayLink:
         """Whether a call to switch the drives off is under way."""
         return any(isinstance(switching.command, DisableDrives) for switching in self._switching.values())
 
+    @property
+    def switching_on(self) -> bool:
+        """Whether a call to switch the drives on is under way."""
+        return any(isinstance(switching.command, EnableDrives) for switching in self._switching.values())
+
     def done(self, outcome: AskDone) -> tuple[Switching, bool, str] | None:
         """Take an outcome; for a switching call return it, whether it worked, and what the gateway said."""
         reply = outcome.reply if isinstance(outcome.reply, Reply) else None
@@ -133,4 +166,6 @@ class GatewayLink:
     def _ask(self, command: Command, timeout_s: float = _ASK_TIMEOUT_S) -> Ask:
         self._asks += 1
         id = f"{self._claim.robot}-{self._claim.boot}-{self._asks}"
-        return Ask(id, self._to, Call(id, command), timeout_s)
+        seen = self.feedback
+        heard = None if seen is None else Heard(seen.boot, seen.sequence)
+        return Ask(id, self._to, Call(id, command, heard), timeout_s)

@@ -37,6 +37,8 @@ class Interruption:
         self._place: Place | None = None
         self._supplied = False
         """The robot still gets blocks of the path that it was stopped on."""
+        self._tick = 0
+        """The newest one."""
         self._played_tick = 0
         """The newest tick at which blocks were played."""
         self._cause = ""
@@ -52,6 +54,7 @@ class Interruption:
 
     def watch(self, executive: Executive | None, feedback: DriveFeedback) -> bool:
         """Note where on its path the robot is; whether an interruption was forgotten, because nothing can go on."""
+        self._tick = feedback.tick
         if feedback.state not in (PlayoutState.STOPPING, PlayoutState.FAULT):
             self._played_tick = feedback.tick
         if executive is None:
@@ -84,6 +87,7 @@ class Interruption:
             return
         if not self._run.interrupted:
             self._cause = why
+            self._run.hold(self._tick)
         self._run.interrupt(f"{self._cause}; when it is enabled, the status says how far from its path it is")
 
     def _can_be_kept(self) -> bool:
@@ -97,19 +101,17 @@ class Interruption:
 
     # How far it is from there
 
-    def mode(self, feedback: DriveFeedback, planner: Planner) -> Mode:
-        """The mode of a robot whose drives are on and that is neither stopped nor moved by anyone."""
+    def leave_there(self, feedback: DriveFeedback, planner: Planner) -> Mode:
+        """Nobody moves the robot, and its drives are on: no way back is gone any more. The mode, by how far it is."""
         self._supplied = False
         self._drop_way()
         gap = self.gap(feedback, planner)
         if gap is None:
             return Mode.READY
-        anew = f"`cell run {self._robot}` starts anew"
-        if gap.on_path:
-            self._run.error = f"{self._cause}; {gap.text}: `cell continue {self._robot}` goes on, {anew}"
-            return Mode.HALTED
-        self._run.error = f"{self._cause}; {gap.text}: `cell return {self._robot}` brings it back slowly, {anew}"
-        return Mode.OFF_PATH
+        way = "continue {0}` goes on" if gap.on_path else "return {0}` brings it back slowly"
+        there = f"{self._cause}; {gap.text}: `cell {way.format(self._robot)}"
+        self._run.error = f"{there}, `cell run {self._robot}` starts anew"
+        return Mode.HALTED if gap.on_path else Mode.OFF_PATH
 
     def gap(self, feedback: DriveFeedback, planner: Planner) -> Gap | None:
         """How far the robot is from its path, as it is measured; None without an interrupted program."""
@@ -171,6 +173,8 @@ class Interruption:
             return None
         executive.stand(place.planned, tick, self._wanted[0])
         self._run.resume()
+        if self._after is Mode.RUNNING:
+            self._run.go_on(tick)
         self._drop_way()
         return self._after
 

@@ -7,6 +7,7 @@ at rest: when an extension comes too late, the robot rests there and goes on as 
 
 import math
 from collections import deque
+from collections.abc import Hashable
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,8 +15,8 @@ from numpy.typing import NDArray
 
 from cell.core import Effect
 from cell.messages import ZoneGeometry
-from robot_agent.agent.joining import straight_on, why_apart
-from robot_agent.agent.planning import ExtendRequest, Plan, PlanFailed, Planned, PlanRequest
+from robot_agent.agent.joining import StraightOn, why_apart
+from robot_agent.agent.planning import ExtendRequest, Plan, PlanFailed, Planned, PlanRequest, Unplan
 from robot_agent.language import (
     Finished,
     Interpreter,
@@ -35,8 +36,13 @@ _CHAIN = 24
 """Steps that are planned at once, or more where these last less than `_AHEAD_S`."""
 _LONGEST_CHAIN = 200
 _AHEAD_S = 5.0
-_LEAD_S = 2.0
-"""An extension begins so far ahead of all that is sent, or half of what is left: planning may take 0.5 s."""
+_LEAD_S = 0.5
+"""An extension begins so far ahead of all that is sent, besides what planning takes, or half of what is left."""
+_LASTING = 1.5
+"""Planning may take so many times as long as the longest of the last `_MEASURED` plans."""
+_MEASURED = 4
+_TAIL_S = 2.0
+"""An extension begins no earlier than so long before the end, and two moves: what lies before it stays as it is."""
 _LEAST_LEFT_S = 0.3
 """Behind the beginning of an extension: later the motion brakes already."""
 _SHORTEST_S = 1.0
@@ -77,6 +83,11 @@ class Lookahead:
         self._asked: PlanRequest | None = None
         """The newest plan from rest that was asked for."""
         self._extension: ExtendRequest | None = None
+        self._unplanned: set[int] = set()
+        """Ids of the plans that were asked for and are not there yet."""
+        self._asked_at = 0.0
+        self._took_s: deque[float] = deque(maxlen=_MEASURED)
+        """From asking for a plan to having it."""
 
     def start(self, program: Program, q: NDArray[np.float64]) -> None:
         """Begin the program with the robot at rest at `q` `(n,)`."""
@@ -99,6 +110,13 @@ class Lookahead:
     def items(self) -> tuple[Item, ...]:
         return tuple(self._items)
 
+    @property
+    def place(self) -> Hashable:
+        """All that is to come, by where the program is: from equal places, and the same joints, it goes on alike."""
+        interpreted = None if self._interpreter is None else self._interpreter.place
+        items = tuple(item.lines if isinstance(item, Planned) else item.line for item in self._items)
+        return interpreted, items, tuple(step.line for step in self._coming)
+
     def advance(self) -> None:
         """The head is being executed; what follows becomes the head."""
         self._items.popleft()
@@ -108,10 +126,12 @@ class Lookahead:
         self._end = q
         self.advance()
 
-    def planned(self, result: Planned | PlanFailed) -> None:
+    def planned(self, result: Planned | PlanFailed, now: float = 0.0) -> None:
         """Take the worker's result; a result for a program that was stopped meanwhile is dropped."""
+        self._unplanned.discard(result.id)
         for index, item in enumerate(self._items):
             if isinstance(item, Waiting) and item.id == result.id:
+                self._took_s.append(now - self._asked_at)
                 if isinstance(result, Planned) and self._too_short(result):
                     del self._items[index]
                     return
@@ -124,8 +144,10 @@ class Lookahead:
         """The motion that a result of the worker extends."""
         return self.open if self._extension is not None and result.id == self._extension.id else None
 
-    def extended(self, result: Planned | PlanFailed, taken: bool) -> None:
+    def extended(self, result: Planned | PlanFailed, taken: bool, now: float = 0.0) -> None:
         """What became of an extension: the robot is on it, or its steps are to be planned again."""
+        self._unplanned.discard(result.id)
+        self._took_s.append(now - self._asked_at)
         if taken and self._extension is not None and isinstance(result, Planned):
             self._last, self._extension = self._extension.steps[-1], None
             self._behind(result, extensible=True)
@@ -134,7 +156,7 @@ class Lookahead:
         else:
             self._give_back()
 
-    def fill(self, zones: tuple[ZoneGeometry, ...] | None) -> list[Effect]:
+    def fill(self, zones: tuple[ZoneGeometry, ...] | None, now: float = 0.0) -> list[Effect]:
         """Interpret further, and hand the next motion to the worker; without zone geometry nothing is planned."""
         if self._interpreter is None or zones is None or self.open is not None:
             return []
@@ -143,38 +165,68 @@ class Lookahead:
             if isinstance(step, MotionStep):
                 steps = self._chain(self._interpreter, step, self._chain_of, self._end)
                 self._plans += 1
+                self._unplanned.add(self._plans)
                 self._last = steps[-1]
                 self._items.append(Waiting(self._plans, step.line))
-                self._asked = PlanRequest(self._plans, steps, self._end, zones)
+                self._asked, self._asked_at = PlanRequest(self._plans, steps, self._end, zones), now
                 return [Plan(self._asked)]
             self._items.append(step)
         return []
 
-    def extend(self, reach: tuple[float, float], played_tau: float, zones: tuple[ZoneGeometry, ...]) -> list[Effect]:
+    def extend(
+        self, reach: tuple[float, float], played_tau: float, zones: tuple[ZoneGeometry, ...], now: float = 0.0
+    ) -> list[Effect]:
         """Ask for more of the open motion when little of it is left.
 
         All blocks that count lie within the taus `reach` [s]; `played_tau` is where the robot is.
         """
         running = self.open
-        if running is None or self._extension is not None or self._interpreter is None or self._last is None:
+        if running is None or self._interpreter is None or self._last is None:
             return []
         motion, (lowest_tau, sent_tau) = running.motion, reach
-        at_s = sent_tau + min(_LEAD_S, (motion.duration_s - sent_tau) / 2.0)
+        if self._extension is not None:
+            if sent_tau <= self._extension.splice_s:
+                return []
+            self._took_s.append(now - self._asked_at)  # or longer: it would come too late
+            self._give_back()
+        at_s = self._splice(motion, sent_tau)
         too_late = motion.duration_s - at_s < _LEAST_LEFT_S
         if too_late or running.zone_versions != {zone.zone: zone.version for zone in zones}:
-            if motion.duration_s - played_tau < _TIME_TO_PLAN_S:
+            if motion.duration_s - played_tau < max(_TIME_TO_PLAN_S, self._planning_s):
                 self.close()
             return []
-        left, most = len(motion.ends) - int(np.searchsorted(motion.ends, at_s, side="right")), _moves_ahead(motion)
+        most = _moves_ahead(motion)
+        left = len(motion.ends) - int(np.searchsorted(motion.ends, sent_tau + self._planning_s, side="right"))
         if left > most // 2:
             return []
         steps = self._chain(self._interpreter, self._last, 1 + most - left)[1:]
         self._plans += 1
-        cut_s = math.floor(max(lowest_tau - _KEPT_S, 0.0) / motion.cycle_s) * motion.cycle_s
+        self._unplanned.add(self._plans)
+        cut_s = max(lowest_tau - _KEPT_S, 0.0)
         self._extension = ExtendRequest(
             self._plans, steps, motion, running.lines, running.switches, at_s, cut_s, running.first_tau, zones
         )  # fmt: skip
+        self._asked_at = now
         return [Plan(self._extension)]
+
+    @property
+    def _planning_s(self) -> float:
+        """How long the next plan may take, from asking for it to having it."""
+        return _LEAD_S + _LASTING * max(self._took_s, default=0.0)
+
+    def _splice(self, motion: Motion, sent_tau: float) -> float:
+        """Where an extension begins [s]: once it is planned, and so late that little is timed anew."""
+        planned = sent_tau + min(self._planning_s, (motion.duration_s - sent_tau) / 2.0)
+        return max(planned, min(motion.duration_s - _TAIL_S, float(motion.ends[-3:][0])))
+
+    def drop(self) -> list[Effect]:
+        """Have nothing planned any more that is not wanted: of a program that was stopped, or a late extension."""
+        wanted = {item.id for item in self._items if isinstance(item, Waiting)}
+        if self._extension is not None:
+            wanted.add(self._extension.id)
+        unwanted = sorted(self._unplanned - wanted)
+        self._unplanned &= wanted
+        return [Unplan(tuple(unwanted))] if unwanted else []
 
     def close(self) -> None:
         """Extend the motion no more: what follows begins where it rests."""
@@ -219,11 +271,13 @@ class Lookahead:
 
         `start` `(n,)` are the joints before the first one, None where they are not known.
         """
-        steps = [first]
+        steps, straight = [first], StraightOn(start)
+        straight.take(first)
         while len(steps) < most:
             step = self._take(interpreter)
-            if isinstance(step, MotionStep) and (not why_apart(steps[-1], step) or straight_on(start, steps, step)):
+            if isinstance(step, MotionStep) and (not why_apart(steps[-1], step) or straight.goes_on(step)):
                 steps.append(step)
+                straight.take(step)
                 continue
             self._coming.appendleft(step)
             break

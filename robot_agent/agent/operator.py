@@ -3,11 +3,30 @@
 from collections import deque
 
 from cell.core import Answer, Effect, Request
-from cell.messages import Call, DisableDrives, EnableDrives, Halt, Heard, Mode, Reply, ResetDrives, Who
+from cell.messages import (
+    Call,
+    Continue,
+    DisableDrives,
+    Enable,
+    EnableDrives,
+    Halt,
+    Heard,
+    Jog,
+    Mode,
+    Reply,
+    ResetDrives,
+    Return,
+    Run,
+    Step,
+    Who,
+)
 from cell.net.freshness import Sent
 from robot_agent.agent.decision import Decision, Done, Passed, Refused, Situation
 from robot_agent.agent.decisions import Decisions
 from robot_agent.agent.gateway_link import GatewayLink, Switching
+
+_WITH_DRIVES = (Enable, Run, Continue, Return, Step, Jog)
+"""What needs drives that stay switched on."""
 
 
 class Operator:
@@ -65,10 +84,10 @@ class Operator:
                 effects.append(Answer(request.request_id, Reply(call.id, who, self._who() if who else why)))
         return effects
 
-    def answer(self, situation: Situation, now: float) -> tuple[Mode, list[Effect]]:
-        """Carry out what waits; return the robot's mode after it, and the effects."""
+    def answer(self, mode: Mode, situation: Situation, now: float) -> tuple[Mode, list[Effect]]:
+        """Carry out what waits, in a robot in `mode`; return its mode after it, and the effects."""
         effects: list[Effect] = []
-        mode = self._settle_outcomes(situation.mode, effects)
+        mode = self._settle_outcomes(mode, effects)
         while self._requests:
             request = self._requests.popleft()
             call = request.call
@@ -111,6 +130,8 @@ class Operator:
                 f"{'no longer known' if age_s == float('inf') else f'{age_s:.2f} s old'}, "
                 f"{self._command_s:g} s are allowed; look at the robot, then call again"
             )
+        if self._link.switching_off and isinstance(command, _WITH_DRIVES):
+            return Refused(f"{self._robot} is being switched off: when it is disabled, `cell enable {self._robot}`")
         return self._decisions.decide(command, mode, situation, now, now - age_s)
 
     def _who(self) -> str:

@@ -6,7 +6,7 @@ before that. The gateway executes it at the first place that it is told, and onc
 """
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -74,6 +74,12 @@ class OutputMarks:
     def due(self, switches: Iterable[Switch], tick: int) -> None:
         """Switch at a tick, or as soon as possible behind it, wherever the robot is."""
         self._marks |= {switch.number: _Mark(switch, tick=tick) for switch in switches}
+
+    def postpone(self, since: int, ticks: int) -> None:
+        """What was due at rest behind the tick `since` is due so many ticks later."""
+        for number, mark in self._marks.items():
+            if mark.motion is None and mark.tick > since:
+                self._marks[number] = replace(mark, tick=mark.tick + ticks)
 
     @property
     def pending(self) -> bool:

@@ -1,6 +1,7 @@
 """From steps of a program to a planned motion with its swept body. Runs in a worker; pure, so tests call it too."""
 
 from dataclasses import dataclass, replace
+from itertools import groupby
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,9 +11,9 @@ from cell.messages import ZoneGeometry
 from robot_agent.agent.targets import joint_target, pose_target
 from robot_agent.kinematics import KinematicsError, Model
 from robot_agent.language import FlangeStep, JointStep, LineStep, MotionStep, SplineStep, Switch
-from robot_agent.paths import Arc, Block, JointMove, Line, Sequence, Spline
+from robot_agent.paths import Arc, Block, JointMove, Line, PathError, Sequence, Spline
 from robot_agent.paths.arc import evenly_turned
-from robot_agent.paths.legs import end_of
+from robot_agent.paths.legs import end_of, half_turns
 from robot_agent.trajectory import Limits, Motion, PlanError, plan, spliced
 from robot_agent.workspace import Crossing, Sweep, crossings, sweep
 
@@ -39,7 +40,7 @@ class PlanRequest:
 class ExtendRequest:
     """Plan steps that go on from a motion in full motion at its tau `splice_s` [s]; its tau up to `cut_s` is forgotten.
 
-    `cut_s` is on the motion's grid and at most `splice_s`.
+    `cut_s` is at most `splice_s`.
     """
 
     id: int
@@ -74,6 +75,13 @@ class Plan(Effect):
 
 
 @dataclass(frozen=True, slots=True, eq=False)
+class Unplan(Effect):
+    """Nobody waits for the plans with these ids any more."""
+
+    ids: tuple[int, ...]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
 class Planned:
     """A motion, the body it sweeps in world, and where on it the zones of the request are entered and left."""
 
@@ -81,6 +89,8 @@ class Planned:
     lines: tuple[int, ...]
     """The program line of each block of the motion; 0 for none."""
     motion: Motion
+    taus: NDArray[np.float64]
+    """`(m,)` path time [s] of each sample of the sweep, from 0 to the end."""
     sweep: Sweep
     crossings: tuple[Crossing, ...]
     zone_versions: dict[str, int]
@@ -149,10 +159,26 @@ class Planner:
         lines = (request.lines + _lines(sequence))[-blocks:]
         whole = self._with_body(request.id, lines, motion, request.zones)
         return Extended(
-            whole.id, lines, motion, whole.sweep, whole.crossings, whole.zone_versions,
+            whole.id, lines, motion, whole.taus, whole.sweep, whole.crossings, whole.zone_versions,
             first_tau=self.cycle_s if cut_s > 0.0 else request.first_tau, cut_s=cut_s, splice_s=at_s - cut_s,
             switches=(request.switches + _switches(request))[-blocks:],
         )  # fmt: skip
+
+    def half_turns(self, request: PlanRequest | ExtendRequest) -> set[int]:
+        """Program lines of the request on which the tool makes half a turn at once, whose two ways are as long."""
+        numbered = list(enumerate(self._blocks(request)))
+        lines, q = set[int](), request.start
+        for joints, group in groupby(numbered, key=lambda each: isinstance(each[1], JointMove)):
+            moves = list(group)
+            if joints:
+                q = next(block.target for _, block in reversed(moves) if isinstance(block, JointMove))
+                continue
+            try:
+                found = half_turns([(k, b) for k, b in moves if not isinstance(b, JointMove)], self.model.forward(q))
+            except PathError:
+                continue  # planning names what is wrong
+            lines |= {request.steps[block].line for block in found}
+        return lines
 
     def standstill(self, q: NDArray[np.float64], zones: tuple[ZoneGeometry, ...]) -> Planned:
         """The motion of a robot that stands at `q` `(n,)`."""
@@ -161,8 +187,8 @@ class Planner:
 
     def sampled(self, motion: Motion) -> Sampled:
         """A motion given by a source, with its body; zones are looked at where its samples are made."""
-        body = sweep(self.model, self.pose_world_base, motion.q(motion.grid))
-        return Sampled(0, (0,), motion, body, (), {})
+        taus = motion.grid
+        return Sampled(0, (0,), motion, taus, sweep(self.model, self.pose_world_base, motion.q(taus)), (), {})
 
     def _blocks(self, request: PlanRequest | ExtendRequest) -> list[Block]:
         """The steps with every value that they leave to where the robot comes from."""
@@ -184,7 +210,7 @@ class Planner:
         taus = motion.grid
         body = sweep(self.model, self.pose_world_base, motion.q(taus))
         crossed = tuple(c for zone in zones for c in crossings(body, taus, zone, ZONE_MARGIN_M))
-        return Planned(id, lines, motion, body, crossed, {zone.zone: zone.version for zone in zones})
+        return Planned(id, lines, motion, taus, body, crossed, {zone.zone: zone.version for zone in zones})
 
 
 def _lines(sequence: Sequence) -> tuple[int, ...]:

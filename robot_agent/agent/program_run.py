@@ -10,7 +10,7 @@ from cell.messages import DriveFeedback, OutputEvent, ProgramState, ProgramStatu
 from robot_agent.agent.executive import Executive
 from robot_agent.agent.lookahead import Lookahead, Waiting
 from robot_agent.agent.output_marks import OutputMarks
-from robot_agent.agent.planning import Extended, PlanFailed, Planned
+from robot_agent.agent.planning import Extended, PlanFailed, Planned, Planner
 from robot_agent.agent.timeline import SentBlock, Timeline
 from robot_agent.language import Finished, Pause, Program, ProgramFault, SwitchNow, TrackingOff, TrackingOn
 
@@ -26,6 +26,7 @@ class ProgramRun:
         self.error = ""
         self.line = 0
         self.waited_s: dict[str, float] = {}
+        self._booked_at = 0.0
         self.resume_tick = 0
         """A programmed pause lasts until this tick."""
         self.correction = ""
@@ -38,6 +39,12 @@ class ProgramRun:
         """The first motion ends then; None when nobody says so, or behind it."""
         self._pause = (0, 0)
         """Line of the newest pause and the tick at which it begins."""
+        self._held_since: int | None = None
+        """The tick at which the program was halted; None while it goes on."""
+        self._goes_since = 0
+        """The tick from which on it goes on."""
+        self._beside: Planned | None = None
+        """Where the robot stands, while what it follows takes it from there before a next motion does."""
 
     @property
     def running(self) -> bool:
@@ -56,6 +63,7 @@ class ProgramRun:
         self.waited_s = {}
         self.resume_tick, self._pause = at_tick or 0, (0, 0)
         self.starting, self.end_tick = at_tick is not None, end_tick
+        self._held_since, self._goes_since, self._beside = None, 0, None
         self.correction, self.correction_ends = "", False
         self.outputs.drop()
         self.lookahead.start(self._program, q)
@@ -89,6 +97,20 @@ class ProgramRun:
         """The robot rests on its path again, where it left it."""
         self.state, self.error = ProgramState.RUNNING, ""
 
+    def hold(self, tick: int) -> None:
+        """The program stands still from a tick on, a pause with it, until it goes on."""
+        if self._held_since is None:
+            self._held_since = tick
+
+    def go_on(self, tick: int) -> None:
+        """The program goes on at a tick, with the rest of a pause that was begun."""
+        if self._held_since is None:
+            return
+        since, self._held_since, self._goes_since = self._held_since, None, tick
+        if self.resume_tick > since and not self.starting:
+            self.resume_tick += tick - since
+            self.outputs.postpone(since, tick - since)
+
     def accepted(self, block: SentBlock) -> None:
         """The gateway has accepted a block."""
         if self.running:
@@ -120,20 +142,20 @@ class ProgramRun:
         """Whether the first motion has not begun at the tick at which it had to."""
         return self.running and self.starting and tick > self.resume_tick
 
-    def planned(self, result: Planned | PlanFailed, executive: Executive | None, stepping: bool) -> None:
+    def planned(self, result: Planned | PlanFailed, executive: Executive | None, stepping: bool, now: float) -> None:
         """Take the worker's result: a motion to come, or one in place of the motion that runs; not while stepping."""
         old = self.lookahead.extends(result)
         if old is None:
-            self.lookahead.planned(result)
+            self.lookahead.planned(result, now)
             return
         if isinstance(result, Extended) and executive is not None and self.running and not stepping:
             taken = executive.timeline.exchange(old, result)
         else:
             taken = False
-        self.lookahead.extended(result, taken)
+        self.lookahead.extended(result, taken, now)
 
     def extend(
-        self, executive: Executive, tick: int, stepping: bool, zones: tuple[ZoneGeometry, ...] | None
+        self, executive: Executive, tick: int, stepping: bool, zones: tuple[ZoneGeometry, ...] | None, now: float
     ) -> list[Effect]:
         """Ask for more of the motion that runs.
 
@@ -148,28 +170,45 @@ class ProgramRun:
             self.lookahead.close()
         if stepping:
             return []
-        return self.lookahead.extend(timeline.reach(), timeline.at(tick)[0].path_state(tick).tau, zones)
+        return self.lookahead.extend(timeline.reach(), timeline.at(tick)[0].path_state(tick).tau, zones, now)
 
     @property
     def follower(self) -> Planned | None:
         """The motion to begin when the present one has ended."""
         head = self.lookahead.head
-        return head if isinstance(head, Planned) else None
+        return self._beside or (head if isinstance(head, Planned) else None)
 
-    def settle(self, executive: Executive, feedback: DriveFeedback, cycle_s: float, halted: bool) -> None:
+    @property
+    def begins_tick(self) -> int:
+        """The follower does not begin before this tick."""
+        return self.resume_tick if self._beside is None else 0
+
+    def stand_beside(self, executive: Executive, planner: Planner, tick: int) -> None:
+        """Let the robot follow from where it stands, as long as what it follows has come and no next motion may begin.
+
+        Once it follows, motions begin as behind any other one.
+        """
+        waits = tick < self.resume_tick or not isinstance(self.lookahead.head, Planned)
+        if not self.correction or self.correction_ends or self.starting or executive.corrected or not waits:
+            self._beside = None
+        elif self._beside is None and executive.at_motion_end and executive.at_rest(tick):
+            newest = executive.timeline.newest
+            self._beside = planner.standstill(newest.path.motion.q(np.array(newest.path_segment.stop_tau)), ())
+
+    def settle(self, executive: Executive, feedback: DriveFeedback, cycle_s: float) -> None:
         """Take the steps that move nothing, once the robot rests behind its motion with all outputs switched."""
         self.outputs.executed(feedback.event, feedback.tick)
         before: object = self
         while before is not self.lookahead.head:
             before = self.lookahead.head
-            self._settle_head(executive, feedback.tick, cycle_s, halted)
+            self._settle_head(executive, feedback.tick, cycle_s)
 
-    def _settle_head(self, executive: Executive, tick: int, cycle_s: float, halted: bool) -> None:
+    def _settle_head(self, executive: Executive, tick: int, cycle_s: float) -> None:
         path_rest_tick = executive.timeline.path_rest_tick
         arrived = executive.at_motion_end and tick >= path_rest_tick
-        if not self.running or not arrived or self.outputs.pending:
+        if not self.running or self._held_since is not None or not arrived or self.outputs.pending:
             return
-        rest_tick = max(path_rest_tick, self.resume_tick, self.outputs.done_tick)
+        rest_tick = max(path_rest_tick, self.resume_tick, self.outputs.done_tick, self._goes_since)
         self.correction_ends = False
         if not self.starting and tick >= rest_tick:
             self.end_tick = None
@@ -178,10 +217,10 @@ class ProgramRun:
             self.resume_tick = rest_tick + round(head.duration_s / cycle_s)
             self._pause = (head.line, rest_tick)
             self.lookahead.advance()
-        elif isinstance(head, SwitchNow) and not halted:
+        elif isinstance(head, SwitchNow):
             self.outputs.due(head.switches, rest_tick)
             self.lookahead.advance()
-        elif isinstance(head, Planned) and head.motion.duration_s == 0.0 and not halted:
+        elif isinstance(head, Planned) and head.motion.duration_s == 0.0:
             self.outputs.due(itertools.chain(*head.switches), rest_tick)
             self.lookahead.advance()
         elif tick >= rest_tick:
@@ -203,6 +242,12 @@ class ProgramRun:
     def leaves_correction(self, executive: Executive) -> bool:
         """Whether a correction is to end where the robot comes to rest: TRACK OFF, or the end of the program."""
         return self.correction_ends or (executive.corrected and not self.correction)
+
+    def wait_for(self, zone: str, now: float) -> None:
+        """Book the time since the last call, when the robot waits for a zone; empty for none."""
+        if zone:
+            self.waited_s[zone] = self.waited_s.get(zone, 0.0) + now - self._booked_at
+        self._booked_at = now
 
     def corrected_to(self, q: NDArray[np.float64]) -> None:
         """A correction has ended, with the robot at rest at `q` `(n,)`: the program goes on from there."""

@@ -52,10 +52,14 @@ class Progress:
         return self._advance_return(mode, executive, feedback, planner) if mode is Mode.RETURNING else mode
 
     def ended(self, mode: Mode, feedback: DriveFeedback, planner: Planner, leaving: bool, now: float) -> Mode:
-        """Halt behind a silent manager, if an operator is to decide then, and before leaving."""
+        """Halt for a set-up, behind a silent manager, if an operator is to decide then, and before leaving."""
         if mode not in (Mode.RUNNING, Mode.RETURNING):
             return mode
-        if not self._zones.fresh(now) and self._on_manager_return is OnManagerReturn.OPERATOR:
+        if self._zones.kept_still:
+            order = "continue" if mode is Mode.RUNNING else "return"
+            remedy = f"when that is over: cell {order} {self._robot}"
+            self._report.event(Severity.WARNING, "setup", f"halted: {self._zones.kept_still}", remedy)
+        elif not self._zones.fresh(now) and self._on_manager_return is OnManagerReturn.OPERATOR:
             order = "continue" if mode is Mode.RUNNING else "return"
             remedy = f"when it is back: cell {order} {self._robot}"
             self._report.event(Severity.WARNING, "manager_silent", "halted: the manager is silent", remedy)
@@ -63,14 +67,18 @@ class Progress:
             self._run.fail("the agent was stopped")
         else:
             return mode
-        return Mode.HALTED if mode is Mode.RUNNING else self._interruption.mode(feedback, planner)
+        return Mode.HALTED if mode is Mode.RUNNING else self._interruption.leave_there(feedback, planner)
 
     def _advance_program(self, mode: Mode, executive: Executive, feedback: DriveFeedback, now: float) -> Mode:
+        if mode is Mode.RUNNING:
+            self._run.go_on(feedback.tick)
+        elif self._run.running:
+            self._run.hold(feedback.tick)
         self._run.advance(executive.timeline, feedback.tick)
         if self._run.start_missed(feedback.tick):
-            why = self._stillness.why(mode, executive, feedback.tick, now) or "the robot was held up"
+            why = self._stillness.reason(mode, executive, feedback.tick, now).text or "the robot was held up"
             self._run.fail(f"the common start was missed: {why}")
-        self._run.settle(executive, feedback, executive.cycle_s, halted=mode is Mode.HALTED)
+        self._run.settle(executive, feedback, executive.cycle_s)
         self._run.follow(executive.timeline.at(feedback.tick)[0], feedback.tick)
         if mode is not Mode.RUNNING:
             return mode
@@ -91,7 +99,11 @@ class Progress:
             executive.stand(planner.standstill(feedback.commanded, ()), feedback.tick)
             self._run.corrected_to(feedback.commanded)
         self._corrections.follow(self._run.correction, now)
-        why = self._corrections.problem(now) if mode is Mode.RUNNING else ""
+        if mode is not Mode.RUNNING:
+            return mode
+        self._corrections.take_up(now)
+        self._run.stand_beside(executive, planner, feedback.tick)
+        why = self._corrections.problem(now)
         if not why:
             return mode
         remedy = f"see to what is measured, then `cell continue {self._robot}`"
@@ -104,6 +116,8 @@ class Progress:
             self._jogging.end("the robot was stopped")
         elif not self._zones.fresh(now):
             self._jogging.end("the manager is silent")
+        elif self._zones.kept_still:
+            self._jogging.end(self._zones.kept_still)
         if not self._jogging.held and executive.at_rest(feedback.tick):
             self._jogging.rested()
             return Mode.READY if mode is Mode.JOGGING else mode
@@ -114,5 +128,5 @@ class Progress:
         if problem:
             remedy = f"jog it nearer with `cell jog {self._robot}`, or start anew with `cell run {self._robot}`"
             self._report.event(Severity.ALARM, "return", problem, remedy)
-            return self._interruption.mode(feedback, planner)
+            return self._interruption.leave_there(feedback, planner)
         return self._interruption.returned(executive, feedback.tick) or mode

@@ -34,7 +34,8 @@ class Reporter:
     def event(self, severity: Severity, code: str, text: str, remedy: str = "") -> None:
         """Note something that happened; it is sent with the next step."""
         self._event_sequence += 1
-        self._events.append(Event(f"robot/{self._robot}", self._event_sequence, severity, code, text, remedy))
+        source = f"robot/{self._robot}"
+        self._events.append(Event(source, self._event_sequence, severity, code, text, remedy, boot=self._boot))
 
     def take_events(self) -> list[Publish]:
         events, self._events = self._events, []

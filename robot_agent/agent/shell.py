@@ -16,7 +16,7 @@ from cell.net.calls import Calls
 from cell.net.runner import new_boot, run_core
 from cell.net.session import CellSession, Link, ZenohOptions
 from robot_agent.agent.core import AgentCore
-from robot_agent.agent.planning import Plan, Planner
+from robot_agent.agent.planning import Plan, Planner, Unplan
 from robot_agent.agent.worker import PlanWorker
 from robot_agent.kinematics import Model
 from robot_agent.language import Program
@@ -46,11 +46,15 @@ def run_agent(
     base = base_pose(settings)
     limits = Limits.of(model.description)
     boot = new_boot()
-    core = AgentCore(cell, robot, lambda cycle_s: Planner(model, limits, base, cycle_s), program, boot)
+
+    def planner_for(cycle_s: float) -> Planner:
+        return Planner(model, limits, base, cycle_s)
+
+    core = AgentCore(cell, robot, planner_for, program, boot)
     with contextlib.ExitStack() as stack:
         session = stack.enter_context(CellSession(cell.name, link, "robot", robot, boot, options))
         shell = AgentShell(core, session, cell, robot, say, stop)
-        shell.start_worker = lambda cycle_s: stack.enter_context(PlanWorker(model, limits, base, cycle_s))
+        shell.start_worker = lambda cycle_s: stack.enter_context(PlanWorker(planner_for(cycle_s)))
         run_core(core, period_s=PERIOD_S, inbox=shell.inbox, perform=shell.perform, stop=shell.ended)
         return shell.exit_code
 
@@ -114,6 +118,8 @@ class AgentShell:
                 self._calls.answer(effect)
             case Plan(request) if self._worker is not None:
                 self._worker.submit(request)
+            case Unplan(ids) if self._worker is not None:
+                self._worker.drop(ids)
             case Ended():
                 self.ended.set()
             case _:

@@ -5,12 +5,15 @@ import math
 from collections import deque
 from dataclasses import dataclass, replace
 
+import numpy as np
+
 from cell.messages import DriveFeedback, OutputEvent
 from robot_agent.agent.planning import Extended, Planned
 from robot_agent.trajectory import PathState, Segment
 from robot_agent.trajectory.sources import CorrectedSource, Given
 
-_KEPT_TICKS = 250
+_KEPT_S = 1.0
+"""So long blocks are remembered that were played: longer than a robot may be behind its command."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -74,10 +77,11 @@ class Span:
 
     @property
     def samples(self) -> tuple[int, int]:
-        """First and last sample of the motion's grid, and of its sweep, that enclose the span."""
-        cycle_s = self.planned.motion.cycle_s
-        end = len(self.planned.sweep.points) - 1
-        return min(int(self.first_tau / cycle_s), end), min(math.ceil(self.last_tau / cycle_s), end)
+        """First and last sample of the motion's sweep that enclose the span."""
+        taus = self.planned.taus
+        last = min(int(np.searchsorted(taus, self.last_tau, side="left")), len(taus) - 1)
+        first = int(np.searchsorted(taus, self.first_tau, side="right")) - 1
+        return max(min(first, last), 0), last
 
 
 class Timeline:
@@ -143,7 +147,8 @@ class Timeline:
             if block.sequence == feedback.block:
                 self._accepted.append(block)
         self._open = deque(block for block in self._open if block.first_tick > feedback.tick)
-        while len(self._accepted) > 1 and self._accepted[1].first_tick < feedback.tick - _KEPT_TICKS:
+        kept = math.ceil(_KEPT_S / self.newest.planned.motion.cycle_s)
+        while len(self._accepted) > 1 and self._accepted[1].first_tick < feedback.tick - kept:
             self._accepted.popleft()
         return self.newest.sequence != before
 

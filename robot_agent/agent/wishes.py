@@ -1,15 +1,19 @@
 """What is wanted of the next block, by everyone who may want something of it."""
 
+from itertools import takewhile
+
 from cell.messages import Mode
 from robot_agent.agent.corrections import Corrections
 from robot_agent.agent.executive import Executive, Wishes
 from robot_agent.agent.interruption import Interruption
 from robot_agent.agent.jogging import Jogging
+from robot_agent.agent.lookahead import Item
 from robot_agent.agent.pace import MANUAL_SPEED_M_S, Pace
 from robot_agent.agent.planning import Planned, Planner
 from robot_agent.agent.program_run import ProgramRun
 from robot_agent.agent.zone_claims import ZoneClaims
 from robot_agent.agent.zones_ahead import zones_ahead
+from robot_agent.language import TrackingOn
 from robot_agent.trajectory import Hold, RateRequest, Segment
 
 
@@ -49,7 +53,7 @@ class Wisher:
             holds=holds,
             cap_m_s=self._pace.cap_m_s,
             follower=None if waits or self._pace.backwards else self._run.follower,
-            not_before_tick=self._run.resume_tick,
+            not_before_tick=self._run.begins_tick,
             on_time=self._run.starting,
             end_tick=self._run.end_tick,
             correction=self._corrections.wish(planner, now) if running else None,
@@ -76,7 +80,18 @@ class Wisher:
             return zones_ahead(executive, () if follower is None else (follower,), tick)
         if mode is not Mode.RUNNING:
             return self._jogging.wants
-        return self._corrections.wants | zones_ahead(executive, self._run.lookahead.items, tick)
+        items = self._coming()
+        pause_s = max(0, self._run.resume_tick - tick) * executive.cycle_s
+        return self._corrections.wants | zones_ahead(executive, items, tick, pause_s)
+
+    def _coming(self) -> list[Item]:
+        """What comes next, up to where the program waits for a part."""
+        if self._corrections.waiting:
+            return []
+        items = self._run.lookahead.items
+        return list(
+            takewhile(lambda i: not (isinstance(i, TrackingOn) and self._corrections.waits_for_part(i.name)), items)
+        )
 
     def _requests(self, mode: Mode, now: float) -> list[RateRequest]:
         requests = list(self._pace.requests)

@@ -28,6 +28,8 @@ class ZoneClaims:
         self._boxes: dict[str, Box] = {}
         self._touched: deque[tuple[Body, frozenset[str]]] = deque(maxlen=_BODIES)
         self.state: ManagerState | None = None
+        self._lower: int | None = None
+        """The epoch of a manager that lives, and is of before the newest one."""
         self.holds: dict[str, Token] = {}
         self._given_up: dict[str, Token] = {}
 
@@ -48,12 +50,21 @@ class ZoneClaims:
         """After a freeze: nothing that answers an older presence counts as young."""
         self._sent.forget()
 
-    def heard_state(self, state: ManagerState) -> None:
-        if self._newest.accept(state.boot, state.sequence):
-            self.state = state
+    def heard_state(self, state: ManagerState, now: float) -> None:
+        """Take a manager's state, unless it is old or of an earlier epoch."""
+        if self._newest.accept(state.boot, state.epoch, state.sequence):
+            self.state, self._lower = state, None
+        elif state.epoch < self._newest.era and self._sent.age(state.heard.get(self._robot), now) < self._fresh_s:
+            self._lower = state.epoch
 
     def heard_geometry(self, zone: ZoneGeometry) -> None:
-        if zone != self._geometry.get(zone.zone):
+        """Take a zone's geometry, unless it is unknown, or the one in force is known and this is another."""
+        if self.state is None or zone.zone not in self.state.zones:
+            return
+        known = self._geometry.get(zone.zone)
+        if known is not None and known.version == self.state.zones[zone.zone].version != zone.version:
+            return
+        if zone != known:
             self._geometry[zone.zone], self._boxes[zone.zone] = zone, zone_box(zone)
             self._touched.clear()
 
@@ -69,20 +80,41 @@ class ZoneClaims:
     def fresh(self, now: float) -> bool:
         return self.age(now) < self._fresh_s
 
+    # Set-up
+
+    @property
+    def kept_still(self) -> str:
+        """Why nothing may move this robot now: the newest manager state has a robot in set-up. Empty when it may."""
+        setup = None if self.state is None else self.state.setup
+        if setup is None:
+            return ""
+        return f"{'it' if setup.robot == self._robot else setup.robot} is in set-up"
+
+    @property
+    def silence(self) -> str:
+        """What is wrong with a manager state that is not fresh, for people."""
+        if self._lower is None:
+            return "the manager is silent"
+        return (
+            f"the manager is silent; one of epoch {self._lower} is heard, which is lower than {self._newest.era} of "
+            "before: stop it, or if the clock of its host was set back, start this agent again"
+        )
+
     # Geometry
 
     @property
     def geometry(self) -> tuple[ZoneGeometry, ...] | None:
         """All zones of the newest manager state in their present version; `None` while one is still missing."""
-        if self.state is None:
+        if self.state is None or self.unheard:
             return None
-        zones = []
-        for name, status in sorted(self.state.zones.items()):
-            zone = self._geometry.get(name)
-            if zone is None or zone.version != status.version:
-                return None
-            zones.append(zone)
-        return tuple(zones)
+        return tuple(self._geometry[name] for name in sorted(self.state.zones))
+
+    @property
+    def unheard(self) -> list[str]:
+        """The zones of the newest manager state whose present geometry has not been heard."""
+        zones = self.state.zones if self.state is not None else {}
+        known = {name: zone.version for name, zone in self._geometry.items()}
+        return sorted(name for name, status in zones.items() if known.get(name) != status.version)
 
     def touched(self, body: Body) -> set[str]:
         """The zones that a body touches, by the rule that the manager applies too."""
@@ -147,6 +179,12 @@ class ZoneClaims:
             name: status.version for name, status in self.state.zones.items()
         }
 
+    def _deadlock(self) -> str:
+        """The words after a reason to wait that ends only by an operator."""
+        deadlocks = self.state.deadlocks if self.state is not None else ()
+        mine = (each for each in deadlocks if self._robot in each.robots)
+        return next((f", and {' and '.join(each.robots)} wait for each other: {each.remedy}" for each in mine), "")
+
     def why_not(self, zone: str) -> str:
         """Why the robot may not enter, for people."""
         if self.state is None:
@@ -159,5 +197,5 @@ class ZoneClaims:
         if status.state is ZoneState.ORPHANED:
             return f"zone {zone}: orphaned, last held by {status.holder or 'nobody'} ({status.reason})"
         if status.holder not in (None, self._robot):
-            return f"zone {zone}: held by {status.holder} since {since_s:.1f} s"
+            return f"zone {zone}: held by {status.holder} since {since_s:.1f} s{self._deadlock()}"
         return f"zone {zone}: {status.reason or 'asked for'}"

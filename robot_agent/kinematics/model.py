@@ -177,10 +177,10 @@ class Model(ABC):
     def bulge_m(self, q: Array) -> Array:
         """How far, at most, an end point of a capsule leaves the chord between two samples of a path: `(m - 1,)` [m].
 
-        `q` `(m, n)`, equally spaced in path time. Joints that move evenly carry a point on arcs: its second derivative
-        is at most R (sum of joint steps)^2, with R the reach and sliding steps divided by R, so it leaves the chord by
-        an eighth of that. And joints that accelerate leave their own chords by an eighth of their second difference,
-        here taken twice for what the jerk adds, times R.
+        `q` `(m, n)`, evenly apart in time or in way. Joints that move evenly carry a point on arcs: its second
+        derivative is at most R (sum of joint steps)^2, with R the reach and sliding steps divided by R, so it leaves
+        the chord by an eighth of that. And joints that accelerate leave their own chords by an eighth of their second
+        difference, here taken twice for what the jerk adds, times R.
         """
         steps = np.diff(q, axis=0) / np.where(self.linear, self.reach_m, 1.0)
         bends = np.zeros(max(len(q) - 1, 0))

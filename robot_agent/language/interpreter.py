@@ -1,5 +1,6 @@
 """Statements to steps: what the robot does next, with jumps and counters resolved. It runs ahead of the motion."""
 
+from collections.abc import Hashable
 from dataclasses import dataclass, replace
 
 from robot_agent.language.program import (
@@ -128,6 +129,12 @@ class Interpreter:
         if isinstance(first, Switch):
             return SwitchNow(first.line, tuple(switches))
         return replace(first, switches=tuple(switches))
+
+    @property
+    def place(self) -> Hashable:
+        """Where the walk is: from equal places it goes on alike."""
+        following = None if self._following is None else self._following.line
+        return self._index, frozenset(self._jumps_left.items()), self._tangential_rad, self._tracking, following
 
     def _walk(self) -> Step | Switch:
         if self._end is not None:

@@ -4,7 +4,17 @@ import math
 from collections.abc import Collection
 
 from robot_agent.language.program import MoveArc, MoveJoints, MoveLine, MoveSpline, Orientation, Pace, Position
-from robot_agent.language.words import SLOWEST, Mistake, Named, Word, named_numbers, percent
+from robot_agent.language.words import (
+    FARTHEST_MM,
+    MOST_DEG,
+    SLOWEST,
+    Mistake,
+    Named,
+    Word,
+    check_size,
+    named_numbers,
+    percent,
+)
 
 Move = MoveJoints | MoveLine | MoveArc | MoveSpline
 
@@ -13,8 +23,6 @@ _VIA = ("QX", "QY", "QZ", "QA", "QB", "QC")
 _PACE = ("F", "FC", "FA", "FJ", "R")
 _SPEEDS = {"F": (0.1, "mm/s"), "FC": (0.1, "mm/s"), "FA": (SLOWEST, "deg/s"), "FJ": (SLOWEST, "deg/s")}
 """The least that may be asked for, and the unit."""
-_MOST_DEG = 36000.0
-"""Of an arc: a hundred rounds."""
 
 
 def parse_move(line: int, words: list[Word], joint_names: tuple[str, ...], linear: Collection[str]) -> Move:
@@ -37,7 +45,11 @@ def _joints(line: int, words: list[Word], joint_names: tuple[str, ...], linear: 
     pace = pace_of(named)
     if not named:
         raise Mistake(words[0].column, "MJ without a joint", f"at least one of {', '.join(joint_names)}")
-    joints = tuple(_joint(named[name][0], name in linear) if name in named else None for name in joint_names)
+    check_size(named, [name.upper() for name in joint_names if name in linear], FARTHEST_MM, "mm")
+    check_size(named, [name.upper() for name in joint_names if name not in linear], MOST_DEG, "degrees")
+    joints = tuple(
+        _joint(named[name.upper()][0], name in linear) if name.upper() in named else None for name in joint_names
+    )
     return MoveJoints(line, joints, speed, pace, synchronised)
 
 
@@ -56,8 +68,8 @@ def _arc(line: int, words: list[Word]) -> MoveArc:
     named = named_numbers(words, (*_COORDINATES, *_VIA, "H", *_PACE))
     pace = pace_of(named)
     angle = named.pop("H", None)
-    if angle is not None and not 0.0 < abs(angle[0]) <= _MOST_DEG:
-        allowed = f"degrees of the circle to go, any but 0 up to {_MOST_DEG:g}; negative is backwards"
+    if angle is not None and not 0.0 < abs(angle[0]) <= MOST_DEG:
+        allowed = f"degrees of the circle to go, any but 0 up to {MOST_DEG:g}; negative is backwards"
         raise Mistake(angle[1].column, f"H={angle[0]:g}", allowed)
     via = {name[1:]: named.pop(name) for name in _VIA if name in named}
     if not any(axis in via for axis in "XYZ"):
@@ -93,8 +105,8 @@ def pace_of(named: Named) -> Pace:
             raise Mistake(value[1].column, f"{name}={value[0]:g}", f"a speed of at least {least:g} {unit}")
         speeds.append(None if value is None else value[0])
     edge = named.pop("R", None)
-    if edge is not None and edge[0] < 0:
-        raise Mistake(edge[1].column, f"R={edge[0]:g}", "a round edge from 0 in mm; 0 stops")
+    if edge is not None and not 0 <= edge[0] <= FARTHEST_MM:
+        raise Mistake(edge[1].column, f"R={edge[0]:g}", f"a round edge of 0 to {FARTHEST_MM:g} mm; 0 stops")
     feed, linear, angular, joints = speeds
     path = min((speed for speed in (feed, linear) if speed is not None), default=None)
     return Pace(
@@ -110,6 +122,8 @@ def _target(named: Named, head: Word) -> tuple[Position, Orientation | None]:
     if not named:
         allowed = f"at least one of {', '.join(_COORDINATES)}"
         raise Mistake(head.column, f"{head.text.upper()} without a coordinate", allowed)
+    check_size(named, "XYZ", FARTHEST_MM, "mm")
+    check_size(named, "ABC", MOST_DEG, "degrees")
     angles = [axis for axis in "ABC" if axis in named]
     if angles and len(angles) < 3:
         word = named[angles[0]][1]

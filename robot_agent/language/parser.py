@@ -19,7 +19,7 @@ from robot_agent.language.program import (
     Track,
     Wait,
 )
-from robot_agent.language.words import Mistake, Word, named_numbers, number, percent
+from robot_agent.language.words import MOST_DEG, Mistake, Word, check_size, named_numbers, number, percent
 
 _WORD = re.compile(r"[^\s=]+(?:\s*=\s*[^\s=]+)?")
 _NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*\Z")
@@ -43,6 +43,11 @@ def parse_program(
     Raises `ProgramError` with every mistake.
     """
     return _Parser(name, joint_names, linear, corrections, outputs).parse(text)
+
+
+def _visible(text: str) -> str:
+    """Characters that nobody sees by their number, as an editor for programs shows them."""
+    return "".join(each if each.isprintable() else f"<U+{ord(each):04X}>" for each in text)
 
 
 class _Parser:
@@ -88,7 +93,7 @@ class _Parser:
             try:
                 self._statement(place, words)
             except Mistake as mistake:
-                self._problems.append(ProgramProblem(place, mistake.column, mistake.found, mistake.allowed))
+                self._problems.append(ProgramProblem(place, mistake.column, _visible(mistake.found), mistake.allowed))
         self._resolve_jumps()
         if not self._statements and not self._problems:
             self._problems.append(ProgramProblem(1, 1, "a program without statements", "at least one statement"))
@@ -120,6 +125,7 @@ class _Parser:
         named = named_numbers(words[1:], ("H",))
         if named and switch == "0":
             raise Mistake(named["H"][1].column, f"`{named['H'][1].text}` behind TANG 0", allowed)
+        check_size(named, "H", MOST_DEG, "degrees")
         angle = math.radians(named["H"][0]) if named else 0.0
         self._statements.append(Tangent(line, angle if switch == "1" else None))
 

@@ -1,6 +1,7 @@
 """The words of a statement, and what is wrong with one."""
 
 import math
+from collections.abc import Collection
 from dataclasses import dataclass
 
 
@@ -29,6 +30,9 @@ class Mistake(Exception):
 SLOWEST = 0.01
 """Percent and deg/s: a slower motion would take days, and nobody means one."""
 
+FARTHEST_MM, MOST_DEG = 100_000.0, 36_000.0
+"""No coordinate is 100 m away and nothing turns a hundred rounds; what is named beyond is a mistake in typing."""
+
 Named = dict[str, tuple[float, Word]]
 """Values by name, each with its word."""
 
@@ -55,6 +59,14 @@ def named_numbers(words: list[Word], allowed: tuple[str, ...]) -> Named:
             raise Mistake(word.column, f"{name} a second time", "each name once")
         named[name] = (number(value, word), word)
     return named
+
+
+def check_size(named: Named, names: Collection[str], largest: float, unit: str) -> None:
+    """Whether the values named by these names are between `largest` and its negative; or Mistake."""
+    for name in names:
+        if name in named and abs(named[name][0]) > largest:
+            word = named[name][1]
+            raise Mistake(word.column, f"`{word.text}`", f"-{largest:g} to {largest:g} {unit}")
 
 
 def percent(feed: tuple[float, Word] | None, head: Word) -> float:

@@ -7,7 +7,7 @@ import numpy as np
 
 from robot_agent.paths.caps import FlangeCaps
 from robot_agent.paths.curves import Circle, Numbers
-from robot_agent.paths.orientation import axis_angle, turned
+from robot_agent.paths.orientation import turn_between, turned
 
 _SAME_PLACE_M = 1e-9
 _COLLINEAR = 1e-6
@@ -69,7 +69,7 @@ def evenly_turned(start: Numbers, via: Numbers, target: Numbers) -> Numbers:
     """The via pose `(4, 4)` with the orientation that an even turn from `start` to `target` has there."""
     geometry = CircleGeometry.through(start[:3, 3], via[:3, 3], target[:3, 3])
     share = 0.5 if geometry is None else geometry.via_rad / geometry.target_rad
-    axis, angle = axis_angle(target[:3, :3] @ start[:3, :3].T)
+    axis, angle = turn_between(start[:3, :3], target[:3, :3])
     pose = via.copy()
     pose[:3, :3] = turned(axis, np.array(share * angle)) @ start[:3, :3]
     return pose

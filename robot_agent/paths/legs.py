@@ -6,11 +6,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from robot_agent.paths.arc import Arc, CircleGeometry
+from robot_agent.paths.arc import Arc, CircleGeometry, evenly_turned
 from robot_agent.paths.curves import Curve, Numbers, Straight, bezier
 from robot_agent.paths.errors import PathError
 from robot_agent.paths.line import Line, LineGeometry
-from robot_agent.paths.orientation import Turn, axis_angle
+from robot_agent.paths.orientation import Turn, axis_angle, is_half_turn, turn_between
 from robot_agent.paths.spline import Spline, control_points, turns_back
 from robot_agent.paths.tangential import STEEPEST, UP, aligned
 
@@ -47,6 +47,8 @@ class Leg:
     """The same for a joint move behind it."""
     flips: bool = False
     """The wrist may change its branch here, which holds for all of a path."""
+    half_turn: bool = False
+    """The tool makes half a turn at once, whose two ways are as long: `turn_between` chose."""
 
 
 def legs(
@@ -89,6 +91,12 @@ def legs(
     return made
 
 
+def half_turns(blocks: Sequence[tuple[int, FlangeMove]], start: Numbers) -> set[int]:
+    """The blocks of `legs` in which the tool makes half a turn, whose two ways are as long. Raises PathError."""
+    made = legs(blocks, start)
+    return {each.block for leg in made for each in (leg, *turn_before(leg)) if each.half_turn}
+
+
 def _turns_freely(leg: Leg) -> bool:
     return leg.smooth and leg.tangential_rad is None
 
@@ -109,7 +117,8 @@ def _following(group: list[Leg], angle_rad: float, start: Numbers) -> list[Leg]:
             reason = "the path goes straight up or down, which gives the tool no direction to follow"
             raise PathError(leg.block, reason, "switch TANG off for this move, or let it go less steeply")
         followed = Turn(rotation, UP, 0.0, 0.0)
-        made.append(replace(leg, turns=(followed,), ends_m=(leg.curve.length_m,), tangential_rad=angle_rad))
+        ends_m = (leg.curve.length_m,)
+        made.append(replace(leg, turns=(followed,), ends_m=ends_m, tangential_rad=angle_rad, half_turn=False))
         rotation = aligned(rotation, tangents[-1], angle_rad)
     return made
 
@@ -120,8 +129,10 @@ def turn_before(leg: Leg) -> list[Leg]:
         return []
     place, tangent, _ = leg.curve.at(np.zeros(()))
     rotation = leg.turns[0].rotation
-    axis, angle = axis_angle(aligned(rotation, tangent, leg.tangential_rad) @ rotation.T)
-    return [_on_the_spot(leg.block, place, rotation, axis, angle)] if angle > _SAME_HEADING_RAD else []
+    needed = aligned(rotation, tangent, leg.tangential_rad)
+    axis, angle = turn_between(rotation, needed)
+    turn = replace(_on_the_spot(leg.block, place, rotation, axis, angle), half_turn=is_half_turn(rotation, needed))
+    return [turn] if angle > _SAME_HEADING_RAD else []
 
 
 def end_of(block: FlangeMove, start: Numbers) -> Numbers:
@@ -152,13 +163,14 @@ def _line(index: int, block: Line, start: Numbers) -> list[Leg]:
     line = LineGeometry.between(start, block.target_pose)
     if line.is_empty:
         return []
-    length = line.length_m
+    length, half = line.length_m, is_half_turn(start[:3, :3], block.target_pose[:3, :3])
     if length == 0.0:
         turn = _on_the_spot(index, start[:3, 3], start[:3, :3], line.axis, line.angle)
-        return [replace(turn, flips=block.wrist_may_flip)]
+        return [replace(turn, flips=block.wrist_may_flip, half_turn=half)]
     even = Turn(start[:3, :3], line.axis, line.angle / length, 0.0)
     curve = Straight(start[:3, 3], line.displacement / length, length)
-    return [Leg(index, curve, (even,), (length,), False, False, block.round_m, flips=block.wrist_may_flip)]
+    flips = block.wrist_may_flip
+    return [Leg(index, curve, (even,), (length,), False, False, block.round_m, flips=flips, half_turn=half)]
 
 
 def _on_the_spot(index: int, place: Numbers, rotation: Numbers, axis: Numbers, angle: float) -> Leg:
@@ -179,7 +191,22 @@ def _arc(index: int, block: Arc, start: Numbers) -> list[Leg]:
     rotations = [pose[:3, :3] for pose in (start, block.via_pose, block.target_pose)]
     borders = [0.0, geometry.via_rad, geometry.target_rad]
     turns, ends = _turns_around(rotations, borders, angle, base.radius_m)
-    return [Leg(index, circle, turns, ends, False, False, block.round_m)]
+    half = _turns_half(start, block, beyond=not 0.0 < angle <= geometry.target_rad)
+    return [Leg(index, circle, turns, ends, False, False, block.round_m, half_turn=half)]
+
+
+def _turns_half(start: Numbers, block: Arc, beyond: bool) -> bool:
+    """Whether an arc has half a turn at once: from point to point, or evenly over the via point.
+
+    `beyond`: it passes what is left of the circle, too.
+    """
+    first, via, last = (pose[:3, :3] for pose in (start, block.via_pose, block.target_pose))
+    if is_half_turn(first, via) or is_half_turn(via, last):
+        return True
+    if not is_half_turn(first, last):
+        return False
+    even = evenly_turned(start, block.via_pose, block.target_pose)[:3, :3]
+    return beyond or bool(np.abs(even - via).max() < _NO_TURN_RAD)
 
 
 def _turns_around(
@@ -194,7 +221,7 @@ def _turns_around(
     while done < abs(angle) - 1e-12:
         span = order[step % 3]
         before, after = (span, (span + 1) % 3) if angle > 0.0 else ((span + 1) % 3, span)
-        axis, turn = axis_angle(rotations[after] @ rotations[before].T)
+        axis, turn = turn_between(rotations[before], rotations[after])
         turns.append(Turn(rotations[before], axis, turn / (spans[span] * radius_m), done * radius_m))
         done = min(done + spans[span], abs(angle))
         ends.append(done * radius_m)
@@ -225,11 +252,12 @@ def _spline(
             raise PathError(owners[number + 1][0], reason, "let it stop at the point before (R=0), or move one of them")
         curve = bezier(points)
         before, after = poses[number][:3, :3], poses[number + 1][:3, :3]
-        axis, angle = axis_angle(after @ before.T)
+        axis, angle = turn_between(before, after)
         turn = Turn(before, axis, angle / curve.length_m, 0.0)
         index, round_m = owners[number + 1]
         stop = 0.0 if round_m == 0.0 and number == len(controls) - 1 else None
-        made.append(Leg(index, curve, (turn,), (curve.length_m,), False, True, stop))
+        half = is_half_turn(before, after)
+        made.append(Leg(index, curve, (turn,), (curve.length_m,), False, True, stop, half_turn=half))
     return made
 
 

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robot_agent.paths.caps import FlangeCaps
-from robot_agent.paths.orientation import axis_angle, turned
+from robot_agent.paths.orientation import turn_between, turned
 
 _SAME_PLACE_M = 1e-9
 _SAME_ORIENTATION_RAD = 1e-9
@@ -35,7 +35,7 @@ class LineGeometry:
     """A line between two poses. With u in 0..1 as if it were time, velocity and angular velocity are constant.
 
     Turning about one fixed axis at a constant rate is SLERP (Shoemake 1985), here through the axis and angle of the
-    relative rotation, which is always the shortest way.
+    relative rotation, which is the shortest way; of half a turn the one that `turn_between` chooses.
     """
 
     pose_base_start: NDArray[np.float64]
@@ -45,12 +45,12 @@ class LineGeometry:
     axis: NDArray[np.float64]
     """`(3,)` unit axis of the turn, in the robot base."""
     angle: float
-    """[rad], 0 to pi."""
+    """[rad], 0 to pi, apart from rounding."""
 
     @classmethod
     def between(cls, start: NDArray[np.float64], target: NDArray[np.float64]) -> Self:
         """The line from pose `start` to pose `target`, both `(4, 4)`."""
-        axis, angle = axis_angle(target[:3, :3] @ start[:3, :3].T)
+        axis, angle = turn_between(start[:3, :3], target[:3, :3])
         return cls(np.array(start), target[:3, 3] - start[:3, 3], axis, angle)
 
     @property

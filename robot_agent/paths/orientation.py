@@ -13,6 +13,10 @@ Numbers = NDArray[np.float64]
 
 _STEP_M, _STEP_SHARE = 2e-5, 1e-3
 """Of the differences that give the angular velocity: at most so far, and so much of the window."""
+_HALF_TURN_RAD = 2e-5
+"""A turn that is half a turn to within this, 0.001 deg, has no shorter way: rounding would choose one."""
+_SAME = 1e-4
+"""Cosines and sines of A, B, C that differ by less are equal, and a cosine of B below it is zero."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -173,6 +177,40 @@ def axis_angle(rotation: Numbers) -> tuple[Numbers, float]:
     vector = rotation_vectors(rotation)  # beyond a right angle the sine says less and less
     angle = float(np.linalg.norm(vector))
     return vector / angle, angle
+
+
+def turn_between(before: Numbers, after: Numbers) -> tuple[Numbers, float]:
+    """Unit axis `(3,)` and angle [rad] of the way from orientation `before` to `after`, both `(3, 3)`.
+
+    It is the shorter way. Of half a turn, where both are as long, it is the one on which C is half-way nearer to 0 than
+    to 180 deg, and 90 rather than -90 deg; where both have the same C there the same holds for A, and then B is 90 deg.
+    The way back is the way there, reversed, so a loop does not wind up. Angles slightly above pi come from that.
+    """
+    axis, angle = axis_angle(after @ before.T)
+    if not _is_half(angle):
+        return axis, angle
+    half_way = (turned(axis, np.array(turn)) @ before for turn in (angle / 2.0, angle / 2.0 - math.pi))
+    for this, other in zip(*(_order(rotation) for rotation in half_way), strict=True):
+        if abs(this - other) > _SAME:
+            return (axis, angle) if this > other else (-axis, math.tau - angle)
+    return axis, angle
+
+
+def is_half_turn(before: Numbers, after: Numbers) -> bool:
+    """Whether both ways from orientation `before` to `after` `(3, 3)` are as long, as far as a person can tell."""
+    return _is_half(axis_angle(after @ before.T)[1])
+
+
+def _is_half(angle: float) -> bool:
+    return abs(angle - math.pi) < _HALF_TURN_RAD
+
+
+def _order(rotation: Numbers) -> tuple[float, ...]:
+    """By what two orientations half-way are compared: cosine and sine of C, of A, and the sine of B."""
+    (xx, xy, _), (yx, yy, _), (zx, zy, zz) = rotation.tolist()
+    upright = math.hypot(xx, yx) < _SAME  # B is 90 or -90 deg: only A and C together are known, A counts as 0
+    c, a = (math.atan2(-xy, yy), 0.0) if upright else (math.atan2(yx, xx), math.atan2(zy, zz))
+    return math.cos(c), math.sin(c), math.cos(a), math.sin(a), -zx
 
 
 def turned(axis: Numbers, angle: Numbers) -> Numbers:

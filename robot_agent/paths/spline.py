@@ -9,6 +9,8 @@ from robot_agent.paths.curves import Numbers
 
 _TIGHTEST_M = 1e-5
 _STANDING = 1e-6
+_SAME_PLACE_M = 1e-7
+"""The neighbours of a point are nearer to each other by rounding only, which gives the tangent no direction."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -41,7 +43,7 @@ def control_points(points: Numbers, first: Numbers | None, last: Numbers | None)
     tangents[-1] = chords[-1] / lengths[-1] if last is None else last
     across = points[2:] - points[:-2]
     wide = np.linalg.norm(across, axis=1)
-    turning_back = wide < 1e-9
+    turning_back = wide < _SAME_PLACE_M
     across[turning_back] = chords[:-1][turning_back]
     tangents[1:-1] = across / np.linalg.norm(across, axis=1)[:, None]
     reach = lengths[:, None] / 3.0
@@ -62,7 +64,7 @@ def turns_back(controls: Numbers) -> bool:
         return False
     first, middle, last = edges
     derivative = np.stack([first - 2.0 * middle + last, 2.0 * (middle - first), first])
-    square = sum(np.polymul(each, each) for each in derivative.T)
+    square = sum(np.convolve(each, each) for each in derivative.T)  # polymul would drop leading zeros
     u = np.roots(np.polyder(square))
     u = u.real[(np.abs(u.imag) < 1e-6) & (u.real > 0.0) & (u.real < 1.0)][:, None]
     way = (derivative[0] * u + derivative[1]) * u + derivative[2]

@@ -14,6 +14,8 @@ UP = np.array([0.0, 0.0, 1.0])
 """The plane in which the tool turns is that of X and Y of the base."""
 STEEPEST = 0.98
 """Sine of the steepest direction that still has a heading, about 80 degrees."""
+_SIDEWAYS = math.sqrt(0.5) + 1e-6
+"""Sine of 45 deg, which is still sideways, whatever rounding makes of it."""
 _STEP_M = 2e-5
 _LOOKED_AT = 400
 
@@ -29,7 +31,7 @@ def aligned(rotation: Numbers, tangent: Numbers, angle_rad: float) -> Numbers:
     What heads along is the x axis of the flange; or its y axis, where x points more up or down than sideways, as it
     does on an arm that works downwards. The tilt of the tool stays.
     """
-    axis = rotation[:, 0] if abs(rotation[2, 0]) < math.sqrt(0.5) else rotation[:, 1]
+    axis = rotation[:, 0] if abs(rotation[2, 0]) < _SIDEWAYS else rotation[:, 1]
     turn = heading(tangent) + angle_rad - heading(axis)
     return np.asarray(turned(UP, turn) @ rotation)
 

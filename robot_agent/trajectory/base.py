@@ -12,16 +12,19 @@ from robot_agent.trajectory.affine import Numbers
 class Base:
     """s(tau) as a cubic B-spline with control points `points` `(intervals + 3,)`, rising, and intervals of `h` [s].
 
-    Three equal control points at either end let it rest there.
+    Three equal control points at either end let it rest there. Where its intervals shall last longer than others it is
+    as much too fast.
     """
 
     points: Numbers
     h: float
+    rates: Numbers
+    """`(intervals,)` at which its tau shall pass: 1, or less where it is too fast; 1 at either end."""
 
     @classmethod
-    def rising(cls, points: Numbers, h: float) -> "Base":
+    def rising(cls, points: Numbers, h: float, rates: Numbers) -> "Base":
         """With control points that never fall."""
-        return cls(np.minimum(np.maximum.accumulate(points), points[-1]), h)
+        return cls(np.minimum(np.maximum.accumulate(points), points[-1]), h, rates)
 
     @property
     def intervals(self) -> int:

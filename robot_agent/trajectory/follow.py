@@ -36,6 +36,8 @@ _EVEN, _LONG_M, _SUBDIVIDED = 0.01, 0.005, 4
 _FINEST_M = 1e-8
 _MOST_NODES, _MOST_OF_ALL = 6000, 40_000
 """To find where the wrist turns fast; on any path."""
+_LONGEST_M = 2000.0
+"""Of a path: a hundred rounds of the widest circle that an arm goes."""
 _SINGULAR = 1e12
 """Condition of the Jacobian."""
 _HINT = "use a joint move here, or move the corner away from the singular pose"
@@ -106,6 +108,11 @@ class _Follower:
 
     def _first_nodes(self) -> Numbers:
         borders = self._path.borders_m
+        if borders[-1] > _LONGEST_M:
+            reason = f"the path is {borders[-1]:.6g} m long, at most {_LONGEST_M:g} m are allowed without a stop"
+            raise self._refuse(
+                0.0, reason, "move the target nearer, or let the robot stop on the way", None, None, None
+            )
         places = borders[:-1, None] + np.diff(borders)[:, None] * _LOOKED_AT
         twist = self._path.states(places.ravel())[1]
         rate = np.linalg.norm(twist[:, 3:], axis=1).reshape(places.shape).max(axis=1)

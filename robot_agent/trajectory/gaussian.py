@@ -18,8 +18,11 @@ from robot_agent.trajectory.unfiltered import Unfiltered
 from robot_agent.trajectory.window import gaussian_weights, window_cells
 
 Numbers = NDArray[np.float64]
+Cells = NDArray[np.intp]
 
 _LONGEST_PIECE_S = 8e-3
+_MOST_EVEN = 4000
+"""Knots, and places at which the flange is looked at, that are evenly apart: those of some 20 s."""
 _EXACT = 2e-7
 _SAMPLES = 8
 """Per window, at which the flange is compared with where it would be without the filter."""
@@ -70,36 +73,61 @@ def _smoothed(pieces: Pieces, window_s: float, from_s: float = 0.0) -> Pieces:
 
     They begin with what leaves the filter when the value at `from_s` [s], on a multiple of a cell, enters it.
     """
-    cells = window_cells(window_s)
-    cell_s, weights = window_s / cells, gaussian_weights(cells)
-    duration_s = pieces.duration_s + window_s
-    count = math.ceil(duration_s / cell_s)
-    t: Numbers = np.arange(count + 1, dtype=np.float64) * cell_s
-    # the mean over a cell of a derivative is the difference of what it is the derivative of
-    steps = np.diff(weights, prepend=0.0, append=0.0) / cell_s
-    parts = _integral(pieces, t), pieces.position(t) - pieces.position(np.zeros(())), pieces.derivatives(t)[0]
-    state = np.stack([_weighted(steps, each) for each in parts])
-    state[0] += pieces.position(np.zeros(()))
-    t[-1] = duration_s
-    state[:, -1] = 0.0
-    state[0, -1] = pieces.position(np.array(pieces.duration_s))
-    if t[-1] - t[-2] < 0.1 * cell_s:
-        t, state = np.delete(t, -2), np.delete(state, -2, axis=1)
-    first = round(from_s / cell_s)
-    t, state = t[first:] - t[first], state[:, first:]
-    kept = np.arange(len(t)) % max(1, math.floor(min(_LONGEST_PIECE_S, window_s / 4.0) / cell_s)) == 0
-    kept[-1] = True
+    behind = _Behind(pieces, window_s)
+    first, last, cell_s = round(from_s / behind.cell_s), behind.last, behind.cell_s
+    stride = max(1, math.floor(min(_LONGEST_PIECE_S, window_s / 4.0) / cell_s))
+    kept = np.append(np.arange(first, last, stride), last)
+    if len(kept) > _MOST_EVEN:  # a slow motion has as many as its way needs, as what it is filtered from
+        kept = np.unique(np.ceil(np.append(pieces.knots, [0.0, np.inf]) / cell_s).clip(first, last).astype(np.intp))
+    kept = kept[(kept < behind.late) | (kept == last)]
     while True:
-        made = Pieces.through(t[kept], *state[:, kept])
-        wrong = np.abs(made.position(t) - state[0]).max(axis=1) > _EXACT
-        if not (wrong & ~kept).any():
+        t = behind.times(kept)
+        made = Pieces.through(t - t[0], *behind.states(kept))
+        inner = kept[:-1, None] + np.rint(np.diff(kept)[:, None] * np.arange(1, stride) / stride).astype(np.intp)
+        inner = np.setdiff1d(inner, kept)
+        inner = inner[inner < behind.late]
+        away = np.abs(made.position(behind.times(inner) - t[0]) - behind.states(inner)[0]).max(axis=1)
+        if not (away > _EXACT).any():
             return made
-        kept |= wrong
+        kept = np.union1d(kept, inner[away > _EXACT])
 
 
-def _weighted(steps: Numbers, values: Numbers) -> Numbers:
-    """`values` `(k, n)`, 0 before the first: each joint's weighted sum over the values up to each place."""
-    return np.stack([np.convolve(each, steps)[: len(each)] for each in values.T], axis=1)
+class _Behind:
+    """What leaves the filter, at multiples of a cell of its window."""
+
+    def __init__(self, pieces: Pieces, window_s: float) -> None:
+        cells = window_cells(window_s)
+        weights = gaussian_weights(cells)
+        self.cell_s = window_s / cells
+        # the mean over a cell of a derivative is the difference of what it is the derivative of
+        self._steps = np.diff(weights, prepend=0.0, append=0.0) / self.cell_s
+        self._pieces = pieces
+        self._duration_s = pieces.duration_s + window_s
+        self.last = math.ceil(self._duration_s / self.cell_s)
+        """The number at which the joints rest."""
+        self.late = math.ceil(self._duration_s / self.cell_s - 0.1)
+        """Numbers from here on up to the last one are too close to it."""
+
+    def times(self, numbers: Cells) -> Numbers:
+        """Times `(k,)` [s] of what has these numbers `(k,)`."""
+        return np.where(numbers == self.last, self._duration_s, numbers * self.cell_s)
+
+    def states(self, numbers: Cells) -> Numbers:
+        """Position, velocity and acceleration `(3, k, n)`."""
+        pieces, start = self._pieces, self._pieces.position(np.zeros(()))
+        taps = numbers[:, None] - np.arange(len(self._steps))
+        needed, place = np.unique(np.maximum(taps, -1), return_inverse=True)
+        place = place.reshape(taps.shape)
+        t = np.maximum(needed, 0) * self.cell_s
+        entered = np.stack([_integral(pieces, t), pieces.position(t) - start, pieces.derivatives(t)[0]])
+        entered[:, needed < 0] = 0.0  # nothing has moved before
+        states = np.zeros((3, len(numbers), entered.shape[2]))
+        for tap, step in enumerate(self._steps):
+            states += step * entered[:, place[:, tap]]
+        states[0] += start
+        states[:, numbers == self.last] = 0.0
+        states[0, numbers == self.last] = pieces.position(np.array(pieces.duration_s))
+        return states
 
 
 def _integral(pieces: Pieces, t: Numbers) -> Numbers:
@@ -129,17 +157,24 @@ def _flange(
     `after` begins when the value at `raw.lead_s` enters the filter.
     """
     step, half = raw.window_s / _SAMPLES, _SAMPLES // 2
-    t: Numbers = np.arange(-half, math.ceil(after.duration_s / step) + 1, dtype=np.float64) * step
-    own = t + (raw.lead_s - raw.window_s / 2.0)
-    was, now = (model.forward(each.position(at))[:, :3, 3] for each, at in ((raw.pieces, own), (after, t[half:])))
-    near = np.clip(np.arange(half, len(t))[:, None] + np.arange(-half, half + 1), 0, len(t) - 1)
+    last = math.ceil(after.duration_s / step)
+    looked_at = np.arange(last + 1)
+    if last > _MOST_EVEN:
+        looked_at = np.unique(np.rint(after.knots / step).astype(np.intp).clip(0, last))
+    around = np.minimum(looked_at[:, None] + np.arange(-half, half + 1), last)
+    places, near = np.unique(around, return_inverse=True)
+    near = near.reshape(around.shape)
+    t = np.asarray(looked_at * step, dtype=np.float64)
+    own: Numbers = np.asarray(places * step, dtype=np.float64) + (raw.lead_s - raw.window_s / 2.0)
+    was = model.forward(raw.pieces.position(own))[:, :3, 3]
+    now = model.forward(after.position(t))[:, :3, 3]
     away = np.linalg.norm(was[near] - now[:, None], axis=2)
     far = np.argsort(away.min(axis=1))[-_LOOKED_AT:]
     deviation = _distance(model, raw.pieces, own[near[far, away[far].argmin(axis=1)]], now[far])
     allowed = _allowed(stretches, np.interp(own, raw.times, raw.parameters), limits)
     earlier = own < raw.lead_s
     allowed[earlier] = _speeds(model, raw.pieces, own[earlier]) + _ROUNDING
-    return deviation, float((_speeds(model, after, t[half:]) / allowed[near].max(axis=1)).max())
+    return deviation, float((_speeds(model, after, t) / allowed[near].max(axis=1)).max())
 
 
 def _harder(model: Model, stretches: Sequence[Stretch], raw: Unfiltered, after: Pieces, limits: Limits) -> float:

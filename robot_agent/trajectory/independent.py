@@ -1,6 +1,5 @@
 """Joint moves in which each joint goes at its own speed: all start together, each arrives when it does."""
 
-import math
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -13,7 +12,7 @@ from robot_agent.trajectory.joint_path import Numbers, Stretch
 from robot_agent.trajectory.law import Timed
 from robot_agent.trajectory.limits import Limits
 from robot_agent.trajectory.pieces import Pieces
-from robot_agent.trajectory.profile import Profile, shaped_profile
+from robot_agent.trajectory.profile import Profile, even_times, shaped_profile
 
 _CUBIC = (ProfileKind.S_CURVE, ProfileKind.TRAPEZOIDAL)
 _PIECE_S = 0.004
@@ -47,9 +46,10 @@ class Independent:
     def in_time(self, model: Model, limits: Limits) -> Timed:
         """Each joint as fast as its limits allow; all of them slower where the flange or the joints have a cap."""
         own = [self._profile(limits, joint) for joint in range(len(self.target))]
-        pieces = _exact(own) if limits.shaping.profile in _CUBIC else _close(own)
+        starts = np.unique(np.concatenate([each.starts for each in own]))
+        pieces = _exact(own, starts) if limits.shaping.profile in _CUBIC else _close(own, starts)
         pieces.coefficients[:, 0] += self.start
-        k = max(1.0, self._excess(model, pieces, limits))
+        k = max(1.0, self._excess(model, pieces, even_times(starts, _PIECE_S), limits))
         return Timed(pieces.slower(1.0 / k), np.array([0.0, pieces.duration_s * k]), np.array([0.0, self.stretch.end]))
 
     def _profile(self, limits: Limits, joint: int) -> Profile:
@@ -57,10 +57,9 @@ class Independent:
         lowest, highest = (float(bound) for bound in limits.acceleration_bounds[:, joint])
         return shaped_profile(limits.shaping, float(way), float(speed), (lowest, highest), float(limits.jerk[joint]))
 
-    def _excess(self, model: Model, pieces: Pieces, limits: Limits) -> float:
-        """How much slower the clock must run so that joints, flange and caps are kept."""
-        even = np.linspace(0.0, pieces.duration_s, math.ceil(pieces.duration_s / _PIECE_S) + 1)
-        t = np.append(pieces.knots, even)
+    def _excess(self, model: Model, pieces: Pieces, times: Numbers, limits: Limits) -> float:
+        """How much slower the clock must run so that joints, flange and caps are kept, looked at at `times` too."""
+        t = np.append(pieces.knots, times)
         qd = pieces.derivatives(t)[0]
         twist = (model.jacobian(pieces.position(t)) @ qd[..., None])[..., 0]
         caps = (
@@ -71,20 +70,18 @@ class Independent:
         return max(excess(pieces, limits), *(float(np.linalg.norm(rate, axis=1).max()) / cap for rate, cap in caps))
 
 
-def _exact(profiles: list[Profile]) -> Pieces:
-    """Profiles of constant jerk between their steps, `n` of them side by side."""
-    t = np.unique(np.concatenate([each.starts for each in profiles]))
+def _exact(profiles: list[Profile], t: Numbers) -> Pieces:
+    """Profiles of constant jerk between their steps `t`, `n` of them side by side."""
     states = np.stack([each.at(t[:-1]) for each in profiles], axis=-1)
     coefficients = np.zeros((len(t) - 1, 6, len(profiles)))
     coefficients[:, :4] = np.moveaxis(states, 0, 1) / np.array([1.0, 1.0, 2.0, 6.0])[:, None]
     return Pieces(t, coefficients)
 
 
-def _close(profiles: list[Profile]) -> Pieces:
-    """Any profiles side by side, knots on their steps, at most 4 ms apart and none too close to the next."""
-    duration_s = max(each.duration_s for each in profiles)
-    even, kept = np.arange(0.0, duration_s, _PIECE_S), [0.0]
-    for knot in np.sort(np.concatenate([even, *[each.starts for each in profiles]])):
+def _close(profiles: list[Profile], starts: Numbers) -> Pieces:
+    """Any profiles side by side, knots at `even_times` and on their steps `starts`, none too close to the next."""
+    duration_s, kept = float(starts[-1]), [0.0]
+    for knot in np.sort(np.append(starts, even_times(starts, _PIECE_S))):
         if min(knot - kept[-1], duration_s - knot) >= _SHORTEST_PIECE_S:
             kept.append(float(knot))
     t = np.array([*kept, duration_s])

@@ -10,6 +10,8 @@ from robot_agent.paths import Arc, Block, JointMove, Spline
 from robot_agent.paths.legs import FlangeMove
 from robot_agent.trajectory.errors import PlanError
 
+_FARTHEST_M = 1000.0
+
 
 def check_start(model: Model, first: Block, start: NDArray[np.float64]) -> None:
     """Whether `start` is `(n,)` and finite; it may be outside the range of a joint, which can then come back."""
@@ -52,6 +54,10 @@ def check_poses_of(index: int, block: FlangeMove) -> None:
             check_poses(poses, name)
         except GeometryError as error:
             raise PlanError(index, block.line, "there is no such pose", str(error)) from error
+        farthest_m = float(np.abs(poses[..., :3, 3]).max())
+        if farthest_m > _FARTHEST_M:
+            reason = f"{name} has a coordinate of {farthest_m:g} m, allowed -{_FARTHEST_M:g} to {_FARTHEST_M:g} m"
+            raise PlanError(index, block.line, reason, "name a place that the robot can reach")
 
 
 def _one_for_each_joint(model: Model) -> str:

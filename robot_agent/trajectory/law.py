@@ -11,7 +11,7 @@ from robot_agent.trajectory.base import Base
 from robot_agent.trajectory.joint_path import JointPath
 from robot_agent.trajectory.pieces import Pieces
 from robot_agent.trajectory.retiming import basis
-from robot_agent.trajectory.spline import beginning, halfway, powers, through
+from robot_agent.trajectory.spline import beginning, over, through
 from robot_agent.trajectory.unfiltered import Unfiltered
 
 _PARTS = 8
@@ -59,18 +59,25 @@ class Law:
     def duration_s(self) -> float:
         return float(self._clock()[-1])
 
+    @property
+    def compared_s(self) -> float:
+        """The duration where each interval that lasts as long as it shall counts `base.h`."""
+        return float(self._paced(self._clock())[0][-1])
+
     def resampled(self, h: float, most: int, start: Numbers | None = None) -> Base:
-        """The same motion as a base with intervals of about `h` [s], at most `most`.
+        """The same motion as a base with intervals of about `h` [s], or longer as in this one's base, at most `most`.
 
         It begins at rest, or with the value and two derivatives `start` `(3,)`.
         """
         clock = self._clock()
-        count = int(np.clip(math.ceil(clock[-1] / h), 8, most))
-        h = float(clock[-1]) / count
-        points = through(self._samples(clock, count)[0])
+        compared_s = float(self._paced(clock)[0][-1])
+        count = int(np.clip(math.ceil(compared_s / h), 8, most))
+        h = compared_s / count
+        at = self._times(clock, count)
+        points = through(self._samples(clock, at)[0])
         if start is not None:
             points[:3] = beginning(start, h)
-        return Base.rising(points, h)
+        return Base.rising(points, h, h / np.diff(at))
 
     def timed(self, path: JointPath, start: Numbers | None = None) -> "Fitted":
         """A cubic spline of the joints, fine enough to be the path.
@@ -80,16 +87,11 @@ class Law:
         clock = self._clock()
         count = max(8, math.ceil(_PIECES * self.base.intervals))
         for _ in range(_HALVINGS):
-            s, interval = self._samples(clock, 2 * count)
+            at = self._times(clock, count)
+            s, interval = self._samples(clock, np.sort(np.append(at, (at[:-1] + at[1:]) / 2.0)))
             q = path.pieces.position(s)[:, : path.joints]
-            step = float(clock[-1]) / count
-            coefficients = np.zeros((count, 6, path.joints))
-            points = through(q[::2])
-            if start is not None:
-                points[:3] = beginning(start, step)
-            coefficients[:, :4] = powers(points, step)
-            pieces = Pieces(np.arange(count + 1, dtype=np.float64) * step, coefficients)
-            if np.abs(halfway(points) - q[1::2]).max() < _EXACT:
+            pieces = over(at, q[::2], start)
+            if np.abs(_halfway(pieces) - q[1::2]).max() < _EXACT:
                 break
             count *= 2
         return Fitted(Timed(pieces, pieces.knots, s[::2]), interval[:-1:2])
@@ -101,9 +103,25 @@ class Law:
         steps = (1.0 / np.sqrt(y)).reshape(-1, len(_GAUSS_W)) @ _GAUSS_W
         return np.append(0.0, np.cumsum(steps * self.base.h / _PARTS))
 
-    def _samples(self, clock: Numbers, count: int) -> tuple[Numbers, NDArray[np.intp]]:
-        """Parameters and intervals `(count + 1,)` at times evenly from the beginning to the end."""
-        at = np.linspace(0.0, clock[-1], count + 1)
+    def _paced(self, clock: Numbers) -> tuple[Numbers, Numbers]:
+        """The clock `(parts + 1,)` of a time that passes at the rates of the base, and the rates at the same places."""
+        k, rates = self.base.intervals, self.base.rates
+        rate = np.interp(np.arange(k * _PARTS + 1) / _PARTS, np.arange(k) + 0.5, rates)
+        return np.append(0.0, np.cumsum(np.diff(clock) * (rate[1:] + rate[:-1]) / 2.0)), rate
+
+    def _times(self, clock: Numbers, count: int) -> Numbers:
+        """Times `(count + 1,)` from the beginning to the end, farther apart where the base's intervals are longer."""
+        paced, rate = self._paced(clock)
+        at = np.linspace(0.0, paced[-1], count + 1)
+        part = np.clip(np.searchsorted(paced, at, side="right") - 1, 0, len(clock) - 2)
+        after, steeper = at - paced[part], np.diff(rate)[part] / np.diff(clock)[part]
+        root = np.sqrt(np.maximum(rate[part] ** 2 + 2.0 * steeper * after, 0.0))
+        times = clock[part] + 2.0 * after / (rate[part] + root)
+        times[-1] = clock[-1]
+        return np.asarray(times)
+
+    def _samples(self, clock: Numbers, at: Numbers) -> tuple[Numbers, NDArray[np.intp]]:
+        """Parameters and intervals `(k,)` at times `(k,)` [s]."""
         part = np.clip(np.searchsorted(clock, at, side="right") - 1, 0, len(clock) - 2)
         after, step, width = at - clock[part], np.diff(clock)[part], self.base.h / _PARTS
         windows = np.lib.stride_tricks.sliding_window_view(self.squared, 3)
@@ -114,3 +132,9 @@ class Law:
         share = x * x * (3.0 - 2.0 * x) + step / width * x * (1.0 - x) * ((1.0 - x) * first - x * last)
         interval, number = np.divmod(part, _PARTS)
         return self.base.places(interval, (number + np.clip(share, 0.0, 1.0)) / _PARTS), interval
+
+
+def _halfway(pieces: Pieces) -> Numbers:
+    """Values `(p, n)` in the middle of each cubic piece."""
+    x, c = np.diff(pieces.knots)[:, None] / 2.0, pieces.coefficients
+    return np.asarray(c[:, 0] + x * (c[:, 1] + x * (c[:, 2] + x * c[:, 3])))

@@ -1,5 +1,6 @@
 """A planned motion: joints over planned time tau, at rest at both ends."""
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -9,6 +10,9 @@ from robot_agent.kinematics import Model
 from robot_agent.paths.transition import Transition
 from robot_agent.trajectory.moving import Moving, Run
 from robot_agent.trajectory.pieces import Pieces
+
+_STEP_M = 0.004
+"""A small part of what a published body is grown by, and of the distance at which a robot stops in front of a zone."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -41,10 +45,20 @@ class Motion:
 
     @property
     def grid(self) -> NDArray[np.float64]:
-        """`(m,)` tau of every cycle, from 0 to exactly the end."""
-        steps = max(1, int(np.ceil(self.duration_s / self.cycle_s - 1e-9)))
-        taus: NDArray[np.float64] = np.arange(steps + 1, dtype=np.float64) * self.cycle_s
-        return np.minimum(taus, self.duration_s)
+        """`(m,)` tau from 0 to exactly the end, a cycle apart, or farther where the joints move slowly.
+
+        From one to the next no point of the robot then goes farther than some `_STEP_M`: a slow motion has as many as
+        its way needs, however long it lasts.
+        """
+        knots = self.pieces.knots
+        taus = np.sort(np.concatenate([knots, (knots[:-1] + knots[1:]) / 2.0]))
+        lever_m = np.where(self.model.linear, 1.0, self.model.reach_m)
+        way_m = (np.abs(np.diff(self.q(taus), axis=0)) * lever_m).sum(axis=1)
+        steps = np.append(0.0, np.cumsum(np.minimum(np.diff(taus) / self.cycle_s, way_m / _STEP_M)))
+        even = np.linspace(0.0, steps[-1], max(2, math.ceil(steps[-1] - 1e-9) + 1))
+        grid: NDArray[np.float64] = np.interp(even, steps, taus)
+        grid[0] = 0.0  # where the motion begins with standing
+        return grid
 
     def q(self, tau: NDArray[np.float64]) -> NDArray[np.float64]:
         """Joints `(..., n)` [rad or m]."""

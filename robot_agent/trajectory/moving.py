@@ -11,6 +11,7 @@ from robot_agent.trajectory.pieces import Pieces
 from robot_agent.trajectory.unfiltered import Unfiltered
 
 _STEP_S = 0.002
+_MOST_EVEN = 8000
 _KNOT_S = 1e-9
 """What is left of a motion begins with a knot that was not there before."""
 _STANDING = 1e-6
@@ -55,8 +56,8 @@ class Going:
     @classmethod
     def on(cls, run: Run, left: Pieces, t: float, at_s: float, first: int) -> Self:
         """The state at time `t` [s] of `left`, which is time `at_s` of a run; `first` is the number of its block."""
-        path, duration_s = run.path, left.duration_s
-        times = np.append(np.arange(t, duration_s, _STEP_S), duration_s)
+        path = run.path
+        times = _times(left.knots, t)
         q = left.shape(times)
         s, rate, change = _along(path, q, np.interp(times + (at_s - t), run.times, run.parameters))
         rest = path.part(float(s[0]), path.length)
@@ -122,6 +123,15 @@ class Moving:
         going = Going.on(run, raw.pieces.part(raw_s, raw.pieces.duration_s), 0.0, raw_s, self.first)
         going = replace(going, after_s=t + later_s, raw=raw, raw_s=raw_s)
         return going if raw_s == 0.0 or not going.stands else None
+
+
+def _times(knots: Numbers, first: float) -> Numbers:
+    """Times `(k,)` [s] from `first` to the last knot: evenly apart, or of a slow motion its knots and their middles."""
+    last = float(knots[-1])
+    if last - first <= _MOST_EVEN * _STEP_S:
+        return np.append(np.arange(first, last, _STEP_S), last)
+    borders = np.concatenate([[first], knots[(knots > first) & (knots < last)], [last]])
+    return np.sort(np.append(borders, (borders[:-1] + borders[1:]) / 2.0))
 
 
 def _along(path: JointPath, states: Numbers, s: Numbers) -> tuple[Numbers, Numbers, Numbers]:

@@ -13,7 +13,7 @@ from robot_agent.trajectory.law import Law, Timed
 from robot_agent.trajectory.limits import Limits
 from robot_agent.trajectory.moving import Going
 from robot_agent.trajectory.path_limits import PathLimits
-from robot_agent.trajectory.reachable import fastest_speeds, times
+from robot_agent.trajectory.reachable import times
 from robot_agent.trajectory.retiming import PLACES, Limited
 from robot_agent.trajectory.spline import beginning, softly
 from robot_agent.trajectory.timing import (
@@ -23,7 +23,7 @@ from robot_agent.trajectory.timing import (
     MOST_INTERVALS,
     begin,
     excess_of,
-    grid_along,
+    quickest,
     ramp_s,
     sampled_rise,
 )
@@ -65,7 +65,7 @@ def fastest_onward(model: Model, path: JointPath, limits: Limits, going: Going) 
 
 
 def _coarsely(path: JointPath, bounds: PathLimits, going: Going, ramp: float, over: float) -> Base | None:
-    base = _first(path, bounds, ramp / COARSE, going, over)
+    base = _first(path, bounds, ramp, going, over)
     limited = _roomy(Limited.of(base, bounds), _ROUGH_INTERVALS, _ROUGHLY, _ROUGHLY_JERK)
     search = Search(limited, _begin(limited), _HELD)
     search.run(gap=0.1, kept=0.5)
@@ -95,19 +95,18 @@ def _finely(
     return None
 
 
-def _first(path: JointPath, bounds: PathLimits, h: float, going: Going, over: float) -> Base:
+def _first(path: JointPath, bounds: PathLimits, ramp: float, going: Going, over: float) -> Base:
     """A motion that begins as the known one does and keeps the limits of speed and acceleration, nearly."""
-    grid = grid_along(path)
+    grid, squared, rows = quickest(path, bounds, ramp, float(going.rate[0] ** 2))
     known = np.interp(grid, going.known[0], going.known[1], right=0.0)
-    squared = fastest_speeds(grid, bounds.rows(grid), float(going.rate[0] ** 2))
-    far = float(np.interp(over * h, times(going.known[0], going.known[1]), going.known[0]))
+    far = float(np.interp(over * ramp / COARSE, times(going.known[0], going.known[1]), going.known[0]))
     share = np.clip(grid / max(far, grid[1]), 0.0, 1.0)
     share = share * share * (3.0 - 2.0 * share)
     squared = (1.0 - share) * known + share * squared
-    s, h = sampled_rise(grid, squared, h)
+    s, h, rates = sampled_rise(grid, squared, rows, ramp, COARSE)
     points = softly(s)[1:]  # from rest it begins one interval later
     points[:3] = beginning(np.array([0.0, *going.rate]), h)
-    return Base.rising(points, h)
+    return Base.rising(points, h, np.append(rates, rates[-1]))
 
 
 def _roomy(limited: Limited, intervals: int, more: float, jerk: float) -> Limited:

@@ -14,6 +14,9 @@ from robot_agent.trajectory.window import spread_s
 
 Numbers = NDArray[np.float64]
 
+_MOST_EVEN = 2400
+"""Times at which a profile is looked at, a few seconds of it and more than enough for a slow one."""
+
 
 class Profile(Protocol):
     """A way over time, `at` times `(...)` [s]: position, velocity, acceleration and jerk `(4, ...)`.
@@ -175,6 +178,22 @@ def profile(kind: ProfileKind, distance: float, speed: float, acceleration: Limi
     if kind is ProfileKind.QUINTIC:
         return Quintic.fastest(distance, speed, acceleration, jerk)
     return Ramped.fastest(kind, distance, speed, acceleration, jerk)
+
+
+def even_times(starts: Numbers, step_s: float) -> Numbers:
+    """Times `(k,)` evenly from the first to the last of `starts`, at most `step_s` [s] apart.
+
+    Where that would be more than `_MOST_EVEN` they are so many between one start and the next: a cruise, however slow,
+    is passed evenly.
+    """
+    duration_s = float(starts[-1])
+    count = max(2, math.ceil(duration_s / step_s))
+    if count <= _MOST_EVEN:
+        return np.linspace(0.0, duration_s, count + 1)
+    counts = np.clip(np.ceil(np.diff(starts) / step_s), 1, _MOST_EVEN).astype(np.intp)
+    zones = zip(starts[:-1].tolist(), starts[1:].tolist(), counts.tolist(), strict=True)
+    parts = [np.linspace(begin, end, count, endpoint=False) for begin, end, count in zones]
+    return np.append(np.concatenate(parts), duration_s)
 
 
 def _smaller(limit: Limit) -> float:

@@ -21,6 +21,8 @@ Row = list[list[float]]
 
 _STEP_S = 0.004
 _CHUNK = 64
+_MOST_ROWS = 64 * _CHUNK
+"""That are remembered, some 16 s of the way: a slow motion may last for hours."""
 _ACCELERATION_MARGIN, _JERK_MARGIN = 0.98, 0.94
 """For what lies between the steps in which the bounds are used."""
 _STANDING = 1e-7
@@ -45,6 +47,8 @@ class RateBounds:
     def _made(self, way: float) -> Row:
         index = min(max(int(way / _STEP_S), 0), self._last)
         if index not in self._rows:
+            if len(self._rows) >= _MOST_ROWS:
+                self._rows.clear()
             first = index - index % _CHUNK
             self._rows.update(enumerate(self._make(first, min(first + _CHUNK, self._last + 1)), first))
         return self._rows[index]

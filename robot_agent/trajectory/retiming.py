@@ -62,7 +62,7 @@ class Limited:
     value: Numbers
     """`(3, places, intervals)` rows of y itself."""
     h: Numbers
-    """`(intervals,)` [s] of each interval."""
+    """`(intervals,)` [s] that each interval counts for the duration; less where its base is too fast."""
     starts: Places
     """Where each path begins among the intervals."""
 
@@ -97,7 +97,7 @@ class Limited:
             _sum_of(jerks),
             faster.reshape(places, k) * _RULE[0][..., None],
             np.repeat(_RULE[0][..., None], k, axis=2),
-            np.full(k, h),
+            h * base.rates,
             np.zeros(1, dtype=np.intp),
         )
 

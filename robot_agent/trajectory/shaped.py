@@ -18,7 +18,7 @@ from robot_agent.trajectory.law import Timed
 from robot_agent.trajectory.limits import Limits
 from robot_agent.trajectory.path_limits import PathLimits
 from robot_agent.trajectory.pieces import Pieces
-from robot_agent.trajectory.profile import Profile, shaped_profile
+from robot_agent.trajectory.profile import Profile, even_times, shaped_profile
 from robot_agent.trajectory.s_curve import SCurve
 from robot_agent.trajectory.timing import fastest_of
 
@@ -251,9 +251,9 @@ def _passing(path: JointPath, chosen: Profile, at: Numbers, column: int | None) 
 
 
 def _knots(chosen: Profile, jumps: Numbers) -> Numbers:
-    """Times `(p + 1,)` at most 8 ms apart, on the steps of the profile and on `jumps` unless that makes tiny pieces."""
+    """Times `(p + 1,)`, `even_times` and on the steps of the profile and on `jumps` unless that makes tiny pieces."""
     duration_s, steps = chosen.duration_s, np.append(chosen.starts[1:-1], jumps)
-    even = np.linspace(0.0, duration_s, max(2, math.ceil(duration_s / _PIECE_S)) + 1)[1:-1]
+    even = even_times(chosen.starts, _PIECE_S)[1:-1]
     around = np.concatenate([[-np.inf], np.sort(steps), [np.inf]])
     after = np.searchsorted(around, even)
     far = np.minimum(even - around[after - 1], around[after] - even) >= _SHORTEST_PIECE_S

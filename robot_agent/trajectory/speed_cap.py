@@ -12,6 +12,8 @@ _REACH_S = 0.5
 """A segment at rate 1 does not come much further than this before it rests."""
 _STRETCH = 50
 """How many places are looked at together, when a segment first comes near one of them: motions may be long."""
+_MOST_STRETCHES = 200
+"""That are remembered."""
 
 
 class SpeedCap:
@@ -21,8 +23,8 @@ class SpeedCap:
         """`cap_m_s` is above 0 [m/s]."""
         self.cap_m_s = cap_m_s
         self._track = track
-        self._speed = np.zeros(int(np.ceil(track.duration_s / _STEP_S)) + 1)
-        self._known = np.zeros(-(-len(self._speed) // _STRETCH), dtype=np.bool_)
+        self._places = int(np.ceil(track.duration_s / _STEP_S)) + 1
+        self._known: dict[int, Numbers] = {}
 
     @property
     def who(self) -> str:
@@ -35,7 +37,7 @@ class SpeedCap:
 
     def rate(self, way: float, rate: float) -> float:
         """The largest rate that may be kept from `way` [s] on until a segment rests; `rate` is the present one."""
-        first = min(int(way / _STEP_S), len(self._speed) - 1)
+        first = min(int(way / _STEP_S), self._places - 1)
         peaks = np.maximum.accumulate(self._speeds(first, first + int(_REACH_S / _STEP_S) + 1))
         reach = np.arange(len(peaks)) * _STEP_S / _REACH_S
         allowed = reach * peaks <= _MARGIN * self.cap_m_s
@@ -44,21 +46,26 @@ class SpeedCap:
         return min(1.0, _MARGIN * self.cap_m_s / max(float(peaks[last]), 1e-9))
 
     def _at(self, way: Numbers) -> Numbers:
-        index = np.minimum((way / _STEP_S).astype(np.int64), len(self._speed) - 1)
-        following = np.minimum(index + 1, len(self._speed) - 1)
-        first = int(index.min(initial=len(self._speed)))
-        speeds = self._speeds(first, int(following.max(initial=0)) + 1)
+        if not len(way):
+            return way
+        index = np.minimum((way / _STEP_S).astype(np.int64), self._places - 1)
+        following = np.minimum(index + 1, self._places - 1)
+        first = int(index.min())
+        speeds = self._speeds(first, int(following.max()) + 1)
         return np.asarray(np.maximum(speeds[index - first], speeds[following - first]))
 
     def _speeds(self, first: int, end: int) -> Numbers:
         """At rate 1, at the places `first` to `end` of the track, as far as it goes."""
-        stretches = np.arange(first // _STRETCH, min(-(-end // _STRETCH), len(self._known)))
-        new = stretches[~self._known[stretches]]
+        end = min(end, self._places)
+        stretches = range(first // _STRETCH, -(-end // _STRETCH))
+        new = np.array([each for each in stretches if each not in self._known])
         if len(new):
-            places = (new[:, None] * _STRETCH + np.arange(_STRETCH)).ravel()
-            places = places[places < len(self._speed)]
-            taus = self._track.taus(np.minimum(places * _STEP_S, self._track.duration_s))
+            if len(self._known) >= _MOST_STRETCHES:
+                self._known.clear()
+                new = np.array(stretches)
+            taus = (new[:, None] * _STRETCH + np.arange(_STRETCH)) * _STEP_S
+            taus = self._track.taus(np.minimum(taus, self._track.duration_s))
             motion = self._track.motion
-            self._speed[places] = motion.model.tool_speed(motion.q(taus), motion.qd(taus))
-            self._known[new] = True
-        return self._speed[first:end]
+            self._known.update(zip(new.tolist(), motion.model.tool_speed(motion.q(taus), motion.qd(taus)), strict=True))
+        speeds = np.concatenate([self._known[each] for each in stretches])
+        return speeds[first - stretches.start * _STRETCH : end - stretches.start * _STRETCH]

@@ -1,8 +1,9 @@
-"""Uniform cubic B-splines: what their control points have to be."""
+"""Cubic B-splines: what their control points have to be."""
 
 import numpy as np
 
 from robot_agent.trajectory.affine import Numbers
+from robot_agent.trajectory.pieces import Pieces
 
 
 def through(samples: Numbers) -> Numbers:
@@ -34,14 +35,31 @@ def beginning(state: Numbers, h: float) -> Numbers:
     return np.stack([middle - first + second / 2.0, middle, middle + first + second / 2.0])
 
 
-def powers(points: Numbers, h: float) -> Numbers:
-    """Coefficients `(m - 3, 4, ...)` of the powers of the time since the beginning of each interval."""
-    a, b, c, d = points[:-3], points[1:-2], points[2:-1], points[3:]
-    rows = [(a + 4.0 * b + c) / 6.0, (c - a) / 2.0, (a - 2.0 * b + c) / 2.0, (d - 3.0 * c + 3.0 * b - a) / 6.0]
-    return np.stack([row / h**order for order, row in enumerate(rows)], axis=1)
+def over(t: Numbers, samples: Numbers, start: Numbers | None = None) -> Pieces:
+    """The cubic spline with knots `t` `(m,)` that passes `samples` `(m, n)` up to their fourth difference.
 
-
-def halfway(points: Numbers) -> Numbers:
-    """Values `(m - 3, ...)` in the middle of each interval."""
-    a, b, c, d = points[:-3], points[1:-2], points[2:-1], points[3:]
-    return np.asarray((a + 23.0 * (b + c) + d) / 48.0)
+    It is at rest at both ends, or begins in `start` `(3, n)`: value, first and second derivative. The first three knots
+    and the last three are evenly apart.
+    """
+    h = np.diff(t)[:, None]
+    rise = np.diff(samples, axis=0) / h
+    before, behind = h[:-1], h[1:]
+    bend = np.diff(rise, axis=0) / (before + behind)
+    slope = rise[:-1] + before * bend
+    inner = samples[1:-1] + (slope * (behind - before) - bend * before * behind) / 3.0
+    points = _resting(inner[1:-1], samples)
+    if start is not None:
+        points[:3] = beginning(start, float(h[0, 0]))
+    h = np.concatenate([h[:1], h, h[-1:]])
+    width = h[:-2] + h[1:-1] + h[2:]
+    change = np.diff(points[1:-1], axis=0) / width
+    one, two = points[1:-2] + h[:-2] * change, points[1:-2] + (h[:-2] + h[1:-1]) * change
+    first, last = (points[0] + 2.0 * points[1]) / 3.0, (2.0 * points[-2] + points[-1]) / 3.0
+    left, right = np.concatenate([first[None], two]), np.concatenate([one, last[None]])
+    at_knots = left + h[:-1] / (h[:-1] + h[1:]) * (right - left)
+    begin, end, h = at_knots[:-1], at_knots[1:], h[1:-1]
+    coefficients = np.zeros((len(h), 6, samples.shape[1]))
+    coefficients[:, 0], coefficients[:, 1] = begin, 3.0 * (one - begin) / h
+    coefficients[:, 2] = 3.0 * (two - 2.0 * one + begin) / h**2
+    coefficients[:, 3] = (end - 3.0 * (two - one) - begin) / h**3
+    return Pieces(t, coefficients)

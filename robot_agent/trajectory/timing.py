@@ -7,13 +7,14 @@ import numpy as np
 from robot_agent.kinematics import Model
 from robot_agent.trajectory.affine import Numbers
 from robot_agent.trajectory.base import Base
+from robot_agent.trajectory.division import divided
 from robot_agent.trajectory.excess import slower_by
 from robot_agent.trajectory.flange_use import close, flange_use
 from robot_agent.trajectory.interior_point import Search
 from robot_agent.trajectory.joint_path import JointPath, share_on_path
 from robot_agent.trajectory.law import Fitted, Law, Timed
 from robot_agent.trajectory.limits import Limits
-from robot_agent.trajectory.path_limits import PathLimits
+from robot_agent.trajectory.path_limits import PathLimits, Rows
 from robot_agent.trajectory.reachable import fastest_speeds, times
 from robot_agent.trajectory.retiming import Limited
 from robot_agent.trajectory.spline import softly
@@ -28,6 +29,7 @@ _FAR = 1.02
 """Jerk costs much where a motion takes more than so many times the time without it and the ramps at both ends."""
 _LADDER = (1.0, 2.0, 3.0)
 """Intervals per ramp with which such a motion is searched: the coarser, the farther it looks past what slows it."""
+_REFINEMENTS, _REFINED, _STEADY = 6, 8, 0.1
 _FEWEST_INTERVALS, MOST_INTERVALS = 16, 1200
 _BEGIN = 0.9
 """The squared rate that the search begins with."""
@@ -76,7 +78,9 @@ def fastest_of(model: Model, paths: list[JointPath], limits: Limits) -> list[Tim
         for number, (timed, _) in zip(waiting, kept, strict=True):
             if number not in made or timed.pieces.duration_s < made[number].pieces.duration_s:
                 made[number] = timed
-        slower = [timed.pieces.duration_s / law.base.duration_s for timed, law in kept]
+        slower = [
+            timed.pieces.duration_s / law.duration_s * law.compared_s / law.base.duration_s for timed, law in kept
+        ]
         again = [k for k, each in enumerate(slower) if not _SETTLED[0] < each < _SETTLED[1]]
         if not again:
             break
@@ -89,14 +93,16 @@ def _coarsely(paths: list[JointPath], bounds: list[PathLimits], ramp: float) -> 
 
     Paths on which jerk costs much are searched again, each time with what a coarser search found.
     """
-    quickest = [_quickest(path, bound) for path, bound in zip(paths, bounds, strict=True)]
-    bases = [_first(*each, ramp / COARSE) for each in quickest]
+    fast = [quickest(path, bound, ramp) for path, bound in zip(paths, bounds, strict=True)]
+    bases = [_first(*each, ramp, COARSE) for each in fast]
     laws = _searched(bases, bounds)
-    lasting = [law.duration_s - 2.0 * ramp for law in laws]
+    lasting = [law.compared_s - 2.0 * ramp for law in laws]
     far = [k for k, (lasts, base) in enumerate(zip(lasting, bases, strict=True)) if lasts > _FAR * base.duration_s]
     for number, intervals in enumerate(_LADDER if far else ()):
-        h = ramp / intervals
-        bases = [laws[k].resampled(h, MOST_INTERVALS) if number else _first(*quickest[k], h) for k in far]
+        bases = [
+            laws[k].resampled(ramp / intervals, MOST_INTERVALS) if number else _first(*fast[k], ramp, intervals)
+            for k in far
+        ]
         for k, law in zip(far, _searched(bases, [bounds[k] for k in far]), strict=True):
             laws[k] = law
     return laws
@@ -165,16 +171,30 @@ def _slowed(model: Model, path: JointPath, law: Law, limits: Limits) -> tuple[Ti
     return Timed(timed.pieces.slower(1.0 / slower), timed.times * slower, timed.parameters), k, used
 
 
-def _quickest(path: JointPath, bounds: PathLimits) -> tuple[Numbers, Numbers]:
-    """Parameters `(k,)` and squared rates of the fastest motion under limits of speed and acceleration, nearly."""
+def quickest(path: JointPath, bounds: PathLimits, ramp: float, first: float = 0.0) -> tuple[Numbers, Numbers, Rows]:
+    """Parameters `(k,)`, squared rates of the fastest motion under limits of speed and acceleration, nearly; limits.
+
+    The squared rate begins with `first`. Of a long motion the parameters are closer where it takes its time and
+    accelerates: there a slow move begins or ends.
+    """
     grid = grid_along(path)
-    return grid, fastest_speeds(grid, bounds.rows(grid))
+    for _ in range(_REFINEMENTS):
+        rows = bounds.rows(grid)
+        squared = fastest_speeds(grid, rows, first)
+        when = times(grid, squared)
+        last = np.diff(when) > ramp / FINE
+        last &= np.abs(np.diff(squared)) > _STEADY * np.maximum(squared[1:], squared[:-1])
+        if not is_long(when, ramp) or not last.any():
+            break
+        share = np.arange(1.0, _REFINED) / _REFINED
+        grid = np.sort(np.append(grid, (grid[:-1][last, None] + np.diff(grid)[last, None] * share).ravel()))
+    return grid, squared, rows
 
 
-def _first(grid: Numbers, squared: Numbers, h: float) -> Base:
-    """The same over time, smoothed, with intervals of about `h` [s]."""
-    s, h = sampled_rise(grid, squared, h)
-    return Base.rising(softly(s), h)
+def _first(grid: Numbers, squared: Numbers, rows: Rows, ramp: float, intervals: float) -> Base:
+    """The same over time, smoothed, with so many intervals per ramp."""
+    s, h, rates = sampled_rise(grid, squared, rows, ramp, intervals)
+    return Base.rising(softly(s), h, np.pad(rates, 1, mode="edge"))
 
 
 def ramp_s(limits: Limits) -> float:
@@ -195,16 +215,32 @@ def grid_along(path: JointPath) -> Numbers:
     return np.asarray(grid[np.append(True, np.diff(grid) > _APART * path.length)])
 
 
-def sampled_rise(grid: Numbers, squared: Numbers, h: float) -> tuple[Numbers, float]:
-    """Parameters at times evenly apart, about `h` [s], and how far; `squared` is the squared rate on the grid."""
+def sampled_rise(
+    grid: Numbers, squared: Numbers, rows: Rows, ramp: float, intervals: float
+) -> tuple[Numbers, float, Numbers]:
+    """Parameters `(k + 1,)` at the borders of intervals, the shortest one [s], and its share of each `(k,)`.
+
+    `squared` is the squared rate on the grid, `rows` are the limits there. There are about so many intervals in each
+    ramp, and as many elsewhere unless these would be too many.
+    """
     when = times(grid, squared)
+    h = ramp / intervals
     count = int(np.clip(math.ceil(when[-1] / h), _FEWEST_INTERVALS, MOST_INTERVALS))
-    h = float(when[-1]) / count
-    t = np.arange(count + 1) * h
+    t = np.arange(count + 1) * (float(when[-1]) / count)
+    if is_long(when, ramp):
+        t = divided(grid, squared, when, rows, h, ramp)
+        if len(t) > MOST_INTERVALS + 1:
+            t = np.interp(np.linspace(0.0, len(t) - 1.0, MOST_INTERVALS + 1), np.arange(len(t)), t)
     k = np.clip(np.searchsorted(when, t, side="right") - 1, 0, len(grid) - 2)
     after = np.minimum(t, when[-1]) - when[k]
     acceleration = np.diff(squared)[k] / (2.0 * np.diff(grid)[k])
-    return np.minimum(grid[k] + after * (np.sqrt(squared[k]) + after * acceleration / 2.0), grid[-1]), h
+    s = np.minimum(grid[k] + after * (np.sqrt(squared[k]) + after * acceleration / 2.0), grid[-1])
+    return s, float(t[1]), t[1] / np.diff(t)
+
+
+def is_long(when: Numbers, ramp: float) -> bool:
+    """Whether intervals as long as those that a ramp takes would be too many from time to time `when` `(k,)` [s]."""
+    return bool(when[-1] > MOST_INTERVALS * ramp / FINE)
 
 
 def _limited(bases: list[Base], bounds: list[PathLimits]) -> Limited:

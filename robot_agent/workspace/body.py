@@ -2,7 +2,7 @@
 
 from bisect import bisect_right
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -66,7 +66,7 @@ def body_message(
         cover = envelope(path, first, last, widen_m=widen_m)
         points.append(path.points[list(cover.indices)])
         growth.extend(cover.growth)
-    return _message(model, pose_world_base, np.concatenate(points), growth)
+    return body_of(model, pose_world_base, np.concatenate(points), growth)
 
 
 def standing_body(model: Model, pose_world_base: Array, q: Array, known: bool) -> Body:
@@ -80,7 +80,7 @@ def standing_body(model: Model, pose_world_base: Array, q: Array, known: bool) -
         points = model.capsules(q)
     except OpenMechanism:
         return unknown_body(model, pose_world_base)
-    return _message(model, pose_world_base, transform_points(pose_world_base, points)[None], [0.0])
+    return body_of(model, pose_world_base, transform_points(pose_world_base, points)[None], [0.0])
 
 
 def unknown_body(model: Model, pose_world_base: Array) -> Body:
@@ -88,7 +88,15 @@ def unknown_body(model: Model, pose_world_base: Array) -> Body:
     return Body(known=False, base=_base(pose_world_base), reach_m=model.reach_m)
 
 
-def _message(model: Model, pose_world_base: Array, points: Array, growth: list[float]) -> Body:
+def joined(first: Body, second: Body) -> Body:
+    """Everything that one of two bodies of the same robot covers."""
+    if not first.known or not second.known:
+        return replace(first, known=False, radii_m=(), poses=(), growth_m=())
+    return replace(first, poses=first.poses + second.poses, growth_m=first.growth_m + second.growth_m)
+
+
+def body_of(model: Model, pose_world_base: Array, points: Array, growth: list[float]) -> Body:
+    """The body of poses of all capsules in world `(m, c, 2, 3)` [m], each with its growth [m]."""
     scale = 10.0**DECIMALS
     rounded = np.round(points, DECIMALS).reshape(len(points), -1, 6)
     return Body(

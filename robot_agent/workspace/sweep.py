@@ -24,7 +24,7 @@ class Sweep:
 
 
 def sweep(model: Model, pose_world_base: Array, q: Array) -> Sweep:
-    """The swept body of a joint path `q` `(m, n)`, equally spaced in path time."""
+    """The swept body of a joint path `q` `(m, n)`, its samples evenly apart in time or in way."""
     q = np.asarray(q, dtype=float)
     if q.ndim != 2 or len(q) == 0:
         raise WrongShape("joint path", q.shape, f"(m, {model.n}) with m > 0")

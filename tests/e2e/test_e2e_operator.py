@@ -2,7 +2,7 @@
 
 from live_cell import LiveCell, Recorder
 
-from cell.messages import Mode, RobotState
+from cell.messages import Estop, Mode, RobotState
 
 
 def moving(state: RobotState) -> bool:
@@ -21,6 +21,7 @@ def test_an_emergency_stop_needs_a_reset_and_an_operators_word(live: LiveCell) -
         assert live.order("run", "left").exit_code() == 1
         reset = live.order("reset")
         assert reset.exit_code() == 0, reset.output
+        assert ": trial\n" in reset.output
         states.wait_for(RobotState, lambda state: state.mode is Mode.DISABLED, 10.0, "left disabled")
         enable = live.order("enable", "left")
         assert enable.exit_code() == 0, enable.output
@@ -33,8 +34,12 @@ def test_an_emergency_stop_needs_a_reset_and_an_operators_word(live: LiveCell) -
 def test_an_emergency_stop_reaches_everyone_without_a_manager(live: LiveCell) -> None:
     live.up("--run").wait_for_output("all robots enabled", 60.0)
     live.kill(live.pid_of("cell.commands.main", "manager"))
-    stop = live.order("estop")
+    with live.client_of("left_bus") as session:
+        heard = Recorder(session, "estop")
+        stop = live.order("estop")
+        heard.wait_for(Estop, lambda estop: estop.active, 5.0, "the stop at a gateway")
     assert stop.exit_code() == 0, stop.output
+    assert f"nobody answers at {live.settings.manager_endpoint}" in stop.output
     assert "the manager does not confirm" in stop.output
     assert "never replaces a hard-wired emergency stop" in stop.output
 

@@ -43,7 +43,7 @@ def test_a_closed_terminal_ends_the_cell_in_order(live: LiveCell) -> None:
         states.wait_for(RobotState, lambda state: (state.tcp_speed_m_s or 0.0) > 0.3, 30.0, "a robot that moves fast")
     up.signal(signal.SIGHUP)
     up.signal(signal.SIGINT)  # and someone is in a hurry
-    assert up.wait(30.0) == 0
+    assert up.wait(30.0) == (1 if "was killed" in up.output else 0), up.output
     assert live.pids() == []
     gateway_log = (live.state_dir / "log" / "gateway-left_bus.log").read_text()
     assert gateway_log.index("was released by its owner") < gateway_log.index("(closing)")
@@ -83,3 +83,24 @@ def test_a_dead_agent_ends_a_run_until_done(live: LiveCell) -> None:
     assert up.wait(40.0) == 1
     assert "robot left was killed by signal 9" in up.output
     assert f"start it again with: robot-agent {live.file} left" in up.output
+
+
+def test_a_cell_whose_processes_were_all_killed_did_not_end_in_order(live: LiveCell) -> None:
+    up = live.up()
+    up.wait_for_output("all robots enabled", UP_S)
+    for pid in set(live.pids()) - {up.pid}:
+        live.kill(pid)
+    assert up.wait(40.0) == 1
+    assert up.output.count("was killed by signal 9") == 5
+    assert "every process of the cell has ended" in up.output
+    assert "not in order, died or killed: manager, gateway left_bus" in up.output
+
+
+def test_a_cell_of_which_one_process_was_killed_did_not_end_in_order(live: LiveCell) -> None:
+    up = live.up()
+    up.wait_for_output("all robots enabled", UP_S)
+    live.kill(live.pid_of("robot_agent", "left"))
+    up.wait_for_output("robot left was killed by signal 9", 10.0)
+    up.signal(signal.SIGINT)
+    assert up.wait(40.0) == 1
+    assert "not in order, died or killed: robot left\n" in up.output

@@ -28,7 +28,7 @@ from drive_gateway.gateway.core import GatewayCore
 from drive_gateway.gateway.effects import Frame, StorePosition
 from drive_gateway.gateway.encoder_record import EncoderRecord
 from tests.sim.bus import Bus
-from tests.unit.gateway_world import gateway_settings
+from tests.unit.gateway_world import KindManager, echo_for, gateway_settings
 
 CYCLE_S = 0.004
 TIMES = Times()
@@ -77,6 +77,7 @@ class GatewayBench:
         self.estops: list[Estop] = []
         self.lost: Callable[[CanFrame], bool] = lambda _frame: False
         """Frames that the bus swallows, in both directions."""
+        self.manager: KindManager | None = KindManager()
         self.holder = ""
         """Robot whose set-up an operator holds."""
         self.said = ("", "")
@@ -128,7 +129,8 @@ class GatewayBench:
     def request(self, command: Command, name: str = "") -> str:
         self._calls += 1
         request_id = name or f"r{self._calls}"
-        self._back.append(Request(request_id, Call(f"c{self._calls}", command)))
+        heard = echo_for(command, self.state, self.feedback)
+        self._back.append(Request(request_id, Call(f"c{self._calls}", command, heard)))
         return request_id
 
     def ask(self, command: Command) -> Reply:
@@ -180,6 +182,8 @@ class GatewayBench:
                 self.feedback = feedback
             case Publish(GatewayState() as state):
                 self.state = state
+                if self.manager is not None:
+                    self._back.append(self.manager.answer(state, self.now))
             case Publish(Estop() as estop):
                 self.estops.append(estop)
             case Publish(Event() as event):

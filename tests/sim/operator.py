@@ -58,7 +58,9 @@ class PatientOperator:
             case Mode.FAULT:
                 self._world.operate(to, ResetRobot())
             case Mode.ESTOP:
-                self._world.operate("manager", ResetEstop("operator"))
+                manager = self._world.seen.manager
+                ids = tuple(estop.id for estop in manager.estops) if manager is not None else ()
+                self._world.operate("manager", ResetEstop("operator", ids))
             case _:
                 pass
 

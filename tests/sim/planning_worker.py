@@ -1,7 +1,7 @@
 """What stands for the planning process of a robot: results in the order of the requests, after the time they take."""
 
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 
 from robot_agent.agent.planning import ExtendRequest, PlanFailed, Planned, Planner, PlanRequest
 from tests.sim.clock import Clock
@@ -29,6 +29,11 @@ class SimWorker:
             self._tell(result)
         self._free_at = max(self._free_at, self._clock.now) + takes_s
         self._results.append((self._free_at, result))
+
+    def drop(self, ids: Iterable[int]) -> None:
+        """Forget requests; the time that they take is over all the same."""
+        unwanted = set(ids)
+        self._results = deque(each for each in self._results if each[1].id not in unwanted)
 
     def results(self) -> list[Planned | PlanFailed]:
         """What is planned since the last look."""

@@ -117,7 +117,10 @@ def test_who_lets_go_stops_it() -> None:
     world = HeavyArm("torque")
     world.bus.nodes[1].drives[0].servo.stick_brake(True)
     assert world.ask(PressAxis("left", "J1", 100.0, 20.0, WITHIN)).ok
-    world.until(lambda: world.feedback.axes == (AxisStatus.QUICK_STOP_ACTIVE,), within_s=3.0)
+    world.holder = "left"
+    world.until(lambda: world.feedback.axes == (AxisStatus.OPERATION_ENABLED,), within_s=3.0)
+    world.holder = ""
+    world.until(lambda: world.feedback.axes == (AxisStatus.QUICK_STOP_ACTIVE,), within_s=1.0)
     world.until(lambda: "setup_stopped" in world.codes(), within_s=0.3)
     assert "the operator let go" in world.events[-1].text
 

@@ -41,7 +41,7 @@ def test_a_warm_motor_is_shown_and_told_once_and_the_robot_stays_enabled() -> No
 def test_a_warning_that_comes_and_goes_is_over_when_it_stays_away() -> None:
     world = GatewayBench(settings(axis("J1", 1)))
     world.ready()
-    drive, log = world.core._robots["left"].group.nodes[0], EventLog("bus")
+    drive, log = world.core._robots["left"].group.nodes[0], EventLog("bus", "boot")
     warnings = DriveWarnings([drive], log)
     told = []
     for now, word in ((0.0, 0x2B7), (1.0, 0x237), (5.0, 0x2B7), (6.0, 0x237), (5.1 + QUIET_S, 0x237), (30.0, 0x237)):

@@ -11,8 +11,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from cell.commands.checks import CellBundle, check_cell
-from cell.commands.estop import CONFIRM_S as ESTOP_REPEATED_S
-from cell.commands.estop import PERIOD_S as ESTOP_PERIOD_S
+from cell.commands.emergency.door import PERIOD_S as ESTOP_PERIOD_S
 from cell.commands.robot_loads import robot_loads
 from cell.config.settings import CellSettings
 from cell.core import Answer, Core, Effect
@@ -56,6 +55,8 @@ TWO_ARMS = Path(__file__).parents[2] / "cell_configs" / "two_arms" / "cell.yaml"
 ANSWER_TIMEOUT_S = 5.0
 _UNIX_S = 1_700_000_000.0
 _LARGEST_AHEAD_S = 10_000.0
+_ESTOP_REPEATED_S = 3.0
+"""As `cell estop` does until everyone stands (`cell.commands.emergency.stop`)."""
 _LARGEST_DRIFT_PPM = 50.0
 _LARGEST_PLANNING_SHARE = 0.05
 
@@ -171,7 +172,7 @@ class World:
 
     def _gateway(self, gateway: str, cell: CellSettings, session: SimSession) -> Process:
         settings, bus, stop = self.bundle.gateways[gateway], self.buses[session.process], threading.Event()
-        first = int(session.host.unix())
+        first = int(1000 * session.host.unix())
         core = GatewayCore(settings, cell.times, boot=session.boot, digest=cell.digest, first_owner=first)
         port = SimPort(bus, self.clock)
         shell = GatewayShell(
@@ -334,10 +335,10 @@ class World:
         """As `cell estop`: a stop that is repeated to everybody behind these doors until all have confirmed it, for 3 s
         at most, and called to the manager once."""
         if "manager" in doors:
-            self.operate("manager", SetEstop(estop.id, estop.by, estop.reason), by, ESTOP_REPEATED_S)
+            self.operate("manager", SetEstop(estop.id, estop.by, estop.reason), by, _ESTOP_REPEATED_S)
         roles = {"gateways": "gateway", "agents": "robot"}
         through = {roles.get(door, door) for door in doors}
-        self._repeat_estop(estop, by, through, self.clock.now + ESTOP_REPEATED_S)
+        self._repeat_estop(estop, by, through, self.clock.now + _ESTOP_REPEATED_S)
 
     def _repeat_estop(self, estop: Estop, by: str, through: set[str], until: float) -> None:
         eyes = self.operator(by)

@@ -1,5 +1,6 @@
 """The smallest world an agent lives in: a gateway that plays blocks exactly, a manager that says what it is told."""
 
+import time
 from dataclasses import replace
 from pathlib import Path
 
@@ -36,13 +37,14 @@ from cell.messages import (
     ResetDrives,
     RobotState,
     SetpointBlock,
+    SetupStatus,
     Token,
     ZoneGeometry,
     ZoneState,
     ZoneStatus,
 )
 from robot_agent.agent.core import AgentCore
-from robot_agent.agent.planning import Plan, PlanFailed, Planned, Planner
+from robot_agent.agent.planning import Plan, PlanFailed, Planned, Planner, Unplan
 from robot_agent.kinematics import Model
 from robot_agent.language import parse_program
 from robot_agent.trajectory import Limits
@@ -110,7 +112,16 @@ class AgentWorld:
         """What the drives measure; None: what they are commanded."""
         self.faulty = False
         """The drives have stopped by themselves and must be reset."""
+        self.velocity = np.zeros_like(self.commanded)
+        self.braking: NDArray[np.float64] | None = None
+        """Each joint's deceleration while the drives brake by themselves."""
+        self._still = 0
         self.manager_silent = False
+        self.setup: SetupStatus | None = None
+        """Whom the manager has in set-up."""
+        self.geometry_lost = False
+        self.keeps_enabled = False
+        """The gateway refuses to switch off."""
         self.zone = ZoneStatus(ZoneState.FREE, None, None, (), 1, 0.0)
         self.granting = False
         self._tokens = 0
@@ -125,7 +136,11 @@ class AgentWorld:
         """The gateway still measures a motion, and does not take the robot back."""
         self.asked_last: type | None = None
         self.plans_held = False
-        self._plans: list[Planned | PlanFailed] = []
+        self.unplanned: list[int] = []
+        """Ids of the plans that the agent does not want any more."""
+        self.planning_s: float | None = 0.0
+        """What each plan takes; None: as long as it takes the processor."""
+        self._plans: list[tuple[float, Planned | PlanFailed]] = []
         self.answers_held = False
         self._answers: list[AskDone] = []
         self._calls = 0
@@ -153,6 +168,8 @@ class AgentWorld:
             self.agent.receive(Arrived(self._feedback(), self.now), self.now)
         if not self.manager_silent:
             self._manager()
+        if not self.plans_held:
+            self.release_plans()
         for effect in self.agent.step(self.now):
             self._perform(effect)
         for _ in range(round(STEP_S / CYCLE_S)):
@@ -163,6 +180,10 @@ class AgentWorld:
         """The drives stop at once, `beside` `(n,)` where they are commanded to be, and have no torque any more."""
         self.faulty, self.enabled = True, False
         self.push(beside)
+
+    def brake(self, deceleration: NDArray[np.float64]) -> None:
+        """The drives' own quick stop: each joint brakes with its `deceleration` `(n,)`, until it stands."""
+        self.enabled, self.queue, self.braking, self._still = False, [], deceleration, 0
 
     def push(self, beside: NDArray[np.float64] | float) -> None:
         """Somebody moves a robot without torque."""
@@ -180,19 +201,35 @@ class AgentWorld:
             self.agent.receive(self._answers.pop(0), self.now)
 
     def release_plans(self) -> None:
-        """Let the agent have what was planned for it."""
-        while self._plans:
-            self.agent.receive(self._plans.pop(0), self.now)
+        """Let the agent have what is planned for it by now."""
+        while self._plans and self._plans[0][0] <= self.now:
+            self.agent.receive(self._plans.pop(0)[1], self.now)
 
     def _play(self) -> None:
         self.tick += 1
-        if self.queue:
+        before = self.commanded
+        if self.braking is not None:
+            self._brake(self.braking)
+        elif self.queue:
             self.commanded = self.queue.pop(0)
+            self.velocity = (self.commanded - before) / CYCLE_S
+        else:
+            self.velocity = np.zeros_like(before)
         self.played.append(self.commanded)
         while self._output_events and self._output_events[0].tick <= self.tick:
             event = self._output_events.pop(0)
             if not self.switched or event.number > self.switched[-1][1].number:
                 self.switched.append((self.tick, event))
+
+    def _brake(self, deceleration: NDArray[np.float64]) -> None:
+        """One cycle; the gateway measures for 0.1 s before it says that the robot stands."""
+        braking_s = np.minimum(CYCLE_S, np.abs(self.velocity) / deceleration)
+        lost = np.sign(self.velocity) * deceleration * braking_s
+        self.commanded = self.commanded + (self.velocity - lost / 2.0) * braking_s
+        self.velocity = self.velocity - lost
+        self._still = 0 if self.velocity.any() else self._still + 1
+        if self._still * CYCLE_S >= 0.1:
+            self.braking, self.faulty = None, True
 
     def _feedback(self) -> DriveFeedback:
         self._sequence += 1
@@ -201,10 +238,11 @@ class AgentWorld:
         position = self.commanded if self.measured is None else self.measured
         state = PlayoutState.PLAYING if self.enabled else PlayoutState.FOLLOWING
         state = PlayoutState.FAULT if self.faulty else state
+        state = PlayoutState.STOPPING if self.braking is not None else state
         sequence = self.block.sequence if self.block is not None else 0
         return DriveFeedback(
             "left", "gateway", self._sequence, self.tick, 7, sequence, state, len(self.queue), 0, self.referenced,
-            self.enabled, position, np.zeros_like(position), self.commanded, axes,
+            self.enabled, position, self.velocity, self.commanded, axes,
             event=self.switched[-1][1].number if self.switched else 0,
         )  # fmt: skip
 
@@ -222,8 +260,10 @@ class AgentWorld:
         if self.granting and self.presences:
             self._grant_or_free(self.presences[-1])
         heard = {"left": Heard("boot", self.presences[-1].sequence)} if self.presences else {}
-        self.agent.receive(ZONE, self.now)
+        if not self.geometry_lost:
+            self.agent.receive(ZONE, self.now)
         state = ManagerState("test", "m", 5, self._sequence, self.now, "digest", heard, {"handover": self.zone})
+        state = replace(state, setup=self.setup)
         self.agent.receive(Arrived(state, self.now), self.now)
 
     def _perform(self, effect: Effect) -> None:
@@ -246,12 +286,16 @@ class AgentWorld:
             case Answer(request_id, Reply() as reply):
                 self.replies[request_id] = reply
             case Plan(request):
+                begun = time.process_time()
                 result: Planned | PlanFailed = self.planner.plan(request)
+                took_s = time.process_time() - begun if self.planning_s is None else self.planning_s
                 if isinstance(result, Planned):
                     self.planned.append(result)
-                self._plans.append(result)
+                self._plans.append((self.now + took_s, result))
                 if not self.plans_held:
                     self.release_plans()
+            case Unplan(ids):
+                self.unplanned.extend(ids)
 
     def _gateway_says(self, id: str, command: Command) -> Reply:
         match command:
@@ -261,6 +305,8 @@ class AgentWorld:
                 return Reply(id, True, "yours", grant)
             case EnableDrives():
                 self.enabled = True
+            case DisableDrives() if self.keeps_enabled:
+                return Reply(id, False, "left moves; halt it first")
             case DisableDrives():
                 self.enabled = False
             case ResetDrives():

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import replace
 
-from gateway_world import TIMES, gateway_settings
+from gateway_world import TIMES, echo_for, gateway_settings
 
 from cell.messages import Command, DriveFeedback, GatewayState, Reply
 from cell.net.errors import NoAnswer
@@ -35,16 +35,22 @@ class Client:
             assert time.monotonic() < deadline, (self.state, self.feedback)
             pause.wait(0.002)
             for message in self.latest.take_new():
-                if isinstance(message, DriveFeedback):
-                    self.feedback = message
-                elif isinstance(message, GatewayState):
-                    self.state = message
+                self._take(message)
+
+    def _take(self, message: object) -> None:
+        if isinstance(message, DriveFeedback):
+            self.feedback = message
+        elif isinstance(message, GatewayState):
+            self.state = message
 
     def ask(self, command: Command) -> Reply:
         deadline = time.monotonic() + DEADLINE_S
         while True:
+            for message in self.latest.take_new():
+                self._take(message)
             try:
-                return self.session.ask("gateway/left_bus", new_call(command), 5.0)
+                call = new_call(command, echo_for(command, self.state, self.feedback))
+                return self.session.ask("gateway/left_bus", call, 5.0)
             except NoAnswer:
                 assert time.monotonic() < deadline
 

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from cell.config.settings import Times
-from cell.core import Answer, Ended, Publish, Request
+from cell.core import Answer, Arrived, Ended, Publish, Request
 from cell.messages import (
     AxisStatus,
     Call,
@@ -16,8 +16,12 @@ from cell.messages import (
     EnableDrives,
     Event,
     GatewayState,
+    Heard,
+    ManagerState,
     Reply,
+    ResetDrives,
     SetpointBlock,
+    SetupStatus,
 )
 from drive_gateway.canopen.frame import CanFrame
 from drive_gateway.canopen.sdo import Sdo, SdoDone
@@ -131,6 +135,8 @@ class FakeDrive:
             return SdoDone(request.request_id, b"", self.refuse[key], "aborted")
         if request.data is None:
             key = (0x6060, 0) if key == (0x6061, 0) else key
+            if key not in self.objects:
+                return SdoDone(request.request_id, b"", 0x06020000, "aborted")
             return SdoDone(request.request_id, self.objects[key])
         self.objects[key] = request.data
         self.writes.append((*key, request.data))
@@ -175,6 +181,29 @@ class FakeDrive:
         return ladder[present + 1] if wanted > present else ladder[wanted]
 
 
+def echo_for(command: Command, state: GatewayState | None, feedback: DriveFeedback | None) -> Heard | None:
+    """What a caller has seen: the owner's feedback, or the operator's state of the gateway."""
+    seen = feedback if isinstance(command, EnableDrives | ResetDrives) else state
+    return None if seen is None else Heard(seen.boot, seen.sequence)
+
+
+class KindManager:
+    """A manager that lets the first robot in that a gateway wants to set up, and says that all others stand."""
+
+    def __init__(self, digest: str = "d") -> None:
+        self.digest = digest
+        self.free = True
+        self.sequence = 0
+
+    def answer(self, state: GatewayState, now: float) -> Arrived:
+        """Its next state, in view of one of a gateway."""
+        self.sequence += 1
+        setup = SetupStatus(state.setup[0], self.free, "" if self.free else "right moves") if state.setup else None
+        heard = {state.gateway: Heard(state.boot, state.sequence)}
+        answer = ManagerState("c", "m", 1, self.sequence, now, self.digest, setup=setup, heard_gateways=heard)
+        return Arrived(answer, now)
+
+
 class World:
     """A core and its drives; `cycle` runs one bus cycle, everything that was said is kept."""
 
@@ -188,6 +217,7 @@ class World:
         self.replies: dict[str, Reply] = {}
         self.feedback: DriveFeedback | None = None
         self.state: GatewayState | None = None
+        self.manager: KindManager | None = None
         self.finished = False
         self.counted = 0
         self.sequence = 0
@@ -212,6 +242,8 @@ class World:
                     self.feedback = feedback
                 case Publish(GatewayState() as state):
                     self.state = state
+                    if self.manager is not None:
+                        self.tell(self.manager.answer(state, self.now))
                 case Publish(Event() as event):
                     self.events.append(event)
                 case Answer(request_id, reply):
@@ -241,10 +273,12 @@ class World:
     def request(self, command: Command, call_id: str = "") -> str:
         self.counted += 1
         request_id = f"r{self.counted}"
-        self.tell(Request(request_id, Call(call_id or f"c{self.counted}", command)))
+        heard = echo_for(command, self.state, self.feedback)
+        self.tell(Request(request_id, Call(call_id or f"c{self.counted}", command, heard)))
         return request_id
 
     def ask(self, command: Command) -> Reply:
+        self.until(lambda: self.state is not None)
         request_id = self.request(command)
         self.until(lambda: request_id in self.replies)
         return self.replies[request_id]

@@ -56,11 +56,13 @@ class Robot:
     name: str
     x: float = OUTSIDE
     boot: str = "b1"
+    owner: int = 1
     digest: str = "digest"
     known: bool = True
     moving: bool = False
     wants: bool = False
     silent: bool = False
+    standing: bool = False
     holds: dict[str, Token] = field(default_factory=dict)
     estop: str | None = None
     heard: Heard | None = None
@@ -75,13 +77,17 @@ class Robot:
                 elif self.x != INSIDE:
                     self.holds.pop(name, None)
         if isinstance(message, Estop) and not self.silent:
-            self.estop = message.id if message.active else None
+            if message.active:
+                self.estop = self.estop or message.id
+            elif self.estop == message.id:
+                self.estop = None
 
     def presence(self) -> Presence:
         self.sequence += 1
         return Presence(
             robot=self.name,
             boot=self.boot,
+            owner=self.owner,
             sequence=self.sequence,
             heard=self.heard,
             digest=self.digest,
@@ -90,10 +96,12 @@ class Robot:
             holds=dict(self.holds),
             wants={"middle": 0.0} if self.wants else {},
             estop_acknowledged=self.estop,
+            standing=self.standing,
         )
 
     def restart(self, boot: str) -> None:
         self.boot, self.sequence, self.heard, self.holds, self.estop = boot, 0, None, {}, None
+        self.owner += 1
         self.silent = self.wants = self.moving = False
 
 
@@ -141,14 +149,17 @@ class World:
             case Answer(request_id, reply):
                 self.replies[request_id] = reply  # type: ignore[assignment]
 
-    def ask(self, command: Command) -> str:
+    def ask(self, command: Command, heard: Heard | None = None) -> str:
+        """Ask in view of the state `heard`, or else of the newest."""
         request_id = f"r{next(self._requests)}"
-        self.manager.receive(Request(request_id, Call(request_id, command)), self.now)
+        if heard is None and self.states:
+            heard = Heard(self.state.boot, self.state.sequence)
+        self.manager.receive(Request(request_id, Call(request_id, command, heard)), self.now)
         return request_id
 
-    def call(self, command: Command) -> Reply:
+    def call(self, command: Command, heard: Heard | None = None) -> Reply:
         """Ask and run until the answer is there."""
-        request_id = self.ask(command)
+        request_id = self.ask(command, heard)
         for _ in range(200):
             self.run(PERIOD_S)
             if request_id in self.replies:

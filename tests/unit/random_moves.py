@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from cell.geometry import from_xyz_abc
-from robot_agent.kinematics import load_model
+from robot_agent.kinematics import Model, load_model
 from robot_agent.paths import Arc, Block, JointMove, Line, Sequence, Spline
 from robot_agent.trajectory import Limits
 
@@ -72,3 +72,45 @@ def _decorated(block: Block, rng: np.random.Generator) -> Block:
 def _sometimes(rng: np.random.Generator, low: float, high: float) -> float | None:
     value = float(rng.uniform(low, high))
     return value if rng.uniform() < 0.4 else None
+
+
+def round_sequence(model: Model, seed: int, longest: int = 8) -> Sequence:
+    """Moves of all kinds by round steps from home: level, upright, symmetric, mirrored, there and back, on one place.
+
+    What people type: exact zeros, right angles and half turns, which random floats never hit.
+    """
+    rng = np.random.default_rng([seed, 2])
+    home = model.forward(model.home)
+    poses = [home]
+
+    def drawn() -> np.ndarray:
+        if rng.uniform() < 0.3:
+            return poses[rng.integers(len(poses))].copy()
+        made = poses[-1].copy()
+        steps = rng.choice([0.0, 0.0, 0.1, -0.1, 0.2, -0.2], 3)
+        made[:3, 3] = made[:3, 3] + steps if rng.uniform() < 0.8 else made[:3, 3] * [1.0, -1.0, 1.0]
+        if rng.uniform() < 0.3:
+            about = np.zeros(6)
+            about[rng.integers(3, 6) if model.n == 6 else 5] = np.radians(rng.choice([90.0, -90.0, 180.0]))
+            made[:3, :3] = from_xyz_abc(about)[:3, :3] @ made[:3, :3]
+        poses.append(made)
+        return made
+
+    blocks: list[Block] = []
+    for line in range(1, int(rng.integers(2, longest + 1)) + 1):
+        edge, along = [None, None, 0.0, 0.05][rng.integers(4)], [None, None, None, 0.0][rng.integers(4)]
+        match int(rng.integers(5)):
+            case 0:
+                turns = np.radians(rng.choice([0.0, 0.0, 0.0, 30.0, -30.0, 90.0], model.n))
+                target = model.home + np.where(model.linear, rng.choice([0.0, 0.1, -0.1], model.n), turns)
+                blocks.append(JointMove(target, 1.0, line, round_m=edge))
+                poses.append(model.forward(target))
+            case 1 | 2:
+                blocks.append(Line(drawn(), None, line, round_m=edge, tangential_rad=along))
+            case 3:
+                angle = [None, None, np.pi, -np.pi, 2.0 * np.pi][rng.integers(5)]
+                blocks.append(Arc(drawn(), drawn(), line, angle, round_m=edge, tangential_rad=along))
+            case _:
+                points = np.array([drawn() for _ in range(rng.integers(1, 4))])
+                blocks.append(Spline(points, line, round_m=edge, tangential_rad=along))
+    return Sequence(blocks)

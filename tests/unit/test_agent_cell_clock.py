@@ -5,7 +5,7 @@ import random
 import numpy as np
 import pytest
 
-from cell.messages import AxisStatus, CellTime, DriveFeedback, ManagerState, PlayoutState, ProgramState, Run
+from cell.messages import AxisStatus, CellTime, DriveFeedback, ManagerState, Mode, PlayoutState, ProgramState, Run
 from robot_agent.agent.cell_clock import CellClock
 from tests.unit.test_agent_core import enabled, ended, until
 
@@ -14,8 +14,8 @@ BEHIND_S = 990.0
 """The manager's clock is so far behind the agent's."""
 
 
-def state(sequence: int, cell_time: float, boot: str = "m") -> ManagerState:
-    return ManagerState("c", boot, 1, sequence, cell_time, "digest")
+def state(sequence: int, cell_time: float, boot: str = "m", epoch: int = 1) -> ManagerState:
+    return ManagerState("c", boot, epoch, sequence, cell_time, "digest")
 
 
 def feedback(tick: int) -> DriveFeedback:
@@ -56,9 +56,28 @@ def test_a_start_in_the_past_or_too_soon_is_refused_with_the_time_that_is_missin
     assert "only 0.10 s ahead" in str(heard.start_tick(CellTime("m", 12.1), 1002.0))
 
 
+@pytest.mark.parametrize("seconds", [1e308, -1e308, float("inf"), float("nan"), 12.0 + 3601.0])
+def test_a_start_beyond_the_next_hour_is_refused_with_what_is_allowed(seconds: float) -> None:
+    refusal = clock(late_s=1e-4).start_tick(CellTime("m", seconds), 1002.0)
+    assert isinstance(refusal, str)
+    assert "allowed is" in refusal
+    assert len(refusal) < 150
+
+
+@pytest.mark.parametrize("lasting_s", [1e308, float("nan"), float("inf"), 0.0, -1.0, 3601.0])
+def test_a_first_motion_that_shall_last_longer_than_an_hour_or_not_at_all_is_refused(lasting_s: float) -> None:
+    world = enabled("MJ J1=20\nEND")
+    world.run(0.5)
+    id = world.call(Run(CellTime("m", world.now + 1.0), lasting_s))
+    world.step()
+    assert not world.replies[id].ok
+    assert "at most 3600" in world.replies[id].text
+    assert world.state.mode is Mode.READY
+
+
 def test_the_clock_of_another_manager_says_nothing() -> None:
     heard = clock()
-    heard.arrived(state(0, 0.5, "next"), 1003.0)
+    heard.arrived(state(0, 0.5, "next", 2), 1003.0)
     assert heard.until(CellTime("m", 12.0), 1003.0) is None
     assert heard.until(CellTime("next", 1.5), 1003.0) == pytest.approx(1.0)
     heard.arrived(state(99, 50.0, "m"), 1003.1)

@@ -1,6 +1,7 @@
 """The agent's core against a gateway that plays blocks exactly and a manager that says what the test wants."""
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -10,12 +11,15 @@ from cell.core import Ask, Frozen, Publish, Shutdown
 from cell.geometry import capsules_touch_box
 from cell.geometry.occupied import body_touches_box
 from cell.messages import (
+    Command,
     Continue,
     Disable,
     Enable,
     Estop,
     Halt,
     Heard,
+    Jog,
+    JogFrame,
     Mode,
     Presence,
     ProgramState,
@@ -23,6 +27,7 @@ from cell.messages import (
     ResetRobot,
     Run,
     SetpointBlock,
+    Step,
     Token,
     ZoneState,
     ZoneStatus,
@@ -236,6 +241,14 @@ def test_a_call_that_echoes_an_old_state_is_refused() -> None:
     assert world.state.mode is Mode.READY
 
 
+def test_a_run_that_was_meant_for_the_agent_before_a_restart_is_not_carried_out() -> None:
+    world = enabled(SHORT)
+    id = world.call(Run(), Heard("the boot before", world.state.sequence))
+    world.step()
+    assert not world.replies[id].ok
+    assert world.state.mode is Mode.READY
+
+
 def test_after_a_freeze_every_earlier_call_is_old() -> None:
     world = enabled(SHORT)
     world.agent.receive(Frozen(0.4), world.now)
@@ -274,6 +287,21 @@ def test_an_emergency_stop_brakes_and_only_an_operator_starts_again() -> None:
     assert at_rest(world)()
     world.call(Run())
     until(world, ended(world))
+
+
+def test_with_several_stops_the_robot_stays_stopped_until_the_last_is_cleared() -> None:
+    world = running(SHORT)
+    for stop in ("e1", "e2"):
+        world.agent.receive(Estop(stop, True, "test", "a hand in the cell"), world.now)
+    until(world, at_rest(world))
+    world.agent.receive(Estop("e1", False, "test", ""), world.now)
+    world.run(0.2)
+    assert world.state.mode is Mode.ESTOP
+    assert world.presences[-1].estop_acknowledged == "e2"
+    world.agent.receive(Estop("e2", False, "test", ""), world.now)
+    world.run(0.2)
+    assert world.state.mode is not Mode.ESTOP
+    assert world.presences[-1].estop_acknowledged is None
 
 
 def test_lost_feedback_is_a_fault_that_an_operator_must_reset() -> None:
@@ -412,3 +440,48 @@ def test_a_robot_without_a_program_is_switched_off_after_its_time_and_no_other()
     assert "idle_off" in [event.code for event in world.events]
     world.run(3.0)
     assert world.state.mode is Mode.DISABLED
+
+
+@pytest.mark.parametrize("command", [Run(), Step(), Enable(), Jog("p", "J1", 0.1, JogFrame.BASE)])
+def test_nothing_is_begun_while_the_drives_are_being_switched_off(command: Command) -> None:
+    world = enabled(SHORT)
+    world.answers_held = True
+    off, other = world.call(Disable()), world.call(command)
+    world.step()
+    late = world.call(command)
+    world.step()
+    for id in (other, late):
+        assert "is being switched off" in world.replies[id].text
+    world.release_answers()
+    world.run(0.1)
+    assert world.replies[off].ok
+    assert world.state.mode is Mode.DISABLED
+    assert world.state.program.state is ProgramState.LOADED
+
+
+def test_drives_that_a_gateway_did_not_switch_off_take_calls_again() -> None:
+    world = enabled(SHORT)
+    world.keeps_enabled = True
+    world.call(Disable())
+    world.step()
+    world.call(Run())
+    world.run(0.1)
+    assert world.state.mode is Mode.RUNNING
+
+
+def test_with_a_zone_whose_place_was_not_heard_a_program_says_what_it_waits_for() -> None:
+    world = enabled(SHORT)
+    world.geometry_lost = True
+    world.zone = replace(world.zone, version=2)
+    world.call(Run())
+    world.run(1.0)
+    assert world.state.mode is Mode.RUNNING
+    assert "has not said yet where zone handover is" in world.state.waiting_for
+
+
+def test_an_older_geometry_of_a_zone_does_not_take_the_place_of_the_present_one() -> None:
+    world = enabled(SHORT)
+    world.step()
+    older = replace(ZONE, version=7, position_m=(50.0, 0.0, 0.0))
+    world.agent.receive(older, world.now)
+    assert world.agent.zones.geometry == (ZONE,)

@@ -27,8 +27,10 @@ from cell.messages import (
     ZoneState,
     ZoneStatus,
 )
+from robot_agent.kinematics import Model
 from robot_agent.workspace import zone_box
 from tests.unit.agent_world import CYCLE_S, STEP_S, ZONE, AgentWorld
+from tests.unit.test_agent_waits import INTO, near_zone
 
 HERE = PoseSettings((0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0))
 COUNTS_PER_M = 10_000.0
@@ -46,8 +48,8 @@ BELT_PROGRAM = START + "TRACK belt\nML Z=1980 F=30\nWAIT 0.2\nML Y=220 F=20\nTRA
 class Measured(AgentWorld):
     """With a sensor and a belt that are measured at every step, as long as they are."""
 
-    def __init__(self, program: str) -> None:
-        super().__init__(program, corrections=ALL)
+    def __init__(self, program: str, arm: Model | None = None) -> None:
+        super().__init__(program, arm=arm, corrections=ALL)
         self.offset_m = (0.0, 0.0, 0.0)
         self.belt_m_s = 0.0
         self.measured_now = True
@@ -292,3 +294,72 @@ def test_a_correction_leads_into_no_zone_without_a_grant() -> None:
     world.grant()
     world.until(lambda: any(body_touches_box(p.body, box) for p in world.presences[-3:]))
     assert "handover" in world.presences[-1].holds
+
+
+def test_a_pause_right_after_track_follows_from_its_start() -> None:
+    world = Measured(START + "TRACK belt\nWAIT 3\nML Y=220 F=50\nTRACK OFF\nEND")
+    world.belt_m_s = 0.05
+    world.start()
+    world.until_line(3)
+    begun = world.places()[-1]
+    world.run(2.0)
+    assert world.state.program.line == 3
+    assert world.places()[-1][0] - begun[0] == pytest.approx(0.1, abs=0.01)
+    assert world.state.correction is not None
+    world.until(lambda: world.done)
+    assert (shares(world) < 1.01).all()
+
+
+def test_a_pause_right_after_track_that_is_halted_goes_on_following() -> None:
+    world = Measured(START + "TRACK belt\nWAIT 3\nTRACK OFF\nML Y=220 F=50\nEND")
+    world.belt_m_s = 0.05
+    world.start()
+    world.until_line(3)
+    world.run(1.0)
+    world.call(Halt())
+    world.until_rest()
+    assert world.state.mode is Mode.HALTED
+    world.call(Continue())
+    world.run(1.0)
+    assert world.state.program.line == 3
+    assert not np.allclose(world.places()[-1], world.places()[-100])
+    world.until(lambda: world.done)
+    assert (shares(world) < 1.01).all()
+
+
+def test_a_halted_robot_takes_no_part_that_passes() -> None:
+    world = Measured(START + "TRACK pick\nML Z=2000 F=50\nTRACK OFF\nEND")
+    world.belt_m_s = 0.05
+    world.start()
+    world.until(lambda: world.state.waiting_for == "pick: the next part")
+    world.call(Halt())
+    world.run(0.2)
+    world.part_at = world.now
+    world.run(10.0)
+    assert world.answer(Continue()).ok
+    world.until(lambda: world.state.waiting_for == "pick: the next part")
+    world.part_at = world.now
+    world.until(lambda: world.done)
+
+
+def test_a_halted_program_does_not_come_to_its_track() -> None:
+    world = Measured(START + "WAIT 0.5\nTRACK belt\nML Y=220 F=50\nTRACK OFF\nEND")
+    world.belt_m_s = 0.05
+    world.start()
+    world.until(lambda: "WAIT" in world.state.waiting_for)
+    world.call(Halt())
+    world.run(12.0)
+    assert world.answer(Continue()).ok
+    world.until(lambda: world.done)
+
+
+def test_a_zone_is_given_back_while_a_part_is_waited_for() -> None:
+    world = Measured(f"MJ {near_zone()}\nTRACK pick\n{INTO}\nTRACK OFF\nEND")
+    world.grant()
+    world.start()
+    world.until(lambda: world.state.waiting_for == "pick: the next part")
+    world.run(0.5)
+    assert (world.presences[-1].holds, world.presences[-1].wants) == ({}, {})
+    world.belt_m_s = 0.001
+    world.part_at = world.now
+    world.until(lambda: world.presences[-1].holds != {}, 2.0)

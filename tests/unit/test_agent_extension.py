@@ -1,17 +1,20 @@
 """Long chains of moves: the motion that runs is extended, and nothing else changes for the operator."""
 
+import pickle
+
 import numpy as np
 import pytest
 
 from cell.geometry.occupied import body_touches_box
-from cell.messages import Continue, Enable, Halt, Mode, ProgramState, ResetRobot, SetOverride, Step
+from cell.messages import Continue, Enable, Halt, Mode, ProgramState, ResetRobot, Run, SetOverride, Step
 from robot_agent.agent import lookahead
 from robot_agent.agent.dry_run import dry_run
 from robot_agent.agent.planning import Extended
 from robot_agent.language import parse_program
+from robot_agent.trajectory.interior_point import Search
 from robot_agent.workspace import zone_box
 from tests.unit.agent_world import CYCLE_S, ZONE, AgentWorld
-from tests.unit.test_agent_core import running, until
+from tests.unit.test_agent_core import enabled, running, until
 from tests.unit.test_agent_corrections import START, Measured, shares
 
 HALF_M, RADIUS_M, SPEED_M_S = 0.01, 0.05, 0.3
@@ -155,6 +158,39 @@ def test_move_that_cannot_be_planned_behind_many_that_can_ends_the_program_where
     assert world.state.mode is Mode.READY
 
 
+def extension_of(feed_mm_s: float, monkeypatch: pytest.MonkeyPatch) -> tuple[Extended, int]:
+    """The first extension of a chain of 40 rounded moves of 100 and 12 mm, and how many intervals were searched."""
+    moves = "".join(
+        f"ML Y={-300 + 12 * (k // 2)} Z={1350 + 100 * (k % 4 in (1, 2))} F={feed_mm_s} R=5\n" for k in range(40)
+    )
+    planner = AgentWorld("END").planner
+    program = parse_program(f"{TO_START}{moves}END", "long.prog", planner.model.joint_names)
+    ahead, searched = lookahead.Lookahead(), []
+    ahead.start(program, planner.model.home)
+    while ahead.open is None:
+        for effect in ahead.fill(()):
+            ahead.planned(planner.plan(effect.request))
+        if ahead.open is None:
+            ahead.advance()
+    step = Search._step
+    monkeypatch.setattr(Search, "_step", lambda search: searched.append(len(search.limited.h)) or step(search))
+    end_s = ahead.open.motion.duration_s
+    (effect,) = next(asked for tau in np.arange(0.0, end_s, 0.1) if (asked := ahead.extend((0.0, tau), tau, ())))
+    longer = planner.plan(effect.request)
+    monkeypatch.setattr(Search, "_step", step)
+    assert isinstance(longer, Extended)
+    assert (longer.motion.rests > longer.splice_s).sum() == 1, "it stops only at its end"
+    return longer, sum(searched)
+
+
+def test_extension_of_a_slow_chain_costs_no_more_than_that_of_a_fast_one(monkeypatch: pytest.MonkeyPatch) -> None:
+    fast, searched_fast = extension_of(300.0, monkeypatch)
+    slow, searched_slow = extension_of(5.0, monkeypatch)
+    assert slow.motion.duration_s > 20.0 * fast.motion.duration_s
+    assert searched_slow < 3.0 * searched_fast
+    assert len(pickle.dumps(slow)) < 5.0 * len(pickle.dumps(fast))
+
+
 def test_steps_end_at_every_block_of_an_extended_motion_and_behind_them_it_is_extended_again() -> None:
     world = on_its_rounds()
     until(world, lambda: extensions(world) != [])
@@ -249,3 +285,46 @@ def test_stop_while_an_extension_is_planned_leaves_out_no_move() -> None:
             lines.append(world.state.program.line)
     assert lines == list(range(before, 22))
     assert off_the_round(world, since) < 1.2e-4
+
+
+SLOW_M_S = 0.005
+
+
+def slow_battlements(moves: int) -> str:
+    """Moves of 4 mm and 2 mm by turns at `SLOW_M_S`, a rounded right angle after each of them."""
+    up = "".join(f"ML {f'Y={4 * (k // 2) - 6}' if k % 2 == 0 else f'Z={1350 + k % 4}'} F=5 R=1\n" for k in range(moves))
+    return f"{TO_START}{up}END"
+
+
+@pytest.mark.parametrize("planning_s", [None, 5.0], ids=["what it takes", "5 s"])
+def test_slow_chain_is_extended_after_the_time_that_planning_took_and_never_stops(planning_s: float | None) -> None:
+    world = enabled(slow_battlements(60))
+    world.planning_s = planning_s
+    world.call(Run())
+    until(world, lambda: world.state.program.line == 4)
+    since = len(world.played)
+    until(world, lambda: world.state.program.line == 50, 60.0)
+    assert speeds(world)[since:].min() > 0.3 * SLOW_M_S
+    last_lines = [each.lines[-1] for each in extensions(world)]
+    assert len(last_lines) == len(set(last_lines)) > 0, "an extension came too late"
+
+
+def test_new_run_has_nothing_planned_any_more_for_the_one_before() -> None:
+    world = enabled(ENDLESS)
+    world.plans_held = True
+    world.call(Run())
+    until(world, lambda: world.state.mode is Mode.RUNNING)
+    world.call(Halt())
+    until(world, lambda: world.state.mode is Mode.HALTED)
+    world.call(Run())
+    until(world, lambda: world.state.mode is Mode.RUNNING)
+    world.step()
+    assert world.unplanned == [1]
+
+
+def test_extension_that_the_robot_can_not_wait_for_is_planned_no_longer() -> None:
+    world = on_its_rounds()
+    world.plans_held = True
+    until(world, lambda: extensions(world) != [])
+    late = extensions(world)[0].id
+    until(world, lambda: world.unplanned == [late])

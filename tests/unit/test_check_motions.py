@@ -1,5 +1,6 @@
 """`cell check` plans every program before anything moves: what cannot be planned, and where the robot stops."""
 
+import re
 from pathlib import Path
 
 import pytest
@@ -74,5 +75,31 @@ def test_moves_that_were_not_looked_at_are_a_warning(tmp_path: Path) -> None:
     assert f"{PROGRAM}:3:1: warning: program: found moves that were not planned, lines 3, 7, allowed " in output
 
 
+@pytest.mark.parametrize(
+    ("moves", "lines"),
+    [
+        ("ML Y=100\nML Y=0 A=0 B=90 C=180\nML Y=100 A=0 B=90 C=0\nML Y=0 A=0 B=90 C=90", ["3", "4"]),
+        ("ML A=0 B=90 C=90\nML A=0 B=90 C=180", []),
+        ("ML Y=100 R=20\nML X=1300 A=0 B=90 C=180 R=20\nML Y=0", ["3"]),
+        ("MS X=1250 Y=50\nMS X=1300 Y=0 A=0 B=90 C=180", ["3"]),
+        ("MC QX=1250 QY=50 X=1300 Y=0 A=0 B=90 C=180", ["2"]),
+        ("MC QX=1250 QY=50 QA=0 QB=90 QC=60 X=1300 Y=0 A=0 B=90 C=180", []),
+        ("TANG 1\nML X=1300\nML X=1200\nTANG 0", ["4"]),
+    ],
+)
+def test_an_exact_half_turn_is_a_warning_that_names_the_line(tmp_path: Path, moves: str, lines: list[str]) -> None:
+    result, output = checked(tmp_path, f"{ABOVE}\n{moves}")
+    assert result.exit_code == 0, output
+    assert (
+        re.findall(r"left\.prog:(\d+):1: warning: program: found .*: an exact half turn of the tool", output) == lines
+    )
+
+
 def test_lines_are_listed_in_order_with_neighbours_together() -> None:
     assert listed({12, 3, 4, 5, 9}) == "3-5, 9, 12"
+
+
+def test_a_program_with_a_byte_order_mark_is_good(tmp_path: Path) -> None:
+    result, output = checked(tmp_path, f"\ufeff{ABOVE}\nHOME")
+    assert result.exit_code == 0, output
+    assert "is good" in output

@@ -18,12 +18,23 @@ with open("order", "a") as order:
 """
 STUBBORN = "import signal; signal.signal(signal.SIGTERM, signal.SIG_IGN); print('up', flush=True); signal.pause()"
 DIES = "import sys; print('first'); sys.exit('no such bus')"
+FAILS = """
+import signal, sys
+def fail(*_):
+    sys.exit("not at rest")
+signal.signal(signal.SIGTERM, fail)
+print("up", flush=True)
+while True:
+    signal.pause()
+"""
+LEAVES = "print('up')"
 DEADLINE_S = 20.0
 
 
 @pytest.fixture
 def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    for name, text in {"waiting": WAITS_FOR_ITS_PARENT, "stubborn": STUBBORN, "dying": DIES}.items():
+    kinds = {"waiting": WAITS_FOR_ITS_PARENT, "stubborn": STUBBORN, "dying": DIES, "failing": FAILS, "leaving": LEAVES}
+    for name, text in kinds.items():
         (tmp_path / f"child_{name}.py").write_text(text)
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("PYTHONPATH", str(Path(__file__).parents[2]))
@@ -59,6 +70,52 @@ def test_one_that_does_not_end_is_killed_and_named(folder: Path) -> None:
     with Children([program("manager", "stubborn")], folder, hurry, said.append):
         wait_until_up(folder, "manager")
     assert "manager did not end" in said[0]
+
+
+def test_the_log_of_the_run_before_is_kept_and_not_shown_as_the_last_lines(folder: Path) -> None:
+    log = folder / "manager.log"
+    log.write_text("long ago\n")
+    with Children([program("manager", "dying")], folder, threading.Event(), print) as children:
+        pause = threading.Event()
+        for _ in range(int(DEADLINE_S / 0.02)):
+            if dead := children.deaths():
+                break
+            pause.wait(0.02)
+    assert log.read_text().splitlines() == ["long ago", "first", "no such bus"]
+    assert "long ago" not in dead[0].death_notice()
+
+
+def test_one_that_had_to_be_killed_did_not_end_in_order(folder: Path) -> None:
+    hurry = threading.Event()
+    hurry.set()
+    with Children([program("manager", "stubborn")], folder, hurry, print) as children:
+        wait_until_up(folder, "manager")
+    assert children.out_of_order() == ["manager"]
+
+
+def test_one_that_ends_with_an_error_when_it_is_told_to_end_is_named(folder: Path) -> None:
+    said: list[str] = []
+    with Children([program("robot left", "failing")], folder, threading.Event(), said.append) as children:
+        wait_until_up(folder, "robot left")
+    assert children.out_of_order() == ["robot left"]
+    assert "robot left ended with exit code 1" in said[0]
+    assert "| not at rest" in said[0]
+
+
+def test_those_who_end_as_they_are_told_ended_in_order(folder: Path) -> None:
+    with Children([program("manager", "waiting")], folder, threading.Event(), print) as children:
+        wait_until_up(folder, "manager")
+    assert children.out_of_order() == []
+
+
+def test_one_that_died_before_the_end_did_not_end_in_order_whatever_its_exit_code(folder: Path) -> None:
+    with Children([program("manager", "leaving")], folder, threading.Event(), print) as children:
+        pause = threading.Event()
+        for _ in range(int(DEADLINE_S / 0.02)):
+            if children.all_dead():
+                break
+            pause.wait(0.02)
+    assert children.out_of_order() == ["manager"]
 
 
 def test_a_death_shows_the_last_lines_and_the_command(folder: Path) -> None:

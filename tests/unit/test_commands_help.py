@@ -1,15 +1,20 @@
 """Every command explains itself, and a user's mistake never ends in a traceback."""
 
+import itertools
+import re
+import shlex
 import subprocess
 import sys
 from collections.abc import Iterator
 from pathlib import Path
 
+import click.testing
 import pytest
 import typer
 from typer.testing import CliRunner
 
 from cell.commands import cell_command, drive_gateway_command, robot_agent_command
+from cell.commands.lazy import explained
 
 ROOT = Path(__file__).parents[2]
 APPS = {"cell": cell_command.app, "robot-agent": robot_agent_command.app, "drive-gateway": drive_gateway_command.app}
@@ -34,6 +39,30 @@ def test_help_shows_an_example(tool: str, words: tuple[str, ...]) -> None:
     result = CliRunner().invoke(APPS[tool], [*words, "--help"])
     assert result.exit_code == 0
     assert "Example: " in result.output
+
+
+@pytest.mark.parametrize(("tool", "words"), ALL, ids=[" ".join((tool, *words)) for tool, words in ALL])
+def test_help_is_as_wide_as_the_terminal(tool: str, words: tuple[str, ...]) -> None:
+    """Every word of the text that would still fit on a line stands on it."""
+    width = 90
+    command = explained(APPS[tool]) if tool != "cell" else typer.main.get_command(APPS[tool])
+    result = click.testing.CliRunner().invoke(command, [*words, "--help"], env={"COLUMNS": str(width)})
+    text = result.output.split("╭")[0].split("\n\n", 2)[-1]
+    for paragraph in re.split(r"\n *\n", text):
+        lines = [line.strip() for line in paragraph.strip().splitlines()]
+        ragged = [
+            line for line, after in itertools.pairwise(lines) if len(line) + 1 + len(after.split()[0]) <= width - 2
+        ]
+        assert ragged == []
+
+
+@pytest.mark.parametrize("name", ["cell.yaml", "my cell's file.yaml"])
+def test_a_recommended_command_names_the_file_as_a_shell_takes_it(tmp_path: Path, name: str) -> None:
+    file = tmp_path / name
+    file.write_text((ROOT / "cell_configs/two_arms/cell.yaml").read_text().replace("127.0.0.1:745", "127.0.0.1:1"))
+    result = complaint("cell", "status", "-f", str(file))
+    commands = re.findall(r"cell up .*(?=, or)", result.stderr)
+    assert [shlex.split(command) for command in commands] == [["cell", "up", str(file)]]
 
 
 def complaint(tool: str, *words: str) -> subprocess.CompletedProcess[str]:
@@ -95,5 +124,5 @@ def test_an_emergency_stop_that_cannot_be_sent_points_to_the_hard_wired_one(tmp_
     broken.write_text("cell: [")
     result = complaint("cell", "estop", "-f", str(broken))
     assert result.returncode == 1
-    assert "no emergency stop was sent" in result.stderr
+    assert "NO emergency stop was sent" in result.stderr
     assert "next: use the hard-wired emergency stop" in result.stderr

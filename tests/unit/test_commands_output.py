@@ -25,7 +25,8 @@ J6 = NodeStatus(6, "left", "J6", "Operational", AxisStatus.FAULT, outputs={"grip
 
 def state(node: NodeStatus = J6) -> GatewayState:
     counters = BusCounters(100, 0, 0.0, 0, 0, 0, 0.3)
-    return GatewayState("left_bus", "b", 7, 0.004, "virtual", True, "", {}, None, (node,), counters)
+    state = GatewayState("left_bus", "b", 7, 0.004, "virtual", True, "", {}, None, (node,), counters)
+    return replace(state, digest=CELL.digest)
 
 
 @dataclass
@@ -110,6 +111,17 @@ def test_a_robot_without_outputs_says_which_file_would_name_them(monkeypatch: py
     assert result.exit_code == 0
     assert result.output.replace("\n", "").startswith("robot right has no digital outputs; its `outputs` in ")
     assert "right_drives.yaml" in result.output
+
+
+def test_files_other_than_those_of_the_gateway_list_nothing_and_keep_nobody_from_switching(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """What is switched is named, and the gateway knows its names: a part is freed with old files, too."""
+    line = Line(gateways={"left_bus": replace(state(), digest="0123456789abcdef")})
+    listed = line.say(monkeypatch, "left")
+    assert listed.exit_code == 1
+    assert f"configuration 01234567, the files here are {CELL.digest[:8]}" in str(listed.exception)
+    assert line.say(monkeypatch, "left", "gripper", "off").exit_code == 0
 
 
 def drives() -> RobotDrives:

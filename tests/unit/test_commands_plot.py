@@ -104,6 +104,44 @@ def test_endless_program_is_cut_off(tmp_path: Path) -> None:
     assert result.exit_code == 0
 
 
+@pytest.mark.parametrize(
+    "loop",
+    [
+        "WAIT 1",
+        "SET DO x\nWAIT 1\nRESET DO x\nWAIT 1",
+        "HOME\nWAIT 1",
+        "HOME",
+        "MJ J1=0\nMJ J4=0\nWAIT 0",
+        "WAIT 0\nGOTO a 3000",
+    ],
+)
+def test_a_loop_in_which_nothing_moves_ends_what_is_drawn(tmp_path: Path, loop: str) -> None:
+    rounds = f"LABEL a\n{loop}\nGOTO a"
+    assert "in 2 motions" in plotted(tmp_path, f"MJ J1=10\nHOME R=0\n{rounds}")
+    with pytest.raises(CommandError, match="moves nothing"):
+        plotted(tmp_path, f"HOME\n{rounds}")
+
+
+def test_a_move_after_many_rounds_of_waiting_is_drawn(tmp_path: Path) -> None:
+    assert "in 1 motions" in plotted(tmp_path, "LABEL a\nWAIT 1\nGOTO a 300\nMJ J1=10\nLABEL b\nWAIT 1\nGOTO b")
+
+
+@pytest.mark.parametrize("waits", range(1, 9))
+def test_moves_that_are_planned_ahead_while_the_robot_waits_are_drawn(tmp_path: Path, waits: int) -> None:
+    program = "WAIT 1\n" * waits + "LABEL a\nMJ J1=10 R=0\nMJ J1=-10 R=0\nGOTO a 2"
+    assert "in 6 motions" in plotted(tmp_path, program)
+    assert "in 6 motions" in plotted(tmp_path, program.replace("GOTO a 2", "WAIT 1\nGOTO a 2"))
+
+
+def test_a_program_with_a_byte_order_mark_is_drawn_and_another_encoding_is_told_by_its_line(tmp_path: Path) -> None:
+    assert "in 1 motions" in plotted(tmp_path, "\ufeffMJ J1=10")
+    program = tmp_path / "latin.prog"
+    program.write_bytes("HOME\n; Größe\nMJ J1=10".encode("latin-1"))
+    result = CliRunner().invoke(app, ["plot", str(program), "--model", MODEL, "-o", str(tmp_path / "l.html")])
+    assert isinstance(result.exception, CommandError)
+    assert "latin.prog:2:5: file: found the byte 0xf6, allowed text in UTF-8" in result.exception.what
+
+
 def test_line_that_cannot_be_planned_is_named_and_what_comes_before_it_is_drawn(tmp_path: Path) -> None:
     with pytest.raises(CommandError, match="line 2"):
         plotted(tmp_path, "MJ J1=10\nML X=9000")

@@ -94,6 +94,8 @@ def test_the_digest_follows_the_meaning_of_all_files(tmp_path: Path, name: str, 
          "the box: [x, y, z]"),
         ("[900, 2600, 2600]", "[900, 0, 2600]", "900, §0", "zones.handover.size[1]: found 0, allowed more than 0"),
         ("robots: [left, right]", "robots: []", "§[]", "zones.handover.robots: found an empty list, allowed 1 or more"),
+        ("127.0.0.1:7450", "0.0.0.0:7450", '§"tcp/0.0', "manager.endpoint: found 'tcp/0.0.0.0:7450', allowed an "
+         "address under which the others reach it; it listens on all of its own with -l tcp/0.0.0.0:7450"),
         ("robots: [left, right]", "robots: [left, up]", "§up]",
          "zones.handover.robots[1]: found unknown robot 'up', allowed one of left, right"),
         ("robots: [left, right]", "robots: [left, left]", "[left, §left",
@@ -121,6 +123,10 @@ def test_each_mistake_is_one_line_at_its_place(tmp_path: Path, old: str, new: st
          "times.feedback_lost_s: found 0.02, allowed more than lead_s, 0.032"),
         ("{owner_silent_s: 0.1}", "§0.1}", "times.owner_silent_s: found 0.1, allowed more than nominal_s, 0.12, so "
          "that lost blocks do not end a claim"),
+        ("{fresh_s: 10}", "§10}", "times.fresh_s: found 10, allowed 2 or less"),
+        ("{command_s: 30}", "§30}", "times.command_s: found 30, allowed 2 or less"),
+        ("{nominal_s: 40, owner_silent_s: 50}", "nominal_s: §40", "times.nominal_s: found 40, allowed 1 or less"),
+        ("{estop_delay_s: 60}", "§60}", "times.estop_delay_s: found 60, allowed 5 or less"),
         ("{fresh_s: -1}", "§-1}", "times.fresh_s: found -1, allowed more than 0"),
         ("{fresh: 1}", "§fresh:", "times.fresh: found unknown key 'fresh', allowed one of fresh_s, command_s, "
          "nominal_s, lead_s, feedback_lost_s, owner_silent_s, estop_delay_s, idle_off_s"),
@@ -128,6 +134,21 @@ def test_each_mistake_is_one_line_at_its_place(tmp_path: Path, old: str, new: st
 )  # fmt: skip
 def test_times_that_contradict_each_other_are_refused(tmp_path: Path, times: str, at: str, problem: str) -> None:
     copy = Copy(tmp_path).change(CELL, TIMES, f"times: {times}")
+    assert lines(copy) == [f"{copy.place(CELL, at)}: {problem}"]
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "at", "problem"),
+    [
+        ("robots: [left, right]", "robots: [5]", "§5]", "zones.handover.robots[0]: found 5, allowed text"),
+        ("[900, 2600, 2600]", "[]", "§[]", "zones.handover.size: found 0 values, allowed edge lengths of the box: "
+         "[x, y, z]"),
+        ("cell: two_arms", "cell: 5", "cell: §5", "cell: found 5, allowed text"),
+        ("[900, 2600, 2600]", "far", "§far", "zones.handover.size: found 'far', allowed a list"),
+    ],
+)  # fmt: skip
+def test_a_wrong_value_is_one_problem(tmp_path: Path, old: str, new: str, at: str, problem: str) -> None:
+    copy = Copy(tmp_path).change(CELL, old, new)
     assert lines(copy) == [f"{copy.place(CELL, at)}: {problem}"]
 
 

@@ -39,9 +39,17 @@ def test_every_key_and_every_value_has_its_place() -> None:
         ("a: 1\nb: 2\na: 3\n", "3:1 ('a',) the key a second time (first in line 1)"),
         ("a: &x 1\nb: *x\n", "2:1 ('b',) an alias (*)"),
         ("a: &x [*x]\n", "1:4 ('a', 0) an alias (*)"),
-        ("a: !secret b\n", "1:4 ('a',) !secret 'b'"),
+        ("a: !secret b\n", "1:4 ('a',) the tag !secret"),
         ("a: !secret {b: 1}\n", "1:4 ('a',) the tag !secret"),
-        ("a: !!int x\n", "1:4 ('a',) int 'x'"),
+        ("a: !!int x\n", "1:4 ('a',) the tag !!int"),
+        ("a: !!str 5\n", "1:4 ('a',) the tag !!str"),
+        ("a: 1\nb: ! x\n", "2:4 ('b',) the tag !"),
+        ("a: &x !!int '7'\n", "1:4 ('a',) the tag !!int"),
+        ("a: &x # seven\n  !!int '7'\n", "1:4 ('a',) the tag !!int"),
+        ("a: !!seq [1]\n", "1:4 ('a',) the tag !!seq"),
+        ("!!str a: 1\n", "1:1 ('a',) the tag !!str"),
+        ("%YAML 1.1\n---\nparts: yes\n", "1:1 () the directive %YAML 1.1"),
+        ("# old\n\n%TAG ! x:\n---\na: 1\n", "3:1 () the directive %TAG ! x:"),
         ("? [1, 2]\n: 3\n", "1:3 () a key that is no text"),
         ("a: 1\n---\nb: 2\n", "2:1 () expected a single document in the stream but found another document"),
         ("a: 1\nb: \x07\n", "2:4 () the character '\\x07'"),
@@ -50,6 +58,12 @@ def test_every_key_and_every_value_has_its_place() -> None:
 )
 def test_what_is_no_plain_yaml_is_refused_at_its_place(text: str, problem: str) -> None:
     assert problem in parsed(text)[2]
+
+
+def test_what_only_looks_like_a_tag_or_a_directive_is_text() -> None:
+    value, _, problems = parsed("a: '!!str 5'\nb: |\n  !x\n  %YAML 1.1\nc: &x 5\n'%d': a ! b\n")
+    assert value == {"a": "!!str 5", "b": "!x\n%YAML 1.1\n", "c": 5, "%d": "a ! b"}
+    assert problems == []
 
 
 @settings(max_examples=200, deadline=None)

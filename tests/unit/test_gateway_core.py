@@ -586,6 +586,21 @@ def test_enabling_waits_until_the_stop_is_cleared_by_its_own_id() -> None:
     assert world.ask(EnableDrives("left", owner)).ok
 
 
+def test_with_several_stops_nothing_is_enabled_before_the_last_is_cleared() -> None:
+    world = World()
+    world.ready()
+    owner = world.claim()
+    world.tell(ESTOP, Estop("e2", True, "bert", "door open, person inside"))
+    world.until(lambda: world.state.estop_confirmed == "e1")
+    world.tell(Estop("e1", False, "manager", ""))
+    world.cycle()
+    assert "emergency stop e2 by bert is active" in world.ask(EnableDrives("left", owner)).text
+    world.until(lambda: world.state.estop_confirmed == "e2")
+    world.tell(Estop("e2", False, "manager", ""))
+    world.cycle()
+    assert world.ask(EnableDrives("left", owner)).ok
+
+
 def test_a_fault_under_an_emergency_stop_loses_its_voltage_at_rest() -> None:
     world, _ = moving_world()
     world.tell(*world.drives[1].fail(0x8611))

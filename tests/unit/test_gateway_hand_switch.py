@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from gateway_world import TIMES, World, axis, block, gateway_settings, s_motion
+from gateway_world import TIMES, KindManager, World, axis, block, gateway_settings, s_motion
 
 from cell.core import Request
 from cell.messages import Call, Estop, Heard, Home, OutputEvent, PlayoutState, Reply, SwitchOutput
@@ -175,6 +175,7 @@ def test_nor_while_its_drives_brake() -> None:
 
 def test_nor_while_an_axis_homes() -> None:
     world = HandWorld(homing=HomingSettings(37, fast=0.4, slow=0.05, acceleration=5.0, position=0.0, order=1))
+    world.manager = KindManager()
     assert world.ask(Home("left", ())).ok
     assert world.refusal("gripper", on=True) == "left: it is being set up; switch outputs when that is done"
 

@@ -32,3 +32,8 @@ def test_another_suffix_is_refused_with_those_that_are_allowed(tmp_path: Path) -
 def test_a_folder_that_does_not_exist_is_named(tmp_path: Path) -> None:
     with pytest.raises(RecordError, match="cannot be written"):
         Recorder(BUS, tmp_path / "nowhere" / "bus.asc")
+
+
+def test_a_name_that_no_file_can_have_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(RecordError, match="cannot be written"):
+        Recorder(BUS, tmp_path / "bus\0.asc")

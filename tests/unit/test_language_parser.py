@@ -104,7 +104,7 @@ def test_a_jump_points_behind_its_label_even_when_the_label_comes_later() -> Non
         ("ML X=1 B=90", "1:8: found only B, allowed all of A, B, C, or none to keep the orientation"),
         ("ML X=1 F=-5", "1:8: found F=-5, allowed a speed of at least 0.1 mm/s"),
         ("ML X=1 FA=0", "1:8: found FA=0, allowed a speed of at least 0.01 deg/s"),
-        ("ML X=1 R=-1", "1:8: found R=-1, allowed a round edge from 0 in mm; 0 stops"),
+        ("ML X=1 R=-1", "1:8: found R=-1, allowed a round edge of 0 to 100000 mm; 0 stops"),
         ("ML X=1 FLIP=2", "1:8: found FLIP=2, allowed 1: the wrist may pass its singular pose, or 0"),
         ("MJ J1=1 SYNC=2", "1:9: found SYNC=2, allowed 1: the joints arrive together, or 0: each as fast as it can"),
         ("MJ J1=1 SYNC=0 R=5", "1:16: found R=5 with SYNC=0, allowed R only where the joints arrive together"),
@@ -128,6 +128,14 @@ def test_a_jump_points_behind_its_label_even_when_the_label_comes_later() -> Non
         ("LABEL a\nGOTO a 2.5", "2:8: found count 2.5, allowed a whole number, 1 to 1000000"),
         ("LABEL a\nLABEL a", "2:7: found label `a` a second time, allowed each label once"),
         ("END now", "1:5: found `now` behind END, allowed nothing"),
+        ("ML Y=0 X=1e300", "1:8: found `X=1e300`, allowed -100000 to 100000 mm"),
+        ("MS X=1e9", "1:4: found `X=1e9`, allowed -100000 to 100000 mm"),
+        ("MC QX=-1e6 X=1", "1:4: found `QX=-1e6`, allowed -100000 to 100000 mm"),
+        ("ML A=1e300 B=0 C=0", "1:4: found `A=1e300`, allowed -36000 to 36000 degrees"),
+        ("MJ J2=4e4", "1:4: found `J2=4e4`, allowed -36000 to 36000 degrees"),
+        ("TANG 1 H=1e300", "1:8: found `H=1e300`, allowed -36000 to 36000 degrees"),
+        ("ML X=1 R=1e300", "1:8: found R=1e+300, allowed a round edge of 0 to 100000 mm; 0 stops"),
+        ("HOME\nEND \u200bnow", "2:5: found `<U+200B>now` behind END, allowed nothing"),
         ("; nothing", "1:1: found a program without statements, allowed at least one statement"),
     ],
 )
@@ -149,3 +157,8 @@ def test_all_mistakes_are_reported_at_once_in_order() -> None:
 def test_no_text_makes_the_parser_fail_otherwise(text: str) -> None:
     with contextlib.suppress(ProgramError):
         assert parse_program(text, "p", JOINTS).statements
+
+
+def test_joints_with_names_in_lower_case_are_moved() -> None:
+    (move,) = parse_program("MJ base=90 LIFT=20", "p", ("base", "lift", "Turn"), {"lift"}).statements
+    assert move == MoveJoints(1, (math.pi / 2, 0.02, None), 1.0)

@@ -1,5 +1,7 @@
 """The manager in a small world on virtual time."""
 
+from dataclasses import replace
+
 import pytest
 from manager_world import INSIDE, OUTSIDE, World, settings
 
@@ -8,6 +10,7 @@ from cell.manager.records import EstopCleared, EstopLatched, Stored, ZoneDecided
 from cell.messages import (
     AdoptZone,
     ClearZone,
+    Command,
     Estop,
     Halt,
     Heard,
@@ -35,6 +38,17 @@ def held(world: World) -> World:
     world.run()
     world.left.x = INSIDE
     return world.run()
+
+
+def orphaned() -> World:
+    """Left fell silent inside its zone."""
+    world = World().run()
+    world.left.wants = True
+    world.run()
+    world.left.x = INSIDE
+    world.run()
+    world.left.silent = True
+    return world.run(0.5)
 
 
 def test_who_wants_a_free_zone_gets_it_with_a_token_of_this_epoch(world: World) -> None:
@@ -272,7 +286,7 @@ def test_a_robot_that_starts_standing_in_a_zone_blocks_it_without_a_stop() -> No
     world.right.wants = True
     world.run(0.5)
     assert (world.zone.state, world.zone.reason) == (ZoneState.ORPHANED, "left is inside without a grant")
-    assert world.state.estop is None
+    assert world.state.estops == ()
     assert world.call(ADOPT).ok
 
 
@@ -291,21 +305,21 @@ def test_a_body_in_the_zone_of_another_is_a_breach_and_stops_the_cell(held: Worl
     held.right.x = INSIDE
     held.run()
     assert held.zone.state is ZoneState.ORPHANED
-    assert held.state.estop is not None
-    assert held.state.estop.reason == "protective stop: right is in zone middle, which belongs to left"
+    reasons = [estop.reason for estop in held.state.estops]
+    assert reasons == ["protective stop: right is in zone middle, which belongs to left"]
     assert held.state.refused == {"right": "right is in zone middle, which belongs to left"}
     assert held.codes().count("zone_breach") == 1
     held.right.x = OUTSIDE
     held.run()
     assert (held.zone.state, held.zone.holder) == (ZoneState.OCCUPIED, "left")
     assert held.state.refused == {}
-    assert held.state.estop is not None
+    assert len(held.state.estops) == 1
 
 
 def test_a_moving_body_in_a_free_zone_is_a_breach(world: World) -> None:
     world.left.x, world.left.moving = INSIDE, True
     world.run()
-    assert world.state.estop is not None
+    assert len(world.state.estops) == 1
 
 
 def test_a_robot_with_another_configuration_gets_no_grants_and_is_told_why(world: World) -> None:
@@ -354,7 +368,7 @@ def test_an_emergency_stop_is_latched_stored_repeated_and_confirmed_by_name(held
     held.estops.clear()
     held.run(1.0)
     assert 19 <= len(held.estops) <= 21
-    assert held.state.estop == Estop("e1", True, "me", "test")
+    assert held.state.estops == (Estop("e1", True, "me", "test"),)
 
 
 def test_nothing_is_granted_under_an_emergency_stop(world: World) -> None:
@@ -369,42 +383,70 @@ def test_only_a_reset_ends_the_stop_and_its_id_never_works_again(world: World) -
     world.run(0.5)
     world.manager.receive(Estop("e1", False, "robot left", "test"), world.now)
     world.run(0.5)
-    assert world.state.estop is not None
-    reply = world.call(ResetEstop("me"))
-    assert (reply.ok, reply.text) == (True, "the emergency stop is cleared; confirmed by left, right")
+    assert len(world.state.estops) == 1
+    reply = world.call(ResetEstop("me", ("e1",)))
+    cleared = "cleared: the emergency stop by robot left (test); confirmed by left, right"
+    assert (reply.ok, reply.text) == (True, cleared)
     assert world.records[-1] == EstopCleared("e1", "me")
     assert not world.call(SetEstop("e1", "me", "again")).ok
-    assert world.state.estop is None
+    assert world.state.estops == ()
+
+
+def test_a_reset_clears_the_stops_that_it_names_and_no_others(world: World) -> None:
+    world.manager.receive(Estop("first", True, "anna", "trial"), world.now)
+    world.run()
+    world.manager.receive(Estop("second", True, "bert", "door open, person inside"), world.now)
+    reply = world.call(ResetEstop("anna", ("first",)))
+    assert not reply.ok
+    assert reply.text == (
+        "cleared: the emergency stop by anna (trial); "
+        "still in force: the emergency stop by bert (door open, person inside); find the cause, then `cell reset`"
+    )
+    world.run(0.5)
+    assert [estop.id for estop in world.state.estops] == ["second"]
+    assert (world.left.estop, world.right.estop) == ("second", "second")
+    assert EstopCleared("second", "anna") not in world.records
+    assert world.call(ResetEstop("anna", ("second",))).ok
+    world.run()
+    assert (world.state.estops, world.left.estop) == ((), None)
+
+
+def test_a_reset_that_names_no_stop_in_force_clears_nothing(world: World) -> None:
+    world.manager.receive(Estop("e1", True, "anna", "trial"), world.now)
+    world.run()
+    reply = world.call(ResetEstop("bert", ("e0",)))
+    assert not reply.ok
+    assert reply.text.startswith("nothing is cleared; still in force: the emergency stop by anna (trial)")
+    assert [estop.id for estop in world.state.estops] == ["e1"]
 
 
 def test_the_stop_outlives_the_manager(world: World) -> None:
     stop = Estop("e1", True, "me", "test")
     world.restart_manager(8, "m2", Stored(7, (stop,), frozenset({"e0"})))
     world.run()
-    assert world.state.estop == stop
+    assert world.state.estops == (stop,)
     assert world.left.estop == "e1"
 
 
 def test_a_stop_that_the_manager_missed_is_learnt_from_who_stands_under_it(world: World) -> None:
     world.left.estop = "e9"
     world.run()
-    assert world.state.estop is not None
-    assert world.state.estop.id == "e9"
+    assert [estop.id for estop in world.state.estops] == ["e9"]
     assert world.right.estop == "e9"
 
 
 def test_who_missed_the_end_of_a_stop_is_told_again(world: World) -> None:
     world.call(SetEstop("e1", "me", "test"))
-    world.call(ResetEstop("me"))
+    world.call(ResetEstop("me", ("e1",)))
     world.run(5.0)
     world.left.estop = "e1"
     world.run()
     assert world.left.estop is None
-    assert world.state.estop is None
+    assert world.state.estops == ()
 
 
 def test_a_reset_without_a_stop_says_so(world: World) -> None:
-    assert world.call(ResetEstop("me")).text == "no emergency stop was set"
+    assert world.call(ResetEstop("me", ())).text == "no emergency stop was set"
 
 
 def test_the_manager_says_who_it_is(world: World) -> None:
@@ -420,3 +462,59 @@ def test_an_unknown_body_is_not_granted_what_it_wants() -> None:
     world.left.known, world.left.wants = False, True
     world.run(0.5)
     assert (world.zone.holder, world.zone.reason) == (None, "left not referenced")
+
+
+@pytest.mark.parametrize("order", [ResetEstop("me", ("e1",)), CLEAR, ADOPT], ids=lambda each: each.verb)
+def test_an_order_that_releases_something_is_carried_out_within_half_a_second_or_never(order: Command) -> None:
+    world = orphaned()
+    world.call(SetEstop("e1", "me", "test"))
+    old = Heard(world.state.boot, world.state.sequence)
+    world.run(0.6)
+    for heard, says in ((old, "0.6"), (Heard("another", 1), "no longer known")):
+        reply = world.call(order, heard)
+        assert not reply.ok
+        assert says in reply.text
+        assert "nothing was done: look with `cell status`, then give the order again" in reply.text
+    assert world.state.estops
+    assert world.zone.state is ZoneState.ORPHANED
+    assert [record for record in world.records if isinstance(record, EstopCleared | ZoneDecided)] == []
+
+
+def test_a_manager_that_wakes_up_carries_out_no_order_of_before() -> None:
+    world = orphaned()
+    request_id = world.ask(CLEAR)
+    world.now += 0.3
+    world.manager.receive(Frozen(0.3), world.now)
+    world.run()
+    assert "no longer known" in world.replies[request_id].text
+    assert world.zone.state is ZoneState.ORPHANED
+
+
+def test_a_stop_is_never_refused_for_its_age() -> None:
+    world = World()
+    world.run()
+    assert world.call(SetEstop("e1", "me", "test"), Heard("another", 1)).ok
+
+
+def test_a_late_presence_of_an_agent_that_was_never_heard_bans_nobody() -> None:
+    world = World()
+    world.left.owner = 2
+    world.run()
+    dead = replace(world.left.presence(), boot="b0", owner=1, sequence=900, heard=None)
+    world.manager.receive(dead, world.now)
+    world.left.wants = True
+    world.run()
+    assert (world.zone.state, world.zone.holder) == (ZoneState.GRANTED, "left")
+
+
+def test_an_agent_whose_claim_is_lower_than_before_gets_no_grants_and_is_told_why() -> None:
+    world = World()
+    world.left.owner = 7
+    world.run()
+    world.left.restart("b2")
+    world.left.owner = 3
+    world.left.wants = True
+    world.run(0.5)
+    assert world.zone.holder is None
+    assert "its claim 3 is lower than 7 of before" in world.state.refused["left"]
+    assert "start the manager again" in world.state.refused["left"]

@@ -83,9 +83,9 @@ class Robots:
                 self.geometry.append(message)
         self.sequence += 1
         heard = Heard(self.state.boot, self.state.sequence) if self.state else None
-        estop = self.state.estop.id if self.state and self.state.estop else None
+        estop = self.state.estops[0].id if self.state and self.state.estops else None
         for robot, wants in (("left", {"middle": 0.0}), ("right", dict[str, float]())):
-            presence = Presence(robot, "b1", self.sequence, heard, "digest", ball(1.0), 0.0, {}, wants, estop)
+            presence = Presence(robot, "b1", 1, self.sequence, heard, "digest", ball(1.0), 0.0, {}, wants, estop)
             self.session.publish(presence)
 
 
@@ -103,9 +103,8 @@ def test_a_manager_grants_answers_and_keeps_its_stop_over_a_restart(cell: CellSe
         assert "manager of cell line" in robots.session.ask("manager", new_call(Who()), DEADLINE_S).text
         assert robots.session.ask("manager", new_call(SetEstop("e1", "me", "test")), DEADLINE_S).ok
     with cell_of(cell, tmp_path) as robots:
-        again = robots.until(lambda state: state.estop is not None)
-        assert again.estop is not None
-        assert again.estop.id == "e1"
+        again = robots.until(lambda state: bool(state.estops))
+        assert [estop.id for estop in again.estops] == ["e1"]
         assert again.epoch > granted.epoch
         assert robots.session.ask("manager", new_call(Who()), DEADLINE_S).ok
 

@@ -108,6 +108,16 @@ def test_each_mistake_is_one_line_at_its_place(tmp_path: Path, old: str, new: st
     assert f"{copy.place(ROBOT, at)}: {problem}" in [copy.shown(problem) for problem in caught.value.problems]
 
 
+def test_what_is_left_without_a_wrong_value_is_no_second_problem(tmp_path: Path) -> None:
+    motion = "ramp_factor: 1.5\nmotion: {profile: trapezoidal, filter_ms: much}"
+    copy = Copy(tmp_path).change(ROBOT, "ramp_factor: 1.5", motion)
+    with pytest.raises(ConfigError) as caught:
+        load_description(copy.robot)
+    assert [copy.shown(problem) for problem in caught.value.problems] == [
+        f"{copy.place(ROBOT, '§much')}: motion.filter_ms: found 'much', allowed a number"
+    ]
+
+
 def test_joints_in_another_order_are_refused(tmp_path: Path) -> None:
     copy = Copy(tmp_path).change(ROBOT, "  J1: {position", "  J0: {position")
     copy.change(ROBOT, "  J2: {position", "  J1: {position").change(ROBOT, "  J0: {position", "  J2: {position")

@@ -2,94 +2,33 @@
 
 import dataclasses
 import math
-from enum import Enum
-from typing import Any, get_args, get_origin, get_type_hints
+from typing import Any
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from hypothesis.extra.numpy import arrays
 
 from cell.messages import (
-    AxisStatus,
     Body,
     Call,
+    CellTime,
     Command,
-    DriveFeedback,
+    Correction,
     Heard,
     OutputEvent,
-    PlayoutState,
     Presence,
     Reply,
     ResetEstop,
     ResetRobot,
+    Run,
     SetpointBlock,
+    ZoneGeometry,
 )
-from cell.net.codec import COMMANDS, decode, decode_call, encode, encode_call
+from cell.net.codec import COMMANDS, MOST_BYTES, decode, decode_call, encode, encode_call
 from cell.net.errors import CodecError
 from cell.net.keys import STATE_KINDS
-
-FINITE = st.floats(allow_nan=False, allow_infinity=False)
-NAMES = st.text(st.characters(codec="utf-8"), max_size=12)
-COUNTS = st.integers(0, 2**63 - 1)
-PLAIN: dict[object, st.SearchStrategy[Any]] = {
-    float: FINITE,
-    int: st.integers(-(2**63), 2**63 - 1),
-    str: NAMES,
-    bool: st.booleans(),
-    type(None): st.none(),
-}
-
-
-def of(kind: Any) -> st.SearchStrategy[Any]:
-    """Any value of a message's field type."""
-    if kind in PLAIN:
-        return PLAIN[kind]
-    if dataclasses.is_dataclass(kind):
-        hints = get_type_hints(kind)
-        return st.builds(kind, **{field.name: of(hints[field.name]) for field in dataclasses.fields(kind)})
-    if isinstance(kind, type) and issubclass(kind, Enum):
-        return st.sampled_from(kind)
-    parts = get_args(kind)
-    if get_origin(kind) is dict:
-        return st.dictionaries(of(parts[0]), of(parts[1]), max_size=3)
-    if get_origin(kind) is tuple and parts[-1] is Ellipsis:
-        return st.lists(of(parts[0]), max_size=3).map(tuple)
-    if get_origin(kind) is tuple:
-        return st.tuples(*map(of, parts))
-    return st.one_of(*map(of, parts))
-
-
-@st.composite
-def blocks(draw: st.DrawFn) -> SetpointBlock:
-    shape = draw(st.tuples(st.integers(1, 5), st.integers(1, 4)))
-    samples = arrays(np.float64, shape, elements=FINITE)
-    numbers = [draw(COUNTS) for _ in range(4)]
-    dt_s, nominal = draw(st.floats(1e-6, 1e6)), draw(st.integers(0, shape[0]))
-    torque = draw(st.none() | samples)
-    events = draw(
-        st.lists(st.builds(OutputEvent, COUNTS, COUNTS, st.integers(0, 2**16 - 1), st.booleans()), max_size=3)
-    )
-    last = torque, tuple(events), draw(st.booleans())
-    return SetpointBlock(draw(NAMES), *numbers, dt_s, nominal, draw(samples), draw(samples), *last)
-
-
-@st.composite
-def feedbacks(draw: st.DrawFn) -> DriveFeedback:
-    axes = draw(st.lists(st.sampled_from(AxisStatus), max_size=5).map(tuple))
-    values = arrays(np.float64, len(axes), elements=FINITE)
-    numbers = [draw(COUNTS) for _ in range(4)]
-    level, flags = draw(st.integers(0, 2**32 - 1)), draw(st.tuples(st.booleans(), st.booleans()))
-    state, refused = draw(st.sampled_from(PlayoutState)), draw(COUNTS)
-    positions = [draw(values) for _ in range(3)]
-    last = draw(st.none() | values), draw(st.integers(0, 2**32 - 1)), draw(COUNTS)
-    return DriveFeedback(draw(NAMES), draw(NAMES), *numbers, state, level, refused, *flags, *positions, axes, *last)
-
-
-def messages(kind: type) -> st.SearchStrategy[Any]:
-    special = {SetpointBlock: blocks(), DriveFeedback: feedbacks()}
-    return special[kind] if kind in special else of(kind)
+from tests.unit.message_kinds import NAMES, messages, of
 
 
 def same(a: object, b: object) -> bool:
@@ -121,7 +60,9 @@ def test_every_call_comes_back_as_it_was_sent(role: str) -> None:
 
 def test_the_same_verb_is_another_command_for_another_role() -> None:
     assert decode_call("robot/left", "reset", encode_call(Call("1", ResetRobot()))).command == ResetRobot()
-    assert decode_call("manager", "reset", encode_call(Call("1", ResetEstop("me")))).command == ResetEstop("me")
+    assert decode_call("manager", "reset", encode_call(Call("1", ResetEstop("me", ("e1",))))).command == ResetEstop(
+        "me", ("e1",)
+    )
 
 
 @pytest.mark.parametrize("kind", [*STATE_KINDS, Reply], ids=lambda kind: kind.__name__)
@@ -217,7 +158,7 @@ def test_bytes_behind_a_block_are_refused() -> None:
         decode(SetpointBlock, encode(block()) + b"\0")
 
 
-PRESENCE = Presence("left", "b", 1, None, "d", Body(False, (0.0, 0.0, 0.0), 1.0), 0.5)
+PRESENCE = Presence("left", "b", 1, 1, None, "d", Body(False, (0.0, 0.0, 0.0), 1.0), 0.5)
 
 
 @pytest.mark.parametrize("stop_time_s", [math.nan, math.inf, -math.inf])
@@ -249,3 +190,65 @@ def test_the_word_nan_in_a_text_may_travel() -> None:
 def test_a_wrong_field_is_refused_by_its_name(old: bytes, new: bytes, where: str) -> None:
     with pytest.raises(CodecError, match=f"Presence: {where}: "):
         decode(Presence, encode(PRESENCE).replace(old, new))
+
+
+CAPSULE = (0.0, 0.0, 0.0, 0.1, 0.0, 0.0)
+BODY = Body(True, (0.0, 0.0, 0.0), 1.0, (0.1,), ((CAPSULE,),), (0.02,))
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "says"),
+    [
+        (b'"radii_m":[0.1]', b'"radii_m":[0.1,0.1]', "poses of 1 capsules and 2 radii_m"),
+        (b'"radii_m":[0.1]', b'"radii_m":[]', "poses of 1 capsules and 0 radii_m"),
+        (b'"radii_m":[0.1]', b'"radii_m":[-0.1]', "body.radii_m.0: Input should be greater than or equal to 0"),
+        (b'"growth_m":[0.02]', b'"growth_m":[0.02,0.02]', "growth_m has 2 numbers for 1 poses"),
+        (b'"growth_m":[0.02]', b'"growth_m":[-0.02]', "body.growth_m.0"),
+        (b'"reach_m":1.0', b'"reach_m":1e300', "body.reach_m"),
+        (b'"stop_time_s":0.5', b'"stop_time_s":-0.5', "stop_time_s"),
+        (b'"sequence":1', b'"sequence":-1', "sequence"),
+        (b'"robot":"left"', b'"robot":"%s"' % (b"x" * 200), "robot"),
+    ],
+)
+def test_a_presence_of_another_shape_is_refused_where_it_is_read(old: bytes, new: bytes, says: str) -> None:
+    data = encode(dataclasses.replace(PRESENCE, body=BODY))
+    assert old in data
+    with pytest.raises(CodecError, match=says):
+        decode(Presence, data.replace(old, new))
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "says"),
+    [
+        (b'"size_m":[1.0,', b'"size_m":[0.0,', "size_m.0"),
+        (b"0.0,1.0]", b"0.5,1.0]", "quaternion_xyzw has length 1.118"),
+    ],
+)
+def test_a_zone_that_is_no_box_is_refused_where_it_is_read(old: bytes, new: bytes, says: str) -> None:
+    data = encode(ZoneGeometry("middle", 1, (1.0, 1.0, 1.0), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0), ()))
+    assert old in data
+    with pytest.raises(CodecError, match=says):
+        decode(ZoneGeometry, data.replace(old, new))
+
+
+def test_a_time_beyond_every_clock_is_refused_where_it_is_read() -> None:
+    late = CellTime("m", 1e300)
+    with pytest.raises(CodecError, match=r"at\.seconds"):
+        decode_call("robot/left", "run", encode_call(Call("1", Run(late))))
+    with pytest.raises(CodecError, match=r"at\.seconds"):
+        decode(Correction, encode(Correction("left", "seam", late, (0.0, 0.0, 0.0))))
+
+
+def test_what_is_longer_than_any_message_is_refused_unread() -> None:
+    with pytest.raises(CodecError, match="allowed are up to"):
+        decode(Presence, b" " * (MOST_BYTES + 1))
+
+
+def test_samples_whose_squares_overflow_are_refused_where_they_are_read() -> None:
+    with pytest.raises(CodecError, match="beyond 1e\\+12"):
+        decode(SetpointBlock, encode(block(position=np.full((3, 2), 1e200))))
+
+
+def test_a_count_that_leaves_no_room_for_what_is_computed_from_it_is_refused() -> None:
+    with pytest.raises(CodecError, match="a count of"):
+        decode(SetpointBlock, encode(block(first_tick=2**64 - 1)))

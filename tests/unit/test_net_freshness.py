@@ -39,20 +39,37 @@ def test_what_is_long_ago_is_forgotten() -> None:
     assert sent.age(Heard("b1", 2), 12.5) == 0.0
 
 
-@given(st.lists(st.tuples(st.sampled_from("abc"), st.integers(0, 5))))
-def test_accepted_news_grows_within_a_boot_and_a_replaced_boot_never_returns(messages: list[tuple[str, int]]) -> None:
-    newest = NewestOf()
-    accepted = [message for message in messages if newest.accept(*message)]
-    boots = [boot for boot, _ in accepted]
-    changes = [boot for i, boot in enumerate(boots) if i == 0 or boots[i - 1] != boot]
-    assert len(changes) == len(set(changes))
-    for boot in changes:
-        sequences = [sequence for b, sequence in accepted if b == boot]
-        assert sequences == sorted(set(sequences))
+RUNS = st.sampled_from([("a", 1), ("b", 2), ("c", 3)])
 
 
-def test_a_new_boot_may_begin_with_any_sequence() -> None:
+@given(st.lists(st.tuples(RUNS, st.integers(0, 5))))
+def test_accepted_news_only_grows_by_run_and_sequence(messages: list[tuple[tuple[str, int], int]]) -> None:
     newest = NewestOf()
-    assert newest.accept("old", 100)
-    assert newest.accept("new", 1)
-    assert not newest.accept("old", 101)
+    accepted = [(era, sequence) for (boot, era), sequence in messages if newest.accept(boot, era, sequence)]
+    assert accepted == sorted(set(accepted))
+
+
+@given(st.lists(st.tuples(RUNS, st.integers(0, 5))), st.integers(0, 100))
+def test_no_late_message_keeps_the_living_run_from_being_heard(
+    late: list[tuple[tuple[str, int], int]], sequence: int
+) -> None:
+    newest = NewestOf()
+    for (boot, era), old in late:
+        newest.accept(boot, era, old)
+    assert newest.accept("living", 4, sequence)
+    for (boot, era), old in late:
+        assert not newest.accept(boot, era, old + 1000)
+    assert newest.accept("living", 4, sequence + 1)
+
+
+def test_a_new_run_may_begin_with_any_sequence() -> None:
+    newest = NewestOf()
+    assert newest.accept("old", 1, 100)
+    assert newest.accept("new", 2, 1)
+    assert not newest.accept("old", 1, 101)
+
+
+def test_of_two_runs_that_claim_one_era_the_first_counts() -> None:
+    newest = NewestOf()
+    assert newest.accept("one", 1, 100)
+    assert not newest.accept("other", 1, 101)

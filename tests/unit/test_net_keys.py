@@ -16,7 +16,7 @@ KEYS = Keys("two_arms")
     ("message", "key"),
     [
         (
-            Presence("left", "b", 1, None, "d", Body(False, (0.0, 0.0, 0.0), 1.0), 0.0),
+            Presence("left", "b", 1, 1, None, "d", Body(False, (0.0, 0.0, 0.0), 1.0), 0.0),
             "cell/two_arms/robot/left/presence",
         ),
         (Estop("e", True, "me", "test"), "cell/two_arms/estop"),

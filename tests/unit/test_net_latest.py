@@ -3,7 +3,7 @@
 from cell.messages import Estop, Event, Severity
 from cell.net.codec import encode
 from cell.net.keys import Keys
-from cell.net.latest import Decoder, Latest
+from cell.net.latest import MOST_KEYS, Decoder, Latest
 
 KEYS = Keys("c")
 
@@ -38,3 +38,14 @@ def test_a_message_under_another_senders_key_is_garbage() -> None:
     event = Event("robot/left", 1, Severity.INFO, "code", "text")
     assert Decoder(KEYS, reports.append).decode("cell/c/event/robot/right", encode(event)) is None
     assert "it belongs on cell/c/event/robot/left" in reports[0]
+
+
+def test_keys_of_strangers_take_no_memory_without_bound() -> None:
+    decoder = Decoder(KEYS, lambda _: None)
+    latest = Latest(decoder)
+    for number in range(2 * MOST_KEYS):
+        latest.store(f"cell/c/robot/r{number}/presence", b"{}")
+        decoder.decode(f"cell/c/event/r{number}", b"")
+    latest.store("cell/c/robot/r0/presence", b"")
+    assert latest.take_new() == []
+    assert len(decoder.failures) == MOST_KEYS

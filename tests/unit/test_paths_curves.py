@@ -9,7 +9,8 @@ from robot_agent.paths.arc import CircleGeometry
 from robot_agent.paths.curves import Trimmed, bezier, joining
 from robot_agent.paths.spline import control_points, turns_back
 
-COORDINATE = st.floats(-1.0, 1.0)
+COORDINATE = st.floats(-1.0, 1.0) | st.sampled_from([0.0, 0.1, -0.1, 0.2, -0.2, 1.0, -1.0])
+"""People type round numbers: exact zeros, repeated and mirrored points."""
 POINT = st.tuples(COORDINATE, COORDINATE, COORDINATE).map(np.array)
 
 
@@ -202,3 +203,11 @@ def test_a_cubic_that_turns_back_on_itself_is_told_from_one_that_only_bends() ->
     there_and_back = np.array([[0.0, 0.0, 0.0], [-0.04, 0.0, 0.0], [0.05, 0.0, 0.0], [0.1, 0.0, 0.0]])
     assert turns_back(there_and_back)
     assert not turns_back(np.abs(there_and_back))
+
+
+@pytest.mark.parametrize("up", np.concatenate([np.eye(3), -np.eye(3)]).tolist(), ids=str)
+@pytest.mark.parametrize("width", [0.05, 0.2])
+def test_a_symmetric_u_turn_has_no_cusp(up: list[float], width: float) -> None:
+    tangent = np.array(up)
+    (controls,) = control_points(np.array([np.zeros(3), width * np.roll(tangent, 1)]), tangent, -tangent)
+    assert not turns_back(controls)

@@ -67,3 +67,15 @@ def test_a_part_stays_where_it_passed_whatever_the_counter_does_behind_it() -> N
         conveyor.measured(counts, k * DT, part=None if k == 0 else 2**32 - 20)
     assert conveyor.part_m == pytest.approx(0.010)
     np.testing.assert_allclose(conveyor.offset_at(0.010)[:3], [0.0, 0.010, 0.0], atol=1e-12)
+
+
+def test_a_count_that_was_overtaken_brings_no_older_part_back() -> None:
+    conveyor = belt()
+    conveyor.measured(1000, 1.0, part=500)
+    conveyor.measured(1500, 1.1, part=1400)
+    part_m, target = conveyor.part_m, conveyor.target(1.1)
+    conveyor.measured(1200, 1.05, part=500)
+    assert conveyor.part_m == part_m
+    np.testing.assert_array_equal(conveyor.target(1.1).offset, target.offset)
+    conveyor.measured(1700, 1.15, part=1400)
+    assert conveyor.part_m == part_m

@@ -260,6 +260,7 @@ class Gantry:
     """Three linear axes: the smallest robot that has fewer joints than a pose has degrees of freedom."""
 
     n, joint_names = 3, ("X", "Y", "Z")
+    linear, reach_m = np.ones(3, dtype=bool), 9.0
     limits = JointLimits(np.array([[-5.0, 5.0]] * 3), np.full(3, 1.0), np.full(3, 5.0), np.full(3, 50.0), 1.5)
 
     def forward(self, q: np.ndarray) -> np.ndarray:

@@ -6,12 +6,14 @@ from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from cell.commands.checks.bundle import CellBundle
+from cell.config.document import read_text
 from cell.config.problem import Problem, Severity
 from robot_agent.agent.dry_run import dry_run
-from robot_agent.agent.planning import PlanFailed, Planned, Planner
-from robot_agent.kinematics import model_of
+from robot_agent.agent.planning import ExtendRequest, PlanFailed, Planned, Planner, PlanRequest
+from robot_agent.kinematics import Model, model_of
 from robot_agent.language import (
     End,
     Finished,
@@ -71,18 +73,48 @@ def check_motions(bundle: CellBundle) -> tuple[list[ProgramCourse], list[Problem
 
 def _course(bundle: CellBundle, robot: str) -> tuple[ProgramCourse, list[Problem]]:
     settings, model = bundle.cell.robots[robot], model_of(bundle.models[robot])
-    file, text = settings.program, settings.program.read_text(encoding="utf-8")
+    file, text = settings.program, read_text(settings.program)
+    if isinstance(text, Problem):
+        return ProgramCourse(robot, 0, 0.0, ()), [text]
     whole = parse_program(text, file.name, model.joint_names, model.linear_names, settings.corrections)
     program = _once_through(whole)
     cycle_s = bundle.gateways[settings.gateway].cycle_s
-    planner = Planner(model, Limits.of(model.description), np.eye(4), cycle_s)
+    planner = _Asked(model, Limits.of(model.description), np.eye(4), cycle_s)
     motions, failed = dry_run(planner, program, LONGEST_S)
     lines = {line for planned in motions for line in planned.lines}
     rests = sorted({*_rests(motions)} - _asked_for(program))
     problems = [] if failed is None else [_failure(file, program, failed)]
     problems += _not_planned(file, program, lines, failed)
+    problems += _half_turns(file, program, {line for request in planner.asked for line in planner.half_turns(request)})
     duration_s = sum(planned.motion.duration_s for planned in motions)
     return ProgramCourse(robot, len(lines), duration_s, tuple(rests)), problems
+
+
+class _Asked(Planner):
+    """A planner that keeps what it was asked for."""
+
+    def __init__(self, model: Model, limits: Limits, pose_world_base: NDArray[np.float64], cycle_s: float) -> None:
+        super().__init__(model, limits, pose_world_base, cycle_s)
+        self.asked: list[PlanRequest | ExtendRequest] = []
+
+    def plan(self, request: PlanRequest | ExtendRequest) -> Planned | PlanFailed:
+        """As `Planner`."""
+        self.asked.append(request)
+        return super().plan(request)
+
+
+def _half_turns(file: Path, program: Program, lines: Collection[int]) -> list[Problem]:
+    """A warning for each line on which the tool could turn either way, since hoses may allow only one of them."""
+    way = "C half-way nearer to 0 than to 180, docs/language.md"
+    allowed = "that, or another orientation on the way where hoses need the other one"
+    return [
+        Problem(
+            file, line, 1, "program",
+            f"{program.text_of(line)!r}: an exact half turn of the tool, which goes one fixed way of two ({way})",
+            allowed, Severity.WARNING,
+        )
+        for line in sorted(lines)
+    ]  # fmt: skip
 
 
 def _once_through(program: Program) -> Program:

@@ -117,8 +117,10 @@ class Conveyor:
     def measured(self, counts: int, at: float, part: int | None = None) -> None:
         """The encoder's 32-bit counter at `at` [s]; it may wrap around. At its first value the path is as taught.
 
-        `part` is what it was when the newest part passed.
+        `part` is what it was when the newest part passed. What is not newer than what was measured last is dropped.
         """
+        if at <= self._filter.measured_at:
+            return
         if self._last is not None:
             self._counts += _way(self._last, counts)
         self._last = counts

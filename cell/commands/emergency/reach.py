@@ -1,0 +1,107 @@
+"""Whom an emergency stop must reach, and where: by a cell file in any state, or by what the cell's processes stored."""
+
+import json
+import os
+import re
+import stat
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from cell.config.settings import CellSettings
+
+STORED = "emergency_stop.json"
+"""In the state folder of a cell, written by each of its processes when it starts."""
+DELAY_S = 2.0
+"""`estop_delay_s` of a cell that does not say."""
+_MOST_BYTES = 1_000_000
+_COMMENT = re.compile(r"(?:^|\s)#[^\n]*")
+_CELL = re.compile(r"^\{?\s*[\"']?cell[\"']?\s*:\s*[\"']?([a-z][a-z0-9_]*)", re.MULTILINE)
+_ENDPOINT = re.compile(r"[\"']?endpoint[\"']?\s*:\s*[\"']?([a-z]+/[^\s\"',}]+)")
+
+
+@dataclass(frozen=True, slots=True)
+class Reach:
+    """A cell, as far as it is known: empty is what nobody has told."""
+
+    cell: str
+    endpoints: tuple[str, ...]
+    robots: tuple[str, ...] = ()
+    gateways: tuple[str, ...] = ()
+    estop_delay_s: float = DELAY_S
+
+    def members(self) -> list[tuple[str, str]]:
+        """Role and name of everyone who must confirm a stop."""
+        return [*(("robot", robot) for robot in self.robots), *(("gateway", gateway) for gateway in self.gateways)]
+
+
+def reach_of(settings: "CellSettings") -> Reach:
+    """What the settings of a cell say."""
+    gateways = settings.gateways
+    return Reach(
+        settings.name,
+        (settings.manager_endpoint, *(gateway.endpoint for gateway in gateways.values())),
+        tuple(settings.robots),
+        tuple(gateways),
+        settings.times.estop_delay_s,
+    )
+
+
+def store(folder: Path, reach: Reach) -> None:
+    """Keep it for an emergency stop whose cell file cannot be used. Raises `OSError`."""
+    file = folder / f"{STORED}.{os.getpid()}"
+    file.write_text(json.dumps(asdict(reach)), encoding="utf-8")
+    file.replace(folder / STORED)
+
+
+def stored(folder: Path) -> Reach | None:
+    """What was stored in a state folder; None where nothing is that can be used."""
+    try:
+        found = json.loads(_text(folder / STORED))
+        endpoints, robots, gateways = (tuple(map(str, found[key])) for key in ("endpoints", "robots", "gateways"))
+        return Reach(str(found["cell"]), endpoints, robots, gateways, float(found["estop_delay_s"]))
+    except (ValueError, TypeError, KeyError):
+        return None
+
+
+def read_leniently(file: Path) -> Reach:
+    """Name and endpoints of a cell file, as far as it shows them, whatever else stands in it."""
+    text = _COMMENT.sub("", _text(file))
+    name = _CELL.search(text)
+    return Reach(name[1] if name is not None else "", tuple(dict.fromkeys(_ENDPOINT.findall(text))))
+
+
+def read_strictly(file: Path) -> Reach | None:
+    """The whole cell file, for who belongs to the cell; None when it is refused. Takes half a second."""
+    if not _text(file):
+        return None
+    try:
+        from cell.config import load_cell_alone
+
+        return reach_of(load_cell_alone(file))
+    except Exception:
+        return None
+
+
+def stored_beside(file: Path, state_dir: Path | None, said: Reach) -> list[Reach]:
+    """What was stored of the cell of which a cell file `said` something, or of all beside it if it says too little."""
+    try:
+        folders = [state_dir] if state_dir is not None else sorted((file.parent / ".zencell").iterdir())
+    except OSError:
+        return []
+    found = [reach for reach in map(stored, folders) if reach is not None]
+    if state_dir is not None or not said.cell or not said.endpoints:
+        return [reach for reach in found if not said.cell or reach.cell == said.cell] or found
+    return [reach for reach in found if reach.cell == said.cell or set(reach.endpoints) & set(said.endpoints)]
+
+
+def _text(file: Path) -> str:
+    """The beginning of a file as text; empty when it cannot be read or is no file."""
+    try:
+        if not stat.S_ISREG(file.stat().st_mode):
+            return ""
+        with file.open("rb") as opened:
+            return opened.read(_MOST_BYTES).decode("utf-8", "replace")
+    except (OSError, ValueError):
+        return ""

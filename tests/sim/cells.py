@@ -1,0 +1,330 @@
+"""Generated cells: robots of several families around zones that they contend for, with programs that lead them in and out.
+
+The same seed gives the same cell. What is drawn passes `cell check`; a cell whose robots never ask for one zone at
+overlapping times is drawn again.
+"""
+
+import atexit
+import math
+import random
+import tempfile
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
+
+import numpy as np
+
+from cell.commands.checks import CellBundle, check_cell
+from cell.commands.checks.motions import check_motions
+from cell.config.problem import Severity
+from cell.geometry import capsules_touch_box, transform_points
+from robot_agent.agent.dry_run import dry_run
+from robot_agent.agent.planning import Planner
+from robot_agent.agent.shell import base_pose
+from robot_agent.agent.zones_ahead import _AHEAD_S
+from robot_agent.kinematics import model_of
+from robot_agent.language import parse_program
+from robot_agent.trajectory import Limits
+from robot_agent.workspace import zone_box
+from tests.sim.programs import APPROACHES, Approach, Way, program_text
+
+MODELS = Path(__file__).parents[2] / "cell_configs" / "models"
+_MOST_DRAWS = 60
+_ZONE_MIDDLE_MM, _ZONE_HEIGHT_MM = 1400.0, 2600.0
+_TOP_MM = _ZONE_MIDDLE_MM + _ZONE_HEIGHT_MM / 2
+_SIDES = {"-x": 0.0, "+x": 180.0, "-y": 90.0, "+y": -90.0}
+"""Of a zone, and in which direction [deg] a robot that stands there looks at it."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Zone:
+    name: str
+    x: float
+    y: float
+    half_x: float
+    half_y: float
+    turn: float
+    """[deg] about Z, of the box with all who stand around it."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Robot:
+    name: str
+    family: str
+    x: float
+    y: float
+    z: float
+    turn: float
+    ways: tuple[Way, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class GeneratedCell:
+    """A cell, and what is known of it before anything runs."""
+
+    number: int
+    bundle: CellBundle
+    families: tuple[str, ...]
+    cycle_s: tuple[float, ...]
+    longest_s: float
+    """Of the programs, each by itself."""
+
+
+@lru_cache(maxsize=4)
+def generated_cell(number: int) -> GeneratedCell:
+    """The cell with this number."""
+    for draw in range(_MOST_DRAWS):
+        cell = _drawn(number, random.Random(f"cell {number}, draw {draw}"))
+        if cell is not None:
+            return cell
+    raise AssertionError(f"cell {number}: no cell with contention in {_MOST_DRAWS} draws")
+
+
+def _drawn(number: int, rng: random.Random) -> GeneratedCell | None:
+    zones, robots = _layout(rng)
+    texts = {robot.name: program_text(rng, robot.family, robot.ways) for robot in robots}
+    folder = _folder(number)
+    for robot in robots:
+        (folder / f"{robot.name}.prog").write_text(texts[robot.name])
+    gateways = _gateways(rng, robots)
+    lag_s = rng.choice([0.008, 0.02])
+    overrun_s, lost_s = rng.choice([(0.5, 0.8), (0.06, 0.25), (0.06, 0.25)])
+    cycles = {
+        name: rng.choice([0.02, 0.02, 0.02, 0.01, 0.01, 0.004 if len(robots) == 2 else 0.02]) for name in gateways
+    }
+    for name, members in gateways.items():
+        (folder / f"{name}.yaml").write_text(_drives(rng, name, members, cycles[name], lag_s, overrun_s))
+    (folder / "cell.yaml").write_text(_cell(rng, zones, robots, gateways, lost_s, max(cycles.values())))
+    bundle, _ = check_cell(folder / "cell.yaml")
+    if bundle is None:
+        return None
+    _, problems = check_motions(bundle)
+    if any(problem.severity is Severity.ERROR for problem in problems):
+        return None
+    longest_s = _contention(bundle)
+    if longest_s is None:
+        return None
+    families = tuple(robot.family for robot in robots)
+    return GeneratedCell(number, bundle, families, tuple(cycles.values()), longest_s)
+
+
+_FOLDERS: dict[int, tempfile.TemporaryDirectory[str]] = {}
+
+
+def _folder(number: int) -> Path:
+    """Of this process, and gone with it."""
+    if number not in _FOLDERS:
+        _FOLDERS[number] = tempfile.TemporaryDirectory(prefix=f"zencell_{number}_")
+        atexit.register(_FOLDERS[number].cleanup)
+    return Path(_FOLDERS[number].name)
+
+
+# Who stands where
+
+
+def _layout(rng: random.Random) -> tuple[list[_Zone], list[_Robot]]:
+    shape = rng.choice(["pair", "pair", "pair", "pair", "two doors", "chain", "star", "star", "long chain", "big"])
+    if shape == "pair":
+        return _around(rng, ["-x", "+x"])
+    if shape == "two doors":
+        return _two_doors(rng)
+    if shape == "star":
+        return _around(rng, rng.choice([["-x", "+x", "top"], ["-x", "+x", "-y"], ["-x", "top"], ["-x", "-y"]]))
+    if shape == "big":
+        return _around(rng, ["-x", "+x", "-y", "+y"])
+    return _chain(rng, 2 if shape == "chain" else rng.choice([3, 3, 4]))
+
+
+def _family(rng: random.Random, side: str) -> str:
+    if side == "top":
+        return rng.choice(["gantry", "delta"])
+    return rng.choice(["six_axis", "palletizer", "scara"])
+
+
+def _around(rng: random.Random, sides: Sequence[str]) -> tuple[list[_Zone], list[_Robot]]:
+    """One zone, and a robot at each of these sides."""
+    wide = rng.uniform(420.0, 600.0) if "-y" in sides else rng.uniform(700.0, 1300.0)
+    zone = _Zone("middle", 0.0, 0.0, rng.uniform(210.0, 450.0), wide, rng.choice([0.0, 0.0, 30.0, -17.0]))
+    robots = []
+    for number, side in enumerate(sides):
+        family = _family(rng, side)
+        robots.append(_at(rng, f"r{number}", family, zone, side))
+    return [zone], robots
+
+
+def _two_doors(rng: random.Random) -> tuple[list[_Zone], list[_Robot]]:
+    """Two robots that face each other, and two zones side by side between them."""
+    half_x, half_y = rng.uniform(210.0, 400.0), rng.uniform(150.0, 200.0)
+    aside = half_y + rng.uniform(60.0, 200.0)
+    zones = [_Zone("left", 0.0, aside, half_x, half_y, 0.0), _Zone("right", 0.0, -aside, half_x, half_y, 0.0)]
+    robots = []
+    for number, side in enumerate(["-x", "+x"]):
+        family = rng.choice(["six_axis", "palletizer"])
+        sign = 1.0 if side == "-x" else -1.0
+        base_x = -sign * (half_x + APPROACHES[family].near_mm)
+        ways = tuple(Way(zone.name, 0.0, sign * zone.y) for zone in zones)
+        robots.append(_Robot(f"r{number}", family, base_x, 0.0, APPROACHES[family].base_z_mm, _SIDES[side], ways))
+    return zones, robots
+
+
+def _chain(rng: random.Random, links: int) -> tuple[list[_Zone], list[_Robot]]:
+    """Robots in a row with a zone between each two; those in the middle turn from one to the other."""
+    families = [_family(rng, "-x") for _ in range(links + 1)]
+    zones: list[_Zone] = []
+    robots: list[_Robot] = []
+    x = 0.0
+    for number, family in enumerate(families):
+        near, ways = APPROACHES[family].near_mm, []
+        if number > 0:
+            x += near + zones[-1].half_x
+            ways.append(Way(zones[-1].name, 90.0, 0.0))
+        if number < links:
+            half_x = rng.uniform(210.0, 400.0)
+            zones.append(_Zone(f"z{number}", x + near + half_x, 0.0, half_x, rng.uniform(700.0, 1200.0), 0.0))
+            ways.append(Way(zones[-1].name, -90.0, 0.0))
+        robots.append(_Robot(f"r{number}", family, x, 0.0, APPROACHES[family].base_z_mm, 90.0, tuple(ways)))
+        x = zones[-1].x
+    return zones, robots
+
+
+def _at(rng: random.Random, name: str, family: str, zone: _Zone, side: str) -> _Robot:
+    approach, turn = APPROACHES[family], math.radians(zone.turn)
+    if side == "top":
+        (mx, my), z = approach.middle_mm, _TOP_MM - approach.near_mm
+        at = zone.x - (math.cos(turn) * mx - math.sin(turn) * my), zone.y - (math.sin(turn) * mx + math.cos(turn) * my)
+        return _Robot(name, family, at[0], at[1], z, zone.turn, (Way(zone.name, 0.0, 0.0),))
+    half = zone.half_x if side.endswith("x") else zone.half_y
+    away, looks = half + approach.near_mm, math.radians(_SIDES[side] + zone.turn)
+    aside = 0.0 if rng.random() < 0.7 else rng.uniform(-100.0, 100.0)
+    x, y = zone.x - away * math.cos(looks), zone.y - away * math.sin(looks)
+    way = Way(zone.name, 0.0, aside)
+    return _Robot(name, family, x, y, approach.base_z_mm, _SIDES[side] + zone.turn, (way,))
+
+
+def _gateways(rng: random.Random, robots: Sequence[_Robot]) -> dict[str, list[_Robot]]:
+    """One bus for each robot, or one for the first two."""
+    if len(robots) > 2 and rng.random() < 0.3:
+        return {"bus_0": list(robots[:2]), **{f"bus_{i}": [robot] for i, robot in enumerate(robots) if i > 1}}
+    return {f"bus_{i}": [robot] for i, robot in enumerate(robots)}
+
+
+# Files
+
+
+def _cell(
+    rng: random.Random,
+    zones: Sequence[_Zone],
+    robots: Sequence[_Robot],
+    gateways: dict[str, list[_Robot]],
+    lost_s: float,
+    cycle_s: float,
+) -> str:
+    lines = ["cell: drawn", "units: {length: mm, angle: deg}", 'manager: {endpoint: "tcp/127.0.0.1:7450"}', "gateways:"]
+    lines += [
+        f'  {name}: {{endpoint: "tcp/127.0.0.1:{7451 + i}", drives: {name}.yaml}}' for i, name in enumerate(gateways)
+    ]
+    lines.append("robots:")
+    for robot in robots:
+        gateway = next(name for name, members in gateways.items() if robot in members)
+        lines += [
+            f"  {robot.name}:",
+            f"    model: {MODELS / robot.family}.yaml",
+            f"    gateway: {gateway}",
+            f"    base: {{X: {robot.x:.1f}, Y: {robot.y:.1f}, Z: {robot.z:.1f}, A: 0, B: 0, C: {robot.turn:g}}}",
+            f"    program: {robot.name}.prog",
+        ]
+    lines.append("zones:")
+    for zone in zones:
+        members = [robot.name for robot in robots if any(way.zone == zone.name for way in robot.ways)]
+        lines += [
+            f"  {zone.name}:",
+            f"    size: [{2 * zone.half_x:.1f}, {2 * zone.half_y:.1f}, {_ZONE_HEIGHT_MM}]",
+            f"    pose: {{X: {zone.x:.1f}, Y: {zone.y:.1f}, Z: {_ZONE_MIDDLE_MM}, A: 0, B: 0, C: {zone.turn:g}}}",
+            f"    robots: [{', '.join(members)}]",
+        ]
+    fresh_s = rng.choice([0.25, 0.25, 0.25, 0.4, 0.7])
+    owner_s, stop_s = rng.choice([0.5, 2.0]), rng.choice([1.2, 2.0])
+    lead_s = max(0.032, 3.0 * cycle_s)
+    times = f"fresh_s: {fresh_s}, feedback_lost_s: {lost_s}, owner_silent_s: {owner_s}, estop_delay_s: {stop_s}"
+    lines.append(f"times: {{{times}, lead_s: {lead_s}}}")
+    lines.append(f"on_manager_return: {rng.choice(['continue', 'continue', 'operator'])}")
+    return "\n".join(lines) + "\n"
+
+
+def _drives(
+    rng: random.Random, name: str, robots: Sequence[_Robot], cycle_s: float, lag_s: float, overrun_s: float
+) -> str:
+    lines = [
+        "units: {length: mm, angle: deg}",
+        f"bus: {{interface: virtual, channel: {name}, bitrate: 1000000}}",
+        f"cycle_s: {cycle_s}",
+        f"overrun_limit_s: {overrun_s}",
+        "heartbeat_producer_s: 0.1",
+        f"heartbeat_timeout_s: {0.5 + overrun_s:g}",
+        f"tpdo_timeout_s: {overrun_s + 0.1:g}",
+        "boot_timeout_s: 5",
+        f"simulated_lag_s: {lag_s}",
+        "robots:",
+    ]
+    for number, robot in enumerate(robots):
+        lines += [f"  {robot.name}:", "    axes:"]
+        for axis, entry in APPROACHES[robot.family].axes.items():
+            node = entry.partition("node: ")[2].partition(",")[0]
+            shifted = entry.replace(f"node: {node},", f"node: {int(node) + 20 * number},", 1)
+            lines.append(f"      {axis}: {{{shifted}, following_time_s: 0.1}}")
+        last = list(APPROACHES[robot.family].axes)[-1]
+        at_stop = rng.choice(["keep", "off"])
+        lines += ["    outputs:", f"      gripper: {{axis: {last}, bit: 16, at_stop: {at_stop}}}"]
+    return "\n".join(lines) + "\n"
+
+
+# What it is worth
+
+
+def _contention(bundle: CellBundle) -> float | None:
+    """How long the longest program lasts [s]; None unless two robots ask for one zone at overlapping times."""
+    asked: dict[str, list[tuple[str, float, float]]] = {zone: [] for zone in bundle.cell.zones}
+    longest_s = 0.0
+    for robot, settings in bundle.cell.robots.items():
+        model = model_of(bundle.models[robot])
+        text = settings.program.read_text()
+        program = parse_program(text, settings.program.name, model.joint_names, model.linear_names, {})
+        cycle_s = bundle.gateways[settings.gateway].cycle_s
+        planner = Planner(model, Limits.of(model.description), base_pose(settings), cycle_s)
+        motions, failed = dry_run(planner, program, 30.0)
+        if failed is not None or not motions:
+            return None
+        q = np.concatenate([planned.motion.q(np.arange(0.0, planned.motion.duration_s, 0.04)) for planned in motions])
+        points = transform_points(planner.pose_world_base, model.capsules(q))
+        for zone in bundle.cell.zones.values():
+            inside = capsules_touch_box(points, model.capsule_radii, zone_box(_geometry(zone))).any(axis=-1)
+            if inside[0] or (inside.any() and robot not in zone.robots):
+                return None
+            if robot in zone.robots and not inside.any():
+                return None
+            edges = np.flatnonzero(np.diff(np.concatenate([[False], inside, [False]]).astype(int)))
+            asked[zone.name] += [
+                (robot, 0.04 * first - _AHEAD_S, 0.04 * last) for first, last in edges.reshape(-1, 2).tolist()
+            ]
+        longest_s = max(longest_s, 0.04 * len(q))
+    meets = any(
+        one[0] != other[0] and one[1] < other[2] and other[1] < one[2]
+        for visits in asked.values()
+        for one in visits
+        for other in visits
+    )
+    return longest_s if meets else None
+
+
+def _geometry(zone: object) -> object:
+    from cell.config.settings import ZoneSettings
+    from cell.messages import ZoneGeometry
+
+    assert isinstance(zone, ZoneSettings)
+    return ZoneGeometry(zone.name, 1, zone.size_m, zone.pose.position_m, zone.pose.quaternion_xyzw, zone.robots)
+
+
+def approach_of(family: str) -> Approach:
+    """How a family comes to its zones."""
+    return APPROACHES[family]

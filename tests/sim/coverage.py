@@ -1,0 +1,173 @@
+"""What a run, and many runs together, have seen: states, transitions, refusals, events, faults."""
+
+import ast
+from collections import Counter
+from collections.abc import Iterable, Sequence
+from functools import lru_cache
+from pathlib import Path
+
+from cell.messages import (
+    DriveFeedback,
+    Event,
+    ManagerState,
+    Mode,
+    PlayoutState,
+    Presence,
+    ProgramState,
+    RobotState,
+    ZoneState,
+)
+from drive_gateway.gateway.joining import Refusal
+from tests.sim.faults import KINDS, MOMENTS, ORDERS, Item
+from tests.sim.judge.facts import Facts
+from tests.sim.world import World
+
+_ROOT = Path(__file__).parents[2]
+_SOURCES = ("cell/manager", "robot_agent/agent", "drive_gateway/gateway")
+_TELLERS = ("event", "_tell", "info", "warn", "alarm", "Trouble")
+
+
+class Coverage:
+    """Counts what happens in one world."""
+
+    def __init__(self, world: World, facts: Facts) -> None:
+        self.counts: Counter[str] = Counter()
+        self.contended = False
+        self.events: list[str] = []
+        """For people, in a replay."""
+        self._facts = facts
+        self._modes: dict[str, Mode] = {}
+        self._programs: dict[str, ProgramState] = {}
+        self._zones: dict[str, ZoneState] = {}
+        self._holders: dict[str, str | None] = {}
+        self._playouts: dict[str, PlayoutState] = {}
+        self._wanting: dict[str, set[str]] = {}
+        world.on_published.append(self._published)
+        world.on_life.append(self._lived)
+        self._world = world
+
+    def struck(self, struck: Iterable[tuple[float, Item]]) -> None:
+        """What the plan has done."""
+        for _, item in struck:
+            self.counts[f"fault {item.kind}"] += 1
+            if item.moment is not None:
+                self.counts[f"moment {item.moment.what}"] += 1
+            for order in (getattr(item, "order", ""), getattr(item, "then", "")):
+                if order:
+                    self.counts[f"order {order}"] += 1
+
+    def _lived(self, name: str, what: str) -> None:
+        self.counts[f"{what} {name.partition('/')[0]}"] += 1
+        self.events.append(f"{self._facts.now - self._facts.start:8.3f} {name:16s} {what}")
+
+    def _published(self, name: str, message: object) -> None:
+        match message:
+            case RobotState():
+                self._change("mode", message.robot, self._modes, message.mode)
+                self._change("program", message.robot, self._programs, message.program.state)
+            case ManagerState():
+                self._state(message)
+            case DriveFeedback():
+                self._change("playout", message.robot, self._playouts, message.state)
+            case Event():
+                self.counts[f"event {message.code}"] += 1
+                at_s = self._facts.now - self._facts.start
+                self.events.append(f"{at_s:8.3f} {message.source:16s} {message.code:16s} {message.text}")
+                if message.code == "block_refused":
+                    self.counts[f"refusal {message.text.partition('refused (')[2].partition(')')[0]}"] += 1
+            case Presence():
+                for zone in message.wants:
+                    wanting = self._wanting.setdefault(zone, set())
+                    wanting.add(message.robot)
+                for zone, wanting in self._wanting.items():
+                    if zone not in message.wants and zone not in message.holds:
+                        wanting.discard(message.robot)
+                    self.contended |= len(wanting) > 1
+
+    def _state(self, state: ManagerState) -> None:
+        for zone, status in state.zones.items():
+            self._change("zone", zone, self._zones, status.state)
+            if status.holder is not None and self._holders.get(zone) != status.holder:
+                self.counts["grants"] += 1
+            self._holders[zone] = status.holder
+
+    def _change(self, what: str, who: str, known: dict[str, object], new: object) -> None:  # type: ignore[type-arg]
+        before = known.get(who)
+        if before is new:
+            return
+        known[who] = new
+        word = new.name.lower()  # type: ignore[attr-defined]
+        self.counts[f"{what} {word}"] += 1
+        if before is not None:
+            self.counts[f"{what} {before.name.lower()} to {word}"] += 1  # type: ignore[attr-defined]
+
+
+# What must be seen
+
+_ZONE_WAYS = (
+    "free to granted", "granted to occupied", "occupied to granted", "granted to free", "granted to orphaned",
+    "occupied to orphaned", "orphaned to granted", "orphaned to free", "orphaned to occupied",
+)  # fmt: skip
+_MODE_WAYS = (
+    "starting to disabled", "disabled to enabling", "enabling to ready", "ready to running", "running to ready",
+    "running to halted", "halted to running", "halted to jogging", "jogging to ready", "running to estop",
+    "estop to disabled", "running to fault", "fault to disabled", "enabling to halted", "enabling to off_path",
+    "off_path to returning", "returning to halted",
+)  # fmt: skip
+_REFUSALS = (Refusal.SEQUENCE, Refusal.LATE, Refusal.POSITION, Refusal.OWNER)
+"""The others are for blocks that no agent sends."""
+
+
+def must_be_seen() -> set[str]:
+    """What a long search has to have seen at least once."""
+    return {
+        *(f"mode {mode.name.lower()}" for mode in Mode),
+        *(f"zone {state.name.lower()}" for state in ZoneState),
+        *(f"playout {state.name.lower()}" for state in PlayoutState),
+        *(f"zone {way}" for way in _ZONE_WAYS),
+        *(f"mode {way}" for way in _MODE_WAYS),
+        *(f"refusal {refusal.value}" for refusal in _REFUSALS),
+        *(f"fault {kind.kind}" for kind in KINDS),
+        *(f"moment {moment}" for moment in MOMENTS),
+        *(f"order {order}" for order in ORDERS),
+        *(f"event {code}" for code in event_codes() - _NOT_HERE),
+    }
+
+
+@lru_cache(maxsize=1)
+def event_codes() -> frozenset[str]:
+    """The codes of all events that manager, agents and gateways have in their sources."""
+    codes: set[str] = set()
+    for folder in _SOURCES:
+        for file in sorted((_ROOT / folder).glob("*.py")):
+            for node in ast.walk(ast.parse(file.read_text())):
+                if isinstance(node, ast.Call) and _called(node) in _TELLERS:
+                    codes |= {code for code in map(_code, node.args[:2]) if code}
+    return frozenset(codes)
+
+
+def _called(node: ast.Call) -> str:
+    function = node.func
+    return function.attr if isinstance(function, ast.Attribute) else getattr(function, "id", "")
+
+
+def _code(argument: ast.expr) -> str:
+    value = argument.value if isinstance(argument, ast.Constant) else ""
+    return value if isinstance(value, str) and value.replace("_", "").isalnum() and value.islower() else ""
+
+
+_NOT_HERE: frozenset[str] = frozenset()
+
+
+def unseen(counts: Counter[str]) -> list[str]:
+    """What must be seen and was not."""
+    return sorted(each for each in must_be_seen() if not counts[each])
+
+
+def table(counts: Counter[str], columns: Sequence[str]) -> list[str]:
+    """Lines for people: kinds of things and how often each was seen."""
+    lines = []
+    for column in columns:
+        mine = {name[len(column) + 1 :]: n for name, n in sorted(counts.items()) if name.startswith(column + " ")}
+        lines.append(f"{column}: " + ", ".join(f"{name} {n}" for name, n in mine.items()))
+    return lines

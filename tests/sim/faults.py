@@ -1,0 +1,593 @@
+"""What may befall a cell, as a plan that is drawn before anything runs: the same plan on the same seed is the same run.
+
+Each item has a time; many wait from then on for a moment that makes them worse, such as a robot that begins to enter a
+zone. To shrink a failing plan is to leave items out.
+"""
+
+import random
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from typing import ClassVar
+
+from cell.messages import (
+    Continue,
+    Disable,
+    Enable,
+    Estop,
+    Halt,
+    Jog,
+    JogFrame,
+    JogHeld,
+    Mode,
+    ResetRobot,
+    Return,
+    RobotState,
+    Run,
+    SetManual,
+    SetOverride,
+    Step,
+    SwitchOutput,
+    ZoneState,
+)
+from tests.sim.cells import GeneratedCell
+from tests.sim.judge.facts import Facts
+from tests.sim.staff import Staff
+from tests.sim.world import World
+
+_OVERLOAD = 0x2310
+"""An EMCY of the simulated drives: continuous overcurrent."""
+_WRONG_DIGEST = "0" * 64
+_KEY_S = 0.03
+"""How often a jog key says that it is held."""
+OPERATORS = ("anna", "bert")
+MOMENTS = ("enters", "is inside", "leaves", "is granted", "asks", "moves fast", "brakes", "begins to move")
+"""Of a robot."""
+
+
+@dataclass(frozen=True, slots=True)
+class Moment:
+    """The next time that this happens to a robot, and so much later [s]."""
+
+    robot: str
+    what: str
+    after_s: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class Stage:
+    """What items act on."""
+
+    world: World
+    facts: Facts
+    staff: Staff
+    gone: set[str]
+    """Processes that are down for a while on purpose."""
+
+
+@dataclass(frozen=True, slots=True)
+class Item:
+    """Something that befalls the cell `at_s` after the start, or at the first such moment after that."""
+
+    kind: ClassVar[str]
+    at_s: float
+    moment: Moment | None
+
+    def strike(self, stage: Stage) -> float:
+        """Let it happen; how long [s] it lasts."""
+        raise NotImplementedError
+
+
+@dataclass(frozen=True, slots=True)
+class Kill(Item):
+    """A process dies, and is started again after a while; `wrong`: first with another configuration."""
+
+    kind: ClassVar[str] = "kill"
+    process: str
+    down_s: float
+    wrong: bool = False
+
+    def strike(self, stage: Stage) -> float:
+        if self.process in stage.gone or not stage.world.processes[self.process].alive:
+            return 0.0
+        stage.world.kill(self.process)
+        stage.gone.add(self.process)
+        stage.world.clock.after(self.down_s, self._start, stage)
+        return self.down_s + (2.0 if self.wrong else 0.0)
+
+    def _start(self, stage: Stage) -> None:
+        stage.gone.discard(self.process)
+        if not self.wrong:
+            stage.world.start(self.process)
+            return
+        stage.world.start(self.process, _WRONG_DIGEST)
+        stage.world.clock.after(1.5, self._right, stage)
+
+    def _right(self, stage: Stage) -> None:
+        if stage.world.processes[self.process].alive:
+            stage.world.kill(self.process)
+        stage.world.clock.after(0.3, stage.world.start, self.process)
+
+
+@dataclass(frozen=True, slots=True)
+class Leave(Item):
+    """A process is asked to end in order, and is started again."""
+
+    kind: ClassVar[str] = "leave"
+    process: str
+    down_s: float
+
+    def strike(self, stage: Stage) -> float:
+        if self.process in stage.gone or not stage.world.processes[self.process].alive:
+            return 0.0
+        stage.world.stop(self.process)
+        stage.gone.add(self.process)
+        stage.world.clock.after(self.down_s, self._start, stage)
+        return self.down_s
+
+    def _start(self, stage: Stage) -> None:
+        stage.gone.discard(self.process)
+        if stage.world.processes[self.process].alive:
+            stage.world.kill(self.process)
+        stage.world.start(self.process)
+
+
+@dataclass(frozen=True, slots=True)
+class Freeze(Item):
+    kind: ClassVar[str] = "freeze"
+    process: str
+    seconds: float
+
+    def strike(self, stage: Stage) -> float:
+        stage.world.freeze(self.process, self.seconds)
+        return self.seconds
+
+
+@dataclass(frozen=True, slots=True)
+class Cut(Item):
+    """One direction of one link; `to` may be "*"."""
+
+    kind: ClassVar[str] = "cut"
+    frm: str
+    to: str
+    seconds: float
+
+    def strike(self, stage: Stage) -> float:
+        stage.world.network.cut(self.frm, self.to, self.seconds)
+        return self.seconds
+
+
+@dataclass(frozen=True, slots=True)
+class Part(Item):
+    """A group of processes and all others do not hear each other."""
+
+    kind: ClassVar[str] = "partition"
+    group: tuple[str, ...]
+    seconds: float
+
+    def strike(self, stage: Stage) -> float:
+        stage.world.network.partition(self.group, self.seconds)
+        return self.seconds
+
+
+@dataclass(frozen=True, slots=True)
+class Late(Item):
+    kind: ClassVar[str] = "delay"
+    frm: str
+    to: str
+    extra_s: float
+    seconds: float
+
+    def strike(self, stage: Stage) -> float:
+        stage.world.network.delay(self.frm, self.to, self.extra_s, self.seconds)
+        return self.seconds + self.extra_s
+
+
+@dataclass(frozen=True, slots=True)
+class Burst(Item):
+    kind: ClassVar[str] = "burst"
+    loss: float
+    seconds: float
+
+    def strike(self, stage: Stage) -> float:
+        stage.world.network.burst(self.loss, self.seconds)
+        return self.seconds
+
+
+@dataclass(frozen=True, slots=True)
+class Stop(Item):
+    """An emergency stop by software, through some of its doors."""
+
+    kind: ClassVar[str] = "estop"
+    by: str
+    doors: tuple[str, ...]
+
+    def strike(self, stage: Stage) -> float:
+        stop = Estop(f"{self.by}-{stage.facts.now:.3f}", True, self.by, "drawn")
+        stage.world.raise_estop(stop, self.by, self.doors)
+        return 3.0
+
+
+@dataclass(frozen=True, slots=True)
+class DriveFails(Item):
+    """One drive of a robot: `emergency`, `drop-out` or `blocked`."""
+
+    kind: ClassVar[str] = "drive"
+    robot: str
+    axis: int
+    what: str
+    seconds: float
+
+    def strike(self, stage: Stage) -> float:
+        world = stage.world
+        gateway = stage.facts.gateway_of(self.robot)
+        axes = world.bundle.gateways[gateway.partition("/")[2]].robots[self.robot].axes
+        axis = axes[self.axis % len(axes)]
+        node = world.buses[gateway].nodes[axis.node_id]
+        if self.what == "emergency":
+            node.raise_emergency(_OVERLOAD)
+            return 1.0
+        if self.what == "drop-out":
+            node.silence(True)
+            world.clock.after(self.seconds, node.silence, False)
+        else:
+            servo = node.drives[axis.number - 1].servo
+            servo.block(True)
+            world.clock.after(self.seconds, servo.block, False)
+        return self.seconds
+
+
+@dataclass(frozen=True, slots=True)
+class JournalFails(Item):
+    """The manager dies, and finds its journal lost, or older than it was."""
+
+    kind: ClassVar[str] = "journal"
+    what: str
+    down_s: float
+
+    def strike(self, stage: Stage) -> float:
+        world = stage.world
+        if "manager" in stage.gone or not world.processes["manager"].alive:
+            return 0.0
+        world.kill("manager")
+        if self.what == "lost":
+            world.journal.lose()
+        else:
+            world.journal.roll_back(1)
+        stage.gone.add("manager")
+        world.clock.after(self.down_s, self._start, stage)
+        return self.down_s
+
+    def _start(self, stage: Stage) -> None:
+        stage.gone.discard("manager")
+        stage.world.start("manager")
+
+
+@dataclass(frozen=True, slots=True)
+class JournalFull(Item):
+    """Nothing more can be written for a while; a manager that ends by that is started again."""
+
+    kind: ClassVar[str] = "journal full"
+    seconds: float
+
+    def strike(self, stage: Stage) -> float:
+        stage.world.journal.fill(True)
+        stage.world.clock.after(self.seconds, self._room, stage)
+        return self.seconds
+
+    def _room(self, stage: Stage) -> None:
+        stage.world.journal.fill(False)
+        if "manager" not in stage.gone:
+            stage.world.start("manager")
+
+
+@dataclass(frozen=True, slots=True)
+class ClockStep(Item):
+    """The wall clock of a process' computer is set."""
+
+    kind: ClassVar[str] = "clock"
+    process: str
+    seconds: float
+
+    def strike(self, stage: Stage) -> float:
+        stage.world.hosts[self.process].step(self.seconds)
+        return 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class Order(Item):
+    """An operator's call to a robot, at a bad moment; `then` is called so much later."""
+
+    kind: ClassVar[str] = "order"
+    by: str
+    robot: str
+    order: str
+    then: str = ""
+    then_s: float = 0.0
+
+    def strike(self, stage: Stage) -> float:
+        self._call(stage, self.order)
+        if self.then:
+            stage.world.clock.after(self.then_s, self._call, stage, self.then)
+        return self.then_s
+
+    def _call(self, stage: Stage, order: str) -> None:
+        stage.world.operate(f"robot/{self.robot}", ORDERS[order](), self.by)
+
+
+ORDERS: dict[str, Callable[[], object]] = {
+    "enable": Enable,
+    "disable": Disable,
+    "run": Run,
+    "halt": Halt,
+    "continue": Continue,
+    "return": Return,
+    "step": Step,
+    "reset": ResetRobot,
+    "override 20": lambda: SetOverride(20.0),
+    "override 0": lambda: SetOverride(0.0),
+    "override -50": lambda: SetOverride(-50.0),
+    "override 100": lambda: SetOverride(100.0),
+    "manual": lambda: SetManual(True),
+    "automatic": lambda: SetManual(False),
+}
+
+
+@dataclass(frozen=True, slots=True)
+class JogPress(Item):
+    """An operator halts a robot, jogs it, and lets the key go, or vanishes."""
+
+    kind: ClassVar[str] = "jog"
+    by: str
+    robot: str
+    axis: str
+    speed: float
+    held_s: float
+    lets_go: bool
+
+    def strike(self, stage: Stage) -> float:
+        world, to = stage.world, f"robot/{self.robot}"
+        world.operate(to, Halt(), self.by)
+        world.clock.after(0.6, self._press, stage)
+        return 0.6 + self.held_s
+
+    def _press(self, stage: Stage) -> None:
+        world = stage.world
+        press = f"{self.by}-{world.clock.now:.3f}"
+        jog = Jog(press, self.axis, self.speed, JogFrame.BASE)
+        world.operate(f"robot/{self.robot}", jog, self.by)
+        self._hold(stage, press, world.clock.now + self.held_s)
+
+    def _hold(self, stage: Stage, press: str, until: float) -> None:
+        world = stage.world
+        heard = world.operator(self.by).heard(f"robot/{self.robot}")
+        held = world.clock.now < until
+        if heard is not None and (held or self.lets_go):
+            world.press(JogHeld(self.robot, press, held, heard), self.by)
+        if held:
+            world.clock.after(_KEY_S, self._hold, stage, press, until)
+
+
+@dataclass(frozen=True, slots=True)
+class ZoneOrder(Item):
+    """An operator clears a zone, or lets a robot adopt it; an honest one, who has looked first."""
+
+    kind: ClassVar[str] = "zone order"
+    by: str
+    zone: str
+    clear: bool
+
+    def strike(self, stage: Stage) -> float:
+        if self.clear:
+            stage.staff.clear(self.by, self.zone)
+        else:
+            stage.staff.adopt(self.by, self.zone)
+        return 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class ResetStop(Item):
+    """An operator resets the emergency stop that is seen, whoever has set it and why."""
+
+    kind: ClassVar[str] = "reset stop"
+    by: str
+
+    def strike(self, stage: Stage) -> float:
+        stage.staff.reset_estop(self.by)
+        return 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class Switch(Item):
+    """An operator switches a robot's output by hand."""
+
+    kind: ClassVar[str] = "output"
+    by: str
+    robot: str
+    on: bool
+
+    def strike(self, stage: Stage) -> float:
+        gateway = stage.facts.gateway_of(self.robot)
+        stage.world.operate(gateway, SwitchOutput(self.robot, "gripper", self.on, self.by), self.by)
+        return 0.0
+
+
+KINDS: tuple[type[Item], ...] = (
+    Kill, Leave, Freeze, Cut, Part, Late, Burst, Stop, DriveFails, JournalFails, JournalFull, ClockStep, Order, JogPress,
+    ZoneOrder, ResetStop, Switch,
+)  # fmt: skip
+
+
+# Drawing
+
+
+def draw_plan(seed: int, cell: GeneratedCell, lasting_s: float) -> tuple[Item, ...]:
+    """What befalls the cell within `lasting_s` of the start; the first seconds are calm, so that programs begin."""
+    rng = random.Random(f"plan {seed}")
+    count = rng.choice([3, 5, 7, 9])
+    items = [_item(rng, cell, rng.uniform(1.5, lasting_s)) for _ in range(count)]
+    return tuple(sorted(items, key=lambda item: item.at_s))
+
+
+def _item(rng: random.Random, cell: GeneratedCell, at_s: float) -> Item:
+    robots = sorted(cell.bundle.cell.robots)
+    robot = rng.choice(robots)
+    moment = Moment(robot, rng.choice(MOMENTS), rng.choice([0.0, 0.0, rng.uniform(0.0, 0.3)]))
+    when = (at_s, moment if rng.random() < 0.75 else None)
+    agent, gateway = f"robot/{robot}", f"gateway/{cell.bundle.cell.robots[robot].gateway}"
+    by = rng.choice(OPERATORS)
+    down_s = rng.choice([rng.uniform(0.02, 0.3), rng.uniform(0.3, 2.0)])
+    some = rng.choice(["manager", agent, agent, gateway])
+    seconds = rng.choice([rng.uniform(0.05, 0.3), rng.uniform(0.26, 1.0), rng.uniform(1.0, 3.0)])
+    ends = rng.choice([("manager", agent), (agent, "manager"), (agent, gateway), (gateway, agent), (agent, "*")])
+    match rng.choices(
+        ["kill", "freeze", "cut", "part", "late", "burst", "stop", "drive", "journal", "clock", "order", "jog", "zone",
+         "switch", "leave", "reset"],
+        [16, 10, 10, 8, 6, 3, 8, 8, 3, 2, 16, 6, 3, 3, 2, 2],
+    )[0]:  # fmt: skip
+        case "kill":
+            return Kill(*when, rng.choice(["manager", "manager", agent, agent, gateway]), down_s, rng.random() < 0.1)
+        case "freeze":
+            return Freeze(*when, some, min(seconds, 1.5))
+        case "cut":
+            return Cut(*when, *ends, seconds)
+        case "part":
+            group = rng.choice([("manager",), (agent,), (agent, gateway), ("manager", agent), tuple(OPERATORS)])
+            return Part(*when, group, seconds)
+        case "late":
+            return Late(*when, *ends, rng.choice([rng.uniform(0.1, 0.6), rng.uniform(0.6, 3.0)]), seconds)
+        case "burst":
+            return Burst(*when, rng.uniform(0.3, 0.9), seconds)
+        case "stop":
+            doors = [("manager", "gateways", "agents"), ("manager",), ("gateways",), ("agents",), ("manager", "agents")]
+            return Stop(*when, by, rng.choice(doors))
+        case "drive":
+            what = rng.choice(["emergency", "emergency", "drop-out", "blocked"])
+            return DriveFails(*when, robot, rng.randrange(6), what, rng.uniform(0.1, 1.5))
+        case "journal":
+            if rng.random() < 0.3:
+                return JournalFull(*when, rng.uniform(0.5, 3.0))
+            return JournalFails(*when, rng.choice(["lost", "old"]), down_s)
+        case "clock":
+            return ClockStep(*when, some, rng.choice([-3600.0, -5.0, 5.0, 3600.0]))
+        case "order":
+            return _order(rng, when, by, robot)
+        case "jog":
+            axis = rng.choice(["J1", "J1", "J2", "X", "X", "Y", "Z"])
+            speed = rng.choice([-1.0, 1.0]) * rng.uniform(0.05, 0.3)
+            return JogPress(*when, by, robot, axis, speed, rng.uniform(0.2, 2.5), rng.random() < 0.6)
+        case "zone":
+            return ZoneOrder(*when, by, rng.choice(sorted(cell.bundle.cell.zones)), rng.random() < 0.6)
+        case "switch":
+            return Switch(*when, by, robot, rng.random() < 0.5)
+        case "leave":
+            return Leave(*when, rng.choice([agent, gateway]), rng.uniform(1.0, 3.0))
+        case _:
+            return ResetStop(*when, by)
+
+
+def _order(rng: random.Random, when: tuple[float, Moment | None], by: str, robot: str) -> Order:
+    first, then = rng.choice(
+        [
+            ("halt", "continue"), ("halt", "continue"), ("halt", "continue"), ("halt", "run"), ("halt", "step"),
+            ("step", "continue"), ("override 20", "override 100"), ("override 0", "override 100"),
+            ("override -50", "override 100"), ("manual", "automatic"), ("disable", "enable"), ("halt", "disable"),
+            ("reset", ""), ("return", ""), ("run", ""), ("enable", ""), ("continue", ""),
+        ]
+    )  # fmt: skip
+    later_s = rng.choice([rng.uniform(0.02, 0.1), rng.uniform(0.1, 0.5), rng.uniform(0.5, 2.0)])
+    return Order(*when, by, robot, first, then, later_s)
+
+
+# Running it
+
+
+class Play:
+    """Lets the items of a plan happen."""
+
+    def __init__(self, stage: Stage, plan: Sequence[Item]) -> None:
+        self._stage = stage
+        self._waiting: list[Item] = []
+        self.struck: list[tuple[float, Item]] = []
+        self.active = True
+        self._held: dict[str, frozenset[str]] = {}
+        self._touched: dict[str, frozenset[str]] = {}
+        self._asked: dict[str, frozenset[str]] = {}
+        self._states: dict[str, RobotState] = {}
+        for item in plan:
+            stage.world.clock.after(item.at_s, self._due, item)
+        stage.world.on_published.append(self._look)
+
+    def _due(self, item: Item) -> None:
+        if item.moment is None:
+            self._strike(item)
+        else:
+            self._waiting.append(item)
+
+    def _strike(self, item: Item) -> None:
+        if not self.active:
+            return
+        facts = self._stage.facts
+        self.struck.append((facts.now - facts.start, item))
+        lasts_s = item.strike(self._stage)
+        facts.troubled_until = max(facts.troubled_until, facts.now + lasts_s)
+
+    def _happens(self, robot: str, what: str) -> None:
+        for item in [each for each in self._waiting if each.moment is not None]:
+            moment = item.moment
+            if moment is not None and (moment.robot, moment.what) == (robot, what):
+                self._waiting.remove(item)
+                # Never in the middle of a step: a process is not killed by what it sends.
+                self._stage.world.clock.after(moment.after_s, self._strike, item)
+
+    def _look(self, name: str, message: object) -> None:
+        if not self._waiting:
+            return
+        facts = self._stage.facts
+        role, _, robot = name.partition("/")
+        if isinstance(message, RobotState):
+            self._state(robot, message)
+            shown = facts.shown.get(robot)
+            if shown is not None:
+                self._presence(robot, frozenset(z for z, box in facts.boxes.items() if shown.touches(z, box)))
+                asks = frozenset(shown.message.wants)
+                if asks - self._asked.get(robot, frozenset()):
+                    self._happens(robot, "asks")
+                self._asked[robot] = asks
+        elif role == "manager" and facts.manager is not None:
+            for each in facts.robots:
+                held = frozenset(zone for zone, status in facts.manager.zones.items() if status.holder == each)
+                if held - self._held.get(each, frozenset()):
+                    self._happens(each, "is granted")
+                self._held[each] = held
+                if any(facts.manager.zones[zone].state is ZoneState.OCCUPIED for zone in held):
+                    self._happens(each, "is inside")
+
+    def _presence(self, robot: str, touched: frozenset[str]) -> None:
+        before = self._touched.get(robot, touched)
+        self._touched[robot] = touched
+        if touched - before:
+            self._happens(robot, "enters")
+        if before - touched:
+            self._happens(robot, "leaves")
+
+    def _state(self, robot: str, state: RobotState) -> None:
+        before = self._states.get(robot)
+        self._states[robot] = state
+        speed = state.tcp_speed_m_s or 0.0
+        slow = 0.0 if before is None else before.tcp_speed_m_s or 0.0
+        if state.mode is Mode.RUNNING and speed > 0.4:
+            self._happens(robot, "moves fast")
+        if before is not None and before.mode is Mode.RUNNING and state.mode is not Mode.RUNNING and speed > 0.02:
+            self._happens(robot, "brakes")
+        if slow == 0.0 < speed:
+            self._happens(robot, "begins to move")
+
+
+def without(plan: Sequence[Item], left_out: set[int]) -> tuple[Item, ...]:
+    """A plan without the items of these numbers."""
+    return tuple(item for number, item in enumerate(plan) if number not in left_out)
+
+
+def at_once(item: Item) -> Item:
+    """The same without its moment."""
+    return replace(item, moment=None)

@@ -1,0 +1,142 @@
+"""Where the robots really are, against what is published of them."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from cell.messages import SetpointBlock, ZoneState
+from tests.sim.judge.facts import BATCH, Facts, Floats, Sample, SentBlock, Shown
+from tests.sim.judge.invariant import Handlers, Invariant
+
+_BODY_TOLERANCE_M = 0.002
+_BLOCK_TOLERANCE_M = 0.001
+_SETTLE_S = 0.15
+"""So long a drive may settle after the last sample of a block."""
+
+
+class OneBodyInAZone(Invariant):
+    """No two real bodies are ever in a zone."""
+
+    name = "one body in a zone"
+
+    def __init__(self, facts: Facts) -> None:
+        super().__init__(facts)
+        self._inside: dict[str, frozenset[str]] = {}
+        self.time_inside_s = dict.fromkeys(facts.robots, 0.0)
+
+    def look(self, sample: Sample) -> None:
+        self._inside[sample.robot] = sample.inside
+        if sample.inside:
+            self.time_inside_s[sample.robot] += 0.02
+        for zone in sample.inside:
+            both = sorted(robot for robot, zones in self._inside.items() if zone in zones)
+            if len(both) > 1:
+                self.broken(" and ".join(both), f"they are in zone {zone} together", sample.at)
+
+
+class BodyIsPublished(Invariant):
+    """The real body lies within the newest published one."""
+
+    name = "the real body is published"
+
+    def look(self, sample: Sample) -> None:
+        if sample.shown is None:
+            return
+        missing = float(sample.shown.misses(sample.points[None])[0])
+        if missing > _BODY_TOLERANCE_M:
+            age = sample.at - sample.shown.at
+            what = f"it is {1000 * missing:.1f} mm outside the body that it published {age:.3f} s before"
+            self.broken(sample.robot, what, sample.at)
+
+
+class InsideIsAccountedFor(Invariant):
+    """Whoever is really inside a zone is its holder in the newest state of the manager, or the zone is blocked."""
+
+    name = "who is inside is holder or suspect"
+
+    def look(self, sample: Sample) -> None:
+        if sample.manager is None:
+            return
+        for zone in sample.inside:
+            status = sample.manager.zones[zone]
+            waits = status.state is ZoneState.FREE and status.reason.startswith("no grants before")
+            if status.holder != sample.robot and status.state is not ZoneState.ORPHANED and not waits:
+                holder = status.holder or "nobody"
+                what = f"it is in zone {zone}, which the manager calls {status.state.value}, held by {holder}"
+                self.broken(sample.robot, what, sample.at)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Announced:
+    """A block and the presence that was published before it."""
+
+    block: SentBlock
+    shown: Shown | None
+    rows: Floats
+
+
+class BlockIsPublished(Invariant):
+    """What a block leads through lies within the body that was published before it."""
+
+    name = "a block stays within the published body"
+
+    def __init__(self, facts: Facts) -> None:
+        super().__init__(facts)
+        self._kept: list[_Announced] = []
+
+    @property
+    def published(self) -> Handlers:
+        return {SetpointBlock: self._block}
+
+    def _block(self, _: str, block: SetpointBlock) -> None:
+        feedback = self.facts.feedback.get(block.robot)
+        if feedback is None or not feedback.enabled:
+            return
+        moved = np.flatnonzero((block.position[1:] != block.position[:-1]).any(axis=1))
+        if not moved.size:
+            return
+        last = int(moved[-1]) + 1
+        rows = block.position[sorted({0, last // 2, last})]
+        shown = self.facts.shown.get(block.robot)
+        self._kept.append(_Announced(SentBlock(block, self.facts.now, 0, True), shown, rows))
+        if len(self._kept) >= BATCH:
+            self.flush()
+
+    def flush(self) -> None:
+        kept, self._kept = self._kept, []
+        for robot in self.facts.robots:
+            mine = [each for each in kept if each.block.message.robot == robot]
+            if mine:
+                points = self.facts.points(robot, np.concatenate([each.rows for each in mine]))
+                ends = np.cumsum([len(each.rows) for each in mine])[:-1]
+                for each, bodies in zip(mine, np.split(points, ends), strict=True):
+                    self._judge(robot, each, bodies)
+
+    def _judge(self, robot: str, each: _Announced, bodies: Floats) -> None:
+        number, at = each.block.message.sequence, each.block.at
+        if each.shown is None:
+            self.broken(robot, f"block {number} moves it, and it has published no body", at)
+        missing = float(each.shown.misses(bodies).max())
+        if missing > _BLOCK_TOLERANCE_M:
+            what = f"block {number} leads {1000 * missing:.1f} mm out of the body published before it"
+            self.broken(robot, what, at)
+
+
+class StopTimeIsTrue(Invariant):
+    """A robot that says it stands stands, and after the time that it said it does."""
+
+    name = "the stop time is true"
+
+    def look(self, sample: Sample) -> None:
+        shown = sample.shown
+        if shown is None or not sample.moving or not shown.message.body.known:
+            return
+        said_s = shown.message.stop_time_s
+        over_s = sample.at - shown.at - said_s
+        if over_s > _SETTLE_S:
+            self.broken(
+                sample.robot, f"it moves {over_s:.2f} s after the {said_s:.3f} s that it said to need", sample.at
+            )
+        still_s = sample.at - shown.still_since
+        if still_s > _SETTLE_S:
+            self.broken(sample.robot, f"it moves, and has said for {still_s:.2f} s that it stands", sample.at)

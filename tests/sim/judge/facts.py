@@ -1,0 +1,365 @@
+"""What really is the case in a simulated cell, and what each process was told: the evidence of all invariants.
+
+Nothing here uses the product's own rules of freshness and order: when each message was sent is known.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from math import inf
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cell.core import Request
+from cell.geometry import Box, body_touches_box, capsules_touch_box, transform_points
+from cell.messages import (
+    Call,
+    DriveFeedback,
+    Estop,
+    GatewayState,
+    Heard,
+    ManagerState,
+    Presence,
+    RobotState,
+    SetpointBlock,
+    TokenGone,
+    ZoneGeometry,
+)
+from robot_agent.workspace import zone_box
+from tests.sim.world import World
+
+Floats = NDArray[np.float64]
+
+SAMPLE_S = 0.02
+"""How often it is looked where the robots really are."""
+BATCH = 32
+"""Moments that are judged together."""
+FREEZE_S = 0.25
+MOVING = 0.02
+"""[rad/s or m/s] An axis that is faster than this moves; slower, its drive may settle."""
+
+
+@dataclass(slots=True, eq=False)
+class Shown:
+    """A presence, and when it left."""
+
+    message: Presence
+    at: float
+    still_since: float
+    """Since then all presences say that the robot stands; infinite where this one does not."""
+    _poses: Floats | None = None
+    _touched: dict[str, bool] = field(default_factory=dict)
+
+    @property
+    def poses(self) -> Floats:
+        """`(m, c, 2, 3)` [m]."""
+        if self._poses is None:
+            body = self.message.body
+            self._poses = np.array(body.poses).reshape(len(body.poses), len(body.radii_m), 2, 3)
+        return self._poses
+
+    def touches(self, zone: str, box: Box) -> bool:
+        """By the rule that manager and agents share."""
+        if zone not in self._touched:
+            self._touched[zone] = body_touches_box(self.message.body, box)
+        return self._touched[zone]
+
+    def misses(self, points: Floats) -> Floats:
+        """By how much [m] bodies `(k, c, 2, 3)` are outside, `(k,)`; 0 or less: they lie within.
+
+        A capsule lies within a pose's capsule that is grown by as much as its ends are away.
+        """
+        body = self.message.body
+        if not body.known or not body.poses:
+            away = np.linalg.norm(points - np.array(body.base), axis=-1).max(axis=(1, 2))
+            return np.asarray(away - body.reach_m)
+        away = np.linalg.norm(points[:, None] - self.poses, axis=-1).max(axis=-1)
+        return np.asarray((away - np.array(body.growth_m)[:, None]).min(axis=1).max(axis=-1))
+
+
+@dataclass(slots=True, eq=False)
+class Sample:
+    """Where a robot really was, and what had been said by then."""
+
+    at: float
+    robot: str
+    axes: Floats
+    """`(n,)` [rad or m] by the simulated drives themselves."""
+    moving: bool
+    """It was elsewhere one sample before."""
+    shown: Shown | None
+    """The newest presence of the robot."""
+    manager: ManagerState | None
+    """The newest state of the living manager; None while none lives or it has said nothing yet."""
+    points: Floats = field(default_factory=lambda: np.zeros((0, 2, 3)))
+    """`(c, 2, 3)` [m] capsules in world."""
+    inside: frozenset[str] = frozenset()
+    """The zones that the real body touches."""
+
+
+@dataclass(slots=True)
+class Told:
+    """What the present boot of a process was told."""
+
+    boot: str
+    since: float
+    thawed_at: float = -inf
+    """It forgot then what it had sent."""
+    frozen_at: float = inf
+    manager: ManagerState | None = None
+    """The newest, of an agent."""
+    presences: dict[str, Presence] = field(default_factory=dict)
+    """The newest of each robot, of a manager."""
+    gone: set[str] = field(default_factory=set)
+    """Robots whose token went since, of a manager."""
+    estops: dict[str, float] = field(default_factory=dict)
+    """Stops that are in force for it, since when."""
+    cleared: set[str] = field(default_factory=set)
+    calls: list[tuple[float, Call]] = field(default_factory=list)
+    feedback_at: float = -inf
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SentBlock:
+    """A set-point block, and the first tick from which on it stands."""
+
+    message: SetpointBlock
+    at: float
+    rest_tick: int
+    moves: bool
+
+
+class Facts:
+    """Follows a world."""
+
+    def __init__(self, world: World) -> None:
+        self.world = world
+        self.cell = world.cell
+        self.start = world.clock.now
+        self.robots = tuple(world.cell.robots)
+        self.boxes = {
+            zone.name: zone_box(
+                ZoneGeometry(zone.name, 1, zone.size_m, zone.pose.position_m, zone.pose.quaternion_xyzw, zone.robots)
+            )
+            for zone in world.cell.zones.values()
+        }
+        self.order: dict[str, int] = {}
+        """Boots in the order of their starts."""
+        self.sent: dict[tuple[str, int], float] = {}
+        """When a state, a presence or a manager's state left, by boot and sequence."""
+        self.told: dict[str, Told] = {}
+        self.shown: dict[str, Shown] = {}
+        self.manager: ManagerState | None = None
+        self.states: dict[str, RobotState] = {}
+        self.feedback: dict[str, DriveFeedback] = {}
+        self.gateways: dict[str, GatewayState] = {}
+        self.blocks: dict[str, dict[tuple[int, int], SentBlock]] = {robot: {} for robot in self.robots}
+        """By robot: all blocks, by owner and sequence."""
+        self.newest_block: dict[str, SentBlock] = {}
+        self.troubled_until = 0.0
+        """The plan's newest fault has worn off."""
+        self.on_samples: Callable[[Sample], None] = lambda _: None
+        self.samples = 0
+        self._seen: Shown | None = None
+        self._kept: list[Sample] = []
+        self._axes: dict[str, Floats] = {}
+        for name, process in world.processes.items():
+            self._started(name, process.boot)
+        world.clock.after(SAMPLE_S, self._sample)
+
+    @property
+    def now(self) -> float:
+        return self.world.clock.now
+
+    def calm(self, for_s: float) -> bool:
+        """No fault was at work for so long."""
+        return self.now - self.troubled_until >= for_s
+
+    def alive(self, name: str) -> bool:
+        process = self.world.processes[name]
+        return process.alive and not process.frozen
+
+    def gateway_of(self, robot: str) -> str:
+        return f"gateway/{self.cell.robots[robot].gateway}"
+
+    # Freshness, by when things were really sent
+
+    def age_of(self, heard: Heard | None, name: str) -> float:
+        """How long ago [s] a process sent what an answer to it repeats; infinite when it was another boot, or a freeze
+        of its own has made it forget."""
+        told = self.told[name]
+        if heard is None or heard.boot != told.boot:
+            return inf
+        at = self.sent.get((heard.boot, heard.sequence), -inf)
+        return inf if at < told.thawed_at else self.now - at
+
+    def manager_age(self, robot: str) -> float:
+        """Of the newest manager state that the robot's agent was told [s]."""
+        name = f"robot/{robot}"
+        manager = self.told[name].manager
+        return inf if manager is None else self.age_of(manager.heard.get(robot), name)
+
+    def manager_fresh(self, robot: str) -> bool:
+        return self.manager_age(robot) < self.cell.times.fresh_s + 1e-3
+
+    def presence_age(self, robot: str) -> float:
+        """Of the newest presence that the manager was told [s]."""
+        told = self.told["manager"]
+        presence = told.presences.get(robot)
+        if presence is None or robot in told.gone:
+            return inf
+        return self.age_of(presence.heard, "manager")
+
+    def presence_fresh(self, robot: str) -> bool:
+        return self.presence_age(robot) < self.cell.times.fresh_s + 1e-3
+
+    def call_age(self, call: Call, name: str) -> float:
+        """How old [s] the state of the addressee is that a call answers."""
+        heard = call.heard
+        if heard is not None and name.startswith("robot/"):
+            heard = Heard("state of " + heard.boot, heard.sequence)
+        at = -inf if heard is None else self.sent.get((heard.boot, heard.sequence), -inf)
+        return self.now - at
+
+    # What is said and heard
+
+    def published(self, name: str, message: object) -> None:
+        match message:
+            case Presence():
+                self.sent[message.boot, message.sequence] = self.now
+                self.shown[message.robot] = self.seen(message)
+            case ManagerState():
+                self.sent[message.boot, message.sequence] = self.now
+                self.manager = message
+            case RobotState():
+                self.sent["state of " + message.boot, message.sequence] = self.now
+                self.states[message.robot] = message
+            case GatewayState():
+                self.sent[message.boot, message.sequence] = self.now
+                self.gateways[message.gateway] = message
+            case DriveFeedback():
+                self.feedback[message.robot] = message
+            case SetpointBlock():
+                moved = np.flatnonzero((message.position[1:] != message.position[:-1]).any(axis=1))
+                rest = message.first_tick + (int(moved[-1]) + 1 if moved.size else 0)
+                sent = SentBlock(message, self.now, rest, moved.size > 0)
+                self.blocks[message.robot][message.owner, message.sequence] = sent
+                self.newest_block[message.robot] = sent
+
+    def seen(self, presence: Presence) -> Shown:
+        """A presence of this moment, with what is known of it."""
+        if self._seen is None or self._seen.message is not presence:
+            before = self.shown.get(presence.robot)
+            since = inf if before is None else before.still_since
+            still_since = inf if presence.stop_time_s > 0.0 else min(since, self.now)
+            self._seen = Shown(presence, self.now, still_since)
+        return self._seen
+
+    def delivered(self, name: str, message: object) -> None:
+        told = self.told[name]
+        match message:
+            case ManagerState():
+                if self._newer(message.boot, message.sequence, told.manager):
+                    told.manager = message
+                for estop in message.estops:
+                    self._estop(told, estop)
+            case Presence():
+                if self._newer(message.boot, message.sequence, told.presences.get(message.robot)):
+                    told.presences[message.robot] = message
+                    told.gone.discard(message.robot)
+            case TokenGone():
+                known = told.presences.get(message.name)
+                if known is not None and known.boot == message.boot:
+                    told.gone.add(message.name)
+            case Estop():
+                self._estop(told, message)
+            case Request(_, Call() as call):
+                told.calls.append((self.now, call))
+            case DriveFeedback():
+                told.feedback_at = self.now
+            case _:
+                pass
+
+    def _newer(self, boot: str, sequence: int, than: ManagerState | Presence | None) -> bool:
+        if than is None:
+            return True
+        return (self.order[boot], sequence) > (self.order[than.boot], than.sequence)
+
+    def _estop(self, told: Told, estop: Estop) -> None:
+        if not estop.active:
+            told.cleared.add(estop.id)
+            told.estops.pop(estop.id, None)
+        elif estop.id not in told.cleared:
+            told.estops.setdefault(estop.id, self.now)
+
+    def lived(self, name: str, what: str) -> None:
+        told = self.told.get(name)
+        if what == "started":
+            self._started(name, self.world.processes[name].boot)
+        elif what == "frozen" and told is not None:
+            told.frozen_at = min(told.frozen_at, self.now)
+        elif what == "thawed" and told is not None:
+            if self.now - told.frozen_at > FREEZE_S:
+                told.thawed_at = self.now
+            told.frozen_at = inf
+        if name == "manager" and what in ("started", "killed"):
+            self.manager = None
+
+    def _started(self, name: str, boot: str) -> None:
+        self.order[boot] = len(self.order)
+        self.told[name] = Told(boot, self.now)
+
+    # Where the robots really are
+
+    def measured(self, robot: str) -> Floats:
+        """The axes by the simulated drives themselves, not by what anyone reports of them."""
+        gateway = self.gateway_of(robot)
+        axes = self.world.bundle.gateways[gateway.partition("/")[2]].robots[robot].axes
+        nodes = self.world.buses[gateway].nodes
+        return np.array([nodes[a.node_id].drives[a.number - 1].position / a.counts_per_unit + a.offset for a in axes])
+
+    def points(self, robot: str, axes: Floats) -> Floats:
+        """Capsules `(m, c, 2, 3)` [m] in world, for axes `(m, n)`."""
+        planner, model = self.world.planners[robot], self.world.models[robot]
+        return np.asarray(transform_points(planner.pose_world_base, model.capsules(model.coupling.joints(axes))))
+
+    def touching(self, robot: str, points: Floats) -> dict[str, NDArray[np.bool_]]:
+        """By zone: which of the bodies `(m, c, 2, 3)` touch it."""
+        radii = self.world.models[robot].capsule_radii
+        return {zone: capsules_touch_box(points, radii, box).any(axis=-1) for zone, box in self.boxes.items()}
+
+    def inside_now(self, robot: str) -> frozenset[str]:
+        """The zones that the real body touches at this moment."""
+        touching = self.touching(robot, self.points(robot, self.measured(robot)[None]))
+        return frozenset(zone for zone, flags in touching.items() if flags[0])
+
+    def _sample(self) -> None:
+        for robot in self.robots:
+            axes = self.measured(robot)
+            before = self._axes.get(robot)
+            moving = before is not None and bool((np.abs(axes - before) > MOVING * SAMPLE_S).any())
+            self._axes[robot] = axes
+            self._kept.append(Sample(self.now, robot, axes, moving, self.shown.get(robot), self.manager))
+        if len(self._kept) >= BATCH * len(self.robots):
+            self.flush()
+        self.world.clock.after(SAMPLE_S, self._sample)
+
+    def moving(self, robot: str) -> bool:
+        """Between the two newest samples."""
+        return any(sample.robot == robot and sample.moving for sample in self._kept[-len(self.robots) :])
+
+    def flush(self) -> None:
+        """Compute the bodies of the samples kept, and hand them on."""
+        kept, self._kept = self._kept, []
+        for robot in self.robots:
+            mine = [sample for sample in kept if sample.robot == robot]
+            if not mine:
+                continue
+            points = self.points(robot, np.array([sample.axes for sample in mine]))
+            touching = self.touching(robot, points)
+            for i, sample in enumerate(mine):
+                sample.points = points[i]
+                sample.inside = frozenset(zone for zone, flags in touching.items() if flags[i])
+        for sample in kept:
+            self.samples += 1
+            self.on_samples(sample)

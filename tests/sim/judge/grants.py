@@ -1,0 +1,257 @@
+"""Zones: who may enter, who gives them away, and on what ground."""
+
+from math import inf
+
+from cell.messages import (
+    AdoptZone,
+    ClearZone,
+    Event,
+    ManagerState,
+    Presence,
+    Token,
+    ZoneState,
+    ZoneStatus,
+)
+from tests.sim.judge.facts import Facts, Shown
+from tests.sim.judge.invariant import Handlers, Invariant
+
+
+class NoBreach(Invariant):
+    """No robot is ever in a zone without a grant, also in the manager's eyes."""
+
+    name = "no breach"
+
+    @property
+    def published(self) -> Handlers:
+        return {Event: self._event}
+
+    def _event(self, process: str, event: Event) -> None:
+        if event.code == "zone_breach":
+            self.broken(process, event.text)
+
+
+class EntersByFreshGrant(Invariant):
+    """The published body, and so all that a robot is sent, comes into a zone only while the newest manager state that
+    its agent was told names it holder, by the token that it says it holds; and that state answers a presence that was
+    sent less than the age limit ago. A robot that its drives brake may come anywhere."""
+
+    name = "enters by a fresh grant"
+
+    @property
+    def published(self) -> Handlers:
+        return {Presence: self._presence}
+
+    def _presence(self, _: str, presence: Presence) -> None:
+        robot, facts = presence.robot, self.facts
+        before, feedback = facts.shown.get(robot), facts.feedback.get(robot)
+        if before is None or before.message.boot != presence.boot or feedback is None or not feedback.enabled:
+            return
+        if not before.message.body.known or not presence.body.known:
+            return
+        shown = facts.seen(presence)
+        for zone, box in facts.boxes.items():
+            if shown.touches(zone, box) and not before.touches(zone, box):
+                self._entered(robot, zone, presence)
+
+    def _entered(self, robot: str, zone: str, presence: Presence) -> None:
+        facts = self.facts
+        manager = facts.told[f"robot/{robot}"].manager
+        status = manager.zones.get(zone) if manager is not None else None
+        if status is None or status.holder != robot or status.state not in (ZoneState.GRANTED, ZoneState.OCCUPIED):
+            self.broken(robot, f"its body comes into zone {zone}; the newest manager state does not grant it")
+        if presence.holds.get(zone) != status.token:
+            self.broken(robot, f"its body comes into zone {zone}, granted by {status.token}, held is {presence.holds}")
+        if not facts.manager_fresh(robot):
+            age = facts.manager_age(robot)
+            self.broken(robot, f"its body comes into zone {zone} by a manager state that is {age:.3f} s old")
+
+
+class GivenUpStaysGivenUp(Invariant):
+    """A token that a robot knew and did not hold in a presence is never held by it again."""
+
+    name = "a token given up is never taken again"
+
+    def __init__(self, facts: Facts) -> None:
+        super().__init__(facts)
+        self._dead: dict[tuple[str, str], Token] = {}
+
+    @property
+    def published(self) -> Handlers:
+        return {Presence: self._presence}
+
+    def _presence(self, name: str, presence: Presence) -> None:
+        told = self.facts.told[name]
+        for zone, token in presence.holds.items():
+            if self._dead.get((presence.boot, zone)) == token:
+                self.broken(presence.robot, f"it holds {token} of zone {zone} again after it gave it up")
+        for zone, status in told.manager.zones.items() if told.manager is not None else ():
+            if status.holder == presence.robot and status.token is not None and zone not in presence.holds:
+                self._dead[presence.boot, zone] = status.token
+
+
+class _OfManager(Invariant):
+    """Compares each state of a manager with the one before, in view of what the manager was told by then."""
+
+    def __init__(self, facts: Facts) -> None:
+        super().__init__(facts)
+        self._decided_at: dict[str, float] = {}
+        """When an operator's decision on a zone last reached the present manager."""
+
+    @property
+    def published(self) -> Handlers:
+        return {ManagerState: self._state}
+
+    def _state(self, _: str, state: ManagerState) -> None:
+        before = self.facts.manager
+        if before is not None and before.boot != state.boot:
+            before = None
+        since = -inf if before is None else self.facts.sent[before.boot, before.sequence]
+        calls = [call.command for at, call in self.facts.told["manager"].calls if at >= since]
+        decided = {command.zone for command in calls if isinstance(command, AdoptZone | ClearZone)}
+        for zone, status in state.zones.items():
+            if zone in decided:
+                self._decided_at[zone] = self.facts.now
+            self.judge(zone, state, status, None if before is None else before.zones[zone], zone in decided)
+
+    def lived(self, name: str, what: str) -> None:
+        if name == "manager" and what == "started":
+            self._decided_at.clear()
+            self.restarted()
+
+    def restarted(self) -> None:
+        """A manager was started."""
+
+    def judge(
+        self, zone: str, state: ManagerState, status: ZoneStatus, before: ZoneStatus | None, decided: bool
+    ) -> None:
+        """One zone; `before` is of the same manager."""
+        raise NotImplementedError
+
+
+class GrantsAreDue(_OfManager):
+    """A zone is granted only after every robot has reported or an operator decided, to a robot that lately asked for
+    it and was heard, and never under an emergency stop."""
+
+    name = "grants are due"
+
+    def judge(
+        self, zone: str, state: ManagerState, status: ZoneStatus, before: ZoneStatus | None, decided: bool
+    ) -> None:
+        token, holder = status.token, status.holder
+        if token is None or holder is None or token.epoch != state.epoch or decided:
+            return
+        if before is not None and before.token == token:
+            return
+        told = self.facts.told["manager"]
+        known = [r for r in self.facts.robots if r in told.presences and told.presences[r].heard is not None]
+        reported = [r for r in known if told.presences[r].heard.boot == state.boot]  # type: ignore[union-attr]
+        missing = sorted(set(self.facts.robots) - set(reported))
+        if missing and zone not in self._decided_at:
+            self.broken("manager", f"it grants zone {zone} to {holder} before {', '.join(missing)} reported")
+        if not self.facts.presence_fresh(holder):
+            age = self.facts.presence_age(holder)
+            self.broken("manager", f"it grants zone {zone} to {holder}, last heard {age:.3f} s ago")
+        if zone not in told.presences[holder].wants:
+            self.broken("manager", f"it grants zone {zone} to {holder}, which does not ask for it")
+        if state.estops:
+            self.broken("manager", f"it grants zone {zone} to {holder} under an emergency stop")
+
+
+class HolderLetsGo(_OfManager):
+    """A grant ends only by a presence that the holder sent lately, after it could know of the grant, without the token
+    and with its body outside; or by an operator's decision."""
+
+    name = "a grant ends by its holder"
+
+    def __init__(self, facts: Facts) -> None:
+        super().__init__(facts)
+        self._granted: dict[str, tuple[Token, str, int]] = {}
+        """By zone: the newest token, the boot that it was given to, and the state that said so first."""
+
+    def restarted(self) -> None:
+        self._granted.clear()
+
+    def judge(
+        self, zone: str, state: ManagerState, status: ZoneStatus, before: ZoneStatus | None, decided: bool
+    ) -> None:
+        told = self.facts.told["manager"]
+        if before is not None and before.token is not None and status.token != before.token and not decided:
+            self._ended(zone, status, before)
+        if status.token is not None and (before is None or before.token != status.token):
+            boot = told.presences[status.holder or ""].boot
+            self._granted[zone] = status.token, boot, state.sequence
+
+    def _ended(self, zone: str, status: ZoneStatus, before: ZoneStatus) -> None:
+        holder = before.holder
+        if holder is None or status.state is ZoneState.ORPHANED:
+            return
+        facts, (token, boot, sequence) = self.facts, self._granted[zone]
+        presence = facts.told["manager"].presences[holder]
+        what = f"zone {zone} is {status.state.value} for {status.holder or 'everyone'}, which {holder} held by {token}"
+        if not facts.presence_fresh(holder):
+            self.broken("manager", f"{what}; {holder} was last heard {facts.presence_age(holder):.3f} s ago")
+        if presence.holds.get(zone) == token:
+            self.broken("manager", f"{what} and still holds")
+        if Shown(presence, 0.0, 0.0).touches(zone, facts.boxes[zone]):
+            self.broken("manager", f"{what}; its body is inside")
+        heard = presence.heard
+        if presence.boot == boot and (heard is None or heard.sequence < sequence):
+            self.broken("manager", f"{what}; its presence was sent before it could know of the grant")
+
+
+class ClaimsAreHonoured(_OfManager):
+    """A manager that was started lets a grant of an earlier one live on, where the holder alone says to have it."""
+
+    name = "grants outlive a manager"
+
+    def judge(
+        self, zone: str, state: ManagerState, status: ZoneStatus, before: ZoneStatus | None, decided: bool
+    ) -> None:
+        if decided or zone in self._decided_at:
+            return
+        facts, presences = self.facts, self.facts.told["manager"].presences
+        if before is not None and before.token is not None and before.token.epoch == state.epoch:
+            return
+        for robot, presence in presences.items():
+            token = presence.holds.get(zone)
+            if token is None or token.epoch >= state.epoch or presence.digest != state.digest:
+                continue
+            others = [each for name, each in presences.items() if name != robot]
+            rivals = [
+                each.robot
+                for each in others
+                if zone in each.holds or Shown(each, 0.0, 0.0).touches(zone, facts.boxes[zone])
+            ]
+            if facts.presence_fresh(robot) and not rivals and status.holder != robot:
+                what = f"{robot} alone says to hold zone {zone} by {token}; the manager calls it {status.state.value}"
+                self.broken("manager", f"{what}, held by {status.holder or 'nobody'}")
+
+
+class OccupiedIsTheCase(_OfManager):
+    """A zone is called occupied exactly while the body of its holder touches it, as the manager was told it."""
+
+    name = "occupied is what is the case"
+
+    def __init__(self, facts: Facts) -> None:
+        super().__init__(facts)
+        self._known: dict[tuple[str, str], tuple[Presence, bool]] = {}
+
+    def judge(
+        self, zone: str, state: ManagerState, status: ZoneStatus, before: ZoneStatus | None, decided: bool
+    ) -> None:
+        holder = status.holder
+        if holder is None or status.state not in (ZoneState.GRANTED, ZoneState.OCCUPIED) or decided:
+            return
+        if before is None or before.token != status.token or not self.facts.presence_fresh(holder):
+            return
+        inside = self._inside(zone, self.facts.told["manager"].presences[holder])
+        if inside is not (status.state is ZoneState.OCCUPIED):
+            where = "inside" if inside else "outside"
+            self.broken("manager", f"zone {zone} is {status.state.value}, and the body of {holder} is {where}")
+
+    def _inside(self, zone: str, presence: Presence) -> bool:
+        known = self._known.get((zone, presence.robot))
+        if known is None or known[0] is not presence:
+            touches = Shown(presence, 0.0, 0.0).touches(zone, self.facts.boxes[zone])
+            known = self._known[zone, presence.robot] = presence, touches
+        return known[1]

@@ -1,0 +1,100 @@
+"""All invariants on one world."""
+
+from collections import defaultdict
+from collections.abc import Callable, Collection
+from typing import Any
+
+from tests.sim.judge import bodies, grants, motion, news
+from tests.sim.judge.facts import Facts, Sample
+from tests.sim.judge.invariant import Broken, Invariant
+from tests.sim.world import World
+
+ALL: tuple[type[Invariant], ...] = (
+    bodies.OneBodyInAZone,
+    bodies.BodyIsPublished,
+    bodies.InsideIsAccountedFor,
+    bodies.BlockIsPublished,
+    bodies.StopTimeIsTrue,
+    grants.NoBreach,
+    grants.EntersByFreshGrant,
+    grants.GivenUpStaysGivenUp,
+    grants.GrantsAreDue,
+    grants.HolderLetsGo,
+    grants.ClaimsAreHonoured,
+    grants.OccupiedIsTheCase,
+    news.TokensGrow,
+    news.SequencesGrow,
+    news.EchoesGrow,
+    motion.WithinLimits,
+    motion.OnThisMotion,
+    motion.PlaysBlocks,
+    motion.StopsWithoutManager,
+    motion.StopsUnderEstop,
+    motion.GatewayObeysEstop,
+    motion.MovesByOrder,
+    motion.StandsWithoutTorque,
+    motion.BlocksKeepComing,
+    motion.BlocksEndAtRest,
+    motion.BlocksAreTaken,
+)
+
+
+class Judge:
+    """Watches a world from its beginning; raises `Broken` out of its clock."""
+
+    def __init__(
+        self, world: World, only: Collection[str] | None = None, on_broken: Callable[[Broken], None] | None = None
+    ) -> None:
+        """`only`: the names of the invariants to look at; all, where it is left out. `on_broken`: instead of raising."""
+        self.facts = Facts(world)
+        self.invariants = [kind(self.facts) for kind in ALL if only is None or kind.name in only]
+        self._on_broken = on_broken
+        self._published = self._handlers("published")
+        self._delivered = self._handlers("delivered")
+        kinds = [each for each in self.invariants if type(each).look is not Invariant.look]
+        self._looks = [each.look for each in kinds]
+        self.facts.on_samples = self._look
+        world.on_published.append(self._on_published)
+        world.on_delivered.append(self._on_delivered)
+        world.on_life.append(self._on_life)
+        world.clock.on_pause.append(self.flush)
+
+    def _handlers(self, kind: str) -> dict[type, list[Callable[[str, Any], None]]]:
+        handlers: dict[type, list[Callable[[str, Any], None]]] = defaultdict(list)
+        for invariant in self.invariants:
+            for message, handler in getattr(invariant, kind).items():
+                handlers[message].append(handler)
+        return handlers
+
+    def _on_published(self, name: str, message: object) -> None:
+        for handler in self._published.get(type(message), ()):
+            self._judge(handler, name, message)
+        self.facts.published(name, message)
+
+    def _on_delivered(self, name: str, message: object) -> None:
+        for handler in self._delivered.get(type(message), ()):
+            self._judge(handler, name, message)
+        self.facts.delivered(name, message)
+
+    def _on_life(self, name: str, what: str) -> None:
+        self.facts.lived(name, what)
+        for invariant in self.invariants:
+            invariant.lived(name, what)
+
+    def _look(self, sample: Sample) -> None:
+        for look in self._looks:
+            self._judge(look, sample)
+
+    def flush(self) -> None:
+        """Judge everything that was kept for later."""
+        self.facts.flush()
+        for invariant in self.invariants:
+            self._judge(invariant.flush)
+
+    def _judge(self, what: Callable[..., None], *arguments: object) -> None:
+        try:
+            what(*arguments)
+        except Broken as broken:
+            if self._on_broken is None:
+                raise
+            self._on_broken(broken)

@@ -1,0 +1,442 @@
+"""What the drives are commanded, against what was sent, planned, allowed and ordered."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from math import inf
+
+import numpy as np
+
+from cell.core import Request
+from cell.messages import (
+    Call,
+    Continue,
+    DriveFeedback,
+    Enable,
+    Jog,
+    Mode,
+    PlayoutState,
+    Presence,
+    Return,
+    RobotState,
+    Run,
+    SetpointBlock,
+    Step,
+)
+from robot_agent.agent.planning import Planned
+from tests.sim.judge.facts import Facts, Floats, Sample
+from tests.sim.judge.invariant import Handlers, Invariant
+from tests.sim.planned_paths import PATH_STEP_S, PlannedPaths
+
+_LIMIT_TOLERANCE = 1.01
+_ON_PATH = 2e-6
+"""[rad or m] beside what a chord of a path is away from it."""
+_MOST_KEPT = 64
+"""Samples of one robot that are judged together."""
+_BEFORE = 4
+"""Judged samples that are kept: a jerk takes four."""
+_JOINING = 1e-6
+"""[rad or m] A block may begin so much beside what is commanded."""
+_MOVES = (Run, Continue, Return, Step, Jog)
+_LIVE = (PlayoutState.PLAYING, PlayoutState.RAMP, PlayoutState.STARVED)
+
+
+@dataclass(slots=True)
+class _Commanded:
+    """What one robot was commanded since it was enabled, in axes, with the last samples that are judged."""
+
+    at: list[float] = field(default_factory=list)
+    axes: list[Floats] = field(default_factory=list)
+    jogged: list[bool] = field(default_factory=list)
+    judged: int = 0
+    plans: int = 0
+    """So many had been made when the samples were taken."""
+
+    def forget(self, kept: int) -> None:
+        """All are judged; keep the newest."""
+        start = len(self.at) - kept
+        self.at, self.axes, self.jogged = self.at[start:], self.axes[start:], self.jogged[start:]
+        self.judged = len(self.at)
+
+
+class _OfCommands(Invariant):
+    """Judges what the drives are commanded, many samples at once."""
+
+    def __init__(self, facts: Facts) -> None:
+        super().__init__(facts)
+        self._commanded = {robot: _Commanded() for robot in facts.robots}
+        self._jogging = dict.fromkeys(facts.robots, False)
+
+    @property
+    def published(self) -> Handlers:
+        return {DriveFeedback: self._feedback}
+
+    def _feedback(self, _: str, feedback: DriveFeedback) -> None:
+        robot, facts = feedback.robot, self.facts
+        kept, plans = self._commanded[robot], len(facts.world.seen.planned[robot])
+        if not feedback.enabled or plans != kept.plans or len(kept.at) - kept.judged >= _MOST_KEPT:
+            self._judge_kept(robot)
+            kept.plans = plans
+        if not feedback.enabled:
+            kept.forget(0)
+            return
+        moved = bool(kept.axes) and not np.array_equal(kept.axes[-1], feedback.commanded)
+        state = facts.states.get(robot)
+        jogs = state is not None and state.mode is Mode.JOGGING
+        self._jogging[robot] = jogs or (moved and self._jogging[robot])
+        kept.at.append(facts.now)
+        kept.axes.append(feedback.commanded)
+        kept.jogged.append(self._jogging[robot])
+
+    def flush(self) -> None:
+        for robot in self._commanded:
+            self._judge_kept(robot)
+
+    def _judge_kept(self, robot: str) -> None:
+        kept = self._commanded[robot]
+        if len(kept.at) > kept.judged:
+            q = self.facts.world.models[robot].coupling.joints(np.array(kept.axes))
+            self.judge(robot, q, kept)
+            kept.forget(min(_BEFORE, len(q)))
+
+    def judge(self, robot: str, q: Floats, kept: _Commanded) -> None:
+        """Joints `(m, n)`, of which the first `kept.judged` have been judged."""
+        raise NotImplementedError
+
+
+class WithinLimits(_OfCommands):
+    """Velocity, acceleration and jerk of each joint are within the limits of ramps, by the differences of what the
+    drives are commanded."""
+
+    name = "joints keep their limits"
+
+    def judge(self, robot: str, q: Floats, kept: _Commanded) -> None:
+        first = max(_BEFORE - 1, kept.judged)
+        limits, dt = self.facts.world.planners[robot].limits, self.facts.world.cycle_s(robot)
+        rows = q
+        for order, what, allowed in (
+            (1, "velocity", limits.velocity),
+            (2, "acceleration", limits.ramp_acceleration_bounds[1]),
+            (3, "jerk", limits.ramp_jerk),
+        ):
+            rows = np.diff(rows, axis=0) / dt
+            found = rows[first - order :]
+            beyond = np.flatnonzero((np.abs(found) > allowed * _LIMIT_TOLERANCE).any(axis=1))
+            if len(beyond):
+                share = (np.abs(found[beyond[0]]) / allowed).max()
+                self.broken(robot, f"{what} is {share:.3f} of what is allowed", kept.at[first + beyond[0]])
+
+
+class OnThisMotion(_OfCommands):
+    """The robot is on the motion that its program has come to or, on its way back, on that; never on an older one."""
+
+    name = "on this motion"
+
+    def __init__(self, facts: Facts) -> None:
+        super().__init__(facts)
+        self._paths = PlannedPaths()
+        planners = facts.world.planners
+        self._allowed = {
+            robot: _ON_PATH + float(planners[robot].limits.acceleration.max()) * PATH_STEP_S**2 / 8.0
+            for robot in facts.robots
+        }
+        self._cursor = dict.fromkeys(facts.robots, 0)
+        self._first: dict[int, Planned] = {}
+        """By sweep: the same plan that is given again has the same."""
+
+    def _off(self, planned: Sequence[Planned], q: Floats, allowed: float) -> Floats:
+        motions = [self._first.setdefault(id(each.sweep), each).motion for each in planned]
+        return self._paths.off(motions, q, allowed)
+
+    def judge(self, robot: str, q: Floats, kept: _Commanded) -> None:
+        first = max(1, kept.judged)
+        moved = first + np.flatnonzero((q[first:] != q[first - 1 : -1]).any(axis=1))
+        moved = moved[~np.array(kept.jogged)[moved]] if moved.size else moved
+        if not moved.size:
+            return
+        planned, allowed = self.facts.world.seen.planned[robot][: kept.plans], self._allowed[robot]
+        backs = [each for each in planned if each.id < 0][-1:]
+        left = np.ones(len(moved), dtype=bool)
+        if backs:
+            left = self._off(backs, q[moved], allowed) > allowed
+        cursor, on_it = self._cursor[robot], len(moved) - int(left.sum())
+        while left.any() and cursor < len(planned):
+            motion = planned[cursor]
+            if motion.id >= 0:
+                off = self._off([motion], q[moved[left]], allowed) > allowed
+                if not off.all():
+                    self._cursor[robot] = cursor
+                    on_it += int((~off).sum())
+                left[left] = off
+            cursor += 1
+        if left.any():
+            worst = moved[np.flatnonzero(left)[0]]
+            everywhere = self._off(planned, q[moved[left]], allowed)
+            old = "an older motion" if (everywhere <= allowed).all() else "no motion that was planned"
+            self.broken(robot, f"it is on {old}", kept.at[worst])
+
+
+class PlaysBlocks(Invariant):
+    """What the drives are commanded at a tick is the sample of the newest block that was accepted, from its owner."""
+
+    name = "plays what was sent"
+
+    def __init__(self, facts: Facts) -> None:
+        super().__init__(facts)
+        self._before: dict[str, int] = {}
+        """The newest block of before the drives were on: it is not played any more."""
+
+    @property
+    def published(self) -> Handlers:
+        return {DriveFeedback: self._feedback}
+
+    def _feedback(self, name: str, feedback: DriveFeedback) -> None:
+        if not feedback.enabled or feedback.state not in _LIVE:
+            self._before[feedback.robot] = feedback.block
+        if feedback.block in (0, self._before.get(feedback.robot)):
+            return
+        self._before.pop(feedback.robot, None)
+        block = self.facts.blocks[feedback.robot].get((feedback.owner, feedback.block))
+        if block is None:
+            self.broken(name, f"block {feedback.block} of owner {feedback.owner}, which nobody sent, is accepted")
+        message = block.message
+        row = feedback.tick - message.first_tick
+        if row < 0:
+            return
+        sample = message.position[min(row, len(message.position) - 1)]
+        if np.abs(sample - feedback.commanded).max() > 1e-9:
+            self.broken(name, f"tick {feedback.tick} of {feedback.robot} is not the sample of block {feedback.block}")
+
+
+class _OfBlocks(Invariant):
+    """Judges whether a block leads farther than those that were sent while its robot was allowed to go on."""
+
+    def __init__(self, facts: Facts) -> None:
+        super().__init__(facts)
+        self._latest_rest: dict[tuple[str, int], int] = {}
+        """By robot and owner: the latest tick of rest of the blocks that were sent when the robot might go on."""
+
+    @property
+    def published(self) -> Handlers:
+        return {SetpointBlock: self._block}
+
+    def _block(self, _: str, block: SetpointBlock) -> None:
+        robot = block.robot
+        feedback = self.facts.feedback.get(robot)
+        if feedback is None or not feedback.enabled:
+            return
+        why = self.must_stop(robot)
+        moved = np.flatnonzero((block.position[1:] != block.position[:-1]).any(axis=1))
+        if not moved.size:
+            return
+        rest = block.first_tick + int(moved[-1]) + 1
+        latest = self._latest_rest.get((robot, block.owner), 0)
+        if not why:
+            self._latest_rest[robot, block.owner] = max(latest, rest)
+        elif rest > latest:
+            self.broken(robot, f"block {block.sequence} leads on to tick {rest}, those before to {latest}, and {why}")
+
+    def must_stop(self, robot: str) -> str:
+        """Why the robot may only brake; empty when it may go on."""
+        raise NotImplementedError
+
+
+class StopsWithoutManager(_OfBlocks):
+    """Without a manager state that answers a presence of less than the age limit ago, a robot only brakes."""
+
+    name = "stops without a manager"
+
+    def must_stop(self, robot: str) -> str:
+        if self.facts.manager_fresh(robot):
+            return ""
+        return f"its newest manager state is {self.facts.manager_age(robot):.3f} s old"
+
+
+class StopsUnderEstop(_OfBlocks):
+    """From an emergency stop that its agent was told until it is told that it is cleared, a robot only brakes."""
+
+    name = "stops under an emergency stop"
+
+    def must_stop(self, robot: str) -> str:
+        estops = self.facts.told[f"robot/{robot}"].estops
+        return (
+            f"emergency stop {min(estops)} was told {self.facts.now - min(estops.values()):.3f} s ago" if estops else ""
+        )
+
+    @property
+    def published(self) -> Handlers:
+        return {SetpointBlock: self._block, Presence: self._presence}
+
+    def _presence(self, name: str, presence: Presence) -> None:
+        estops = self.facts.told[name].estops
+        if estops and presence.estop_acknowledged is None:
+            self.broken(presence.robot, f"it was told of emergency stop {min(estops)} and does not acknowledge it")
+
+
+class GatewayObeysEstop(Invariant):
+    """A robot whose gateway was told of an emergency stop is at rest and without torque within the gateway's delay."""
+
+    name = "a gateway obeys an emergency stop"
+    _MORE_S = 2.0
+    """For the quick stop, brakes, and switching off."""
+
+    def look(self, sample: Sample) -> None:
+        gateway = self.facts.gateway_of(sample.robot)
+        told = self.facts.told[gateway]
+        if not told.estops or not self.facts.alive(gateway):
+            return
+        since = max(min(told.estops.values()), told.thawed_at)
+        over_s = sample.at - since - self.facts.cell.times.estop_delay_s - self._MORE_S
+        if over_s > 0.0 and sample.moving:
+            self.broken(
+                sample.robot, f"it moves {over_s:.2f} s after it had to stand under an emergency stop", sample.at
+            )
+
+
+class MovesByOrder(Invariant):
+    """After its drives were off, or stood in a fault, a robot begins to move only after an operator's call."""
+
+    name = "nothing moves by itself"
+
+    def __init__(self, facts: Facts) -> None:
+        super().__init__(facts)
+        self._ordered = dict.fromkeys(facts.robots, False)
+        self._enabled = dict.fromkeys(facts.robots, False)
+        self._enable_asked = dict.fromkeys(facts.robots, False)
+        self._commanded: dict[str, Floats] = {}
+
+    @property
+    def published(self) -> Handlers:
+        return {DriveFeedback: self._feedback}
+
+    @property
+    def delivered(self) -> Handlers:
+        return {Request: self._call}
+
+    def _call(self, name: str, request: Request) -> None:
+        role, _, robot = name.partition("/")
+        if role != "robot" or not isinstance(request.call, Call):
+            return
+        if isinstance(request.call.command, _MOVES):
+            self._ordered[robot] = True
+        if isinstance(request.call.command, Enable):
+            self._enable_asked[robot] = True
+
+    def _feedback(self, name: str, feedback: DriveFeedback) -> None:
+        robot = feedback.robot
+        if not feedback.enabled:
+            self._ordered[robot] = False
+            if self._enabled[robot]:
+                self._enable_asked[robot] = False
+        elif not self._enabled[robot] and not self._enable_asked[robot]:
+            self.broken(robot, "its drives came on, and no operator asked for it")
+        before = self._commanded.get(robot)
+        if feedback.enabled and self._enabled[robot] and not self._ordered[robot]:
+            if before is not None and np.abs(before - feedback.commanded).max() > _JOINING:
+                self.broken(robot, "it moves, and no operator has told it to since its drives were off")
+        self._commanded[robot] = feedback.commanded
+        self._enabled[robot] = feedback.enabled
+
+
+class StandsWithoutTorque(Invariant):
+    """A robot whose drives are off or stopped comes to rest, and stays there."""
+
+    name = "stands once it is stopped"
+    _BRAKING_S = 1.5
+
+    def __init__(self, facts: Facts) -> None:
+        super().__init__(facts)
+        self._off_since: dict[str, float] = {}
+
+    @property
+    def published(self) -> Handlers:
+        return {DriveFeedback: self._feedback}
+
+    def _feedback(self, _: str, feedback: DriveFeedback) -> None:
+        if feedback.enabled:
+            self._off_since.pop(feedback.robot, None)
+        else:
+            self._off_since.setdefault(feedback.robot, self.facts.now)
+
+    def look(self, sample: Sample) -> None:
+        since = self._off_since.get(sample.robot, inf)
+        if sample.moving and sample.at - since > self._BRAKING_S:
+            self.broken(sample.robot, f"it moves {sample.at - since:.2f} s after its drives were stopped", sample.at)
+
+
+class BlocksKeepComing(Invariant):
+    """An agent that hears its robot's drives, which are on, supplies them with blocks."""
+
+    name = "blocks keep coming"
+    _GAP_S = 0.3
+
+    def __init__(self, facts: Facts) -> None:
+        super().__init__(facts)
+        self._since: dict[str, float] = {}
+
+    @property
+    def published(self) -> Handlers:
+        return {RobotState: self._state, SetpointBlock: self._block}
+
+    def lived(self, name: str, what: str) -> None:
+        self._since.pop(name.partition("/")[2], None)
+
+    def _block(self, _: str, block: SetpointBlock) -> None:
+        self._since[block.robot] = self.facts.now
+
+    def _state(self, name: str, state: RobotState) -> None:
+        robot, facts = state.robot, self.facts
+        told = facts.told[name]
+        heard = facts.now - told.feedback_at < 0.06
+        if not heard or state.mode in (Mode.STARTING, Mode.FAULT, Mode.ESTOP, Mode.DISABLED, Mode.ENABLING):
+            self._since.pop(robot, None)
+            return
+        silent_s = facts.now - self._since.setdefault(robot, facts.now)
+        if silent_s > self._GAP_S:
+            self.broken(robot, f"{state.mode.value}, and it sent no block for {silent_s:.2f} s")
+
+
+class BlocksEndAtRest(Invariant):
+    """Every block is a motion to standstill."""
+
+    name = "a block ends at rest"
+
+    @property
+    def published(self) -> Handlers:
+        return {SetpointBlock: self._block}
+
+    def _block(self, _: str, block: SetpointBlock) -> None:
+        if np.abs(block.velocity[-1]).max() > 0.0:
+            self.broken(block.robot, f"block {block.sequence} ends with velocity {block.velocity[-1]}")
+
+
+class BlocksAreTaken(Invariant):
+    """While nothing disturbs them, a gateway takes the blocks of its owner."""
+
+    name = "blocks are taken"
+    _LOOK_S = 1.0
+    _SHARE = 0.5
+
+    def __init__(self, facts: Facts) -> None:
+        super().__init__(facts)
+        self._since: dict[str, tuple[float, int, int]] = {}
+        self._sent = dict.fromkeys(facts.robots, 0)
+
+    @property
+    def published(self) -> Handlers:
+        return {SetpointBlock: self._block, DriveFeedback: self._feedback}
+
+    def _block(self, _: str, block: SetpointBlock) -> None:
+        self._sent[block.robot] += 1
+
+    def _feedback(self, name: str, feedback: DriveFeedback) -> None:
+        robot, facts = feedback.robot, self.facts
+        if not feedback.enabled or not facts.calm(1.0) or facts.world.network.weather.loss > 0.06:
+            self._since.pop(robot, None)
+            return
+        since, refused, sent = self._since.setdefault(robot, (facts.now, feedback.refused, self._sent[robot]))
+        if facts.now - since < self._LOOK_S:
+            return
+        self._since.pop(robot)
+        new, of = feedback.refused - refused, self._sent[robot] - sent
+        if of > 20 and new > self._SHARE * of:
+            self.broken(name, f"{new} of {of} blocks of {robot} were refused within {self._LOOK_S:g} s")

@@ -1,0 +1,106 @@
+"""The people of a cell: a patient one who brings everything back, and what others need of the truth to be honest."""
+
+from cell.messages import (
+    AdoptZone,
+    ClearZone,
+    Continue,
+    Enable,
+    Mode,
+    ProgramState,
+    ResetEstop,
+    ResetRobot,
+    Return,
+    RobotState,
+    Run,
+    SetOverride,
+    ZoneState,
+)
+from tests.sim.judge.facts import Facts
+from tests.sim.world import World
+
+_LOOK_EVERY_S = 0.3
+PATIENT = "patient"
+
+
+class Staff:
+    """Brings every program to its end, by the commands that the cell's own messages recommend."""
+
+    def __init__(self, world: World, facts: Facts) -> None:
+        self._world = world
+        self._facts = facts
+        self.done: set[str] = set()
+        """Robots whose programs have ended since `fresh`."""
+        self.working = True
+        self.orders = 0
+        world.operator(PATIENT)
+        world.clock.after(_LOOK_EVERY_S, self._look)
+
+    @property
+    def all_done(self) -> bool:
+        return self.done == set(self._world.cell.robots)
+
+    # The patient one
+
+    def _look(self) -> None:
+        eyes = self._world.operator(PATIENT)
+        if self.working:
+            for state in list(eyes.robots.values()):
+                self._serve(state)
+            manager = eyes.manager
+            if manager is not None and manager.estops:
+                self.reset_estop(PATIENT)
+            for zone, status in manager.zones.items() if manager is not None else ():
+                if status.state is ZoneState.ORPHANED:
+                    self.adopt(PATIENT, zone)
+                    self.clear(PATIENT, zone)
+        self._world.clock.after(_LOOK_EVERY_S, self._look)
+
+    def _order(self, robot: str, command: object) -> None:
+        self.orders += 1
+        self._world.operate(f"robot/{robot}", command, PATIENT)  # type: ignore[arg-type]
+
+    def _serve(self, state: RobotState) -> None:
+        robot = state.robot
+        if state.program.state is ProgramState.DONE:
+            self.done.add(robot)
+        if state.pace.override != 1.0 and state.mode is not Mode.ESTOP:
+            self._order(robot, SetOverride(100.0))
+        match state.mode:
+            case Mode.DISABLED if robot not in self.done:
+                self._order(robot, Enable())
+            case Mode.READY if robot not in self.done:
+                self._order(robot, Run())
+            case Mode.HALTED:
+                self._order(robot, Continue())
+            case Mode.OFF_PATH:
+                self._order(robot, Return())
+            case Mode.FAULT:
+                self._order(robot, ResetRobot())
+            case _:
+                pass
+
+    # What honest people do
+
+    def reset_estop(self, by: str) -> None:
+        """Clear the stop that this operator sees."""
+        manager = self._world.operator(by).manager
+        if manager is None or not manager.estops:
+            return
+        self._world.operate("manager", ResetEstop(by, tuple(estop.id for estop in manager.estops)), by)
+
+    def clear(self, by: str, zone: str) -> None:
+        """Say that nobody is inside, having looked: all stand, and nobody is."""
+        facts, manager = self._facts, self._world.operator(by).manager
+        if manager is None or manager.zones[zone].state is not ZoneState.ORPHANED:
+            return
+        if not any(zone in facts.inside_now(robot) or facts.moving(robot) for robot in facts.robots):
+            self._world.operate("manager", ClearZone(zone, by), by)
+
+    def adopt(self, by: str, zone: str) -> None:
+        """Give an orphaned zone to the robot that really stands in it."""
+        facts, manager = self._facts, self._world.operator(by).manager
+        if manager is None or manager.zones[zone].state is not ZoneState.ORPHANED:
+            return
+        inside = [robot for robot in facts.robots if zone in facts.inside_now(robot)]
+        if len(inside) == 1:
+            self._world.operate("manager", AdoptZone(zone, inside[0], by), by)

@@ -1,0 +1,115 @@
+"""Any message of a kind: every value that its schema allows, the edges of its ranges first of all."""
+
+import dataclasses
+import math
+from enum import Enum
+from typing import Annotated, Any, get_args, get_origin, get_type_hints
+
+import numpy as np
+from annotated_types import Ge, Gt, Le
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+
+from cell.messages import AxisStatus, Body, DriveFeedback, OutputEvent, PlayoutState, SetpointBlock, ZoneGeometry
+from cell.net.binary import LARGEST, MOST_COUNT
+
+SAMPLES = st.floats(-LARGEST, LARGEST)
+NAMES = st.text(st.characters(codec="utf-8"), max_size=12)
+COUNTS = st.integers(0, MOST_COUNT)
+PLAIN: dict[object, st.SearchStrategy[Any]] = {
+    float: st.floats(allow_nan=False, allow_infinity=False),
+    int: st.integers(-(2**63), 2**63 - 1),
+    str: NAMES,
+    bool: st.booleans(),
+    type(None): st.none(),
+}
+
+
+def of(kind: Any) -> st.SearchStrategy[Any]:
+    """Any value of a message's field type."""
+    if kind in PLAIN:
+        return PLAIN[kind]
+    if kind in (Body, ZoneGeometry):
+        return bodies() if kind is Body else geometries()
+    if dataclasses.is_dataclass(kind):
+        return st.builds(kind, **fields(kind))
+    if isinstance(kind, type) and issubclass(kind, Enum):
+        return st.sampled_from(kind)
+    parts = get_args(kind)
+    if get_origin(kind) is Annotated:
+        return _within(parts[0], parts[1:])
+    if get_origin(kind) is dict:
+        return st.dictionaries(of(parts[0]), of(parts[1]), max_size=3)
+    if get_origin(kind) is tuple and parts[-1] is Ellipsis:
+        return st.lists(of(parts[0]), max_size=3).map(tuple)
+    if get_origin(kind) is tuple:
+        return st.tuples(*map(of, parts))
+    return st.one_of(*map(of, parts))
+
+
+def fields(kind: Any) -> dict[str, st.SearchStrategy[Any]]:
+    """Any value of each field of a message class."""
+    hints = get_type_hints(kind, include_extras=True)
+    return {field.name: of(hints[field.name]) for field in dataclasses.fields(kind)}
+
+
+def _within(kind: Any, limits: tuple[object, ...]) -> st.SearchStrategy[Any]:
+    if kind not in (int, float):
+        return of(kind)
+    low: Any = next((limit.ge for limit in limits if isinstance(limit, Ge)), None)
+    above: Any = next((limit.gt for limit in limits if isinstance(limit, Gt)), None)
+    high: Any = next((limit.le for limit in limits if isinstance(limit, Le)), None)
+    if kind is int:
+        return st.integers(low, high) | st.sampled_from([low, high])
+    values = st.floats(above if low is None else low, high, exclude_min=low is None)
+    return values if low is None else values | st.sampled_from([low, high])
+
+
+@st.composite
+def bodies(draw: st.DrawFn) -> Body:
+    plain = fields(Body)
+    n, c = draw(st.integers(0, 3)), draw(st.integers(1, 3))
+    capsule = of(get_type_hints(Body, include_extras=True)["base"])
+    ends = st.tuples(capsule, capsule).map(lambda pair: (*pair[0], *pair[1]))
+    radii = [draw(plain["reach_m"]) for _ in range(c)]
+    poses = tuple(tuple(draw(ends) for _ in range(c)) for _ in range(n))
+    growth = tuple(draw(plain["reach_m"]) for _ in range(n))
+    return Body(draw(st.booleans()), draw(plain["base"]), draw(plain["reach_m"]), tuple(radii), poses, growth)
+
+
+@st.composite
+def geometries(draw: st.DrawFn) -> ZoneGeometry:
+    values = {name: draw(strategy) for name, strategy in fields(ZoneGeometry).items() if name != "quaternion_xyzw"}
+    raw = draw(st.lists(st.floats(-1.0, 1.0), min_size=4, max_size=4).filter(lambda q: math.hypot(*q) > 1e-3))
+    return ZoneGeometry(quaternion_xyzw=tuple(part / math.hypot(*raw) for part in raw), **values)
+
+
+@st.composite
+def blocks(draw: st.DrawFn) -> SetpointBlock:
+    shape = draw(st.tuples(st.integers(1, 5), st.integers(1, 4)))
+    samples = arrays(np.float64, shape, elements=SAMPLES)
+    numbers = [draw(COUNTS) for _ in range(4)]
+    dt_s, nominal = draw(st.floats(1e-6, 1.0)), draw(st.integers(0, shape[0]))
+    torque = draw(st.none() | samples)
+    events = draw(
+        st.lists(st.builds(OutputEvent, COUNTS, COUNTS, st.integers(0, 2**16 - 1), st.booleans()), max_size=3)
+    )
+    last = torque, tuple(events), draw(st.booleans())
+    return SetpointBlock(draw(NAMES), *numbers, dt_s, nominal, draw(samples), draw(samples), *last)
+
+
+@st.composite
+def feedbacks(draw: st.DrawFn) -> DriveFeedback:
+    axes = draw(st.lists(st.sampled_from(AxisStatus), max_size=5).map(tuple))
+    values = arrays(np.float64, len(axes), elements=SAMPLES)
+    numbers = [draw(COUNTS) for _ in range(4)]
+    level, flags = draw(st.integers(0, 2**32 - 1)), draw(st.tuples(st.booleans(), st.booleans()))
+    state, refused = draw(st.sampled_from(PlayoutState)), draw(COUNTS)
+    positions = [draw(values) for _ in range(3)]
+    last = draw(st.none() | values), draw(st.integers(0, 2**32 - 1)), draw(COUNTS)
+    return DriveFeedback(draw(NAMES), draw(NAMES), *numbers, state, level, refused, *flags, *positions, axes, *last)
+
+
+def messages(kind: type) -> st.SearchStrategy[Any]:
+    special = {SetpointBlock: blocks(), DriveFeedback: feedbacks()}
+    return special[kind] if kind in special else of(kind)

@@ -1,0 +1,35 @@
+"""The emergency stops as each process keeps them."""
+
+from cell.messages import Estop
+from cell.net.estops import Estops
+
+FIRST, SECOND = Estop("e1", True, "anna", "door"), Estop("e2", True, "bert", "trial")
+
+
+def over(estop: Estop) -> Estop:
+    return Estop(estop.id, False, "manager", "")
+
+
+def test_a_cell_stands_until_the_last_stop_is_cleared() -> None:
+    estops = Estops()
+    assert [estops.hear(FIRST), estops.hear(SECOND), estops.hear(FIRST)] == [True, True, False]
+    assert estops.in_force == (FIRST, SECOND)
+    assert estops.hear(over(FIRST))
+    assert estops.first == SECOND
+    assert estops.hear(over(SECOND))
+    assert estops.first is None
+
+
+def test_a_late_copy_of_a_cleared_stop_does_nothing() -> None:
+    estops = Estops(in_force=(FIRST,))
+    estops.hear(over(FIRST))
+    assert not estops.hear(FIRST)
+    assert (estops.in_force, estops.was_cleared("e1")) == ((), True)
+
+
+def test_a_stop_that_was_cleared_before_it_was_heard_never_comes_into_force() -> None:
+    estops = Estops(cleared=("e1",))
+    assert not estops.hear(over(SECOND))
+    assert not estops.hear(SECOND)
+    assert not estops.hear(FIRST)
+    assert estops.in_force == ()
