@@ -50,7 +50,7 @@ class SimSession:
         self.alive = ""
         """The key of its liveliness token, once it is declared."""
         self._exchange = exchange
-        self._outcomes = Inbox(self.decoder)
+        self._outcomes = Inbox(self.decoder, now=self._arrival)
         self._waiting: list[tuple[float, int, _Store, tuple[Any, ...]]] = []
         self._deaf: list[tuple[float, float]] = []
         self._at = 0.0
@@ -67,7 +67,7 @@ class SimSession:
         return latest
 
     def queue(self, *key_patterns: str, size: int = 256) -> Inbox:
-        inbox = Inbox(self.decoder, size)
+        inbox = Inbox(self.decoder, size, self._arrival)
         self._subscribe(key_patterns, inbox.store)
         return inbox
 
