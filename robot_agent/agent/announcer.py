@@ -39,7 +39,7 @@ class Announcer:
         """
         self.body = body
         self._sequence += 1
-        self._zones.sent_presence(self._sequence, now)
+        self._zones.sent_presence(self._sequence, body, now)
         return Publish(
             Presence(
                 robot=self._robot,

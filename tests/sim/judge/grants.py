@@ -17,8 +17,10 @@ from tests.sim.judge.invariant import Handlers, Invariant
 
 
 class NoBreach(Invariant):
-    """No robot is ever in a zone without a grant, also in the manager's eyes; but one that its drives brake off its path
-    may come anywhere."""
+    """No robot is ever in a zone without a grant, also in the manager's eyes.
+
+    One that its drives brake off its path may come anywhere.
+    """
 
     name = "no breach"
 
@@ -114,7 +116,7 @@ class _OfManager(Invariant):
         for zone, status in state.zones.items():
             if zone in decided:
                 self._decided_at[zone] = self.facts.now
-            self.judge(zone, state, status, None if before is None else before.zones[zone], zone in decided)
+            self.judge(zone, status, None if before is None else before.zones[zone], zone in decided)
 
     def lived(self, name: str, what: str) -> None:
         if name == "manager" and what == "started":
@@ -124,9 +126,7 @@ class _OfManager(Invariant):
     def restarted(self) -> None:
         """A manager was started."""
 
-    def judge(
-        self, zone: str, state: ManagerState, status: ZoneStatus, before: ZoneStatus | None, decided: bool
-    ) -> None:
+    def judge(self, zone: str, status: ZoneStatus, before: ZoneStatus | None, decided: bool) -> None:
         """One zone; `before` is of the same manager."""
         raise NotImplementedError
 
@@ -137,9 +137,7 @@ class GrantsAreDue(_OfManager):
 
     name = "grants are due"
 
-    def judge(
-        self, zone: str, state: ManagerState, status: ZoneStatus, before: ZoneStatus | None, decided: bool
-    ) -> None:
+    def judge(self, zone: str, status: ZoneStatus, before: ZoneStatus | None, decided: bool) -> None:
         token, holder = status.token, status.holder
         if token is None or holder is None or token.epoch != state.epoch or decided:
             return
@@ -174,9 +172,7 @@ class HolderLetsGo(_OfManager):
     def restarted(self) -> None:
         self._granted.clear()
 
-    def judge(
-        self, zone: str, state: ManagerState, status: ZoneStatus, before: ZoneStatus | None, decided: bool
-    ) -> None:
+    def judge(self, zone: str, status: ZoneStatus, before: ZoneStatus | None, decided: bool) -> None:
         told = self.facts.told["manager"]
         if before is not None and before.token is not None and status.token != before.token and not decided:
             self._ended(zone, status, before)
@@ -207,9 +203,7 @@ class ClaimsAreHonoured(_OfManager):
 
     name = "grants outlive a manager"
 
-    def judge(
-        self, zone: str, state: ManagerState, status: ZoneStatus, before: ZoneStatus | None, decided: bool
-    ) -> None:
+    def judge(self, zone: str, status: ZoneStatus, before: ZoneStatus | None, decided: bool) -> None:
         if decided or zone in self._decided_at:
             return
         facts, presences = self.facts, self.facts.told["manager"].presences
@@ -239,9 +233,7 @@ class OccupiedIsTheCase(_OfManager):
         super().__init__(facts)
         self._known: dict[tuple[str, str], tuple[Presence, bool]] = {}
 
-    def judge(
-        self, zone: str, state: ManagerState, status: ZoneStatus, before: ZoneStatus | None, decided: bool
-    ) -> None:
+    def judge(self, zone: str, status: ZoneStatus, before: ZoneStatus | None, decided: bool) -> None:
         holder = status.holder
         if holder is None or status.state not in (ZoneState.GRANTED, ZoneState.OCCUPIED) or decided:
             return
