@@ -137,7 +137,9 @@ class GrantsAreDue(_OfManager):
 
     name = "grants are due"
 
-    def judge(self, zone: str, status: ZoneStatus, before: ZoneStatus | None, decided: bool) -> None:
+    def judge(
+        self, zone: str, state: ManagerState, status: ZoneStatus, before: ZoneStatus | None, decided: bool
+    ) -> None:
         token, holder = status.token, status.holder
         if token is None or holder is None or token.epoch != state.epoch or decided:
             return
@@ -172,7 +174,9 @@ class HolderLetsGo(_OfManager):
     def restarted(self) -> None:
         self._granted.clear()
 
-    def judge(self, zone: str, status: ZoneStatus, before: ZoneStatus | None, decided: bool) -> None:
+    def judge(
+        self, zone: str, state: ManagerState, status: ZoneStatus, before: ZoneStatus | None, decided: bool
+    ) -> None:
         told = self.facts.told["manager"]
         if before is not None and before.token is not None and status.token != before.token and not decided:
             self._ended(zone, status, before)
@@ -203,7 +207,9 @@ class ClaimsAreHonoured(_OfManager):
 
     name = "grants outlive a manager"
 
-    def judge(self, zone: str, status: ZoneStatus, before: ZoneStatus | None, decided: bool) -> None:
+    def judge(
+        self, zone: str, state: ManagerState, status: ZoneStatus, before: ZoneStatus | None, decided: bool
+    ) -> None:
         if decided or zone in self._decided_at:
             return
         facts, presences = self.facts, self.facts.told["manager"].presences
@@ -233,7 +239,9 @@ class OccupiedIsTheCase(_OfManager):
         super().__init__(facts)
         self._known: dict[tuple[str, str], tuple[Presence, bool]] = {}
 
-    def judge(self, zone: str, status: ZoneStatus, before: ZoneStatus | None, decided: bool) -> None:
+    def judge(
+        self, zone: str, state: ManagerState, status: ZoneStatus, before: ZoneStatus | None, decided: bool
+    ) -> None:
         holder = status.holder
         if holder is None or status.state not in (ZoneState.GRANTED, ZoneState.OCCUPIED) or decided:
             return

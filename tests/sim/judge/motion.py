@@ -70,7 +70,7 @@ class _OfCommands(Invariant):
     def published(self) -> Handlers:
         return {DriveFeedback: self._feedback}
 
-    def _feedback(self, name: str, feedback: DriveFeedback) -> None:
+    def _feedback(self, _: str, feedback: DriveFeedback) -> None:
         robot, facts = feedback.robot, self.facts
         kept, plans = self._commanded[robot], len(facts.world.seen.planned[robot])
         if not feedback.enabled or plans != kept.plans or len(kept.at) - kept.judged >= _MOST_KEPT:
@@ -189,7 +189,7 @@ class PlaysBlocks(Invariant):
     def published(self) -> Handlers:
         return {DriveFeedback: self._feedback}
 
-    def _feedback(self, _: str, feedback: DriveFeedback) -> None:
+    def _feedback(self, name: str, feedback: DriveFeedback) -> None:
         if not feedback.enabled or feedback.state not in _LIVE:
             self._before[feedback.robot] = feedback.block
         if feedback.block in (0, self._before.get(feedback.robot)):
