@@ -116,7 +116,7 @@ class _OfManager(Invariant):
         for zone, status in state.zones.items():
             if zone in decided:
                 self._decided_at[zone] = self.facts.now
-            self.judge(zone, status, None if before is None else before.zones[zone], zone in decided)
+            self.judge(zone, state, status, None if before is None else before.zones[zone], zone in decided)
 
     def lived(self, name: str, what: str) -> None:
         if name == "manager" and what == "started":
@@ -126,7 +126,9 @@ class _OfManager(Invariant):
     def restarted(self) -> None:
         """A manager was started."""
 
-    def judge(self, zone: str, status: ZoneStatus, before: ZoneStatus | None, decided: bool) -> None:
+    def judge(
+        self, zone: str, state: ManagerState, status: ZoneStatus, before: ZoneStatus | None, decided: bool
+    ) -> None:
         """One zone; `before` is of the same manager."""
         raise NotImplementedError
 
@@ -239,9 +241,7 @@ class OccupiedIsTheCase(_OfManager):
         super().__init__(facts)
         self._known: dict[tuple[str, str], tuple[Presence, bool]] = {}
 
-    def judge(
-        self, zone: str, state: ManagerState, status: ZoneStatus, before: ZoneStatus | None, decided: bool
-    ) -> None:
+    def judge(self, zone: str, _: ManagerState, status: ZoneStatus, before: ZoneStatus | None, decided: bool) -> None:
         holder = status.holder
         if holder is None or status.state not in (ZoneState.GRANTED, ZoneState.OCCUPIED) or decided:
             return
