@@ -140,10 +140,12 @@ class ZoneClaims:
     def update_holds(self, now: float, inside: set[str], needed: set[str]) -> None:
         """Take up grants that are needed or stood in; give up zones that are neither.
 
-        `inside` are the zones that the body sent last touches, `needed` those crossed soon.
+        `inside` are the zones that the body sent last touches, `needed` those crossed soon. The body may be in a zone
+        of which it is not heard yet where it is.
         """
         if self.state is None or not self.fresh(now):
             return
+        inside = inside.union(self.unheard)
         for name, status in self.state.zones.items():
             token = status.token if status.holder == self._robot else None
             if token is not None and token != self._given_up.get(name) and name in inside | needed:
