@@ -40,7 +40,7 @@ class Announcer:
         """
         self.body = body
         self._sequence += 1
-        self._zones.sent_presence(self._sequence, now)
+        self._zones.sent_presence(self._sequence, body, now)
         estop = estops.first
         if estop is not None:
             estops.named(estop.id, self._sequence)

@@ -35,15 +35,18 @@ class ZoneClaims:
 
     # Freshness
 
-    def sent_presence(self, sequence: int, now: float) -> None:
-        """A presence with the present `holds` is sent.
+    def sent_presence(self, sequence: int, body: Body, now: float) -> None:
+        """A presence with the present `holds` and this body is sent.
 
-        It frees every zone that the state it echoes grants to this robot and that it does not hold. The manager may
-        give such a zone to another as soon as it hears this, so that grant is dead from here on.
+        It frees every zone that the state it echoes grants to this robot, that it does not hold and that its body does
+        not touch. The manager may give such a zone to another as soon as it hears this, so that grant is dead from
+        here on.
         """
         self._sent.record(sequence, now)
         for name, status in self.state.zones.items() if self.state is not None else ():
-            if status.holder == self._robot and status.token is not None and name not in self.holds:
+            if status.holder != self._robot or status.token is None or name in self.holds:
+                continue
+            if name not in self.touched(body):
                 self._given_up[name] = status.token
 
     def forget_echoes(self) -> None:

@@ -412,8 +412,8 @@ class Switch(Item):
 
 
 KINDS: tuple[type[Item], ...] = (
-    Kill, Leave, Freeze, Cut, Part, Late, Burst, Stop, DriveFails, JournalFails, JournalFull, ClockStep, Order, JogPress,
-    ZoneOrder, ResetStop, Switch,
+    Kill, Leave, Freeze, Cut, Part, Late, Burst, Stop, DriveFails, JournalFails, JournalFull, ClockStep,
+    Order, JogPress, ZoneOrder, ResetStop, Switch,
 )  # fmt: skip
 
 

@@ -129,7 +129,8 @@ def program_text(rng: random.Random, family: str, ways: Sequence[Way]) -> str:
         lines += _Visit(rng, family, way).lines()
     if rng.random() < 0.3:
         lines.append(f"WAIT {rng.choice([0.1, 0.2, 0.5])}")
-    lines.append(f"GOTO again {rng.choice([1, 2, 3]) if len(visits) < 2 else 1}")
+    if len(visits) == 1 or rng.random() < 0.3:
+        lines.append(f"GOTO again {rng.choice([1, 1, 2])}")
     lines += ["HOME F=80", "END"]
     return "\n".join(lines) + "\n"
 
@@ -143,7 +144,7 @@ class _Visit:
         self._way = way
         self._approach = APPROACHES[family]
         fastest = {"delta": 2000.0, "gantry": 600.0}.get(family, 1500.0)
-        self._feed = rng.choice([fastest, fastest, 0.6 * fastest, 0.25 * fastest])
+        self._feed = rng.choice([fastest, fastest, 0.6 * fastest, 0.3 * fastest])
         self._round = rng.random() < 0.35
         self._even = rng.random() < 0.5
         """Round coordinates and exact symmetry."""

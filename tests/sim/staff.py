@@ -29,8 +29,10 @@ class Staff:
         self._world = world
         self._facts = facts
         self.done: set[str] = set()
-        """Robots whose programs have ended since `fresh`."""
+        """Robots whose programs have ended."""
         self.working = True
+        self.endless = True
+        """Programs that have ended are started again."""
         self.orders = 0
         world.operator(PATIENT)
         world.clock.after(_LOOK_EVERY_S, self._look)
@@ -61,7 +63,7 @@ class Staff:
 
     def _serve(self, state: RobotState) -> None:
         robot = state.robot
-        if state.program.state is ProgramState.DONE:
+        if state.program.state is ProgramState.DONE and state.mode is Mode.READY and not self.endless:
             self.done.add(robot)
         if state.pace.override != 1.0 and state.mode is not Mode.ESTOP:
             self._order(robot, SetOverride(100.0))

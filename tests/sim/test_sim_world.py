@@ -29,9 +29,12 @@ from cell.messages import (
 )
 from cell.net.codec import encode
 from cell.net.keys import STATE_KINDS
+from drive_gateway.canopen.frame import CanFrame
+from drive_gateway.canopen.nmt import SYNC_FRAME
 from drive_gateway.sim.power_state import DriveState
 from robot_agent.agent.planning import PlanRequest
 from robot_agent.language import JointStep
+from tests.sim.bus import SimPort
 from tests.sim.clock import Clock
 from tests.sim.exchange import LEASE_S
 from tests.sim.host import Host
@@ -301,6 +304,21 @@ def test_the_drives_of_a_killed_gateway_stop_and_a_restarted_one_finds_them_so(b
     world.start(LEFT_BUS)
     until(world, lambda: "left_bus" in world.seen.gateways and world.seen.gateways["left_bus"].ready)
     assert places(world) == stopped
+
+
+def test_frames_take_their_time_on_the_wire(bundle: CellBundle) -> None:
+    world = calm(bundle)
+    world.kill(LEFT_BUS)
+    port, frames = SimPort(world.buses[LEFT_BUS], world.clock), list[CanFrame]()
+    port.opened(None, frames.append, print)
+    port.take()
+    frames.clear()
+    port.send(SYNC_FRAME)
+    port.take()
+    assert not frames
+    run(world, 0.004)
+    port.take()
+    assert len([frame for frame in frames if 0x180 < frame.id < 0x200]) == len(world.buses[LEFT_BUS].nodes)
 
 
 def test_a_gateway_that_freezes_for_longer_than_its_limit_finds_a_late_cycle(bundle: CellBundle) -> None:

@@ -78,8 +78,8 @@ class Observed:
     feedback: dict[str, DriveFeedback] = field(default_factory=dict)
     events: list[Event] = field(default_factory=list)
     planned: dict[str, list[Planned]] = field(default_factory=dict)
-    replies: list[tuple[str, Command, Reply | None]] = field(default_factory=list)
-    """Outcomes of operators' calls; None: no answer."""
+    replies: list[tuple[str, Command, Reply]] = field(default_factory=list)
+    """The answers to operators' calls."""
     said: list[tuple[str, str]] = field(default_factory=list)
     """What processes told people, and payloads that nobody could read."""
 
@@ -320,9 +320,10 @@ class World:
         call = Call(call_id or f"{by}-{self._calls}", command, operator.heard(to))
 
         def done(reply: Reply | None, problem: str) -> None:
-            self.seen.replies.append((to, command, reply))
             if reply is None:
                 self.seen.said.append((by, problem))
+            else:
+                self.seen.replies.append((to, command, reply))
             if then is not None:
                 then(reply)
 

@@ -17,7 +17,10 @@ from tests.sim.judge.invariant import Handlers, Invariant
 
 
 class NoBreach(Invariant):
-    """No robot is ever in a zone without a grant, also in the manager's eyes."""
+    """No robot is ever in a zone without a grant, also in the manager's eyes.
+
+    One that its drives brake off its path may come anywhere.
+    """
 
     name = "no breach"
 
@@ -27,7 +30,9 @@ class NoBreach(Invariant):
 
     def _event(self, process: str, event: Event) -> None:
         if event.code == "zone_breach":
-            self.broken(process, event.text)
+            feedback = self.facts.feedback.get(event.text.split()[0])
+            if feedback is None or feedback.enabled:
+                self.broken(process, event.text)
 
 
 class EntersByFreshGrant(Invariant):
@@ -236,9 +241,7 @@ class OccupiedIsTheCase(_OfManager):
         super().__init__(facts)
         self._known: dict[tuple[str, str], tuple[Presence, bool]] = {}
 
-    def judge(
-        self, zone: str, state: ManagerState, status: ZoneStatus, before: ZoneStatus | None, decided: bool
-    ) -> None:
+    def judge(self, zone: str, _: ManagerState, status: ZoneStatus, before: ZoneStatus | None, decided: bool) -> None:
         holder = status.holder
         if holder is None or status.state not in (ZoneState.GRANTED, ZoneState.OCCUPIED) or decided:
             return
