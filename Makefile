@@ -17,7 +17,7 @@ export OPENBLAS_NUM_THREADS ?= 1
 # Tests start hundreds of processes; where bytecode is not kept, each compiles all modules again.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: help demo test lint soak bench clean
+.PHONY: help demo test lint soak mutants bench clean
 .DEFAULT_GOAL := help
 
 help:  ## list the targets
@@ -33,6 +33,9 @@ test: $(TEST_READY)  ## all tests but the long random runs
 
 soak: $(TEST_READY)  ## the long random runs, and every property with newly drawn cases
 	$(BIN)/python -m pytest -m "soak or hypothesis" --timeout 3600
+
+mutants: $(TEST_READY)  ## plant faults in copies of the tree: does the simulated cell find each of them?
+	$(BIN)/python -m tests.mutants
 
 lint: $(TEST_READY)  ## ruff, mypy strict, the layers of the packages
 	$(BIN)/ruff check .

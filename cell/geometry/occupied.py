@@ -4,7 +4,7 @@ from typing import Protocol
 
 import numpy as np
 
-from cell.geometry.box import Box, capsules_touch_box, point_box_distance
+from cell.geometry.box import Box, any_capsule_touches_box, point_box_distance
 
 CapsuleNumbers = tuple[float, float, float, float, float, float]
 
@@ -35,4 +35,4 @@ def body_touches_box(body: OccupiedSpace, box: Box) -> bool:
         return float(point_box_distance(np.array(body.base), box)) <= body.reach_m
     points = np.array(body.poses).reshape(len(body.poses), len(body.radii_m), 2, 3)
     grown = np.array(body.radii_m) + np.array(body.growth_m)[:, None]
-    return bool(capsules_touch_box(points, grown, box).any())
+    return any_capsule_touches_box(points, grown, box)

@@ -1,5 +1,7 @@
 """Unit quaternions in the order (x, y, z, w), batched over leading dimensions."""
 
+import math
+
 import numpy as np
 
 from cell.geometry.arrays import Array
@@ -29,6 +31,8 @@ def from_matrix(rotations: Array) -> Array:
     small angles.
     """
     m = np.asarray(rotations, dtype=float)
+    if m.ndim == 2:
+        return np.array(_from_one(m.tolist()))
     xx, yy, zz = m[..., 0, 0], m[..., 1, 1], m[..., 2, 2]
     xy, yz, zx = m[..., 0, 1] + m[..., 1, 0], m[..., 1, 2] + m[..., 2, 1], m[..., 2, 0] + m[..., 0, 2]
     wx, wy, wz = m[..., 2, 1] - m[..., 1, 2], m[..., 0, 2] - m[..., 2, 0], m[..., 1, 0] - m[..., 0, 1]
@@ -39,6 +43,21 @@ def from_matrix(rotations: Array) -> Array:
     q: Array = outer.reshape(-1, 4)[4 * np.arange(largest.size).reshape(largest.shape) + largest]
     q /= np.linalg.norm(q, axis=-1, keepdims=True)
     return np.where(q[..., 3:] < 0, -q, q)
+
+
+def _from_one(rotation: list[list[float]]) -> list[float]:
+    """The same for one matrix: arrays of a few numbers would cost more than the numbers."""
+    (xx, xy, xz), (yx, yy, yz), (zx, zy, zz) = rotation
+    own = 1 + xx - yy - zz, 1 - xx + yy - zz, 1 - xx - yy + zz, 1 + xx + yy + zz
+    rows = (
+        (own[0], xy + yx, zx + xz, zy - yz),
+        (xy + yx, own[1], yz + zy, xz - zx),
+        (zx + xz, yz + zy, own[2], yx - xy),
+        (zy - yz, xz - zx, yx - xy, own[3]),
+    )
+    q = rows[own.index(max(own))]
+    length = math.hypot(*q) if q[3] >= 0 else -math.hypot(*q)
+    return [value / length for value in q]
 
 
 def multiply(left: Array, right: Array) -> Array:

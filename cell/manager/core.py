@@ -6,10 +6,11 @@ from math import inf
 
 from cell.config.settings import CellSettings
 from cell.core import Answer, Effect, Frozen, Publish, Request
+from cell.manager.deadlock import DeadlockWatch
 from cell.manager.estop_latch import EstopLatch
 from cell.manager.occupancy import ZoneSpace
 from cell.manager.presences import MOST_STRANGERS, Presences
-from cell.manager.records import Store, Stored, ZoneDecided
+from cell.manager.records import JournalFailed, JournalWritten, Store, Stored, ZoneDecided
 from cell.manager.setup_turns import SetupTurns
 from cell.manager.zones import Intrusion, Sight, Zone
 from cell.messages import (
@@ -53,6 +54,7 @@ class ManagerCore:
         self._since = dict.fromkeys(settings.zones, 0.0)
         self._latch = EstopLatch(stored)
         self._setup = SetupTurns(settings.robots, boot, settings.times)
+        self._deadlocks = DeadlockWatch()
         self._calls: list[Request] = []
         self._effects: list[Effect] = []
         self._tokens = 0
@@ -83,6 +85,12 @@ class ManagerCore:
                 self._set_estop(message, now)
             case Request():
                 self._calls.append(message)
+            case JournalFailed(reason, unsaved):
+                remedy = "make room, or mend the disk: it is tried again every second; until it succeeds, a manager "
+                remedy += f"that is started again does not know: {'; '.join(map(str, unsaved))}"
+                self._tell(Severity.ALARM, "journal_failed", f"the journal cannot be written: {reason}", remedy)
+            case JournalWritten():
+                self._tell(Severity.INFO, "journal_written", "the journal is written again, nothing is missing", "")
             case Frozen():
                 self._presences.forget_echoes()
 
@@ -126,8 +134,10 @@ class ManagerCore:
         if not self._latch.in_force:
             for name, zone in self._zones.items():
                 zone.grant(sights[name], self._new_token, self._sequence + 1)
-        self._follow_changes(before, now)
+        self._follow_changes(before, sights, now)
         self._follow_setup(now)
+        for deadlock in self._deadlocks.look(self._zones, sights, self._cell_time(now), now):
+            self._tell(Severity.WARNING, "zone_deadlock", deadlock.text, deadlock.remedy)
         self._publish_state(sights, refused, now)
         self._publish_geometry(now)
         self._effects += self._latch.step(self._presences.acknowledged(now), self._presences.silent(now), now)
@@ -145,26 +155,34 @@ class ManagerCore:
     def _intruded(self, intrusion: Intrusion, now: float) -> None:
         whose = f", which belongs to {intrusion.other}" if intrusion.other else " without a grant"
         where = f"{intrusion.robot} {'is' if intrusion.real else 'may be'} in zone {intrusion.zone}{whose}"
+        way_out = _way_out(intrusion.zone, intrusion.robot, intrusion.known)
         if not intrusion.real:
-            remedy = f"move {intrusion.robot} out, or `cell zone adopt` or `cell zone clear` {intrusion.zone}"
-            self._tell(Severity.WARNING, "zone_blocked", where, remedy)
+            self._tell(Severity.WARNING, "zone_blocked", where, way_out)
             return
-        remedy = "look at the robots, part them, then `cell reset`"
-        self._tell(Severity.ALARM, "zone_breach", where, remedy)
-        self._breaches[intrusion.zone, intrusion.robot] = where
+        self._tell(Severity.ALARM, "zone_breach", where, f"look at the robots, then `cell reset`; {way_out}")
+        self._breaches[intrusion.zone, intrusion.robot] = f"{where}: {way_out}"
         self._protective_stops += 1
         stop_id = f"protective-{self._boot}-{self._protective_stops}"
         self._set_estop(Estop(stop_id, True, "manager", f"protective stop: {where}"), now)
 
-    def _follow_changes(self, before: Mapping[str, tuple[ZoneState, str | None]], now: float) -> None:
+    def _follow_changes(
+        self,
+        before: Mapping[str, tuple[ZoneState, str | None]],
+        sights: Mapping[str, Mapping[str, Sight]],
+        now: float,
+    ) -> None:
         for name, zone in self._zones.items():
             state, holder = before[name]
             if (zone.state, zone.holder) == (state, holder):
                 continue
             self._since[name] = self._cell_time(now)
             if zone.state is ZoneState.ORPHANED and state is not ZoneState.ORPHANED:
-                remedy = f"it ends when {holder or 'the robot'} reports itself outside, or by `cell zone`"
-                self._tell(Severity.WARNING, "zone_orphaned", f"zone {name} is blocked: {zone.reason}", remedy)
+                text, remedy = f"zone {name} is blocked: {zone.reason}", "it is free once all report themselves outside"
+                for robot in sorted(zone.suspects):
+                    remedy += (
+                        f"; {_way_out(name, robot, sights[name][robot].known if robot in sights[name] else False)}"
+                    )
+                self._tell(Severity.WARNING, "zone_orphaned", text, remedy)
 
     def _follow_setup(self, now: float) -> None:
         fresh = self._presences.fresh_ones(now)
@@ -276,6 +294,7 @@ class ManagerCore:
             setup=self._setup.status,
             setup_refused=dict(self._setup.refused),
             heard_gateways=self._setup.heard(),
+            deadlocks=self._deadlocks.present,
         )
         if now < self._state_due and self._published is not None and _same(state, self._published):
             return
@@ -320,6 +339,15 @@ class ManagerCore:
 
     def _cell_time(self, now: float) -> float:
         return now - (self._started if self._started is not None else now)
+
+
+def _way_out(zone: str, robot: str, known: bool) -> str:
+    """How an operator ends a blocked zone, in commands that do it."""
+    if known:
+        inside = f"if {robot} alone is inside: `cell zone adopt {zone} {robot}`, then it may drive out"
+    else:
+        inside = f"let {robot} find out where it is: `cell drives` says how"
+    return f"{inside}; if it is silent and you see that nobody is inside: `cell zone clear {zone}`"
 
 
 def _named(estops: Iterable[Estop]) -> str:

@@ -2,13 +2,31 @@
 
 import sqlite3
 import time
+from collections import deque
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
+from threading import Condition, Thread
 from types import TracebackType
 from typing import Self, assert_never
 
-from cell.manager.records import EstopCleared, EstopLatched, Record, Stored, ZoneDecided, next_epoch
+from cell.manager.records import (
+    EstopCleared,
+    EstopLatched,
+    JournalFailed,
+    JournalWritten,
+    Record,
+    Stored,
+    ZoneDecided,
+    next_epoch,
+)
 from cell.messages import Estop
+
+RETRY_S = 1.0
+_CONNECT = partial(sqlite3.connect, check_same_thread=False)
+_MOST_WAITING = 1000
+_END_S = 5.0
+"""A disk that takes longer over the last records does not keep the process."""
 
 _TABLES = """
 CREATE TABLE IF NOT EXISTS epochs (epoch INTEGER PRIMARY KEY, boot TEXT NOT NULL, at REAL NOT NULL);
@@ -32,13 +50,16 @@ class JournalError(Exception):
 
 
 class Journal:
-    """A context manager; every write is on disk before the method returns. Raises `JournalError`."""
+    """A context manager; every write is on disk before the method returns. Raises `JournalError`.
+
+    For one thread at a time.
+    """
 
     def __init__(
         self,
         path: Path,
         unix: Callable[[], float] = time.time,
-        connect: Callable[[Path], sqlite3.Connection] = sqlite3.connect,
+        connect: Callable[[Path], sqlite3.Connection] = _CONNECT,
     ) -> None:
         self.path = path
         self._unix = unix
@@ -97,3 +118,89 @@ class Journal:
                 self._db.execute(sql, values)
         except sqlite3.Error as error:
             raise JournalError(self.path, str(error)) from error
+
+
+class JournalWriter:
+    """Writes records in their order, on a thread of its own: no disk, full or slow, holds the manager's loop up.
+
+    What cannot be written waits and is tried again; `news` says so. A context manager: at its end what waits is tried
+    once more.
+    """
+
+    def __init__(self, journal: Journal, retry_s: float = RETRY_S) -> None:
+        self._journal = journal
+        self._retry_s = retry_s
+        self._changed = Condition()
+        self._waiting: deque[Record] = deque()
+        self._news: deque[JournalFailed | JournalWritten] = deque(maxlen=_MOST_WAITING)
+        self._told = 0
+        """So many of those that wait were told as unsaved."""
+        self._ending = False
+        self._thread = Thread(target=self._run, name="journal", daemon=True)
+
+    def __enter__(self) -> Self:
+        self._thread.start()
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, value: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        with self._changed:
+            self._ending = True
+            self._changed.notify()
+        self._thread.join(_END_S)
+
+    def store(self, record: Record) -> None:
+        """Write it soon. Where too many wait already the oldest is given up; it was told as unsaved."""
+        with self._changed:
+            if len(self._waiting) >= _MOST_WAITING:
+                self._waiting.popleft()
+                self._told -= 1
+            self._waiting.append(record)
+            self._changed.notify()
+
+    def news(self) -> list[JournalFailed | JournalWritten]:
+        """What happened since the last call."""
+        with self._changed:
+            news = list(self._news)
+            self._news.clear()
+        return news
+
+    def write_waiting(self) -> bool:
+        """Write what waits, as far as the disk lets it; whether nothing waits any more."""
+        while (record := self._first()) is not None:
+            try:
+                self._journal.write(record)
+            except JournalError as error:
+                self._failed(error)
+                return False
+            self._written(record)
+        return True
+
+    def _run(self) -> None:
+        last = False
+        while not last:
+            with self._changed:
+                self._changed.wait_for(lambda: self._waiting or self._ending)
+                last = self._ending
+            if not self.write_waiting():
+                with self._changed:
+                    self._changed.wait_for(lambda: self._ending, 0.0 if last else self._retry_s)
+
+    def _first(self) -> Record | None:
+        with self._changed:
+            return self._waiting[0] if self._waiting else None
+
+    def _failed(self, error: JournalError) -> None:
+        with self._changed:
+            if self._told < len(self._waiting):
+                self._told = len(self._waiting)
+                self._news.append(JournalFailed(f"{error.path}: {error.reason}", tuple(self._waiting)))
+
+    def _written(self, record: Record) -> None:
+        with self._changed:
+            if self._waiting and self._waiting[0] is record:
+                self._waiting.popleft()
+            if self._told and not self._waiting:
+                self._news.append(JournalWritten())
+            self._told = min(self._told, len(self._waiting))

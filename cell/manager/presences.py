@@ -2,12 +2,15 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from math import inf
 
 from cell.manager.occupancy import ZoneSpace
 from cell.manager.zones import Sight
 from cell.messages import Body, Heard, Presence, TokenGone
 from cell.net.freshness import NewestOf, Sent
 
+_NOW_S = 0.1
+"""A zone that is wanted within so long is one that the robot waits for, if it does not get it."""
 MOST_STRANGERS = 8
 """Robots that are not configured and followed all the same: where they are matters, how many is bounded."""
 
@@ -138,6 +141,7 @@ class Presences:
                 wants=zone in presence.wants,
                 echo=presence.heard.sequence if presence.heard is not None else -1,
                 refused=refused.get(name, ""),
+                needs_now=presence.wants.get(zone, inf) < _NOW_S,
             )
         return seen
 

@@ -12,6 +12,9 @@ class EstopLatched:
 
     estop: Estop
 
+    def __str__(self) -> str:
+        return f"emergency stop {self.estop.id}, unless a robot or gateway that stands under it is heard"
+
 
 @dataclass(frozen=True, slots=True)
 class EstopCleared:
@@ -19,6 +22,9 @@ class EstopCleared:
 
     id: str
     by: str
+
+    def __str__(self) -> str:
+        return f"that {self.by} cleared emergency stop {self.id}: it would be in force again"
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,15 +37,31 @@ class ZoneDecided:
     found: str
     """What the manager answered."""
 
+    def __str__(self) -> str:
+        return f"that {self.by} had zone {self.zone} {self.decision}"
+
 
 Record = EstopLatched | EstopCleared | ZoneDecided
 
 
 @dataclass(frozen=True, slots=True)
 class Store(Effect):
-    """Write `record` to the journal before anything that follows in the same list of effects."""
+    """Write `record` to the journal, after those before it and as soon as the disk lets it; nothing waits for that."""
 
     record: Record
+
+
+@dataclass(frozen=True, slots=True)
+class JournalFailed:
+    """The journal could not be written; `unsaved` waits, and is tried again."""
+
+    reason: str
+    unsaved: tuple[Record, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class JournalWritten:
+    """After a failure: everything is on disk."""
 
 
 @dataclass(frozen=True, slots=True)

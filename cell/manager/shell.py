@@ -11,7 +11,7 @@ from cell.core import Answer, Effect, Publish, Request
 from cell.manager.core import ManagerCore
 from cell.manager.event_recorder import EventRecorder
 from cell.manager.event_store import EVENTS_FILE
-from cell.manager.journal import Journal
+from cell.manager.journal import Journal, JournalWriter
 from cell.manager.records import Store
 from cell.messages import Call, Event, ListEvents
 from cell.net.errors import NetError
@@ -48,7 +48,8 @@ def run_manager(settings: CellSettings, options: ZenohOptions, state_dir: Path, 
     ):
         tokens = session.token_watch()
         _be_the_only_one(settings.name, tokens, stop)
-        shell = ManagerShell(session, tokens, journal)
+        writer = JournalWriter(journal)
+        shell = ManagerShell(session, tokens, writer)
         recorder = EventRecorder(state_dir / EVENTS_FILE, session.queue("event/**"), boot)
         stored = journal.read()
         core = ManagerCore(settings, boot, journal.begin_epoch(boot), stored, os.getpid())
@@ -71,7 +72,7 @@ def run_manager(settings: CellSettings, options: ZenohOptions, state_dir: Path, 
             if isinstance(effect, Publish) and isinstance(effect.message, Event):
                 recorder.tell(effect.message)
 
-        with recorder:
+        with recorder, writer:
             run_core(core, period_s=PERIOD_S, inbox=inbox, perform=perform, stop=stop, on_late=_late)
     return 0
 
@@ -83,27 +84,28 @@ def _about_events(request: Request) -> bool:
 class ManagerShell:
     """What the manager hears, and how each effect of its core is carried out."""
 
-    def __init__(self, session: CellSession, tokens: TokenWatch, journal: Journal) -> None:
+    def __init__(self, session: CellSession, tokens: TokenWatch, writer: JournalWriter) -> None:
         self._session = session
         self._tokens = tokens
-        self._journal = journal
+        self._writer = writer
         self._states = session.watch("robot/*/presence", "gateway/*/state")
         self._estops = session.queue("estop")
         self._calls = session.serve("manager")
 
     def inbox(self) -> list[object]:
         """Everything that arrived since the last step."""
-        return [*self._estops.take(), *self._states.take_new(), *self._tokens.take(), *self._calls.take()]
+        heard = [*self._estops.take(), *self._states.take_new(), *self._tokens.take(), *self._calls.take()]
+        return [*heard, *self._writer.news()]
 
     def perform(self, effect: Effect) -> None:
-        """Carry one effect out. Raises `JournalError`."""
+        """Carry one effect out."""
         match effect:
             case Publish(message):
                 self._session.publish(message)
             case Answer():
                 self._calls.answer(effect)
             case Store(record):
-                self._journal.write(record)
+                self._writer.store(record)
             case _:
                 raise TypeError(f"the manager has no {type(effect).__name__}")
 

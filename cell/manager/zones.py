@@ -30,6 +30,8 @@ class Sight:
     """Sequence of the manager state that the presence answers."""
     refused: str
     """Why the robot gets no grants; empty when it may."""
+    needs_now: bool = False
+    """It stands, or would come to stand at once, where it does not get the zone."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,6 +44,8 @@ class Intrusion:
     """The robot that the zone belongs to, if any."""
     real: bool
     """The body is measured, and it moves or the zone belongs to another: reason for a protective stop."""
+    known: bool
+    """The robot knows where it is."""
 
 
 class Zone:
@@ -124,7 +128,7 @@ class Zone:
         for robot in sorted(inside - self.suspects):
             sight, other = sights[robot], self.holder if self.holder != robot else None
             real = sight.fresh and sight.known and (other is not None or sight.moving)
-            found.append(Intrusion(self.name, robot, other, real))
+            found.append(Intrusion(self.name, robot, other, real, sight.known))
             why = f"{robot} is inside without a grant" if sight.known else f"{robot} does not know where it is"
             self._orphan(self.suspects | {robot} | ({other} if other else set()), why)
         return found
@@ -178,7 +182,10 @@ class Zone:
     def clear(self, sights: Mapping[str, Sight]) -> tuple[bool, str]:
         """An operator has looked: no robot is inside that does not say so itself. Done or not, and why."""
         if self.state in (ZoneState.GRANTED, ZoneState.OCCUPIED):
-            return False, f"zone {self.name} is held by {self.holder}, which is alive; stop that robot first"
+            return False, (
+                f"zone {self.name} is held by {self.holder}, which lives and gives it up once it is outside: "
+                f"`cell continue {self.holder}`, `cell run {self.holder}` or `cell jog {self.holder}` leads it out"
+            )
         inside = {robot for robot in self.suspects if robot in sights and sights[robot].fresh and sights[robot].inside}
         gone = (self.suspects | self.awaited) - inside
         self._declared_out |= gone
@@ -188,7 +195,8 @@ class Zone:
         if inside:
             names = ", ".join(sorted(inside))
             self.reason = f"{names} is measured inside"
-            return False, f"zone {self.name}: {names} is measured inside; move it out or let it adopt the zone"
+            adopt = " or ".join(f"`cell zone adopt {self.name} {robot}`" for robot in sorted(inside))
+            return False, f"zone {self.name}: {names} is measured inside; move it out, or {adopt}"
         self._free()
         return True, f"zone {self.name} is free"
 
@@ -198,15 +206,21 @@ class Zone:
         """An operator gives an orphaned zone to the one robot that may be inside. Done or not, and why."""
         sight = sights.get(robot)
         if self.state is not ZoneState.ORPHANED:
-            return False, f"zone {self.name} is {self.state.value}, only an orphaned zone can be adopted"
+            found = f"{self.state.value} by {self.holder}" if self.holder else self.state.value
+            return False, f"zone {self.name} is {found}, only an orphaned zone can be adopted; nothing needs to be done"
         if self.suspects != {robot}:
-            return False, f"zone {self.name}: {', '.join(sorted(self.suspects))} may be inside, not {robot} alone"
+            found = f"{', '.join(sorted(self.suspects))} may be inside, not {robot} alone"
+            clear = f"`cell zone clear {self.name}`, then once more `cell zone adopt {self.name} {robot}`"
+            return (
+                False,
+                f"zone {self.name}: {found}; if the others are silent and you see them outside: {clear}",
+            )
         if robot not in self.robots:
             return False, f"zone {self.name} is closed for {robot}; allowed: {', '.join(sorted(self.robots))}"
         if sight is None or not sight.fresh:
-            return False, f"{robot} is silent; start its agent first"
+            return False, f"{robot} is silent; start its agent first: `cell status` says how"
         if not sight.known:
-            return False, f"{robot} does not know where it is; let it find its reference first"
+            return False, f"{robot} does not know where it is; let it find out first: `cell drives` says how"
         self._set_holder(robot, sight.boot, new_token(), sequence)
         return True, f"zone {self.name} is granted to {robot} with token {self.token}"
 

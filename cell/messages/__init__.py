@@ -31,7 +31,7 @@ from cell.messages.gateway_commands import (
 from cell.messages.gateway_state import BusCounters, GatewayState, NodeStatus
 from cell.messages.jog import JogFrame, JogHeld
 from cell.messages.manager_commands import AdoptZone, ClearSetup, ClearZone, ListEvents, ResetEstop, SetEstop
-from cell.messages.manager_state import ManagerState, SetupStatus, ZoneState, ZoneStatus
+from cell.messages.manager_state import ManagerState, SetupStatus, ZoneDeadlock, ZoneState, ZoneStatus
 from cell.messages.presence import Body, Presence
 from cell.messages.robot_commands import (
     Continue,
@@ -130,6 +130,7 @@ __all__ = [
     "TokenGone",
     "Who",
     "WriteObject",
+    "ZoneDeadlock",
     "ZoneGeometry",
     "ZoneState",
     "ZoneStatus",

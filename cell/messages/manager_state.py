@@ -43,6 +43,20 @@ class SetupStatus:
 
 
 @dataclass(frozen=True, slots=True)
+class ZoneDeadlock:
+    """Robots that wait for each other: each needs now the zone at its place in `zones`, which the next one holds."""
+
+    robots: Annotated[tuple[Name, ...], Few]
+    zones: Annotated[tuple[Name, ...], Few]
+    since: Duration
+    """Cell time [s] at which it was found."""
+    text: Text
+    """Who waits for what, for people."""
+    remedy: Text
+    """The commands that free them."""
+
+
+@dataclass(frozen=True, slots=True)
 class ManagerState:
     """The one message that permits motion; every agent checks that it answers its own newest presence."""
 
@@ -63,3 +77,4 @@ class ManagerState:
     """Robots that are to be set up and must wait: why, for people."""
     heard_gateways: Annotated[dict[Name, Heard], Few] = field(default_factory=dict)
     """Gateway: its newest state that the manager received."""
+    deadlocks: Annotated[tuple[ZoneDeadlock, ...], Few] = ()

@@ -74,7 +74,7 @@ class Calls:
             late = [waiting for waiting in known.waiting if now - waiting.since > ANSWER_WITHIN_S]
             if late:
                 known.waiting = known.waiting[len(late) :]
-                _fail(late, f"not answered within {ANSWER_WITHIN_S:g} s; it may still be carried out")
+                _fail(late, f"not answered within {ANSWER_WITHIN_S:g} s; this may still be carried out")
         self._forget(now)
         with self._lock:
             arrived, self._arrived = self._arrived, deque()
@@ -97,7 +97,7 @@ class Calls:
     def close(self) -> None:
         """Tell everyone who still waits that this process stops."""
         for known in self._unanswered.values():
-            _fail(known.waiting, "the process stops")
+            _fail(known.waiting, "the process stops; this may have been carried out")
         self._unanswered.clear()
 
     def _forget(self, now: float) -> None:
@@ -105,7 +105,7 @@ class Calls:
             oldest = next(iter(self._known.values()))
             if now - oldest.since <= REMEMBER_S and len(self._known) <= REMEMBERED:
                 return
-            _fail(oldest.waiting, "too many calls came after it; it may still be carried out")
+            _fail(oldest.waiting, "too many calls came after it; this may still be carried out")
             del self._known[oldest.call_id]
             self._unanswered.pop(oldest.request_id, None)
 

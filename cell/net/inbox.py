@@ -12,8 +12,9 @@ from cell.net.latest import Decoder
 class Inbox:
     """Messages of others wait up to a number, and those that do not fit are counted; own messages always fit."""
 
-    def __init__(self, decoder: Decoder, size: int = 256) -> None:
+    def __init__(self, decoder: Decoder, size: int = 256, now: Callable[[], float] = time.monotonic) -> None:
         self._decoder = decoder
+        self._now = now
         self._size = size
         self._lock = Lock()
         self._waiting: deque[tuple[Callable[[], object | None], float]] = deque()
@@ -26,7 +27,7 @@ class Inbox:
 
     def store(self, key: str, payload: bytes) -> None:
         """Called by Zenoh's thread."""
-        at = time.monotonic()
+        at = self._now()
         with self._lock:
             if len(self._waiting) < self._size:
                 self._waiting.append((lambda: self._decoder.decode(key, payload), at))
@@ -35,7 +36,7 @@ class Inbox:
 
     def tell(self, message: object) -> None:
         """Add a message that is already one (`AskDone`, `TokenGone`)."""
-        at = time.monotonic()
+        at = self._now()
         with self._lock:
             self._waiting.append((lambda: message, at))
 

@@ -177,11 +177,14 @@ class Executive:
         span = int(_MEASURED_LAG_S / self._cycle_s)
         ticks = range(feedback.tick - span, feedback.tick + 1)
         commanded = np.array([block.segment.q[i] for block, i in map(self.timeline.at, ticks)])
+        if (commanded == commanded[0]).all():  # it stands, as it does most of the time
+            commanded = commanded[:1]
         try:
             points = self._planner.model.capsules(np.vstack([commanded, feedback.position]))
         except OpenMechanism:
             return None
-        distances = np.linalg.norm(points[:-1] - points[-1], axis=-1).max(axis=(1, 2))
+        away = points[:-1] - points[-1]
+        distances = np.sqrt(np.einsum("...k,...k", away, away).max(axis=(1, 2)))
         nearest = int(np.argmin(distances))
         return ticks[nearest], float(distances[nearest])
 

@@ -1,7 +1,5 @@
 """Which moves of a program are planned as one motion."""
 
-from collections.abc import Sequence
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -36,25 +34,35 @@ def _why_joints_apart(step: MotionStep, following: MotionStep) -> str:
     return "" if step.pace.round_m is not None or takes_over else "next to a joint move it takes an R"
 
 
-def straight_on(start: NDArray[np.float64] | None, steps: Sequence[MotionStep], following: MotionStep) -> bool:
-    """Whether `following` is a joint move in the direction of the last of `steps`, which then needs no round edge.
+class StraightOn:
+    """Which joint moves go on in the direction of the one before them, which then needs no round edge.
 
-    `start` `(n,)` are the joints before the first step, None where nobody knows them. Behind a move of the flange and
-    behind HOME they are not known until all of them are named again.
+    Behind a move of the flange and behind HOME the joints are not known until all of them are named again.
     """
-    if steps[-1].pace.round_m is not None:
-        return False
-    places = [start]
-    for step in (*steps, following):
-        places.append(_behind(step, places[-1]))
-    before, corner, behind = places[-3:]
-    if before is None or corner is None or behind is None or not isinstance(steps[-1], JointStep):
-        return False
-    ways = corner - before, behind - corner
-    lengths = [float(np.linalg.norm(way)) for way in ways]
-    if min(lengths) == 0.0:
-        return False
-    return bool(np.linalg.norm(ways[0] / lengths[0] - ways[1] / lengths[1]) < _NEARLY_STRAIGHT)
+
+    def __init__(self, start: NDArray[np.float64] | None) -> None:
+        """`start` `(n,)` are the joints before the first step, None where nobody knows them."""
+        self._before: NDArray[np.float64] | None = None
+        self._here = start
+        self._rounded = True
+
+    def take(self, step: MotionStep) -> None:
+        """The step is the next one of the chain."""
+        self._before, self._here = self._here, _behind(step, self._here)
+        self._rounded = step.pace.round_m is not None
+
+    def goes_on(self, following: MotionStep) -> bool:
+        """Whether `following` is a joint move in the direction of the newest step."""
+        if self._rounded or self._before is None or self._here is None:
+            return False
+        behind = _behind(following, self._here)
+        if behind is None:
+            return False
+        ways = self._here - self._before, behind - self._here
+        lengths = [float(np.linalg.norm(way)) for way in ways]
+        if min(lengths) == 0.0:
+            return False
+        return bool(np.linalg.norm(ways[0] / lengths[0] - ways[1] / lengths[1]) < _NEARLY_STRAIGHT)
 
 
 def _behind(step: MotionStep, q: NDArray[np.float64] | None) -> NDArray[np.float64] | None:

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from cell.core import Effect
 from cell.messages import ZoneGeometry
-from robot_agent.agent.joining import straight_on, why_apart
+from robot_agent.agent.joining import StraightOn, why_apart
 from robot_agent.agent.planning import ExtendRequest, Plan, PlanFailed, Planned, PlanRequest, Unplan
 from robot_agent.language import (
     Finished,
@@ -271,11 +271,13 @@ class Lookahead:
 
         `start` `(n,)` are the joints before the first one, None where they are not known.
         """
-        steps = [first]
+        steps, straight = [first], StraightOn(start)
+        straight.take(first)
         while len(steps) < most:
             step = self._take(interpreter)
-            if isinstance(step, MotionStep) and (not why_apart(steps[-1], step) or straight_on(start, steps, step)):
+            if isinstance(step, MotionStep) and (not why_apart(steps[-1], step) or straight.goes_on(step)):
                 steps.append(step)
+                straight.take(step)
                 continue
             self._coming.appendleft(step)
             break

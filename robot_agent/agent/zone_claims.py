@@ -179,6 +179,12 @@ class ZoneClaims:
             name: status.version for name, status in self.state.zones.items()
         }
 
+    def _deadlock(self) -> str:
+        """The words after a reason to wait that ends only by an operator."""
+        deadlocks = self.state.deadlocks if self.state is not None else ()
+        mine = (each for each in deadlocks if self._robot in each.robots)
+        return next((f", and {' and '.join(each.robots)} wait for each other: {each.remedy}" for each in mine), "")
+
     def why_not(self, zone: str) -> str:
         """Why the robot may not enter, for people."""
         if self.state is None:
@@ -191,5 +197,5 @@ class ZoneClaims:
         if status.state is ZoneState.ORPHANED:
             return f"zone {zone}: orphaned, last held by {status.holder or 'nobody'} ({status.reason})"
         if status.holder not in (None, self._robot):
-            return f"zone {zone}: held by {status.holder} since {since_s:.1f} s"
+            return f"zone {zone}: held by {status.holder} since {since_s:.1f} s{self._deadlock()}"
         return f"zone {zone}: {status.reason or 'asked for'}"

@@ -48,6 +48,8 @@ class Chain:
 
     def frames(self, x: Array) -> Array:
         """`(..., s)` -> `(..., s + 1, 4, 4)`."""
+        if x.ndim == 1:
+            return self._frames_at(x)
         joints = x.reshape(-1, self.size).T
         count = joints.shape[1]
         cosines, sines = np.cos(joints), np.sin(joints)
@@ -74,6 +76,31 @@ class Chain:
                 here[third] = cosine * axes[third] - sine * axes[second]
         return columns.transpose(3, 0, 2, 1).reshape(*x.shape[:-1], self.size + 1, 4, 4)
 
+    def _frames_at(self, x: Array) -> Array:
+        """The same for one joint set `(s,)`: arrays of a few numbers would cost more than the numbers."""
+        first, second, third = [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]
+        axes, (ox, oy, oz) = [first, second, third], (0.0, 0.0, 0.0)
+        frames = [[1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0]]
+        values = x.tolist(), np.cos(x).tolist(), np.sin(x).tolist()
+        for step, value, cosine, sine in zip(self._steps, *values, strict=True):
+            for along, (ax, ay, az) in zip(step.offset, axes, strict=True):
+                if along != 0:
+                    ox, oy, oz = ox + along * ax, oy + along * ay, oz + along * az
+            if step.rotation is not None:
+                axes = (step.rotation.T @ np.array(axes)).tolist()
+            if step.linear:
+                ax, ay, az = axes[step.axis]
+                ox, oy, oz = ox + value * ax, oy + value * ay, oz + value * az
+            else:
+                here, there = (step.axis + 1) % 3, (step.axis + 2) % 3
+                (ax, ay, az), (bx, by, bz) = axes[here], axes[there]
+                axes = list(axes)
+                axes[here] = [cosine * ax + sine * bx, cosine * ay + sine * by, cosine * az + sine * bz]
+                axes[there] = [cosine * bx - sine * ax, cosine * by - sine * ay, cosine * bz - sine * az]
+            (ax, ay, az), (bx, by, bz), (cx, cy, cz) = axes
+            frames.append([ax, bx, cx, ox, ay, by, cy, oy, az, bz, cz, oz, 0.0, 0.0, 0.0, 1.0])
+        return np.array(frames).reshape(self.size + 1, 4, 4)
+
     def flange(self, frames: Array) -> Array:
         """Frames `(..., s + 1, 4, 4)` -> pose of the flange `(..., 4, 4)`."""
         last: Array = frames[..., -1, :, :]
@@ -81,8 +108,23 @@ class Chain:
 
     def jacobian(self, frames: Array) -> Array:
         """Frames `(..., s + 1, 4, 4)` -> `(..., 6, s)`: linear then angular velocity of the flange, base axes."""
+        if frames.ndim == 3:
+            return self._jacobian_at(frames)
         axes, arms, _ = self._axes_arms_origins(frames)
         return self._twists(frames, axes, _cross(axes, arms))
+
+    def _jacobian_at(self, frames: Array) -> Array:
+        """The same for one joint set, frames `(s + 1, 4, 4)`."""
+        x, y, z = self.flange(frames)[:3, 3].tolist()
+        columns = []
+        for step, frame in zip(self._steps, frames[1:].tolist(), strict=True):
+            (ax, ay, az), (ox, oy, oz) = ((row[step.axis] for row in frame[:3]), (row[3] for row in frame[:3]))
+            if step.linear:
+                columns.append((ax, ay, az, 0.0, 0.0, 0.0))
+                continue
+            rx, ry, rz = x - ox, y - oy, z - oz
+            columns.append((ay * rz - az * ry, az * rx - ax * rz, ax * ry - ay * rx, ax, ay, az))
+        return np.array(columns).T
 
     def jacobian_derivative(self, frames: Array, speeds: Array) -> Array:
         """Time derivative `(..., 6, s)` of the Jacobian at coordinate speeds `(..., s)`."""

@@ -45,6 +45,7 @@ def least_squares(
     starts: Array,
     limits: Array,
     length_m: float,
+    iterations: int = ITERATIONS,
 ) -> Found:
     """Joints `(p, n)` from `starts` `(p, n)` for `targets` `(p, 4, 4)`, inside `limits` `(n, 2)`.
 
@@ -55,7 +56,7 @@ def least_squares(
     q = np.clip(starts, lower, upper)
     away_m, away_rad = np.full(len(q), np.inf), np.full(len(q), np.inf)
     rows = np.arange(len(q))
-    for _ in range(ITERATIONS):
+    for _ in range(iterations):
         poses, jacobian = pose_and_jacobian(q[rows])
         error = pose_error(targets[rows], poses)
         away_m[rows], away_rad[rows] = np.linalg.norm(error[:, :3], axis=1), np.linalg.norm(error[:, 3:], axis=1)

@@ -140,8 +140,9 @@ class Model(ABC):
 
     def tool_speed(self, q: Array, qd: Array) -> Array:
         """Joints and their speeds `(..., n)` -> `(...)` [m/s]: the speed of flange or TCP, the larger one."""
-        v, w = np.split((self.jacobian(q) @ qd[..., None])[..., 0], 2, axis=-1)
-        speed = np.linalg.norm(v, axis=-1)
+        twist = (self.jacobian(q) @ qd[..., None])[..., 0]
+        v, w = twist[..., :3], twist[..., 3:]
+        speed = np.sqrt(np.einsum("...k,...k", v, v))
         if self.description.tool is None:
             return np.asarray(speed)
         arm = self.tcp(q)[..., :3, 3] - self.forward(q)[..., :3, 3]

@@ -14,7 +14,7 @@ from robot_agent.kinematics import numeric_track
 from robot_agent.kinematics.bare_urdf import UrdfDescription
 from robot_agent.kinematics.choice import joint_violation, reach_violation
 from robot_agent.kinematics.errors import BadInput, NotInUrdf, Reason, Violation
-from robot_agent.kinematics.least_squares import Found, least_squares
+from robot_agent.kinematics.least_squares import ITERATIONS, Found, least_squares
 from robot_agent.kinematics.problems import body_problems, coupling_problems, urdf_problems
 from robot_agent.kinematics.reach import Places, farthest
 from robot_agent.kinematics.serial import SerialModel
@@ -125,10 +125,16 @@ class NumericModel(SerialModel):
             raise BadInput("path", f"shape {poses.shape}", "(m, 4, 4) with m > 0")
         return numeric_track.track(self, poses, self.check_joints(start, "start"))
 
-    def iterate(self, targets: Array, starts: Array, limits: Array | None = None) -> Found:
+    def follow(self, poses: Array, start: Array) -> Array:
+        """As `track` for poses `(m, 4, 4)` next to joints `start` `(n,)`, with no search all over the robot's reach."""
+        return numeric_track.follow(self, check_poses(poses), self.check_joints(start, "start"))
+
+    def iterate(
+        self, targets: Array, starts: Array, limits: Array | None = None, iterations: int = ITERATIONS
+    ) -> Found:
         """Where the starts `(p, n)` lead for the targets `(p, 4, 4)`, within the limits `(n, 2)`: the robot's."""
         bounds = self.limits.position if limits is None else limits
-        return least_squares(self._pose_and_jacobian, targets, starts, bounds, self._length_m)
+        return least_squares(self._pose_and_jacobian, targets, starts, bounds, self._length_m, iterations)
 
     def _pose_and_jacobian(self, q: Array) -> tuple[Array, Array]:
         frames = self._urdf.chain.frames(q)

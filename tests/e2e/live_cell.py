@@ -186,7 +186,8 @@ class LiveCell:
 
     def order(self, *words: str, timeout_s: float = 30.0) -> Process:
         """An operator's command, `cell ...`, run to its end."""
-        process = self.start("cell", *words, "-f", str(self.file))
+        at = words.index("--") if "--" in words else len(words)
+        process = self.start("cell", *words[:at], "-f", str(self.file), *words[at:])
         process.wait(timeout_s)
         return process
 

@@ -5,7 +5,8 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Self
 
-from cell.manager.journal import Journal, JournalError
+from cell.manager.journal import Journal, JournalError, JournalWriter
+from cell.manager.records import JournalFailed, JournalWritten, Record
 from cell.manager.shell import JOURNAL_FILE
 
 
@@ -74,3 +75,15 @@ class _SimJournal(Journal):
         super()._write(sql, *values)
         if self._disk.replaced == self._opened:
             self._disk.keep(self._db.serialize())
+
+
+class SimWriter(JournalWriter):
+    """Writes at once what the disk takes, and tries again whenever the manager looks for news, without a thread."""
+
+    def store(self, record: Record) -> None:
+        super().store(record)
+        self.write_waiting()
+
+    def news(self) -> list[JournalFailed | JournalWritten]:
+        self.write_waiting()
+        return super().news()

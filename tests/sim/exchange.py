@@ -6,7 +6,7 @@ real one loses.
 
 import heapq
 import re
-from collections.abc import Callable, Collection
+from collections.abc import Callable
 from typing import Any
 
 from cell.core import Ask, AskDone
@@ -50,7 +50,7 @@ class SimSession:
         self.alive = ""
         """The key of its liveliness token, once it is declared."""
         self._exchange = exchange
-        self._outcomes = Inbox(self.decoder)
+        self._outcomes = Inbox(self.decoder, now=self._arrival)
         self._waiting: list[tuple[float, int, _Store, tuple[Any, ...]]] = []
         self._deaf: list[tuple[float, float]] = []
         self._at = 0.0
@@ -67,7 +67,7 @@ class SimSession:
         return latest
 
     def queue(self, *key_patterns: str, size: int = 256) -> Inbox:
-        inbox = Inbox(self.decoder, size)
+        inbox = Inbox(self.decoder, size, self._arrival)
         self._subscribe(key_patterns, inbox.store)
         return inbox
 
@@ -207,13 +207,16 @@ class _Asked:
         self._verb = call.command.verb
         self._done = done
         self.open = True
-        self.server = ""
-        """The process that is asked."""
+        self.server: SimSession | None = None
+        """Of the process that is asked."""
 
     def answered(self, reply: _Reply) -> None:
         """A reply leaves; it may be lost."""
-        for delay_s in self._exchange.network.delays(self.server, self._frm.process)[:1]:
-            self._exchange.clock.after(delay_s, self.end, [reply])
+        clock, server = self._exchange.clock, self.server
+        if server is None or server.deaf(clock.now):
+            return
+        for delay_s in self._exchange.network.delays(server.process, self._frm.process)[:1]:
+            clock.after(delay_s, self.end, [reply])
 
     def nobody(self) -> None:
         """The link tells that there is nobody who could answer."""
@@ -267,7 +270,7 @@ class Exchange:
             del self._sessions[session.process]
         self.forget_routes()
         for asked in list(self._asked):
-            if asked.server == session.process and self._linked(session, asked._frm):
+            if asked.server is session and self._linked(session, asked._frm):
                 asked.nobody()
         for observer in self._observers():
             if self._linked(session, observer):
@@ -320,7 +323,7 @@ class Exchange:
         if server is None:
             asked.nobody()
             return
-        asked.server = server.process
+        asked.server = server
         if frm.deaf(self.clock.now):
             return
         query_key = self.keys.command(to, call.command.verb)
@@ -370,10 +373,6 @@ class Exchange:
         self._shown[observer, key] = present
         at = self.clock.now + late_s + self.network.late(frm, observer.process)
         observer.receive(at, observer.tokens.store, key, present)
-
-    def processes(self, names: Collection[str]) -> list[SimSession]:
-        """The open sessions of these processes."""
-        return [self._sessions[name] for name in names if name in self._sessions]
 
 
 def _matcher(pattern: str) -> re.Pattern[str]:

@@ -6,7 +6,6 @@ from collections.abc import Callable, Iterable
 from typing import Protocol
 
 from cell.core import Arrived, Core, Effect
-from cell.manager.journal import JournalError
 from cell.net.runner import Turns
 from tests.sim.clock import Clock
 from tests.sim.exchange import SimSession
@@ -99,11 +98,7 @@ class Process:
             clock.after(self._frozen_until - clock.now, self._turn)
             return
         self.session.take_in()
-        try:
-            self._step()
-        except JournalError as error:
-            self._on_end(self, str(error))
-            return
+        self._step()
         if self._ended.is_set():
             self._on_end(self, "")
         else:

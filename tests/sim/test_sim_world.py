@@ -28,9 +28,12 @@ from cell.messages import (
 )
 from cell.net.codec import encode
 from cell.net.keys import STATE_KINDS
+from drive_gateway.canopen.frame import CanFrame
+from drive_gateway.canopen.nmt import SYNC_FRAME
 from drive_gateway.sim.power_state import DriveState
 from robot_agent.agent.planning import PlanRequest
 from robot_agent.language import JointStep
+from tests.sim.bus import SimPort
 from tests.sim.clock import Clock
 from tests.sim.exchange import LEASE_S
 from tests.sim.host import Host
@@ -302,6 +305,21 @@ def test_the_drives_of_a_killed_gateway_stop_and_a_restarted_one_finds_them_so(b
     assert places(world) == stopped
 
 
+def test_frames_take_their_time_on_the_wire(bundle: CellBundle) -> None:
+    world = calm(bundle)
+    world.kill(LEFT_BUS)
+    port, frames = SimPort(world.buses[LEFT_BUS], world.clock), list[CanFrame]()
+    port.opened(None, frames.append, print)
+    port.take()
+    frames.clear()
+    port.send(SYNC_FRAME)
+    port.take()
+    assert not frames
+    run(world, 0.004)
+    port.take()
+    assert len([frame for frame in frames if 0x180 < frame.id < 0x200]) == len(world.buses[LEFT_BUS].nodes)
+
+
 def test_a_gateway_that_freezes_for_longer_than_its_limit_finds_a_late_cycle(bundle: CellBundle) -> None:
     world = moving(bundle)
     world.freeze(LEFT_BUS, 1.5)
@@ -412,7 +430,7 @@ def test_a_call_ends_once_whatever_becomes_of_it(bundle: CellBundle) -> None:
     world.operate(LEFT, Halt(), timeout_s=0.5, then=outcomes.append)
     run(world, 1.5)
     assert outcomes == [None, None]
-    assert "it may still be carried out" in world.seen.said[-1][1]
+    assert "this may have been carried out" in world.seen.said[-1][1]
 
 
 def test_who_dies_while_asked_leaves_no_answer(bundle: CellBundle) -> None:
@@ -555,13 +573,21 @@ def test_an_old_journal_lacks_the_newest_writes(bundle: CellBundle) -> None:
     assert not restarted(world).estops
 
 
-def test_a_full_disk_ends_the_manager_at_its_next_write_and_keeps_it_from_starting(bundle: CellBundle) -> None:
-    world, lives = calm(bundle), []
-    world.on_life.append(lambda process, what: lives.append((process, what)))
+def test_a_full_disk_neither_stops_a_stop_nor_ends_the_manager(bundle: CellBundle) -> None:
+    world = calm(bundle)
     world.journal.fill(True)
-    world.operate("manager", SetEstop("e1", "operator", "test"))
-    run(world, 0.5)
-    assert lives == [("manager", "ended")]
+    stopped(world)
+    until(world, lambda: "journal_failed" in [event.code for event in world.seen.events])
+    assert world.processes["manager"].alive
+    world.journal.fill(False)
+    until(world, lambda: "journal_written" in [event.code for event in world.seen.events])
+    assert restarted(world).estops
+
+
+def test_a_full_disk_keeps_a_manager_from_starting(bundle: CellBundle) -> None:
+    world = calm(bundle)
+    world.journal.fill(True)
+    world.kill("manager")
     world.start("manager")
     assert not world.processes["manager"].alive
     assert "full" in world.seen.said[-1][1]

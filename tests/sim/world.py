@@ -43,7 +43,7 @@ from robot_agent.language import parse_program
 from robot_agent.trajectory import Limits
 from tests.sim.bus import LivingBus, SimPort, SimWorkers
 from tests.sim.clock import Clock
-from tests.sim.disk import Disk
+from tests.sim.disk import Disk, SimWriter
 from tests.sim.exchange import Exchange, SimSession
 from tests.sim.eyes import Eyes
 from tests.sim.host import Host
@@ -78,8 +78,8 @@ class Observed:
     feedback: dict[str, DriveFeedback] = field(default_factory=dict)
     events: list[Event] = field(default_factory=list)
     planned: dict[str, list[Planned]] = field(default_factory=dict)
-    replies: list[tuple[str, Command, Reply | None]] = field(default_factory=list)
-    """Outcomes of operators' calls; None: no answer."""
+    replies: list[tuple[str, Command, Reply]] = field(default_factory=list)
+    """The answers to operators' calls."""
     said: list[tuple[str, str]] = field(default_factory=list)
     """What processes told people, and payloads that nobody could read."""
 
@@ -138,7 +138,7 @@ class World:
     def start(self, name: str, digest: str | None = None) -> None:
         """Start a process that is not alive, under a new boot; `digest`: of another configuration than the cell's.
 
-        A manager whose journal cannot be opened or written ends at once.
+        A manager whose journal cannot be opened, or takes no new epoch, ends at once.
         """
         if name in self.processes and self.processes[name].alive:
             return
@@ -164,7 +164,7 @@ class World:
 
     def _manager(self, cell: CellSettings, session: SimSession) -> Process:
         journal = self.journal.open(session.host.unix)
-        shell = ManagerShell(session, session.token_watch(), journal)
+        shell = ManagerShell(session, session.token_watch(), SimWriter(journal))
         stored = journal.read()
         core = ManagerCore(cell, session.boot, journal.begin_epoch(session.boot), stored)
         session.declare_alive()
@@ -320,9 +320,10 @@ class World:
         call = Call(call_id or f"{by}-{self._calls}", command, operator.heard(to))
 
         def done(reply: Reply | None, problem: str) -> None:
-            self.seen.replies.append((to, command, reply))
             if reply is None:
                 self.seen.said.append((by, problem))
+            else:
+                self.seen.replies.append((to, command, reply))
             if then is not None:
                 then(reply)
 

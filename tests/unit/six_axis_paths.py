@@ -8,11 +8,17 @@ BASE = pin.SE3(pin.utils.rotate("z", 0.7) @ pin.utils.rotate("x", np.pi), np.arr
 
 
 def joint_path(seed: int, taus: np.ndarray) -> np.ndarray:
-    """Joints `(m, 6)` at `taus`: sums of sines up to about 2 rad/s and 10 rad/s^2 per joint, turn-arounds included."""
+    """Joints `(m, 6)` at `taus`: sums of sines up to about 2 rad/s and 10 rad/s^2 per joint, turn-arounds included.
+
+    With an odd seed they swing about right angles, and some joints stand still.
+    """
     rng = np.random.default_rng(seed)
     centre = rng.uniform(-1, 1, 6)
     amplitude, speed = rng.uniform(0.0, 0.5, (2, 6)), rng.uniform(0.5, 4.0, (2, 6))
     phase = rng.uniform(-np.pi, np.pi, (2, 6))
+    if seed % 2:
+        centre = np.pi / 2 * np.rint(2.0 * centre)
+        amplitude = np.where(rng.uniform(size=6) < 0.4, 0.0, amplitude)
     return centre + (amplitude * np.sin(speed * np.asarray(taus)[:, None, None] + phase)).sum(axis=1)
 
 

@@ -27,6 +27,7 @@ from cell.messages import (
     ZoneState,
     ZoneStatus,
 )
+from robot_agent.kinematics import Model
 from robot_agent.workspace import zone_box
 from tests.unit.agent_world import CYCLE_S, STEP_S, ZONE, AgentWorld
 from tests.unit.test_agent_waits import INTO, near_zone
@@ -47,8 +48,8 @@ BELT_PROGRAM = START + "TRACK belt\nML Z=1980 F=30\nWAIT 0.2\nML Y=220 F=20\nTRA
 class Measured(AgentWorld):
     """With a sensor and a belt that are measured at every step, as long as they are."""
 
-    def __init__(self, program: str) -> None:
-        super().__init__(program, corrections=ALL)
+    def __init__(self, program: str, arm: Model | None = None) -> None:
+        super().__init__(program, arm=arm, corrections=ALL)
         self.offset_m = (0.0, 0.0, 0.0)
         self.belt_m_s = 0.0
         self.measured_now = True

@@ -46,7 +46,7 @@ GATEWAY = GatewayState(
 )  # fmt: skip
 MANAGER = ManagerState("two_arms", "m", 1, 3, 0.0, CELL.digest)
 LEFT = RobotState("left", "b", 5, Mode.READY, ProgramStatus("p", ProgramState.LOADED, 0, ""), *[None] * 4, None)
-PRESENCE = Presence("left", "b", 5, None, CELL.digest, Body(False, (0.0, 0.0, 0.0), 1.0), 0.0)
+PRESENCE = Presence("left", "b", 1, 5, None, CELL.digest, Body(False, (0.0, 0.0, 0.0), 1.0), 0.0)
 
 
 @dataclass

@@ -5,6 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cell.geometry import Box, GeometryError, NotAPose, capsule_box_distance, capsules_touch_box, point_box_distance
+from cell.geometry.box import any_capsule_touches_box
 
 RNG = np.random.default_rng(5)
 
@@ -103,6 +104,9 @@ def test_touching_agrees_with_the_distance() -> None:
     assert expected.any()
     assert not expected.all()
     np.testing.assert_array_equal(capsules_touch_box(ends, radii, box), expected)
+    few = [any_capsule_touches_box(one[:3], radii[:3], box) for one in ends]
+    assert few == expected[:, :3].any(axis=1).tolist()
+    assert {False, True} == set(few)
 
 
 @pytest.mark.parametrize("size", [(0.0, 1.0, 1.0), (1.0, -1.0, 1.0), (1.0, 1.0, np.inf)])

@@ -5,11 +5,11 @@ from pathlib import Path
 import pytest
 from hypothesis import HealthCheck, given
 from hypothesis import settings as hypothesis_settings
-from hypothesis import strategies as st
 
 from cell.manager.event_store import LONGEST_TEXT, PAGE, EventStore
 from cell.messages import Event, KeptEvents, ListEvents, Severity
 from cell.net.codec import decode, encode
+from tests.unit.message_kinds import messages
 
 NOON = 1_769_860_800.0
 
@@ -123,21 +123,7 @@ def test_a_text_of_any_length_does_not_fill_the_disk(path: Path) -> None:
     assert kept.event.data == {}
 
 
-@given(
-    st.builds(
-        Event,
-        st.text(),
-        st.integers(),
-        st.sampled_from(Severity),
-        st.text(),
-        st.text(),
-        st.text(),
-        st.dictionaries(
-            st.text(), st.none() | st.text() | st.integers() | st.floats(allow_nan=False, allow_infinity=False)
-        ),
-        st.text(),
-    )
-)
+@given(messages(Event))
 @hypothesis_settings(deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 def test_whatever_fits_the_schema_of_an_event_is_stored_and_told(tmp_path: Path, said: Event) -> None:
     path = tmp_path / "any.sqlite3"

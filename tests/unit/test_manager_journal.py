@@ -1,11 +1,23 @@
 """What the manager remembers, on a real file."""
 
+import threading
+import time
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 
-from cell.manager.journal import Journal, JournalError
-from cell.manager.records import EstopCleared, EstopLatched, Stored, ZoneDecided, next_epoch
+from cell.manager.journal import Journal, JournalError, JournalWriter
+from cell.manager.records import (
+    EstopCleared,
+    EstopLatched,
+    JournalFailed,
+    JournalWritten,
+    Record,
+    Stored,
+    ZoneDecided,
+    next_epoch,
+)
 from cell.messages import Estop
 
 STOP = Estop("e1", True, "me", "test")
@@ -55,3 +67,54 @@ def test_a_file_that_is_no_journal_is_named(tmp_path: Path) -> None:
     (tmp_path / "j").write_text("this is no database, but a text that is long enough to be taken for one" * 20)
     with pytest.raises(JournalError, match="choose another --state-dir"):
         Journal(tmp_path / "j")
+
+
+class FullDisk(Journal):
+    """A journal whose disk is full until somebody makes room."""
+
+    full = True
+    tries = 0
+
+    def write(self, record: Record) -> None:
+        self.tries += 1
+        if self.full:
+            raise JournalError(self.path, "database or disk is full")
+        super().write(record)
+
+
+def until(done: Callable[[], bool]) -> None:
+    deadline = time.monotonic() + 10.0
+    while not done():
+        assert time.monotonic() < deadline
+        threading.Event().wait(0.005)
+
+
+def test_what_a_full_disk_did_not_take_is_told_tried_again_and_written_in_order_once_there_is_room(
+    tmp_path: Path,
+) -> None:
+    news: list[object] = []
+    with FullDisk(tmp_path / "j") as journal, JournalWriter(journal, retry_s=0.01) as writer:
+        writer.store(EstopLatched(STOP))
+        until(lambda: journal.tries > 2)
+        writer.store(EstopCleared("e1", "me"))
+        until(lambda: bool(news.extend(writer.news())) or len(news) == 2)
+        journal.full = False
+        until(lambda: bool(news.extend(writer.news())) or len(news) == 3)
+    assert [type(each) for each in news] == [JournalFailed, JournalFailed, JournalWritten]
+    assert news[1] == JournalFailed(
+        f"{tmp_path / 'j'}: database or disk is full", (EstopLatched(STOP), EstopCleared("e1", "me"))
+    )
+    assert read(tmp_path / "j").cleared == {"e1"}
+
+
+def test_a_manager_that_ends_does_not_wait_for_a_full_disk(tmp_path: Path) -> None:
+    with FullDisk(tmp_path / "j") as journal, JournalWriter(journal, retry_s=1000.0) as writer:
+        writer.store(EstopLatched(STOP))
+        until(lambda: journal.tries == 1)
+    assert journal.tries == 2
+
+
+def test_what_was_stored_is_written_before_the_manager_ends(tmp_path: Path) -> None:
+    with Journal(tmp_path / "j") as journal, JournalWriter(journal) as writer:
+        writer.store(EstopLatched(STOP))
+    assert read(tmp_path / "j").estops == (STOP,)

@@ -15,7 +15,7 @@ from robot_agent.trajectory.rate_law import sample_times
 from robot_agent.trajectory.segment import RESTING_SAMPLES, Segment
 from robot_agent.trajectory.sources.admission import Admission, Excess
 from robot_agent.trajectory.sources.axes import turn_by
-from robot_agent.trajectory.sources.flange import tracked, why_lost
+from robot_agent.trajectory.sources.flange import in_reach, tracked, why_lost
 from robot_agent.trajectory.sources.given import Given
 from robot_agent.trajectory.sources.online import NoCourse, approach, course, sampled_course
 from robot_agent.trajectory.sources.source import JointState, States
@@ -201,8 +201,8 @@ class CorrectedSource:
 
     def _within_reach(self, begun: Given) -> bool:
         """Whether the target can be reached from where the path is."""
-        poses = self._corrected(begun.path.q[:1], self.target.offset[None])
-        return bool(self._model.reaches(self._model.flange_at(poses)).all())
+        (pose,) = self._corrected(begun.path.q[:1], self.target.offset[None])
+        return in_reach(self._model, self._model.flange_at(pose), begun.states.q[0])
 
     def _eased(self, begun: Given, count: int, effort: _Effort, tries: int) -> tuple[Given | None, _Effort, str]:
         """The first admissible block of a few tries; the effort tried last, and what was in the way, for people."""

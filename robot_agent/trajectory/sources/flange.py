@@ -4,7 +4,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robot_agent.kinematics import Model, NumericModel, Reason, TrackError
-from robot_agent.kinematics.tracking import path_violation
 from robot_agent.trajectory.sources.source import States
 
 _FOLLOWED = 1e-5
@@ -37,14 +36,17 @@ def joints_along(
 def tracked(model: Model, poses: NDArray[np.float64], start: NDArray[np.float64]) -> NDArray[np.float64]:
     """Joints `(m, n)` for poses `(m, 4, 4)` that begin next to joints `start`. Raises as `Model.track`.
 
-    An inverse that iterates goes from `start` to all poses at once; where that fails the path is looked at in full.
+    An inverse that iterates only goes on from `start`: to look for other solutions, or for what is in the way, takes
+    longer than there is from one block to the next.
     """
+    return model.follow(poses, start) if isinstance(model, NumericModel) else model.track(poses, start)
+
+
+def in_reach(model: Model, pose: NDArray[np.float64], start: NDArray[np.float64]) -> bool:
+    """Whether joints bring the flange to `pose` `(4, 4)`; an inverse that iterates looks from `start` `(n,)` only."""
     if isinstance(model, NumericModel):
-        found = model.iterate(poses, np.tile(start, (len(poses), 1)))
-        way = np.concatenate([start[None], found.joints])
-        if found.solved.all() and path_violation(model, way) is None:
-            return found.joints
-    return model.track(poses, start)
+        return bool(model.iterate(pose[None], start[None]).solved[0])
+    return bool(model.reaches(pose))
 
 
 def joint_speeds(

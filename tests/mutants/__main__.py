@@ -1,0 +1,129 @@
+"""`make mutants`: plant each fault, search it by seeds, print by what it was found and after how many runs.
+
+    python -m tests.mutants                       all, two at a time
+    python -m tests.mutants NAME [NAME ...]       these
+    python -m tests.mutants --list
+
+The exit code is 1 when a fault is not found that is not known to be harmless, or one is found that is.
+"""
+
+import argparse
+import json
+import os
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Iterable
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from pathlib import Path
+
+from tests.mutants.catalog import GROUPS, MUTANTS
+from tests.mutants.mutant import Mutant, check_applies, plant
+
+RUNS = 20
+"""Seeds for each fault, of `SECONDS` of cell time at most."""
+SECONDS = 30.0
+_HANGS_S = 900.0
+"""A search that takes longer hangs, which is a way to be found."""
+
+
+@dataclass(frozen=True, slots=True)
+class Found:
+    """How the search of one tree ended. `by` is empty where every run was in order."""
+
+    by: str
+    runs: int
+    at_s: float
+    took_s: float
+
+
+def search(mutant: Mutant | None, runs: int = RUNS, seconds: float = SECONDS) -> Found:
+    """Search the tree with this fault, in a process of its own; the first broken invariant ends it."""
+    began = time.monotonic()
+    with tempfile.TemporaryDirectory(prefix="mutant-") as folder:
+        tree, report = Path(folder) / "tree", Path(folder) / "report.json"
+        plant(mutant, tree)
+        command = [sys.executable, "-m", "tests.sim.search", "--seeds", f"0:{runs}", "--seconds", f"{seconds:g}"]
+        command += ["--stop-at-first", "--json", str(report)]
+        environment = os.environ | {"PYTHONPATH": str(tree), "OPENBLAS_NUM_THREADS": "1"}
+        try:
+            done = subprocess.run(
+                command, cwd=tree, env=environment, capture_output=True, text=True, timeout=_HANGS_S, check=False
+            )
+        except subprocess.TimeoutExpired:
+            return Found("the run does not end", runs, 0.0, time.monotonic() - began)
+        took_s = time.monotonic() - began
+        if not report.exists():
+            last = (done.stderr.strip().splitlines() or ["nothing was said"])[-1]
+            return Found(f"the cell does not start: {last}", 0, 0.0, took_s)
+        told = json.loads(report.read_text())
+    if not told["broken"]:
+        return Found("", told["seeds"], 0.0, took_s)
+    first = told["broken"][0]
+    return Found(first["invariant"], told["seeds"], first["at_s"], took_s)
+
+
+def judge(mutant: Mutant, found: Found) -> bool:
+    """Whether the outcome is the one that the catalog says."""
+    return bool(found.by) != bool(mutant.harmless)
+
+
+def line(mutant: Mutant, found: Found) -> str:
+    """One line of the list."""
+    if found.by:
+        how = f"found in run {found.runs} after {found.at_s:.1f} s by: {found.by}"
+    else:
+        how = f"NOT found in {found.runs} runs"
+    known = f" (harmless: {mutant.harmless})" if mutant.harmless else ""
+    return f"{mutant.name:28s} {how}{known}  [{found.took_s:.0f} s]  {mutant.says}"
+
+
+def run_all(mutants: Iterable[Mutant], jobs: int) -> bool:
+    """Print each outcome as it comes; whether all are as they should be."""
+    chosen = list(mutants)
+    good = found_count = 0
+    began = time.monotonic()
+    with ThreadPoolExecutor(jobs) as pool:
+        for mutant, found in zip(chosen, pool.map(search, chosen), strict=True):
+            good += judge(mutant, found)
+            found_count += bool(found.by)
+            print(line(mutant, found), flush=True)
+    harmless = sum(bool(mutant.harmless) for mutant in chosen)
+    took = (time.monotonic() - began) / 60
+    print(f"{found_count} of {len(chosen)} planted faults found, {harmless} known to be harmless, in {took:.1f} min")
+    return good == len(chosen)
+
+
+def main() -> int:
+    """The command."""
+    parser = argparse.ArgumentParser(prog="python -m tests.mutants", description="plant faults and look for them")
+    parser.add_argument("names", nargs="*", help="only these (see --list), or a group: " + ", ".join(GROUPS))
+    parser.add_argument("--list", action="store_true", help="print the catalog")
+    parser.add_argument("--jobs", type=int, default=max(1, os.cpu_count() or 1), help="searches at a time")
+    options = parser.parse_args()
+    by_name = {mutant.name: mutant for mutant in MUTANTS}
+    unknown = [name for name in options.names if name not in by_name and name not in GROUPS]
+    if unknown:
+        parser.error(f"no planted fault is named {unknown[0]!r}; see --list")
+    chosen = [m for m in MUTANTS if not options.names or m.name in options.names]
+    chosen += [m for name, group in GROUPS.items() if name in options.names for m in group if m not in chosen]
+    for mutant in chosen:
+        check_applies(mutant)
+        if options.list:
+            print(f"{mutant.name:28s} {mutant.says}")
+    if options.list:
+        return 0
+    clean = search(None)
+    print(
+        f"{'(nothing planted)':28s} {'in order' if not clean.by else clean.by}, {clean.runs} runs  [{clean.took_s:.0f} s]"
+    )
+    if clean.by:
+        print("the tree breaks an invariant without any planted fault: mend that first")
+        return 1
+    return 0 if run_all(chosen, options.jobs) else 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,55 @@
+"""A planted fault: a patch by text, and the tree that has it."""
+
+import shutil
+from dataclasses import dataclass
+from pathlib import Path
+
+ROOT = Path(__file__).parents[2]
+PACKAGES = ("cell", "robot_agent", "drive_gateway", "tests", "cell_configs")
+
+
+@dataclass(frozen=True, slots=True)
+class Edit:
+    """In `file`, relative to the root, the one place that reads `old` reads `new`."""
+
+    file: str
+    old: str
+    new: str
+
+
+@dataclass(frozen=True, slots=True)
+class Mutant:
+    """A fault with a short name, what goes wrong by it in words, and its edits."""
+
+    name: str
+    says: str
+    edits: tuple[Edit, ...]
+    harmless: str = ""
+    """Why nobody could see it, in a sentence; empty: it must be found."""
+
+
+class DoesNotApply(Exception):
+    """The text that a mutant replaces is not there exactly once: the code has moved, move the mutant along."""
+
+    def __init__(self, mutant: Mutant, edit: Edit, count: int) -> None:
+        super().__init__(f"{mutant.name}: {edit.file} has {count} places that read {edit.old!r}; needed is exactly one")
+
+
+def check_applies(mutant: Mutant, root: Path = ROOT) -> None:
+    """Raises `DoesNotApply`."""
+    for edit in mutant.edits:
+        count = (root / edit.file).read_text().count(edit.old)
+        if count != 1:
+            raise DoesNotApply(mutant, edit, count)
+
+
+def plant(mutant: Mutant | None, into: Path) -> None:
+    """Copy the tree to `into` and patch it there (`None`: as it is). Raises `DoesNotApply`."""
+    for package in PACKAGES:
+        shutil.copytree(ROOT / package, into / package, ignore=shutil.ignore_patterns(".zencell"))
+    if mutant is None:
+        return
+    check_applies(mutant, into)
+    for edit in mutant.edits:
+        file = into / edit.file
+        file.write_text(file.read_text().replace(edit.old, edit.new))

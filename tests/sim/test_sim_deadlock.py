@@ -1,0 +1,146 @@
+"""Two arms that each hold a zone the other one needs: found, told to both, and freed by the commands that are told."""
+
+import re
+from collections.abc import Callable
+from pathlib import Path
+
+from cell.messages import (
+    Command,
+    Continue,
+    Enable,
+    Halt,
+    Heard,
+    Jog,
+    JogFrame,
+    JogHeld,
+    Mode,
+    ProgramState,
+    RobotState,
+    Run,
+    SetOverride,
+    ZoneState,
+)
+from tests.sim.invariants import Invariants
+from tests.sim.network import Weather
+from tests.sim.world import World, load_bundle
+from tests.unit.config_world import Copy
+
+ZONES = """  north:
+    size: [900, 1100, 2600]
+    pose: {X: 0, Y: 550, Z: 1400, A: 0, B: 0, C: 0}
+    robots: [left, right]
+  south:
+    size: [900, 1100, 2600]
+    pose: {X: 0, Y: -550, Z: 1400, A: 0, B: 0, C: 0}
+"""
+ONE_ZONE = """  handover:
+    size: [900, 2600, 2600]
+    pose: {X: 0, Y: 0, Z: 1400, A: 0, B: 0, C: 0}
+"""
+IN = "MJ J1=0 J2=-12 J3=65 J4=0 J5=37 J6=0 F=80\nML X=1450 Y=500 Z=1350 A=0 B=90 C=0 F=300\n"
+ACROSS = "ML Y=-500 F=150\nML X=980 Y=0 F=900\nHOME F=80\nEND\n"
+"""The right arm is turned by half a turn: what is north for one is south for the other."""
+
+
+class Stuck:
+    """Both arms have run into each other's way; `between` is what each does on the way from zone to zone."""
+
+    def __init__(self, folder: Path, between: str, planned: bool = True) -> None:
+        copy = Copy(folder)
+        copy.change("two_arms/cell.yaml", ONE_ZONE, ZONES)
+        for robot in ("left", "right"):
+            (copy.folder / f"two_arms/programs/{robot}.prog").write_text(IN + between + ACROSS)
+        self.world = World(load_bundle(copy.cell), 0, Weather(loss=0.0, double=0.0, late=0.0))
+        self.invariants = Invariants(self.world, planned=planned)
+        self.until(lambda: all(self.mode(robot) is Mode.DISABLED for robot in ("left", "right")))
+        for robot, order, after in (("left", Enable(), Mode.READY), ("right", Enable(), Mode.READY)):
+            self.order(robot, order)
+            self.until(lambda robot=robot, after=after: self.mode(robot) is after)
+        for robot in ("left", "right"):
+            self.order(robot, Run())
+        self.until(lambda: self.codes.count("zone_deadlock") == 1, 40.0)
+
+    @property
+    def back(self) -> tuple[str, str, str]:
+        """Who is to go back, out of which zone, and who goes on then, by what was told."""
+        [event] = [event for event in self.world.seen.events if event.code == "zone_deadlock"]
+        found = re.search(r"`cell override (\w+) -100` until it is out of (\w+), then `cell halt \1`", event.remedy)
+        assert found is not None, event.remedy
+        robot, zone = found.groups()
+        return robot, zone, "right" if robot == "left" else "left"
+
+    @property
+    def codes(self) -> list[str]:
+        return [event.code for event in self.world.seen.events]
+
+    def until(self, done: Callable[[], bool], longest_s: float = 20.0) -> None:
+        assert self.world.clock.run_until(self.world.clock.now + longest_s, done), self.world.seen.robots
+
+    def state(self, robot: str) -> RobotState | None:
+        return self.world.seen.robots.get(robot)
+
+    def mode(self, robot: str) -> Mode | None:
+        state = self.state(robot)
+        return None if state is None else state.mode
+
+    def order(self, robot: str, command: Command) -> None:
+        replies = len(self.world.seen.replies)
+        self.world.operate(f"robot/{robot}", command)
+        self.until(lambda: len(self.world.seen.replies) > replies)
+        reply = self.world.seen.replies[-1][2]
+        assert reply is not None
+        assert reply.ok, reply.text
+
+    def zone(self, name: str) -> tuple[ZoneState, str | None]:
+        manager = self.world.seen.manager
+        assert manager is not None
+        return manager.zones[name].state, manager.zones[name].holder
+
+    def done(self, robot: str) -> bool:
+        state = self.state(robot)
+        return state is not None and state.program.state is ProgramState.DONE
+
+
+def test_two_arms_that_wait_for_each_others_zones_are_told_both_how_to_go_on(tmp_path: Path) -> None:
+    stuck = Stuck(tmp_path, between="")
+    [event] = [event for event in stuck.world.seen.events if event.code == "zone_deadlock"]
+    assert event.text == "left waits for zone south held by right; right waits for zone north held by left"
+    stuck.until(lambda: all(event.remedy in str(stuck.state(robot)) for robot in ("left", "right")))
+    stuck.world.clock.run_until(stuck.world.clock.now + 5.0)
+    assert stuck.codes.count("zone_deadlock") == 1
+
+
+def test_going_back_as_told_frees_them_and_both_programs_end(tmp_path: Path) -> None:
+    stuck = Stuck(tmp_path, between="")
+    robot, zone, other = stuck.back
+    stuck.order(robot, SetOverride(-100.0))
+    stuck.until(lambda: stuck.zone(zone)[0] is not ZoneState.OCCUPIED)
+    stuck.order(robot, Halt())
+    stuck.until(lambda: stuck.done(other))
+    assert stuck.world.seen.manager is not None
+    assert stuck.world.seen.manager.deadlocks == ()
+    stuck.order(robot, SetOverride(100.0))
+    stuck.order(robot, Continue())
+    stuck.until(lambda: stuck.done(robot))
+    stuck.world.clock.run_until(stuck.world.clock.now + 1.0)
+    stuck.invariants.check_at_rest()
+
+
+def test_where_the_motion_begins_inside_jogging_out_as_told_frees_them(tmp_path: Path) -> None:
+    stuck = Stuck(tmp_path, between="WAIT 3\n", planned=False)
+    robot, _, other = stuck.back
+    stuck.order(robot, Halt())
+    stuck.until(lambda: stuck.mode(robot) is Mode.HALTED)
+    away = -0.2 if robot == "left" else 0.2
+
+    def hold() -> None:
+        state = stuck.state(robot)
+        if state is not None:
+            stuck.world.press(JogHeld(robot, "press", True, Heard(state.boot, state.sequence)))
+        stuck.world.clock.after(0.03, hold)
+
+    stuck.order(robot, Jog("press", "X", away, JogFrame.WORLD, 0.6))
+    hold()
+    stuck.until(lambda: stuck.done(other))
+    stuck.order(robot, Run())
+    stuck.until(lambda: stuck.done(robot))

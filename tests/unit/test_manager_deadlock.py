@@ -1,0 +1,92 @@
+"""Circles of robots that wait for each other's zones: found once they last, named, and over when they are."""
+
+from dataclasses import replace
+
+from cell.messages import Event, Presence, Token, ZoneDeadlock
+from tests.unit.manager_world import Robot, World, settings
+
+ROBOTS = ("a", "b", "c")
+ZONES = ("z1", "z2", "z3")
+
+
+class Needy(Robot):
+    """A robot that keeps the zone `has` once it is granted, and then needs the zone `needs` in `in_s`."""
+
+    has = needs = ""
+    in_s = 0.0
+
+    def presence(self) -> Presence:
+        said = super().presence()
+        token = said.holds.get(self.has)
+        wants = {self.has: 0.0} | ({self.needs: self.in_s} if token is not None and self.needs else {})
+        holds: dict[str, Token] = {} if token is None else {self.has: token}
+        return replace(said, holds=holds, wants={zone: s for zone, s in wants.items() if zone})
+
+
+def world(*needs: tuple[str, str]) -> World:
+    """Robots a, b and c, each with the zone that it has and the one that it needs."""
+    made = World(settings(robots=ROBOTS, zones=ZONES))
+    for name, (has, needed) in zip(ROBOTS, needs, strict=True):
+        robot = Needy(name, wants=True)
+        robot.has, robot.needs = has, needed
+        made.robots[name] = robot
+    return made
+
+
+def told(made: World) -> list[Event]:
+    return [event for event in made.events if event.code == "zone_deadlock"]
+
+
+def present(made: World) -> tuple[ZoneDeadlock, ...]:
+    return made.state.deadlocks
+
+
+def test_a_circle_of_three_is_told_once_it_lasts_a_second_and_once_only() -> None:
+    made = world(("z1", "z2"), ("z2", "z3"), ("z3", "z1"))
+    made.run(0.9)
+    assert told(made) == []
+    made.run(5.0)
+    [event] = told(made)
+    assert event.text == ("a waits for zone z2 held by b; b waits for zone z3 held by c; c waits for zone z1 held by a")
+    [deadlock] = present(made)
+    assert (deadlock.robots, deadlock.zones) == (("a", "b", "c"), ("z2", "z3", "z1"))
+
+
+def test_who_merely_waits_for_one_of_them_is_not_named() -> None:
+    made = world(("z1", "z2"), ("z2", "z1"), ("z3", "z1"))
+    made.run(3.0)
+    [deadlock] = present(made)
+    assert deadlock.robots == ("a", "b")
+
+
+def test_the_one_that_got_its_zone_last_is_sent_back() -> None:
+    made = world(("", "z2"), ("z2", "z1"), ("", ""))
+    made.run(0.5)
+    made.robots["a"].has = "z1"  # type: ignore[attr-defined]
+    made.run(3.0)
+    [event] = told(made)
+    assert "`cell override a -100` until it is out of z1" in event.remedy
+    assert "b goes on by itself" in event.remedy
+
+
+def test_robots_that_need_each_others_zones_only_later_are_no_deadlock() -> None:
+    made = world(("z1", "z2"), ("z2", "z1"), ("", ""))
+    for robot in made.robots.values():
+        robot.in_s = 1.5  # type: ignore[attr-defined]
+    made.run(5.0)
+    assert told(made) == []
+
+
+def test_a_chain_that_is_no_circle_is_no_deadlock() -> None:
+    made = world(("z1", "z2"), ("z2", "z3"), ("z3", ""))
+    made.run(5.0)
+    assert told(made) == []
+
+
+def test_it_is_over_when_one_gives_its_zone_up() -> None:
+    made = world(("z1", "z2"), ("z2", "z1"), ("", ""))
+    made.run(3.0)
+    assert present(made) != ()
+    made.robots["a"].has, made.robots["a"].needs = "", ""  # type: ignore[attr-defined]
+    made.run(1.5)
+    assert present(made) == ()
