@@ -249,6 +249,7 @@ class JournalFails(Item):
         if "manager" in stage.gone or not world.processes["manager"].alive:
             return 0.0
         world.kill("manager")
+        stage.facts.journal_spoilt = True
         if self.what == "lost":
             world.journal.lose()
         else:

@@ -19,6 +19,7 @@ from cell.messages import (
     GatewayState,
     Heard,
     ManagerState,
+    Mode,
     Presence,
     RobotState,
     SetpointBlock,
@@ -91,6 +92,9 @@ class Sample:
     """The newest presence of the robot."""
     manager: ManagerState | None
     """The newest state of the living manager; None while none lives or it has said nothing yet."""
+    mode: Mode
+    mode_since: float
+    """By the newest state of the robot."""
     points: Floats = field(default_factory=lambda: np.zeros((0, 2, 3)))
     """`(c, 2, 3)` [m] capsules in world."""
     inside: frozenset[str] = frozenset()
@@ -151,6 +155,8 @@ class Facts:
         self.shown: dict[str, Shown] = {}
         self.manager: ManagerState | None = None
         self.states: dict[str, RobotState] = {}
+        self.modes: dict[str, tuple[Mode, float]] = {}
+        """The mode that a robot says to be in, and since when."""
         self.feedback: dict[str, DriveFeedback] = {}
         self.gateways: dict[str, GatewayState] = {}
         self.blocks: dict[str, dict[tuple[int, int], SentBlock]] = {robot: {} for robot in self.robots}
@@ -158,11 +164,14 @@ class Facts:
         self.newest_block: dict[str, SentBlock] = {}
         self.troubled_until = 0.0
         """The plan's newest fault has worn off."""
+        self.journal_spoilt = False
+        """The manager's journal was lost, or was old when it was read."""
         self.on_samples: Callable[[Sample], None] = lambda _: None
         self.samples = 0
         self._seen: Shown | None = None
         self._kept: list[Sample] = []
         self._axes: dict[str, Floats] = {}
+        self._moving: dict[str, bool] = {}
         for name, process in world.processes.items():
             self._started(name, process.boot)
         world.clock.after(SAMPLE_S, self._sample)
@@ -234,6 +243,8 @@ class Facts:
             case RobotState():
                 self.sent["state of " + message.boot, message.sequence] = self.now
                 self.states[message.robot] = message
+                if self.modes.get(message.robot, (None, 0.0))[0] is not message.mode:
+                    self.modes[message.robot] = message.mode, self.now
             case GatewayState():
                 self.sent[message.boot, message.sequence] = self.now
                 self.gateways[message.gateway] = message
@@ -339,14 +350,16 @@ class Facts:
             before = self._axes.get(robot)
             moving = before is not None and bool((np.abs(axes - before) > MOVING * SAMPLE_S).any())
             self._axes[robot] = axes
-            self._kept.append(Sample(self.now, robot, axes, moving, self.shown.get(robot), self.manager))
+            mode, since = self.modes.get(robot, (Mode.STARTING, self.start))
+            self._moving[robot] = moving
+            self._kept.append(Sample(self.now, robot, axes, moving, self.shown.get(robot), self.manager, mode, since))
         if len(self._kept) >= BATCH * len(self.robots):
             self.flush()
         self.world.clock.after(SAMPLE_S, self._sample)
 
     def moving(self, robot: str) -> bool:
         """Between the two newest samples."""
-        return any(sample.robot == robot and sample.moving for sample in self._kept[-len(self.robots) :])
+        return self._moving.get(robot, False)
 
     def flush(self) -> None:
         """Compute the bodies of the samples kept, and hand them on."""

@@ -170,8 +170,8 @@ class HolderLetsGo(_OfManager):
 
     def __init__(self, facts: Facts) -> None:
         super().__init__(facts)
-        self._granted: dict[str, tuple[Token, str, int]] = {}
-        """By zone: the newest token, the boot that it was given to, and the state that said so first."""
+        self._granted: dict[str, tuple[Token, str, int, float]] = {}
+        """By zone: the newest token, the boot that it was given to, the state that said so first, and when."""
 
     def restarted(self) -> None:
         self._granted.clear()
@@ -184,13 +184,15 @@ class HolderLetsGo(_OfManager):
             self._ended(zone, status, before)
         if status.token is not None and (before is None or before.token != status.token):
             boot = told.presences[status.holder or ""].boot
-            self._granted[zone] = status.token, boot, state.sequence
+            self._granted[zone] = status.token, boot, state.sequence, self.facts.now
 
     def _ended(self, zone: str, status: ZoneStatus, before: ZoneStatus) -> None:
         holder = before.holder
         if holder is None or status.state is ZoneState.ORPHANED:
             return
-        facts, (token, boot, sequence) = self.facts, self._granted[zone]
+        facts, (token, boot, sequence, at) = self.facts, self._granted[zone]
+        if self._decided_at.get(zone, -inf) >= at:
+            return  # a clearing that was refused because of somebody else has struck this robot off
         presence = facts.told["manager"].presences[holder]
         what = f"zone {zone} is {status.state.value} for {status.holder or 'everyone'}, which {holder} held by {token}"
         if not facts.presence_fresh(holder):

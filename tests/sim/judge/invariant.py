@@ -37,6 +37,11 @@ class Invariant:
         """By kind of message: what to do with (process, message) at the moment a core gets it."""
         return {}
 
+    @property
+    def effects(self) -> Handlers:
+        """By kind of effect: what to do with (process, effect) before it is carried out."""
+        return {}
+
     def lived(self, name: str, what: str) -> None:
         """A process was started, killed, frozen or thawed."""
 

@@ -4,7 +4,8 @@ from collections import defaultdict
 from collections.abc import Callable, Collection
 from typing import Any
 
-from tests.sim.judge import bodies, grants, motion, news
+from cell.core import Effect
+from tests.sim.judge import bodies, grants, motion, news, orders, states
 from tests.sim.judge.facts import Facts, Sample
 from tests.sim.judge.invariant import Broken, Invariant
 from tests.sim.world import World
@@ -36,6 +37,19 @@ ALL: tuple[type[Invariant], ...] = (
     motion.BlocksKeepComing,
     motion.BlocksEndAtRest,
     motion.BlocksAreTaken,
+    states.ModesHaveCauses,
+    states.ModeIsTheCase,
+    states.SaysWhyItStands,
+    states.FeedbackIsNeeded,
+    states.FaultyDrivesStop,
+    states.JogsWhileHeld,
+    states.FreeZonesAreGranted,
+    states.SilentHoldersAreBlocked,
+    orders.OrdersInTime,
+    orders.StopsAreKept,
+    orders.OneOwner,
+    orders.OutputsByOrder,
+    orders.EffortIsBounded,
 )
 
 
@@ -51,11 +65,13 @@ class Judge:
         self._on_broken = on_broken
         self._published = self._handlers("published")
         self._delivered = self._handlers("delivered")
+        self._effects = self._handlers("effects")
         kinds = [each for each in self.invariants if type(each).look is not Invariant.look]
         self._looks = [each.look for each in kinds]
         self.facts.on_samples = self._look
         world.on_published.append(self._on_published)
         world.on_delivered.append(self._on_delivered)
+        world.on_effect.append(self._on_effect)
         world.on_life.append(self._on_life)
         world.clock.on_pause.append(self.flush)
 
@@ -75,6 +91,10 @@ class Judge:
         for handler in self._delivered.get(type(message), ()):
             self._judge(handler, name, message)
         self.facts.delivered(name, message)
+
+    def _on_effect(self, name: str, effect: Effect) -> None:
+        for handler in self._effects.get(type(effect), ()):
+            self._judge(handler, name, effect)
 
     def _on_life(self, name: str, what: str) -> None:
         self.facts.lived(name, what)

@@ -1,0 +1,260 @@
+"""Operators' calls, emergency stops, claims: each is done in time, once, and only where it was asked for."""
+
+from math import inf
+
+from cell.core import Request
+from cell.messages import (
+    AdoptZone,
+    Call,
+    Claim,
+    ClearZone,
+    Continue,
+    DriveFeedback,
+    Enable,
+    Estop,
+    Event,
+    Jog,
+    ManagerState,
+    Reply,
+    ResetEstop,
+    ResetRobot,
+    Return,
+    Run,
+    SetEstop,
+    SetManual,
+    SetOverride,
+    Step,
+    SwitchOutput,
+)
+from robot_agent.agent.planning import Plan
+from tests.sim.judge.facts import Facts
+from tests.sim.judge.invariant import Handlers, Invariant
+
+_DATED = (
+    Enable, Run, Continue, Return, Step, SetOverride, SetManual, Jog, ResetRobot, ClearZone, AdoptZone, ResetEstop,
+    SwitchOutput,
+)  # fmt: skip
+"""What moves, releases or switches something."""
+_LATER_S = 0.02
+
+
+class OrdersInTime(Invariant):
+    """An order is carried out within its deadline, by what its caller had seen, or never; and once."""
+
+    name = "orders are carried out in time and once"
+
+    def __init__(self, facts: Facts) -> None:
+        super().__init__(facts)
+        self._asked: dict[tuple[str, str], tuple[Call, float]] = {}
+        self._done: set[tuple[str, str]] = set()
+
+    @property
+    def delivered(self) -> Handlers:
+        return {Request: self._call}
+
+    @property
+    def published(self) -> Handlers:
+        return {Reply: self._reply}
+
+    def _call(self, name: str, request: Request) -> None:
+        call = request.call
+        if isinstance(call, Call) and isinstance(call.command, _DATED):
+            self._asked[self.facts.told[name].boot, call.id] = call, self.facts.call_age(call, name)
+
+    def _reply(self, name: str, reply: Reply) -> None:
+        key = self.facts.told[name].boot, reply.id
+        if not reply.ok or key not in self._asked:
+            return
+        call, age_s = self._asked[key]
+        if age_s > self.facts.cell.times.command_s + _LATER_S:
+            seen = "a state that it never sent" if age_s == inf else f"a state that was {age_s:.2f} s old"
+            self.broken(name, f"it has carried out `{call.command.verb}` of a caller who had seen {seen}")
+        if key in self._done:
+            self.broken(name, f"it has carried out `{call.command.verb}`, call {call.id}, twice")
+        self._done.add(key)
+
+
+class StopsAreKept(Invariant):
+    """An emergency stop that reached the manager is in force until an operator ends it by its name, over restarts of the
+    manager too; a stop ends for nobody else's sake."""
+
+    name = "emergency stops are kept"
+
+    def __init__(self, facts: Facts) -> None:
+        super().__init__(facts)
+        self._named: set[str] = set()
+        """Stops that an operator's reset, which reached a manager, has named."""
+        self._in_force: set[str] = set()
+
+    @property
+    def delivered(self) -> Handlers:
+        return {Request: self._call, Estop: self._heard}
+
+    @property
+    def published(self) -> Handlers:
+        return {ManagerState: self._state, Estop: self._told}
+
+    def _call(self, name: str, request: Request) -> None:
+        command = request.call.command if isinstance(request.call, Call) else None
+        if name == "manager" and isinstance(command, ResetEstop):
+            self._named |= set(command.ids)
+        if name == "manager" and isinstance(command, SetEstop):
+            self._in_force.add(command.id)
+
+    def _heard(self, name: str, estop: Estop) -> None:
+        if name == "manager" and estop.active:
+            self._in_force.add(estop.id)
+
+    def _told(self, name: str, estop: Estop) -> None:
+        if not estop.active and estop.id not in self._named:
+            self.broken(name, f"it ends emergency stop {estop.id}, which no operator has reset")
+
+    def _state(self, name: str, state: ManagerState) -> None:
+        told = {estop.id for estop in state.estops}
+        if self.facts.journal_spoilt:
+            self._in_force &= told
+        missing = self._in_force - told - self._named
+        if missing:
+            self.broken(name, f"emergency stop {min(missing)} is not in force any more, and no operator has reset it")
+        self._in_force = (self._in_force | told) - self._named
+
+
+class OneOwner(Invariant):
+    """A robot's drives have one owner at a time; numbers of claims grow, and change hands at rest."""
+
+    name = "one owner"
+
+    def __init__(self, facts: Facts) -> None:
+        super().__init__(facts)
+        self._claims: dict[tuple[str, str], Claim] = {}
+        self._boots: dict[tuple[str, int], str] = {}
+        self._largest: dict[str, int] = {}
+
+    @property
+    def delivered(self) -> Handlers:
+        return {Request: self._call}
+
+    @property
+    def published(self) -> Handlers:
+        return {Reply: self._reply, DriveFeedback: self._feedback}
+
+    def _call(self, name: str, request: Request) -> None:
+        if isinstance(request.call, Call) and isinstance(request.call.command, Claim):
+            self._claims[name, request.call.id] = request.call.command
+
+    def _reply(self, name: str, reply: Reply) -> None:
+        claim = self._claims.get((name, reply.id))
+        if claim is None or reply.claim is None or not reply.ok:
+            return
+        owner, robot = reply.claim.owner, claim.robot
+        boot = self._boots.setdefault((robot, owner), claim.boot)
+        if boot != claim.boot:
+            self.broken(name, f"{robot}: owner {owner} is {claim.boot}, and was {boot}")
+        if owner < self._largest.get(robot, 0):
+            self.broken(name, f"{robot}: owner {owner} after {self._largest[robot]}")
+        if owner > self._largest.get(robot, 0) and self.facts.moving(robot):
+            self.broken(name, f"{robot} changes hands while it moves")
+        self._largest[robot] = max(owner, self._largest.get(robot, 0))
+
+    def _feedback(self, name: str, feedback: DriveFeedback) -> None:
+        if feedback.owner and feedback.owner < self._largest.get(feedback.robot, 0):
+            self.broken(name, f"{feedback.robot} is owned by {feedback.owner}, after {self._largest[feedback.robot]}")
+
+
+class OutputsByOrder(Invariant):
+    """An output is switched on only by an event of a block that is played, or by an operator; a stop switches off what is
+    not to be kept."""
+
+    name = "outputs are switched by order"
+    _RECENT_S = 2.0
+    _OFF_WITHIN_S = 0.3
+
+    def __init__(self, facts: Facts) -> None:
+        super().__init__(facts)
+        self._outputs: dict[str, int] = {}
+        self._by_hand: dict[str, float] = {}
+        self._stopped_since: dict[str, float] = {}
+
+    @property
+    def delivered(self) -> Handlers:
+        return {Request: self._call}
+
+    @property
+    def published(self) -> Handlers:
+        return {DriveFeedback: self._feedback}
+
+    def _call(self, _: str, request: Request) -> None:
+        command = request.call.command if isinstance(request.call, Call) else None
+        if isinstance(command, SwitchOutput) and command.on:
+            self._by_hand[command.robot] = self.facts.now
+
+    def _feedback(self, name: str, feedback: DriveFeedback) -> None:
+        robot, now = feedback.robot, self.facts.now
+        before = self._outputs.get(robot, 0)
+        self._outputs[robot] = feedback.outputs
+        by_hand = now - self._by_hand.get(robot, -inf)
+        rising = feedback.outputs & ~before
+        if rising and by_hand > self._RECENT_S and not self._ordered(feedback, rising):
+            self.broken(name, f"an output of {robot} came on, and nobody has ordered it")
+        if feedback.enabled:
+            self._stopped_since.pop(robot, None)
+            return
+        stopped_s = now - self._stopped_since.setdefault(robot, now)
+        if feedback.outputs & ~self._kept(robot) and stopped_s > self._OFF_WITHIN_S and by_hand > stopped_s:
+            self.broken(
+                name, f"{robot} has been stopped for {stopped_s:.2f} s, and an output is on that is not to be kept"
+            )
+
+    def _ordered(self, feedback: DriveFeedback, rising: int) -> bool:
+        if not feedback.enabled:
+            return False
+        return any(
+            event.value and rising >> event.output & 1
+            for (owner, _), sent in self.facts.blocks[feedback.robot].items()
+            if owner == feedback.owner and self.facts.now - sent.at < self._RECENT_S
+            for event in sent.message.events
+        )
+
+    def _kept(self, robot: str) -> int:
+        gateway = self.facts.gateway_of(robot).partition("/")[2]
+        outputs = self.facts.world.bundle.gateways[gateway].robots[robot].outputs
+        return sum(1 << place for place, output in enumerate(outputs) if output.keep)
+
+
+class EffortIsBounded(Invariant):
+    """Nothing is asked for again and again: plans, claims, events."""
+
+    name = "effort is bounded"
+    _PLANS, _CLAIMS, _EVENTS = 40, 12, 60
+    _WITHIN_S = 2.0
+
+    def __init__(self, facts: Facts) -> None:
+        super().__init__(facts)
+        self._times: dict[tuple[str, str], list[float]] = {}
+
+    @property
+    def published(self) -> Handlers:
+        return {Call: self._call, Event: self._event}
+
+    @property
+    def effects(self) -> Handlers:
+        return {Plan: self._plan}
+
+    def _plan(self, name: str, _: Plan) -> None:
+        self._count(name, "plans", self._PLANS)
+
+    def _event(self, name: str, _: Event) -> None:
+        self._count(name, "events", self._EVENTS)
+
+    def _call(self, name: str, call: Call) -> None:
+        if isinstance(call.command, Claim):
+            self._count(name, "claims", self._CLAIMS)
+
+    def _count(self, name: str, what: str, most: int) -> None:
+        now = self.facts.now
+        times = self._times.setdefault((name, what), [])
+        times.append(now)
+        while times[0] < now - self._WITHIN_S:
+            times.pop(0)
+        if len(times) > most:
+            self.broken(name, f"{len(times)} {what} within {self._WITHIN_S:g} s")

@@ -1,0 +1,260 @@
+"""What processes say of themselves and of others, against what is the case."""
+
+from cell.core import Request
+from cell.messages import (
+    Call,
+    Continue,
+    DriveFeedback,
+    Enable,
+    Jog,
+    JogHeld,
+    ManagerState,
+    Mode,
+    ProgramState,
+    ResetRobot,
+    Return,
+    RobotState,
+    Run,
+    SetpointBlock,
+    Step,
+    ZoneState,
+)
+from tests.sim.judge.facts import Facts, Sample
+from tests.sim.judge.invariant import Handlers, Invariant
+
+_CAUSES: dict[Mode, tuple[type, ...]] = {
+    Mode.RUNNING: (Run, Continue, Step),
+    Mode.RETURNING: (Return, Continue, Step),
+    Mode.JOGGING: (Jog,),
+    Mode.ENABLING: (Enable,),
+}
+"""What an operator must have asked for before a robot comes to a mode."""
+_FROM_ITSELF = {(Mode.RETURNING, Mode.RUNNING)}
+_WAYS_OUT: dict[Mode, frozenset[Mode]] = {
+    Mode.FAULT: frozenset({Mode.DISABLED, Mode.ESTOP, Mode.STARTING, Mode.READY, Mode.HALTED, Mode.OFF_PATH}),
+    Mode.ESTOP: frozenset(
+        {Mode.DISABLED, Mode.FAULT, Mode.STARTING, Mode.READY, Mode.HALTED, Mode.OFF_PATH, Mode.ENABLING}
+    ),
+    Mode.DISABLED: frozenset(set(Mode) - {Mode.RUNNING, Mode.RETURNING, Mode.JOGGING}),
+    Mode.STARTING: frozenset(set(Mode) - {Mode.RUNNING, Mode.RETURNING, Mode.JOGGING}),
+}
+_STILL = (Mode.READY, Mode.HALTED, Mode.OFF_PATH, Mode.DISABLED, Mode.FAULT, Mode.ESTOP, Mode.ENABLING)
+_ON = (Mode.READY, Mode.RUNNING, Mode.HALTED, Mode.OFF_PATH, Mode.RETURNING, Mode.JOGGING)
+
+
+class ModesHaveCauses(Invariant):
+    """A robot comes to a mode in which it moves, and out of a fault, only by an operator's call that reached it since it
+    was in the mode before."""
+
+    name = "modes have causes"
+
+    def __init__(self, facts: Facts) -> None:
+        super().__init__(facts)
+        self._mode: dict[str, tuple[str, Mode, float]] = {}
+
+    @property
+    def published(self) -> Handlers:
+        return {RobotState: self._state}
+
+    def _state(self, name: str, state: RobotState) -> None:
+        boot, before, since = self._mode.get(state.robot, (state.boot, Mode.STARTING, self.facts.now))
+        if boot != state.boot:
+            before, since = Mode.STARTING, self.facts.now - 1.0
+        if state.mode is before and boot == state.boot:
+            self._mode[state.robot] = boot, before, since
+            return
+        self._mode[state.robot] = state.boot, state.mode, self.facts.now
+        calls = {type(call.command) for at, call in self.facts.told[name].calls if at >= since - 0.1}
+        way = f"from {before.value} to {state.mode.value}"
+        if before in _WAYS_OUT and state.mode not in _WAYS_OUT[before]:
+            self.broken(state.robot, f"it went {way}")
+        if before is Mode.FAULT and state.mode not in (Mode.ESTOP, Mode.STARTING) and ResetRobot not in calls:
+            self.broken(state.robot, f"it went {way}, and nobody has acknowledged the fault")
+        causes = _CAUSES.get(state.mode, ())
+        if causes and (before, state.mode) not in _FROM_ITSELF and not calls & set(causes):
+            self.broken(state.robot, f"it went {way}, and no operator asked for that")
+
+
+class ModeIsTheCase(Invariant):
+    """A robot whose mode says that it stands, stands once it had the time to brake."""
+
+    name = "the mode is what is the case"
+    _BRAKING_S = 2.0
+
+    def look(self, sample: Sample) -> None:
+        if sample.mode in _STILL and sample.moving and sample.at - sample.mode_since > self._BRAKING_S:
+            since_s = sample.at - sample.mode_since
+            self.broken(sample.robot, f"it moves, and has been {sample.mode.value} for {since_s:.2f} s", sample.at)
+
+
+class SaysWhyItStands(Invariant):
+    """A robot whose program runs and that does not move says why; and names the holder of a zone that it waits for."""
+
+    name = "says why it stands"
+    _LONGEST_S = 1.0
+
+    def __init__(self, facts: Facts) -> None:
+        super().__init__(facts)
+        self._since: dict[str, float] = {}
+
+    @property
+    def published(self) -> Handlers:
+        return {RobotState: self._state}
+
+    def _state(self, name: str, state: RobotState) -> None:
+        robot, facts = state.robot, self.facts
+        shown = facts.shown.get(robot)
+        if shown is not None and shown.at == facts.now and tuple(sorted(shown.message.holds)) != state.zones:
+            self.broken(robot, f"its state says that it holds {state.zones}, its presence {shown.message.holds}")
+        self._names_the_holder(name, state)
+        runs = state.mode is Mode.RUNNING and state.program.state is ProgramState.RUNNING
+        if not runs or state.waiting_for or facts.moving(robot) or facts.now - facts.told[name].feedback_at > 0.1:
+            self._since.pop(robot, None)
+        elif facts.now - self._since.setdefault(robot, facts.now) > self._LONGEST_S:
+            self.broken(robot, f"its program runs, it has stood for {self._LONGEST_S:g} s and does not say why")
+
+    def _names_the_holder(self, name: str, state: RobotState) -> None:
+        zone, _, rest = state.waiting_for.removeprefix("zone ").partition(": held by ")
+        manager = self.facts.told[name].manager
+        if not rest or not state.waiting_for.startswith("zone ") or manager is None or zone not in manager.zones:
+            return
+        holder = manager.zones[zone].holder
+        if rest.split()[0] != holder:
+            self.broken(state.robot, f"it says {state.waiting_for!r}, and the manager told it that {holder} holds it")
+
+
+class FeedbackIsNeeded(Invariant):
+    """An agent that does not hear its robot's drives sends nothing new, and calls it a fault in time."""
+
+    name = "nothing new without feedback"
+
+    @property
+    def published(self) -> Handlers:
+        return {SetpointBlock: self._block, RobotState: self._state}
+
+    def _silent_s(self, robot: str) -> float:
+        told = self.facts.told[f"robot/{robot}"]
+        return self.facts.now - max(told.feedback_at, told.since)
+
+    def _block(self, _: str, block: SetpointBlock) -> None:
+        times, cycle_s = self.facts.cell.times, self.facts.world.cycle_s(block.robot)
+        silent_s = self._silent_s(block.robot)
+        moves = bool((block.position[1:] != block.position[:-1]).any())
+        if moves and silent_s > max(5 * cycle_s, times.lead_s) + 0.03:
+            self.broken(block.robot, f"block {block.sequence} moves it, its drives were heard {silent_s:.3f} s ago")
+
+    def _state(self, _: str, state: RobotState) -> None:
+        silent_s, lost_s = self._silent_s(state.robot), self.facts.cell.times.feedback_lost_s
+        if state.mode in _ON and silent_s > lost_s + 0.05:
+            self.broken(state.robot, f"it is {state.mode.value}, its drives were heard {silent_s:.3f} s ago")
+
+
+class FaultyDrivesStop(Invariant):
+    """A robot of which a drive is silent or in a fault is not driven on."""
+
+    name = "no drive is left alone"
+    _LONGEST_S = 0.15
+
+    def __init__(self, facts: Facts) -> None:
+        super().__init__(facts)
+        self._since: dict[str, float] = {}
+
+    @property
+    def published(self) -> Handlers:
+        return {DriveFeedback: self._feedback}
+
+    def _feedback(self, name: str, feedback: DriveFeedback) -> None:
+        bad = [axis.name for axis in feedback.axes if axis.name in ("SILENT", "FAULT", "FAULT_REACTION_ACTIVE")]
+        if not bad or not feedback.enabled:
+            self._since.pop(feedback.robot, None)
+        elif self.facts.now - self._since.setdefault(feedback.robot, self.facts.now) > self._LONGEST_S:
+            self.broken(name, f"{feedback.robot} is driven on although its drives are {', '.join(bad)}")
+
+
+class JogsWhileHeld(Invariant):
+    """A robot is jogged only while a key is held, by signs of it that answer a state of less than 0.2 s ago, and
+    slowly."""
+
+    name = "jogs while the key is held"
+    _HELD_S = 0.2
+    _BRAKING_S = 1.0
+    _SPEED_M_S = 0.25 * 1.02
+
+    def __init__(self, facts: Facts) -> None:
+        super().__init__(facts)
+        self._alive: dict[str, float] = {}
+
+    @property
+    def delivered(self) -> Handlers:
+        return {JogHeld: self._key, Request: self._call}
+
+    @property
+    def published(self) -> Handlers:
+        return {RobotState: self._state}
+
+    def _key(self, name: str, key: JogHeld) -> None:
+        if key.held:
+            self._sign(key.robot, key.heard.boot, key.heard.sequence)
+
+    def _call(self, name: str, request: Request) -> None:
+        call = request.call
+        if isinstance(call, Call) and isinstance(call.command, Jog) and call.heard is not None:
+            self._sign(name.partition("/")[2], call.heard.boot, call.heard.sequence)
+
+    def _sign(self, robot: str, boot: str, sequence: int) -> None:
+        at = self.facts.sent.get(("state of " + boot, sequence), 0.0)
+        self._alive[robot] = max(self._alive.get(robot, 0.0), at)
+
+    def _state(self, _: str, state: RobotState) -> None:
+        if state.mode is not Mode.JOGGING:
+            return
+        alone_s = self.facts.now - self._alive.get(state.robot, 0.0)
+        if alone_s > self._HELD_S + self._BRAKING_S and self.facts.moving(state.robot):
+            self.broken(state.robot, f"it is jogged, and no key was held for {alone_s:.2f} s")
+        if (state.tcp_speed_m_s or 0.0) > self._SPEED_M_S:
+            self.broken(state.robot, f"it is jogged at {state.tcp_speed_m_s:.3f} m/s")
+
+
+class FreeZonesAreGranted(Invariant):
+    """A zone that is free, with nothing against it, is given to whoever waits for it."""
+
+    name = "a free zone is granted"
+    _LONGEST_S = 0.3
+
+    def __init__(self, facts: Facts) -> None:
+        super().__init__(facts)
+        self._since: dict[str, float] = {}
+
+    @property
+    def published(self) -> Handlers:
+        return {ManagerState: self._state}
+
+    def lived(self, name: str, what: str) -> None:
+        if name == "manager":
+            self._since.clear()
+
+    def _state(self, _: str, state: ManagerState) -> None:
+        for zone, status in state.zones.items():
+            if status.state is not ZoneState.FREE or not status.queue or status.reason:
+                self._since.pop(zone, None)
+            elif self.facts.now - self._since.setdefault(zone, self.facts.now) > self._LONGEST_S:
+                self.broken("manager", f"zone {zone} is free, and {', '.join(status.queue)} waits for it")
+
+
+class SilentHoldersAreBlocked(Invariant):
+    """A zone whose holder is silent is called orphaned."""
+
+    name = "a silent holder's zone is blocked"
+
+    @property
+    def published(self) -> Handlers:
+        return {ManagerState: self._state}
+
+    def _state(self, _: str, state: ManagerState) -> None:
+        for zone, status in state.zones.items():
+            if status.state not in (ZoneState.GRANTED, ZoneState.OCCUPIED) or status.holder is None:
+                continue
+            age_s = self.facts.presence_age(status.holder)
+            if age_s > self.facts.cell.times.fresh_s + 0.01:
+                what = f"zone {zone} is {status.state.value} by {status.holder}, which was heard {age_s:.3f} s ago"
+                self.broken("manager", what)
