@@ -4,6 +4,7 @@ Nothing here knows the rules but the code under test: robots are points that go 
 `ZoneClaims` permits, in the order of the agent's core: presence first, motion after it.
 """
 
+import functools
 import random
 from dataclasses import dataclass, field, replace
 
@@ -282,7 +283,7 @@ def random_walk(seed: int, steps: int) -> ZoneNetwork:
         elif kind < 0.96:
             net.settle(0.3)
         elif kind < 0.97:
-            chance.choice([net.clear, net.reset, lambda: net.adopt(name)])()
+            chance.choice([net.clear, net.reset, functools.partial(net.adopt, name)])()
             net.deliver(0)
         elif kind < 0.975:
             net.wait(chance.choice([0.1, 0.3, 0.6, 2.0]))

@@ -75,8 +75,10 @@ class OrdersInTime(Invariant):
 
 
 class StopsAreKept(Invariant):
-    """An emergency stop that reached the manager is in force until an operator ends it by its name, over restarts of the
-    manager too; a stop ends for nobody else's sake."""
+    """An emergency stop that reached the manager is in force until an operator ends it by its name.
+
+    Over restarts of the manager too; a stop ends for nobody else's sake.
+    """
 
     name = "emergency stops are kept"
 
@@ -162,8 +164,10 @@ class OneOwner(Invariant):
 
 
 class OutputsByOrder(Invariant):
-    """An output is switched on only by an event of a block that is played, or by an operator; a stop switches off what is
-    not to be kept."""
+    """An output is switched on only by an event of a block that is played, or by an operator.
+
+    A stop switches off what is not to be kept.
+    """
 
     name = "outputs are switched by order"
     _RECENT_S = 2.0

@@ -43,8 +43,10 @@ _ON = (Mode.READY, Mode.RUNNING, Mode.HALTED, Mode.OFF_PATH, Mode.RETURNING, Mod
 
 
 class ModesHaveCauses(Invariant):
-    """A robot comes to a mode in which it moves, and out of a fault, only by an operator's call that reached it since it
-    was in the mode before."""
+    """A robot comes to a mode in which it moves, and out of a fault, only by an operator's call.
+
+    The call reached it since it was in the mode before.
+    """
 
     name = "modes have causes"
 
@@ -192,7 +194,7 @@ class JogsWhileHeld(Invariant):
     def published(self) -> Handlers:
         return {RobotState: self._state}
 
-    def _key(self, name: str, key: JogHeld) -> None:
+    def _key(self, _: str, key: JogHeld) -> None:
         if key.held:
             self._sign(key.robot, key.heard.boot, key.heard.sequence)
 
@@ -229,7 +231,7 @@ class FreeZonesAreGranted(Invariant):
     def published(self) -> Handlers:
         return {ManagerState: self._state}
 
-    def lived(self, name: str, what: str) -> None:
+    def lived(self, name: str, _: str) -> None:
         if name == "manager":
             self._since.clear()
 
