@@ -4,9 +4,9 @@ Nothing here knows the rules but the code under test: robots are points that go 
 `ZoneClaims` permits, in the order of the agent's core: presence first, motion after it.
 """
 
-import functools
 import random
 from dataclasses import dataclass, field, replace
+from functools import partial
 
 from cell.core import Answer, Frozen, Publish, Request
 from cell.manager.core import ManagerCore
@@ -49,7 +49,6 @@ class Agent:
     stepped: float
     sequence: int = 0
     inbox: list[object] = field(default_factory=list)
-    announced: Body | None = None
     wants: bool = False
     goal: float = OUTSIDE
     estop: str | None = None
@@ -157,12 +156,10 @@ class ZoneNetwork:
         here = self.x[name]
         goal = agent.goal if agent.estop is None and zones.fresh(self.now) else here
         body = _from_to(here, goal)
-        entered = zones.touched(body) - (zones.touched(agent.announced) if agent.announced is not None else set())
-        if not all(zones.permitted(zone, self.now) for zone in entered):
+        if not all(zones.permitted(zone, self.now) for zone in zones.touched(body)):
             goal, body = here, ball(here)
         wants = {ZONE: 0.0} if agent.wants else {}
         zones.update_holds(self.now, zones.touched(body), set(wants))
-        agent.announced = body
         agent.sequence += 1
         zones.sent_presence(agent.sequence, body, self.now)
         stop_time_s = 0.3 if goal != here else 0.0
@@ -283,7 +280,7 @@ def random_walk(seed: int, steps: int) -> ZoneNetwork:
         elif kind < 0.96:
             net.settle(0.3)
         elif kind < 0.97:
-            chance.choice([net.clear, net.reset, functools.partial(net.adopt, name)])()
+            chance.choice([net.clear, net.reset, partial(net.adopt, name)])()
             net.deliver(0)
         elif kind < 0.975:
             net.wait(chance.choice([0.1, 0.3, 0.6, 2.0]))
