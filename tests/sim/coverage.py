@@ -60,7 +60,7 @@ class Coverage:
         self.counts[f"{what} {name.partition('/')[0]}"] += 1
         self.events.append(f"{self._facts.now - self._facts.start:8.3f} {name:16s} {what}")
 
-    def _published(self, name: str, message: object) -> None:
+    def _published(self, _: str, message: object) -> None:
         match message:
             case RobotState():
                 self._change("mode", message.robot, self._modes, message.mode)

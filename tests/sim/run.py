@@ -1,7 +1,7 @@
 """One seeded run of a generated cell under its plan of faults, judged at every step.
 
-Everything follows from the seed: the cell, the weather, the plan. The faults end, and then a patient operator brings every
-program to its end; when all is done nothing may move any more.
+Everything follows from the seed: the cell, the weather, the plan. The faults end, and then a patient operator brings
+every program to its end; when all is done nothing may move any more.
 """
 
 import random

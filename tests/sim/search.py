@@ -129,9 +129,10 @@ def _totals(results: list[Found], seeds: range, options: argparse.Namespace, too
     kills = sum(n for name, n in counts.items() if name.startswith("killed "))
     freezes = sum(n for name, n in counts.items() if name.startswith("frozen "))
     orders = sum(n for name, n in counts.items() if name.startswith("order "))
+    processor_s = sum(each.processor_s for each in results) / max(1, len(results))
     print(
-        f"{len(results)} seeds, {len(failed)} failed, {len(results) - len(alone)} contended; {cell_s:.0f} s of cell time in "
-        f"{took_s:.0f} s, {sum(each.processor_s for each in results) / max(1, len(results)):.1f} s of processor time each"
+        f"{len(results)} seeds, {len(failed)} failed, {len(results) - len(alone)} contended; "
+        f"{cell_s:.0f} s of cell time in {took_s:.0f} s, {processor_s:.1f} s of processor time each"
     )
     print(
         f"{counts['grants']} grants, {kills} kills, {freezes} freezes, {counts['fault partition']} partitions, "
@@ -176,7 +177,7 @@ def _replay(seed: int, seconds: float, only: tuple[str, ...] | None, shrinks: bo
     for event in outcome.coverage.events:
         print(event)
     print(f"seed {seed}: {', '.join(outcome.families)}, {outcome.duration_s:.1f} s; its plan, and when it struck:")
-    struck = dict((id(item), at) for at, item in outcome.struck)
+    struck = {id(item): at for at, item in outcome.struck}
     for item in outcome.plan:
         at = struck.get(id(item))
         print(f"  {'       -' if at is None else f'{at:8.3f}'}  {item}")

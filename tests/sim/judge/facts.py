@@ -232,7 +232,7 @@ class Facts:
 
     # What is said and heard
 
-    def published(self, name: str, message: object) -> None:
+    def published(self, message: object) -> None:
         match message:
             case Presence():
                 self.sent[message.boot, message.sequence] = self.now

@@ -59,7 +59,7 @@ class Judge:
     def __init__(
         self, world: World, only: Collection[str] | None = None, on_broken: Callable[[Broken], None] | None = None
     ) -> None:
-        """`only`: the names of the invariants to look at; all, where it is left out. `on_broken`: instead of raising."""
+        """`only`: the names of the invariants to look at; without it all. `on_broken`: instead of raising."""
         self.facts = Facts(world)
         self.invariants = [kind(self.facts) for kind in ALL if only is None or kind.name in only]
         self._on_broken = on_broken
@@ -85,7 +85,7 @@ class Judge:
     def _on_published(self, name: str, message: object) -> None:
         for handler in self._published.get(type(message), ()):
             self._judge(handler, name, message)
-        self.facts.published(name, message)
+        self.facts.published(message)
 
     def _on_delivered(self, name: str, message: object) -> None:
         for handler in self._delivered.get(type(message), ()):

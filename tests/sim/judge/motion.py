@@ -321,7 +321,7 @@ class MovesByOrder(Invariant):
         if isinstance(request.call.command, Enable):
             self._enable_asked[robot] = True
 
-    def _feedback(self, name: str, feedback: DriveFeedback) -> None:
+    def _feedback(self, _: str, feedback: DriveFeedback) -> None:
         robot = feedback.robot
         if not feedback.enabled:
             self._ordered[robot] = False
@@ -330,9 +330,9 @@ class MovesByOrder(Invariant):
         elif not self._enabled[robot] and not self._enable_asked[robot]:
             self.broken(robot, "its drives came on, and no operator asked for it")
         before = self._commanded.get(robot)
-        if feedback.enabled and self._enabled[robot] and not self._ordered[robot]:
-            if before is not None and np.abs(before - feedback.commanded).max() > _JOINING:
-                self.broken(robot, "it moves, and no operator has told it to since its drives were off")
+        moved = before is not None and np.abs(before - feedback.commanded).max() > _JOINING
+        if moved and feedback.enabled and self._enabled[robot] and not self._ordered[robot]:
+            self.broken(robot, "it moves, and no operator has told it to since its drives were off")
         self._commanded[robot] = feedback.commanded
         self._enabled[robot] = feedback.enabled
 
@@ -377,7 +377,7 @@ class BlocksKeepComing(Invariant):
     def published(self) -> Handlers:
         return {RobotState: self._state, SetpointBlock: self._block}
 
-    def lived(self, name: str, what: str) -> None:
+    def lived(self, name: str, _: str) -> None:
         self._since.pop(name.partition("/")[2], None)
 
     def _block(self, _: str, block: SetpointBlock) -> None:
