@@ -1,4 +1,4 @@
-"""Generated cells: robots of several families around zones that they contend for, and their programs.
+"""Generated cells: robots of several families around zones that they contend for, and programs for them.
 
 The same seed gives the same cell. What is drawn passes `cell check`; a cell whose robots never ask for one zone at
 overlapping times is drawn again.

@@ -413,8 +413,8 @@ class Switch(Item):
 
 
 KINDS: tuple[type[Item], ...] = (
-    Kill, Leave, Freeze, Cut, Part, Late, Burst, Stop, DriveFails, JournalFails, JournalFull, ClockStep,
-    Order, JogPress, ZoneOrder, ResetStop, Switch,
+    Kill, Leave, Freeze, Cut, Part, Late, Burst, Stop, DriveFails, JournalFails, JournalFull, ClockStep, Order,
+    JogPress, ZoneOrder, ResetStop, Switch,
 )  # fmt: skip
 
 
@@ -422,28 +422,34 @@ KINDS: tuple[type[Item], ...] = (
 
 
 def draw_plan(seed: int, cell: GeneratedCell, lasting_s: float) -> tuple[Item, ...]:
-    """What befalls the cell within `lasting_s` of the start; the first seconds are calm, so that programs begin."""
+    """What befalls the cell within `lasting_s` of the start; the first second is calm."""
     rng = random.Random(f"plan {seed}")
-    count = rng.choice([3, 5, 7, 9])
-    items = [_item(rng, cell, rng.uniform(1.5, lasting_s)) for _ in range(count)]
+    items: list[Item] = []
+    for _ in range(rng.choice([3, 5, 6, 8])):
+        robot, at_s = rng.choice(sorted(cell.bundle.cell.robots)), rng.uniform(1.0, 0.9 * lasting_s)
+        what = rng.choices(MOMENTS, [2, 2, 2, 3, 2, 1, 1, 1])[0]
+        # What comes together is worse than what comes alone.
+        for _ in range(rng.choice([1, 1, 2])):
+            moment = Moment(robot, what, rng.choice([0.0, 0.0, rng.uniform(0.0, 0.3)]))
+            items.append(_item(rng, cell, robot, (at_s, moment if rng.random() < 0.85 else None)))
     return tuple(sorted(items, key=lambda item: item.at_s))
 
 
-def _item(rng: random.Random, cell: GeneratedCell, at_s: float) -> Item:
-    robots = sorted(cell.bundle.cell.robots)
-    robot = rng.choice(robots)
-    moment = Moment(robot, rng.choice(MOMENTS), rng.choice([0.0, 0.0, rng.uniform(0.0, 0.3)]))
-    when = (at_s, moment if rng.random() < 0.75 else None)
+def _item(rng: random.Random, cell: GeneratedCell, robot: str, when: tuple[float, Moment | None]) -> Item:
     agent, gateway = f"robot/{robot}", f"gateway/{cell.bundle.cell.robots[robot].gateway}"
     by = rng.choice(OPERATORS)
     down_s = rng.choice([rng.uniform(0.02, 0.3), rng.uniform(0.3, 2.0)])
     some = rng.choice(["manager", agent, agent, gateway])
-    seconds = rng.choice([rng.uniform(0.05, 0.3), rng.uniform(0.26, 1.0), rng.uniform(1.0, 3.0)])
-    ends = rng.choice([("manager", agent), (agent, "manager"), (agent, gateway), (gateway, agent), (agent, "*")])
+    seconds = rng.choice(
+        [rng.uniform(0.05, 0.3), rng.uniform(0.26, 1.0), rng.uniform(0.26, 1.0), rng.uniform(1.0, 3.0)]
+    )
+    ends = rng.choice(
+        [("manager", agent), (agent, "manager"), (agent, "manager"), (agent, gateway), (gateway, agent), (agent, "*")]
+    )
     match rng.choices(
         ["kill", "freeze", "cut", "part", "late", "burst", "stop", "drive", "journal", "clock", "order", "jog", "zone",
          "switch", "leave", "reset"],
-        [16, 10, 10, 8, 6, 3, 8, 8, 3, 2, 16, 6, 3, 3, 2, 2],
+        [16, 12, 10, 8, 8, 3, 8, 8, 3, 2, 16, 6, 3, 3, 2, 2],
     )[0]:  # fmt: skip
         case "kill":
             return Kill(*when, rng.choice(["manager", "manager", agent, agent, gateway]), down_s, rng.random() < 0.1)
@@ -495,7 +501,9 @@ def _order(rng: random.Random, when: tuple[float, Moment | None], by: str, robot
             ("reset", ""), ("return", ""), ("run", ""), ("enable", ""), ("continue", ""),
         ]
     )  # fmt: skip
-    later_s = rng.choice([rng.uniform(0.02, 0.1), rng.uniform(0.1, 0.5), rng.uniform(0.5, 2.0)])
+    later_s = rng.choice(
+        [rng.uniform(0.01, 0.06), rng.uniform(0.06, 0.2), rng.uniform(0.2, 0.6), rng.uniform(0.6, 2.0)]
+    )
     return Order(*when, by, robot, first, then, later_s)
 
 

@@ -126,14 +126,13 @@ def _totals(results: list[Found], seeds: range, options: argparse.Namespace, too
     failed = [each for each in results if not each.ok]
     alone = sorted(each.seed for each in results if not each.contended)
     cell_s = sum(each.duration_s for each in results)
-    processor_s = sum(each.processor_s for each in results)
     kills = sum(n for name, n in counts.items() if name.startswith("killed "))
     freezes = sum(n for name, n in counts.items() if name.startswith("frozen "))
     orders = sum(n for name, n in counts.items() if name.startswith("order "))
+    processor_s = sum(each.processor_s for each in results) / max(1, len(results))
     print(
         f"{len(results)} seeds, {len(failed)} failed, {len(results) - len(alone)} contended; "
-        f"{cell_s:.0f} s of cell time in {took_s:.0f} s, "
-        f"{processor_s / max(1, len(results)):.1f} s of processor time each"
+        f"{cell_s:.0f} s of cell time in {took_s:.0f} s, {processor_s:.1f} s of processor time each"
     )
     print(
         f"{counts['grants']} grants, {kills} kills, {freezes} freezes, {counts['fault partition']} partitions, "

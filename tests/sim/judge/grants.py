@@ -1,5 +1,6 @@
 """Zones: who may enter, who gives them away, and on what ground."""
 
+from dataclasses import dataclass
 from math import inf
 
 from cell.messages import (
@@ -17,10 +18,8 @@ from tests.sim.judge.invariant import Handlers, Invariant
 
 
 class NoBreach(Invariant):
-    """No robot is ever in a zone without a grant, also in the manager's eyes.
-
-    One that its drives brake off its path may come anywhere.
-    """
+    """No robot is ever in a zone without a grant, also in the manager's eyes; but one that its drives brake may come
+    anywhere."""
 
     name = "no breach"
 
@@ -72,7 +71,7 @@ class EntersByFreshGrant(Invariant):
 
 
 class GivenUpStaysGivenUp(Invariant):
-    """A token that a robot knew and did not hold in a presence is never held by it again."""
+    """A token that a robot knew and did not hold in a presence with its body outside is never held by it again."""
 
     name = "a token given up is never taken again"
 
@@ -90,8 +89,22 @@ class GivenUpStaysGivenUp(Invariant):
             if self._dead.get((presence.boot, zone)) == token:
                 self.broken(presence.robot, f"it holds {token} of zone {zone} again after it gave it up")
         for zone, status in told.manager.zones.items() if told.manager is not None else ():
-            if status.holder == presence.robot and status.token is not None and zone not in presence.holds:
+            mine = status.holder == presence.robot and status.token is not None and zone not in presence.holds
+            if mine and not self.facts.seen(presence).touches(zone, self.facts.boxes[zone]):
                 self._dead[presence.boot, zone] = status.token
+
+
+@dataclass(frozen=True, slots=True)
+class ZoneNews:
+    """What a manager says of a zone, and what it said before."""
+
+    zone: str
+    state: ManagerState
+    status: ZoneStatus
+    before: ZoneStatus | None
+    """In the state before, of the same manager."""
+    decided: bool
+    """An operator's decision on the zone has reached the manager between the two."""
 
 
 class _OfManager(Invariant):
@@ -116,7 +129,7 @@ class _OfManager(Invariant):
         for zone, status in state.zones.items():
             if zone in decided:
                 self._decided_at[zone] = self.facts.now
-            self.judge(zone, state, status, None if before is None else before.zones[zone], zone in decided)
+            self.judge(ZoneNews(zone, state, status, None if before is None else before.zones[zone], zone in decided))
 
     def lived(self, name: str, what: str) -> None:
         if name == "manager" and what == "started":
@@ -126,10 +139,8 @@ class _OfManager(Invariant):
     def restarted(self) -> None:
         """A manager was started."""
 
-    def judge(
-        self, zone: str, state: ManagerState, status: ZoneStatus, before: ZoneStatus | None, decided: bool
-    ) -> None:
-        """One zone; `before` is of the same manager."""
+    def judge(self, news: ZoneNews) -> None:
+        """One zone of the newest state."""
         raise NotImplementedError
 
 
@@ -139,11 +150,10 @@ class GrantsAreDue(_OfManager):
 
     name = "grants are due"
 
-    def judge(
-        self, zone: str, state: ManagerState, status: ZoneStatus, before: ZoneStatus | None, decided: bool
-    ) -> None:
+    def judge(self, news: ZoneNews) -> None:
+        zone, state, status, before = news.zone, news.state, news.status, news.before
         token, holder = status.token, status.holder
-        if token is None or holder is None or token.epoch != state.epoch or decided:
+        if token is None or holder is None or token.epoch != state.epoch or news.decided:
             return
         if before is not None and before.token == token:
             return
@@ -176,11 +186,10 @@ class HolderLetsGo(_OfManager):
     def restarted(self) -> None:
         self._granted.clear()
 
-    def judge(
-        self, zone: str, state: ManagerState, status: ZoneStatus, before: ZoneStatus | None, decided: bool
-    ) -> None:
+    def judge(self, news: ZoneNews) -> None:
+        zone, state, status, before = news.zone, news.state, news.status, news.before
         told = self.facts.told["manager"]
-        if before is not None and before.token is not None and status.token != before.token and not decided:
+        if before is not None and before.token is not None and status.token != before.token and not news.decided:
             self._ended(zone, status, before)
         if status.token is not None and (before is None or before.token != status.token):
             boot = told.presences[status.holder or ""].boot
@@ -211,10 +220,9 @@ class ClaimsAreHonoured(_OfManager):
 
     name = "grants outlive a manager"
 
-    def judge(
-        self, zone: str, state: ManagerState, status: ZoneStatus, before: ZoneStatus | None, decided: bool
-    ) -> None:
-        if decided or zone in self._decided_at:
+    def judge(self, news: ZoneNews) -> None:
+        zone, state, status, before = news.zone, news.state, news.status, news.before
+        if news.decided or zone in self._decided_at:
             return
         facts, presences = self.facts, self.facts.told["manager"].presences
         if before is not None and before.token is not None and before.token.epoch == state.epoch:
@@ -243,9 +251,10 @@ class OccupiedIsTheCase(_OfManager):
         super().__init__(facts)
         self._known: dict[tuple[str, str], tuple[Presence, bool]] = {}
 
-    def judge(self, zone: str, _: ManagerState, status: ZoneStatus, before: ZoneStatus | None, decided: bool) -> None:
+    def judge(self, news: ZoneNews) -> None:
+        zone, status, before = news.zone, news.status, news.before
         holder = status.holder
-        if holder is None or status.state not in (ZoneState.GRANTED, ZoneState.OCCUPIED) or decided:
+        if holder is None or status.state not in (ZoneState.GRANTED, ZoneState.OCCUPIED) or news.decided:
             return
         if before is None or before.token != status.token or not self.facts.presence_fresh(holder):
             return

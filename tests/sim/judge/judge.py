@@ -59,7 +59,7 @@ class Judge:
     def __init__(
         self, world: World, only: Collection[str] | None = None, on_broken: Callable[[Broken], None] | None = None
     ) -> None:
-        """`only`: the names of the invariants to look at, else all are. `on_broken`: instead of raising."""
+        """`only`: the names of the invariants to look at; without it all. `on_broken`: instead of raising."""
         self.facts = Facts(world)
         self.invariants = [kind(self.facts) for kind in ALL if only is None or kind.name in only]
         self._on_broken = on_broken

@@ -330,10 +330,9 @@ class MovesByOrder(Invariant):
         elif not self._enabled[robot] and not self._enable_asked[robot]:
             self.broken(robot, "its drives came on, and no operator asked for it")
         before = self._commanded.get(robot)
-        if feedback.enabled and self._enabled[robot] and not self._ordered[robot]:
-            moved = 0.0 if before is None else float(np.abs(before - feedback.commanded).max())
-            if moved > _JOINING:
-                self.broken(robot, "it moves, and no operator has told it to since its drives were off")
+        moved = before is not None and np.abs(before - feedback.commanded).max() > _JOINING
+        if moved and feedback.enabled and self._enabled[robot] and not self._ordered[robot]:
+            self.broken(robot, "it moves, and no operator has told it to since its drives were off")
         self._commanded[robot] = feedback.commanded
         self._enabled[robot] = feedback.enabled
 

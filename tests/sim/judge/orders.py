@@ -75,10 +75,8 @@ class OrdersInTime(Invariant):
 
 
 class StopsAreKept(Invariant):
-    """An emergency stop that reached the manager is in force until an operator ends it by its name.
-
-    Over restarts of the manager too; a stop ends for nobody else's sake.
-    """
+    """An emergency stop that reached the manager is in force until an operator ends it by its name, over restarts of
+    the manager too; a stop ends for nobody else's sake."""
 
     name = "emergency stops are kept"
 
@@ -164,10 +162,8 @@ class OneOwner(Invariant):
 
 
 class OutputsByOrder(Invariant):
-    """An output is switched on only by an event of a block that is played, or by an operator.
-
-    A stop switches off what is not to be kept.
-    """
+    """An output is switched on only by an event of a block that is played, or by an operator; a stop switches off what
+    is not to be kept."""
 
     name = "outputs are switched by order"
     _RECENT_S = 2.0
@@ -205,9 +201,8 @@ class OutputsByOrder(Invariant):
             return
         stopped_s = now - self._stopped_since.setdefault(robot, now)
         if feedback.outputs & ~self._kept(robot) and stopped_s > self._OFF_WITHIN_S and by_hand > stopped_s:
-            self.broken(
-                name, f"{robot} has been stopped for {stopped_s:.2f} s, and an output is on that is not to be kept"
-            )
+            what = "an output is on that is not to be kept"
+            self.broken(name, f"{robot} has been stopped for {stopped_s:.2f} s, and {what}")
 
     def _ordered(self, feedback: DriveFeedback, rising: int) -> bool:
         if not feedback.enabled:

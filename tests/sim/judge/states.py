@@ -43,10 +43,8 @@ _ON = (Mode.READY, Mode.RUNNING, Mode.HALTED, Mode.OFF_PATH, Mode.RETURNING, Mod
 
 
 class ModesHaveCauses(Invariant):
-    """A robot comes to a mode in which it moves, and out of a fault, only by an operator's call.
-
-    The call reached it since it was in the mode before.
-    """
+    """A robot comes to a mode in which it moves, and out of a fault, only by an operator's call that reached it since
+    it was in the mode before."""
 
     name = "modes have causes"
 
@@ -94,6 +92,8 @@ class SaysWhyItStands(Invariant):
 
     name = "says why it stands"
     _LONGEST_S = 1.0
+    _CALM_S = 0.5
+    """What a link that fails does to its blocks a robot need not know."""
 
     def __init__(self, facts: Facts) -> None:
         super().__init__(facts)
@@ -109,7 +109,7 @@ class SaysWhyItStands(Invariant):
         if shown is not None and shown.at == facts.now and tuple(sorted(shown.message.holds)) != state.zones:
             self.broken(robot, f"its state says that it holds {state.zones}, its presence {shown.message.holds}")
         self._names_the_holder(name, state)
-        runs = state.mode is Mode.RUNNING and state.program.state is ProgramState.RUNNING
+        runs = state.mode is Mode.RUNNING and state.program.state is ProgramState.RUNNING and facts.calm(self._CALM_S)
         if not runs or state.waiting_for or facts.moving(robot) or facts.now - facts.told[name].feedback_at > 0.1:
             self._since.pop(robot, None)
         elif facts.now - self._since.setdefault(robot, facts.now) > self._LONGEST_S:
