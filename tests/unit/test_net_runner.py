@@ -3,7 +3,6 @@
 import gc
 import sys
 import time
-from itertools import pairwise
 from threading import Event
 
 import pytest
@@ -104,7 +103,8 @@ def test_a_trimmed_loop_puts_its_next_cycle_off() -> None:
 
     run_core(core, period_s=0.001, inbox=list, perform=lambda _: None, stop=core.stop, trim=trim)
     assert told == [1, 2, 3]
-    assert all(after - before > 0.03 for before, after in pairwise(core.stepped))
+    # Two cycles of 31 ms: the first step may have been late by as much as one of them.
+    assert core.stepped[-1] - core.stepped[0] > 0.031
 
 
 def test_what_comes_ahead_of_a_cycle_is_handed_over_between_the_steps() -> None:
