@@ -61,6 +61,10 @@ class NetworkMachine(RuleBasedStateMachine):
     def work(self, seconds: float) -> None:
         self.net.settle(seconds)
 
+    @rule(who=ROBOTS | st.just("manager"), how=st.sampled_from(["asleep", "deaf", "dumb"]))
+    def work_without(self, who: str, how: str) -> None:
+        self.net.settle(0.5, **{how: who})
+
     @rule()
     def the_living_are_heard_once_the_network_is_good(self) -> None:
         self.net.settle()
@@ -75,12 +79,12 @@ NetworkMachine.TestCase.settings = settings(max_examples=25, stateful_step_count
 TestNetwork = NetworkMachine.TestCase
 
 
-@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("seed", range(12))
 def test_long_histories_are_safe_and_end_with_everybody_heard(seed: int) -> None:
-    assert random_walk(seed, 2000).entered > 2
+    assert random_walk(seed, 700).entered > 2
 
 
 @pytest.mark.soak
-@pytest.mark.parametrize("seed", range(100, 200))
+@pytest.mark.parametrize("seed", range(100, 130))
 def test_soak_long_histories(seed: int) -> None:
-    random_walk(seed, 20_000)
+    random_walk(seed, 10_000)

@@ -214,23 +214,29 @@ class ZoneNetwork:
 
     # What must be so
 
-    def settle(self, seconds: float = 1.5) -> None:
-        """The network is good for a while, and everybody lives."""
+    def settle(self, seconds: float = 1.5, asleep: str = "", deaf: str = "", dumb: str = "") -> None:
+        """The network is good for a while, and everybody lives.
+
+        But for a process that is `asleep` (frozen), a robot that hears nothing, and one that is not heard.
+        """
         for _ in range(round(seconds / STEP_S)):
             self.wait(STEP_S)
+            before = len(self.sent) and self.sent[-1]
             for name in self.agents:
-                self.step_agent(name)
-            fresh = len(self.agents)
-            for back in range(fresh - 1, -1, -1):
-                self.deliver(back)
-            before = len(self.sent), self.sent[-1]
-            self.step_manager()
-            count = 0 if self.sent[-1] is before[1] else self._since(before[1])
-            for back in range(count - 1, -1, -1):
-                self.deliver(back)
+                if name != asleep:
+                    self.step_agent(name)
+            self._deliver_since(before, deaf, dumb)
+            before = self.sent[-1]
+            if asleep != "manager":
+                self.step_manager()
+            self._deliver_since(before, deaf, dumb)
 
-    def _since(self, last: tuple[str, object]) -> int:
-        return next(i for i, each in enumerate(reversed(self.sent)) if each is last)
+    def _deliver_since(self, last: object, deaf: str, dumb: str) -> None:
+        new = next((i for i, each in enumerate(reversed(self.sent)) if each is last), len(self.sent))
+        for back in range(new - 1, -1, -1):
+            to, message = self.sent[-1 - back]
+            if to != deaf and not (isinstance(message, Presence) and message.robot == dumb):
+                self.deliver(back)
 
     def check_safe(self) -> None:
         """No two robots in the zone; and no breach, since everybody keeps to the rules."""
@@ -264,29 +270,30 @@ def random_walk(seed: int, steps: int) -> ZoneNetwork:
             net.step_agent(name)
             if chance.random() < 0.8:
                 net.deliver(0)
-        elif kind < 0.55:
-            before = net.sent[-1] if net.sent else None
+        elif kind < 0.50:
             net.step_manager()
-            if before is not None and net.sent[-1] is not before:
-                for back in range(net._since(before) - 1, -1, -1):
-                    if chance.random() < 0.8:
-                        net.deliver(back)
-        elif kind < 0.75:
+            for back in range(len(NAMES)):
+                if chance.random() < 0.8:
+                    net.deliver(back)
+        elif kind < 0.65:
             net.wait(chance.choice([0.0, 0.005, 0.01, 0.02]))
-        elif kind < 0.85:
+        elif kind < 0.73:
             net.deliver(min(int(chance.expovariate(1.0 / 40.0)), KEPT))
-        elif kind < 0.95:
+        elif kind < 0.85:
             net.want(name, chance.random() < 0.6)
+        elif kind < 0.91:
+            net.settle(chance.choice([0.04, 0.1, 0.3]))
         elif kind < 0.96:
-            net.settle(0.3)
-        elif kind < 0.97:
+            who = chance.choice([*NAMES, "manager"])
+            net.settle(chance.choice([0.1, 0.4, 0.7]), **{chance.choice(["asleep", "deaf", "dumb"]): who})
+        elif kind < 0.98:
             chance.choice([net.clear, net.reset, partial(net.adopt, name)])()
             net.deliver(0)
-        elif kind < 0.975:
+        elif kind < 0.985:
             net.wait(chance.choice([0.1, 0.3, 0.6, 2.0]))
-        elif kind < 0.98:
+        elif kind < 0.993:
             net.restart_agent(name)
-        elif kind < 0.982:
+        elif kind < 0.998:
             net.start_manager()
         net.check_safe()
     net.settle()
