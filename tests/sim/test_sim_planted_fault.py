@@ -8,8 +8,10 @@ from tests.mutants.__main__ import line, search
 from tests.mutants.catalog import MUTANTS
 from tests.mutants.mutant import Mutant, check_applies
 
-MUST_BE_FOUND = [mutant for mutant in MUTANTS if not mutant.harmless]
-TODAY = MUST_BE_FOUND[datetime.datetime.now(tz=datetime.UTC).date().toordinal() % len(MUST_BE_FOUND)]
+QUICK = ("ready-after-fault", "no-holds-at-zones", "agent-ignores-estop", "joins-one-sample-on", "halt-ignored")
+"""Those that one run or two find: a search of all its runs is too long for every day."""
+OF_DAYS = [mutant for mutant in MUTANTS if mutant.name in QUICK]
+TODAY = OF_DAYS[datetime.datetime.now(tz=datetime.UTC).date().toordinal() % len(OF_DAYS)]
 
 
 @pytest.mark.parametrize("mutant", MUTANTS, ids=lambda mutant: mutant.name)
