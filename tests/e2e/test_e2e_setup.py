@@ -20,13 +20,10 @@ def test_while_one_robot_is_set_up_no_other_runs_and_without_a_manager_only_by_t
         assert refused.exit_code() == 1
         assert "right is not at rest and switched off: cell disable right" in refused.output
         live.obeyed("disable", "right")
-        move = live.start("cell", "move", "left", "J1=60", "--by", "--speed", "10", "-f", str(live.file))
+        move = live.start("cell", "move", "left", "J1=60", "--by", "--speed", "5", "-f", str(live.file))
         left.wait_for(DriveFeedback, moves, 30.0, "left moves")
         enable = live.order("enable", "right")
         assert "right stays at rest: left is in set-up" in enable.output
-        status = live.order("status")
-        assert "left is in set-up" in status.output
-        assert move.exit_code() is None, move.output
         live.kill(live.pid_of("cell.commands.main", "manager"))
         left.wait_for(DriveFeedback, lambda feedback: not moves(feedback), 3.0, "left stands")
         assert move.wait(10.0) == 1
