@@ -306,6 +306,8 @@ class Order(Item):
     then_s: float = 0.0
 
     def strike(self, stage: Stage) -> float:
+        if self.then:
+            stage.staff.leave_alone(self.robot, self.then_s)
         self._call(stage, self.order)
         if self.then:
             stage.world.clock.after(self.then_s, self._call, stage, self.then)
@@ -347,6 +349,7 @@ class JogPress(Item):
 
     def strike(self, stage: Stage) -> float:
         world, to = stage.world, f"robot/{self.robot}"
+        stage.staff.leave_alone(self.robot, 1.5 + self.held_s)
         world.operate(to, Halt(), self.by)
         world.clock.after(0.6, self._press, stage)
         return 0.6 + self.held_s

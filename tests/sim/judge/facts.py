@@ -345,6 +345,11 @@ class Facts:
         return frozenset(zone for zone, flags in touching.items() if flags[0])
 
     def _sample(self) -> None:
+        self.take_sample()
+        self.world.clock.after(SAMPLE_S, self._sample)
+
+    def take_sample(self) -> None:
+        """Note where all robots are now."""
         for robot in self.robots:
             axes = self.measured(robot)
             before = self._axes.get(robot)
@@ -355,7 +360,6 @@ class Facts:
             self._kept.append(Sample(self.now, robot, axes, moving, self.shown.get(robot), self.manager, mode, since))
         if len(self._kept) >= BATCH * len(self.robots):
             self.flush()
-        self.world.clock.after(SAMPLE_S, self._sample)
 
     def moving(self, robot: str) -> bool:
         """Between the two newest samples."""
