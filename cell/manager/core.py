@@ -78,7 +78,7 @@ class ManagerCore:
                 self._confirmed(message.estop_acknowledged, f"robot {message.robot}", now)
             case GatewayState():
                 self._setup.heard_gateway(message)
-                self._confirmed(message.estop_confirmed, f"gateway {message.gateway}", now)
+                self._confirmed(message.estop, f"gateway {message.gateway}", now)
             case TokenGone():
                 self._presences.token_gone(message)
             case Estop():

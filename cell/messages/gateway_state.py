@@ -75,3 +75,5 @@ class GatewayState:
     """Of its configuration."""
     era: Count = 0
     """Grows from one run of the gateway to the next: the number of the first claim of this run."""
+    estop: Name | None = None
+    """Id of the oldest emergency stop in force here, confirmed or not; it ends only after the manager heard of it."""

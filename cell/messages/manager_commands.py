@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from typing import Annotated, ClassVar
 
 from cell.messages.call import Command
-from cell.messages.common import Count, Duration, Few, Name, Words
+from cell.messages.common import Count, Few, Name, Number, Words
 from cell.messages.event import Severity
 
 
@@ -62,7 +62,7 @@ class ListEvents(Command):
     """Only events with a greater number."""
     before: Count | None = None
     """Only events with a smaller number: for the page before one."""
-    since: Duration | None = None
+    since: Number | None = None
     """Only events that were heard at this moment or later [s since 1970, UTC]."""
     severity: Severity = Severity.INFO
     """Only events so severe or more, and those before which others were lost."""

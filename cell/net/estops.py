@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable
 
-from cell.messages import Estop
+from cell.messages import Estop, Heard, ManagerState
 
 
 class Estops:
@@ -35,3 +35,40 @@ class Estops:
     def was_cleared(self, estop_id: str) -> bool:
         """Whether this stop has ended for ever."""
         return estop_id in self._cleared
+
+
+class ObeyedEstops(Estops):
+    """As agents and gateways keep them: only the manager ends a stop, and only one that it knew of.
+
+    Anybody may publish the end of a stop. It counts where a manager state answers an own message that named the stop,
+    and does not list it: the manager that heard of it there has it in force, or had it cleared by an operator.
+    """
+
+    def __init__(self, boot: str) -> None:
+        """`boot` is that of this process, whose messages name the stop under which it stands."""
+        super().__init__()
+        self._boot = boot
+        self._named: dict[str, int] = {}
+        self._over: set[str] = set()
+
+    def named(self, estop_id: str, sequence: int) -> None:
+        """The own message with `sequence` says that this process stands under a stop."""
+        self._named.setdefault(estop_id, sequence)
+
+    def answered(self, state: ManagerState, heard: Heard | None) -> None:
+        """A manager state, and which own message it answers."""
+        if heard is None or heard.boot != self._boot:
+            return
+        listed = {estop.id for estop in state.estops}
+        for estop_id, sequence in self._named.items():
+            if heard.sequence >= sequence and estop_id not in listed:
+                self._over.add(estop_id)
+
+    def hear(self, estop: Estop) -> bool:
+        """Take a stop, or its end where it is one; true when this changes what is in force."""
+        if not estop.active:
+            if estop.id not in self._over:
+                return False
+            self._over.discard(estop.id)
+            self._named.pop(estop.id, None)
+        return super().hear(estop)

@@ -13,7 +13,7 @@ from cell.messages.estop import Estop
 from cell.messages.gateway_state import BusCounters, GatewayState
 from cell.messages.manager_state import ManagerState
 from cell.messages.setpoints import SetpointBlock
-from cell.net.estops import Estops
+from cell.net.estops import ObeyedEstops
 from cell.net.freshness import Sent
 from drive_gateway.canopen import cob_id
 from drive_gateway.canopen.frame import CanFrame
@@ -90,7 +90,7 @@ class GatewayCore:
         self._turn = SetupTurn(settings.name, digest, self._robots, times, self._states)
         seen = self._turn, self._states, times.command_s, STATE_PERIOD_S
         self._calls = Calls(settings.name, boot, digest, process, self._robots, self._scan, *seen)
-        self._estops = Estops()
+        self._estops = ObeyedEstops(boot)
         self._estop_since: float | None = None
         """When the first of the stops in force was received; the gateway's own timer runs from here."""
         self._buttons = EstopButtons(settings.name, boot)
@@ -130,6 +130,7 @@ class GatewayCore:
             case Arrived(ManagerState() as state, at):
                 self._phase.heard(state, at)
                 self._turn.heard(state, at)
+                self._estops.answered(state, state.heard_gateways.get(self._settings.name))
             case Frozen():
                 self._states.forget()
                 for each in self._robots.values():
@@ -181,6 +182,11 @@ class GatewayCore:
         """The manager's word is needed as soon as it comes."""
         return bool(self._named)
 
+    @property
+    def stopped(self) -> bool:
+        """An emergency stop is in force, and the manager's word would end it."""
+        return bool(self._estops.in_force)
+
     # Messages
 
     def _on_frame(self, frame: CanFrame, now: float) -> None:
@@ -212,6 +218,7 @@ class GatewayCore:
             self._estop_since = None
         elif self._estop_since is None:
             self._estop_since = now
+        self._state_due = now
         if estop.active:
             self._log.warn("estop", f"emergency stop {estop.id} by {estop.by}: {estop.reason}", "reset at the manager")
         else:
@@ -279,6 +286,9 @@ class GatewayCore:
         self._sequence += 1
         self._states.record(self._sequence, self._now)
         self._turn.named(self._sequence)
+        estop = self._estops.first
+        if estop is not None:
+            self._estops.named(estop.id, self._sequence)
         nodes = tuple(drive.describe() for drive in self._drives)
         modes = [robot.group.setup.problem for robot in self._robots.values()]
         problems = [problem for problem in (*(node.problem for node in self._nodes.values()), *modes) if problem]
@@ -299,6 +309,7 @@ class GatewayCore:
             heard=self._turn.echo,
             digest=self._digest,
             era=self._first_owner,
+            estop=estop.id if estop is not None else None,
         )
 
     def _counters(self) -> BusCounters:

@@ -170,7 +170,7 @@ class GatewayShell:
         messages += self._estops.take()
         messages += self._calls.take()
         now = self._now()
-        if now >= self._manager_due or self._core.setting_up:
+        if now >= self._manager_due or self._core.setting_up or self._core.stopped:
             self._manager_due = now + _CLOCK_S
             messages += self._manager.take_arrived()
         if self._stop.is_set():

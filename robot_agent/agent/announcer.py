@@ -1,7 +1,8 @@
 """Where the robot is and what it wants, for the manager."""
 
 from cell.core import Publish
-from cell.messages import Body, Estop, Presence
+from cell.messages import Body, Presence
+from cell.net.estops import ObeyedEstops
 from robot_agent.agent.zone_claims import ZoneClaims
 
 
@@ -28,18 +29,21 @@ class Announcer:
         body: Body,
         wants: dict[str, float],
         stop_time_s: float,
-        estop: Estop | None,
+        estops: ObeyedEstops,
         now: float,
         *,
         standing: bool = False,
     ) -> Publish:
         """The next presence under the claim `owner`.
 
-        `body` is everything between here and rest, `estop` the stop to acknowledge; `standing`: see `Presence`.
+        `body` is everything between here and rest, `estops` holds the stop to acknowledge; `standing`: see `Presence`.
         """
         self.body = body
         self._sequence += 1
-        self._zones.sent_presence(self._sequence, now)
+        self._zones.sent_presence(self._sequence, body, now)
+        estop = estops.first
+        if estop is not None:
+            estops.named(estop.id, self._sequence)
         return Publish(
             Presence(
                 robot=self._robot,

@@ -19,7 +19,7 @@ from cell.messages import (
     Severity,
     ZoneGeometry,
 )
-from cell.net.estops import Estops
+from cell.net.estops import ObeyedEstops
 from robot_agent.agent.announcer import Announcer
 from robot_agent.agent.axes import feedback_in_joints
 from robot_agent.agent.cell_clock import CellClock
@@ -77,7 +77,7 @@ class AgentCore:
         self.operator = Operator(robot, boot, cell.times.command_s, self.link, decisions)
         self.mode = Mode.STARTING
         self.executive: Executive | None = None
-        self._estops = Estops()
+        self._estops = ObeyedEstops(boot)
         self._rest = MeasuredRest()
         self._numbers = itertools.count(1)
         self._announcer = Announcer(robot, boot, cell.digest, self.zones)
@@ -101,6 +101,7 @@ class AgentCore:
                 self.link.heard(message, now)
             case ManagerState():
                 self.zones.heard_state(message, now)
+                self._estops.answered(message, message.heard.get(self._robot))
                 for estop in message.estops:
                     self._hear_estop(estop)
             case ZoneGeometry():
@@ -255,12 +256,10 @@ class AgentCore:
             kept = set() if self._rest.standing else set(self.zones.holds)
             self.zones.update_holds(now, self.zones.touched(body), kept)
             stop_time_s = self._rest.stop_time_s(planner, feedback, 0.0)
-            return [
-                self._announcer.presence(
-                    feedback.owner, body, {}, stop_time_s, self._estops.first, now, standing=self._stands(feedback)
-                ),
-                self._sign_of_life(feedback, planner),
-            ]
+            presence = self._announcer.presence(
+                feedback.owner, body, {}, stop_time_s, self._estops, now, standing=self._stands(feedback)
+            )
+            return [presence, self._sign_of_life(feedback, planner)]
         age_s = self.link.age(now)
         if self._leaving:
             self.jogging.end("the robot was stopped")
@@ -276,7 +275,7 @@ class AgentCore:
             block, body = None, executive.body(feedback, None)
         self.zones.update_holds(now, self.zones.touched(body), set(wants))
         stop_time_s = self._rest.stop_time_s(planner, feedback, executive.rest_s(feedback.tick, block))
-        presence = self._announcer.presence(feedback.owner, body, wants, stop_time_s, self._estops.first, now)
+        presence = self._announcer.presence(feedback.owner, body, wants, stop_time_s, self._estops, now)
         if block is None:
             return [presence]
         runs = self.mode is Mode.RUNNING

@@ -35,15 +35,18 @@ class ZoneClaims:
 
     # Freshness
 
-    def sent_presence(self, sequence: int, now: float) -> None:
-        """A presence with the present `holds` is sent.
+    def sent_presence(self, sequence: int, body: Body, now: float) -> None:
+        """A presence with the present `holds` and this body is sent.
 
-        It frees every zone that the state it echoes grants to this robot and that it does not hold. The manager may
-        give such a zone to another as soon as it hears this, so that grant is dead from here on.
+        It frees every zone that the state it echoes grants to this robot, that it does not hold and that its body does
+        not touch. The manager may give such a zone to another as soon as it hears this, so that grant is dead from
+        here on.
         """
         self._sent.record(sequence, now)
         for name, status in self.state.zones.items() if self.state is not None else ():
-            if status.holder == self._robot and status.token is not None and name not in self.holds:
+            if status.holder != self._robot or status.token is None or name in self.holds:
+                continue
+            if name not in self.touched(body):
                 self._given_up[name] = status.token
 
     def forget_echoes(self) -> None:
@@ -137,10 +140,12 @@ class ZoneClaims:
     def update_holds(self, now: float, inside: set[str], needed: set[str]) -> None:
         """Take up grants that are needed or stood in; give up zones that are neither.
 
-        `inside` are the zones that the body sent last touches, `needed` those crossed soon.
+        `inside` are the zones that the body sent last touches, `needed` those crossed soon. The body may be in a zone
+        of which it is not heard yet where it is.
         """
         if self.state is None or not self.fresh(now):
             return
+        inside = inside.union(self.unheard)
         for name, status in self.state.zones.items():
             token = status.token if status.holder == self._robot else None
             if token is not None and token != self._given_up.get(name) and name in inside | needed:

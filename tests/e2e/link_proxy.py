@@ -116,10 +116,11 @@ class LinkProxy:
                 caller.close()
                 continue
             target.settimeout(None)
-            connection = _Connection(self, caller, target)
-            with self._lock:
-                self._connections = [one for one in self._connections if not one.ended.is_set()]
-                self._connections.append(connection)
+            with contextlib.suppress(OSError):  # its caller may be gone again already
+                connection = _Connection(self, caller, target)
+                with self._lock:
+                    self._connections = [one for one in self._connections if not one.ended.is_set()]
+                    self._connections.append(connection)
 
     def _end_connections(self) -> None:
         with self._lock:

@@ -19,6 +19,7 @@ from cell.messages import (
     PlayoutState,
     Presence,
     Reply,
+    ResetEstop,
     RobotState,
     Run,
     SetEstop,
@@ -551,6 +552,20 @@ def test_the_journal_keeps_the_emergency_stop_over_a_restart(bundle: CellBundle)
     state = restarted(world)
     assert state.estops
     assert state.epoch > before
+
+
+def test_an_end_of_a_stop_that_anybody_publishes_ends_nothing_and_a_reset_does(bundle: CellBundle) -> None:
+    world = calm(bundle)
+    stopped(world)
+    run(world, 0.5)
+    for _ in range(10):
+        world.publish(Estop("e1", False, "stranger", ""), "stranger")
+        run(world, 0.05)
+    assert {state.mode for state in world.seen.robots.values()} == {Mode.ESTOP}
+    assert {state.estop for state in world.seen.gateways.values()} == {"e1"}
+    world.operate("manager", ResetEstop("operator", ("e1",)))
+    until(world, lambda: {state.mode for state in world.seen.robots.values()} == {Mode.DISABLED})
+    until(world, lambda: {state.estop for state in world.seen.gateways.values()} == {None})
 
 
 def test_a_lost_journal_forgets_and_the_epoch_still_grows(bundle: CellBundle) -> None:

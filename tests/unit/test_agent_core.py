@@ -294,6 +294,7 @@ def test_with_several_stops_the_robot_stays_stopped_until_the_last_is_cleared() 
     for stop in ("e1", "e2"):
         world.agent.receive(Estop(stop, True, "test", "a hand in the cell"), world.now)
     until(world, at_rest(world))
+    world.run(0.1)
     world.agent.receive(Estop("e1", False, "test", ""), world.now)
     world.run(0.2)
     assert world.state.mode is Mode.ESTOP

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from gateway_world import CYCLE_S, TIMES, World, axis, block, gateway_settings, s_motion
+from gateway_world import CYCLE_S, TIMES, KindManager, World, axis, block, gateway_settings, s_motion
 
 from cell.core import Shutdown
 from cell.messages import (
@@ -575,12 +575,14 @@ def test_a_drive_that_keeps_another_target_at_the_hand_over_gets_no_torque_to_mo
 
 def test_enabling_waits_until_the_stop_is_cleared_by_its_own_id() -> None:
     world = World()
+    world.manager = KindManager()
     world.ready()
     owner = world.claim()
     world.tell(ESTOP)
     assert "emergency stop e1 by operator is active" in world.ask(EnableDrives("left", owner)).text
     world.tell(Estop("other", False, "manager", ""))
     assert not world.ask(EnableDrives("left", owner)).ok
+    world.run(0.3)
     world.tell(Estop("e1", False, "manager", ""), ESTOP)
     world.cycle()
     assert world.ask(EnableDrives("left", owner)).ok
@@ -588,14 +590,17 @@ def test_enabling_waits_until_the_stop_is_cleared_by_its_own_id() -> None:
 
 def test_with_several_stops_nothing_is_enabled_before_the_last_is_cleared() -> None:
     world = World()
+    world.manager = KindManager()
     world.ready()
     owner = world.claim()
     world.tell(ESTOP, Estop("e2", True, "bert", "door open, person inside"))
     world.until(lambda: world.state.estop_confirmed == "e1")
+    world.run(0.01)
     world.tell(Estop("e1", False, "manager", ""))
     world.cycle()
     assert "emergency stop e2 by bert is active" in world.ask(EnableDrives("left", owner)).text
     world.until(lambda: world.state.estop_confirmed == "e2")
+    world.run(0.01)
     world.tell(Estop("e2", False, "manager", ""))
     world.cycle()
     assert world.ask(EnableDrives("left", owner)).ok

@@ -28,7 +28,9 @@ class Bus:
                 # Half of the states are 0.2 ms on their way, and more of them later.
                 late_s = 0.0002 * (1 + self.sequence % 3)
                 sent = self.cell_time - late_s
-                self.lock.heard(ManagerState("c", self.boot, 1, self.sequence, sent, "digest"), self.now)
+                self.lock.heard(
+                    ManagerState("c", self.boot, int(self.boot[1:]), self.sequence, sent, "digest"), self.now
+                )
             self.trims.append(self.lock.trim(self.now))
             self.now += CYCLE_S + self.trims[-1]
 

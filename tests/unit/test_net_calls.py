@@ -124,4 +124,4 @@ def test_calls_that_nobody_waits_for_any_more_do_not_keep_new_ones_out(serving: 
 def test_who_still_waits_is_told_that_the_process_stops(serving: Serving) -> None:
     waiting, _ = serving.ask(new_call(Run()))
     serving.calls.close()
-    assert waiting.errors == ["the process stops"]
+    assert waiting.errors == ["the process stops; this may have been carried out"]
