@@ -425,11 +425,11 @@ KINDS: tuple[type[Item], ...] = (
 
 
 def draw_plan(seed: int, cell: GeneratedCell, lasting_s: float) -> tuple[Item, ...]:
-    """What befalls the cell within `lasting_s` of the start; the first second is calm."""
+    """What befalls the cell within `lasting_s` of the start; the later part is left to what waits for its moment."""
     rng = random.Random(f"plan {seed}")
     items: list[Item] = []
     for _ in range(rng.choice([3, 5, 6, 8])):
-        robot, at_s = rng.choice(sorted(cell.bundle.cell.robots)), rng.uniform(1.0, 0.9 * lasting_s)
+        robot, at_s = rng.choice(sorted(cell.bundle.cell.robots)), rng.uniform(0.5, 0.7 * lasting_s)
         what = rng.choices(MOMENTS, [2, 2, 2, 3, 2, 1, 1, 1])[0]
         # What comes together is worse than what comes alone.
         for _ in range(rng.choice([1, 1, 2])):

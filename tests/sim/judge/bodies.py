@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from cell.messages import SetpointBlock, ZoneState
-from tests.sim.judge.facts import BATCH, Facts, Floats, Sample, SentBlock, Shown
+from tests.sim.judge.facts import BATCH, Facts, Floats, Sample, SentBlock, Shown, rest_row
 from tests.sim.judge.invariant import Handlers, Invariant
 
 _BODY_TOLERANCE_M = 0.002
@@ -92,13 +92,12 @@ class BlockIsPublished(Invariant):
         feedback = self.facts.feedback.get(block.robot)
         if feedback is None or not feedback.enabled:
             return
-        moved = np.flatnonzero((block.position[1:] != block.position[:-1]).any(axis=1))
-        if not moved.size:
+        last = rest_row(block)
+        if last == 0:
             return
-        last = int(moved[-1]) + 1
         rows = block.position[sorted({0, last // 2, last})]
         shown = self.facts.shown.get(block.robot)
-        self._kept.append(_Announced(SentBlock(block, self.facts.now, 0, True), shown, rows))
+        self._kept.append(_Announced(SentBlock(block, self.facts.now), shown, rows))
         if len(self._kept) >= BATCH:
             self.flush()
 

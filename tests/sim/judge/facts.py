@@ -36,6 +36,8 @@ SAMPLE_S = 0.02
 BATCH = 32
 """Moments that are judged together."""
 FREEZE_S = 0.25
+_STILL = 1e-8
+"""[rad or m] from one sample to the next."""
 MOVING = 0.02
 """[rad/s or m/s] An axis that is faster than this moves; slower, its drive may settle."""
 
@@ -125,12 +127,16 @@ class Told:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SentBlock:
-    """A set-point block, and the first tick from which on it stands."""
+    """A set-point block, and when it left."""
 
     message: SetpointBlock
     at: float
-    rest_tick: int
-    moves: bool
+
+
+def rest_row(block: SetpointBlock) -> int:
+    """The first row of a block from which on it stands; 0 when it moves nothing."""
+    moved = np.flatnonzero((np.abs(np.diff(block.position, axis=0)) > _STILL).any(axis=1))
+    return int(moved[-1]) + 1 if moved.size else 0
 
 
 class Facts:
@@ -251,9 +257,7 @@ class Facts:
             case DriveFeedback():
                 self.feedback[message.robot] = message
             case SetpointBlock():
-                moved = np.flatnonzero((message.position[1:] != message.position[:-1]).any(axis=1))
-                rest = message.first_tick + (int(moved[-1]) + 1 if moved.size else 0)
-                sent = SentBlock(message, self.now, rest, moved.size > 0)
+                sent = SentBlock(message, self.now)
                 self.blocks[message.robot][message.owner, message.sequence] = sent
                 self.newest_block[message.robot] = sent
 

@@ -23,7 +23,7 @@ from cell.messages import (
     Step,
 )
 from robot_agent.agent.planning import Planned
-from tests.sim.judge.facts import Facts, Floats, Sample
+from tests.sim.judge.facts import Facts, Floats, Sample, rest_row
 from tests.sim.judge.invariant import Handlers, Invariant
 from tests.sim.planned_paths import PATH_STEP_S, PlannedPaths
 
@@ -184,6 +184,7 @@ class PlaysBlocks(Invariant):
 
     def __init__(self, facts: Facts) -> None:
         super().__init__(facts)
+        self._owners: dict[str, int] = {}
         self._before: dict[str, tuple[int, int]] = {}
         """The newest block of before the drives were on, and the tick up to which they hold: it is not played any
         more."""
@@ -196,6 +197,9 @@ class PlaysBlocks(Invariant):
         robot, blocks = feedback.robot, self.facts.blocks[feedback.robot]
         if not feedback.enabled or feedback.state not in _LIVE:
             self._before[robot] = feedback.block, 0
+        elif feedback.owner != self._owners.get(robot):
+            self._before[robot] = 0, 0
+        self._owners[robot] = feedback.owner
         before, held_until = self._before.get(robot, (0, 0))
         if feedback.block in (0, before):
             return
@@ -235,10 +239,10 @@ class _OfBlocks(Invariant):
         if feedback is None or not feedback.enabled:
             return
         why = self.must_stop(robot)
-        moved = np.flatnonzero((block.position[1:] != block.position[:-1]).any(axis=1))
-        if not moved.size:
+        row = rest_row(block)
+        if row == 0:
             return
-        rest = block.first_tick + int(moved[-1]) + 1
+        rest = block.first_tick + row
         latest = self._latest_rest.get((robot, block.owner), 0)
         if not why:
             self._latest_rest[robot, block.owner] = max(latest, rest)
