@@ -218,8 +218,9 @@ class DriveFails(Item):
     seconds: float
 
     def strike(self, stage: Stage) -> float:
-        world = stage.world
-        gateway = stage.facts.gateway_of(self.robot)
+        world, facts = stage.world, stage.facts
+        facts.hindered_until[self.robot] = facts.now + self.seconds + 1.0
+        gateway = facts.gateway_of(self.robot)
         axes = world.bundle.gateways[gateway.partition("/")[2]].robots[self.robot].axes
         axis = axes[self.axis % len(axes)]
         node = world.buses[gateway].nodes[axis.node_id]

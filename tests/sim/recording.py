@@ -5,8 +5,8 @@ from dataclasses import dataclass, replace
 from types import SimpleNamespace
 from typing import Any
 
+from cell.commands.checks import CellBundle
 from cell.core import Effect
-from tests.sim.cells import generated_cell
 from tests.sim.clock import Clock
 from tests.sim.faults import Item, Play, Stage
 from tests.sim.judge import Broken, Judge
@@ -35,9 +35,9 @@ Change = Callable[[list[Moment]], Iterable[Moment]]
 class Recording:
     """All moments of one run."""
 
-    def __init__(self, number: int, seconds: float, plan: Sequence[Item]) -> None:
-        """Of the generated cell with this number, in calm weather, under a plan."""
-        self.world = World(generated_cell(number).bundle, 1, Weather(loss=0.0, double=0.0, late=0.0))
+    def __init__(self, bundle: CellBundle, seconds: float, plan: Sequence[Item]) -> None:
+        """Of a cell in calm weather, under a plan."""
+        self.world = World(bundle, 1, Weather(loss=0.0, double=0.0, late=0.0))
         self.judge = Judge(self.world)
         self.moments: list[Moment] = []
         self._plans = dict.fromkeys(self.world.cell.robots, 0)

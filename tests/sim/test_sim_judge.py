@@ -32,10 +32,26 @@ from tests.sim.faults import DriveFails, JogPress, Kill, Moment, Stop
 from tests.sim.judge import ALL
 from tests.sim.recording import Change, Recording, after, each, with_one_more
 from tests.sim.recording import Moment as Seen
+from tests.sim.world import load_bundle
+from tests.unit.config_world import Copy
 
-CELL = 7
-"""Two SCARAs, one zone."""
-ONE, OTHER, ZONE = "r0", "r1", "middle"
+ONE, OTHER, ZONE = "placer", "stacker", "table"
+PROGRAMS = {
+    ONE: """LABEL again
+MJ J1=-70 J2=140 J3=20 J4=-70 F=60
+ML X=470 Y=0 C=0 A=0 B=0 F=600
+WAIT 0.2
+ML X=190 F=800
+GOTO again 9
+""",
+    OTHER: """LABEL again
+ML X=1150 Y=0 Z=1400 F=1500
+ML X=1600 F=1500
+WAIT 0.3
+ML X=1150 F=1500
+GOTO again 9
+""",
+}
 PLAN = (
     Kill(2.5, Moment(ONE, "is inside", 0.2), "manager", 0.4),
     Stop(4.5, Moment(OTHER, "moves fast"), "anna", ("manager", "gateways", "agents")),
@@ -46,8 +62,13 @@ SECONDS = 12.0
 
 
 @pytest.fixture(scope="module")
-def run() -> Recording:
-    return Recording(CELL, SECONDS, PLAN)
+def run(tmp_path_factory: pytest.TempPathFactory) -> Recording:
+    copy = Copy(tmp_path_factory.mktemp("judge"))
+    for robot, text in PROGRAMS.items():
+        (copy.folder / "mixed" / "programs" / f"{robot}.prog").write_text(text)
+        copy.change(f"mixed/{robot}_drives.yaml", "cycle_s: 0.004", "cycle_s: 0.02")
+    copy.change("mixed/cell.yaml", "owner_silent_s: 2}", "owner_silent_s: 2, lead_s: 0.06}")
+    return Recording(load_bundle(copy.folder / "mixed" / "cell.yaml"), SECONDS, PLAN)
 
 
 def first(run: Recording, kind: str, of: type, good: Callable[[Any], bool], since: float = 0.0) -> Seen:

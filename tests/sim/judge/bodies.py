@@ -9,6 +9,8 @@ from tests.sim.judge.facts import BATCH, Facts, Floats, Sample, SentBlock, Shown
 from tests.sim.judge.invariant import Handlers, Invariant
 
 _BODY_TOLERANCE_M = 0.002
+_HINDERED_M = 0.05
+"""So far a robot may get, of which a drive fails, before anybody has measured it."""
 _BLOCK_TOLERANCE_M = 0.001
 _SETTLE_S = 0.15
 """So long a drive may settle after the last sample of a block."""
@@ -43,7 +45,7 @@ class BodyIsPublished(Invariant):
         if sample.shown is None:
             return
         missing = float(sample.shown.misses(sample.points[None])[0])
-        if missing > _BODY_TOLERANCE_M:
+        if missing > (_HINDERED_M if self.facts.hindered(sample.robot) else _BODY_TOLERANCE_M):
             age = sample.at - sample.shown.at
             what = f"it is {1000 * missing:.1f} mm outside the body that it published {age:.3f} s before"
             self.broken(sample.robot, what, sample.at)

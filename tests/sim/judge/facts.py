@@ -123,6 +123,7 @@ class Told:
     cleared: set[str] = field(default_factory=set)
     calls: list[tuple[float, Call]] = field(default_factory=list)
     feedback_at: float = -inf
+    """The newest feedback that says that this agent owns its robot."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -170,6 +171,8 @@ class Facts:
         self.newest_block: dict[str, SentBlock] = {}
         self.troubled_until = 0.0
         """The plan's newest fault has worn off."""
+        self.hindered_until: dict[str, float] = {}
+        """Robots with a drive that fails do not go where they are told."""
         self.journal_spoilt = False
         """The manager's journal was lost, or was old when it was read."""
         self.on_samples: Callable[[Sample], None] = lambda _: None
@@ -189,6 +192,10 @@ class Facts:
     def calm(self, for_s: float) -> bool:
         """No fault was at work for so long."""
         return self.now - self.troubled_until >= for_s
+
+    def hindered(self, robot: str) -> bool:
+        """Whether one of the robot's drives fails, or did lately."""
+        return self.now < self.hindered_until.get(robot, 0.0)
 
     def alive(self, name: str) -> bool:
         process = self.world.processes[name]
@@ -291,7 +298,9 @@ class Facts:
             case Request(_, Call() as call):
                 told.calls.append((self.now, call))
             case DriveFeedback():
-                told.feedback_at = self.now
+                block = self.newest_block.get(message.robot)
+                if block is None or block.at < told.since or block.message.owner == message.owner:
+                    told.feedback_at = self.now
             case _:
                 pass
 
