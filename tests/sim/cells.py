@@ -16,8 +16,6 @@ from pathlib import Path
 import numpy as np
 
 from cell.commands.checks import CellBundle, check_cell
-from cell.commands.checks.motions import check_motions
-from cell.config.problem import Severity
 from cell.config.settings import ZoneSettings
 from cell.geometry import capsules_touch_box, transform_points
 from cell.messages import ZoneGeometry
@@ -103,9 +101,6 @@ def _drawn(number: int, rng: random.Random) -> GeneratedCell | None:
     (folder / "cell.yaml").write_text(_cell(rng, zones, robots, gateways, lost_s, max(cycles.values())))
     bundle, _ = check_cell(folder / "cell.yaml")
     if bundle is None:
-        return None
-    _, problems = check_motions(bundle)
-    if any(problem.severity is Severity.ERROR for problem in problems):
         return None
     longest_s = _contention(bundle)
     if longest_s is None:
@@ -297,8 +292,9 @@ def _contention(bundle: CellBundle) -> float | None:
         program = parse_program(text, settings.program.name, model.joint_names, model.linear_names, {})
         cycle_s = bundle.gateways[settings.gateway].cycle_s
         planner = Planner(model, Limits.of(model.description), base_pose(settings), cycle_s)
-        motions, failed = dry_run(planner, program, 30.0)
-        if failed is not None or not motions:
+        motions, failed = dry_run(planner, program, 2.0 * _LONGEST_S)
+        lasts_s = sum(planned.motion.duration_s for planned in motions)
+        if failed is not None or not motions or lasts_s > _LONGEST_S:
             return None
         q = np.concatenate([planned.motion.q(np.arange(0.0, planned.motion.duration_s, 0.04)) for planned in motions])
         points = transform_points(planner.pose_world_base, model.capsules(q))
@@ -312,9 +308,7 @@ def _contention(bundle: CellBundle) -> float | None:
             asked[zone.name] += [
                 (robot, 0.04 * first - _ASKED_S, 0.04 * last) for first, last in edges.reshape(-1, 2).tolist()
             ]
-        longest_s = max(longest_s, 0.04 * len(q))
-    if longest_s > _LONGEST_S:
-        return None
+        longest_s = max(longest_s, lasts_s)
     meets = any(
         one[0] != other[0] and one[1] < other[2] and other[1] < one[2]
         for visits in asked.values()

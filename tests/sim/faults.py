@@ -218,8 +218,9 @@ class DriveFails(Item):
     seconds: float
 
     def strike(self, stage: Stage) -> float:
-        world = stage.world
-        gateway = stage.facts.gateway_of(self.robot)
+        world, facts = stage.world, stage.facts
+        facts.hindered_until[self.robot] = facts.now + self.seconds + 1.0
+        gateway = facts.gateway_of(self.robot)
         axes = world.bundle.gateways[gateway.partition("/")[2]].robots[self.robot].axes
         axis = axes[self.axis % len(axes)]
         node = world.buses[gateway].nodes[axis.node_id]
@@ -306,6 +307,8 @@ class Order(Item):
     then_s: float = 0.0
 
     def strike(self, stage: Stage) -> float:
+        if self.then:
+            stage.staff.leave_alone(self.robot, self.then_s)
         self._call(stage, self.order)
         if self.then:
             stage.world.clock.after(self.then_s, self._call, stage, self.then)
@@ -347,6 +350,7 @@ class JogPress(Item):
 
     def strike(self, stage: Stage) -> float:
         world, to = stage.world, f"robot/{self.robot}"
+        stage.staff.leave_alone(self.robot, 1.5 + self.held_s)
         world.operate(to, Halt(), self.by)
         world.clock.after(0.6, self._press, stage)
         return 0.6 + self.held_s
@@ -422,11 +426,11 @@ KINDS: tuple[type[Item], ...] = (
 
 
 def draw_plan(seed: int, cell: GeneratedCell, lasting_s: float) -> tuple[Item, ...]:
-    """What befalls the cell within `lasting_s` of the start; the first second is calm."""
+    """What befalls the cell within `lasting_s` of the start; the later part is left to what waits for its moment."""
     rng = random.Random(f"plan {seed}")
     items: list[Item] = []
     for _ in range(rng.choice([3, 5, 6, 8])):
-        robot, at_s = rng.choice(sorted(cell.bundle.cell.robots)), rng.uniform(1.0, 0.9 * lasting_s)
+        robot, at_s = rng.choice(sorted(cell.bundle.cell.robots)), rng.uniform(0.5, 0.7 * lasting_s)
         what = rng.choices(MOMENTS, [2, 2, 2, 3, 2, 1, 1, 1])[0]
         # What comes together is worse than what comes alone.
         for _ in range(rng.choice([1, 1, 2])):

@@ -19,6 +19,8 @@ from tests.sim.staff import Staff
 from tests.sim.world import World
 
 SEEDS_PER_CELL = 4
+_SHORTEST_S = 6.5
+"""It takes some 2 s until robots move."""
 _REST_S = 0.6
 _HEAL_S = 2.0
 """Processes that are down when the faults end are started by then."""
@@ -66,7 +68,7 @@ def plan_of(seed: int, seconds: float) -> tuple[Item, ...]:
 
 def _lasting_s(seed: int, seconds: float) -> float:
     """How long faults may strike."""
-    return seconds * random.Random(f"length {seed}").choice([0.2, 0.25, 0.3, 0.4, 0.6])
+    return max(_SHORTEST_S, seconds * random.Random(f"length {seed}").choice([0.25, 0.3, 0.35, 0.5, 0.7]))
 
 
 def run_seed(

@@ -34,6 +34,7 @@ class Staff:
         self.endless = True
         """Programs that have ended are started again."""
         self.orders = 0
+        self._left_alone: dict[str, float] = {}
         world.operator(PATIENT)
         world.clock.after(_LOOK_EVERY_S, self._look)
 
@@ -61,8 +62,14 @@ class Staff:
         self.orders += 1
         self._world.operate(f"robot/{robot}", command, PATIENT)  # type: ignore[arg-type]
 
+    def leave_alone(self, robot: str, seconds: float) -> None:
+        """Somebody else works with this robot."""
+        self._left_alone[robot] = max(self._left_alone.get(robot, 0.0), self._facts.now + seconds)
+
     def _serve(self, state: RobotState) -> None:
         robot = state.robot
+        if self._facts.now < self._left_alone.get(robot, 0.0):
+            return
         if state.program.state is ProgramState.DONE and state.mode is Mode.READY and not self.endless:
             self.done.add(robot)
         if state.pace.override != 1.0 and state.mode is not Mode.ESTOP:

@@ -36,6 +36,8 @@ SAMPLE_S = 0.02
 BATCH = 32
 """Moments that are judged together."""
 FREEZE_S = 0.25
+_STILL = 1e-8
+"""[rad or m] from one sample to the next."""
 MOVING = 0.02
 """[rad/s or m/s] An axis that is faster than this moves; slower, its drive may settle."""
 
@@ -121,16 +123,21 @@ class Told:
     cleared: set[str] = field(default_factory=set)
     calls: list[tuple[float, Call]] = field(default_factory=list)
     feedback_at: float = -inf
+    """The newest feedback that says that this agent owns its robot."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SentBlock:
-    """A set-point block, and the first tick from which on it stands."""
+    """A set-point block, and when it left."""
 
     message: SetpointBlock
     at: float
-    rest_tick: int
-    moves: bool
+
+
+def rest_row(block: SetpointBlock) -> int:
+    """The first row of a block from which on it stands; 0 when it moves nothing."""
+    moved = np.flatnonzero((np.abs(np.diff(block.position, axis=0)) > _STILL).any(axis=1))
+    return int(moved[-1]) + 1 if moved.size else 0
 
 
 class Facts:
@@ -164,6 +171,8 @@ class Facts:
         self.newest_block: dict[str, SentBlock] = {}
         self.troubled_until = 0.0
         """The plan's newest fault has worn off."""
+        self.hindered_until: dict[str, float] = {}
+        """Robots with a drive that fails do not go where they are told."""
         self.journal_spoilt = False
         """The manager's journal was lost, or was old when it was read."""
         self.on_samples: Callable[[Sample], None] = lambda _: None
@@ -183,6 +192,10 @@ class Facts:
     def calm(self, for_s: float) -> bool:
         """No fault was at work for so long."""
         return self.now - self.troubled_until >= for_s
+
+    def hindered(self, robot: str) -> bool:
+        """Whether one of the robot's drives fails, or did lately."""
+        return self.now < self.hindered_until.get(robot, 0.0)
 
     def alive(self, name: str) -> bool:
         process = self.world.processes[name]
@@ -251,9 +264,7 @@ class Facts:
             case DriveFeedback():
                 self.feedback[message.robot] = message
             case SetpointBlock():
-                moved = np.flatnonzero((message.position[1:] != message.position[:-1]).any(axis=1))
-                rest = message.first_tick + (int(moved[-1]) + 1 if moved.size else 0)
-                sent = SentBlock(message, self.now, rest, moved.size > 0)
+                sent = SentBlock(message, self.now)
                 self.blocks[message.robot][message.owner, message.sequence] = sent
                 self.newest_block[message.robot] = sent
 
@@ -287,7 +298,9 @@ class Facts:
             case Request(_, Call() as call):
                 told.calls.append((self.now, call))
             case DriveFeedback():
-                told.feedback_at = self.now
+                block = self.newest_block.get(message.robot)
+                if block is None or block.at < told.since or block.message.owner == message.owner:
+                    told.feedback_at = self.now
             case _:
                 pass
 
@@ -345,6 +358,11 @@ class Facts:
         return frozenset(zone for zone, flags in touching.items() if flags[0])
 
     def _sample(self) -> None:
+        self.take_sample()
+        self.world.clock.after(SAMPLE_S, self._sample)
+
+    def take_sample(self) -> None:
+        """Note where all robots are now."""
         for robot in self.robots:
             axes = self.measured(robot)
             before = self._axes.get(robot)
@@ -355,7 +373,6 @@ class Facts:
             self._kept.append(Sample(self.now, robot, axes, moving, self.shown.get(robot), self.manager, mode, since))
         if len(self._kept) >= BATCH * len(self.robots):
             self.flush()
-        self.world.clock.after(SAMPLE_S, self._sample)
 
     def moving(self, robot: str) -> bool:
         """Between the two newest samples."""

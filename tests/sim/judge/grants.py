@@ -29,8 +29,9 @@ class NoBreach(Invariant):
 
     def _event(self, process: str, event: Event) -> None:
         if event.code == "zone_breach":
-            feedback = self.facts.feedback.get(event.text.split()[0])
-            if feedback is None or feedback.enabled:
+            robot = event.text.split()[0]
+            feedback = self.facts.feedback.get(robot)
+            if (feedback is None or feedback.enabled) and not self.facts.hindered(robot):
                 self.broken(process, event.text)
 
 
@@ -50,7 +51,7 @@ class EntersByFreshGrant(Invariant):
         before, feedback = facts.shown.get(robot), facts.feedback.get(robot)
         if before is None or before.message.boot != presence.boot or feedback is None or not feedback.enabled:
             return
-        if not before.message.body.known or not presence.body.known:
+        if not before.message.body.known or not presence.body.known or facts.hindered(robot):
             return
         shown = facts.seen(presence)
         for zone, box in facts.boxes.items():

@@ -23,7 +23,7 @@ from cell.messages import (
     Step,
 )
 from robot_agent.agent.planning import Planned
-from tests.sim.judge.facts import Facts, Floats, Sample
+from tests.sim.judge.facts import Facts, Floats, Sample, rest_row
 from tests.sim.judge.invariant import Handlers, Invariant
 from tests.sim.planned_paths import PATH_STEP_S, PlannedPaths
 
@@ -176,35 +176,49 @@ class OnThisMotion(_OfCommands):
 
 
 class PlaysBlocks(Invariant):
-    """What the drives are commanded at a tick is the sample of the newest block that was accepted, from its owner."""
+    """What the drives are commanded at a tick is the sample of a block of their owner, the newest that was accepted or,
+    before its first tick, one of those before it."""
 
     name = "plays what was sent"
+    _LOOK_BACK = 40
 
     def __init__(self, facts: Facts) -> None:
         super().__init__(facts)
-        self._before: dict[str, int] = {}
-        """The newest block of before the drives were on: it is not played any more."""
+        self._owners: dict[str, int] = {}
+        self._before: dict[str, tuple[int, int]] = {}
+        """The newest block of before the drives were on, and the tick up to which they hold: it is not played any
+        more."""
 
     @property
     def published(self) -> Handlers:
         return {DriveFeedback: self._feedback}
 
     def _feedback(self, name: str, feedback: DriveFeedback) -> None:
+        robot, blocks = feedback.robot, self.facts.blocks[feedback.robot]
         if not feedback.enabled or feedback.state not in _LIVE:
-            self._before[feedback.robot] = feedback.block
-        if feedback.block in (0, self._before.get(feedback.robot)):
+            self._before[robot] = feedback.block, 0
+        elif feedback.owner != self._owners.get(robot):
+            self._before[robot] = 0, 0
+        self._owners[robot] = feedback.owner
+        before, held_until = self._before.get(robot, (0, 0))
+        if feedback.block in (0, before):
             return
-        self._before.pop(feedback.robot, None)
-        block = self.facts.blocks[feedback.robot].get((feedback.owner, feedback.block))
-        if block is None:
+        newest = blocks.get((feedback.owner, feedback.block))
+        if newest is None:
             self.broken(name, f"block {feedback.block} of owner {feedback.owner}, which nobody sent, is accepted")
-        message = block.message
-        row = feedback.tick - message.first_tick
-        if row < 0:
+        if held_until == 0:
+            held_until = newest.message.first_tick
+            self._before[robot] = before, held_until
+        if feedback.tick < held_until:
             return
-        sample = message.position[min(row, len(message.position) - 1)]
-        if np.abs(sample - feedback.commanded).max() > 1e-9:
-            self.broken(name, f"tick {feedback.tick} of {feedback.robot} is not the sample of block {feedback.block}")
+        for number in range(feedback.block, max(before, feedback.block - self._LOOK_BACK), -1):
+            sent = blocks.get((feedback.owner, number))
+            if sent is not None and feedback.tick >= sent.message.first_tick:
+                rows = sent.message.position
+                sample = rows[min(feedback.tick - sent.message.first_tick, len(rows) - 1)]
+                if np.abs(sample - feedback.commanded).max() <= _JOINING:
+                    return
+        self.broken(name, f"tick {feedback.tick} of {robot} is the sample of no block that was sent")
 
 
 class _OfBlocks(Invariant):
@@ -225,10 +239,10 @@ class _OfBlocks(Invariant):
         if feedback is None or not feedback.enabled:
             return
         why = self.must_stop(robot)
-        moved = np.flatnonzero((block.position[1:] != block.position[:-1]).any(axis=1))
-        if not moved.size:
+        row = rest_row(block)
+        if row == 0:
             return
-        rest = block.first_tick + int(moved[-1]) + 1
+        rest = block.first_tick + row
         latest = self._latest_rest.get((robot, block.owner), 0)
         if not why:
             self._latest_rest[robot, block.owner] = max(latest, rest)

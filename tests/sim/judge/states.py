@@ -19,7 +19,7 @@ from cell.messages import (
     Step,
     ZoneState,
 )
-from tests.sim.judge.facts import Facts, Sample
+from tests.sim.judge.facts import Facts, Sample, rest_row
 from tests.sim.judge.invariant import Handlers, Invariant
 
 _CAUSES: dict[Mode, tuple[type, ...]] = {
@@ -141,8 +141,7 @@ class FeedbackIsNeeded(Invariant):
     def _block(self, _: str, block: SetpointBlock) -> None:
         times, cycle_s = self.facts.cell.times, self.facts.world.cycle_s(block.robot)
         silent_s = self._silent_s(block.robot)
-        moves = bool((block.position[1:] != block.position[:-1]).any())
-        if moves and silent_s > max(5 * cycle_s, times.lead_s) + 0.03:
+        if rest_row(block) > 0 and silent_s > max(5 * cycle_s, times.lead_s) + 0.03:
             self.broken(block.robot, f"block {block.sequence} moves it, its drives were heard {silent_s:.3f} s ago")
 
     def _state(self, _: str, state: RobotState) -> None:

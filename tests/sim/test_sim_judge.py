@@ -1,0 +1,398 @@
+"""Each invariant sees what it is for: a good run is kept, changed in one place, and judged again."""
+
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from typing import Any
+
+import pytest
+
+from cell.core import Request
+from cell.messages import (
+    AxisStatus,
+    Call,
+    Continue,
+    DriveFeedback,
+    Estop,
+    Event,
+    Heard,
+    JogHeld,
+    ManagerState,
+    Mode,
+    PlayoutState,
+    Presence,
+    RobotState,
+    Run,
+    SetpointBlock,
+    Severity,
+    Token,
+    ZoneState,
+)
+from robot_agent.agent.planning import Plan
+from tests.sim.faults import DriveFails, JogPress, Kill, Moment, Stop
+from tests.sim.judge import ALL
+from tests.sim.recording import Change, Recording, after, each, with_one_more
+from tests.sim.recording import Moment as Seen
+from tests.sim.world import load_bundle
+from tests.unit.config_world import Copy
+
+ONE, OTHER, ZONE = "placer", "stacker", "table"
+PROGRAMS = {
+    ONE: """LABEL again
+MJ J1=-70 J2=140 J3=20 J4=-70 F=60
+ML X=470 Y=0 C=0 A=0 B=0 F=600
+WAIT 0.2
+ML X=190 F=800
+GOTO again 9
+""",
+    OTHER: """LABEL again
+ML X=1150 Y=0 Z=1400 F=1500
+ML X=1600 F=1500
+WAIT 0.3
+ML X=1150 F=1500
+GOTO again 9
+""",
+}
+PLAN = (
+    Kill(2.5, Moment(ONE, "is inside", 0.2), "manager", 0.4),
+    Stop(4.5, Moment(OTHER, "moves fast"), "anna", ("manager", "gateways", "agents")),
+    JogPress(6.5, None, "bert", ONE, "J1", 0.1, 2.0, True),
+    DriveFails(9.5, Moment(OTHER, "moves fast"), OTHER, 0, "emergency", 0.0),
+)
+SECONDS = 12.0
+
+
+@pytest.fixture(scope="module")
+def run(tmp_path_factory: pytest.TempPathFactory) -> Recording:
+    copy = Copy(tmp_path_factory.mktemp("judge"))
+    for robot, text in PROGRAMS.items():
+        (copy.folder / "mixed" / "programs" / f"{robot}.prog").write_text(text)
+        copy.change(f"mixed/{robot}_drives.yaml", "cycle_s: 0.004", "cycle_s: 0.02")
+    copy.change("mixed/cell.yaml", "owner_silent_s: 2}", "owner_silent_s: 2, lead_s: 0.06}")
+    return Recording(load_bundle(copy.folder / "mixed" / "cell.yaml"), SECONDS, PLAN)
+
+
+def first(run: Recording, kind: str, of: type, good: Callable[[Any], bool], since: float = 0.0) -> Seen:
+    """The first message of a type that is as it should be."""
+    return next(m for m in run.moments if m.kind == kind and isinstance(m.what, of) and m.at >= since and good(m.what))
+
+
+def inside_at(run: Recording, robot: str) -> Seen:
+    """A sample in which a robot is really inside the zone."""
+    facts = run.judge.facts
+    return next(
+        m
+        for m in run.moments
+        if m.kind == "sample"
+        and facts.touching(robot, facts.points(robot, m.what[robot][None]))[ZONE][0]
+        and held(run, robot).at < m.at
+    )
+
+
+def held(run: Recording, robot: str) -> Seen:
+    """The first state of the manager that says that a robot is inside."""
+    return first(run, "published", ManagerState, lambda s: in_zone(s, robot))
+
+
+def in_zone(state: ManagerState, robot: str) -> bool:
+    return state.zones[ZONE].holder == robot and state.zones[ZONE].state is ZoneState.OCCUPIED
+
+
+def moving_at(run: Recording, robot: str = ONE) -> float:
+    """A moment in the middle of a motion of the program, long before the first fault."""
+    return first(
+        run,
+        "published",
+        RobotState,
+        lambda s: s.robot == robot and s.mode is Mode.RUNNING and (s.tcp_speed_m_s or 0) > 0.2,
+    ).at
+
+
+def zone_is(told: ManagerState, **fields: Any) -> ManagerState:
+    return replace(told, zones={**told.zones, ZONE: replace(told.zones[ZONE], **fields)})
+
+
+def of(robot: str, change: Callable[[Any], Any]) -> Callable[[Seen], Any]:
+    return lambda m: change(m.what) if m.what.robot == robot else m.what
+
+
+def samples(robot: str, axes: Callable[[Any], Any]) -> Change:
+    def changed(moments: list[Seen]) -> Iterator[Seen]:
+        for m in moments:
+            yield replace(m, what={**m.what, robot: axes(m.what[robot])}) if m.kind == "sample" else m
+
+    return changed
+
+
+def without_calls(*commands: type) -> Change:
+    return each("delivered", Request, lambda m: None if isinstance(m.what.call.command, commands) else m.what)
+
+
+def both_in_it(run: Recording) -> Change:
+    place = inside_at(run, OTHER).what[OTHER]
+    return after(inside_at(run, ONE).at, samples(OTHER, lambda _: place))
+
+
+def somewhere_else(run: Recording) -> Change:
+    return after(moving_at(run), samples(ONE, lambda axes: axes + 0.3))
+
+
+def zone_called_free(run: Recording) -> Change:
+    free = each("published", ManagerState, lambda m: zone_is(m.what, state=ZoneState.FREE, holder=None, token=None))
+    return after(held(run, ONE).at + 0.1, free)
+
+
+def body_too_short(run: Recording) -> Change:
+    def short(presence: Presence) -> Presence:
+        body = presence.body
+        return replace(presence, body=replace(body, poses=body.poses[:1], growth_m=body.growth_m[:1]))
+
+    return after(moving_at(run), each("published", Presence, of(ONE, short)))
+
+
+def says_it_stands(run: Recording) -> Change:
+    stands = each("published", Presence, of(ONE, lambda p: replace(p, stop_time_s=0.0)))
+    return after(moving_at(run), stands)
+
+
+def breach(run: Recording) -> Change:
+    told = Event("manager", 999, Severity.ALARM, "zone_breach", f"{ONE} is in zone {ZONE} without a grant")
+    return with_one_more(moving_at(run), "published", "manager", told)
+
+
+def not_granted(_: Recording) -> Change:
+    return each("delivered", ManagerState, lambda m: zone_is(m.what, holder=OTHER), f"robot/{ONE}")
+
+
+def taken_again(run: Recording) -> Change:
+    gave_up = next(
+        (before, later)
+        for before, later in zip(presences(run, ONE), presences(run, ONE)[1:], strict=False)
+        if before.what.holds and not later.what.holds
+    )
+    token = gave_up[0].what.holds[ZONE]
+    again = each("published", Presence, of(ONE, lambda p: replace(p, holds={ZONE: token})))
+    return after(gave_up[1].at + 0.001, again)
+
+
+def presences(run: Recording, robot: str) -> list[Seen]:
+    return [m for m in run.moments if m.kind == "published" and isinstance(m.what, Presence) and m.what.robot == robot]
+
+
+def granted_at_once(_: Recording) -> Change:
+    return each(
+        "published",
+        ManagerState,
+        lambda m: zone_is(m.what, state=ZoneState.GRANTED, holder=ONE, token=Token(m.what.epoch, 999)),
+    )
+
+
+def forgotten_by_the_next(run: Recording) -> Change:
+    second = first(run, "life", tuple, lambda what: what[0] == "started", 1002.0).at
+    free = each("published", ManagerState, lambda m: zone_is(m.what, state=ZoneState.FREE, holder=None, token=None))
+    return after(second, free)
+
+
+def called_granted(run: Recording) -> Change:
+    granted = each("published", ManagerState, lambda m: zone_is(m.what, state=ZoneState.GRANTED))
+    return after(held(run, ONE).at + 0.05, granted)
+
+
+def smaller_token(run: Recording) -> Change:
+    small = each("published", ManagerState, lambda m: zone_is(m.what, token=Token(1, 1)))
+    return after(held(run, ONE).at, small)
+
+
+def number_left_out(run: Recording) -> Change:
+    at = moving_at(run)
+    return each("published", Presence, lambda m: None if m.at == at and m.what.robot == ONE else m.what)
+
+
+def older_echo(run: Recording) -> Change:
+    def older(presence: Presence) -> Presence:
+        heard = presence.heard
+        return replace(presence, heard=None if heard is None else Heard(heard.boot, heard.sequence - 20))
+
+    at = moving_at(run)
+    return each("published", Presence, lambda m: older(m.what) if m.at == at and m.what.robot == ONE else m.what)
+
+
+def jump(run: Recording) -> Change:
+    """For a moment of its motion the drives are commanded something else."""
+    at = moving_at(run)
+    aside = each("published", DriveFeedback, of(ONE, lambda f: replace(f, commanded=f.commanded + 0.02)))
+
+    def changed(moments: list[Seen]) -> Iterator[Seen]:
+        yield from (m for m in moments if m.at < at)
+        yield from aside([m for m in moments if at <= m.at < at + 0.2])
+        yield from (m for m in moments if m.at >= at + 0.2)
+
+    return changed
+
+
+def manager_not_heard(run: Recording) -> Change:
+    return after(moving_at(run), each("delivered", ManagerState, lambda _: None, f"robot/{ONE}"))
+
+
+def stop_not_heeded(run: Recording) -> Change:
+    return with_one_more(moving_at(run), "delivered", f"robot/{ONE}", Estop("loud", True, "anna", "test"))
+
+
+def stop_not_heeded_by_gateway(run: Recording) -> Change:
+    gateway = run.judge.facts.gateway_of(ONE)
+    return with_one_more(moving_at(run), "delivered", gateway, Estop("loud", True, "anna", "test"))
+
+
+def nobody_asked(_: Recording) -> Change:
+    return without_calls(Run, Continue)
+
+
+def off_and_moving(run: Recording) -> Change:
+    off = each("published", DriveFeedback, of(ONE, lambda f: replace(f, enabled=False, state=PlayoutState.FOLLOWING)))
+    return after(moving_at(run), off)
+
+
+def no_more_blocks(run: Recording) -> Change:
+    return after(moving_at(run), each("published", SetpointBlock, of(ONE, lambda _: None)))
+
+
+def block_without_end(_: Recording) -> Change:
+    return each("published", SetpointBlock, lambda m: replace(m.what, velocity=m.what.velocity + 0.1))
+
+
+def all_refused(_: Recording) -> Change:
+    return each("published", DriveFeedback, of(ONE, lambda f: replace(f, refused=f.tick)))
+
+
+def halted_and_moving(run: Recording) -> Change:
+    halted = each("published", RobotState, of(ONE, lambda s: replace(s, mode=Mode.HALTED)))
+    return after(moving_at(run), halted)
+
+
+def silent_about_it(run: Recording) -> Change:
+    place = inside_at(run, ONE).what[ONE]
+    silent = each("published", RobotState, of(ONE, lambda s: replace(s, waiting_for="")))
+
+    def changed(moments: list[Seen]) -> Iterator[Seen]:
+        yield from silent(list(samples(ONE, lambda _: place)(moments)))
+
+    return changed
+
+
+def drives_not_heard(run: Recording) -> Change:
+    return after(moving_at(run), each("delivered", DriveFeedback, lambda _: None, f"robot/{ONE}"))
+
+
+def silent_drive(run: Recording) -> Change:
+    silent = each("published", DriveFeedback, of(ONE, lambda f: replace(f, axes=(AxisStatus.SILENT, *f.axes[1:]))))
+    return after(moving_at(run), silent)
+
+
+def no_key(_: Recording) -> Change:
+    return each("delivered", JogHeld, lambda _: None)
+
+
+def kept_waiting(run: Recording) -> Change:
+    waits = each(
+        "published",
+        ManagerState,
+        lambda m: zone_is(m.what, state=ZoneState.FREE, holder=None, token=None, queue=(ONE,), reason=""),
+    )
+    return after(moving_at(run), waits)
+
+
+def holder_not_heard(run: Recording) -> Change:
+    deaf = each("delivered", Presence, of(ONE, lambda _: None), "manager")
+    return after(held(run, ONE).at, deaf)
+
+
+def old_order(_: Recording) -> Change:
+    """As if its caller had seen the robot's first state."""
+
+    def old(request: Request) -> Request:
+        call = request.call
+        assert isinstance(call, Call)
+        if not isinstance(call.command, Run) or call.heard is None:
+            return request
+        return replace(request, call=replace(call, heard=Heard(call.heard.boot, 1)))
+
+    return each("delivered", Request, lambda m: old(m.what))
+
+
+def stop_forgotten(_: Recording) -> Change:
+    return each("published", ManagerState, lambda m: replace(m.what, estops=()))
+
+
+def owner_of_before(run: Recording) -> Change:
+    return after(moving_at(run), each("published", DriveFeedback, of(ONE, lambda f: replace(f, owner=f.owner - 1))))
+
+
+def output_by_itself(_: Recording) -> Change:
+    return each("published", DriveFeedback, lambda m: replace(m.what, outputs=0 if m.what.enabled else 1))
+
+
+def planned_again_and_again(run: Recording) -> Change:
+    plan = next(m for m in run.moments if m.kind == "effect" and isinstance(m.what, Plan))
+
+    def changed(moments: list[Seen]) -> Iterator[Seen]:
+        yield from (m for m in moments if m.at <= plan.at)
+        yield from [plan] * 50
+
+    return changed
+
+
+PLANTED: dict[str, Callable[[Recording], Change]] = {
+    "one body in a zone": both_in_it,
+    "the real body is published": somewhere_else,
+    "who is inside is holder or suspect": zone_called_free,
+    "a block stays within the published body": body_too_short,
+    "the stop time is true": says_it_stands,
+    "no breach": breach,
+    "enters by a fresh grant": not_granted,
+    "a token given up is never taken again": taken_again,
+    "grants are due": granted_at_once,
+    "a grant ends by its holder": zone_called_free,
+    "grants outlive a manager": forgotten_by_the_next,
+    "occupied is what is the case": called_granted,
+    "tokens grow": smaller_token,
+    "sequences grow": number_left_out,
+    "echoes grow": older_echo,
+    "joints keep their limits": jump,
+    "on this motion": jump,
+    "plays what was sent": jump,
+    "stops without a manager": manager_not_heard,
+    "stops under an emergency stop": stop_not_heeded,
+    "a gateway obeys an emergency stop": stop_not_heeded_by_gateway,
+    "nothing moves by itself": nobody_asked,
+    "stands once it is stopped": off_and_moving,
+    "blocks keep coming": no_more_blocks,
+    "a block ends at rest": block_without_end,
+    "blocks are taken": all_refused,
+    "modes have causes": nobody_asked,
+    "the mode is what is the case": halted_and_moving,
+    "says why it stands": silent_about_it,
+    "nothing new without feedback": drives_not_heard,
+    "no drive is left alone": silent_drive,
+    "jogs while the key is held": no_key,
+    "a free zone is granted": kept_waiting,
+    "a silent holder's zone is blocked": holder_not_heard,
+    "orders are carried out in time and once": old_order,
+    "emergency stops are kept": stop_forgotten,
+    "one owner": owner_of_before,
+    "outputs are switched by order": output_by_itself,
+    "effort is bounded": planned_again_and_again,
+}
+
+
+def test_every_invariant_has_a_fault_that_it_must_see() -> None:
+    assert sorted(PLANTED) == sorted(kind.name for kind in ALL)
+
+
+def test_a_good_run_breaks_nothing_when_it_is_judged_again(run: Recording) -> None:
+    assert run.judged(lambda moments: moments) is None
+
+
+@pytest.mark.parametrize("name", PLANTED)
+def test_an_invariant_sees_its_fault(run: Recording, name: str) -> None:
+    broken = run.judged(PLANTED[name](run), name)
+    assert broken is not None
+    assert broken.invariant == name
