@@ -76,6 +76,8 @@ class AgentCore:
         decisions = Decisions(robot, self.run, self.pace, self.jogging, self.corrections, self.interruption)
         self.operator = Operator(robot, boot, cell.times.command_s, self.link, decisions)
         self.mode = Mode.STARTING
+        self._owner = 0
+        """Of the claim that this core works under; 0: none."""
         self.executive: Executive | None = None
         self._estops = ObeyedEstops(boot)
         self._rest = MeasuredRest()
@@ -138,7 +140,8 @@ class AgentCore:
                 + self.run.lookahead.drop()
                 + self.operator.refuse_all("the robot's gateway has not accepted this agent yet")
             )
-        if self.mode is Mode.STARTING:
+        if self._owner != self.link.grant.owner:
+            self._owner = self.link.grant.owner
             self.run.outputs.claimed(self.link.grant.outputs)
         if self._planner is None or self._planner.cycle_s != self.link.grant.cycle_s:
             self._planner = self._planner_for(self.link.grant.cycle_s)
@@ -176,9 +179,12 @@ class AgentCore:
     # What the drives, the e-stop and the manager impose on the mode
 
     def _without_claim(self) -> None:
-        if self.mode is not Mode.STARTING:
+        """Begin anew; but what an operator must acknowledge stays."""
+        if self._owner:
             self.interruption.forget("the claim on the gateway was lost")
-        self.mode = Mode.STARTING
+        self._owner = 0
+        if self.mode is not Mode.FAULT:
+            self.mode = Mode.STARTING
         self._leave_path()
         self._rest.begin()
         self._numbers = itertools.count(1)

@@ -3,6 +3,7 @@
 Nothing here uses the product's own rules of freshness and order: when each message was sent is known.
 """
 
+from collections import defaultdict
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from math import inf
@@ -169,6 +170,8 @@ class Facts:
         self.blocks: dict[str, dict[tuple[int, int], SentBlock]] = {robot: {} for robot in self.robots}
         """By robot: all blocks, by owner and sequence."""
         self.newest_block: dict[str, SentBlock] = {}
+        self._owners: dict[str, list[int]] = defaultdict(list)
+        """Of each robot, as its gateway has named them, one after another; 0 is one too."""
         self.troubled_until = 0.0
         """The plan's newest fault has worn off."""
         self.hindered_until: dict[str, float] = {}
@@ -263,10 +266,17 @@ class Facts:
                 self.gateways[message.gateway] = message
             case DriveFeedback():
                 self.feedback[message.robot] = message
+                if message.owner not in self._owners[message.robot]:
+                    self._owners[message.robot].append(message.owner)
             case SetpointBlock():
                 sent = SentBlock(message, self.now)
                 self.blocks[message.robot][message.owner, message.sequence] = sent
                 self.newest_block[message.robot] = sent
+
+    def _ended(self, block: SetpointBlock) -> list[int]:
+        """The owners of the block's robot whose claims had ended when that of the block's owner began."""
+        owners = self._owners[block.robot]
+        return owners[: owners.index(block.owner)] if block.owner in owners else []
 
     def seen(self, presence: Presence) -> Shown:
         """A presence of this moment, with what is known of it."""
@@ -299,7 +309,7 @@ class Facts:
                 told.calls.append((self.now, call))
             case DriveFeedback():
                 block = self.newest_block.get(message.robot)
-                if block is None or block.at < told.since or block.message.owner == message.owner:
+                if block is None or block.at < told.since or message.owner not in self._ended(block.message):
                     told.feedback_at = self.now
             case _:
                 pass

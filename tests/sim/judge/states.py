@@ -31,7 +31,7 @@ _CAUSES: dict[Mode, tuple[type, ...]] = {
 """What an operator must have asked for before a robot comes to a mode."""
 _FROM_ITSELF = {(Mode.RETURNING, Mode.RUNNING)}
 _WAYS_OUT: dict[Mode, frozenset[Mode]] = {
-    Mode.FAULT: frozenset({Mode.DISABLED, Mode.ESTOP, Mode.STARTING, Mode.READY, Mode.HALTED, Mode.OFF_PATH}),
+    Mode.FAULT: frozenset({Mode.DISABLED, Mode.ESTOP, Mode.READY, Mode.HALTED, Mode.OFF_PATH}),
     Mode.ESTOP: frozenset(
         {Mode.DISABLED, Mode.FAULT, Mode.STARTING, Mode.READY, Mode.HALTED, Mode.OFF_PATH, Mode.ENABLING}
     ),
@@ -68,7 +68,7 @@ class ModesHaveCauses(Invariant):
         way = f"from {before.value} to {state.mode.value}"
         if before in _WAYS_OUT and state.mode not in _WAYS_OUT[before]:
             self.broken(state.robot, f"it went {way}")
-        if before is Mode.FAULT and state.mode not in (Mode.ESTOP, Mode.STARTING) and ResetRobot not in calls:
+        if before is Mode.FAULT and state.mode is not Mode.ESTOP and ResetRobot not in calls:
             self.broken(state.robot, f"it went {way}, and nobody has acknowledged the fault")
         causes = _CAUSES.get(state.mode, ())
         if causes and (before, state.mode) not in _FROM_ITSELF and not calls & set(causes):
