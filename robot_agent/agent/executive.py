@@ -12,12 +12,12 @@ from robot_agent.agent.axes import samples_in_axes, torques_in_axes
 from robot_agent.agent.corrected_blocks import corrected_block, resume
 from robot_agent.agent.corrections import Correcting
 from robot_agent.agent.planning import Planned, Planner, Sampled
-from robot_agent.agent.timeline import SentBlock, Timeline
+from robot_agent.agent.timeline import SentBlock, Span, Timeline
 from robot_agent.dynamics import AxisTorques
 from robot_agent.kinematics import OpenMechanism
 from robot_agent.trajectory import Governor, Hold, RateRequest, Segment
 from robot_agent.trajectory.sources import CorrectedSource, JogSource, States, Target, sampled, states_from
-from robot_agent.workspace import body_message, unknown_body
+from robot_agent.workspace import Sweep, body_message, sweep, unknown_body
 
 _MEASURED_LAG_S = 0.1
 """How far behind the commanded position the measured one is searched for."""
@@ -72,6 +72,8 @@ class Executive:
         """So many samples of a block are what is meant to come; the others are there in case no block follows."""
         self._governors: dict[int, tuple[Planned, Governor]] = {}
         self._jog: JogSource | None = None
+        self._standing: tuple[Span, Sweep] | None = None
+        """Where it stood last, and its body there."""
         first = SentBlock(feedback.block, feedback.tick, standing, self._governor(standing).rest(0.0))
         self.timeline = Timeline(first)
 
@@ -109,7 +111,7 @@ class Executive:
 
     def rest_s(self, tick: int, candidate: SentBlock | None) -> float:
         """From a tick until all that was sent, and a candidate, is at rest [s]; 0.0 when nothing of it moves."""
-        if all(span.first_tau == span.last_tau for span in self.timeline.spans(tick, candidate)):
+        if all(span.stands for span in self.timeline.spans(tick, candidate)):
             return 0.0
         played_out = self.timeline.played_out_tick
         last = played_out if candidate is None else max(played_out, candidate.rest_tick)
@@ -167,8 +169,16 @@ class Executive:
             return unknown_body(self._planner.model, self._planner.pose_world_base)
         tick, widen_m = measured
         spans = self.timeline.spans(tick, candidate)
-        pieces = [(span.planned.sweep, *span.samples) for span in spans]
+        pieces = [(self._stood(span), 0, 0) if span.stands else (span.planned.sweep, *span.samples) for span in spans]
         return body_message(self._planner.model, self._planner.pose_world_base, pieces, widen_m)
+
+    def _stood(self, span: Span) -> Sweep:
+        """Exactly where the robot stands: not grown to the samples around it, which a zone may begin between."""
+        known = self._standing
+        if known is None or known[0].planned.motion is not span.planned.motion or known[0].last_tau != span.last_tau:
+            q = span.planned.motion.q(np.array([span.last_tau]))
+            known = self._standing = span, sweep(self._planner.model, self._planner.pose_world_base, q)
+        return known[1]
 
     def _measured(self, feedback: DriveFeedback) -> tuple[int, float] | None:
         """The tick whose commanded position is nearest to the measured one, and the distance of the two bodies [m]."""

@@ -76,6 +76,11 @@ class Span:
     last_tau: float
 
     @property
+    def stands(self) -> bool:
+        """Whether it is one place only."""
+        return self.first_tau == self.last_tau
+
+    @property
     def samples(self) -> tuple[int, int]:
         """First and last sample of the motion's sweep that enclose the span."""
         taus = self.planned.taus

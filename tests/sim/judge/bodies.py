@@ -45,7 +45,7 @@ class BodyIsPublished(Invariant):
         if sample.shown is None:
             return
         missing = float(sample.shown.misses(sample.points[None])[0])
-        if missing > (_HINDERED_M if self.facts.hindered(sample.robot) else _BODY_TOLERANCE_M):
+        if missing > (_HINDERED_M if self.facts.hindered(sample.robot, sample.shown.at) else _BODY_TOLERANCE_M):
             age = sample.at - sample.shown.at
             what = f"it is {1000 * missing:.1f} mm outside the body that it published {age:.3f} s before"
             self.broken(sample.robot, what, sample.at)

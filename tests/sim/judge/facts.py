@@ -196,9 +196,9 @@ class Facts:
         """No fault was at work for so long."""
         return self.now - self.troubled_until >= for_s
 
-    def hindered(self, robot: str) -> bool:
+    def hindered(self, robot: str, at: float | None = None) -> bool:
         """Whether one of the robot's drives fails, or did lately."""
-        return self.now < self.hindered_until.get(robot, 0.0)
+        return (self.now if at is None else at) < self.hindered_until.get(robot, 0.0)
 
     def alive(self, name: str) -> bool:
         process = self.world.processes[name]

@@ -1,5 +1,6 @@
 """What the drives are commanded, against what was sent, planned, allowed and ordered."""
 
+from collections import defaultdict, deque
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from math import inf
@@ -185,6 +186,8 @@ class PlaysBlocks(Invariant):
     def __init__(self, facts: Facts) -> None:
         super().__init__(facts)
         self._owners: dict[str, int] = {}
+        self._accepted: dict[str, deque[int]] = defaultdict(lambda: deque(maxlen=self._LOOK_BACK))
+        """The newest blocks that were said to be accepted; between two of them may lie many."""
         self._before: dict[str, tuple[int, int]] = {}
         """The newest block of before the drives were on, and the tick up to which they hold: it is not played any
         more."""
@@ -199,6 +202,7 @@ class PlaysBlocks(Invariant):
             self._before[robot] = feedback.block, 0
         elif feedback.owner != self._owners.get(robot):
             self._before[robot] = 0, 0
+            self._accepted[robot].clear()
         self._owners[robot] = feedback.owner
         before, held_until = self._before.get(robot, (0, 0))
         if feedback.block in (0, before):
@@ -206,12 +210,16 @@ class PlaysBlocks(Invariant):
         newest = blocks.get((feedback.owner, feedback.block))
         if newest is None:
             self.broken(name, f"block {feedback.block} of owner {feedback.owner}, which nobody sent, is accepted")
+        accepted = self._accepted[robot]
+        if feedback.block not in accepted:
+            accepted.append(feedback.block)
         if held_until == 0:
             held_until = newest.message.first_tick
             self._before[robot] = before, held_until
         if feedback.tick < held_until:
             return
-        for number in range(feedback.block, max(before, feedback.block - self._LOOK_BACK), -1):
+        recent = range(feedback.block, max(before, feedback.block - self._LOOK_BACK), -1)
+        for number in (*recent, *reversed(accepted)):
             sent = blocks.get((feedback.owner, number))
             if sent is not None and feedback.tick >= sent.message.first_tick:
                 rows = sent.message.position
