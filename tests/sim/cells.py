@@ -30,7 +30,7 @@ from tests.sim.programs import APPROACHES, Way, program_text
 
 MODELS = Path(__file__).parents[2] / "cell_configs" / "models"
 _MOST_DRAWS = 200
-_LONGEST_S = 11.0
+_LONGEST_S = 9.0
 """Of motion, of a program."""
 _ASKED_S = 0.6
 """So long before it enters a zone a robot asks for it."""
@@ -94,7 +94,7 @@ def _drawn(number: int, rng: random.Random) -> GeneratedCell | None:
     lag_s = rng.choice([0.008, 0.02])
     overrun_s, lost_s = rng.choice([(0.5, 0.8), (0.06, 0.25), (0.06, 0.25)])
     cycles = {
-        name: rng.choice([0.02, 0.02, 0.02, 0.01, 0.01, 0.004 if len(robots) == 2 else 0.02]) for name in gateways
+        name: rng.choices([0.02, 0.01, 0.004 if len(robots) == 2 else 0.02], [12, 3, 1])[0] for name in gateways
     }
     for name, members in gateways.items():
         (folder / f"{name}.yaml").write_text(_drives(rng, name, members, cycles[name], lag_s, overrun_s))

@@ -292,6 +292,7 @@ class ClockStep(Item):
 
     def strike(self, stage: Stage) -> float:
         stage.world.hosts[self.process].step(self.seconds)
+        stage.facts.clock_set_back |= self.process == "manager" and self.seconds < 0.0
         return 0.0
 
 

@@ -52,12 +52,13 @@ class BodyIsPublished(Invariant):
 
 
 class InsideIsAccountedFor(Invariant):
-    """Whoever is really inside a zone is its holder in the newest state of the manager, or the zone is blocked."""
+    """Whoever is really inside a zone is its holder in the newest state of the manager, or the zone is blocked. A drive
+    that fails may let a robot come anywhere."""
 
     name = "who is inside is holder or suspect"
 
     def look(self, sample: Sample) -> None:
-        if sample.manager is None:
+        if sample.manager is None or self.facts.hindered(sample.robot, sample.at):
             return
         for zone in sample.inside:
             status = sample.manager.zones[zone]
@@ -131,6 +132,8 @@ class StopTimeIsTrue(Invariant):
     def look(self, sample: Sample) -> None:
         shown = sample.shown
         if shown is None or not sample.moving or not shown.message.body.known:
+            return
+        if self.facts.hindered(sample.robot, shown.at):
             return
         said_s = shown.message.stop_time_s
         over_s = sample.at - shown.at - said_s

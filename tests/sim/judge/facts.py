@@ -178,6 +178,8 @@ class Facts:
         """Robots with a drive that fails do not go where they are told."""
         self.journal_spoilt = False
         """The manager's journal was lost, or was old when it was read."""
+        self.clock_set_back = False
+        """The wall clock of the manager's computer was."""
         self.on_samples: Callable[[Sample], None] = lambda _: None
         self.samples = 0
         self._seen: Shown | None = None

@@ -18,21 +18,43 @@ from tests.sim.judge.invariant import Handlers, Invariant
 
 
 class NoBreach(Invariant):
-    """No robot is ever in a zone without a grant, also in the manager's eyes; but one that its drives brake may come
-    anywhere."""
+    """No robot is ever in a zone without a grant, also in the manager's eyes. But one that its drives brake may come
+    anywhere, and an operator may free a zone of which a robot that was not heard says that it may still be inside."""
 
     name = "no breach"
 
+    def __init__(self, facts: Facts) -> None:
+        super().__init__(facts)
+        self._since: dict[tuple[str, str], float] = {}
+        """Since when the bodies that a robot publishes touch a zone."""
+
     @property
     def published(self) -> Handlers:
-        return {Event: self._event}
+        return {Event: self._event, Presence: self._presence}
+
+    def _presence(self, _: str, presence: Presence) -> None:
+        shown = self.facts.seen(presence)
+        for zone, box in self.facts.boxes.items():
+            if shown.touches(zone, box):
+                self._since.setdefault((presence.robot, zone), self.facts.now)
+            else:
+                self._since.pop((presence.robot, zone), None)
 
     def _event(self, process: str, event: Event) -> None:
-        if event.code == "zone_breach":
-            robot = event.text.split()[0]
-            feedback = self.facts.feedback.get(robot)
-            if (feedback is None or feedback.enabled) and not self.facts.hindered(robot):
-                self.broken(process, event.text)
+        if event.code != "zone_breach":
+            return
+        robot, _, rest = event.text.partition(" is in zone ")
+        zone = rest.partition(",")[0]
+        decided = [
+            at
+            for at, call in self.facts.told["manager"].calls
+            if isinstance(call.command, AdoptZone | ClearZone) and call.command.zone == zone
+        ]
+        if decided and self._since.get((robot, zone), inf) < decided[-1]:
+            return
+        feedback = self.facts.feedback.get(robot)
+        if (feedback is None or feedback.enabled) and not self.facts.hindered(robot):
+            self.broken(process, event.text)
 
 
 class EntersByFreshGrant(Invariant):
