@@ -266,7 +266,7 @@ class ManagerCore:
         if zone is None:
             return False, f"no zone {command.zone!r}; this cell has {', '.join(sorted(self._zones)) or 'none'}"
         if isinstance(command, ClearZone):
-            what, (ok, found) = "cleared", zone.clear(sights[zone.name])
+            what, (ok, found) = "cleared", zone.clear(sights[zone.name], self._sequence + 1)
         elif refusal := self._presences.refused().get(command.robot):
             return False, f"{command.robot} gets no grants: {refusal}"
         else:

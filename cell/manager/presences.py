@@ -19,6 +19,8 @@ MOST_STRANGERS = 8
 class _Robot:
     newest: NewestOf = field(default_factory=NewestOf)
     presence: Presence | None = None
+    heard_at: float = -inf
+    """When that presence came [s]."""
     body: Body | None = None
     """The last body that was fresh: where the robot is until a fresh one says otherwise."""
     gone: bool = False
@@ -61,7 +63,7 @@ class Presences:
             return
         robot = self._robots.setdefault(presence.robot, _Robot())
         if robot.newest.accept(presence.boot, presence.owner, presence.sequence):
-            robot.presence = presence
+            robot.presence, robot.heard_at = presence, now
             robot.gone, robot.lower = False, None
         elif presence.owner < robot.newest.era and self.age_of(presence.heard, now) < self._fresh_s:
             robot.lower = presence.owner
@@ -141,9 +143,14 @@ class Presences:
                 wants=zone in presence.wants,
                 echo=presence.heard.sequence if presence.heard is not None else -1,
                 refused=refused.get(name, ""),
+                still_braking=self._still_braking(name, presence, robot.heard_at, now),
                 needs_now=presence.wants.get(zone, inf) < _NOW_S,
             )
         return seen
+
+    def _still_braking(self, name: str, presence: Presence, heard_at: float, now: float) -> bool:
+        """A robot that is not heard any more goes on for as long as it may rely on a grant, and then brakes."""
+        return not self.fresh(name, now) and now - heard_at < self._fresh_s + presence.stop_time_s
 
     def acknowledged(self, now: float) -> dict[str, str | None]:
         """Of every configured robot that is fresh: the emergency stop under which it stands or brakes."""

@@ -30,6 +30,8 @@ class Sight:
     """Sequence of the manager state that the presence answers."""
     refused: str
     """Why the robot gets no grants; empty when it may."""
+    still_braking: bool = False
+    """Silent for so short a time that it may not have come to rest yet."""
     needs_now: bool = False
     """It stands, or would come to stand at once, where it does not get the zone."""
 
@@ -75,7 +77,7 @@ class Zone:
         fresh = {robot for robot, sight in sights.items() if sight.fresh}
         self.awaited -= fresh
         self._declared_out -= fresh
-        if self._rebuilding:
+        if self._rebuilding and not self.awaited:
             self._take_claims(sights, sequence)
         if self.state in (ZoneState.GRANTED, ZoneState.OCCUPIED):
             self._follow_holder(sights)
@@ -85,13 +87,17 @@ class Zone:
         self._line_up(sights)
         return intrusions
 
-    def _take_claims(self, sights: Mapping[str, Sight], sequence: int) -> None:
-        """After a restart: grants of an earlier epoch live on in the presences of those who hold them."""
-        claims = {
+    def _claims(self, sights: Mapping[str, Sight]) -> dict[str, Token]:
+        """Grants of an earlier epoch: after a restart they live on in the presences of those who hold them."""
+        return {
             robot: sight.holds
             for robot, sight in sights.items()
             if sight.fresh and sight.holds is not None and sight.holds.epoch < self._epoch
         }
+
+    def _take_claims(self, sights: Mapping[str, Sight], sequence: int) -> None:
+        """Name the holder of before the restart again, once nobody can have a newer grant that was not heard yet."""
+        claims = self._claims(sights)
         strangers = {robot: token for robot, token in claims.items() if robot != self.holder}
         if not strangers:
             return
@@ -102,7 +108,13 @@ class Zone:
             self._set_holder(robot, sights[robot].boot, token, sequence)
             return
         self._rebuilding = False
+        if self.holder is not None and self.token is not None:
+            claims[self.holder] = self.token
+        # The newest grant is the valid one; its holder has the zone again when all others have let it go.
+        newest = max(claims, key=claims.__getitem__)
         self.holder = self.token = self._boot = None
+        if not sights[newest].refused:
+            self.holder, self.token, self._boot = newest, claims[newest], sights[newest].boot
         self._orphan(
             involved, "; ".join(refused) or f"{' and '.join(sorted(involved))} both claim it since the manager started"
         )
@@ -123,7 +135,9 @@ class Zone:
 
     def _find_intruders(self, sights: Mapping[str, Sight]) -> list[Intrusion]:
         good = self.holder if self.state in (ZoneState.GRANTED, ZoneState.OCCUPIED) else None
-        inside = {r for r, s in sights.items() if s.inside and r != good and r not in self._declared_out}
+        claiming = self._claims(sights) if self._rebuilding and self.awaited else {}
+        excused = {good} | self._declared_out | set(claiming)
+        inside = {robot for robot, sight in sights.items() if sight.inside and robot not in excused}
         found = []
         for robot in sorted(inside - self.suspects):
             sight, other = sights[robot], self.holder if self.holder != robot else None
@@ -179,18 +193,28 @@ class Zone:
         self._set_holder(eligible, sights[eligible].boot, new_token(), sequence)
         return eligible
 
-    def clear(self, sights: Mapping[str, Sight]) -> tuple[bool, str]:
+    def clear(self, sights: Mapping[str, Sight], sequence: int) -> tuple[bool, str]:
         """An operator has looked: no robot is inside that does not say so itself. Done or not, and why."""
         if self.state in (ZoneState.GRANTED, ZoneState.OCCUPIED):
             return False, (
                 f"zone {self.name} is held by {self.holder}, which lives and gives it up once it is outside: "
                 f"`cell continue {self.holder}`, `cell run {self.holder}` or `cell jog {self.holder}` leads it out"
             )
+        braking = sorted(robot for robot in self.suspects if robot in sights and sights[robot].still_braking)
+        if braking:
+            return False, (
+                f"zone {self.name}: {', '.join(braking)} fell silent a moment ago and may still be moving; look when "
+                f"it stands, then `cell zone clear {self.name}` again"
+            )
         inside = {robot for robot in self.suspects if robot in sights and sights[robot].fresh and sights[robot].inside}
         gone = (self.suspects | self.awaited) - inside
         self._declared_out |= gone
         self.suspects -= gone
+        awaited = ", ".join(sorted(self.awaited))
         self.awaited.clear()
+        if awaited and self._rebuilding and self.state is ZoneState.FREE:
+            self._take_claims(sights, sequence)
+            return True, f"zone {self.name} waits for {awaited} no more"
         self._rebuilding = False
         if inside:
             names = ", ".join(sorted(inside))

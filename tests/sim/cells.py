@@ -93,9 +93,7 @@ def _drawn(number: int, rng: random.Random) -> GeneratedCell | None:
     gateways = _gateways(rng, robots)
     lag_s = rng.choice([0.008, 0.02])
     overrun_s, lost_s = rng.choice([(0.5, 0.8), (0.06, 0.25), (0.06, 0.25)])
-    cycles = {
-        name: rng.choices([0.02, 0.01, 0.004 if len(robots) == 2 else 0.02], [12, 3, 1])[0] for name in gateways
-    }
+    cycles = {name: rng.choices([0.02, 0.01, 0.004 if len(robots) == 2 else 0.02], [12, 3, 1])[0] for name in gateways}
     for name, members in gateways.items():
         (folder / f"{name}.yaml").write_text(_drives(rng, name, members, cycles[name], lag_s, overrun_s))
     (folder / "cell.yaml").write_text(_cell(rng, zones, robots, gateways, lost_s, max(cycles.values())))

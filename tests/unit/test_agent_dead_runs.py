@@ -3,9 +3,9 @@
 from dataclasses import replace
 
 from cell.core import Arrived
-from cell.messages import ManagerState, Mode, Token, ZoneState, ZoneStatus
+from cell.messages import ManagerState, Mode, ResetRobot, Token, ZoneState, ZoneStatus
 from tests.unit.agent_world import AgentWorld
-from tests.unit.test_agent_core import enabled
+from tests.unit.test_agent_core import enabled, until
 
 PROGRAM = "MJ J1=30\nEND"
 
@@ -57,3 +57,21 @@ def test_a_gateway_that_was_started_again_is_claimed_anew() -> None:
     world.feedback_lost = False
     world.run(0.2)
     assert world.agent.link.owned is not None
+
+
+def test_a_fault_outlives_the_loss_of_the_claim() -> None:
+    world = enabled("MJ J1=30 F=20\nEND")
+    feedback = world.agent.link.feedback
+    assert feedback is not None
+    world.feedback_lost = True
+    until(world, lambda: world.state.mode is Mode.FAULT)
+    for sequence in range(50):
+        tell(world, replace(feedback, boot="next", sequence=sequence, owner=0))
+        world.run(0.02)
+    world.feedback_lost = False
+    world.run(0.5)
+    assert world.agent.link.owned is not None
+    assert world.state.mode is Mode.FAULT
+    world.call(ResetRobot())
+    world.run(0.1)
+    assert world.state.mode is Mode.READY

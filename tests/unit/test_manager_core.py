@@ -268,12 +268,53 @@ def test_a_presence_for_the_former_manager_is_not_fresh_for_the_new_one(held: Wo
     assert held.zone.reason.startswith("no grants before left reported")
 
 
+def test_a_grant_of_before_a_restart_is_confirmed_only_when_nobody_can_have_a_newer_one(held: World) -> None:
+    held.right.x, held.right.holds, held.right.silent = INSIDE, {"middle": Token(7, 9)}, True
+    held.restart_manager(8, "m2")
+    held.run(0.5)
+    assert (held.zone.state, held.zone.holder) == (ZoneState.FREE, None)
+    assert held.zone.reason.startswith("no grants before right reported")
+    held.right.silent = False
+    held.run(0.1)
+    assert (held.zone.state, held.zone.holder) == (ZoneState.ORPHANED, "right")
+    assert held.state.estops == ()
+    held.left.x, held.left.wants = OUTSIDE, False
+    held.left.holds.clear()
+    held.run()
+    assert (held.zone.state, held.zone.holder, held.zone.token) == (ZoneState.OCCUPIED, "right", Token(7, 9))
+
+
+def test_an_operator_who_saw_the_robot_that_does_not_report_outside_lets_the_other_keep_its_grant(held: World) -> None:
+    held.right.silent = True
+    held.restart_manager(8, "m2")
+    held.run(0.5)
+    assert held.call(CLEAR).text == "zone middle waits for right no more"
+    held.run()
+    assert (held.zone.state, held.zone.holder, held.zone.token) == (ZoneState.OCCUPIED, "left", Token(7, 1))
+
+
+def test_a_zone_is_cleared_only_after_a_robot_that_fell_silent_had_the_time_to_brake() -> None:
+    world = World().run()
+    world.left.wants = True
+    world.run()
+    world.left.x, world.left.moving = INSIDE, True
+    world.run()
+    world.left.silent = True
+    world.manager.receive(TokenGone("robot", "left", world.left.boot), world.now)
+    world.run(0.1)
+    refused = world.call(CLEAR)
+    assert not refused.ok
+    assert "left fell silent a moment ago and may still be moving" in refused.text
+    world.run(0.7)
+    assert world.call(CLEAR).ok
+
+
 def test_two_claims_to_one_zone_are_the_operators(held: World) -> None:
     held.right.x = INSIDE
     held.right.holds = {"middle": Token(7, 9)}
     held.restart_manager(8, "m2")
     held.run(0.5)
-    assert (held.zone.state, held.zone.holder) == (ZoneState.ORPHANED, None)
+    assert (held.zone.state, held.zone.holder) == (ZoneState.ORPHANED, "right")
     assert "left and right both claim it" in held.zone.reason
     held.right.x = OUTSIDE
     held.run()

@@ -152,7 +152,7 @@ class ZoneMachine(RuleBasedStateMachine):
         """An operator who looks: nobody is inside but who says so itself."""
         unheard = [name for name in self.agents if not (name in self.sights and self.sights[name].fresh)]
         if not any(self.agents[name].inside for name in unheard):
-            self.zone.clear(self.sights)
+            self.zone.clear(self.sights, self.sequence + 1)
             self.decide()
 
     @rule(name=ROBOTS)

@@ -202,6 +202,12 @@ class Facts:
         """Whether one of the robot's drives fails, or did lately."""
         return (self.now if at is None else at) < self.hindered_until.get(robot, 0.0)
 
+    @property
+    def lower_epoch(self) -> bool:
+        """Nothing is left from which a manager could take a greater epoch than those before it: nobody believes it, and
+        an operator has to start the others anew."""
+        return self.journal_spoilt and self.clock_set_back
+
     def alive(self, name: str) -> bool:
         process = self.world.processes[name]
         return process.alive and not process.frozen
