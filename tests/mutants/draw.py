@@ -79,16 +79,27 @@ def candidates(file: str, lines: set[int]) -> Iterator[Drawn]:
         for body in (getattr(node, name, None) for name in ("body", "orelse")):
             if isinstance(body, list):
                 for one, two in itertools.pairwise(body):
-                    if one.lineno in lines and two.lineno in lines and _may_swap(one) and _may_swap(two):
+                    if one.lineno in lines and two.lineno in lines and _may_swap(one, two):
                         old = "".join(rows[one.lineno - 1 : two.end_lineno])
                         yield Drawn(file, one.lineno, "swap two lines", old, rows_of(two) + rows_of(one))
 
 
-def _may_swap(node: ast.stmt) -> bool:
-    """Swapped are statements that do something and let the next one follow."""
-    return isinstance(node, ast.Assign | ast.AugAssign | ast.If) or (
-        isinstance(node, ast.Expr) and isinstance(node.value, ast.Call)
-    )
+def _may_swap(one: ast.stmt, two: ast.stmt) -> bool:
+    """Swapped are statements that let the next one follow, and of which one takes up what the other does."""
+    if not all(
+        isinstance(node, ast.Assign | ast.AugAssign | ast.If)
+        or (isinstance(node, ast.Expr) and isinstance(node.value, ast.Call))
+        for node in (one, two)
+    ):
+        return False
+    calls = all(any(isinstance(part, ast.Call) for part in ast.walk(node)) for node in (one, two))
+    return calls or bool(_named(one, ast.Store) & _named(two, ast.Load))
+
+
+def _named(node: ast.stmt, context: type[ast.expr_context]) -> set[str]:
+    """The names and attributes that a statement reads or writes."""
+    parts = [part for part in ast.walk(node) if isinstance(part, ast.Name | ast.Attribute)]
+    return {part.id if isinstance(part, ast.Name) else part.attr for part in parts if isinstance(part.ctx, context)}
 
 
 def _of_condition(file: str, row: str, test: ast.expr) -> Iterator[Drawn]:

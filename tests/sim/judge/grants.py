@@ -239,7 +239,8 @@ class HolderLetsGo(_OfManager):
 
 
 class ClaimsAreHonoured(_OfManager):
-    """A manager that was started lets a grant of an earlier one live on, where the holder alone says to have it."""
+    """A manager that was started, and that every robot has answered, lets a grant of an earlier one live on, where the
+    holder alone says to have it."""
 
     name = "grants outlive a manager"
 
@@ -248,6 +249,9 @@ class ClaimsAreHonoured(_OfManager):
         if news.decided or zone in self._decided_at:
             return
         facts, presences = self.facts, self.facts.told["manager"].presences
+        heard = {robot for robot, each in presences.items() if each.heard is not None and each.heard.boot == state.boot}
+        if heard != set(facts.robots):
+            return
         if before is not None and before.token is not None and before.token.epoch == state.epoch:
             return
         for robot, presence in presences.items():
