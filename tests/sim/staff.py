@@ -15,7 +15,7 @@ from cell.messages import (
     SetOverride,
     ZoneState,
 )
-from tests.sim.judge.facts import Facts
+from tests.sim.judge.facts import OFF_S, Facts
 from tests.sim.world import World
 
 _LOOK_EVERY_S = 0.3
@@ -35,6 +35,8 @@ class Staff:
         """Programs that have ended are started again."""
         self.orders = 0
         self._left_alone: dict[str, float] = {}
+        self._stopped: dict[frozenset[str], float] = {}
+        """Since when these emergency stops are seen in force."""
         world.operator(PATIENT)
         world.clock.after(_LOOK_EVERY_S, self._look)
 
@@ -51,12 +53,20 @@ class Staff:
                 self._serve(state)
             manager = eyes.manager
             if manager is not None and manager.estops:
-                self.reset_estop(PATIENT)
+                self._reset_when_off(frozenset(estop.id for estop in manager.estops))
             for zone, status in manager.zones.items() if manager is not None else ():
                 if status.state is ZoneState.ORPHANED:
                     self.adopt(PATIENT, zone)
                     self.clear(PATIENT, zone)
         self._world.clock.after(_LOOK_EVERY_S, self._look)
+
+    def _reset_when_off(self, stops: frozenset[str]) -> None:
+        """When all drives are off; or when they should have been for long."""
+        facts = self._facts
+        since = self._stopped.setdefault(stops, facts.now)
+        off = not any(feedback.enabled for feedback in facts.feedback.values())
+        if off or facts.now - since > facts.cell.times.estop_delay_s + OFF_S + _LOOK_EVERY_S:
+            self.reset_estop(PATIENT)
 
     def _order(self, robot: str, command: object) -> None:
         self.orders += 1

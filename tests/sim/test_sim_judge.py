@@ -163,6 +163,11 @@ def not_granted(_: Recording) -> Change:
     return each("delivered", ManagerState, lambda m: zone_is(m.what, holder=OTHER), f"robot/{ONE}")
 
 
+def let_go_inside(run: Recording) -> Change:
+    without = each("published", Presence, of(ONE, lambda p: replace(p, holds={})))
+    return after(held(run, ONE).at + 0.1, without)
+
+
 def taken_again(run: Recording) -> Change:
     gave_up = next(
         (before, later)
@@ -348,6 +353,7 @@ PLANTED: dict[str, Callable[[Recording], Change]] = {
     "the stop time is true": says_it_stands,
     "no breach": breach,
     "enters by a fresh grant": not_granted,
+    "an agent holds a zone while it is inside": let_go_inside,
     "a token given up is never taken again": taken_again,
     "grants are due": granted_at_once,
     "a grant ends by its holder": zone_called_free,

@@ -37,6 +37,8 @@ SAMPLE_S = 0.02
 BATCH = 32
 """Moments that are judged together."""
 FREEZE_S = 0.25
+OFF_S = 2.0
+"""For quick stop, brakes and switching off, after the time in which agents may brake under an emergency stop."""
 _STILL = 1e-8
 """[rad or m] from one sample to the next."""
 MOVING = 0.02

@@ -93,6 +93,24 @@ class EntersByFreshGrant(Invariant):
             self.broken(robot, f"its body comes into zone {zone} by a manager state that is {age:.3f} s old")
 
 
+class KeepsWhileInside(Invariant):
+    """A robot that holds a zone goes on holding it, by this token or a newer one, while its body is inside."""
+
+    name = "an agent holds a zone while it is inside"
+
+    @property
+    def published(self) -> Handlers:
+        return {Presence: self._presence}
+
+    def _presence(self, _: str, presence: Presence) -> None:
+        before = self.facts.shown.get(presence.robot)
+        if before is None or before.message.boot != presence.boot:
+            return
+        for zone in before.message.holds.keys() - presence.holds.keys():
+            if self.facts.seen(presence).touches(zone, self.facts.boxes[zone]):
+                self.broken(presence.robot, f"it does not hold zone {zone} any more, and its body is inside")
+
+
 class GivenUpStaysGivenUp(Invariant):
     """A token that a robot knew and did not hold in a presence with its body outside is never held by it again."""
 

@@ -18,6 +18,7 @@ ALL: tuple[type[Invariant], ...] = (
     bodies.StopTimeIsTrue,
     grants.NoBreach,
     grants.EntersByFreshGrant,
+    grants.KeepsWhileInside,
     grants.GivenUpStaysGivenUp,
     grants.GrantsAreDue,
     grants.HolderLetsGo,

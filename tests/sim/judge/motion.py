@@ -24,7 +24,7 @@ from cell.messages import (
     Step,
 )
 from robot_agent.agent.planning import Planned
-from tests.sim.judge.facts import Facts, Floats, Sample, rest_row
+from tests.sim.judge.facts import OFF_S, Facts, Floats, Sample, rest_row
 from tests.sim.judge.invariant import Handlers, Invariant
 from tests.sim.planned_paths import PATH_STEP_S, PlannedPaths
 
@@ -298,16 +298,26 @@ class GatewayObeysEstop(Invariant):
     """A robot whose gateway was told of an emergency stop is at rest and without torque within the gateway's delay."""
 
     name = "a gateway obeys an emergency stop"
-    _MORE_S = 2.0
-    """For the quick stop, brakes, and switching off."""
 
-    def look(self, sample: Sample) -> None:
-        gateway = self.facts.gateway_of(sample.robot)
+    @property
+    def published(self) -> Handlers:
+        return {DriveFeedback: self._feedback}
+
+    def _over_s(self, gateway: str, at: float) -> float:
+        """How long the time to obey has been over."""
         told = self.facts.told[gateway]
         if not told.estops or not self.facts.alive(gateway):
-            return
+            return -inf
         since = max(min(told.estops.values()), told.thawed_at)
-        over_s = sample.at - since - self.facts.cell.times.estop_delay_s - self._MORE_S
+        return at - since - self.facts.cell.times.estop_delay_s - OFF_S
+
+    def _feedback(self, name: str, feedback: DriveFeedback) -> None:
+        over_s = self._over_s(name, self.facts.now)
+        if over_s > 0.0 and feedback.enabled and not self.facts.hindered(feedback.robot):
+            self.broken(name, f"{feedback.robot} is on {over_s:.2f} s after it had to be off under an emergency stop")
+
+    def look(self, sample: Sample) -> None:
+        over_s = self._over_s(self.facts.gateway_of(sample.robot), sample.at)
         if over_s > 0.0 and sample.moving:
             self.broken(
                 sample.robot, f"it moves {over_s:.2f} s after it had to stand under an emergency stop", sample.at
