@@ -425,10 +425,23 @@ KINDS: tuple[type[Item], ...] = (
 
 # Drawing
 
+THEMES: tuple[dict[str, int], ...] = (
+    {
+        "kill": 16, "freeze": 12, "cut": 10, "part": 8, "late": 8, "burst": 3, "stop": 8, "drive": 8, "journal": 3,
+        "clock": 2, "order": 16, "jog": 6, "zone": 3, "switch": 3, "leave": 2, "reset": 2, "waver": 2,
+    },
+    {"waver": 8, "order": 2, "late": 1},
+    {"kill": 6, "leave": 2, "cut": 3, "part": 2, "late": 2, "journal": 1},
+    {"stop": 5, "drive": 4, "reset": 2, "jog": 2, "switch": 1, "freeze": 1},
+    {"cut": 4, "kill": 3, "freeze": 2, "zone": 4, "order": 1},
+)  # fmt: skip
+"""What may befall a cell, and how often: everything, or few kinds that need each other to do harm."""
+
 
 def draw_plan(seed: int, cell: GeneratedCell, lasting_s: float) -> tuple[Item, ...]:
     """What befalls the cell within `lasting_s` of the start; the later part is left to what waits for its moment."""
     rng = random.Random(f"plan {seed}")
+    theme = rng.choices(THEMES, [6, 1, 1, 1, 1])[0]
     items: list[Item] = []
     for _ in range(rng.choice([3, 5, 6, 8])):
         robot, at_s = rng.choice(sorted(cell.bundle.cell.robots)), rng.uniform(0.5, 0.7 * lasting_s)
@@ -436,11 +449,13 @@ def draw_plan(seed: int, cell: GeneratedCell, lasting_s: float) -> tuple[Item, .
         # What comes together is worse than what comes alone.
         for _ in range(rng.choice([1, 1, 2])):
             moment = Moment(robot, what, rng.choice([0.0, 0.0, rng.uniform(0.0, 0.3)]))
-            items.append(_item(rng, cell, robot, (at_s, moment if rng.random() < 0.85 else None)))
+            items.append(_item(rng, theme, cell, robot, (at_s, moment if rng.random() < 0.85 else None)))
     return tuple(sorted(items, key=lambda item: item.at_s))
 
 
-def _item(rng: random.Random, cell: GeneratedCell, robot: str, when: tuple[float, Moment | None]) -> Item:
+def _item(
+    rng: random.Random, theme: dict[str, int], cell: GeneratedCell, robot: str, when: tuple[float, Moment | None]
+) -> Item:
     agent, gateway = f"robot/{robot}", f"gateway/{cell.bundle.cell.robots[robot].gateway}"
     by = rng.choice(OPERATORS)
     down_s = rng.choice([rng.uniform(0.02, 0.3), rng.uniform(0.3, 2.0)])
@@ -451,11 +466,12 @@ def _item(rng: random.Random, cell: GeneratedCell, robot: str, when: tuple[float
     ends = rng.choice(
         [("manager", agent), (agent, "manager"), (agent, "manager"), (agent, gateway), (gateway, agent), (agent, "*")]
     )
-    match rng.choices(
-        ["kill", "freeze", "cut", "part", "late", "burst", "stop", "drive", "journal", "clock", "order", "jog", "zone",
-         "switch", "leave", "reset"],
-        [16, 12, 10, 8, 8, 3, 8, 8, 3, 2, 16, 6, 3, 3, 2, 2],
-    )[0]:  # fmt: skip
+    match rng.choices(list(theme), list(theme.values()))[0]:
+        case "waver":
+            # Grants that are given up and wanted again, while the link brings news of before.
+            if rng.random() < 0.5:
+                return Late(*when, "manager", agent, rng.uniform(0.05, 0.22), rng.uniform(0.5, 3.0))
+            return Order(*when, by, robot, "halt", "continue", rng.uniform(0.02, 0.2))
         case "kill":
             return Kill(*when, rng.choice(["manager", "manager", agent, agent, gateway]), down_s, rng.random() < 0.1)
         case "freeze":
