@@ -9,6 +9,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import ClassVar
 
+import numpy as np
+
 from cell.messages import (
     Continue,
     Disable,
@@ -25,12 +27,13 @@ from cell.messages import (
     Run,
     SetManual,
     SetOverride,
+    SetpointBlock,
     Step,
     SwitchOutput,
     ZoneState,
 )
 from tests.sim.cells import GeneratedCell
-from tests.sim.judge.facts import Facts
+from tests.sim.judge.facts import STRANGER, Facts, rest_row
 from tests.sim.staff import Staff
 from tests.sim.world import World
 
@@ -40,6 +43,11 @@ _WRONG_DIGEST = "0" * 64
 _KEY_S = 0.03
 """How often a jog key says that it is held."""
 OPERATORS = ("anna", "bert")
+STRAYS = ("owner", "sequence", "late", "position", "end")
+"""Why a gateway must refuse a stray block."""
+_STRAY_ROWS, _STRAY_ASIDE, _STRAY_LEAD = 40, 0.01, 4
+"""Samples, the way of the first axis [rad or m], and how many cycles ahead it begins."""
+_STRAY_WAITS_S, _STRAY_LOOKS_S = 5.0, 0.03
 MOMENTS = ("enters", "is inside", "leaves", "is granted", "asks", "moves fast", "brakes", "begins to move")
 """Of a robot."""
 
@@ -374,6 +382,50 @@ class JogPress(Item):
 
 
 @dataclass(frozen=True, slots=True)
+class Stray(Item):
+    """As soon as the robot stands, somebody else sends a block that its gateway must refuse, and that would move it."""
+
+    kind: ClassVar[str] = "stray block"
+    robot: str
+    what: str
+
+    def strike(self, stage: Stage) -> float:
+        self._send(stage, stage.facts.now + _STRAY_WAITS_S)
+        return 0.0
+
+    def _send(self, stage: Stage, until: float) -> None:
+        feedback, newest = stage.facts.feedback.get(self.robot), stage.facts.newest_block.get(self.robot)
+        if feedback is None or newest is None or not feedback.enabled or rest_row(newest.message) > 0:
+            if stage.facts.now < until:
+                stage.world.clock.after(_STRAY_LOOKS_S, self._send, stage, until)
+            return
+        share = np.linspace(0.0, 1.0, _STRAY_ROWS)[:, None]
+        cycle_s = stage.world.cycle_s(self.robot)
+        aside = np.zeros(len(feedback.commanded))
+        aside[0] = _STRAY_ASIDE
+        path = feedback.commanded + aside * (share - np.sin(2.0 * np.pi * share) / (2.0 * np.pi))
+        owner, sequence, first_tick = feedback.owner, feedback.block + 20, feedback.tick + _STRAY_LEAD
+        match self.what:
+            case "owner":
+                owner -= 1
+            case "sequence":
+                sequence = feedback.block
+            case "late":
+                first_tick = feedback.tick - _STRAY_LEAD
+            case "position":
+                path = path + 5.0 * aside
+            case "end":
+                path = feedback.commanded + aside * share**2
+        velocity = np.gradient(path, cycle_s, axis=0)
+        if self.what != "end":
+            velocity[[0, -1]] = 0.0
+        block = SetpointBlock(
+            self.robot, owner, sequence, feedback.block, first_tick, cycle_s, _STRAY_ROWS // 2, path, velocity
+        )
+        stage.world.publish(block, STRANGER)
+
+
+@dataclass(frozen=True, slots=True)
 class ZoneOrder(Item):
     """An operator clears a zone, or lets a robot adopt it; an honest one, who has looked first."""
 
@@ -419,7 +471,7 @@ class Switch(Item):
 
 KINDS: tuple[type[Item], ...] = (
     Kill, Leave, Freeze, Cut, Part, Late, Burst, Stop, DriveFails, JournalFails, JournalFull, ClockStep, Order,
-    JogPress, ZoneOrder, ResetStop, Switch,
+    JogPress, ZoneOrder, ResetStop, Switch, Stray,
 )  # fmt: skip
 
 
@@ -428,7 +480,7 @@ KINDS: tuple[type[Item], ...] = (
 THEMES: tuple[dict[str, int], ...] = (
     {
         "kill": 16, "freeze": 12, "cut": 10, "part": 8, "late": 8, "burst": 3, "stop": 8, "drive": 8, "journal": 3,
-        "clock": 2, "order": 16, "jog": 6, "zone": 3, "switch": 3, "leave": 2, "reset": 2, "waver": 2,
+        "clock": 2, "order": 16, "jog": 6, "zone": 3, "switch": 3, "leave": 2, "reset": 2, "waver": 2, "stray": 8,
     },
     {"waver": 8, "order": 2, "late": 1},
     {"kill": 6, "leave": 2, "cut": 3, "part": 2, "late": 2, "journal": 1},
@@ -507,6 +559,8 @@ def _item(
             return ZoneOrder(*when, by, rng.choice(sorted(cell.bundle.cell.zones)), rng.random() < 0.6)
         case "switch":
             return Switch(*when, by, robot, rng.random() < 0.5)
+        case "stray":
+            return Stray(*when, robot, rng.choice(STRAYS))
         case "leave":
             return Leave(*when, rng.choice([agent, gateway]), rng.uniform(1.0, 3.0))
         case _:

@@ -32,6 +32,8 @@ from tests.sim.world import World
 
 Floats = NDArray[np.float64]
 
+STRANGER = "stranger"
+"""Sends what nobody of the cell has sent."""
 SAMPLE_S = 0.02
 """How often it is looked where the robots really are."""
 BATCH = 32

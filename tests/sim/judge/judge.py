@@ -6,7 +6,7 @@ from typing import Any
 
 from cell.core import Effect
 from tests.sim.judge import bodies, grants, motion, news, orders, states
-from tests.sim.judge.facts import Facts, Sample
+from tests.sim.judge.facts import STRANGER, Facts, Sample
 from tests.sim.judge.invariant import Broken, Invariant
 from tests.sim.world import World
 
@@ -84,6 +84,8 @@ class Judge:
         return handlers
 
     def _on_published(self, name: str, message: object) -> None:
+        if name == STRANGER:
+            return
         for handler in self._published.get(type(message), ()):
             self._judge(handler, name, message)
         self.facts.published(message)
