@@ -19,7 +19,7 @@ from robot_agent.agent.planning import Planned, Planner
 from robot_agent.kinematics import Model, load_model
 from robot_agent.language import ProgramError, parse_program
 from robot_agent.paths import Passing
-from robot_agent.trajectory import Limits, lengths
+from robot_agent.trajectory import Limits, block_lengths
 
 _CYCLE_S = 0.004
 
@@ -89,7 +89,7 @@ def _page(name: str, model: Model, motions: list[Planned], reasons: Mapping[tupl
         for each in planned.motion.transitions
         if each.passing is Passing.BLENDED
     ]
-    covered = sum(lengths(planned.motion).sum(axis=0) for planned in motions) * [1000.0, *np.degrees([1.0, 1.0])]
+    covered = sum(block_lengths(planned.motion).sum(axis=0) for planned in motions) * [1000.0, *np.degrees([1.0, 1.0])]
     filtered = [planned.motion.filter_deviation_m for planned in motions]
     summary = [
         f"{starts[-1]:.3f} s in {len(motions)} motions, pauses left out; vertical lines are where a motion ends",

@@ -7,7 +7,7 @@ import numpy as np
 
 from robot_agent.agent.planning import Planned
 from robot_agent.paths import Passing, Transition
-from robot_agent.trajectory import lengths
+from robot_agent.trajectory import block_lengths
 
 _VISIBLE_RAD = 1e-4
 
@@ -16,7 +16,7 @@ def moves(motions: list[Planned]) -> list[str]:
     """Way, rotation, way of the joints and time of each move; equal ones in one line."""
     texts = []
     for planned in motions:
-        covered = lengths(planned.motion) * [1000.0, *np.degrees([1.0, 1.0])]
+        covered = block_lengths(planned.motion) * [1000.0, *np.degrees([1.0, 1.0])]
         times = np.diff(planned.motion.ends, prepend=0.0)
         for line, (way, turn, joints), time_s in zip(planned.lines, covered, times, strict=True):
             texts.append(f"line {line}: {way:.1f} mm, {turn:.1f} deg, joints {joints:.1f} deg, {time_s:.3f} s")

@@ -11,7 +11,7 @@ from robot_agent.agent import lookahead
 from robot_agent.agent.dry_run import dry_run
 from robot_agent.agent.planning import Extended
 from robot_agent.language import parse_program
-from robot_agent.trajectory.interior_point import Search
+from robot_agent.trajectory.timing.optimal.interior_point import Search
 from robot_agent.workspace import zone_box
 from tests.unit.agent_world import CYCLE_S, ZONE, AgentWorld
 from tests.unit.test_agent_core import enabled, running, until

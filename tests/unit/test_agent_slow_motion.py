@@ -13,9 +13,9 @@ from robot_agent.agent.planning import Planned, Planner, PlanRequest
 from robot_agent.language import Interpreter, MotionStep, parse_program
 from robot_agent.model.description import ProfileKind, Shaping
 from robot_agent.trajectory import Limits
-from robot_agent.trajectory.rate_bounds import RateBounds
-from robot_agent.trajectory.speed_cap import SpeedCap
-from robot_agent.trajectory.track import Track
+from robot_agent.trajectory.governor.rate_bounds import RateBounds
+from robot_agent.trajectory.governor.speed_cap import SpeedCap
+from robot_agent.trajectory.governor.track import Track
 
 ARM = arm()
 LIMITS = Limits.of(ARM.description)

@@ -13,7 +13,7 @@ from robot_agent.paths import Arc, JointMove, Line, LineGeometry, Sequence
 from robot_agent.paths.arc import CircleGeometry
 from robot_agent.paths.curves import Circle, bezier, joining
 from robot_agent.paths.spline import control_points
-from robot_agent.trajectory import Limits, Motion, lengths, plan
+from robot_agent.trajectory import Limits, Motion, block_lengths, plan
 
 VECTORS = json.loads((Path(__file__).parents[1] / "vectors" / "paths.json").read_text())
 ARM = arm(position_deg=720.0)
@@ -49,7 +49,7 @@ def test_a_joint_move_of_j1_is_an_arc_of_the_flange() -> None:
 @pytest.mark.parametrize(("first", "last", "way_mm", "way_deg"), VECTORS["joint_move_lengths"])
 def test_joint_moves_are_as_long_as_worked(first: float, last: float, way_mm: float, way_deg: float) -> None:
     start, target = (np.radians([value, 0, 0, 0, 0, 0]) for value in (first, last))
-    ((way, rotation, joints),) = lengths(planned(JointMove(target, 1.0, 1), start=start))
+    ((way, rotation, joints),) = block_lengths(planned(JointMove(target, 1.0, 1), start=start))
     assert 1000.0 * way == pytest.approx(way_mm, abs=1e-4)
     assert np.degrees([rotation, joints]) == pytest.approx([way_deg, way_deg])
 
@@ -98,7 +98,7 @@ def test_lengths_are_those_of_each_block() -> None:
     turned[:3, 3] += 0.0, 0.3, 0.0
     beside[:3, 3] += 0.0, 0.1, 0.1
     motion = planned(Line(turned, None, 1), Arc(beside, here, 2, angle_rad=None), start=WORK)
-    line, arc = lengths(motion)
+    line, arc = block_lengths(motion)
     assert line[:2] == pytest.approx([0.3, np.radians(30.0)], rel=1e-6)
     circle = CircleGeometry.through(turned[:3, 3], beside[:3, 3], here[:3, 3])
     assert circle is not None

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from robot_agent.trajectory.band import solve_banded
+from robot_agent.trajectory.timing.optimal.banded import solve_banded
 
 
 @pytest.mark.parametrize("size", [3, 18, 19, 20, 21, 100])

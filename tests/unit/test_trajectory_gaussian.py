@@ -13,7 +13,7 @@ from cell.geometry import from_xyz_abc
 from robot_agent.model import ProfileKind, Shaping
 from robot_agent.paths import JointMove, Line, Sequence
 from robot_agent.trajectory import Motion, plan
-from robot_agent.trajectory.window import gaussian_weights
+from robot_agent.trajectory.timing.gaussian_window import gaussian_weights
 
 VECTORS = json.loads((Path(__file__).parents[1] / "vectors" / "profiles.json").read_text())["filter"]
 TARGET = START + np.array([0.5, -0.3, 0.2, 0.0, 0.4, 0.6])

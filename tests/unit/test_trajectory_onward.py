@@ -10,7 +10,7 @@ from six_axis_arm import arm, description
 from robot_agent.model.description import ProfileKind, Shaping
 from robot_agent.paths import Arc, JointMove, Line, Passing, Sequence
 from robot_agent.trajectory import Limits, Motion, PlanError, plan, spliced
-from robot_agent.trajectory.window import gaussian_weights, window_cells
+from robot_agent.trajectory.timing.gaussian_window import gaussian_weights, window_cells
 
 ARM = arm()
 LIMITS = Limits.of(description())

@@ -13,7 +13,8 @@ from six_axis_arm import arm, description
 from cell.geometry import from_xyz_abc
 from robot_agent.model.description import JointLimits, PathLimits
 from robot_agent.paths import Arc, Block, JointMove, Line, LineGeometry, Sequence, Spline
-from robot_agent.trajectory import Limits, Motion, PlanError, follow, plan, s_curve
+from robot_agent.trajectory import Limits, Motion, PlanError, plan, s_curve
+from robot_agent.trajectory.joints import follow
 
 ARM = arm()
 LIMITS = Limits.of(description())

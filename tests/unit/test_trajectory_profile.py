@@ -15,9 +15,8 @@ from robot_agent.model import PathLimits, ProfileKind, Shaping
 from robot_agent.paths import Arc, Block, JointMove, Line, Sequence
 from robot_agent.paths.curves import bezier
 from robot_agent.trajectory import Motion, plan
-from robot_agent.trajectory.pieces import Pieces
-from robot_agent.trajectory.profile import Quintic, Ramped, profile
-from robot_agent.trajectory.trapezoid import synchronised_trapezoids, trapezoid_in
+from robot_agent.trajectory.joints.pieces import Pieces
+from robot_agent.trajectory.timing.profile import Quintic, Ramped, profile, synchronised_trapezoids, trapezoid_in
 
 VECTORS = json.loads((Path(__file__).parents[1] / "vectors" / "profiles.json").read_text())
 DECADES = st.floats(-2.0, 2.0).map(lambda power: 10.0**power)

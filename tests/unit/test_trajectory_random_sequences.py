@@ -11,11 +11,11 @@ from random_moves import LIMITS, MODEL, START, decorated, sequence
 
 from robot_agent.paths import Block, JointMove, Sequence
 from robot_agent.trajectory import Motion, PlanError, plan
-from robot_agent.trajectory.joint_path import JointPath
-from robot_agent.trajectory.path_limits import PathLimits
-from robot_agent.trajectory.plan import _Paths
-from robot_agent.trajectory.reachable import fastest_speeds, times
-from robot_agent.trajectory.shaped import in_time
+from robot_agent.trajectory.joints.joint_path import JointPath
+from robot_agent.trajectory.planner import _Paths
+from robot_agent.trajectory.timing.dispatch import in_time
+from robot_agent.trajectory.timing.optimal.reachability import fastest_speeds, times
+from robot_agent.trajectory.timing.path_limits import PathLimits
 
 DT = 0.004
 ALLOWED = np.stack([LIMITS.velocity, LIMITS.acceleration, LIMITS.jerk])

@@ -6,10 +6,11 @@ from governor_drive import LIMITS, MOTIONS
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from robot_agent.trajectory import PathState, rate_bounds
-from robot_agent.trajectory.rate_bounds import RateBounds
-from robot_agent.trajectory.steering import Steering, _bends, _slopes
-from robot_agent.trajectory.track import Track
+from robot_agent.trajectory import PathState
+from robot_agent.trajectory.governor import rate_bounds
+from robot_agent.trajectory.governor.rate_bounds import RateBounds
+from robot_agent.trajectory.governor.steering import Steering, _bends, _slopes
+from robot_agent.trajectory.governor.track import Track
 
 WAYS = [(motion, Steering(RateBounds(Track.of(motion, forwards), LIMITS))) for motion in MOTIONS for forwards in (1, 0)]
 

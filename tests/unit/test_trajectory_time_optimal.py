@@ -12,10 +12,10 @@ from toppra.interpolator import AbstractGeometricPath
 
 from robot_agent.model.description import PathLimits
 from robot_agent.trajectory import Limits
-from robot_agent.trajectory.affine import Affine
-from robot_agent.trajectory.path_limits import Rows
-from robot_agent.trajectory.reachable import fastest_speeds
-from robot_agent.trajectory.timing import fastest, fastest_of
+from robot_agent.trajectory.timing.affine import Affine
+from robot_agent.trajectory.timing.optimal.reachability import fastest_speeds
+from robot_agent.trajectory.timing.optimal.time_optimal import fastest, fastest_of
+from robot_agent.trajectory.timing.path_limits import Rows
 
 
 def limits(jerk_s: float) -> Limits:

@@ -9,8 +9,8 @@ from random_moves import LIMITS, MODEL, START
 from cell.geometry import from_xyz_abc
 from robot_agent.paths import Arc, Block, JointMove, Line, Sequence, Spline
 from robot_agent.trajectory import Motion, PlanError, plan
-from robot_agent.trajectory.joint_path import JointPath
-from robot_agent.trajectory.plan import _Paths
+from robot_agent.trajectory.joints.joint_path import JointPath
+from robot_agent.trajectory.planner import _Paths
 
 HERE = MODEL.forward(START)
 
