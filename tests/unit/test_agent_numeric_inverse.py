@@ -10,7 +10,7 @@ from cell.core import Effect
 from cell.geometry.arrays import Array
 from cell.messages import Enable, Heard, Jog, JogFrame, JogHeld, Mode
 from robot_agent.kinematics import NumericModel, load_model
-from robot_agent.kinematics.least_squares import Found
+from robot_agent.kinematics.numeric.least_squares import Found
 from tests.unit.agent_world import AgentWorld
 from tests.unit.test_agent_core import until
 

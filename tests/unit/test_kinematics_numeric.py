@@ -20,7 +20,7 @@ from robot_agent.kinematics import (
     Unreachable,
     load_model,
 )
-from robot_agent.kinematics.least_squares import pose_error
+from robot_agent.kinematics.numeric.least_squares import pose_error
 
 MODELS = Path(__file__).parents[2] / "cell_configs" / "models"
 PAINTER = load_model(MODELS / "painter.yaml")

@@ -11,14 +11,14 @@ import numpy as np
 
 from cell.geometry.arrays import Array, Flags
 from robot_agent.kinematics.chain import Chain, Step
-from robot_agent.kinematics.closed_form import ClosedForm, Raw
+from robot_agent.kinematics.families.closed_form import ClosedForm, Raw
+from robot_agent.kinematics.families.six_axis_inverse import SINGULAR_RADIUS_M
+from robot_agent.kinematics.families.triangle import beyond_reach, elbow_triangle
+from robot_agent.kinematics.families.upright import heading, tilt
 from robot_agent.kinematics.problems import checked_lengths
 from robot_agent.kinematics.serial import SerialModel
 from robot_agent.kinematics.singularity import SingularityDistance
-from robot_agent.kinematics.six_axis_inverse import SINGULAR_RADIUS_M
-from robot_agent.kinematics.triangle import beyond_reach, elbow_triangle
 from robot_agent.kinematics.turns import TURN, nearest_turn
-from robot_agent.kinematics.upright import heading, tilt
 from robot_agent.model.description import RobotDescription
 
 ELBOW_SIGN = np.array([1.0, -1.0])[:, None]

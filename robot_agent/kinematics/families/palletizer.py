@@ -11,13 +11,13 @@ import numpy as np
 
 from cell.geometry.arrays import Array
 from robot_agent.kinematics.chain import Chain, Step
-from robot_agent.kinematics.closed_form import ClosedForm, Raw
+from robot_agent.kinematics.families.closed_form import ClosedForm, Raw
+from robot_agent.kinematics.families.six_axis_inverse import Lengths, solve_arm
+from robot_agent.kinematics.families.upright import heading, tilt
 from robot_agent.kinematics.problems import checked_lengths
 from robot_agent.kinematics.reach import Places, placed, points, together, turned
 from robot_agent.kinematics.serial import SerialModel
 from robot_agent.kinematics.singularity import SingularityDistance
-from robot_agent.kinematics.six_axis_inverse import Lengths, solve_arm
-from robot_agent.kinematics.upright import heading, tilt
 from robot_agent.model.description import RobotDescription
 
 MIXING = np.array([[1.0, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0], [0, -1, -1, 0], [0, 0, 0, 1]])

@@ -8,8 +8,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from math import atan2, ceil, cos, nan, pi, remainder, sin, sqrt
 
-from robot_agent.kinematics.six_axis_inverse import FOLDED_SPAN_M, SINGULAR_RADIUS_M, SINGULAR_SINE, Lengths
-from robot_agent.kinematics.triangle import REACH_TOLERANCE_M
+from robot_agent.kinematics.families.six_axis_inverse import FOLDED_SPAN_M, SINGULAR_RADIUS_M, SINGULAR_SINE, Lengths
+from robot_agent.kinematics.families.triangle import REACH_TOLERANCE_M
 from robot_agent.kinematics.turns import LIMIT_TOLERANCE_RAD, TURN
 
 Row = tuple[float, float, float]

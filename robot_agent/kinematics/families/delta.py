@@ -13,13 +13,13 @@ from typing import ClassVar
 import numpy as np
 
 from cell.geometry.arrays import Array
-from robot_agent.kinematics.closed_form import ClosedForm, Raw
 from robot_agent.kinematics.errors import OpenMechanism
+from robot_agent.kinematics.families.closed_form import ClosedForm, Raw
+from robot_agent.kinematics.families.triangle import REACH_TOLERANCE_M, beyond, beyond_reach, elbow_triangle
+from robot_agent.kinematics.families.upright import TILT_TOLERANCE_RAD, heading, tilt
 from robot_agent.kinematics.problems import checked_lengths
 from robot_agent.kinematics.reach import Places, placed, points, together, turned
 from robot_agent.kinematics.singularity import SingularityDistance
-from robot_agent.kinematics.triangle import REACH_TOLERANCE_M, beyond, beyond_reach, elbow_triangle
-from robot_agent.kinematics.upright import TILT_TOLERANCE_RAD, heading, tilt
 from robot_agent.model.description import RobotDescription
 
 PHI = np.radians([0.0, 120.0, 240.0])

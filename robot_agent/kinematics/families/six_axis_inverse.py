@@ -15,7 +15,7 @@ from functools import cached_property
 import numpy as np
 
 from cell.geometry.arrays import Array, Flags
-from robot_agent.kinematics.triangle import beyond_reach, elbow_triangle
+from robot_agent.kinematics.families.triangle import beyond_reach, elbow_triangle
 
 SINGULAR_SINE = 1e-10
 """Below this sine of J5 the axes 4 and 6 are one line."""
@@ -29,7 +29,7 @@ SIDE = np.array([[1.0], [-1.0]])
 
 @dataclass(frozen=True)
 class Lengths:
-    """Lengths of the links [m]; see `robot_agent.kinematics.six_axis`."""
+    """Lengths of the links [m]; see `robot_agent.kinematics.families.six_axis`."""
 
     a1z: float
     a2x: float

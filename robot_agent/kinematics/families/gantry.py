@@ -10,11 +10,11 @@ import numpy as np
 
 from cell.geometry.arrays import Array
 from robot_agent.kinematics.chain import Chain, Step
-from robot_agent.kinematics.closed_form import ClosedForm, Raw
+from robot_agent.kinematics.families.closed_form import ClosedForm, Raw
+from robot_agent.kinematics.families.six_axis_inverse import SINGULAR_SINE
 from robot_agent.kinematics.problems import checked_lengths
 from robot_agent.kinematics.serial import SerialModel
 from robot_agent.kinematics.singularity import SingularityDistance
-from robot_agent.kinematics.six_axis_inverse import SINGULAR_SINE
 from robot_agent.model.description import RobotDescription
 
 BASE_TO_SLIDES = np.array([[0.0, 1, 0], [-1, 0, 0], [0, 0, 1]])

@@ -1,5 +1,6 @@
 """A URDF as a chain of joints, read by Pinocchio."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -10,9 +11,8 @@ from cell.geometry import inverse
 from cell.geometry.arrays import Array
 from robot_agent.kinematics.chain import Chain, Step
 from robot_agent.kinematics.errors import BadModel
-from robot_agent.kinematics.urdf_masses import urdf_masses
-from robot_agent.kinematics.urdf_text import check_urdf
-from robot_agent.model.description import LinkMass, UrdfSource
+from robot_agent.kinematics.urdf.urdf_text import check_urdf
+from robot_agent.model.description import LinkMass, RobotDescription, UrdfSource
 
 RANGE_TOLERANCE = 1e-4
 """Degrees of a robot file against rounded radians of a URDF [rad or m]."""
@@ -34,7 +34,7 @@ class UrdfChain:
     velocity: Array
     """`(n,)` [rad/s or m/s]."""
     masses: tuple[LinkMass, ...]
-    """Of the links that have some; see `urdf_masses`."""
+    """Of the links that have some; see `_masses`."""
 
     def contains(self, joint: int, lower: float, upper: float) -> bool:
         """Whether the URDF lets a joint move from `lower` to `upper` [rad or m]."""
@@ -135,7 +135,7 @@ def _chain(model: pin.Model, joints: list[int], flange: pin.Frame, file: str) ->
         position=np.array(position),
         endless=tuple(model.joints[joint].nq == 2 for joint in joints),
         velocity=np.array([model.velocityLimit[model.joints[joint].idx_v] for joint in joints]),
-        masses=urdf_masses(model, joints, flange, file),
+        masses=_masses(model, joints, flange, file),
     )
 
 
@@ -165,3 +165,41 @@ def _pose(rotation: Array) -> Array:
     pose = np.eye(4)
     pose[:3, :3] = rotation
     return pose
+
+
+def _masses(model: pin.Model, joints: list[int], flange: pin.Frame, file: str) -> tuple[LinkMass, ...]:
+    """Masses of the links behind `joints`, each in its link's frame; the last link is the flange.
+
+    What is fixed to a link counts with it, and so does what hangs on it beside the way to the flange, with joints at
+    zero.
+    """
+    aside = [joint for joint in range(1, model.njoints) if joint not in joints]
+    rigid = pin.buildReducedModel(model, aside, pin.neutral(model))
+    masses = []
+    for link, joint in enumerate(joints, start=1):
+        inertia = rigid.inertias[rigid.getJointId(model.names[joint])]
+        if inertia.mass <= 0.0:
+            continue
+        if link == len(joints):
+            inertia = inertia.se3Action(flange.placement.inverse())
+        x, y, z = inertia.lever.tolist()
+        masses.append(LinkMass(link, float(inertia.mass), (x, y, z), inertia.inertia.copy(), file))
+    return tuple(masses)
+
+
+def urdf_problems(description: RobotDescription, chain: UrdfChain) -> Iterator[str]:
+    """The joints of a robot file against those of the URDF that it names."""
+    count, names = len(description.joint_names), chain.joint_names
+    if count != len(names):
+        yield f"found {count} joints, the URDF has {len(names)}: {', '.join(names)}"
+        return
+    slides = description.linear or (False,) * count
+    for i, (joint, name) in enumerate(zip(description.joint_names, names, strict=True)):
+        if slides[i] != chain.linear[i]:
+            yield f"joint {joint} is {_kind(slides[i])}, in the URDF {name} is {_kind(chain.linear[i])}"
+        elif not chain.contains(i, *description.limits.position[i]):
+            yield f"the range of joint {joint} is larger than that of {name} in the URDF"
+
+
+def _kind(linear: bool) -> str:
+    return "linear" if linear else "rotary"

@@ -10,18 +10,18 @@ import numpy as np
 
 from cell.geometry import check_poses, transform_points
 from cell.geometry.arrays import Array, Flags
-from robot_agent.kinematics import numeric_track
-from robot_agent.kinematics.bare_urdf import UrdfDescription
 from robot_agent.kinematics.choice import joint_violation, reach_violation
 from robot_agent.kinematics.errors import BadInput, NotInUrdf, Reason, Violation
-from robot_agent.kinematics.least_squares import ITERATIONS, Found, least_squares
-from robot_agent.kinematics.problems import body_problems, coupling_problems, urdf_problems
+from robot_agent.kinematics.numeric import tracking
+from robot_agent.kinematics.numeric.least_squares import ITERATIONS, Found, least_squares
+from robot_agent.kinematics.problems import body_problems, coupling_problems
 from robot_agent.kinematics.reach import Places, farthest
 from robot_agent.kinematics.serial import SerialModel
 from robot_agent.kinematics.singularity import SingularityDistance
 from robot_agent.kinematics.solutions import Solutions
 from robot_agent.kinematics.turns import TURN, nearest_turn
-from robot_agent.kinematics.urdf import UrdfChain, read_urdf
+from robot_agent.kinematics.urdf.bare_urdf import UrdfDescription
+from robot_agent.kinematics.urdf.urdf_chain import UrdfChain, read_urdf, urdf_problems
 from robot_agent.model.description import CapsuleBody, LinkMass, RobotDescription, UrdfSource
 
 SLOTS = 8
@@ -123,11 +123,11 @@ class NumericModel(SerialModel):
         poses = check_poses(poses)
         if poses.ndim != 3 or len(poses) == 0:
             raise BadInput("path", f"shape {poses.shape}", "(m, 4, 4) with m > 0")
-        return numeric_track.track(self, poses, self.check_joints(start, "start"))
+        return tracking.track(self, poses, self.check_joints(start, "start"))
 
     def follow(self, poses: Array, start: Array) -> Array:
         """As `track` for poses `(m, 4, 4)` next to joints `start` `(n,)`, with no search all over the robot's reach."""
-        return numeric_track.follow(self, check_poses(poses), self.check_joints(start, "start"))
+        return tracking.follow(self, check_poses(poses), self.check_joints(start, "start"))
 
     def iterate(
         self, targets: Array, starts: Array, limits: Array | None = None, iterations: int = ITERATIONS

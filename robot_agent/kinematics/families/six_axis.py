@@ -13,13 +13,13 @@ import numpy as np
 from cell.geometry import pose_rows
 from cell.geometry.arrays import Array
 from robot_agent.kinematics.chain import Chain, Step
-from robot_agent.kinematics.closed_form import ClosedForm, Raw
 from robot_agent.kinematics.errors import BadModel
+from robot_agent.kinematics.families.closed_form import ClosedForm, Raw
+from robot_agent.kinematics.families.six_axis_inverse import Lengths, solve_arm, solve_wrist
+from robot_agent.kinematics.families.six_axis_single import SingleInverse
 from robot_agent.kinematics.problems import checked_lengths
 from robot_agent.kinematics.serial import SerialModel
 from robot_agent.kinematics.singularity import SingularityDistance
-from robot_agent.kinematics.six_axis_inverse import Lengths, solve_arm, solve_wrist
-from robot_agent.kinematics.six_axis_single import SingleInverse
 from robot_agent.kinematics.solutions import Solutions
 from robot_agent.model.description import RobotDescription
 

@@ -10,11 +10,11 @@ import numpy as np
 from cell.geometry.arrays import Array, Flags
 from robot_agent.kinematics.choice import joint_violation
 from robot_agent.kinematics.errors import Reason, TrackError, Unreachable, Violation
-from robot_agent.kinematics.least_squares import ITERATIONS, Found
+from robot_agent.kinematics.numeric.least_squares import ITERATIONS, Found
 from robot_agent.kinematics.tracking import LARGEST_STEP_RAD
 
 if TYPE_CHECKING:
-    from robot_agent.kinematics.numeric import NumericModel
+    from robot_agent.kinematics.numeric.numeric_model import NumericModel
 
 NEARBY = 15
 """Iterations for poses next to known joints: those that have a solution take fewer than ten."""

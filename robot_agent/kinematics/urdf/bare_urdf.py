@@ -3,7 +3,7 @@
 from typing import NoReturn
 
 from robot_agent.kinematics.errors import NotInUrdf
-from robot_agent.kinematics.urdf import UrdfChain
+from robot_agent.kinematics.urdf.urdf_chain import UrdfChain
 from robot_agent.model.description import Family, JointLimits, RobotDescription, UrdfSource
 
 
