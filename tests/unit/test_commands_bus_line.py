@@ -9,8 +9,8 @@ import can
 import pytest
 from gateway_world import gateway_settings
 
+from cell.commands.bus_tools.node_access import BusLine
 from cell.commands.errors import CommandError
-from cell.commands.gateway_line import BusLine
 from drive_gateway.config.settings import BusSettings, GatewaySettings
 
 

@@ -5,11 +5,11 @@ from pathlib import Path
 
 import pytest
 
-from cell.commands.children import Child, Children, Program
+from cell.commands.up.children import Child, Children, Program
 
 WAITS_FOR_ITS_PARENT = """
 import os, signal, sys
-from cell.commands.stop import stop_event
+from cell.commands.processes.stop import stop_event
 stop = stop_event(int(sys.argv[sys.argv.index("--parent-pipe") + 1]))
 print("up", flush=True)
 stop.wait()

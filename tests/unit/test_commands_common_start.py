@@ -5,8 +5,8 @@ from types import SimpleNamespace
 
 import pytest
 
-from cell.commands.common_start import run_together
 from cell.commands.errors import CommandError
+from cell.commands.operator.common_start import run_together
 from cell.messages import CellTime, Command, Halt, ManagerState, Reply, Run
 
 

@@ -10,12 +10,13 @@ import pytest
 from config_world import TWO_ARMS
 from typer.testing import CliRunner
 
-from cell.commands import drive_gateway_command, drive_tools
-from cell.commands.drives import drives_table
+from cell.commands import drive_gateway_command
+from cell.commands.bus_tools import drive_tools
+from cell.commands.bus_tools.node_access import NodeAccess
+from cell.commands.client.cell_view import Snapshot
 from cell.commands.errors import CommandError
-from cell.commands.gateway_line import NodeAccess
-from cell.commands.set_up import press_of, target_of
-from cell.commands.view import Snapshot
+from cell.commands.operator.drives import drives_table
+from cell.commands.operator.set_up import press_of, target_of
 from cell.config import load_cell
 from cell.messages import AxisStatus, BusCounters, GatewayState, NodeStatus, PressAxis
 from drive_gateway.canopen.nmt import NmtState

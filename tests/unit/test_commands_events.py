@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from cell.commands.errors import CommandError
-from cell.commands.events import fetch, lines, moment
+from cell.commands.operator.events import fetch, lines, moment
 from cell.manager.event_store import PAGE, EventStore
 from cell.messages import Event, KeptEvent, ListEvents, Severity
 

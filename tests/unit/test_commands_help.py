@@ -14,7 +14,7 @@ import typer
 from typer.testing import CliRunner
 
 from cell.commands import cell_command, drive_gateway_command, robot_agent_command
-from cell.commands.lazy import explained
+from cell.commands.subcommands import explained
 
 ROOT = Path(__file__).parents[2]
 APPS = {"cell": cell_command.app, "robot-agent": robot_agent_command.app, "drive-gateway": drive_gateway_command.app}

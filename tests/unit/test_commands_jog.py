@@ -7,7 +7,7 @@ from types import SimpleNamespace
 import pytest
 
 from cell.commands.errors import CommandError
-from cell.commands.jog import Direction, hold, jog_command
+from cell.commands.operator.jog import Direction, hold, jog_command
 from cell.messages import Jog, JogFrame, JogHeld, Mode, ProgramState, ProgramStatus, RobotState
 
 

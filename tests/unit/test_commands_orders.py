@@ -7,9 +7,9 @@ from contextlib import contextmanager
 
 import pytest
 
-from cell.commands import orders as module
-from cell.commands.connection import ask_until_answered
-from cell.commands.orders import Orders
+from cell.commands.client.connection import ask_until_answered
+from cell.commands.up import orders as module
+from cell.commands.up.orders import Orders
 from cell.messages import Call, Heard, Mode, ProgramState, ProgramStatus, Reply, RobotState, Run
 from cell.net.errors import CallError, CallTimedOut
 from cell.net.session import new_call

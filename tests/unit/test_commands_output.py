@@ -10,10 +10,10 @@ from config_world import TWO_ARMS
 from typer.testing import CliRunner, Result
 
 from cell.commands import cell_command
-from cell.commands import output as output_command
-from cell.commands.connection import Operator
-from cell.commands.output import outputs_table
-from cell.commands.view import Snapshot
+from cell.commands.client.cell_view import Snapshot
+from cell.commands.client.connection import Operator
+from cell.commands.operator import output as output_command
+from cell.commands.operator.output import outputs_table
 from cell.config import load_cell
 from cell.messages import AxisStatus, BusCounters, Call, GatewayState, Heard, NodeStatus, Reply, SwitchOutput
 from drive_gateway.config import RobotDrives, load_drives

@@ -5,12 +5,12 @@ import subprocess
 import sys
 from pathlib import Path
 
-from cell.commands.process import OLD_LOGS
+from cell.commands.processes.process import OLD_LOGS
 
 LOGS_AND_PRINTS = """
 import logging, os, sys
 from pathlib import Path
-from cell.commands.process import log_to
+from cell.commands.processes.process import log_to
 log_to(Path(sys.argv[1]), 2000)
 for number in range(int(sys.argv[2])):
     logging.getLogger("robot_agent").info("line %d", number)

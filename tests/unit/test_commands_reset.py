@@ -5,9 +5,9 @@ from typing import cast
 
 import pytest
 
-from cell.commands import reset
-from cell.commands.connection import Operator
+from cell.commands.client.connection import Operator
 from cell.commands.errors import CommandError
+from cell.commands.operator import reset
 from cell.messages import Command, Estop, ManagerState, Reply, ResetEstop
 
 TRIAL, DOOR = Estop("e1", True, "anna@pc", "trial"), Estop("e2", True, "bert@pc", "door open")

@@ -12,11 +12,11 @@ from config_world import TWO_ARMS
 from typer.testing import CliRunner, Result
 
 from cell.commands import cell_command
-from cell.commands import jog as jog_command
-from cell.commands import set_up as set_up_command
-from cell.commands.connection import Operator
-from cell.commands.table import manager_line
-from cell.commands.view import Snapshot
+from cell.commands.client.cell_view import Snapshot
+from cell.commands.client.connection import Operator
+from cell.commands.client.state_table import manager_line
+from cell.commands.operator import jog as jog_command
+from cell.commands.operator import set_up as set_up_command
 from cell.config import load_cell
 from cell.messages import (
     Body,

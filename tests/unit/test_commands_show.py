@@ -7,9 +7,9 @@ from pathlib import Path
 import pytest
 from rich.console import Console
 
-from cell.commands import show
-from cell.commands.show import Show
-from cell.commands.view import Snapshot
+from cell.commands.client.cell_view import Snapshot
+from cell.commands.up import display as show
+from cell.commands.up.display import Show
 from cell.config import load_cell
 from cell.messages import Mode, ProgramState, ProgramStatus, RobotState
 

@@ -5,7 +5,7 @@ import math
 import pytest
 
 from cell.commands.errors import CommandError
-from cell.commands.simulate import belt_counts, sensor_offset
+from cell.commands.operator.simulate import belt_counts, sensor_offset
 
 
 def test_offsets_are_in_millimetres_and_turns_in_degrees() -> None:

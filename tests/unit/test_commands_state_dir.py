@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from cell.commands.errors import CommandError
-from cell.commands.state_dir import Lock, state_folder
+from cell.commands.processes.state_dir import Lock, state_folder
 
 
 def test_the_default_folder_is_beside_the_cell_file(tmp_path: Path) -> None:

@@ -2,8 +2,8 @@
 
 import pytest
 
-from cell.commands.status import FAULTY, STOPPED, exit_code
-from cell.commands.view import Snapshot
+from cell.commands.client.cell_view import Snapshot
+from cell.commands.operator.status import FAULTY, STOPPED, exit_code
 from cell.messages import Estop, ManagerState, Mode, ProgramState, ProgramStatus, RobotState
 
 PROGRAM = ProgramStatus("p", ProgramState.LOADED, 1, "")

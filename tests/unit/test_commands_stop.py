@@ -7,7 +7,7 @@ from collections.abc import Iterator
 
 import pytest
 
-from cell.commands.stop import stop_event
+from cell.commands.processes.stop import stop_event
 
 
 @pytest.fixture(autouse=True)

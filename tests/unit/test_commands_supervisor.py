@@ -10,10 +10,10 @@ import pytest
 from manager_world import settings
 from rich.console import Console
 
-from cell.commands import orders
-from cell.commands.show import Show
-from cell.commands.supervisor import Supervisor
-from cell.commands.view import Snapshot
+from cell.commands.client.cell_view import Snapshot
+from cell.commands.up import orders
+from cell.commands.up.display import Show
+from cell.commands.up.supervisor import Supervisor
 from cell.messages import Call, Event, ManagerState, Mode, ProgramState, ProgramStatus, Reply, RobotState, Run, Severity
 
 ALARM = Event("gateway/bus", 1, Severity.ALARM, "node_silent", "node 3 is silent", "look at its cable")

@@ -3,8 +3,8 @@
 import dataclasses
 from pathlib import Path
 
-from cell.commands.table import cell_table, robot_line, why, zone_line
-from cell.commands.view import Snapshot, at_rest, unreferenced
+from cell.commands.client.cell_view import Snapshot, at_rest, unreferenced
+from cell.commands.client.state_table import cell_table, robot_line, why, zone_line
 from cell.config import load_cell
 from cell.messages import (
     AxisStatus,

@@ -7,9 +7,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from cell.commands.chart import HEIGHT, WIDTH, chart
+from cell.commands.bus_tools.tune import show_tuning
 from cell.commands.errors import CommandError
-from cell.commands.tune import show_tuning
+from cell.commands.pages.text_chart import HEIGHT, WIDTH, chart
 from drive_gateway.config import load_drives
 from drive_gateway.config.simulation import Simulation
 from tests.unit.config_world import CONFIGS, DRIVES
