@@ -1,4 +1,4 @@
-"""The command `cell`: its subcommands, one file each."""
+"""The command `cell`: its subcommands, and the file in which each of them is."""
 
 from importlib.metadata import version
 from typing import Annotated
@@ -6,7 +6,7 @@ from typing import Annotated
 import typer
 
 from cell.commands.errors import run_app
-from cell.commands.lazy import HELP, Place, subcommands
+from cell.commands.subcommands import HELP, Place, subcommands
 
 FILE = "cell_configs/two_arms/cell.yaml"
 BELT = "cell_configs/belt/cell.yaml"
@@ -14,42 +14,42 @@ MODEL = "cell_configs/models/six_axis.yaml"
 PROGRAM = "cell_configs/two_arms/programs/left.prog"
 
 _COMMANDS = {
-    "check": Place("check", "check", f"cell check {FILE}"),
-    "model": Place("model", "model", f"cell model {MODEL}"),
-    "schema": Place("schema", "schema", "cell schema cell > cell.schema.json"),
-    "plot": Place("plot", "plot", f"cell plot {PROGRAM} --model {MODEL}"),
-    "up": Place("up", "up", f"cell up {FILE} --until-done"),
-    "status": Place("status", "status", f"cell status -f {FILE}"),
-    "events": Place("events", "events", f"cell events --since 10m --severity alarm -f {FILE}"),
-    "drives": Place("drives", "drives", f"cell drives -f {FILE}"),
-    "manager": Place("manager", "manager", f"cell manager {FILE}"),
-    "enable": Place("robot", "enable", f"cell enable left -f {FILE}"),
-    "run": Place("robot", "run", f"cell run left right -f {FILE}"),
-    "halt": Place("robot", "halt", f"cell halt left -f {FILE}"),
-    "continue": Place("robot", "continue_", f"cell continue left -f {FILE}"),
-    "return": Place("robot", "return_", f"cell return left -f {FILE}"),
-    "step": Place("robot", "step", f"cell step left -f {FILE}"),
-    "override": Place("robot", "override", f"cell override left 30 -f {FILE}"),
-    "manual": Place("robot", "manual", f"cell manual left on -f {FILE}"),
-    "jog": Place("jog", "jog", f"cell jog left Z + --speed 20 --step 50 -f {FILE}"),
-    "disable": Place("robot", "disable", f"cell disable left -f {FILE}"),
-    "home": Place("set_up", "home", f"cell home left -f {FILE}"),
-    "move": Place("set_up", "move", f"cell move left J1=5 J2=-3 --by -f {FILE}"),
-    "output": Place("output", "output", f"cell output left gripper off -f {FILE}"),
-    "accept": Place("set_up", "accept", f"cell accept left J2 -f {FILE}"),
-    "estop": Place("estop", "estop", f'cell estop --reason "door open" -f {FILE}'),
-    "reset": Place("reset", "reset", f"cell reset left -f {FILE}"),
+    "check": Place("files.check", "check", f"cell check {FILE}"),
+    "model": Place("files.model", "model", f"cell model {MODEL}"),
+    "schema": Place("files.schema", "schema", "cell schema cell > cell.schema.json"),
+    "plot": Place("files.plot", "plot", f"cell plot {PROGRAM} --model {MODEL}"),
+    "up": Place("up.up", "up", f"cell up {FILE} --until-done"),
+    "status": Place("operator.status", "status", f"cell status -f {FILE}"),
+    "events": Place("operator.events", "events", f"cell events --since 10m --severity alarm -f {FILE}"),
+    "drives": Place("operator.drives", "drives", f"cell drives -f {FILE}"),
+    "manager": Place("processes.manager", "manager", f"cell manager {FILE}"),
+    "enable": Place("operator.robot_orders", "enable", f"cell enable left -f {FILE}"),
+    "run": Place("operator.robot_orders", "run", f"cell run left right -f {FILE}"),
+    "halt": Place("operator.robot_orders", "halt", f"cell halt left -f {FILE}"),
+    "continue": Place("operator.robot_orders", "continue_", f"cell continue left -f {FILE}"),
+    "return": Place("operator.robot_orders", "return_", f"cell return left -f {FILE}"),
+    "step": Place("operator.robot_orders", "step", f"cell step left -f {FILE}"),
+    "override": Place("operator.robot_orders", "override", f"cell override left 30 -f {FILE}"),
+    "manual": Place("operator.robot_orders", "manual", f"cell manual left on -f {FILE}"),
+    "jog": Place("operator.jog", "jog", f"cell jog left Z + --speed 20 --step 50 -f {FILE}"),
+    "disable": Place("operator.robot_orders", "disable", f"cell disable left -f {FILE}"),
+    "home": Place("operator.set_up", "home", f"cell home left -f {FILE}"),
+    "move": Place("operator.set_up", "move", f"cell move left J1=5 J2=-3 --by -f {FILE}"),
+    "output": Place("operator.output", "output", f"cell output left gripper off -f {FILE}"),
+    "accept": Place("operator.set_up", "accept", f"cell accept left J2 -f {FILE}"),
+    "estop": Place("operator.estop", "estop", f'cell estop --reason "door open" -f {FILE}'),
+    "reset": Place("operator.reset", "reset", f"cell reset left -f {FILE}"),
 }
 _ZONE_COMMANDS = {
-    "clear": Place("zone", "clear", f"cell zone clear handover -f {FILE}"),
-    "adopt": Place("zone", "adopt", f"cell zone adopt handover left -f {FILE}"),
+    "clear": Place("operator.zone", "clear", f"cell zone clear handover -f {FILE}"),
+    "adopt": Place("operator.zone", "adopt", f"cell zone adopt handover left -f {FILE}"),
 }
 _SETUP_COMMANDS = {
-    "clear": Place("set_up", "clear", f"cell setup clear left -f {FILE}"),
+    "clear": Place("operator.set_up", "clear", f"cell setup clear left -f {FILE}"),
 }
 _SIMULATE_COMMANDS = {
-    "conveyor": Place("simulate", "conveyor", f"cell simulate conveyor belt --speed 50 --every 200 -f {BELT}"),
-    "sensor": Place("simulate", "sensor", f"cell simulate sensor picker seam Z=5 -f {BELT}"),
+    "conveyor": Place("operator.simulate", "conveyor", f"cell simulate conveyor belt --speed 50 --every 200 -f {BELT}"),
+    "sensor": Place("operator.simulate", "sensor", f"cell simulate sensor picker seam Z=5 -f {BELT}"),
 }
 
 app = typer.Typer(

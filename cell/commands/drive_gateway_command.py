@@ -6,11 +6,11 @@ from typing import Annotated
 
 import typer
 
-from cell.commands import drive_tools
-from cell.commands.connection import process_cell
-from cell.commands.drive_fault import fault
+from cell.commands.bus_tools import drive_tools
+from cell.commands.bus_tools.drive_fault import fault
+from cell.commands.client.cell_files import process_cell
+from cell.commands.client.cell_view import names
 from cell.commands.errors import CommandError, run_app
-from cell.commands.lazy import explained
 from cell.commands.options import (
     CellFileArgument,
     CfgOption,
@@ -22,9 +22,9 @@ from cell.commands.options import (
     StateDirOption,
     zenoh_options,
 )
-from cell.commands.process import run_process
-from cell.commands.robot_loads import robot_loads
-from cell.commands.view import names
+from cell.commands.processes.process import run_process
+from cell.commands.processes.robot_loads import robot_loads
+from cell.commands.subcommands import explained
 from cell.config.settings import CellSettings
 
 app = typer.Typer(
@@ -123,7 +123,7 @@ def tune(
 
     Motor, load and servo loop are those of `simulation.axes` in the drives file. Nothing moves and no bus is opened.
     """
-    from cell.commands.tune import show_tuning
+    from cell.commands.bus_tools.tune import show_tuning
     from drive_gateway.config import load_drives
 
     settings = _settings(file, gateway, None)

@@ -6,9 +6,9 @@ from pathlib import Path
 
 import typer
 
-from cell.commands.connection import process_cell
+from cell.commands.client.cell_files import process_cell
+from cell.commands.client.cell_view import names
 from cell.commands.errors import CommandError, quoted, run_app
-from cell.commands.lazy import explained
 from cell.commands.options import (
     CellFileArgument,
     CfgOption,
@@ -21,8 +21,8 @@ from cell.commands.options import (
     StateDirOption,
     zenoh_options,
 )
-from cell.commands.process import run_process
-from cell.commands.view import names
+from cell.commands.processes.process import run_process
+from cell.commands.subcommands import explained
 from cell.config.document import read_text
 from cell.config.problem import Problem
 

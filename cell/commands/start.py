@@ -11,8 +11,8 @@ def start(module: str) -> None:
     Linear algebra keeps to one thread unless the user's environment says otherwise: the matrices are small, and threads
     that spin take the processor from the other processes of the cell.
 
-    Until a command takes SIGINT over (`cell.commands.stop`), Ctrl-C ends the process without a word, as it ends any
-    program that holds nothing.
+    Until a command takes SIGINT over (`cell.commands.processes.stop`), Ctrl-C ends the process without a word, as it
+    ends any program that holds nothing.
     """
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     if signal.getsignal(signal.SIGINT) is signal.default_int_handler:

@@ -10,7 +10,7 @@ import numpy as np
 from cell.messages import DriveFeedback, OutputEvent
 from robot_agent.agent.planning import Extended, Planned
 from robot_agent.trajectory import PathState, Segment
-from robot_agent.trajectory.sources import CorrectedSource, Given
+from robot_agent.trajectory.sources import CorrectedBlock, CorrectedSource
 
 _KEPT_S = 1.0
 """So long blocks are remembered that were played: longer than a robot may be behind its command."""
@@ -21,7 +21,7 @@ class Followed:
     """The planned motion that a corrected block follows, and where on it each of its samples is."""
 
     planned: Planned
-    given: Given
+    given: CorrectedBlock
     source: CorrectedSource
     """What gives the next block."""
 

@@ -2,14 +2,14 @@
 
 from pathlib import Path
 
-from robot_agent.kinematics.cobot import Cobot
-from robot_agent.kinematics.delta import Delta
-from robot_agent.kinematics.gantry import Gantry
+from robot_agent.kinematics.families.cobot import Cobot
+from robot_agent.kinematics.families.delta import Delta
+from robot_agent.kinematics.families.gantry import Gantry
+from robot_agent.kinematics.families.palletizer import Palletizer
+from robot_agent.kinematics.families.scara import Scara
+from robot_agent.kinematics.families.six_axis import SixAxis
 from robot_agent.kinematics.model import Model
-from robot_agent.kinematics.numeric import BareUrdf, NumericModel
-from robot_agent.kinematics.palletizer import Palletizer
-from robot_agent.kinematics.scara import Scara
-from robot_agent.kinematics.six_axis import SixAxis
+from robot_agent.kinematics.numeric.numeric_model import BareUrdf, NumericModel
 from robot_agent.model import URDF, Family, RobotDescription, UrdfSource, load_description
 
 FAMILIES: dict[Family, type[Model]] = {

@@ -5,7 +5,6 @@ from collections.abc import Iterator
 import numpy as np
 
 from robot_agent.kinematics.errors import BadModel
-from robot_agent.kinematics.urdf import UrdfChain
 from robot_agent.model.description import CapsuleBody, RobotDescription
 from robot_agent.model.families import SHAPES
 
@@ -47,24 +46,6 @@ def body_problems(body: tuple[CapsuleBody, ...], links: int) -> Iterator[str]:
     for i, capsule in enumerate(body):
         if capsule.link not in range(links):
             yield f"capsule {i} is on link {capsule.link}, allowed 0 to {links - 1}"
-
-
-def urdf_problems(description: RobotDescription, chain: UrdfChain) -> Iterator[str]:
-    """The joints of a robot file against those of the URDF that it names."""
-    count, names = len(description.joint_names), chain.joint_names
-    if count != len(names):
-        yield f"found {count} joints, the URDF has {len(names)}: {', '.join(names)}"
-        return
-    slides = description.linear or (False,) * count
-    for i, (joint, name) in enumerate(zip(description.joint_names, names, strict=True)):
-        if slides[i] != chain.linear[i]:
-            yield f"joint {joint} is {_kind(slides[i])}, in the URDF {name} is {_kind(chain.linear[i])}"
-        elif not chain.contains(i, *description.limits.position[i]):
-            yield f"the range of joint {joint} is larger than that of {name} in the URDF"
-
-
-def _kind(linear: bool) -> str:
-    return "linear" if linear else "rotary"
 
 
 def coupling_problems(description: RobotDescription) -> Iterator[str]:

@@ -1,29 +1,34 @@
-"""From geometry to time: jerk-limited motions and the governor of path time."""
+"""From geometry to time: jerk-limited motions and the governor of path time.
+
+`plan` makes a `Motion` out of blocks of geometry, a source answers with the samples that are sent of it. On top:
+planner, assembly and splice make motions, inputs, limits and errors are what they are made from and refused for. Below:
+joints/ what the joints do along a path; timing/ when; governor/ how fast it is played; sources/ where set points come
+from. Nothing here knows of programs, zones, messages or the clock.
+"""
 
 from robot_agent.trajectory.errors import PlanError
-from robot_agent.trajectory.governor import Governor, Hold, RateRequest
-from robot_agent.trajectory.lengths import lengths
+from robot_agent.trajectory.governor.governor import Governor, Hold, RateRequest
+from robot_agent.trajectory.governor.segment import PathState, Segment
 from robot_agent.trajectory.limits import Limits
-from robot_agent.trajectory.motion import Motion
-from robot_agent.trajectory.moving import Moving
-from robot_agent.trajectory.plan import plan
-from robot_agent.trajectory.s_curve import SCurve, s_curve
-from robot_agent.trajectory.segment import PathState, Segment
+from robot_agent.trajectory.motion import Motion, block_lengths
+from robot_agent.trajectory.planner import plan
 from robot_agent.trajectory.splice import spliced
-from robot_agent.trajectory.trapezoid import synchronised_trapezoids, trapezoid_in
+from robot_agent.trajectory.timing.continuation import Continuation
+from robot_agent.trajectory.timing.profile import synchronised_trapezoids, trapezoid_in
+from robot_agent.trajectory.timing.s_curve import SCurve, s_curve
 
 __all__ = [
+    "Continuation",
     "Governor",
     "Hold",
     "Limits",
     "Motion",
-    "Moving",
     "PathState",
     "PlanError",
     "RateRequest",
     "SCurve",
     "Segment",
-    "lengths",
+    "block_lengths",
     "plan",
     "s_curve",
     "spliced",

@@ -7,12 +7,12 @@ import numpy as np
 
 from robot_agent.kinematics import Model
 from robot_agent.paths.transition import Transition, in_order
-from robot_agent.trajectory.independent import Independent
-from robot_agent.trajectory.joint_path import JointPath, Numbers
-from robot_agent.trajectory.law import Timed
+from robot_agent.trajectory.joints.joint_path import JointPath, Numbers
+from robot_agent.trajectory.joints.pieces import Pieces
 from robot_agent.trajectory.motion import Motion
-from robot_agent.trajectory.moving import Moving, Run
-from robot_agent.trajectory.pieces import Pieces
+from robot_agent.trajectory.timing.continuation import Continuation, LastRun
+from robot_agent.trajectory.timing.independent import Independent
+from robot_agent.trajectory.timing.timed import Timed
 
 _STANDING = 1e-12
 """Squared joint speed below which the time of passing a place says nothing."""
@@ -36,7 +36,7 @@ class Kept:
         return cls(Pieces.standing(q), np.zeros(0), np.zeros(1), ())
 
     @classmethod
-    def of(cls, start: Moving, until_s: float) -> Self:
+    def of(cls, start: Continuation, until_s: float) -> Self:
         """What is left of a motion, for `until_s` [s] from the state on."""
         rests = start.rests[start.rests <= until_s]
         return cls(start.left.part(0.0, until_s), start.ends, np.append(0.0, rests), start.transitions)
@@ -65,7 +65,7 @@ def assembled(
     deviation_m = max((time.deviation_m for time in timed), default=0.0)
     last = None
     if runs and isinstance(path := runs[-1], JointPath):
-        last = Run(path, timed[-1].times, timed[-1].parameters, begins, timed[-1].raw)
+        last = LastRun(path, timed[-1].times, timed[-1].parameters, begins, timed[-1].raw)
     return Motion(model, pieces, ends, np.array(rests), in_order(transitions), cycle_s, deviation_m, last)
 
 

@@ -8,11 +8,12 @@ from numpy.typing import NDArray
 
 from robot_agent.kinematics import Model
 from robot_agent.paths.transition import Transition
-from robot_agent.trajectory.moving import Moving, Run
-from robot_agent.trajectory.pieces import Pieces
+from robot_agent.trajectory.joints.pieces import Pieces
+from robot_agent.trajectory.timing.continuation import Continuation, LastRun
 
 _STEP_M = 0.004
 """A small part of what a published body is grown by, and of the distance at which a robot stops in front of a zone."""
+_NODES, _WEIGHTS = (values / 2.0 for values in np.polynomial.legendre.leggauss(4))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -36,7 +37,7 @@ class Motion:
     cycle_s: float
     filter_deviation_m: float = 0.0
     """How far at most the filter on the axes takes the flange off the path."""
-    last: Run | None = None
+    last: LastRun | None = None
     """What a longer motion may replace; None where each joint goes by itself."""
 
     @property
@@ -83,12 +84,12 @@ class Motion:
         velocity = (self.model.jacobian(self.q(tau))[..., :3, :] @ self.qd(tau)[..., None])[..., 0]
         return np.asarray(np.linalg.norm(velocity, axis=-1))
 
-    def state(self, tau: float) -> Moving:
+    def state(self, tau: float) -> Continuation:
         """The state at `tau` [s] for `plan(..., start=...)`: a motion that goes on from there."""
         tau, end = min(max(float(tau), 0.0), self.duration_s), self.duration_s
         begins = end if self.last is None else self.last.begins
         first = int(np.searchsorted(self.ends, tau, side="right"))
-        return Moving(
+        return Continuation(
             left=self.pieces.part(tau, end),
             ends=self.ends[first:] - tau,
             rests=self.rests[self.rests > tau] - tau,
@@ -102,3 +103,23 @@ class Motion:
     def block_at(self, tau: NDArray[np.float64]) -> NDArray[np.int64]:
         """Index `(...)` of the block that tau lies in; its end belongs to a block, its start to the one before."""
         return np.minimum(np.searchsorted(self.ends, tau, side="left"), len(self.ends) - 1)
+
+
+def block_lengths(motion: Motion) -> NDArray[np.float64]:
+    """`(blocks, 3)`: way of the flange [m], its rotation [rad], and way of the joints that turn [rad].
+
+    The joints' way is the root of the sum of the squares, as the cap `FJ` counts it. Source: Frigeni, Industrial
+    Robotics Control, (7-47) to (7-49); the printed (7-49) gives half the angle.
+    """
+    knots = np.unique(np.concatenate([motion.pieces.knots, motion.ends]))
+    width = np.diff(knots)
+    t = knots[:-1, None] + width[:, None] * (0.5 + _NODES)
+    q, qd = motion.q(t), motion.qd(t)
+    twist = (motion.model.jacobian(q) @ qd[..., None])[..., 0]
+    linear = motion.model.description.linear
+    turning = ~np.array(linear) if linear else np.ones(motion.model.n, dtype=np.bool_)
+    rates = [np.linalg.norm(each, axis=-1) for each in (twist[..., :3], twist[..., 3:], qd[..., turning])]
+    covered = (np.stack(rates, axis=-1) * _WEIGHTS[:, None]).sum(axis=1) * width[:, None]
+    reached = np.concatenate([np.zeros((1, 3)), np.cumsum(covered, axis=0)])
+    at_ends = reached[np.searchsorted(knots, motion.ends)]
+    return np.diff(at_ends, axis=0, prepend=0.0)

@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 
 from robot_agent.paths.transition import in_order
+from robot_agent.trajectory.joints.pieces import Pieces
 from robot_agent.trajectory.motion import Motion
-from robot_agent.trajectory.pieces import Pieces
 
 
 def spliced(motion: Motion, tau: float, onward: Motion, first: float = 0.0) -> Motion:

@@ -10,7 +10,7 @@ from robot_agent.workspace.body import (
     unknown_body,
 )
 from robot_agent.workspace.braking import BRAKING_RESERVE, Braking
-from robot_agent.workspace.sweep import Sweep, sweep
+from robot_agent.workspace.swept_body import Sweep, sweep
 from robot_agent.workspace.zones import Crossing, crossings, zone_box
 
 __all__ = [

@@ -11,7 +11,7 @@ from cell.geometry.arrays import Array
 from cell.messages import Body
 from cell.messages.presence import Capsule
 from robot_agent.kinematics import Model, OpenMechanism
-from robot_agent.workspace.sweep import Sweep
+from robot_agent.workspace.swept_body import Sweep
 
 BODY_GROWTH_M = 0.02
 """How much the capsules of one published pose are grown at most, to cover what follows it."""

@@ -7,7 +7,7 @@ import numpy as np
 from cell.geometry import Box, WrongShape, capsules_touch_box
 from cell.geometry.arrays import Array, Flags
 from cell.messages import ZoneGeometry
-from robot_agent.workspace.sweep import Sweep
+from robot_agent.workspace.swept_body import Sweep
 
 
 @dataclass(frozen=True, slots=True)

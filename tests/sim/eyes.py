@@ -5,7 +5,7 @@ from tests.sim.exchange import SimSession
 
 
 class Eyes:
-    """The newest states that reached this operator, as `cell.commands.view.CellView` watches them; and all events."""
+    """The newest states that this operator heard, watched as `CellView` of `cell.commands` does; and all events."""
 
     def __init__(self, session: SimSession) -> None:
         self.session = session

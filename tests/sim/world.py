@@ -12,7 +12,7 @@ from pathlib import Path
 
 from cell.commands.checks import CellBundle, check_cell
 from cell.commands.emergency.door import PERIOD_S as ESTOP_PERIOD_S
-from cell.commands.robot_loads import robot_loads
+from cell.commands.processes.robot_loads import robot_loads
 from cell.config.settings import CellSettings
 from cell.core import Answer, Core, Effect
 from cell.manager.core import ManagerCore

@@ -3,7 +3,9 @@
 import shutil
 from pathlib import Path
 
-CONFIGS = Path(__file__).parents[2] / "cell_configs"
+from tests.unit.repository import ROOT
+
+CONFIGS = ROOT / "cell_configs"
 TWO_ARMS = CONFIGS / "two_arms" / "cell.yaml"
 CELL = "two_arms/cell.yaml"
 ROBOT = "models/six_axis.yaml"

@@ -7,14 +7,13 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import replace
 
-from gateway_world import TIMES, echo_for, gateway_settings
-
 from cell.messages import Command, DriveFeedback, GatewayState, Reply
 from cell.net.errors import NoAnswer
 from cell.net.options import Link
 from cell.net.session import CellSession, new_call
 from drive_gateway.config.settings import GatewaySettings
 from drive_gateway.gateway.shell import run_gateway
+from tests.unit.gateway_world import TIMES, echo_for, gateway_settings
 
 DEADLINE_S = 20.0
 

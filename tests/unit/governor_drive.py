@@ -4,10 +4,10 @@ from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
-from six_axis_arm import arm, description
 
 from robot_agent.paths import JointMove, Line, Sequence
 from robot_agent.trajectory import Governor, Hold, Limits, Motion, RateRequest, Segment, plan
+from tests.unit.six_axis_arm import arm, description
 
 CYCLE_S = 0.004
 STEP = 5

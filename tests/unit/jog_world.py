@@ -3,12 +3,12 @@
 from collections.abc import Callable
 
 import numpy as np
-from six_axis_arm import arm, description
 
 from cell.messages import JogFrame
 from robot_agent.kinematics import Model
 from robot_agent.trajectory import Limits
 from robot_agent.trajectory.sources import JogSource, JointAxes, States, ToolAxes, Wish
+from tests.unit.six_axis_arm import arm, description
 
 CYCLE_S = 0.004
 STEP = 5

@@ -1,7 +1,6 @@
 """Random sequences of all kinds of moves in front of the example arm."""
 
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 
@@ -9,8 +8,9 @@ from cell.geometry import from_xyz_abc
 from robot_agent.kinematics import Model, load_model
 from robot_agent.paths import Arc, Block, JointMove, Line, Sequence, Spline
 from robot_agent.trajectory import Limits
+from tests.unit.repository import ROOT
 
-MODEL = load_model(Path(__file__).parents[2] / "cell_configs" / "models" / "six_axis.yaml")
+MODEL = load_model(ROOT / "cell_configs" / "models" / "six_axis.yaml")
 LIMITS = Limits.of(MODEL.description)
 START = MODEL.home + np.radians([0, 0, 0, 20, -25, 0])
 _CENTRE = MODEL.forward(START)

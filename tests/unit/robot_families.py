@@ -1,7 +1,5 @@
 """A robot of each family, as the tests of kinematics share them; lengths are those of `tests/vectors/families.json`."""
 
-import json
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -11,8 +9,9 @@ from cell.geometry import from_xyz_abc
 from robot_agent.kinematics import Model, model_of
 from robot_agent.model.description import CapsuleBody, Family, JointLimits, PathLimits, RobotDescription
 from robot_agent.model.families import SHAPES
+from tests.unit.repository import vectors
 
-VECTORS: dict[str, Any] = json.loads((Path(__file__).parents[1] / "vectors" / "families.json").read_text())
+VECTORS: dict[str, Any] = vectors("families.json")
 CLOSED = tuple(SHAPES)
 FOUR_AXES = (Family.SCARA, Family.PALLETIZER, Family.DELTA)
 KINDS = [(family, None) for family in CLOSED] + [(Family.DELTA, 3)]

@@ -1,15 +1,14 @@
 """The six-axis arm that the tests of geometry, kinematics and workspace share."""
 
-import json
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from robot_agent.kinematics import SixAxis
 from robot_agent.model.description import CapsuleBody, Family, JointLimits, PathLimits, RobotDescription
+from tests.unit.repository import vectors
 
-VECTORS: dict[str, Any] = json.loads((Path(__file__).parents[1] / "vectors" / "six_axis.json").read_text())
+VECTORS: dict[str, Any] = vectors("six_axis.json")
 
 CAPSULES = (
     CapsuleBody(0, (0.0, 0.0, 0.1), (0.0, 0.0, 0.5), 0.25),

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from robot_agent.trajectory.joint_path import JointPath, Stretch
-from robot_agent.trajectory.pieces import Pieces
+from robot_agent.trajectory.joints.joint_path import JointPath, Stretch
+from robot_agent.trajectory.joints.pieces import Pieces
 
 VELOCITY = np.array([2.0, 1.8, 2.2, 3.0, 3.0, 4.0])
 ACCELERATION = np.array([5.0, 4.5, 5.0, 9.0, 9.0, 10.0])

@@ -1,8 +1,12 @@
-"""Where set points come from: a path under the governor, a jog, a path with corrections (`docs/motion.md`)."""
+"""Where set points come from: a path under the governor, a jog, a path with corrections (`docs/motion.md`).
+
+In go a motion or an operator's wish, and what is measured; out come `States` of the joints, tick by tick, and the ramp
+to rest behind them. A source knows nothing of how a motion is planned, nor of blocks, messages and drives.
+"""
 
 from robot_agent.trajectory.sources.axes import Axes, JointAxes, ToolAxes
 from robot_agent.trajectory.sources.corrected import CorrectedSource, CorrectionFrame, CorrectionLimits
-from robot_agent.trajectory.sources.given import Given
+from robot_agent.trajectory.sources.corrected_block import CorrectedBlock
 from robot_agent.trajectory.sources.jog import JOG_SPEED_M_S, JogSource, Wish
 from robot_agent.trajectory.sources.path import PathSource
 from robot_agent.trajectory.sources.sampled import sampled, states_from
@@ -13,10 +17,10 @@ __all__ = [
     "JOG_SPEED_M_S",
     "Axes",
     "Conveyor",
+    "CorrectedBlock",
     "CorrectedSource",
     "CorrectionFrame",
     "CorrectionLimits",
-    "Given",
     "JogSource",
     "JointAxes",
     "JointState",

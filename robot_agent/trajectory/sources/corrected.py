@@ -9,14 +9,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robot_agent.kinematics import Model, TrackError
-from robot_agent.trajectory.governor import Governor, Hold, RateRequest
+from robot_agent.trajectory.governor.governor import Governor, Hold, RateRequest
+from robot_agent.trajectory.governor.rate_law import sample_times
+from robot_agent.trajectory.governor.segment import RESTING_SAMPLES, Segment
 from robot_agent.trajectory.limits import Limits
-from robot_agent.trajectory.rate_law import sample_times
-from robot_agent.trajectory.segment import RESTING_SAMPLES, Segment
 from robot_agent.trajectory.sources.admission import Admission, Excess
 from robot_agent.trajectory.sources.axes import turn_by
+from robot_agent.trajectory.sources.corrected_block import CorrectedBlock
 from robot_agent.trajectory.sources.flange import in_reach, tracked, why_lost
-from robot_agent.trajectory.sources.given import Given
 from robot_agent.trajectory.sources.online import NoCourse, approach, course, sampled_course
 from robot_agent.trajectory.sources.source import JointState, States
 from robot_agent.trajectory.sources.target import Target
@@ -120,7 +120,7 @@ class CorrectedSource:
         self._speed = np.repeat([c.speed_m_s, c.angular_speed_rad_s], 3)
         self._acceleration = np.repeat([c.acceleration_m_s2, c.angular_acceleration_rad_s2], 3)
         self._jerk = np.repeat([c.jerk_m_s3, c.angular_jerk_rad_s3], 3)
-        self._given = Given.standing(segment.remainder(segment.length, ""))
+        self._given = CorrectedBlock.standing(segment.remainder(segment.length, ""))
         self._index = 0
         self._effort = _Effort(1.0, 1.0, 1.0)
         self.requests: Sequence[RateRequest] = ()
@@ -144,11 +144,11 @@ class CorrectedSource:
         return self._given.offset(self._index)
 
     @property
-    def given(self) -> Given:
+    def given(self) -> CorrectedBlock:
         """What `samples` and `brake` gave last."""
         return self._given
 
-    def resume(self, ticks: int, given: Given | None = None, governor: Governor | None = None) -> None:
+    def resume(self, ticks: int, given: CorrectedBlock | None = None, governor: Governor | None = None) -> None:
         """Go on from `ticks` behind where the last `samples` began: blocks overlap.
 
         Where those were not played, `given` is the block that is, and `governor` the one of its motion.
@@ -178,7 +178,7 @@ class CorrectedSource:
         """The ramp that was checked with the samples given last, or what is left of it."""
         return self._given.states.behind(self._index + 1)
 
-    def _search(self, begun: Given, count: int) -> Given:
+    def _search(self, begun: CorrectedBlock, count: int) -> CorrectedBlock:
         """The path and the correction as wished, as far as the joints allow; else the fastest stop of both."""
         slowest = min(self.requests, key=lambda each: each.rate, default=RateRequest(1.0, ""))
         if slowest.rate <= 0.0:
@@ -199,17 +199,19 @@ class CorrectedSource:
         self.ruled_by = why
         return self._stopped(begun, 1)
 
-    def _within_reach(self, begun: Given) -> bool:
+    def _within_reach(self, begun: CorrectedBlock) -> bool:
         """Whether the target can be reached from where the path is."""
         (pose,) = self._corrected(begun.path.q[:1], self.target.offset[None])
         return in_reach(self._model, self._model.flange_at(pose), begun.states.q[0])
 
-    def _eased(self, begun: Given, count: int, effort: _Effort, tries: int) -> tuple[Given | None, _Effort, str]:
+    def _eased(
+        self, begun: CorrectedBlock, count: int, effort: _Effort, tries: int
+    ) -> tuple[CorrectedBlock | None, _Effort, str]:
         """The first admissible block of a few tries; the effort tried last, and what was in the way, for people."""
         why = ""
         for _ in range(tries):
             found = self._attempt(begun, count, effort)
-            if isinstance(found, Given):
+            if isinstance(found, CorrectedBlock):
                 return found, effort, why
             if isinstance(found, str):
                 return None, effort, f"correction: {found}"
@@ -219,12 +221,12 @@ class CorrectedSource:
                 break
         return None, effort, why
 
-    def _stopped(self, begun: Given, tries: int) -> Given:
+    def _stopped(self, begun: CorrectedBlock, tries: int) -> CorrectedBlock:
         """The fastest stop of path and correction, found in some tries; what was given before when none is faster."""
         stopped, _, _ = self._eased(begun, 0, _PATH_WAITS, tries)
         return begun if stopped is None or stopped.states.count > begun.states.count else stopped
 
-    def _attempt(self, begun: Given, count: int, effort: _Effort) -> Given | Excess | str:
+    def _attempt(self, begun: CorrectedBlock, count: int, effort: _Effort) -> CorrectedBlock | Excess | str:
         """One block with an effort; what exceeds a limit, or why there is none."""
         requests = [*self.requests, RateRequest(effort.rate, "correction")]
         stop = count == 0 or effort.rate == 0.0
@@ -244,7 +246,7 @@ class CorrectedSource:
         excess = (self._admission if count > 0 else self._braking).excess(states, begun.before)
         if max(excess.speed, excess.acceleration, excess.jerk) > 1.0:
             return excess
-        return self._clear(states) or Given(path, correction, states, begun.before)
+        return self._clear(states) or CorrectedBlock(path, correction, states, begun.before)
 
     def _correction(self, present: Numbers, count: int, effort: _Effort) -> Numbers:
         """Offset, velocity, acceleration `(3, m, 6)`, `present` `(3, 6)` first: towards the target, then to rest."""

@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from robot_agent.kinematics import Model, TrackError
+from robot_agent.trajectory.governor.rate_law import sample_times
 from robot_agent.trajectory.limits import Limits
-from robot_agent.trajectory.rate_law import sample_times
 from robot_agent.trajectory.sources.admission import Admission, Excess
 from robot_agent.trajectory.sources.axes import Axes, Numbers
 from robot_agent.trajectory.sources.flange import NoDirection, why_fast, why_lost

@@ -2,9 +2,9 @@
 
 from collections.abc import Sequence
 
-from robot_agent.trajectory.governor import Governor, Hold, RateRequest
+from robot_agent.trajectory.governor.governor import Governor, Hold, RateRequest
+from robot_agent.trajectory.governor.segment import Segment
 from robot_agent.trajectory.motion import Motion
-from robot_agent.trajectory.segment import Segment
 from robot_agent.trajectory.sources.sampled import states_from
 from robot_agent.trajectory.sources.source import JointState, States
 

@@ -4,9 +4,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robot_agent.kinematics import Model
+from robot_agent.trajectory.governor.segment import RESTING_SAMPLES, Segment
+from robot_agent.trajectory.joints.pieces import Pieces
 from robot_agent.trajectory.motion import Motion
-from robot_agent.trajectory.pieces import Pieces
-from robot_agent.trajectory.segment import RESTING_SAMPLES, Segment
 from robot_agent.trajectory.sources.source import States
 
 

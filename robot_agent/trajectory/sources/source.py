@@ -6,7 +6,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from robot_agent.trajectory.segment import RESTING_SAMPLES
+from robot_agent.trajectory.governor.segment import RESTING_SAMPLES
 
 
 @dataclass(frozen=True, slots=True, eq=False)

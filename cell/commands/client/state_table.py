@@ -1,0 +1,142 @@
+"""The table that `cell up` and `cell status` show, and the same as plain lines."""
+
+from collections.abc import Iterable
+
+from rich.text import Text
+
+from cell.commands.client.cell_view import Snapshot, unreferenced
+from cell.config.settings import CellSettings
+from cell.messages import GatewayState, ManagerState, Mode, ProgramState, RobotState, ZoneState
+from cell.messages.manager_state import ZoneStatus
+
+LONGEST_PROGRAM_TEXT = 48
+SHORTEST_PROGRAM_TEXT = 13
+ALARMED = frozenset({Mode.FAULT, Mode.ESTOP})
+_HOLDER = {ZoneState.GRANTED: " to", ZoneState.ORPHANED: ", last held by"}
+
+
+def cell_table(settings: CellSettings, seen: Snapshot, width: int) -> Text:
+    """Two lines per robot, then zones, gateways and the manager; always the same number of lines, so nothing jumps.
+
+    The first line has mode, program line, TCP in mm (world), speed in mm/s and the zones that are held, and is cut to
+    `width` characters; the second says why the robot waits.
+    """
+    robots = max(len("robot"), *map(len, settings.robots))
+    zones = max([len("zone"), *map(len, settings.zones)])
+    numbers = "{:>8} {:>8} {:>8} {:>5}"
+    room = width - len(f"{'':{robots}}  {'':9}  {'':4}  " + numbers.format("", "", "", "") + f"   {'':{zones}}")
+    room = max(SHORTEST_PROGRAM_TEXT, min(LONGEST_PROGRAM_TEXT, room))
+
+    def row(robot: str, mode: str, line: str, program: str, xyz: Iterable[str], speed: str, held: str) -> str:
+        program = program if len(program) <= room else program[: room - 1] + "…"
+        row = f"{robot:{robots}}  {mode:9}  {line:>4}  {program:{room}} {numbers.format(*xyz, speed)}  {held}"
+        return row.rstrip()
+
+    heading = row("robot", "mode", "line", "program", ("X mm", "Y mm", "Z mm"), "mm/s", "zone")
+    text = Text.assemble((f"cell {settings.name}\n", "bold"), (heading, "underline"), "\n")
+    lost = unreferenced(seen)
+    for robot in settings.robots:
+        state = seen.robots.get(robot)
+        cells = _cells(state, robot not in lost)
+        text.append(row(robot, *cells) + "\n", "bold red" if state is None or state.mode in ALARMED else "")
+        reason = labelled_why(state) if state is not None else "its agent does not answer"
+        if robot in lost and not reason:
+            reason = f"not referenced: {lost[robot]}"
+        text.append(f"{'':{robots}}  {reason}".rstrip() + "\n", "yellow")
+    text.append("\n".join(footer(settings, seen)))
+    return text
+
+
+def _cells(state: RobotState | None, placed: bool) -> tuple[str, str, str, Iterable[str], str, str]:
+    if state is None:
+        return "silent", "", "", ("", "", ""), "", ""
+    position = state.tcp_position_m
+    xyz = ("-", "-", "-") if position is None or not placed else tuple(f"{1000 * value:.1f}" for value in position)
+    speed = "-" if state.tcp_speed_m_s is None else f"{1000 * state.tcp_speed_m_s:.0f}"
+    return state.mode.value, str(state.program.line), program_text(state), xyz, speed, " ".join(state.zones)
+
+
+def program_text(state: RobotState) -> str:
+    """The program line being executed, or the program's name and state when there is none."""
+    program = state.program
+    return program.text or f"{program.name} ({program.state.value})"
+
+
+def why(state: RobotState) -> str:
+    """Why the robot does not move as planned: alarms first, then the program's error, then what it waits for."""
+    longest_first = sorted(dict.fromkeys(state.alarms), key=len, reverse=True)
+    told = [alarm for i, alarm in enumerate(longest_first) if not any(alarm in longer for longer in longest_first[:i])]
+    waiting = state.waiting_for if state.mode is Mode.RETURNING else ""
+    return "; ".join(told) or waiting or state.program.error or state.waiting_for
+
+
+def labelled_why(state: RobotState) -> str:
+    """`why` with what it is in front of it, so that waiting does not look like an alarm; then the pace."""
+    reason = why(state)
+    labelled = f"{_label(state, reason)}: {reason}" if reason else ""
+    return "; ".join(filter(None, (labelled, pace_text(state))))
+
+
+def _label(state: RobotState, reason: str) -> str:
+    if reason == state.program.error and state.mode not in ALARMED:
+        return "program interrupted" if state.program.state is ProgramState.INTERRUPTED else "program ended"
+    return "waits" if reason == state.waiting_for else "alarm"
+
+
+def pace_text(state: RobotState) -> str:
+    """What an operator has set and who rules the rate of a running robot; empty when it simply follows its plan."""
+    pace, governor = state.pace, state.governor
+    parts = [f"override {100.0 * pace.override:.0f} %"] if pace.override != 1.0 else []
+    parts += ["manual"] if pace.manual else []
+    parts += ["step"] if pace.stepping else []
+    if state.mode is Mode.RUNNING and governor is not None and governor.ruled_by and not state.waiting_for:
+        parts.append(f"rate {100.0 * governor.rate:.0f} %, ruled by {governor.ruled_by}")
+    return ", ".join(parts)
+
+
+def robot_line(robot: str, state: RobotState | None) -> str:
+    """A robot in one line, for output that is not a terminal; changes only when something worth a line happens."""
+    if state is None:
+        return f"{robot}: silent"
+    text = f"{robot}: {state.mode.value}, line {state.program.line} {program_text(state)}"
+    return f"{text}, {reason}" if (reason := labelled_why(state)) else text
+
+
+def footer(settings: CellSettings, seen: Snapshot) -> list[str]:
+    """Zones, gateways and the manager, one line each."""
+    lines = [manager_line(settings, seen.manager)]
+    zones = seen.manager.zones if seen.manager else {}
+    lines += [zone_line(name, zone) for name, zone in zones.items()]
+    lines += [gateway_line(name, seen.gateways.get(name)) for name in settings.gateways]
+    return lines
+
+
+def manager_line(settings: CellSettings, manager: ManagerState | None) -> str:
+    if manager is None:
+        return f"manager: silent at {settings.manager_endpoint}"
+    line = f"manager: epoch {manager.epoch}"
+    line += "".join(f", EMERGENCY STOP by {estop.by}: {estop.reason}" for estop in manager.estops)
+    if manager.setup is not None:
+        line += f", {manager.setup.robot} is in set-up" + (f" ({manager.setup.reason})" if manager.setup.reason else "")
+    line += "".join(f", {robot} waits for set-up: {reason}" for robot, reason in manager.setup_refused.items())
+    refused = "".join(f", no grants for {robot}: {reason}" for robot, reason in manager.refused.items())
+    return line + refused
+
+
+def zone_line(name: str, zone: ZoneStatus) -> str:
+    line = f"zone {name}: {zone.state.value}"
+    if zone.holder is not None:
+        line += f"{_HOLDER.get(zone.state, ' by')} {zone.holder}"
+    if zone.queue:
+        line += f", next {', '.join(zone.queue)}"
+    return f"{line} ({zone.reason})" if zone.reason else line
+
+
+def gateway_line(name: str, gateway: GatewayState | None) -> str:
+    if gateway is None:
+        return f"gateway {name}: silent"
+    counters = gateway.counters
+    return (
+        f"gateway {name}: {'ready' if gateway.ready else gateway.problem or 'not ready'}, {gateway.interface}, "
+        f"bus load {100 * counters.bus_load:.0f} %, late cycles {counters.late_cycles} of {counters.ticks}"
+    )

@@ -1,0 +1,101 @@
+"""`cell plot`: what one program does with one robot, as a page of curves."""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Annotated
+
+import numpy as np
+import typer
+
+from cell.commands.checks.edges import stop_reasons
+from cell.commands.errors import CommandError
+from cell.commands.files.plot_text import moves, stops, transitions
+from cell.commands.pages.page import page, write_page
+from cell.commands.pages.svg_chart import Chart
+from cell.config.document import read_text
+from cell.config.problem import Problem
+from robot_agent.agent.dry_run import dry_run
+from robot_agent.agent.planning import Planned, Planner
+from robot_agent.kinematics import Model, load_model
+from robot_agent.language import ProgramError, parse_program
+from robot_agent.paths import Passing
+from robot_agent.trajectory import Limits, block_lengths
+
+_CYCLE_S = 0.004
+
+
+def plot(
+    program: Annotated[Path, typer.Argument(metavar="PROGRAM", help="The program.", show_default=False)],
+    model: Annotated[Path, typer.Option("--model", metavar="FILE", help="The robot file.", show_default=False)],
+    output: Annotated[Path, typer.Option("-o", "--output", metavar="FILE", help="The page to write.")] = Path(
+        "plot.html"
+    ),
+    longest_s: Annotated[float, typer.Option("--longest", help="Cut off endless programs [s].", min=0.1)] = 120.0,
+) -> None:
+    """Plan a program from the robot's home and draw it: path, speed, and joint speeds against their limits.
+
+    Behind the curves stand how far each move goes, and where moves meet: whether the robot stops there, and why.
+
+    Pauses and what TRACK follows are left out, and nothing of a cell is needed: no zones, no gateway. Exits with 1
+    where a move cannot be planned; the page then shows the motion up to there.
+    """
+    robot = load_model(model)
+    planner = Planner(robot, Limits.of(robot.description), np.eye(4), _CYCLE_S)
+    text = read_text(program)
+    if isinstance(text, Problem):
+        raise CommandError(f"the program cannot be read\n{text}", "name a program file")
+    try:
+        parsed = parse_program(text, str(program), robot.joint_names, robot.linear_names)
+    except ProgramError as error:
+        raise CommandError(f"the program is refused\n{error}", "correct it; docs/language.md") from error
+    motions, failed = dry_run(planner, parsed, longest_s)
+    motions = [planned for planned in motions if planned.motion.duration_s > 0.0]
+    if motions:
+        write_page(output, _page(program.name, robot, motions, stop_reasons(parsed)))
+        duration_s = sum(each.motion.duration_s for each in motions)
+        typer.echo(f"{output}: {duration_s:.2f} s in {len(motions)} motions, {stops(motions)} stops inside them")
+    if failed is not None:
+        raise CommandError(f"{program}: {failed.text}", "correct that line; what comes before it is drawn")
+    if not motions:
+        raise CommandError(f"{program} moves nothing", "name a program with a move")
+
+
+def _page(name: str, model: Model, motions: list[Planned], reasons: Mapping[tuple[int, int], str]) -> str:
+    starts = np.append(0.0, np.cumsum([planned.motion.duration_s for planned in motions]))
+    grids = [planned.motion.grid for planned in motions]
+    t = np.concatenate([start + grid for start, grid in zip(starts, grids, strict=False)])
+    q, qd = (
+        np.concatenate([getattr(planned.motion, what)(grid) for planned, grid in zip(motions, grids, strict=True)])
+        for what in ("q", "qd")
+    )
+    place = 1000.0 * model.forward(q)[:, :3, 3]
+    speed = 1000.0 * np.concatenate(
+        [planned.motion.flange_speed(grid) for planned, grid in zip(motions, grids, strict=True)]
+    )
+    limits = model.limits.velocity
+    share = 100.0 * qd / limits
+    marks = tuple(float(start) for start in starts)
+    joints = [(joint, t, share[:, k]) for k, joint in enumerate(model.joint_names)]
+    x, y, z = place.T
+    charts = [
+        Chart("Path from above", "X mm", "Y mm", [("flange", x, y)], equal=True),
+        Chart("Path from the side", "X mm", "Z mm", [("flange", x, z)], equal=True),
+        Chart("Speed of the flange", "s", "mm/s", [("flange", t, speed)], marks),
+        Chart("Joint speeds in percent of their limits", "s", "%", joints, marks, (-100.0, 100.0)),
+    ]
+    blends = [
+        each.deviation_m
+        for planned in motions
+        for each in planned.motion.transitions
+        if each.passing is Passing.BLENDED
+    ]
+    covered = sum(block_lengths(planned.motion).sum(axis=0) for planned in motions) * [1000.0, *np.degrees([1.0, 1.0])]
+    filtered = [planned.motion.filter_deviation_m for planned in motions]
+    summary = [
+        f"{starts[-1]:.3f} s in {len(motions)} motions, pauses left out; vertical lines are where a motion ends",
+        f"largest flange speed {speed.max():.1f} mm/s, largest joint speed {np.abs(share).max():.1f} % of its limit",
+        "way of the flange {:.1f} mm, its rotation {:.1f} deg, way of the joints {:.1f} deg".format(*covered),
+        f"largest deviation where blocks are blended {1e6 * max(blends, default=0.0):.0f} um",
+        f"largest deviation by the filter on the axes {1e6 * max(filtered):.0f} um",
+    ]
+    return page(name, summary, charts, {"Moves": moves(motions), "Where moves meet": transitions(motions, reasons)})

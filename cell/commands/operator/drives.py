@@ -1,0 +1,84 @@
+"""`cell drives`: every drive of a running cell, once."""
+
+from pathlib import Path
+
+from rich.box import SIMPLE_HEAD
+from rich.console import Console
+from rich.table import Table
+
+from cell.commands.client.cell_view import Snapshot, names
+from cell.commands.client.connection import connect
+from cell.commands.client.state_table import gateway_line
+from cell.commands.errors import CommandError, quoted
+from cell.commands.options import CELL_FILE, CellFileOption, ConnectOption
+from cell.config.settings import CellSettings
+from cell.messages import GatewayState, NodeStatus
+
+
+def drives(file: CellFileOption = Path(CELL_FILE), endpoint: ConnectOption = None) -> None:
+    """Show every drive of the running cell once: NMT, drive state and outputs, emergencies, counters of the bus.
+
+    Exits with 1 when a gateway is silent or not ready.
+    """
+    with connect(file, endpoint) as operator:
+        seen = operator.snapshot()
+        Console().print(drives_table(operator.settings, seen))
+        unready = [
+            name for name in operator.settings.gateways if name not in seen.gateways or not seen.gateways[name].ready
+        ]
+        if unready:
+            raise CommandError(
+                f"silent or not ready: gateway {names(unready)}",
+                f"start it with: drive-gateway run {quoted(file)} GATEWAY; or correct what its line above says",
+            )
+
+
+def drives_table(settings: CellSettings, seen: Snapshot) -> Table:
+    """One row per node of all gateways that are heard; one line per bus below."""
+    counters = [bus_line(name, seen.gateways.get(name)) for name in settings.gateways]
+    title, caption = f"drives of cell {settings.name}", "\n".join(counters)
+    table = Table(title=title, title_justify="left", caption=caption, box=SIMPLE_HEAD, padding=(0, 1, 0, 0))
+    table.caption_justify = "left"
+    for heading in ("gateway", "node", "axis", "NMT", "drive", "error\nmrad/mm", "trouble"):
+        table.add_column(heading, overflow="fold", no_wrap=heading in ("axis", "NMT"))
+    for name in settings.gateways:
+        gateway = seen.gateways.get(name)
+        for node in gateway.nodes if gateway is not None else ():
+            words = (node.nmt, drive_text(node), following_error(node), trouble(node))
+            table.add_row(name, str(node.node_id), f"{node.robot} {node.axis}", *words)
+    return table
+
+
+def drive_text(node: NodeStatus) -> str:
+    """State, warning and digital outputs of a drive."""
+    outputs = [f"{name} {'on' if on else 'off'}" for name, on in node.outputs.items()]
+    return ", ".join([node.drive.words, *["warning"] * node.warning, *outputs])
+
+
+def following_error(node: NodeStatus) -> str:
+    """The largest one since the robot was enabled, in mrad of a joint that turns and mm of one that slides."""
+    return "" if node.following_error is None else f"{1000.0 * node.following_error:.2f}"
+
+
+def trouble(node: NodeStatus) -> str:
+    """The newest emergency that was not acknowledged, and why the axis is not referenced."""
+    emergency = "" if node.emergency_code is None else f"{node.emergency_code:04X}h {node.emergency_text}"
+    reference = "" if node.referenced else f"not referenced: {node.reference_missing}"
+    return "; ".join(filter(None, (emergency, reference)))
+
+
+def bus_line(name: str, gateway: GatewayState | None) -> str:
+    """What a gateway counts."""
+    line = gateway_line(name, gateway)
+    if gateway is None:
+        return line
+    counters = gateway.counters
+    load = "" if counters.measured_load is None else f", measured bus load {100 * counters.measured_load:.0f} %"
+    phase = (
+        "" if counters.phase_error_s is None else f", SYNC {1e6 * counters.phase_error_s:+.0f} us off the cell clock"
+    )
+    return (
+        f"{line}{load}{phase}, worst {1000 * counters.worst_lateness_s:.1f} ms, "
+        f"missing TPDOs {counters.missing_tpdos}, "
+        f"blocks {counters.blocks_accepted} taken {counters.blocks_refused} refused"
+    )

@@ -1,0 +1,85 @@
+"""`cell output`: the digital outputs of a robot's drives, listed, or one of them switched by hand."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.box import SIMPLE_HEAD
+from rich.console import Console
+from rich.table import Table
+
+from cell.commands.client.connection import Operator, connect
+from cell.commands.emergency.words import operator_name
+from cell.commands.errors import CommandError
+from cell.commands.operator.robot_orders import Switch
+from cell.commands.options import CELL_FILE, CellFileOption, ConnectOption, RobotArgument
+from cell.messages import AxisStatus, GatewayState, SwitchOutput
+from drive_gateway.config import RobotDrives, load_drives
+
+
+def output(
+    robot: RobotArgument,
+    name: Annotated[
+        str | None, typer.Argument(metavar="OUTPUT", help="Of the drives file.", show_default="list them all")
+    ] = None,
+    switch: Annotated[Switch | None, typer.Argument(metavar="on|off", help="on or off.", show_default=False)] = None,
+    file: CellFileOption = Path(CELL_FILE),
+    endpoint: ConnectOption = None,
+) -> None:
+    """Switch a digital output of a robot's drives by hand; without its name list them all.
+
+    Look first: a gripper that opens drops its part, one that closes pinches, also in a fault. Nothing else moves by
+    this. Refused while the robot moves or its program runs, and where the output's node is not operational. The
+    program's next SET DO or RESET DO switches it again. No safety function.
+    """
+    if name is not None and switch is None:
+        raise CommandError(f"on or off? Nothing was switched: {name!r}", f"cell output {robot} {name} on, or off")
+    with connect(file, endpoint) as operator:
+        operator.check_robot(robot)
+        gateway = operator.settings.robots[robot].gateway
+        if name is None or switch is None:
+            state = operator.gateway_state(gateway)
+            operator.check_files(f"gateway {gateway}", state.digest)
+            drives = load_drives(operator.settings.gateways[gateway].drives, gateway).robots[robot]
+            _list(drives, state, str(operator.settings.gateways[gateway].drives))
+        else:
+            print(switched(operator, gateway, SwitchOutput(robot, name, switch is Switch.ON, operator_name())))
+
+
+def switched(operator: Operator, gateway: str, order: SwitchOutput) -> str:
+    """What the gateway says when the drive shows it. Raises `CommandError` with what it says else."""
+    reply = operator.order_gateway(gateway, order)
+    if not reply.ok:
+        raise CommandError(f"gateway {gateway}: {reply.text}")
+    return reply.text
+
+
+def _list(drives: RobotDrives, state: GatewayState, file: str) -> None:
+    if drives.outputs:
+        Console().print(outputs_table(drives, state))
+    else:
+        print(f"robot {drives.robot} has no digital outputs; its `outputs` in {file} would name them")
+
+
+def outputs_table(drives: RobotDrives, state: GatewayState) -> Table:
+    """One row per output: as it was told to its drive, what becomes of it at a stop, and where it is.
+
+    What a silent drive does with its outputs nobody knows.
+    """
+    nodes = {node.axis: node for node in state.nodes if node.robot == drives.robot}
+    title = f"digital outputs of {drives.robot}"
+    table = Table(title=title, title_justify="left", box=SIMPLE_HEAD, padding=(0, 1, 0, 0))
+    for heading in ("output", "state", "at_stop", "axis", "node", "bit", "NMT", "drive"):
+        table.add_column(heading, overflow="fold")
+    for item in drives.outputs:
+        node = nodes.get(item.axis)
+        if node is None or item.name not in node.outputs:
+            found, where = "unknown to its gateway", ("", "", "")
+        else:
+            told = "on" if node.outputs[item.name] else "off"
+            found = "unknown" if node.drive is AxisStatus.SILENT else told
+            where = (str(node.node_id), node.nmt, node.drive.words)
+        number, nmt, drive = where
+        at_stop = "keep" if item.keep else "off"
+        table.add_row(item.name, found, at_stop, item.axis, number, str(item.bit), nmt, drive)
+    return table

@@ -1,0 +1,115 @@
+"""`cell run`, `halt`, `continue`, `return`, `step`, `override`, `manual`, `enable`, `disable`: orders to one robot."""
+
+from enum import Enum
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from cell.commands.client.connection import connect, report
+from cell.commands.operator.common_start import AHEAD_S, run_together
+from cell.commands.options import CELL_FILE, CellFileOption, ConnectOption, RobotArgument
+from cell.messages import Command, Continue, Disable, Enable, Halt, Return, Run, SetManual, SetOverride, Step
+
+PercentArgument = Annotated[float, typer.Argument(min=-100.0, max=100.0, metavar="PERCENT", help="-100 to 100.")]
+
+
+class Switch(Enum):
+    """A word of the command line."""
+
+    ON = "on"
+    OFF = "off"
+
+
+SwitchArgument = Annotated[Switch, typer.Argument(help="on: at most 250 mm/s; off: automatic operation.")]
+
+
+def _order(robot: str, command: Command, file: Path, endpoints: list[str] | None) -> None:
+    with connect(file, endpoints) as operator:
+        report(robot, operator.ask_robot(robot, command))
+
+
+def run(
+    robots: Annotated[list[str], typer.Argument(metavar="ROBOT...", help="Names of robots in the cell file.")],
+    ahead: Annotated[
+        float | None,
+        typer.Option(
+            min=0.5,
+            max=600,
+            metavar="SECONDS",
+            help=f"Plan for so long, then start. [default: {AHEAD_S:g} for several robots; one starts at once]",
+            show_default=False,
+        ),
+    ] = None,
+    last: Annotated[
+        float | None,
+        typer.Option(
+            min=0.1, max=3600, metavar="SECONDS", help="End the first motions together, so long behind the start."
+        ),
+    ] = None,
+    file: CellFileOption = Path(CELL_FILE),
+    endpoint: ConnectOption = None,
+) -> None:
+    """Start a robot's program from its first line; several robots begin their first motions at the same moment.
+
+    A robot that cannot begin then does not begin at all; one that cannot end in time ends as soon as it can. When one
+    refuses, the others are halted before the start.
+    """
+    if len(robots) == 1 and ahead is None and last is None:
+        _order(robots[0], Run(), file, endpoint)
+        return
+    with connect(file, endpoint) as operator:
+        run_together(operator, robots, AHEAD_S if ahead is None else ahead, last)
+
+
+def halt(robot: RobotArgument, file: CellFileOption = Path(CELL_FILE), endpoint: ConnectOption = None) -> None:
+    """Brake a robot on its path; `cell continue` goes on from there."""
+    _order(robot, Halt(), file, endpoint)
+
+
+def continue_(robot: RobotArgument, file: CellFileOption = Path(CELL_FILE), endpoint: ConnectOption = None) -> None:
+    """Let a halted robot go on along its path; one that is off its path must `cell return` first."""
+    _order(robot, Continue(), file, endpoint)
+
+
+def return_(robot: RobotArgument, file: CellFileOption = Path(CELL_FILE), endpoint: ConnectOption = None) -> None:
+    """Let a robot that is off its path move slowly back to where it left it, and halt there.
+
+    It moves all joints straight there, at a tenth of their speed limits and at most 250 mm/s: look at the way first.
+    """
+    _order(robot, Return(), file, endpoint)
+
+
+def step(robot: RobotArgument, file: CellFileOption = Path(CELL_FILE), endpoint: ConnectOption = None) -> None:
+    """Let a robot go on, or start, to the end of the present block of its program, and halt there."""
+    _order(robot, Step(), file, endpoint)
+
+
+def override(
+    robot: RobotArgument,
+    percent: PercentArgument,
+    file: CellFileOption = Path(CELL_FILE),
+    endpoint: ConnectOption = None,
+) -> None:
+    """Follow the path at a percentage of the planned speed; below 0 back along it: `override left -- -30`."""
+    _order(robot, SetOverride(percent), file, endpoint)
+
+
+def manual(
+    robot: RobotArgument,
+    switch: SwitchArgument,
+    file: CellFileOption = Path(CELL_FILE),
+    endpoint: ConnectOption = None,
+) -> None:
+    """Bound a robot's TCP to 250 mm/s (manual operation), or not. It replaces no safety-rated speed monitoring."""
+    _order(robot, SetManual(switch is Switch.ON), file, endpoint)
+
+
+def enable(robot: RobotArgument, file: CellFileOption = Path(CELL_FILE), endpoint: ConnectOption = None) -> None:
+    """Switch a robot's drives on; it holds its position."""
+    _order(robot, Enable(), file, endpoint)
+
+
+def disable(robot: RobotArgument, file: CellFileOption = Path(CELL_FILE), endpoint: ConnectOption = None) -> None:
+    """Switch a robot's drives off; refused while it moves."""
+    _order(robot, Disable(), file, endpoint)

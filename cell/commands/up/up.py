@@ -1,0 +1,59 @@
+"""`cell up`: start every process of a cell on this host, show it, and end it in order."""
+
+import threading
+from typing import Annotated
+
+import typer
+from rich.console import Console
+
+from cell.commands.client.cell_files import checked_cell
+from cell.commands.client.cell_view import names
+from cell.commands.errors import CommandError
+from cell.commands.options import CellFileArgument, StateDirOption
+from cell.commands.processes.state_dir import LOGS, Lock, make_folder, state_folder
+from cell.commands.processes.stop import stop_event
+from cell.commands.up.children import Children, programs
+from cell.commands.up.endpoints import refuse_taken
+from cell.commands.up.supervisor import Supervisor
+
+INTERRUPTED = 130
+"""Exit code, by the shells' convention, of a run that was broken off by Ctrl-C."""
+
+
+def up(
+    file: CellFileArgument,
+    until_done: Annotated[
+        bool, typer.Option("--until-done", help="Run all programs, then stop in order; exit 0 when all of them ended.")
+    ] = False,
+    run: Annotated[bool, typer.Option("--run", help="Run all programs, and stay.")] = False,
+    real: Annotated[bool, typer.Option("--real", help="Without simulated drives: this moves the machines.")] = False,
+    state_dir: StateDirOption = None,
+) -> None:
+    """Start a cell on this host: its manager, its gateways with simulated drives, and an agent per robot.
+
+    All robots are enabled; their programs start with `cell run ROBOT`, or at once with `--run` or `--until-done`.
+    Ctrl-C brakes every robot on its path, then switches the drives off and ends the processes in order. Nothing that
+    dies is started again by itself. The exit code is 0 only when everything ended in order.
+    """
+    settings = checked_cell(file)
+    hurry = threading.Event()
+    stop = stop_event(hurry=hurry)
+    folder = state_folder(settings.file, settings.name, state_dir)
+    logs = folder / LOGS
+    make_folder(logs)
+    console = Console()
+
+    def say(text: str) -> None:
+        console.print(text, markup=False, highlight=False, soft_wrap=True)
+
+    with Lock(folder, "cell-up"):
+        refuse_taken(settings)
+        with Children(programs(settings, state_dir, not real), logs, hurry, say) as children:
+            supervisor = Supervisor(settings, children, console, stop, hurry)
+            done = supervisor.run(start_programs=run or until_done, until_done=until_done)
+    if parts := children.out_of_order():
+        raise CommandError(
+            f"not in order, died or killed: {names(parts)}", f"look at what was said above and in {logs}"
+        )
+    if until_done and not done:
+        raise typer.Exit(INTERRUPTED if stop.is_set() else 1)

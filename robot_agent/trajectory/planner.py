@@ -1,0 +1,275 @@
+"""Planning: blocks of geometry become one motion within the limits, without a stop where none is needed."""
+
+import math
+from dataclasses import replace
+from itertools import groupby
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robot_agent.kinematics import Model
+from robot_agent.paths import JointMove, Line, PathError, Sequence, Spline
+from robot_agent.paths.legs import FlangeMove, legs
+from robot_agent.paths.pose_path import PosePath, pose_paths
+from robot_agent.paths.sequence import Block
+from robot_agent.paths.transition import Continuity, Passing, Transition
+from robot_agent.trajectory.assembly import Kept, assembled
+from robot_agent.trajectory.errors import PlanError
+from robot_agent.trajectory.inputs import check_poses_of, check_range, check_start, check_target
+from robot_agent.trajectory.joints.blending import blended
+from robot_agent.trajectory.joints.follow import follow
+from robot_agent.trajectory.joints.joint_path import JointPath, Stretch
+from robot_agent.trajectory.joints.pieces import Pieces
+from robot_agent.trajectory.limits import Limits
+from robot_agent.trajectory.motion import Motion
+from robot_agent.trajectory.timing.axis_filter import filtered_onward
+from robot_agent.trajectory.timing.continuation import Continuation, PathUnderWay
+from robot_agent.trajectory.timing.dispatch import in_time
+from robot_agent.trajectory.timing.independent import Independent
+from robot_agent.trajectory.timing.optimal.onward import fastest_onward
+from robot_agent.trajectory.timing.timed import Timed
+
+_CAP_SAMPLES = 64
+_MOST_TURN_RAD_M = 20.0
+"""A joint move that turns the flange more than this on its way has no direction that a spline could take over."""
+_WAITS_S = (0.0, 0.05, 0.2)
+"""How much longer the motion before stays as it is: tried one after the other until a way to go on is found."""
+_BY_ITSELF = "where joints are not in step each arrives by itself"
+_NO_TIMING = "no timing within the limits was found from where the motion was extended"
+_KEPT = 1.01
+"""Limits are kept by what was planned with them up to this factor at least."""
+
+
+def plan(
+    model: Model, sequence: Sequence, limits: Limits, start: NDArray[np.float64] | Continuation, cycle_s: float = 0.004
+) -> Motion:
+    """The motion through all blocks of `sequence` from rest at joints `start` `(n,)` to rest.
+
+    From a state of another motion it goes on: first through what is left of that motion, whose blocks come before those
+    of `sequence` in the result, and its tau 0 is the tau of the state. What it replaces stays valid: it ends at rest.
+    Where the joints cannot go on in motion, because each of them goes by itself or because no timing is found within
+    the limits, they rest where that motion does, and `transitions` says why.
+
+    It rests between blocks only where they do not meet tangentially and have no round edge. `cycle_s` is the period of
+    the set points. Raises PlanError with block, program line, reason and, where they apply, joint, limit and pose;
+    ValueError for a period that is none.
+    """
+    if not 0.0 < cycle_s < math.inf:
+        raise ValueError(f"plan: cycle_s {cycle_s} found, allowed a finite time above 0")
+    paths = _Paths(model, sequence, limits)
+    if isinstance(start, Continuation):
+        return _onward(model, paths, limits, start, cycle_s)
+    start = np.array(start, dtype=np.float64)
+    check_start(model, sequence.blocks[0], start)
+    runs = paths.runs(start)
+    return assembled(model, Kept.nothing(start), len(sequence), runs, in_time(model, runs, limits), cycle_s)
+
+
+def _onward(model: Model, paths: "_Paths", limits: Limits, start: Continuation, cycle_s: float) -> Motion:
+    known = len(start.ends)
+    stop: tuple[Transition, ...] = ()
+    if known > 0 and start.run is None:
+        stop = (Transition(known - 1, known, Continuity.C0, Passing.STOPS, _BY_ITSELF),)
+    for wait_s in _WAITS_S if start.filter_s == limits.shaping.filter_s else ():
+        going = start.going(wait_s)
+        if going is None:
+            continue
+        runs = paths.runs(going.path.end(), going.path, known)
+        first = runs[0]
+        if first is going.path or not isinstance(first, JointPath):
+            stop = runs[1].transitions[:1] if len(runs) > 1 else ()
+            break  # the robot stops where the new blocks begin
+        met = [each for each in first.transitions if each.before < known == each.block]
+        stop = tuple(Transition(known - 1, known, each.continuity, Passing.STOPS, _NO_TIMING) for each in met)
+        timed = in_time(model, [first], limits)[0] if going.stands else _timed_onward(model, first, limits, going)
+        if timed is not None:
+            kept, times = Kept.of(start, going.after_s), [timed, *in_time(model, runs[1:], limits)]
+            return assembled(model, kept, known + paths.blocks, runs, times, cycle_s)
+    acceleration = np.abs(limits.acceleration_bounds).max(axis=0)
+    if (start.left.peaks() > _KEPT * np.stack([limits.velocity, acceleration, limits.jerk])).any():
+        raise paths.refused("the moves before it do not keep these limits", "let the motion end first")
+    whole_s = start.left.duration_s
+    runs = paths.runs(start.left.position(np.array(whole_s)), blocks=known)
+    times = in_time(model, runs, limits)
+    runs[:1] = [replace(run, transitions=(*stop, *run.transitions)) for run in runs[:1]]
+    return assembled(model, Kept.of(start, whole_s), known + paths.blocks, runs, times, cycle_s)
+
+
+def _timed_onward(model: Model, path: JointPath, limits: Limits, going: PathUnderWay) -> Timed | None:
+    """Joints over time from a state in motion to rest, with the filter; None where no timing is found."""
+    timed = fastest_onward(model, path, limits, going)
+    if timed is None or going.raw is None:
+        return timed
+    return filtered_onward(model, path.stretches, timed, going.raw, going.raw_s, limits)
+
+
+class _Paths:
+    """From blocks to joint paths that begin and end at rest."""
+
+    def __init__(self, model: Model, sequence: Sequence, limits: Limits) -> None:
+        self._model, self._blocks, self._limits = model, sequence.blocks, limits
+
+    @property
+    def blocks(self) -> int:
+        """Number of blocks."""
+        return len(self._blocks)
+
+    def refused(self, reason: str, hint: str) -> PlanError:
+        """What is wrong where the first block begins."""
+        return PlanError(0, self._blocks[0].line, reason, hint)
+
+    def runs(
+        self, start: NDArray[np.float64], known: JointPath | None = None, blocks: int = 0
+    ) -> list[JointPath | Independent]:
+        """The paths from rest to rest; the first begins with the path `known`, which has so many blocks."""
+        made: list[JointPath | Independent] = [] if known is None else [known]
+        for path in self._paths(start, known):
+            path = path.later(blocks)
+            meeting = self._meeting(made[-1], path) if made else path
+            if isinstance(meeting, Transition):
+                made.append(replace(path, transitions=(meeting, *path.transitions)))
+            else:
+                made[-1:] = [meeting]
+        return made
+
+    def _meeting(
+        self, before: JointPath | Independent, path: JointPath | Independent
+    ) -> JointPath | Independent | Transition:
+        """Both in one, or the stop between them."""
+        if isinstance(before, JointPath) and isinstance(path, JointPath):
+            return blended(self._model, self._limits, before, path)
+        blocks = before.stretches[-1].block, path.stretches[0].block
+        return Transition(*blocks, Continuity.C0, Passing.STOPS, _BY_ITSELF)
+
+    def _paths(self, q: NDArray[np.float64], known: JointPath | None) -> list[JointPath | Independent]:
+        made: list[JointPath | Independent] = []
+        numbered = list(enumerate(self._blocks))
+        for on_path, group in groupby(numbered, key=lambda each: not isinstance(each[1], JointMove)):
+            if on_path:
+                blocks = [(k, b) for k, b in group if not isinstance(b, JointMove)]
+                made += self._followed(blocks, q, made[-1] if made else known)
+            else:
+                for index, block in group:
+                    if isinstance(block, JointMove):
+                        move = self._joint_move(index, block, made[-1].end() if made else q)
+                        made += [move] if move is not None else []
+            q = made[-1].end() if made else q
+        return made
+
+    def _followed(
+        self, blocks: list[tuple[int, FlangeMove]], q: NDArray[np.float64], before: JointPath | Independent | None
+    ) -> list[JointPath]:
+        """Moves of the flange from joints `q` `(n,)`; a spline takes its direction from joint moves at its ends too."""
+        arrival = None
+        if isinstance(before, JointPath) and not before.stops_for:
+            arrival = self._direction(q, before.state(before.length)[1])
+        made: list[JointPath] = []
+        for path in self._flange_paths(blocks, q, arrival, None):
+            made.append(self._follow(path, made[-1].end() if made else q))
+        departure = self._departure(blocks[-1][0], made[-1].end()) if made else None
+        if departure is not None:
+            last = self._flange_paths(blocks, q, arrival, departure)[-1]
+            made[-1] = self._follow(last, made[-2].end() if len(made) > 1 else q)
+        return made
+
+    def _departure(self, index: int, q: NDArray[np.float64]) -> NDArray[np.float64] | None:
+        """The direction in which a joint move goes on behind block `index`, a spline that ends at joints `q` `(n,)`."""
+        block, following = self._blocks[index], self._blocks[index + 1] if index + 1 < len(self._blocks) else None
+        if not isinstance(block, Spline) or block.round_m == 0.0:
+            return None
+        if not isinstance(following, JointMove) or not following.synchronised:
+            return None
+        check_target(self._model, index + 1, following)
+        return self._direction(q, following.target - q)
+
+    def _direction(self, q: NDArray[np.float64], way: NDArray[np.float64]) -> NDArray[np.float64] | None:
+        """The flange's twist `(6,)` per metre when the joints leave `q` `(n,)` along `way`; None if it hardly moves."""
+        twist = self._model.jacobian(q) @ way
+        speed = float(np.linalg.norm(twist[:3]))
+        return twist / speed if speed * _MOST_TURN_RAD_M > np.linalg.norm(twist[3:]) else None
+
+    def _flange_paths(
+        self,
+        blocks: list[tuple[int, FlangeMove]],
+        q: NDArray[np.float64],
+        arrival: NDArray[np.float64] | None,
+        departure: NDArray[np.float64] | None,
+    ) -> list[PosePath]:
+        for index, block in blocks:
+            check_poses_of(index, block)
+        try:
+            made = legs(blocks, self._model.forward(q), arrival, departure)
+            return pose_paths(made, self._limits.shaping.blend_m)
+        except PathError as error:
+            raise PlanError(error.block, self._blocks[error.block].line, error.reason, error.hint) from error
+
+    def _follow(self, path: PosePath, start: NDArray[np.float64]) -> JointPath:
+        def refuse(
+            at_m: float,
+            reason: str,
+            hint: str,
+            joint: str | None,
+            limit: str | None,
+            pose: NDArray[np.float64] | None,
+        ) -> PlanError:
+            block = path.blocks[min(int(np.searchsorted(path.block_ends_m, at_m)), len(path.blocks) - 1)]
+            return PlanError(block, self._blocks[block].line, reason, hint, joint, limit, pose)
+
+        flips = any(isinstance(b := self._blocks[k], Line) and b.wrist_may_flip for k in path.blocks)
+        made = follow(self._model, path, start, self._limits.velocity, flips, refuse)
+        ends = made.passing(path.block_ends_m)
+        stretches = tuple(
+            _stretch(float(end), index, self._blocks[index], 1.0, on_path=True)
+            for end, index in zip(ends, path.blocks, strict=True)
+        )
+        corners = float(ends[0]), float(ends[-2]) if len(ends) > 1 else 0.0
+        last = self._blocks[path.blocks[-1]]
+        stops = last.round_m, _stops_for(last)
+        return JointPath(made.pieces, stretches, made.curvature, path.transitions, corners, *stops)
+
+    def _joint_move(self, index: int, block: JointMove, start: NDArray[np.float64]) -> JointPath | Independent | None:
+        """A straight line in joint space, or every joint by itself; None where it goes nowhere."""
+        check_target(self._model, index, block)
+        travel = block.target - start
+        moving = np.abs(travel) > 1e-12
+        check_range(self._model, index, block, moving)
+        if not moving.any():
+            return None
+        length = float(np.linalg.norm(travel / self._limits.velocity))
+        stretch = _stretch(length, index, block, block.speed, on_path=False)
+        if not block.synchronised:
+            return Independent(start, np.asarray(block.target, dtype=np.float64), stretch)
+        pieces = self._straight(start, travel, length, capped=stretch.capped)
+        return JointPath(pieces, (stretch,), np.zeros((0, 2)), (), (length, 0.0), block.round_m, _stops_for(block))
+
+    def _straight(self, start: NDArray[np.float64], travel: NDArray[np.float64], length: float, capped: bool) -> Pieces:
+        """The joints evenly along their way; with the flange's way and turn where these have a cap."""
+        share = np.linspace(0.0, 1.0, _CAP_SAMPLES + 1 if capped else 2)
+        q, qd = start + share[:, None] * travel, np.tile(travel / length, (len(share), 1))
+        way = np.zeros((len(share), 2))
+        if capped:
+            twist = (self._model.jacobian(q) @ qd[..., None])[..., 0]
+            way = np.stack([np.linalg.norm(twist[:, :3], axis=1), np.linalg.norm(twist[:, 3:], axis=1)], axis=1)
+        step = length / (len(share) - 1)
+        covered = np.concatenate([np.zeros((1, 2)), np.cumsum(step * (way[1:] + way[:-1]) / 2.0, axis=0)])
+        change = np.gradient(way, step, axis=0)
+        return Pieces.through(
+            share * length,
+            np.column_stack([q, covered]),
+            np.column_stack([qd, way]),
+            np.column_stack([np.zeros_like(q), change]),
+        )
+
+
+def _stops_for(block: Block) -> str:
+    """Why the robot stops behind a block in any case; empty where the block leaves that to what follows."""
+    if not isinstance(block, JointMove) and block.tangential_rad is not None:
+        return "the tool follows the path up to there and may have to turn"
+    return "a round edge of 0 asks for a stop" if block.round_m == 0.0 else ""
+
+
+def _stretch(end: float, index: int, block: Block, joint_speed: float, on_path: bool) -> Stretch:
+    speed = np.inf if block.speed_m_s is None else block.speed_m_s
+    rotation = np.inf if block.rotation_rad_s is None else block.rotation_rad_s
+    joints = np.inf if block.joint_speed_rad_s is None else block.joint_speed_rad_s
+    return Stretch(end, index, joint_speed, speed, rotation, on_path, joints)

@@ -1,0 +1,103 @@
+"""How much of its limits of acceleration and jerk the flange uses, where these hold.
+
+Along its way it has the acceleration v' and the jerk v'' of its speed v, and of its angular speed |w| likewise: with
+u = w / |w| and the part a of w' across u
+
+    |w|' = u w'   and   |w|'' = u w'' + a^2 / |w|
+
+and across its way the acceleration that is a for v.
+
+Inside a piece the joints are a polynomial in time and the flange's twist J q' is smooth, however tightly the path
+bends: it is the joints' jerk that steps at the knots. So the twist's derivatives in a piece are those of the polynomial
+through a few places of it.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robot_agent.kinematics import Model
+from robot_agent.model.description import PathLimits
+from robot_agent.trajectory.joints.pieces import Pieces
+from robot_agent.trajectory.timing.affine import Numbers
+
+Flags = NDArray[np.bool_]
+
+_SLOWEST = np.array([[1e-3], [np.radians(1.0)]])
+"""[m/s], [rad/s]: a flange that is slower reverses; there the last term is that of this speed."""
+_STILL = 1e-12
+_CLOSE = 0.96
+"""Of a limit: the twists at the knots tell it to some per cent."""
+_PLACES = np.linspace(0.0, 1.0, 5)
+"""Of a piece, through whose twists a polynomial is laid."""
+_FINELY = np.linspace(0.0, 1.0, 17)
+"""Where it is looked at: where a turn reverses, |w|'' has a peak some ms wide."""
+
+
+def _of_places(order: int) -> Numbers:
+    """What the derivative of that order is `(17, 5)` of the values at the places."""
+    powers = np.arange(len(_PLACES))
+    factors = np.prod([powers - k for k in range(order)], axis=0)
+    rows = factors * _FINELY[:, None] ** np.maximum(powers - order, 0)
+    return np.asarray(rows @ np.linalg.inv(_PLACES[:, None] ** powers))
+
+
+_DERIVATIVES = [_of_places(order) for order in range(3)]
+
+
+def flange_use(model: Model, pieces: Pieces, held: Flags, limits: PathLimits) -> Numbers:
+    """Speed, acceleration and jerk `(3, pieces)` of the flange in each piece, in shares of their limits.
+
+    The speed's limit is the one at which the acceleration across the way reaches its own. 0 in pieces where the limits
+    do not hold, `held` `(pieces,)`.
+    """
+    used, which = np.zeros((3, len(held))), np.flatnonzero(held)
+    if len(which):
+        h = np.diff(pieces.knots)[which]
+        t = pieces.knots[which] + _PLACES[:, None] * h
+        twist = _twists(model.jacobian(pieces.position(t)), pieces.slopes(t)[0])
+        v, a, j = (np.tensordot(rows, twist, 1) / h**order for order, rows in enumerate(_DERIVATIVES))
+        used[:, which] = _shares(v, a, j, limits).max(axis=1)
+    return used
+
+
+def close(model: Model, pieces: Pieces, held: Flags, limits: PathLimits) -> Flags:
+    """Which pieces `(pieces,)` of those `held` are so close to a limit of the flange that they need to be looked at.
+
+    For cubic pieces, the last of which ends at rest. What the joints' jerk takes of the flange's is known on both sides
+    of each knot, the rest of it is smooth and told by the twists at the knots.
+    """
+    if not held.any():
+        return held
+    h, (q, rates, third) = np.diff(pieces.knots), (pieces.coefficients[:, power] for power in (0, 1, 3))
+    near = np.flatnonzero(np.convolve(held, np.ones(4))[1:-2])  # knots of these pieces and of those beside them
+    jacobian = np.zeros((len(q) + 1, 6, q.shape[1]))
+    jacobian[near] = model.jacobian(q[near])
+    jacobian[-1] = jacobian[-2]
+    twist = _twists(jacobian, np.append(rates, np.zeros_like(rates[:1]), axis=0))
+    behind, before = _twists(jacobian[:-1], 6.0 * third), _twists(jacobian[1:], 6.0 * third)
+    slope, width = np.diff(twist) / h, h[1:] + h[:-1]
+    change = (h[:-1] * slope[..., 1:] + h[1:] * slope[..., :-1]) / width
+    rest = (2.0 * np.diff(slope) - h[1:] * behind[..., 1:] - h[:-1] * before[..., :-1]) / width
+    change, rest = (np.concatenate([each[..., :1], each, each[..., -1:]], axis=-1) for each in (change, rest))
+    first = _shares(twist[..., :-1], change[..., :-1], rest[..., :-1] + behind, limits)
+    last = _shares(twist[..., 1:], change[..., 1:], rest[..., 1:] + before, limits)
+    return np.asarray(held & (np.maximum(first, last).max(axis=0) > _CLOSE))
+
+
+def _twists(jacobian: Numbers, rates: Numbers) -> Numbers:
+    """`(..., k, 6, n)` times `(..., k, n)` as `(..., 2, 3, k)`: arithmetic on many short vectors takes longer."""
+    moved = np.swapaxes((jacobian @ rates[..., None])[..., 0], -1, -2)
+    return np.ascontiguousarray(moved).reshape(*moved.shape[:-2], 2, 3, -1)
+
+
+def _shares(twist: Numbers, change: Numbers, jerk: Numbers, limits: PathLimits) -> Numbers:
+    """Shares `(3, ..., k)` of the limits that a twist `(..., 2, 3, k)` uses with its two derivatives."""
+    speed = np.sqrt((twist**2).sum(axis=-2))
+    u = twist / np.maximum(speed, _STILL)[..., None, :]
+    along = (u * change).sum(axis=-2)
+    across = ((change - u * along[..., None, :]) ** 2).sum(axis=-2)
+    turned = (u * jerk).sum(axis=-2) + across / np.maximum(speed, _SLOWEST)
+    allowed = np.array([limits.acceleration_m_s2, limits.angular_acceleration_rad_s2])[:, None]
+    jerk_allowed = np.array([limits.jerk_m_s3, limits.angular_jerk_rad_s3])[:, None]
+    used = (np.abs(along) / allowed).max(axis=-2), (np.abs(turned) / jerk_allowed).max(axis=-2)
+    return np.stack([across[..., 0, :] ** 0.25 / np.sqrt(limits.acceleration_m_s2), *used])

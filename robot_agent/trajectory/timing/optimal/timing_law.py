@@ -1,0 +1,127 @@
+"""An initial law and the rate at which it is passed: a motion over time."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robot_agent.trajectory.joints.joint_path import JointPath
+from robot_agent.trajectory.joints.pieces import Pieces
+from robot_agent.trajectory.timing.affine import Numbers
+from robot_agent.trajectory.timing.optimal.b_spline import beginning, over, through
+from robot_agent.trajectory.timing.optimal.initial_law import InitialLaw
+from robot_agent.trajectory.timing.optimal.retiming import basis
+from robot_agent.trajectory.timing.timed import Timed
+
+_PARTS = 8
+"""Of an interval, between which time passes evenly enough to be interpolated."""
+_PIECES = 4
+"""Of the joints' spline per interval."""
+_HALVINGS = 5
+_EXACT = 2e-6
+"""Largest distance [rad or m] of the joints over time from the joints along the path."""
+_GAUSS_X, _GAUSS_W = (values / 2.0 for values in np.polynomial.legendre.leggauss(3))
+_PLACES = np.arange(_PARTS) / _PARTS
+_INSIDE = basis(np.add.outer(_PLACES, (0.5 + _GAUSS_X) / _PARTS).ravel())[:, 0].T
+_BEGINNING = basis(_PLACES)[:, 0].T
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Fitted:
+    """A law's joints over time, and which of its intervals each piece `(pieces,)` is in."""
+
+    timed: Timed
+    interval: NDArray[np.intp]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class TimingLaw:
+    """s(t): `initial` and the coefficients `(intervals + 2,)` of the squared rate y."""
+
+    initial: InitialLaw
+    squared: Numbers
+
+    @property
+    def duration_s(self) -> float:
+        return float(self._clock()[-1])
+
+    @property
+    def compared_s(self) -> float:
+        """The duration where each interval that lasts as long as it shall counts `initial.h`."""
+        return float(self._paced(self._clock())[0][-1])
+
+    def resampled(self, h: float, most: int, start: Numbers | None = None) -> InitialLaw:
+        """The same motion as an initial law with intervals of about `h` [s], or longer as in its own, at most `most`.
+
+        It begins at rest, or with the value and two derivatives `start` `(3,)`.
+        """
+        clock = self._clock()
+        compared_s = float(self._paced(clock)[0][-1])
+        count = int(np.clip(math.ceil(compared_s / h), 8, most))
+        h = compared_s / count
+        at = self._times(clock, count)
+        points = through(self._samples(clock, at)[0])
+        if start is not None:
+            points[:3] = beginning(start, h)
+        return InitialLaw.rising(points, h, h / np.diff(at))
+
+    def timed(self, path: JointPath, start: Numbers | None = None) -> "Fitted":
+        """A cubic spline of the joints, fine enough to be the path.
+
+        The joints begin at rest, or with position, velocity and acceleration `start` `(3, n)`.
+        """
+        clock = self._clock()
+        count = max(8, math.ceil(_PIECES * self.initial.intervals))
+        for _ in range(_HALVINGS):
+            at = self._times(clock, count)
+            s, interval = self._samples(clock, np.sort(np.append(at, (at[:-1] + at[1:]) / 2.0)))
+            q = path.pieces.position(s)[:, : path.joints]
+            pieces = over(at, q[::2], start)
+            if np.abs(_halfway(pieces) - q[1::2]).max() < _EXACT:
+                break
+            count *= 2
+        return Fitted(Timed(pieces, pieces.knots, s[::2]), interval[:-1:2])
+
+    def _clock(self) -> Numbers:
+        """Times `(parts + 1,)` [s] at which the parts of all intervals begin, and the end."""
+        windows = np.lib.stride_tricks.sliding_window_view(self.squared, 3)
+        y = windows @ _INSIDE
+        steps = (1.0 / np.sqrt(y)).reshape(-1, len(_GAUSS_W)) @ _GAUSS_W
+        return np.append(0.0, np.cumsum(steps * self.initial.h / _PARTS))
+
+    def _paced(self, clock: Numbers) -> tuple[Numbers, Numbers]:
+        """The clock `(parts + 1,)` of a time that passes at the initial rates, and the rates at the same places."""
+        k, rates = self.initial.intervals, self.initial.rates
+        rate = np.interp(np.arange(k * _PARTS + 1) / _PARTS, np.arange(k) + 0.5, rates)
+        return np.append(0.0, np.cumsum(np.diff(clock) * (rate[1:] + rate[:-1]) / 2.0)), rate
+
+    def _times(self, clock: Numbers, count: int) -> Numbers:
+        """Times `(count + 1,)` from the beginning to the end, farther apart where its intervals are longer."""
+        paced, rate = self._paced(clock)
+        at = np.linspace(0.0, paced[-1], count + 1)
+        part = np.clip(np.searchsorted(paced, at, side="right") - 1, 0, len(clock) - 2)
+        after, steeper = at - paced[part], np.diff(rate)[part] / np.diff(clock)[part]
+        root = np.sqrt(np.maximum(rate[part] ** 2 + 2.0 * steeper * after, 0.0))
+        times = clock[part] + 2.0 * after / (rate[part] + root)
+        times[-1] = clock[-1]
+        return np.asarray(times)
+
+    def _samples(self, clock: Numbers, at: Numbers) -> tuple[Numbers, NDArray[np.intp]]:
+        """Parameters and intervals `(k,)` at times `(k,)` [s]."""
+        part = np.clip(np.searchsorted(clock, at, side="right") - 1, 0, len(clock) - 2)
+        after, step, width = at - clock[part], np.diff(clock)[part], self.initial.h / _PARTS
+        windows = np.lib.stride_tricks.sliding_window_view(self.squared, 3)
+        rate = np.sqrt((windows @ _BEGINNING).ravel())
+        first, last = rate[part], np.append(rate[1:], math.sqrt(self.squared[-2:].mean()))[part]
+        # the cubic with the rates at both ends of a part: tau by time
+        x = after / step
+        share = x * x * (3.0 - 2.0 * x) + step / width * x * (1.0 - x) * ((1.0 - x) * first - x * last)
+        interval, number = np.divmod(part, _PARTS)
+        return self.initial.places(interval, (number + np.clip(share, 0.0, 1.0)) / _PARTS), interval
+
+
+def _halfway(pieces: Pieces) -> Numbers:
+    """Values `(p, n)` in the middle of each cubic piece."""
+    x, c = np.diff(pieces.knots)[:, None] / 2.0, pieces.coefficients
+    return np.asarray(c[:, 0] + x * (c[:, 1] + x * (c[:, 2] + x * c[:, 3])))

@@ -1,0 +1,205 @@
+"""The small path of `cell estop`: what it reads, what it sends, and what cannot keep it from that."""
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from cell.commands.emergency import stop as course
+from cell.commands.emergency.answers import Answers
+from cell.commands.emergency.door import Stop
+from cell.commands.emergency.reach import (
+    STORED,
+    Reach,
+    reach_of,
+    read_leniently,
+    read_strictly,
+    store,
+    stored,
+    stored_beside,
+)
+from cell.commands.emergency.wanted import wanted
+from cell.commands.emergency.words import LONGEST, operator_name, plain
+from cell.config import load_cell_alone
+from cell.messages import Estop, SetEstop
+from cell.net.codec import decode, decode_call
+from tests.unit.repository import ROOT
+
+SHIPPED = sorted(ROOT.glob("cell_configs/*/cell.yaml"))
+REACH = Reach("two_arms", ("tcp/127.0.0.1:7450", "tcp/[::1]:7451"), ("left", "right"), ("left_bus",), 2.5)
+
+
+def test_it_imports_no_more_than_zenoh_and_the_standard_library() -> None:
+    lines = "import sys; import cell.commands.emergency.stop; print(*sys.modules)"
+    imported = subprocess.run(
+        [sys.executable, "-c", lines], cwd=ROOT, capture_output=True, text=True, timeout=60, check=True
+    ).stdout.split()
+    ours = {name for name in imported if name.split(".")[0] in ("cell", "robot_agent", "drive_gateway")}
+    allowed = ("cell.commands.emergency", "cell.net.options", "cell.net.errors")
+    assert [name for name in ours if name.count(".") > 1 and not name.startswith(allowed)] == []
+    assert {"numpy", "pinocchio", "pydantic", "typer", "rich", "ruamel", "ruamel.yaml"} & set(imported) == set()
+
+
+# What is sent
+
+
+@given(st.text(), st.text())
+def test_its_messages_are_those_of_the_codec(by: str, reason: str) -> None:
+    stop = Stop(plain(by), plain(reason))
+    message = decode(Estop, stop.message)
+    assert message == Estop(message.id, True, plain(by), plain(reason))
+    call = decode_call("manager", "estop", stop.call)
+    assert call.command == SetEstop(message.id, plain(by), plain(reason))
+    assert call.id != message.id
+
+
+@pytest.mark.parametrize(
+    ("given", "read"),
+    [
+        ("door open", "door open"),
+        ("T\udcfcr offen", "Tür offen"),
+        ("half a pair \ud800", "half a pair"),
+        ("two\nlines\x1b[2J\x00", "two lines [2J"),
+        ("", ""),
+        ("x" * 10_000, "x" * LONGEST),
+    ],
+)
+def test_any_text_becomes_one_printable_line(given: str, read: str) -> None:
+    assert plain(given) == read
+
+
+def test_a_user_without_a_name_has_a_number(monkeypatch: pytest.MonkeyPatch) -> None:
+    for variable in ("LOGNAME", "USER", "LNAME", "USERNAME"):
+        monkeypatch.delenv(variable, raising=False)
+    monkeypatch.setattr("os.getuid", lambda: 54321)
+    assert operator_name().startswith("uid 54321@")
+    monkeypatch.setenv("USER", "an\udce4")
+    assert operator_name().startswith("anä@")
+
+
+# The command line
+
+
+def test_reads_the_options_in_every_form_that_the_other_commands_take(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delenv("ZENCELL_FILE", raising=False)
+    long = wanted(["--file", "/a.yaml", "--reason", "door open", "--connect", "tcp/b:1", "--state-dir", "/s"])
+    assert long == wanted(["-f/a.yaml", "--reason=door open", "-etcp/b:1", "--state-dir=/s"])
+    assert (long.file, long.reason, long.endpoints) == (Path("/a.yaml"), "door open", ("tcp/b:1",))
+    assert long.state_dir == Path("/s")
+    assert wanted([]).file == Path("cell.yaml").absolute()
+    monkeypatch.setenv("ZENCELL_FILE", "/c.yaml")
+    assert wanted([]).file == Path("/c.yaml")
+
+
+def test_words_that_mean_nothing_are_kept_for_the_end_and_refuse_nothing() -> None:
+    asked = wanted(["left", "--raeson", "-f", "/a.yaml", "-x", "--reason"])
+    assert asked.ignored == ("left", "--raeson", "-x")
+    assert asked.reason == "operator"
+    assert asked.file == Path("/a.yaml")
+
+
+# Whom it must reach
+
+
+@pytest.mark.parametrize("file", SHIPPED, ids=lambda file: file.parent.name)
+def test_reads_leniently_what_the_schema_reads(file: Path) -> None:
+    settings = load_cell_alone(file)
+    whole, found = reach_of(settings), read_leniently(file)
+    assert (found.cell, sorted(found.endpoints)) == (whole.cell, sorted(whole.endpoints))
+    assert read_strictly(file) == whole
+    assert whole.estop_delay_s == settings.times.estop_delay_s
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "cell: a\nmanager: {endpoint: tcp/h:1}\nwhat: is this\n",
+        "cell: 'a'  # name\nmanager:\n  endpoint: \"tcp/h:1\"\n# endpoint: tcp/old:1\nrobots: [\n\x00",
+        "{cell: a, manager: {endpoint: tcp/h:1}}",
+        '{"cell": "a", "manager": {"endpoint": "tcp/h:1"}}',
+        "cell: a\r\nmanager: {endpoint: tcp/h:1}\r\nname: \udce4\r\n",
+    ],
+)
+def test_reads_name_and_endpoints_whatever_else_is_broken(tmp_path: Path, text: str) -> None:
+    file = tmp_path / "cell.yaml"
+    file.write_bytes(text.encode("utf-8", "surrogateescape"))
+    assert read_leniently(file) == Reach("a", ("tcp/h:1",))
+
+
+def test_a_file_that_cannot_be_read_says_nothing(tmp_path: Path) -> None:
+    for file in (tmp_path, tmp_path / "missing", Path("/dev/zero"), Path("a\0b")):
+        assert read_leniently(file) == Reach("", ())
+        assert read_strictly(file) is None
+
+
+def test_what_a_process_stored_is_read_again(tmp_path: Path) -> None:
+    store(tmp_path, REACH)
+    store(tmp_path, REACH)
+    assert stored(tmp_path) == REACH
+    assert [file.name for file in tmp_path.iterdir()] == [STORED]
+
+
+@pytest.mark.parametrize("text", ["", "{", "[]", "null", '{"cell": 1}', json.dumps({"cell": "a", "endpoints": 3})])
+def test_a_stored_file_that_is_broken_is_as_none(tmp_path: Path, text: str) -> None:
+    (tmp_path / STORED).write_text(text)
+    assert stored(tmp_path) is None
+
+
+def test_what_is_stored_beside_a_broken_cell_file_stands_in_for_it(tmp_path: Path) -> None:
+    file = tmp_path / "cell.yaml"
+    other = Reach("other", ("tcp/other:1",))
+    for reach in (REACH, other):
+        folder = tmp_path / ".zencell" / reach.cell
+        folder.mkdir(parents=True)
+        store(folder, reach)
+    assert stored_beside(file, None, Reach("", ())) == [other, REACH]
+    assert stored_beside(file, None, Reach("two_arms", ())) == [REACH]
+    assert stored_beside(file, None, Reach("two_arms", ("tcp/127.0.0.1:9",))) == [REACH]
+    assert stored_beside(file, None, Reach("renamed", REACH.endpoints)) == [REACH]
+    assert stored_beside(file, tmp_path / ".zencell" / "other", Reach("", ())) == [other]
+    assert stored_beside(tmp_path / "nowhere" / "cell.yaml", None, Reach("", ())) == []
+
+
+# Who has confirmed
+
+
+class FewAnswers(Answers):
+    """One look after the other, as it is heard."""
+
+    def __init__(self, *looks: set[tuple[str, str, str]]) -> None:
+        super().__init__()
+        self._looks = list(looks)
+
+    @property
+    def manager(self) -> tuple[bool, str] | None:
+        return True, "the emergency stop is set"
+
+    def standing(self) -> set[tuple[str, str, str]]:
+        return self._looks.pop(0) if self._looks else set()
+
+
+def test_waits_for_everyone_of_the_cell_and_names_them_as_they_confirm(capsys: pytest.CaptureFixture[str]) -> None:
+    cell = "two_arms"
+    answers = FewAnswers(set(), {(cell, "robot", "left")}, {(cell, "robot", "right"), (cell, "gateway", "left_bus")})
+    assert course._tell_who_stands(answers, [REACH]) == []
+    told = capsys.readouterr().out.splitlines()
+    assert told == [
+        "manager: the emergency stop is set",
+        "confirmed: robot left",
+        "confirmed: gateway left_bus",
+        "confirmed: robot right",
+    ]
+
+
+def test_waits_as_long_as_the_cells_own_delay_and_then_names_who_has_not_confirmed(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(course, "STANDSTILL_S", 0.05)
+    monkeypatch.setattr(course, "NEWS_S", 0.0)
+    cell = Reach("c", (), ("left", "right"), (), 0.05)
+    assert course._tell_who_stands(FewAnswers({("c", "robot", "left")}), [cell]) == ["robot right"]
+    assert "waiting up to 0 s for: robot right" in capsys.readouterr().out

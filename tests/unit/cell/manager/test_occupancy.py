@@ -1,0 +1,35 @@
+"""Which bodies are in a zone, and when a zone is another one."""
+
+from dataclasses import replace
+
+import pytest
+
+from cell.manager.occupancy import ZoneSpace
+from tests.unit.manager_world import ball, settings
+
+ZONE = settings().zones["middle"]
+
+
+@pytest.mark.parametrize(("x", "inside"), [(0.0, True), (0.299, True), (0.301, False)])
+def test_a_body_is_inside_as_soon_as_it_touches(x: float, inside: bool) -> None:
+    assert ZoneSpace(ZONE).touched_by("left", ball(x)) is inside
+
+
+def test_the_newest_body_counts() -> None:
+    space = ZoneSpace(ZONE)
+    assert space.touched_by("left", ball(0.0))
+    assert not space.touched_by("left", ball(1.0))
+    assert space.touched_by("right", ball(0.0))
+
+
+def test_a_pose_to_come_counts_with_its_growth() -> None:
+    far = ball(1.0)
+    ahead = replace(far, poses=(far.poses[0], ((0.35, 0.0, 0.0, 0.35, 0.0, 0.0),)), growth_m=(0.0, 0.06))
+    assert ZoneSpace(ZONE).touched_by("left", ahead)
+    assert not ZoneSpace(ZONE).touched_by("left", replace(ahead, growth_m=(0.0, 0.04)))
+
+
+def test_the_version_is_that_of_the_geometry() -> None:
+    assert ZoneSpace(ZONE).geometry.version == ZoneSpace(replace(ZONE)).geometry.version
+    other = ZoneSpace(replace(ZONE, size_m=(0.4, 0.4, 0.5)))
+    assert other.geometry.version != ZoneSpace(ZONE).geometry.version

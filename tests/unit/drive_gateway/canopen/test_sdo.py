@@ -1,0 +1,142 @@
+"""One SDO request per node at a time, in order."""
+
+from contextlib import nullcontext
+from queue import SimpleQueue
+from unittest.mock import patch
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from drive_gateway.canopen.frame import CanFrame
+from drive_gateway.canopen.sdo import Sdo, SdoChannel, SdoDone, abort_text
+from drive_gateway.gateway import sdo_workers
+from drive_gateway.gateway.sdo_workers import SdoWorkers
+from tests.unit.repository import vectors
+
+WRITES = vectors("canopen_frames.json")["sdo"]
+
+
+def test_a_second_request_waits_for_the_answer_to_the_first() -> None:
+    channel, answers = SdoChannel(3), list[SdoDone]()
+    channel.submit(0x6040, 0, None, answers.append)
+    channel.submit(0x6041, 0, None, answers.append)
+    first = channel.poll()
+    assert first is not None
+    assert channel.poll() is None
+    channel.done(SdoDone(first.request_id, b"\1"))
+    second = channel.poll()
+    assert second is not None
+    assert (first.index, second.index, len(answers)) == (0x6040, 0x6041, 1)
+
+
+def test_the_outcome_of_a_forgotten_request_interests_nobody_but_frees_the_node() -> None:
+    channel, answers = SdoChannel(3), list[SdoDone]()
+    channel.submit(0x6040, 0, None, answers.append)
+    first = channel.poll()
+    assert first is not None
+    channel.forget()
+    channel.submit(0x6041, 0, None, answers.append)
+    assert channel.poll() is None
+    channel.done(SdoDone(first.request_id, b""))
+    assert answers == []
+    assert channel.poll() is not None
+
+
+def test_what_an_operator_asked_is_answered_although_the_node_is_brought_up_anew() -> None:
+    channel, answers = SdoChannel(3), list[SdoDone]()
+    channel.submit(0x6040, 0, None, answers.append, asked=True)
+    channel.submit(0x6041, 0, None, answers.append)
+    channel.submit(0x6042, 0, None, answers.append, asked=True)
+    for index in (0x6040, 0x6042):
+        request = channel.poll()
+        assert request is not None
+        assert request.index == index
+        channel.forget()
+        channel.done(SdoDone(request.request_id, b"", problem="no answer"))
+    assert len(answers) == 2
+    assert channel.poll() is None
+
+
+def test_an_abort_is_told_by_number_and_name() -> None:
+    assert abort_text(0x06020000) == "abort 06020000h, object does not exist"
+
+
+class _Node:
+    """Answers requests as bytes, in the thread that sends them."""
+
+    def __init__(self, *answers: str | bytes) -> None:
+        self.answers = [bytes.fromhex(answer) if isinstance(answer, str) else answer for answer in answers]
+        self.requests: list[bytes] = []
+        self.outcomes: SimpleQueue[SdoDone] = SimpleQueue()
+        self.workers = SdoWorkers([1], self.send, nullcontext, self.outcomes.put)
+
+    def send(self, frame: CanFrame) -> None:
+        self.requests.append(frame.data)
+        if self.answers:
+            self.workers.take(CanFrame(0x581, self.answers.pop(0)))
+
+    def ask(self, index: int, sub: int, data: bytes | None) -> SdoDone:
+        with self.workers:
+            self.workers.submit(Sdo("1/1", 1, index, sub, data))
+            return self.outcomes.get(timeout=5.0)
+
+
+@pytest.mark.parametrize("vector", WRITES, ids=lambda vector: vector["what"])
+def test_a_write_is_the_printed_request(vector: dict[str, str]) -> None:
+    node = _Node("60 " + vector["request"][3:11] + " 00 00 00 00")
+    outcome = node.ask(int(vector["index"], 16), int(vector["sub"]), bytes.fromhex(vector["data"]))
+    assert (outcome.problem, node.requests) == ("", [bytes.fromhex(vector["request"])])
+
+
+def test_a_read_gives_the_bytes_of_the_answer() -> None:
+    node = _Node("43 64 60 00 70 FE FF FF")
+    outcome = node.ask(0x6064, 0, None)
+    assert int.from_bytes(outcome.data, "little", signed=True) == -400
+    assert node.requests[0] == bytes.fromhex("40 64 60 00 00 00 00 00")
+
+
+def test_a_refused_write_comes_back_with_its_abort_code() -> None:
+    outcome = _Node("80 41 60 00 02 00 01 06").ask(0x6041, 0, b"\0\0")
+    assert outcome.abort_code == 0x06010002
+    assert "read-only" in outcome.problem
+
+
+@pytest.mark.parametrize("data", [None, b"\1\0"], ids=["read", "write"])
+@pytest.mark.parametrize("answer", ["", "80", "60", "80 41 60 00", "80 41 60 00 02 00 01", "4b 41 60 00"])
+def test_an_answer_that_is_too_short_is_told_with_its_length(answer: str, data: bytes | None) -> None:
+    with patch.object(sdo_workers, "RESPONSE_TIMEOUT_S", 0.005):
+        outcome = _Node(answer).ask(0x6041, 0, data)
+    assert outcome.abort_code is None
+    assert f"an answer had {len(bytes.fromhex(answer))} bytes, allowed are 8" in outcome.problem
+
+
+def test_a_short_segment_is_told_too() -> None:
+    with patch.object(sdo_workers, "RESPONSE_TIMEOUT_S", 0.005):
+        assert "an answer had 3 bytes" in _Node("41 08 10 00 20 00 00 00", "00 43 4D").ask(0x1008, 0, None).problem
+
+
+ANSWERS = st.builds(
+    lambda command, rest: bytes([command, *rest]),
+    st.sampled_from(bytes.fromhex("00 01 0f 10 20 30 41 43 4f 60 80 81 a0 a1 a2 a4 c0 c1 c2 c6 ff")),
+    st.binary(max_size=7) | st.binary(min_size=7, max_size=7),
+)
+
+
+@given(
+    answers=st.lists(ANSWERS, max_size=5),
+    data=st.sampled_from([None, b"\1\0", bytes(9), bytes(70)]),
+)
+@settings(max_examples=12, deadline=None)
+def test_whatever_a_node_answers_the_request_has_an_outcome(answers: list[bytes], data: bytes | None) -> None:
+    node = _Node(*answers)
+    with patch.object(sdo_workers, "RESPONSE_TIMEOUT_S", 0.002):
+        outcome = node.ask(0x6041, 0, data)
+    assert outcome.request_id == "1/1"
+    assert node.outcomes.empty()
+
+
+def test_a_failure_that_nobody_foresaw_is_an_outcome_too() -> None:
+    node = _Node()
+    node.workers = SdoWorkers([1], lambda frame: {}[frame.id], nullcontext, node.outcomes.put)
+    assert node.ask(0x6041, 0, None).problem == "the SDO transfer failed (KeyError: 1537)"

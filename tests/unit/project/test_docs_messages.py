@@ -1,0 +1,32 @@
+"""`docs/messages.md` says what the code says."""
+
+import dataclasses
+
+import pytest
+
+from cell.messages import Command
+from cell.net import binary
+from cell.net.keys import STATE_KINDS
+from tests.unit.repository import ROOT
+
+DOCS = ROOT / "docs" / "messages.md"
+BINARY = {"SetpointBlock", "DriveFeedback"}
+
+
+@pytest.mark.parametrize(
+    "kind", [kind for kind in STATE_KINDS if kind.__name__ not in BINARY], ids=lambda k: k.__name__
+)
+def test_names_every_field_of_a_json_message(kind: type) -> None:
+    section = DOCS.read_text().split(f"\n## {kind.__name__}\n")[1].split("\n## ")[0]
+    missing = [f.name for f in dataclasses.fields(kind) if f"`{f.name}`" not in section]
+    assert missing == []
+
+
+def test_shows_the_byte_layouts_of_the_codec() -> None:
+    rows = [line for line in (binary.__doc__ or "").splitlines() if line.startswith("|")]
+    assert [row for row in rows if row not in DOCS.read_text()] == []
+
+
+def test_names_every_verb() -> None:
+    section = DOCS.read_text().split("\n## Call and Reply\n")[1].split("\n## ")[0]
+    assert [kind.verb for kind in Command.__subclasses__() if kind.verb not in section] == []

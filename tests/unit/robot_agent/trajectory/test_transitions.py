@@ -1,0 +1,269 @@
+"""Where blocks meet: what is merged, what is rounded, and where the robot has to stop."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from robot_agent.paths import Arc, Block, JointMove, Line, Sequence, Spline
+from robot_agent.trajectory import Motion, PlanError, plan
+from robot_agent.trajectory.joints.joint_path import JointPath
+from robot_agent.trajectory.planner import _Paths
+from tests.unit.planned_moves import HERE, at, beside, planned
+from tests.unit.random_moves import LIMITS, MODEL, START
+
+
+def stops(motion: Motion) -> int:
+    """Rests between start and end."""
+    return len(motion.rests) - 2
+
+
+def test_a_sharp_corner_is_a_stop() -> None:
+    motion = planned(Line(at(y_mm=100), None, 1), Line(at(y_mm=100, z_mm=100), None, 2))
+    assert stops(motion) == 1
+    np.testing.assert_allclose(motion.pose(motion.rests[1:2])[0], at(y_mm=100), atol=1e-6)
+
+
+def test_lines_that_go_straight_on_are_one_motion_as_fast_as_one_line() -> None:
+    motion = planned(Line(at(y_mm=120), None, 1), Line(at(y_mm=300), None, 2))
+    assert stops(motion) == 0
+    assert motion.duration_s == pytest.approx(planned(Line(at(y_mm=300), None, 1)).duration_s, rel=0.03)
+    np.testing.assert_allclose(motion.pose(motion.ends[:1])[0], at(y_mm=120), atol=1e-6)
+
+
+def test_r0_stops_although_the_line_goes_straight_on() -> None:
+    assert stops(planned(Line(at(y_mm=100), None, 1, round_m=0.0), Line(at(y_mm=300), None, 2))) == 1
+
+
+def test_turning_differently_on_a_straight_line_costs_no_stop_and_no_deviation_at_the_via_point() -> None:
+    motion = planned(Line(at(y_mm=150, turn_deg=15), None, 1), Line(at(y_mm=300, turn_deg=0), None, 2))
+    assert stops(motion) == 0
+    np.testing.assert_allclose(motion.pose(motion.ends[:1])[0], at(y_mm=150, turn_deg=15), atol=1e-5)
+
+
+def test_line_into_arc_is_one_motion_whose_curvature_is_blended_within_the_tolerance() -> None:
+    arc = Arc(at(y_mm=200 + 70.710678, z_mm=29.289322), at(y_mm=300, z_mm=100), 2)
+    motion = planned(Line(at(y_mm=200), 0.3, 1), arc)
+    assert stops(motion) == 0
+    (blend,) = motion.transitions
+    assert 0.0 < blend.deviation_m <= LIMITS.shaping.blend_m
+
+
+@pytest.mark.parametrize("blend_mm", [0.01, 0.5])
+def test_blends_use_the_tolerance_of_the_robot_file_whether_flange_or_joints_pass_them(blend_mm: float) -> None:
+    limits = replace(LIMITS, shaping=replace(LIMITS.shaping, blend_m=blend_mm / 1000.0))
+    arc = Arc(at(y_mm=200 + 70.710678, z_mm=29.289322), at(y_mm=300, z_mm=100), 2)
+    for flips in False, True:  # a path of its own, so that the joints pass from it to the arc
+        moves = Line(at(y_mm=200), 0.3, 1, flips), arc
+        motion = plan(MODEL, Sequence(moves), limits, start=START)
+        (blend,) = motion.transitions
+        assert 0.4 * blend_mm < 1000.0 * blend.deviation_m <= blend_mm
+
+
+def test_round_edge_needs_no_stop_and_cuts_the_corner_as_worked() -> None:
+    motion = planned(Line(at(y_mm=200), None, 1, round_m=0.1), Line(at(y_mm=200, z_mm=200), None, 2))
+    assert stops(motion) == 0
+    place = motion.pose(np.linspace(0, motion.duration_s, 4000))[:, :3, 3]
+    nearest = np.linalg.norm(place - at(y_mm=200)[:3, 3], axis=1).min()
+    assert nearest == pytest.approx(0.0265165, abs=2e-5)
+
+
+def test_round_edge_takes_at_most_half_of_the_shorter_block() -> None:
+    motion = planned(Line(at(y_mm=60), None, 1, round_m=0.1), Line(at(y_mm=60, z_mm=300), None, 2))
+    place = motion.pose(np.linspace(0, motion.duration_s, 4000))[:, :3, 3]
+    assert np.linalg.norm(place - at(y_mm=60)[:3, 3], axis=1).min() == pytest.approx(0.0079550, abs=2e-5)
+
+
+@pytest.mark.parametrize("round_m", [0.02, 0.05])
+def test_joint_moves_and_lines_are_rounded_into_each_other(round_m: float) -> None:
+    there, target = at(y_mm=150), START + np.array([0.1, 0.1, 0.1, 0, 0.1, 0])
+    motion = planned(
+        Line(there, None, 1, round_m=round_m), JointMove(target, 1.0, 2, round_m=round_m), Line(HERE, None, 3)
+    )
+    assert stops(motion) == 0
+    place = motion.pose(np.linspace(0, motion.duration_s, 4000))[:, :3, 3]
+    assert 1e-4 < np.linalg.norm(place - there[:3, 3], axis=1).min() < round_m
+
+
+def test_joint_move_that_goes_straight_on_is_merged() -> None:
+    way = np.array([0.2, 0.1, -0.1, 0.2, 0.1, 0.3])
+    motion = planned(JointMove(START + way, 1.0, 1), JointMove(START + 2 * way, 1.0, 2))
+    assert stops(motion) == 0
+    assert motion.duration_s == pytest.approx(planned(JointMove(START + 2 * way, 1.0, 1)).duration_s, rel=0.03)
+
+
+def test_a_turn_on_the_spot_behind_a_round_edge_keeps_the_limits_of_turning() -> None:
+    moves = Line(at(y_mm=100), None, 1, round_m=0.02), Line(at(y_mm=100, turn_deg=60), None, 2, rotation_rad_s=0.5)
+    for motion in planned(*moves), planned(replace(moves[0], rotation_rad_s=0.5), moves[1]):
+        tau = np.linspace(motion.ends[0], motion.duration_s, 500)
+        twist = (MODEL.jacobian(motion.q(tau)) @ motion.qd(tau)[..., None])[..., 0]
+        assert 0.49 < np.linalg.norm(twist[:, 3:], axis=1).max() < 0.5 * 1.001
+
+
+def test_a_corner_that_turns_back_is_a_stop_even_with_a_round_edge() -> None:
+    motion = planned(Line(at(y_mm=200), None, 1, round_m=0.05), Line(at(y_mm=20, z_mm=10), None, 2))
+    assert stops(motion) == 1
+
+
+def test_splines_are_one_curve_through_their_points_and_ignore_round_edges() -> None:
+    points = [at(y_mm=100, z_mm=60), at(y_mm=200, z_mm=-40, turn_deg=10), at(y_mm=320, z_mm=20)]
+    motion = planned(*[Spline(p[None], k, round_m=0.05) for k, p in enumerate(points, 1)])
+    assert stops(motion) == 0
+    np.testing.assert_allclose(
+        motion.pose(motion.ends)[:, :3, 3], np.array(points)[:, :3, 3], atol=LIMITS.shaping.blend_m
+    )
+
+
+def test_spline_leaves_a_line_in_its_direction() -> None:
+    motion = planned(Line(at(y_mm=150), None, 1), Spline(np.array([at(y_mm=300, z_mm=100)]), 2))
+    assert stops(motion) == 0
+
+
+def angle_deg(first: np.ndarray, second: np.ndarray) -> float:
+    """Between two directions."""
+    return float(np.degrees(np.arccos(first @ second / np.linalg.norm(first) / np.linalg.norm(second))))
+
+
+def test_a_spline_between_joint_moves_goes_their_ways_and_passes_its_points() -> None:
+    there, on = START + 0.1, START + np.array([0.6, 0.0, -0.1, 0.3, 0.2, 0.1])
+    points = [beside(there, 30, 200, 50), beside(there, -20, 420, 90, 8)]
+    motion = planned(JointMove(there, 1.0, 1), *[Spline(p[None], 2) for p in points], JointMove(on, 1.0, 4))
+    assert stops(motion) == 0
+    poses = motion.pose(motion.ends)
+    np.testing.assert_allclose(poses[:3, :3, 3], [p[:3, 3] for p in [MODEL.forward(there), *points]], atol=1.2e-4)
+    np.testing.assert_allclose(poses[:3, :3, :3], [p[:3, :3] for p in [MODEL.forward(there), *points]], atol=1e-3)
+    for tau, travel in ((motion.ends[0], there - START), (motion.ends[2], on - motion.q(motion.ends[2]))):
+        assert angle_deg(motion.qd(tau), travel) < 3.0
+
+
+@pytest.mark.parametrize(
+    "move",
+    [
+        JointMove(START + 0.1, 1.0, 1, synchronised=False),
+        JointMove(START + np.array([0, 0, 0, 0, 0, 0.5]), 1.0, 1),
+        JointMove(START + 0.1, 1.0, 1, round_m=0.0),
+    ],
+    ids=["without step", "turns the flange on the spot", "R0"],
+)
+def test_behind_a_joint_move_without_a_direction_or_with_r0_a_spline_begins_at_rest(move: JointMove) -> None:
+    motion = planned(move, Spline(beside(move.target, 30, 200, 50)[None], 2))
+    assert stops(motion) == 1
+    place = motion.pose(motion.rests[1] + np.array([0.0, 0.05]))[:, :3, 3]
+    chord = beside(move.target, 30, 200, 50)[:3, 3] - place[0]
+    assert angle_deg(place[1] - place[0], chord) < 0.1
+
+
+def test_arc_by_angle_goes_round_as_often_as_it_says_and_backwards() -> None:
+    via, target = at(y_mm=50, z_mm=50), at(y_mm=100)
+    motion = planned(Arc(via, target, 1, angle_rad=-4.0 * np.pi))
+    np.testing.assert_allclose(motion.pose(np.array(motion.duration_s)), HERE, atol=1e-6)
+    early = motion.pose(np.array(0.1 * motion.duration_s))[:3, 3] - HERE[:3, 3]
+    assert early[2] < 0.0  # away from the via point
+    taus = np.linspace(0, motion.duration_s, 4000)
+    way = np.linalg.norm(np.diff(motion.pose(taus)[:, :3, 3], axis=0), axis=1).sum()
+    assert way == pytest.approx(4.0 * np.pi * 0.05, rel=1e-4)
+
+
+def test_arc_passes_the_orientations_of_its_points() -> None:
+    via, target = at(y_mm=50, z_mm=50, turn_deg=12), at(y_mm=100, turn_deg=4)
+    motion = planned(Arc(via, target, 1))
+    poses = motion.pose(np.linspace(0, motion.duration_s, 6001))
+    nearest = poses[np.linalg.norm(poses[:, :3, 3] - via[:3, 3], axis=1).argmin()]
+    np.testing.assert_allclose(nearest, via, atol=2e-4)
+    np.testing.assert_allclose(poses[-1], target, atol=1e-6)
+
+
+def test_arc_without_a_circle_names_its_line() -> None:
+    with pytest.raises(PlanError, match=r"line 7.*lie on one line.*use a line") as caught:
+        planned(Line(at(z_mm=20), None, 3), Arc(at(z_mm=40), at(z_mm=60), 7))
+    assert (caught.value.block, caught.value.line) == (1, 7)
+
+
+@pytest.mark.parametrize(
+    "block",
+    [Line(at(y_mm=200), None, 1, rotation_rad_s=0.1), JointMove(START + 0.3, 1.0, 1, rotation_rad_s=0.1)],
+    ids=["line", "joint move"],
+)
+def test_caps_hold_on_every_move(block: Block) -> None:
+    target = at(y_mm=200, turn_deg=20)
+    block = Line(target, None, 1, rotation_rad_s=0.1) if isinstance(block, Line) else block
+    motion = planned(block)
+    taus = np.linspace(0, motion.duration_s, 500)
+    turn = (MODEL.jacobian(motion.q(taus))[:, 3:] @ motion.qd(taus)[..., None])[..., 0]
+    assert np.linalg.norm(turn, axis=1).max() == pytest.approx(0.1, rel=5e-3)
+
+
+@pytest.mark.parametrize("round_m", [0.02, 0.1])
+@pytest.mark.parametrize(
+    ("kinds", "caps_m_s"),
+    [("line joints", (0.1, np.inf)), ("joints line", (np.inf, 0.1)), ("joints joints", (0.1, 0.2))],
+)
+def test_caps_hold_in_corners_that_the_joints_round(kinds: str, caps_m_s: tuple[float, float], round_m: float) -> None:
+    start, blocks = START, []
+    for line, (kind, cap) in enumerate(zip(kinds.split(), caps_m_s, strict=True), 1):
+        speed = cap if np.isfinite(cap) else None
+        if kind == "line":
+            pose = MODEL.forward(start)
+            pose[:3, 3] += [0.0, 0.15, 0.0]
+            blocks.append(Line(pose, speed, line, round_m=round_m))
+        else:
+            start = start + np.array([[0.4, 0.1, 0.0, 0.0, 0.0, 0.0], [0.3, 0.1, 0.4, 0.3, 0.1, 0.2]][line - 1])
+            blocks.append(JointMove(start, 1.0, line, speed_m_s=speed, round_m=round_m))
+    motion = planned(*blocks)
+    assert stops(motion) == 0
+    taus = np.arange(0.0, motion.duration_s, 1e-3)
+    number, speeds = motion.block_at(taus), motion.flange_speed(taus)
+    for block, cap in enumerate(caps_m_s):
+        fastest = speeds[number == block].max()
+        assert fastest <= 1.001 * cap
+        assert fastest > 0.9 * min(cap, 0.5)
+
+
+SMALL = [
+    ([Line(at(y_mm=100), None, 1, round_m=1e-4), Line(at(y_mm=100, z_mm=100), None, 2)], 0.58),
+    (
+        [
+            Line(at(y_mm=100), None, 1),
+            Line(at(y_mm=101, turn_deg=20), None, 2),
+            Line(at(y_mm=200, turn_deg=20), None, 3),
+        ],
+        1.2,
+    ),
+    ([Spline(np.array([at(y_mm=100), at(y_mm=100.5, turn_deg=20), at(y_mm=200, turn_deg=20)]), 1)], 1.2),
+    ([Spline(np.array([at(y_mm=100 + 0.3 * k, z_mm=0.02 * (k % 3)) for k in range(8)] + [at(y_mm=200)]), 1)], 0.68),
+]
+"""Moves with something small on the way, and how long [s] they would take without a limit of jerk."""
+
+
+@pytest.mark.parametrize(("blocks", "bound_s"), SMALL, ids=["corner", "turn", "spline that turns", "fine spline"])
+def test_something_small_on_the_way_slows_the_robot_there_only(blocks: list[Block], bound_s: float) -> None:
+    motion = planned(*blocks)
+    assert stops(motion) == 0
+    assert motion.duration_s < 1.8 * bound_s + 0.2
+
+
+def test_a_turn_that_is_not_quite_on_the_spot_asks_for_few_nodes_on_the_lines_beside_it() -> None:
+    """As it comes from places that are rounded."""
+    moves = [Line(at(y_mm=100), None, 1), Line(at(y_mm=100.01, turn_deg=20), None, 2)]
+    (path,) = _Paths(MODEL, Sequence([*moves, Line(at(y_mm=200, turn_deg=20), None, 3)]), LIMITS).runs(START)
+    assert isinstance(path, JointPath)
+    assert len(path.pieces.knots) < 500
+
+
+@pytest.mark.parametrize(("round_mm", "times"), [(0.1, 1.15), (0.5, 1.05), (1.0, 1.0)])
+def test_a_small_round_edge_takes_hardly_longer_than_a_stop(round_mm: float, times: float) -> None:
+    corner, behind = at(y_mm=100), Line(at(y_mm=100, z_mm=100), None, 2)
+    rounded, stopping = (planned(Line(corner, None, 1, round_m=each), behind) for each in (round_mm / 1000.0, None))
+    assert (stops(rounded), stops(stopping)) == (0, 1)
+    assert rounded.duration_s < times * stopping.duration_s
+
+
+def test_speed_of_a_joint_move_can_be_capped_in_metres() -> None:
+    motion = planned(JointMove(START + np.array([0.6, 0, 0, 0, 0, 0]), 1.0, 1, speed_m_s=0.2))
+    assert motion.flange_speed(motion.grid).max() == pytest.approx(0.2, rel=5e-3)
+
+
+def test_lateral_acceleration_limits_the_speed_on_a_circle() -> None:
+    motion = planned(Arc(at(y_mm=20, z_mm=20), at(y_mm=40), 1, angle_rad=4 * np.pi))
+    most = np.sqrt(LIMITS.path.acceleration_m_s2 * 0.02)
+    assert motion.flange_speed(motion.grid).max() <= most * 1.001
