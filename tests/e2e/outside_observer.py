@@ -181,6 +181,12 @@ class OutsideObserver:
         at, state = self.states.get(robot, (0.0, {}))
         return state if time.monotonic() - at < within_s else None
 
+    @property
+    def somebody_inside(self) -> bool:
+        """A body is in a zone, as far as was seen last."""
+        with self._lock:
+            return any(seen.inside_since is not None for seen in self._seen.values())
+
     # What comes in
 
     def _state(self, sample: zenoh.Sample) -> None:

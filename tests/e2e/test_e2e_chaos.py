@@ -193,6 +193,8 @@ class Chaos:
                 orders.append(f"cell override {robot} 100")
         for text in texts:
             orders += [order for order in _ORDER.findall(text) if "ROBOT" not in order]
+        if self.observer.somebody_inside:  # an operator who looks, as the words ask him to
+            orders = [order for order in orders if not order.startswith("cell zone clear")]
         chosen = [*orders, *daily]
         # What is recommended in general and does not help must not keep the operator from the rest.
         self.rng.shuffle(chosen)
