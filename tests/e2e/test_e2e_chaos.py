@@ -41,13 +41,13 @@ class Chaos:
                 (f"{robot} gateway", settings.gateways[entry.gateway].endpoint),
             ):
                 self.proxies[name] = stack.enter_context(LinkProxy(endpoint))
+        self.observer = OutsideObserver(self.live.file, CYCLE_S)
         self.running: dict[str, Process] = {}
         self.counts: Counter[str] = Counter()
         self.orders: Counter[str] = Counter()
         for name in self.names:
             self.start(name)
-        self.observer = stack.enter_context(OutsideObserver(self.live.file, CYCLE_S))
-        self._numbers = 0
+        stack.enter_context(self.observer)
 
     @property
     def names(self) -> list[str]:
@@ -60,6 +60,7 @@ class Chaos:
         if name == "manager":
             self.running[name] = self.live.manager()
         elif name in self.live.settings.gateways:
+            self.observer.drives_start(name)
             self.running[name] = self.live.gateway(name)
         else:
             ways = ("-e", self.proxies[f"{name} manager"].endpoint, "-e", self.proxies[f"{name} gateway"].endpoint)
