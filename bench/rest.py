@@ -1,9 +1,10 @@
 """How long after each kind of silence or fault a robot begins to brake: the rows of docs/architecture.md, section 6.
 
 Real processes of the cell `belt`: one arm that goes to and fro on a line, is jogged along it, or is set up. A row tells
-the time from the event until the flange is slower than before by 1 %; what passes to rest beyond that is its braking.
-The ratio is to what section 6 allows for noticing and the way from there to the motor: for an agent its next block, the
-lead of that and the lag of the drives; for a gateway the rest of its cycle, two more and the lag. Below 1: in time.
+the time from the event until the flange is slower than before by 3 %; what passes to rest beyond that is its braking.
+The ratio is to what section 6 allows for noticing and the way from there to the motor and back: for an agent its next
+block, the lead of that, the lag of the drives and the cycle that shows it; for a gateway the rest of its cycle, two
+more and the lag. Below 1: in time. On a busy computer blocks come late, and a robot brakes and goes on all the time.
 
 Not measured, because nothing brakes for it: a fresh presence, whose loss blocks zones. Not measured, because simulated
 drives cannot fail so: a heartbeat that is lost while TPDOs come, and what should stand and does not (`does_not_stop`,
@@ -21,7 +22,7 @@ from pathlib import Path
 import can
 import numpy as np
 
-from bench.rest_cell import ADAPTER_GONE, FOLLOWING, REST_S, Floats, Held, RestCell, Track
+from bench.rest_cell import ADAPTER_GONE, FOLLOWING, PLAIN, REST_S, ROBOT, Floats, Held, RestCell, Track
 from bench.timing import Row
 from cell.messages import AxisStatus, Fault, FaultDrive
 from drive_gateway.canopen.cob_id import ERROR_CONTROL, MASTER_NODE_ID, SDO_FROM_NODE, SDO_TO_NODE
@@ -30,17 +31,17 @@ from drive_gateway.gateway.setup_motion import HOLD_S
 from robot_agent.agent.jogging import HELD_S
 
 TRIES = 3
-ATTEMPTS = 5
-"""To have the arm move evenly; on a busy computer it may be disturbed."""
-SLOWER, STANDS_M_S = 0.99, 0.002
+ATTEMPTS = 10
+"""To have the arm move evenly; on a busy computer it is disturbed by blocks that come late."""
+SLOWER, STANDS_M_S = 0.97, 0.002
 ESTOP_S = 0.3
 """From the start of `cell estop` to its first message."""
 BLOCK_PERIOD_S = 0.02
 FEEDBACK_CYCLES = 5
 _FIRST, _LAST = 1, 6
 """Nodes. The last axis turns the flange about itself: the flange can be seen to brake whatever becomes of it."""
-_JUMP_COUNTS = 300_000
-"""Of the last axis: 10 deg, more than its window."""
+_JUMP_COUNTS = 2_000_000
+"""Of the last axis: 70 deg, more than it can make good in its following time."""
 _DROP_OUT_S = 1.0
 _STATUSWORD, _POSITION, _SETPOINT_TIMEOUT = (0x6041, 2), (0x6064, 4), (0x2000, 1)
 """Objects of a drive and their bytes."""
@@ -69,10 +70,20 @@ class Case:
 
 def rests() -> list[Row]:
     """All rows."""
-    with tempfile.TemporaryDirectory() as name, RestCell(Path(name)) as cell:
-        rows = [_row(cell, case) for case in [*_agent_cases(cell), *_gateway_cases(cell)]]
-        cell.load(FOLLOWING)
-        return [*rows, _row(cell, _following_case(cell))]
+    rows = list[Row]()
+    for program, cases in ((PLAIN, _cases), (FOLLOWING, _cases_of_following)):
+        with tempfile.TemporaryDirectory() as name, RestCell(Path(name), program) as cell:
+            rows += [_row(cell, case) for case in cases(cell)]
+    return rows
+
+
+def _cases(cell: RestCell) -> list[Case]:
+    return [*_agent_cases(cell), *_gateway_cases(cell)]
+
+
+def _cases_of_following(cell: RestCell) -> list[Case]:
+    fresh_s = cell.settings.robots[ROBOT].corrections["seam"].fresh_s
+    return [Case("measurements that are followed", _kill("sensor"), fresh_s, _agent_way_s(cell), _run)]
 
 
 def _agent_cases(cell: RestCell) -> list[Case]:
@@ -91,7 +102,7 @@ def _agent_cases(cell: RestCell) -> list[Case]:
 def _gateway_cases(cell: RestCell) -> list[Case]:
     """What the gateway does, and what its drives do without it."""
     drives, times, way_s = cell.drives, cell.settings.times, _gateway_way_s(cell)
-    following_s = drives.robots["left"].axes[-1].following_time_s
+    following_s = drives.robots[ROBOT].axes[-1].following_time_s
     with _Sdo(cell) as sdo:
         cell.bring_up()
         missed_s = min(sdo.read(_FIRST, *_SETPOINT_TIMEOUT) * drives.cycle_s, drives.heartbeat_timeout_s)
@@ -121,13 +132,8 @@ def _gateway_cases(cell: RestCell) -> list[Case]:
     ]
 
 
-def _following_case(cell: RestCell) -> Case:
-    fresh_s = cell.settings.robots["left"].corrections["seam"].fresh_s
-    return Case("measurements that are followed", _kill("sensor"), fresh_s, _agent_way_s(cell), _run)
-
-
 def _agent_way_s(cell: RestCell) -> float:
-    return BLOCK_PERIOD_S + cell.settings.times.lead_s + cell.drives.simulated_lag_s
+    return BLOCK_PERIOD_S + cell.settings.times.lead_s + cell.drives.simulated_lag_s + cell.drives.cycle_s
 
 
 def _gateway_way_s(cell: RestCell) -> float:
@@ -144,7 +150,7 @@ def _row(cell: RestCell, case: Case) -> Row:
         f"{case.what}: to {does} (each: {spread} ms; at rest after {1e3 * rest_s:.0f} ms)",
         begin_s,
         begin_s / (case.within_s + case.way_s),
-        f"of {1e3 * case.within_s:.0f} ms and {1e3 * case.way_s:.0f} ms to the motor",
+        f"of {1e3 * case.within_s:.0f} ms and {1e3 * case.way_s:.0f} ms to the motor and back",
     )
 
 
@@ -153,8 +159,12 @@ def _measured(cell: RestCell, case: Case) -> tuple[float, float]:
     for _ in range(ATTEMPTS):
         with case.motion(cell) as held:
             track = cell.record(lambda track: track.steady, REST_S)
-            if track.steady:
-                return _by_sdo(cell, case, held) if case.alone else _by_feedback(cell, case, held, track)
+            if not track.steady:
+                continue
+            begin_s, rest_s = _by_sdo(cell, case, held) if case.alone else _by_feedback(cell, case, held, track)
+            # Before the event it brakes for something else.
+            if begin_s > 0.0:
+                return begin_s, rest_s
     raise RuntimeError(f"{case.what}: the arm does not move evenly; its state is {cell.state}")
 
 
@@ -163,7 +173,7 @@ def _by_feedback(cell: RestCell, case: Case, held: Held | None, track: Track) ->
     case.cause(cell, held)
     cell.record(lambda track: track.rests, REST_S, track)
     if not track.rests:
-        raise RuntimeError(f"{case.what}: the robot does not come to rest within {REST_S:g} s")
+        raise RuntimeError(f"{case.what}: no rest within {REST_S:g} s; {cell.refused}; {cell.state}")
     if case.seen is not None:
         event = track.at[case.seen(track, count)]
     at, speeds = track.speeds()

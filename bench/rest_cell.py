@@ -23,6 +23,7 @@ from numpy.typing import NDArray
 from cell.config.load import load_cell
 from cell.config.settings import CellSettings
 from cell.messages import (
+    AcceptPosition,
     Call,
     Command,
     Continue,
@@ -56,14 +57,14 @@ READY_S = 90.0
 """An arm that does not move after so long will not."""
 REST_S = 6.0
 """Nothing takes so long to stop it."""
+CYCLE_S = 0.01
 FAST_M_S, EVENLY = 0.2, 0.02
 AHEAD_M = 0.1
 """Of the middle of its line: up to there it does not brake for the end of it, for a second at least."""
-SPAN = 4
+SPAN = 3
 """Cycles over which a speed is taken."""
 _JOG_M_S = 0.24
 _SETUP_WAY_RAD = 0.6
-_PROCESSES = ("manager", "drives", "gateway", "agent")
 _START = "MJ J1=0 J2=-12 J3=65 J4=0 J5=37 J6=0 F=80\n"
 _TO_AND_FRO = "LABEL to\nML Y=500 F=300\nML Y=-500 F=300\nGOTO to\n"
 PLAIN, FOLLOWING = _START + _TO_AND_FRO, _START + "TRACK seam\n" + _TO_AND_FRO
@@ -133,25 +134,28 @@ class RestCell:
     that can be made to lose what comes back.
     """
 
-    def __init__(self, folder: Path) -> None:
+    def __init__(self, folder: Path, program: str) -> None:
+        """`program`: of the arm; with `FOLLOWING` a sensor measures for it."""
         shutil.copytree(ROOT / "cell_configs", folder / "cell_configs", ignore=shutil.ignore_patterns(".zencell"))
         self.file = folder / "cell_configs" / "belt" / "cell.yaml"
         _to_free_ports(self.file)
         self._state_dir = folder / "state"
+        (self.file.parent / "programs" / f"{ROBOT}.prog").write_text(program)
         self.settings: CellSettings = load_cell(self.file)
         self.drives = load_drives(self.settings.gateways[GATEWAY].drives, GATEWAY)
         self.model: Model = load_model(self.settings.robots[ROBOT].model)
         self.processes: dict[str, subprocess.Popen[bytes]] = {}
         self._stack = ExitStack()
-        self._wanted = set(_PROCESSES)
-        self._refused = ""
+        self._names = ("manager", "drives", "gateway", "agent", *(("sensor",) if program == FOLLOWING else ()))
+        self.refused = ""
+        """The newest refusal of an order."""
         self.state: RobotState | None = None
         self.gateway: GatewayState | None = None
 
     def __enter__(self) -> Self:
         self._stack.callback(self._end_all)
         self.link = self._stack.enter_context(LossyLink(self.settings.gateways[GATEWAY].endpoint))
-        self.load(PLAIN)
+        self.start_all()
         link = Link("client", connect=(self.settings.gateways[GATEWAY].endpoint,), open_timeout_s=READY_S)
         self.session = self._stack.enter_context(CellSession(self.settings.name, link, "bench", "rest", "bench-rest"))
         self._latest = self.session.watch(f"robot/{ROBOT}/state", f"gateway/{GATEWAY}/state")
@@ -165,26 +169,16 @@ class RestCell:
 
     # Processes
 
-    def load(self, program: str) -> None:
-        """Let the agent run this program from now on, and a sensor measure for it if it follows one."""
-        self.settings.robots[ROBOT].program.write_text(program)
-        self._wanted = {*_PROCESSES, *(["sensor"] if program == FOLLOWING else [])}
-        for name in ("agent", "sensor"):
-            if name in self.processes:
-                self.processes[name].kill()
-                self.processes[name].wait()
-        self.start_all()
-
     def start_all(self) -> None:
-        """Start what is wanted and does not run; let what is frozen go on and what is cut off be connected."""
+        """Start what does not run; let what is frozen go on and what is cut off be connected."""
         self.link.carry()
-        for name in [*_PROCESSES, "sensor"]:
+        for name in self._names:
             process = self.processes.get(name)
             if process is not None and process.poll() is None:
                 process.send_signal(signal.SIGCONT)
                 if name == "gateway":
                     process.send_signal(ADAPTER_BACK)
-            elif name in self._wanted:
+            else:
                 self.processes[name] = self._popen(*self._words(name))
 
     def _words(self, name: str) -> tuple[str, ...]:
@@ -264,10 +258,10 @@ class RestCell:
         try:
             reply = self.session.ask(to, call, 5.0)
         except NetError as error:
-            self._refused = f"{command.verb}: {error}"
+            self.refused = f"{command.verb}: {error}"
             return None
         if not reply.ok:
-            self._refused = f"{command.verb}: {reply.text}"
+            self.refused = f"{command.verb}: {reply.text}"
         return reply
 
     def ask_robot(self, command: Command) -> Reply | None:
@@ -301,11 +295,17 @@ class RestCell:
             if mode is Mode.ESTOP:
                 self.operate("reset").wait()
             elif mode in orders:
-                self.ask_robot(orders[mode])
+                self._obey(orders[mode])
             self.record(lambda _, was=mode: self.state is not None and self.state.mode is not was, 0.5)  # type: ignore[misc]
         raise RuntimeError(
-            f"not {' or '.join(mode.value for mode in wanted)} within {READY_S:g} s; {self._refused}; {self.state}"
+            f"not {' or '.join(mode.value for mode in wanted)} within {READY_S:g} s; {self.refused}; {self.state}"
         )
+
+    def _obey(self, command: Command) -> None:
+        """Give an order; after a loss of the drives an operator looks first where they stand."""
+        reply = self.ask_robot(command)
+        if reply is not None and not reply.ok and "cell accept" in reply.text:
+            self.ask_gateway(AcceptPosition(ROBOT, ()))
 
     # Three kinds of motion
 
@@ -347,7 +347,7 @@ class RestCell:
             if reply is not None and reply.ok:
                 return Held(self, lambda: self.ask_gateway(HoldSetup(ROBOT)), 0.1)
             self.record(lambda _: False, 0.2)
-        raise RuntimeError(f"no set-up within {READY_S:g} s; {self._refused}; {self.gateway}")
+        raise RuntimeError(f"no set-up within {READY_S:g} s; {self.refused}; {self.gateway}")
 
     def _y(self) -> float:
         """[m] of the flange; the arm moves away from the nearer end of its line."""
@@ -454,7 +454,7 @@ def _end(process: subprocess.Popen[bytes]) -> None:
 
 
 def _to_free_ports(file: Path) -> None:
-    """Ports that nobody listens on, and a bus that several processes can share."""
+    """Ports that nobody listens on, and a bus that processes can share, in a cycle that a busy computer keeps."""
     text, ports = file.read_text(), list[int]()
     for port in sorted(set(re.findall(r"127\.0\.0\.1:(\d+)", text))):
         with socket.create_server(("127.0.0.1", 0)) as holder:
@@ -467,4 +467,5 @@ def _to_free_ports(file: Path) -> None:
     drives = file.parents[1] / "two_arms" / "left_drives.yaml"
     options = f"options: {{port: {port}, hop_limit: 0}}"
     line = f"bus: {{interface: udp_multicast, channel: 239.74.163.4, {options}, bitrate: 1000000}}"
-    drives.write_text(re.sub(r"^bus: .*$", line, drives.read_text(), flags=re.MULTILINE))
+    text = re.sub(r"^bus: .*$", line, drives.read_text(), flags=re.MULTILINE)
+    drives.write_text(re.sub(r"^cycle_s: .*$", f"cycle_s: {CYCLE_S}", text, flags=re.MULTILINE))
