@@ -22,7 +22,7 @@ from pathlib import Path
 import can
 import numpy as np
 
-from bench.rest_cell import ADAPTER_GONE, FOLLOWING, PLAIN, REST_S, ROBOT, Floats, Held, RestCell, Track
+from bench.rest_cell import ADAPTER_GONE, FOLLOWING, PLAIN, READY_S, REST_S, ROBOT, Floats, Held, RestCell, Track
 from bench.timing import Row
 from cell.messages import AxisStatus, Fault, FaultDrive
 from drive_gateway.canopen.cob_id import ERROR_CONTROL, MASTER_NODE_ID, SDO_FROM_NODE, SDO_TO_NODE
@@ -31,8 +31,8 @@ from drive_gateway.gateway.setup_motion import HOLD_S
 from robot_agent.agent.jogging import HELD_S
 
 TRIES = 3
-ATTEMPTS = 10
-"""To have the arm move evenly; on a busy computer it is disturbed by blocks that come late."""
+BEGINS_S = 1.0
+"""An arm that rests after so long has not begun to move, or was disturbed."""
 SLOWER, STANDS_M_S = 0.97, 0.002
 ESTOP_S = 0.3
 """From the start of `cell estop` to its first message."""
@@ -156,22 +156,26 @@ def _row(cell: RestCell, case: Case) -> Row:
 
 def _measured(cell: RestCell, case: Case) -> tuple[float, float]:
     """When the robot brakes for good, and when it rests, both from the event [s]."""
-    for _ in range(ATTEMPTS):
+    end = time.monotonic() + READY_S
+    while time.monotonic() < end:
         with case.motion(cell) as held:
-            track = cell.record(lambda track: track.steady, REST_S)
+            begins = time.monotonic() + BEGINS_S
+            track = cell.record(lambda t: t.steady or (t.at[-1] > begins and t.rests), REST_S)  # noqa: B023
             if not track.steady:
                 continue
             begin_s, rest_s = _by_sdo(cell, case, held) if case.alone else _by_feedback(cell, case, held, track)
-            # Before the event it brakes for something else.
+            # Before the event it brakes for something else, and an order may be too late on a busy computer.
             if begin_s > 0.0:
                 return begin_s, rest_s
     raise RuntimeError(f"{case.what}: the arm does not move evenly; its state is {cell.state}")
 
 
 def _by_feedback(cell: RestCell, case: Case, held: Held | None, track: Track) -> tuple[float, float]:
-    count, event = len(track.at), time.monotonic()
+    cell.refused, count, event = "", len(track.at), time.monotonic()
     case.cause(cell, held)
     cell.record(lambda track: track.rests, REST_S, track)
+    if not track.rests and cell.refused:
+        return 0.0, 0.0
     if not track.rests:
         raise RuntimeError(f"{case.what}: no rest within {REST_S:g} s; {cell.refused}; {cell.state}")
     if case.seen is not None:
