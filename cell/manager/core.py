@@ -155,7 +155,7 @@ class ManagerCore:
     def _intruded(self, intrusion: Intrusion, now: float) -> None:
         whose = f", which belongs to {intrusion.other}" if intrusion.other else " without a grant"
         where = f"{intrusion.robot} {'is' if intrusion.real else 'may be'} in zone {intrusion.zone}{whose}"
-        way_out = _way_out(intrusion.zone, intrusion.robot, intrusion.known)
+        way_out = _way_out(intrusion.zone, {intrusion.robot: intrusion.known})
         if not intrusion.real:
             self._tell(Severity.WARNING, "zone_blocked", where, way_out)
             return
@@ -178,11 +178,7 @@ class ManagerCore:
             self._since[name] = self._cell_time(now)
             if zone.state is ZoneState.ORPHANED and state is not ZoneState.ORPHANED:
                 text, remedy = f"zone {name} is blocked: {zone.reason}", "it is free once all report themselves outside"
-                for robot in sorted(zone.suspects):
-                    remedy += (
-                        f"; {_way_out(name, robot, sights[name][robot].known if robot in sights[name] else False)}"
-                    )
-                self._tell(Severity.WARNING, "zone_orphaned", text, remedy)
+                self._tell(Severity.WARNING, "zone_orphaned", text, f"{remedy}; {_ways_out(zone, sights[name])}")
 
     def _follow_setup(self, now: float) -> None:
         fresh = self._presences.fresh_ones(now)
@@ -305,6 +301,7 @@ class ManagerCore:
         self._effects.append(Publish(state))
 
     def _status(self, zone: Zone, sights: Mapping[str, Sight]) -> ZoneStatus:
+        blocked = f"{zone.reason}: {_ways_out(zone, sights)}" if zone.state is ZoneState.ORPHANED else ""
         return ZoneStatus(
             zone.state,
             zone.holder,
@@ -312,7 +309,7 @@ class ManagerCore:
             tuple(zone.queue),
             self._spaces[zone.name].geometry.version,
             self._since[zone.name],
-            zone.reason or self._why_free(zone, sights),
+            blocked or self._why_free(zone, sights),
         )
 
     def _why_free(self, zone: Zone, sights: Mapping[str, Sight]) -> str:
@@ -341,13 +338,21 @@ class ManagerCore:
         return now - (self._started if self._started is not None else now)
 
 
-def _way_out(zone: str, robot: str, known: bool) -> str:
-    """How an operator ends a blocked zone, in commands that do it."""
-    if known:
-        inside = f"if {robot} alone is inside: `cell zone adopt {zone} {robot}`, then it may drive out"
-    else:
-        inside = f"let {robot} find out where it is: `cell drives` says how"
-    return f"{inside}; if it is silent and you see that nobody is inside: `cell zone clear {zone}`"
+def _ways_out(zone: Zone, sights: Mapping[str, Sight]) -> str:
+    known = {robot: robot in sights and sights[robot].known for robot in sorted(zone.suspects)}
+    return _way_out(zone.name, known)
+
+
+def _way_out(zone: str, known: Mapping[str, bool]) -> str:
+    """How an operator ends a blocked zone, in commands that do it. `known`: who may be inside; does it know where?"""
+    ways = [
+        f"if {robot} alone is inside: `cell zone adopt {zone} {robot}`, then it may drive out"
+        if knows
+        else f"let {robot} find out where it is: `cell drives` says how"
+        for robot, knows in known.items()
+    ]
+    silent = "it is silent" if len(known) == 1 else "they are silent"
+    return "; ".join([*ways, f"if {silent} and you see that nobody is inside: `cell zone clear {zone}`"])
 
 
 def _named(estops: Iterable[Estop]) -> str:

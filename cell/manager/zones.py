@@ -60,15 +60,20 @@ class Zone:
         self.state = ZoneState.FREE
         self.holder: str | None = None
         self.token: Token | None = None
-        self.reason = ""
         self.queue: list[str] = []
         self.awaited = set(awaited)
-        self.suspects: set[str] = set()
+        self.suspects: dict[str, str] = {}
+        """Robots that may be inside, and why each of them may."""
         self._epoch = epoch
         self._boot: str | None = None
         self._granted_in = 0
         self._rebuilding = True
         self._declared_out: set[str] = set()
+
+    @property
+    def reason(self) -> str:
+        """Why the zone is blocked, by those who may still be inside; empty when it is not."""
+        return "; ".join(dict.fromkeys(self.suspects.values()))
 
     # Following the robots
 
@@ -101,7 +106,7 @@ class Zone:
         strangers = {robot: token for robot, token in claims.items() if robot != self.holder}
         if not strangers:
             return
-        involved = set(claims) | self.suspects | ({self.holder} if self.holder else set())
+        involved = claims.keys() | self.suspects.keys() | ({self.holder} if self.holder else set())
         refused = [f"{robot}: {sights[robot].refused}" for robot in claims if sights[robot].refused]
         if len(involved) == 1 and not refused:
             [(robot, token)] = claims.items()
@@ -139,30 +144,29 @@ class Zone:
         excused = {good} | self._declared_out | set(claiming)
         inside = {robot for robot, sight in sights.items() if sight.inside and robot not in excused}
         found = []
-        for robot in sorted(inside - self.suspects):
+        for robot in sorted(inside - self.suspects.keys()):
             sight, other = sights[robot], self.holder if self.holder != robot else None
             real = sight.fresh and sight.known and (other is not None or sight.moving)
             found.append(Intrusion(self.name, robot, other, real, sight.known))
             why = f"{robot} is inside without a grant" if sight.known else f"{robot} does not know where it is"
-            self._orphan(self.suspects | {robot} | ({other} if other else set()), why)
+            self._orphan({robot} | ({other} - self.suspects.keys() if other else set()), why)
         return found
 
     def _follow_suspects(self, sights: Mapping[str, Sight]) -> None:
         for robot in sorted(self.suspects):
             sight = sights.get(robot)
             if sight is not None and sight.fresh and not sight.inside and self._has_let_go(robot, sight):
-                self.suspects.discard(robot)
+                del self.suspects[robot]
                 if robot == self.holder:
                     self.holder = self._boot = self.token = None
         if not self.suspects:
             self._free()
             return
         sight = sights.get(self.holder or "")
-        alone = self.suspects == {self.holder}
+        alone = self.suspects.keys() == {self.holder}
         if alone and sight is not None and sight.fresh and sight.boot == self._boot and sight.holds == self.token:
             self.state = ZoneState.OCCUPIED if sight.inside else ZoneState.GRANTED
             self.suspects.clear()
-            self.reason = ""
 
     def _has_let_go(self, robot: str, sight: Sight) -> bool:
         """The robot can not enter under the grant that it had."""
@@ -207,9 +211,8 @@ class Zone:
                 f"it stands, then `cell zone clear {self.name}` again"
             )
         inside = {robot for robot in self.suspects if robot in sights and sights[robot].fresh and sights[robot].inside}
-        gone = (self.suspects | self.awaited) - inside
-        self._declared_out |= gone
-        self.suspects -= gone
+        self._declared_out |= (self.suspects.keys() | self.awaited) - inside
+        self.suspects = {robot: f"{robot} is measured inside" for robot in sorted(inside)}
         awaited = ", ".join(sorted(self.awaited))
         self.awaited.clear()
         if awaited and self._rebuilding and self.state is ZoneState.FREE:
@@ -218,7 +221,6 @@ class Zone:
         self._rebuilding = False
         if inside:
             names = ", ".join(sorted(inside))
-            self.reason = f"{names} is measured inside"
             adopt = " or ".join(f"`cell zone adopt {self.name} {robot}`" for robot in sorted(inside))
             return False, f"zone {self.name}: {names} is measured inside; move it out, or {adopt}"
         self._free()
@@ -232,7 +234,7 @@ class Zone:
         if self.state is not ZoneState.ORPHANED:
             found = f"{self.state.value} by {self.holder}" if self.holder else self.state.value
             return False, f"zone {self.name} is {found}, only an orphaned zone can be adopted; nothing needs to be done"
-        if self.suspects != {robot}:
+        if self.suspects.keys() != {robot}:
             found = f"{', '.join(sorted(self.suspects))} may be inside, not {robot} alone"
             clear = f"`cell zone clear {self.name}`, then once more `cell zone adopt {self.name} {robot}`"
             return (
@@ -256,15 +258,13 @@ class Zone:
         self._granted_in = sequence
         self._rebuilding = self._rebuilding and token.epoch < self._epoch
         self.suspects.clear()
-        self.reason = ""
 
     def _orphan(self, suspects: set[str], reason: str) -> None:
         self.state = ZoneState.ORPHANED
-        self.suspects |= suspects
-        self.reason = reason
+        for robot in sorted(suspects):
+            self.suspects[robot] = reason
 
     def _free(self) -> None:
         self.state = ZoneState.FREE
         self.holder = self._boot = self.token = None
         self.suspects.clear()
-        self.reason = ""

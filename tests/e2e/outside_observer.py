@@ -137,6 +137,9 @@ class OutsideObserver:
             for name, zone in cell["zones"].items()
         }
         gateways = {name: entry["endpoint"] for name, entry in cell["gateways"].items()}
+        self._robots = {
+            name: [robot for robot, e in cell["robots"].items() if e["gateway"] == name] for name in gateways
+        }
         self._doors = [(cell["manager"]["endpoint"], "robot/*/state"), (cell["manager"]["endpoint"], "manager/state")]
         self._doors += [(cell["manager"]["endpoint"], "event/**")]
         for robot, entry in cell["robots"].items():
@@ -180,6 +183,18 @@ class OutsideObserver:
         """The robot's state, if it is that young."""
         at, state = self.states.get(robot, (0.0, {}))
         return state if time.monotonic() - at < within_s else None
+
+    @property
+    def somebody_inside(self) -> bool:
+        """A body is in a zone, as far as was seen last."""
+        with self._lock:
+            return any(seen.inside_since is not None for seen in self._seen.values())
+
+    def drives_start(self, gateway: str) -> None:
+        """Simulated drives start where their file says: where their robots were seen last tells nothing any more."""
+        with self._lock:
+            for robot in self._robots[gateway]:
+                self._seen[robot] = _Seen()
 
     # What comes in
 

@@ -41,13 +41,13 @@ class Chaos:
                 (f"{robot} gateway", settings.gateways[entry.gateway].endpoint),
             ):
                 self.proxies[name] = stack.enter_context(LinkProxy(endpoint))
+        self.observer = OutsideObserver(self.live.file, CYCLE_S)
         self.running: dict[str, Process] = {}
         self.counts: Counter[str] = Counter()
         self.orders: Counter[str] = Counter()
         for name in self.names:
             self.start(name)
-        self.observer = stack.enter_context(OutsideObserver(self.live.file, CYCLE_S))
-        self._numbers = 0
+        stack.enter_context(self.observer)
 
     @property
     def names(self) -> list[str]:
@@ -60,6 +60,7 @@ class Chaos:
         if name == "manager":
             self.running[name] = self.live.manager()
         elif name in self.live.settings.gateways:
+            self.observer.drives_start(name)
             self.running[name] = self.live.gateway(name)
         else:
             ways = ("-e", self.proxies[f"{name} manager"].endpoint, "-e", self.proxies[f"{name} gateway"].endpoint)
@@ -193,6 +194,8 @@ class Chaos:
                 orders.append(f"cell override {robot} 100")
         for text in texts:
             orders += [order for order in _ORDER.findall(text) if "ROBOT" not in order]
+        if self.observer.somebody_inside:  # an operator who looks, as the words ask him to
+            orders = [order for order in orders if not order.startswith("cell zone clear")]
         chosen = [*orders, *daily]
         # What is recommended in general and does not help must not keep the operator from the rest.
         self.rng.shuffle(chosen)

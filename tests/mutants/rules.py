@@ -50,7 +50,7 @@ RULES = (
     Mutant(
         "adopt-among-several",
         "an operator's adopt gives a zone to one robot although another may be inside",
-        (Edit(ZONES, "        if self.suspects != {robot}:", "        if robot not in self.suspects:"),),
+        (Edit(ZONES, "        if self.suspects.keys() != {robot}:", "        if robot not in self.suspects:"),),
     ),
     Mutant(
         "breach-does-not-stop",

@@ -74,6 +74,21 @@ def test_a_zone_whose_holder_died_is_freed_by_the_named_command() -> None:
     assert world.run().zone.state is ZoneState.FREE
 
 
+def test_a_blocked_zone_says_who_still_blocks_it_and_the_command_that_frees_it() -> None:
+    world = World()
+    world.left.x = INSIDE
+    world.run()
+    world.right.x, world.right.known = 0.6, False
+    world.run()
+    assert world.zone.reason.startswith("left is inside without a grant; right does not know where it is: ")
+    world.right.known = True
+    world.run()
+    assert world.zone.reason.startswith("left is inside without a grant: ")
+    assert commands(world.zone.reason) == ["zone adopt middle left", "zone clear middle"]
+    assert obey(world, "zone adopt middle left").ok
+    assert (world.run().zone.holder, world.zone.reason) == ("left", "")
+
+
 def test_a_refused_clear_names_who_must_adopt_and_that_helps() -> None:
     world = World().run()
     world.left.wants = True

@@ -176,7 +176,7 @@ class ZoneMachine(RuleBasedStateMachine):
             assert self.zone.token is not None
             assert not self.zone.suspects
         if self.zone.state is ZoneState.FREE:
-            assert (self.zone.holder, self.zone.token, self.zone.suspects) == (None, None, set())
+            assert (self.zone.holder, self.zone.token, self.zone.suspects) == (None, None, {})
 
     @invariant()
     def an_orphan_has_a_reason_and_somebody_to_wait_for(self) -> None:
