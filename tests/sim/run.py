@@ -108,7 +108,7 @@ def _run(world: World, judge: Judge, staff: Staff, play: Play, lasting_s: float)
         world.start(name)
     staff.endless = False
     done = clock.run_until(clock.now + _LONGEST_BRINGING_BACK_S, lambda: staff.all_done)
-    if not done and not facts.lower_epoch:
+    if not done:
         raise Unfinished("everyone is done in the end", clock.now - facts.start, *_unfinished(world, staff))
     staff.working = False
     clock.run_until(clock.now + _REST_S)

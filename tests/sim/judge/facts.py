@@ -182,8 +182,6 @@ class Facts:
         """Robots with a drive that fails do not go where they are told."""
         self.journal_spoilt = False
         """The manager's journal was lost, or was old when it was read."""
-        self.clock_set_back = False
-        """The wall clock of the manager's computer was."""
         self.on_samples: Callable[[Sample], None] = lambda _: None
         self.samples = 0
         self._seen: Shown | None = None
@@ -205,12 +203,6 @@ class Facts:
     def hindered(self, robot: str, at: float | None = None) -> bool:
         """Whether one of the robot's drives fails, or did lately."""
         return (self.now if at is None else at) < self.hindered_until.get(robot, 0.0)
-
-    @property
-    def lower_epoch(self) -> bool:
-        """Nothing is left from which a manager could take a greater epoch than those before it: nobody believes it, and
-        an operator has to start the others anew."""
-        return self.journal_spoilt and self.clock_set_back
 
     def alive(self, name: str) -> bool:
         process = self.world.processes[name]
