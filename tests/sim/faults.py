@@ -5,7 +5,7 @@ zone. To shrink a failing plan is to leave items out.
 """
 
 import random
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import ClassVar
 
@@ -14,6 +14,7 @@ import numpy as np
 from cell.messages import (
     Continue,
     Disable,
+    DriveFeedback,
     Enable,
     Estop,
     Halt,
@@ -43,8 +44,6 @@ _WRONG_DIGEST = "0" * 64
 _KEY_S = 0.03
 """How often a jog key says that it is held."""
 OPERATORS = ("anna", "bert")
-STRAYS = ("owner", "sequence", "late", "position", "end")
-"""Why a gateway must refuse a stray block."""
 _STRAY_ROWS, _STRAY_ASIDE, _STRAY_LEAD = 40, 0.01, 4
 """Samples, the way of the first axis [rad or m], and how many cycles ahead it begins."""
 _STRAY_WAITS_S, _STRAY_LOOKS_S = 5.0, 0.03
@@ -381,12 +380,12 @@ class JogPress(Item):
 
 
 @dataclass(frozen=True, slots=True)
-class Stray(Item):
-    """As soon as the robot stands, somebody else sends a block that its gateway must refuse, and that would move it."""
+class Strays(Item):
+    """As soon as the robot stands, somebody else sends blocks that would move it, each with another reason for its
+    gateway to refuse it."""
 
-    kind: ClassVar[str] = "stray block"
+    kind: ClassVar[str] = "stray blocks"
     robot: str
-    what: str
 
     def strike(self, stage: Stage) -> float:
         self._send(stage, stage.facts.now + _STRAY_WAITS_S)
@@ -394,34 +393,30 @@ class Stray(Item):
 
     def _send(self, stage: Stage, until: float) -> None:
         feedback, newest = stage.facts.feedback.get(self.robot), stage.facts.newest_block.get(self.robot)
-        if feedback is None or newest is None or not feedback.enabled or rest_row(newest.message) > 0:
-            if stage.facts.now < until:
-                stage.world.clock.after(_STRAY_LOOKS_S, self._send, stage, until)
-            return
-        share = np.linspace(0.0, 1.0, _STRAY_ROWS)[:, None]
-        cycle_s = stage.world.cycle_s(self.robot)
-        aside = np.zeros(len(feedback.commanded))
-        aside[0] = _STRAY_ASIDE
-        path = feedback.commanded + aside * (share - np.sin(2.0 * np.pi * share) / (2.0 * np.pi))
-        owner, sequence, first_tick = feedback.owner, feedback.block + 20, feedback.tick + _STRAY_LEAD
-        match self.what:
-            case "owner":
-                owner -= 1
-            case "sequence":
-                sequence = feedback.block
-            case "late":
-                first_tick = feedback.tick - _STRAY_LEAD
-            case "position":
-                path = path + 5.0 * aside
-            case "end":
-                path = feedback.commanded + aside * share**2
-        velocity = np.gradient(path, cycle_s, axis=0)
-        if self.what != "end":
-            velocity[[0, -1]] = 0.0
-        block = SetpointBlock(
-            self.robot, owner, sequence, feedback.block, first_tick, cycle_s, _STRAY_ROWS // 2, path, velocity
-        )
-        stage.world.publish(block, STRANGER)
+        if feedback is not None and newest is not None and feedback.enabled and rest_row(newest.message) == 0:
+            for block in _strays(feedback, stage.world.cycle_s(self.robot)):
+                stage.world.publish(block, STRANGER)
+        elif stage.facts.now < until:
+            stage.world.clock.after(_STRAY_LOOKS_S, self._send, stage, until)
+
+
+def _strays(feedback: DriveFeedback, cycle_s: float) -> Iterator[SetpointBlock]:
+    share = np.linspace(0.0, 1.0, _STRAY_ROWS)[:, None]
+    aside = np.zeros(len(feedback.commanded))
+    aside[0] = _STRAY_ASIDE
+    smooth = feedback.commanded + aside * (share - np.sin(2.0 * np.pi * share) / (2.0 * np.pi))
+    velocity = np.gradient(smooth, cycle_s, axis=0)
+    velocity[[0, -1]] = 0.0
+    good = SetpointBlock(
+        feedback.robot, feedback.owner, feedback.block + 20, feedback.block, feedback.tick + _STRAY_LEAD, cycle_s,
+        _STRAY_ROWS // 2, smooth, velocity,
+    )  # fmt: skip
+    yield replace(good, owner=good.owner - 1)
+    yield replace(good, sequence=feedback.block)
+    yield replace(good, first_tick=feedback.tick - _STRAY_LEAD)
+    yield replace(good, position=smooth + 5.0 * aside)
+    endless = feedback.commanded + aside * share**2
+    yield replace(good, position=endless, velocity=np.gradient(endless, cycle_s, axis=0))
 
 
 @dataclass(frozen=True, slots=True)
@@ -470,7 +465,7 @@ class Switch(Item):
 
 KINDS: tuple[type[Item], ...] = (
     Kill, Leave, Freeze, Cut, Part, Late, Burst, Stop, DriveFails, JournalFails, JournalFull, ClockStep, Order,
-    JogPress, ZoneOrder, ResetStop, Switch, Stray,
+    JogPress, ZoneOrder, ResetStop, Switch, Strays,
 )  # fmt: skip
 
 
@@ -484,7 +479,7 @@ THEMES: tuple[dict[str, int], ...] = (
     {"waver": 8, "order": 2, "late": 1},
     {"kill": 6, "leave": 2, "cut": 3, "part": 2, "late": 2, "journal": 1},
     {"stop": 5, "drive": 4, "reset": 2, "jog": 2, "switch": 1, "freeze": 1},
-    {"cut": 4, "kill": 3, "freeze": 2, "zone": 4, "order": 1},
+    {"cut": 4, "kill": 3, "freeze": 2, "zone": 4, "order": 1, "stray": 3},
 )  # fmt: skip
 """What may befall a cell, and how often: everything, or few kinds that need each other to do harm."""
 
@@ -562,7 +557,7 @@ def _item(
         case "switch":
             return Switch(*when, by, robot, rng.random() < 0.5)
         case "stray":
-            return Stray(*when, robot, rng.choice(STRAYS))
+            return Strays(*when, robot)
         case "leave":
             return Leave(*when, rng.choice([agent, gateway]), rng.uniform(1.0, 3.0))
         case _:
