@@ -31,6 +31,7 @@ from cell.messages import (
     SetpointBlock,
     Step,
     SwitchOutput,
+    Token,
     ZoneState,
 )
 from tests.sim.cells import GeneratedCell
@@ -44,6 +45,7 @@ _WRONG_DIGEST = "0" * 64
 _KEY_S = 0.03
 """How often a jog key says that it is held."""
 OPERATORS = ("anna", "bert")
+_WAVERS_S, _WAVER_LOOKS_S = 10.0, 0.02
 _STRAY_ROWS, _STRAY_ASIDE, _STRAY_LEAD = 40, 0.01, 4
 """Samples, the way of the first axis [rad or m], and how many cycles ahead it begins."""
 _STRAY_WAITS_S, _STRAY_LOOKS_S = 5.0, 0.03
@@ -344,6 +346,33 @@ ORDERS: dict[str, Callable[[], object]] = {
 
 
 @dataclass(frozen=True, slots=True)
+class Waver(Item):
+    """An operator who cannot decide: for a while he halts a robot each time that it is given a zone, before it is
+    inside, and lets it go on at once."""
+
+    kind: ClassVar[str] = "wavering operator"
+    by: str
+    robot: str
+    then_s: float
+
+    def strike(self, stage: Stage) -> float:
+        self._look(stage, stage.facts.now + _WAVERS_S, set())
+        return _WAVERS_S
+
+    def _look(self, stage: Stage, until: float, seen: set[Token]) -> None:
+        facts, world = stage.facts, stage.world
+        shown = facts.shown.get(self.robot)
+        for zone, token in shown.message.holds.items() if shown is not None else ():
+            if token not in seen and not shown.touches(zone, facts.boxes[zone]):
+                seen.add(token)
+                world.operate(f"robot/{self.robot}", Halt(), self.by)
+                then_s = self.then_s * (0.5 + 0.5 * (len(seen) % 4))
+                world.clock.after(then_s, world.operate, f"robot/{self.robot}", Continue(), self.by)
+        if facts.now < until:
+            world.clock.after(_WAVER_LOOKS_S, self._look, stage, until, seen)
+
+
+@dataclass(frozen=True, slots=True)
 class JogPress(Item):
     """An operator halts a robot, jogs it, and lets the key go, or vanishes."""
 
@@ -465,7 +494,7 @@ class Switch(Item):
 
 KINDS: tuple[type[Item], ...] = (
     Kill, Leave, Freeze, Cut, Part, Late, Burst, Stop, DriveFails, JournalFails, JournalFull, ClockStep, Order,
-    JogPress, ZoneOrder, ResetStop, Switch, Strays,
+    JogPress, Waver, ZoneOrder, ResetStop, Switch, Strays,
 )  # fmt: skip
 
 
@@ -520,7 +549,7 @@ def _item(
             # Grants that are given up and wanted again, while the link brings news of before.
             if rng.random() < 0.5:
                 return Late(*when, "manager", agent, rng.uniform(0.05, 0.22), rng.uniform(0.5, 3.0))
-            return Order(*when, by, robot, "halt", "continue", rng.uniform(0.02, 0.2))
+            return Waver(*when, by, robot, rng.uniform(0.02, 0.15))
         case "kill":
             return Kill(*when, rng.choice(["manager", "manager", agent, agent, gateway]), down_s, rng.random() < 0.1)
         case "freeze":
