@@ -523,7 +523,7 @@ def draw_plan(seed: int, cell: GeneratedCell, lasting_s: float) -> tuple[Item, .
         what = rng.choices(MOMENTS, [2, 2, 2, 3, 2, 1, 1, 1])[0]
         # What comes together is worse than what comes alone.
         for _ in range(rng.choice([1, 1, 2])):
-            moment = Moment(robot, what, rng.choice([0.0, 0.0, rng.uniform(0.0, 0.3)]))
+            moment = Moment(robot, what, rng.choice([0.0, rng.uniform(0.0, 0.3), rng.uniform(0.2, 0.6)]))
             items.append(_item(rng, theme, cell, robot, (at_s, moment if rng.random() < 0.85 else None)))
     if any(isinstance(item, ClockStep) and item.process == "manager" and item.seconds < 0.0 for item in items):
         # Without a journal and with a clock that was set back no epoch can grow (docs/architecture.md, section 4.2).

@@ -108,9 +108,9 @@ class Staff:
         self._world.operate("manager", ResetEstop(by, tuple(estop.id for estop in manager.estops)), by)
 
     def clear(self, by: str, zone: str) -> None:
-        """Say that nobody is inside, having looked: all stand, and nobody is."""
+        """Say that nobody is inside, having looked: all stand, and nobody is; also of a zone that somebody holds."""
         facts, manager = self._facts, self._world.operator(by).manager
-        if manager is None or manager.zones[zone].state is not ZoneState.ORPHANED:
+        if manager is None or manager.zones[zone].state is ZoneState.FREE:
             return
         if not any(zone in facts.inside_now(robot) or facts.moving(robot) for robot in facts.robots):
             self._world.operate("manager", ClearZone(zone, by), by)

@@ -355,6 +355,7 @@ PLANTED: dict[str, Callable[[Recording], Change]] = {
     "enters by a fresh grant": not_granted,
     "an agent holds a zone while it is inside": let_go_inside,
     "a token given up is never taken again": taken_again,
+    "a breach is a stop": breach,
     "grants are due": granted_at_once,
     "a grant ends by its holder": zone_called_free,
     "grants outlive a manager": forgotten_by_the_next,

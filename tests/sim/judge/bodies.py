@@ -9,7 +9,7 @@ from tests.sim.judge.facts import BATCH, Facts, Floats, Sample, SentBlock, Shown
 from tests.sim.judge.invariant import Handlers, Invariant
 
 _BODY_TOLERANCE_M = 0.002
-_HINDERED_M = 0.05
+_HINDERED_M = 0.2
 """So far a robot may get, of which a drive fails, before anybody has measured it."""
 _BLOCK_TOLERANCE_M = 0.001
 _SETTLE_S = 0.15

@@ -16,6 +16,8 @@ from cell.messages import (
 from tests.sim.judge.facts import Facts, Shown
 from tests.sim.judge.invariant import Handlers, Invariant
 
+_HELD = (ZoneState.GRANTED, ZoneState.OCCUPIED)
+
 
 class NoBreach(Invariant):
     """No robot is ever in a zone without a grant, also in the manager's eyes. But one that its drives brake may come
@@ -167,6 +169,8 @@ class _OfManager(Invariant):
         since = -inf if before is None else self.facts.sent[before.boot, before.sequence]
         calls = [call.command for at, call in self.facts.told["manager"].calls if at >= since]
         decided = {command.zone for command in calls if isinstance(command, AdoptZone | ClearZone)}
+        if before is not None:  # of what a living robot holds nobody decides
+            decided -= {zone for zone, status in before.zones.items() if status.state in _HELD}
         for zone, status in state.zones.items():
             if zone in decided:
                 self._decided_at[zone] = self.facts.now
@@ -183,6 +187,29 @@ class _OfManager(Invariant):
     def judge(self, news: ZoneNews) -> None:
         """One zone of the newest state."""
         raise NotImplementedError
+
+
+class BreachStops(Invariant):
+    """A robot in a zone that is not its own is a protective stop."""
+
+    name = "a breach is a stop"
+
+    def __init__(self, facts: Facts) -> None:
+        super().__init__(facts)
+        self._told = ""
+
+    @property
+    def published(self) -> Handlers:
+        return {Event: self._event, ManagerState: self._state}
+
+    def _event(self, _: str, event: Event) -> None:
+        if event.code == "zone_breach":
+            self._told = event.text
+
+    def _state(self, name: str, state: ManagerState) -> None:
+        told, self._told = self._told, ""
+        if told and not state.estops:
+            self.broken(name, f"{told}; no emergency stop is in force")
 
 
 class GrantsAreDue(_OfManager):

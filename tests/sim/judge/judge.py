@@ -20,6 +20,7 @@ ALL: tuple[type[Invariant], ...] = (
     grants.EntersByFreshGrant,
     grants.KeepsWhileInside,
     grants.GivenUpStaysGivenUp,
+    grants.BreachStops,
     grants.GrantsAreDue,
     grants.HolderLetsGo,
     grants.ClaimsAreHonoured,
