@@ -45,6 +45,7 @@ _WRONG_DIGEST = "0" * 64
 _KEY_S = 0.03
 """How often a jog key says that it is held."""
 OPERATORS = ("anna", "bert")
+_BEFORE_CUT_S = 0.2
 _WAVERS_S, _WAVER_LOOKS_S = 10.0, 0.02
 _STRAY_ROWS, _STRAY_ASIDE, _STRAY_LEAD = 40, 0.01, 4
 """Samples, the way of the first axis [rad or m], and how many cycles ahead it begins."""
@@ -115,6 +116,27 @@ class Kill(Item):
         if stage.world.processes[self.process].alive:
             stage.world.kill(self.process)
         stage.world.clock.after(0.3, stage.world.start, self.process)
+
+
+@dataclass(frozen=True, slots=True)
+class PowerCut(Item):
+    """All computers of the cell lose their power, often under an emergency stop; each comes back in its own time."""
+
+    kind: ClassVar[str] = "power cut"
+    by: str
+    stops: bool
+    down_s: float
+
+    def strike(self, stage: Stage) -> float:
+        if self.stops:
+            Stop(0.0, None, self.by, ("manager",)).strike(stage)
+        stage.world.clock.after(_BEFORE_CUT_S, self._cut, stage)
+        return _BEFORE_CUT_S + self.down_s
+
+    def _cut(self, stage: Stage) -> None:
+        for number, name in enumerate(stage.world.processes):
+            share = (1 + number) / len(stage.world.processes)
+            Kill(0.0, None, name, self.down_s * share).strike(stage)
 
 
 @dataclass(frozen=True, slots=True)
@@ -443,7 +465,7 @@ def _strays(feedback: DriveFeedback, cycle_s: float) -> Iterator[SetpointBlock]:
     yield replace(good, owner=good.owner - 1)
     yield replace(good, sequence=feedback.block)
     yield replace(good, first_tick=feedback.tick - _STRAY_LEAD)
-    yield replace(good, position=smooth + 5.0 * aside)
+    yield replace(good, position=smooth + 0.01 * aside)
     endless = feedback.commanded + aside * share**2
     yield replace(good, position=endless, velocity=np.gradient(endless, cycle_s, axis=0))
 
@@ -493,8 +515,8 @@ class Switch(Item):
 
 
 KINDS: tuple[type[Item], ...] = (
-    Kill, Leave, Freeze, Cut, Part, Late, Burst, Stop, DriveFails, JournalFails, JournalFull, ClockStep, Order,
-    JogPress, Waver, ZoneOrder, ResetStop, Switch, Strays,
+    Kill, PowerCut, Leave, Freeze, Cut, Part, Late, Burst, Stop, DriveFails, JournalFails, JournalFull, ClockStep,
+    Order, JogPress, Waver, ZoneOrder, ResetStop, Switch, Strays,
 )  # fmt: skip
 
 
@@ -504,10 +526,11 @@ THEMES: tuple[dict[str, int], ...] = (
     {
         "kill": 16, "freeze": 12, "cut": 10, "part": 8, "late": 8, "burst": 3, "stop": 8, "drive": 8, "journal": 3,
         "clock": 2, "order": 16, "jog": 6, "zone": 3, "switch": 3, "leave": 2, "reset": 2, "waver": 2, "stray": 8,
+        "power": 2,
     },
     {"waver": 8, "order": 2, "late": 1},
     {"kill": 6, "leave": 2, "cut": 3, "part": 2, "late": 2, "journal": 1},
-    {"stop": 5, "drive": 4, "reset": 2, "jog": 2, "switch": 1, "freeze": 1},
+    {"stop": 5, "drive": 4, "reset": 2, "jog": 2, "switch": 1, "freeze": 1, "power": 3},
     {"cut": 4, "kill": 3, "freeze": 2, "zone": 4, "order": 1, "stray": 3},
 )  # fmt: skip
 """What may befall a cell, and how often: everything, or few kinds that need each other to do harm."""
@@ -585,6 +608,8 @@ def _item(
             return ZoneOrder(*when, by, rng.choice(sorted(cell.bundle.cell.zones)), rng.random() < 0.6)
         case "switch":
             return Switch(*when, by, robot, rng.random() < 0.5)
+        case "power":
+            return PowerCut(*when, by, rng.random() < 0.7, rng.uniform(0.2, 2.0))
         case "stray":
             return Strays(*when, robot)
         case "leave":
