@@ -162,8 +162,8 @@ class OneOwner(Invariant):
 
 
 class OutputsByOrder(Invariant):
-    """An output is switched on only by an event of a block that is played, or by an operator; a stop switches off what
-    is not to be kept."""
+    """An output is switched on only by an event of a block that is played, once, or by an operator; a stop switches off
+    what is not to be kept."""
 
     name = "outputs are switched by order"
     _RECENT_S = 2.0
@@ -172,6 +172,8 @@ class OutputsByOrder(Invariant):
     def __init__(self, facts: Facts) -> None:
         super().__init__(facts)
         self._outputs: dict[str, int] = {}
+        self._played: dict[str, tuple[str, int, int]] = {}
+        """Boot and owner of the newest feedback, and the event that it names."""
         self._by_hand: dict[str, float] = {}
         self._stopped_since: dict[str, float] = {}
 
@@ -196,6 +198,10 @@ class OutputsByOrder(Invariant):
         rising = feedback.outputs & ~before
         if rising and by_hand > self._RECENT_S and not self._ordered(feedback, rising):
             self.broken(name, f"an output of {robot} came on, and nobody has ordered it")
+        played = feedback.boot, feedback.owner, feedback.event
+        if rising and by_hand > self._RECENT_S and played == self._played.get(robot):
+            self.broken(name, f"an output of {robot} came on by an event up to {feedback.event}, which was executed")
+        self._played[robot] = played
         if feedback.enabled:
             self._stopped_since.pop(robot, None)
             return
