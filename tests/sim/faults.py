@@ -34,7 +34,7 @@ from cell.messages import (
 )
 from tests.sim.cells import GeneratedCell
 from tests.sim.item import Item, Moment, Stage
-from tests.sim.strangers import WRONG_DIGEST, FalsePresence, Guest, SaidAgain, Strays
+from tests.sim.strangers import WRONG_DIGEST, FalsePresence, Guest, SaidAgain, SecondAgent, Strays
 
 _OVERLOAD = 0x2310
 """An EMCY of the simulated drives: continuous overcurrent."""
@@ -464,6 +464,7 @@ class Switch(Item):
 KINDS: tuple[type[Item], ...] = (
     Kill, PowerCut, Leave, Freeze, Cut, Part, Late, Burst, Stop, DriveFails, JournalFails, JournalFull, ClockStep,
     Order, JogPress, Waver, Hasty, ZoneOrder, ResetStop, Switch, Strays, SaidAgain, FalsePresence, Guest,
+    SecondAgent,
 )  # fmt: skip
 
 
@@ -506,7 +507,7 @@ def _each_in_its_turn(rng: random.Random, seed: int, cell: GeneratedCell, lastin
     robots = sorted(cell.bundle.cell.robots)
 
     def when(latest: float) -> tuple[float, Moment | None]:
-        return rng.uniform(1.5, max(2.0, latest * lasting_s)), None
+        return rng.uniform(0.5, latest * lasting_s), None
 
     def robot() -> str:
         return rng.choice(robots)
@@ -531,7 +532,11 @@ def _each_in_its_turn(rng: random.Random, seed: int, cell: GeneratedCell, lastin
         power,
         frozen_gateway,
     )
-    return [Strays(*when(0.6), robot()), *(turns[(seed + k) % len(turns)]() for k in (0, 3))]
+    return [
+        Strays(*when(0.6), robot()),
+        SecondAgent(*when(0.6), robot()),
+        *(turns[(seed + k) % len(turns)]() for k in (0, 3)),
+    ]
 
 
 def _item(

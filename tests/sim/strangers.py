@@ -7,8 +7,10 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
+from cell.config.settings import CellSettings
 from cell.messages import (
     Body,
+    Claim,
     DriveFeedback,
     Halt,
     ManagerState,
@@ -30,6 +32,8 @@ _WAITS_S = 8.0
 _ROWS, _ASIDE, _GAP, _LEAD_S = 40, 0.01, 1e-4, 0.08
 """Samples, the way of the first axis and the gap in front of it [rad or m], how far ahead a block begins."""
 _ROUNDS, _ROUND_S = 5, 0.23
+_CALM_S = 0.5
+"""No claim that is asked for now ends before that is answered."""
 _AHEAD = 3
 """So many sequences a false presence is ahead of the true ones."""
 _AGAIN_S = 0.25
@@ -148,12 +152,12 @@ class FalsePresence(Item):
     robot: str
 
     def strike(self, stage: Stage) -> float:
-        self._send(stage, stage.facts.now + _WAITS_S, 2 * _ROUNDS)
+        self._send(stage, stage.facts.now + 2.0 * _WAITS_S, 2 * _ROUNDS)
         return 0.0
 
     def _send(self, stage: Stage, until: float, rounds: int) -> None:
         facts = stage.facts
-        shown, zone = facts.shown.get(self.robot), self._free(facts.manager)
+        shown, zone = facts.shown.get(self.robot), self._free(facts.cell, facts.manager)
         stands = shown is not None and facts.now - shown.still_since > 0.1 and not shown.message.holds
         if stands and shown is not None and zone:
             true = shown.message
@@ -165,11 +169,12 @@ class FalsePresence(Item):
         if rounds > 0 and facts.now < until:
             stage.world.clock.after(_ROUND_S if stands and zone else _LOOK_S, self._send, stage, until, rounds)
 
-    def _free(self, manager: ManagerState | None) -> str:
+    def _free(self, cell: CellSettings, manager: ManagerState | None) -> str:
         """A zone that this robot would get if it asked for it."""
         zones = {} if manager is None or manager.estops else manager.zones
-        good = (z for z, status in zones.items() if status.state is ZoneState.FREE and not status.reason)
-        return next((zone for zone in good if not zones[zone].queue), "")
+        free = {zone for zone, known in zones.items() if known.state is ZoneState.FREE and not known.reason}
+        good = (zone for zone in sorted(free) if not zones[zone].queue and self.robot in cell.zones[zone].robots)
+        return next(good, "")
 
 
 @dataclass(frozen=True, slots=True)
@@ -215,3 +220,25 @@ class Guest(Item):
         stage.world.publish(replace(here if past_s < _STAYS_S else away, sequence=sequence, heard=heard), STRANGER)
         if past_s < _STAYS_S + _LEAVES_S:
             stage.world.clock.after(_SAYS_S, self._say, stage, here, away, since, sequence + 1)
+
+
+@dataclass(frozen=True, slots=True)
+class SecondAgent(Item):
+    """Somebody else claims a robot whose agent lives."""
+
+    kind: ClassVar[str] = "second agent"
+    robot: str
+
+    def strike(self, stage: Stage) -> float:
+        self._claim(stage, stage.facts.now + _WAITS_S, _ROUNDS)
+        return 0.0
+
+    def _claim(self, stage: Stage, until: float, rounds: int) -> None:
+        facts, world, gateway = stage.facts, stage.world, stage.facts.gateway_of(self.robot)
+        feedback, newest = facts.feedback.get(self.robot), facts.newest_block.get(self.robot)
+        lives = facts.calm(_CALM_S) and newest is not None and facts.now - newest.at < _LOOK_S
+        if lives and facts.cell.times.owner_silent_s >= _CALM_S and feedback is not None and feedback.owner > 0:
+            world.operate(gateway, Claim(self.robot, "second agent", facts.cell.digest), STRANGER)
+            rounds -= 1
+        if rounds > 0 and facts.now < until:
+            world.clock.after(_ROUND_S, self._claim, stage, until, rounds)

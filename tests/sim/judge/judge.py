@@ -46,6 +46,7 @@ ALL: tuple[type[Invariant], ...] = (
     motion.BlocksEndAtRest,
     motion.BlocksAreTaken,
     states.ModesHaveCauses,
+    states.OperatorDecides,
     states.ModeIsTheCase,
     states.SaysWhyItStands,
     states.FeedbackIsNeeded,
