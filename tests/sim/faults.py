@@ -42,6 +42,9 @@ _KEY_S = 0.03
 """How often a jog key says that it is held."""
 OPERATORS = ("anna", "bert")
 _BEFORE_CUT_S = 0.2
+_SLIPS, _SLIPS_EVERY_S = 0.006, 0.02
+"""[rad/s or m/s] Faster than what counts as rest for a gateway."""
+_UNHEARD_S = 1.5
 _WAVERS_S, _WAVER_LOOKS_S = 10.0, 0.02
 MOMENTS = ("enters", "is inside", "leaves", "is granted", "asks", "moves fast", "brakes", "begins to move")
 """Of a robot."""
@@ -220,6 +223,7 @@ class DriveFails(Item):
             node.raise_emergency(_OVERLOAD)
             return 1.0
         if self.what == "drop-out":
+            facts.silenced[self.robot] = facts.now, facts.now + self.seconds
             node.silence(True)
             world.clock.after(self.seconds, node.silence, False)
         else:
@@ -227,6 +231,30 @@ class DriveFails(Item):
             servo.block(True)
             world.clock.after(self.seconds, servo.block, False)
         return self.seconds
+
+
+@dataclass(frozen=True, slots=True)
+class Sags(Item):
+    """A drive of a robot fails, and the brake of its last axis slips for a while: too slowly for any alarm."""
+
+    kind: ClassVar[str] = "brake slips"
+    robot: str
+    seconds: float
+
+    def strike(self, stage: Stage) -> float:
+        DriveFails(0.0, None, self.robot, 0, "emergency", self.seconds).strike(stage)
+        self._slip(stage, stage.facts.now + self.seconds)
+        return self.seconds
+
+    def _slip(self, stage: Stage, until: float) -> None:
+        world, gateway = stage.world, stage.facts.gateway_of(self.robot)
+        axis = world.bundle.gateways[gateway.partition("/")[2]].robots[self.robot].axes[-1]
+        feedback = stage.facts.feedback.get(self.robot)
+        if feedback is not None and not feedback.enabled:
+            counts = round(_SLIPS * _SLIPS_EVERY_S * abs(axis.counts_per_unit))
+            world.buses[gateway].nodes[axis.node_id].drives[axis.number - 1].servo.jump(counts)
+        if stage.facts.now < until:
+            world.clock.after(_SLIPS_EVERY_S, self._slip, stage, until)
 
 
 @dataclass(frozen=True, slots=True)
@@ -435,6 +463,22 @@ class ZoneOrder(Item):
 
 
 @dataclass(frozen=True, slots=True)
+class LateOrder(Item):
+    """An operator who has heard nothing of a robot for a while gives it an order."""
+
+    kind: ClassVar[str] = "late order"
+    by: str
+    robot: str
+
+    def strike(self, stage: Stage) -> float:
+        to = f"robot/{self.robot}"
+        stage.world.operator(self.by).heard(to)
+        stage.world.network.cut(to, self.by, _UNHEARD_S + 0.5)
+        stage.world.clock.after(_UNHEARD_S, stage.world.operate, to, SetOverride(80.0), self.by)
+        return 0.0
+
+
+@dataclass(frozen=True, slots=True)
 class ResetStop(Item):
     """An operator resets the emergency stop that is seen, whoever has set it and why."""
 
@@ -462,8 +506,8 @@ class Switch(Item):
 
 
 KINDS: tuple[type[Item], ...] = (
-    Kill, PowerCut, Leave, Freeze, Cut, Part, Late, Burst, Stop, DriveFails, JournalFails, JournalFull, ClockStep,
-    Order, JogPress, Waver, Hasty, ZoneOrder, ResetStop, Switch, Strays, SaidAgain, FalsePresence, Guest,
+    Kill, PowerCut, Leave, Freeze, Cut, Part, Late, Burst, Stop, DriveFails, Sags, JournalFails, JournalFull, ClockStep,
+    Order, JogPress, Waver, LateOrder, Hasty, ZoneOrder, ResetStop, Switch, Strays, SaidAgain, FalsePresence, Guest,
     SecondAgent,
 )  # fmt: skip
 
@@ -523,6 +567,14 @@ def _each_in_its_turn(rng: random.Random, seed: int, cell: GeneratedCell, lastin
         gateway = f"gateway/{cell.bundle.cell.robots[it].gateway}"
         return Freeze(when(0.5)[0], Moment(it, "moves fast"), gateway, rng.uniform(0.12, 0.35))
 
+    def jog() -> Item:
+        speed = rng.choice([-1.0, 1.0]) * rng.uniform(0.05, 0.2)
+        return JogPress(*when(0.6), rng.choice(OPERATORS), robot(), "J1", speed, rng.uniform(0.5, 1.5), False)
+
+    def fails(what: str, moment: str) -> Item:
+        it = robot()
+        return DriveFails(when(0.5)[0], Moment(it, moment), it, 0, what, rng.uniform(0.8, 1.5))
+
     turns: tuple[Callable[[], Item], ...] = (
         wavers,
         lambda: Guest(*when(0.6)),
@@ -531,12 +583,17 @@ def _each_in_its_turn(rng: random.Random, seed: int, cell: GeneratedCell, lastin
         lambda: SaidAgain(*when(0.8), rng.choice(OPERATORS), robot()),
         power,
         frozen_gateway,
+        jog,
+        lambda: fails("drop-out", "moves fast"),
+        lambda: fails("blocked", "begins to move"),
+        lambda: Sags(*when(0.5), robot(), rng.uniform(1.5, 2.5)),
     )
-    return [
+    always = [
         Strays(*when(0.6), robot()),
         SecondAgent(*when(0.6), robot()),
-        *(turns[(seed + k) % len(turns)]() for k in (0, 3)),
+        LateOrder(*when(0.8), rng.choice(OPERATORS), robot()),
     ]
+    return always + [turns[(seed + k) % len(turns)]() for k in (0, 3, 7)]
 
 
 def _item(

@@ -3,7 +3,8 @@
 Nothing here uses the product's own rules of freshness and order: when each message was sent is known.
 """
 
-from collections import defaultdict
+import itertools
+from collections import defaultdict, deque
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from math import inf
@@ -43,6 +44,8 @@ OFF_S = 2.0
 """For quick stop, brakes and switching off, after the time in which agents may brake under an emergency stop."""
 _STILL = 1e-8
 """[rad or m] from one sample to the next."""
+_CREEPS, _CREEPS_SAMPLES = 5e-5, 8
+"""[rad or m] from one sample to the next, and over how many: more than 2.5 mrad/s or mm/s for 0.14 s."""
 MOVING = 0.02
 """[rad/s or m/s] An axis that is faster than this moves; slower, its drive may settle."""
 
@@ -180,6 +183,8 @@ class Facts:
         """The plan's newest fault has worn off."""
         self.hindered_until: dict[str, float] = {}
         """Robots with a drive that fails do not go where they are told."""
+        self.silenced: dict[str, tuple[float, float]] = {}
+        """Since when and until when the node of one of a robot's drives is off the bus."""
         self.journal_spoilt = False
         """The manager's journal was lost, or was old when it was read."""
         self.on_samples: Callable[[Sample], None] = lambda _: None
@@ -188,6 +193,7 @@ class Facts:
         self._kept: list[Sample] = []
         self._axes: dict[str, Floats] = {}
         self._moving: dict[str, bool] = {}
+        self._lately: dict[str, deque[Floats]] = {robot: deque(maxlen=_CREEPS_SAMPLES) for robot in self.robots}
         for name, process in world.processes.items():
             self._started(name, process.boot)
         world.clock.after(SAMPLE_S, self._sample)
@@ -386,6 +392,7 @@ class Facts:
             before = self._axes.get(robot)
             moving = before is not None and bool((np.abs(axes - before) > MOVING * SAMPLE_S).any())
             self._axes[robot] = axes
+            self._lately[robot].append(axes)
             mode, since = self.modes.get(robot, (Mode.STARTING, self.start))
             self._moving[robot] = moving
             self._kept.append(Sample(self.now, robot, axes, moving, self.shown.get(robot), self.manager, mode, since))
@@ -395,6 +402,12 @@ class Facts:
     def moving(self, robot: str) -> bool:
         """Between the two newest samples."""
         return self._moving.get(robot, False)
+
+    def creeping(self, robot: str) -> bool:
+        """It moves, however slowly: for some samples it was elsewhere in each."""
+        lately = list(self._lately[robot])
+        steps = itertools.pairwise(lately)
+        return len(lately) == _CREEPS_SAMPLES and all((np.abs(b - a) > _CREEPS).any() for a, b in steps)
 
     def flush(self) -> None:
         """Compute the bodies of the samples kept, and hand them on."""

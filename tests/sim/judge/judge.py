@@ -42,6 +42,7 @@ ALL: tuple[type[Invariant], ...] = (
     motion.LateCyclesStop,
     motion.MovesByOrder,
     motion.StandsWithoutTorque,
+    motion.StopsEndAtRest,
     motion.BlocksKeepComing,
     motion.BlocksEndAtRest,
     motion.BlocksAreTaken,

@@ -18,6 +18,8 @@ from cell.messages import (
     Mode,
     PlayoutState,
     Presence,
+    Reply,
+    ResetDrives,
     Return,
     RobotState,
     Run,
@@ -473,6 +475,52 @@ class StandsWithoutTorque(Invariant):
         since = self._off_since.get(sample.robot, inf)
         if sample.moving and sample.at - since > self._BRAKING_S:
             self.broken(sample.robot, f"it moves {sample.at - since:.2f} s after its drives were stopped", sample.at)
+
+
+class StopsEndAtRest(Invariant):
+    """A gateway that has stopped a robot calls it stopped when it stands, and takes an acknowledgement only then."""
+
+    name = "a stop ends at rest"
+    _WITHIN_S = 0.3
+
+    def __init__(self, facts: Facts) -> None:
+        super().__init__(facts)
+        self._states: dict[str, tuple[str, PlayoutState]] = {}
+        self._ended: dict[str, float] = {}
+        self._asked: dict[str, str] = {}
+        """Robots whose fault is to be acknowledged, by calls."""
+
+    @property
+    def delivered(self) -> Handlers:
+        return {Request: self._call}
+
+    @property
+    def published(self) -> Handlers:
+        return {DriveFeedback: self._feedback, Reply: self._reply}
+
+    def _call(self, _: str, request: Request) -> None:
+        call = request.call
+        if isinstance(call, Call) and isinstance(call.command, ResetDrives):
+            self._asked[call.id] = call.command.robot
+
+    def _reply(self, name: str, reply: Reply) -> None:
+        robot = self._asked.pop(reply.id, None)
+        feedback = None if robot is None else self.facts.feedback.get(robot)
+        if robot is None or not reply.ok or feedback is None or feedback.enabled:
+            return
+        if name == self.facts.gateway_of(robot) and self.facts.creeping(robot):
+            self.broken(name, f"it has acknowledged a fault of {robot}, which moves")
+
+    def _feedback(self, _: str, feedback: DriveFeedback) -> None:
+        boot, before = self._states.get(feedback.robot, (feedback.boot, feedback.state))
+        self._states[feedback.robot] = feedback.boot, feedback.state
+        if boot == feedback.boot and before is PlayoutState.STOPPING and feedback.state is not before:
+            self._ended[feedback.robot] = self.facts.now
+
+    def look(self, sample: Sample) -> None:
+        since_s = sample.at - self._ended.get(sample.robot, inf)
+        if sample.moving and SAMPLE_S < since_s < self._WITHIN_S:
+            self.broken(sample.robot, "it moves, and its gateway has said that its stop has ended", sample.at)
 
 
 class BlocksKeepComing(Invariant):

@@ -1,5 +1,9 @@
 """What processes say of themselves and of others, against what is the case."""
 
+from math import inf
+
+import numpy as np
+
 from cell.config.settings import OnManagerReturn
 from cell.core import Request
 from cell.messages import (
@@ -179,14 +183,18 @@ class FeedbackIsNeeded(Invariant):
 
 
 class FaultyDrivesStop(Invariant):
-    """A robot of which a drive is silent or in a fault is not driven on."""
+    """A robot of which a drive is in a fault, is off the bus, or does not go where it is told, is not driven on."""
 
     name = "no drive is left alone"
     _LONGEST_S = 0.15
+    _BESIDE = 1.5
+    """So many following windows."""
+    _BESIDE_S = 0.35
 
     def __init__(self, facts: Facts) -> None:
         super().__init__(facts)
         self._since: dict[str, float] = {}
+        self._beside_since: dict[str, float] = {}
 
     @property
     def published(self) -> Handlers:
@@ -198,6 +206,30 @@ class FaultyDrivesStop(Invariant):
             self._since.pop(feedback.robot, None)
         elif self.facts.now - self._since.setdefault(feedback.robot, self.facts.now) > self._LONGEST_S:
             self.broken(name, f"{feedback.robot} is driven on although its drives are {', '.join(bad)}")
+        self._off_the_bus(name, feedback)
+        self._beside(name, feedback)
+
+    def _off_the_bus(self, name: str, feedback: DriveFeedback) -> None:
+        facts = self.facts
+        since, until = facts.silenced.get(feedback.robot, (inf, inf))
+        told = facts.told[name]
+        silent_s = facts.now - max(since, told.since, told.thawed_at)
+        allowed_s = facts.world.bundle.gateways[name.partition("/")[2]].tpdo_timeout_s + self._LONGEST_S
+        if feedback.enabled and facts.now < until and silent_s > allowed_s:
+            self.broken(name, f"{feedback.robot} is driven on {silent_s:.2f} s after one of its drives was last heard")
+
+    def _beside(self, name: str, feedback: DriveFeedback) -> None:
+        robot, facts = feedback.robot, self.facts
+        axes = facts.world.bundle.gateways[name.partition("/")[2]].robots[robot].axes
+        windows = np.array([axis.following_window for axis in axes])
+        away = np.abs(feedback.position - feedback.commanded) / windows
+        if not feedback.enabled or away.max() < self._BESIDE:
+            self._beside_since.pop(robot, None)
+            return
+        beside_s = facts.now - self._beside_since.setdefault(robot, facts.now)
+        if beside_s > self._BESIDE_S:
+            what = f"an axis has been {away.max():.1f} following windows beside its command for {beside_s:.2f} s"
+            self.broken(name, f"{robot} is driven on although {what}")
 
 
 class JogsWhileHeld(Invariant):
