@@ -104,18 +104,22 @@ class SaidAgain(Item):
     def strike(self, stage: Stage) -> float:
         stage.staff.leave_alone(self.robot, _WAITS_S / 2.0)
         stage.world.operate(f"robot/{self.robot}", Halt(), self.by)
-        self._look(stage, stage.facts.now + _WAITS_S / 2.0 - 3.0 * _AGAIN_S)
+        self._look(stage, stage.facts.now + _WAITS_S / 2.0 - 5.0 * _AGAIN_S)
         return 0.0
 
     def _look(self, stage: Stage, until: float) -> None:
         event = self._executed(stage)
         if event is not None:
-            gateway, output = stage.facts.gateway_of(self.robot), "gripper"
-            stage.world.operate(gateway, SwitchOutput(self.robot, output, False, self.by), self.by)
-            for again in range(1, 3):
+            # Some time after the robot has come to rest: before that nothing is switched by hand.
+            stage.world.clock.after(_AGAIN_S, self._switch_off, stage)
+            for again in range(2, 5):
                 stage.world.clock.after(again * _AGAIN_S, self._say, stage, event)
         elif stage.facts.now < until:
             stage.world.clock.after(_LOOK_S, self._look, stage, until)
+
+    def _switch_off(self, stage: Stage) -> None:
+        switch = SwitchOutput(self.robot, "gripper", False, self.by)
+        stage.world.operate(stage.facts.gateway_of(self.robot), switch, self.by)
 
     def _executed(self, stage: Stage) -> OutputEvent | None:
         """An event that has switched something on, of a robot that stands halted."""
