@@ -13,6 +13,7 @@ DRAWN: tuple[Mutant, ...] = (
                 "        if zone.state in (ZoneState.GRANTED, ZoneState.OCCUPIED):\n",
             ),
         ),
+        "a zone that is granted or occupied always has a holder",
     ),
     Mutant(
         "drawn-02",
@@ -68,6 +69,7 @@ DRAWN: tuple[Mutant, ...] = (
                 "        pass\n",
             ),
         ),
+        "without what it remembers the same answer is worked out again",
     ),
     Mutant(
         "drawn-07",

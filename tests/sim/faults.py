@@ -5,16 +5,14 @@ zone. To shrink a failing plan is to leave items out.
 """
 
 import random
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import ClassVar
 
-import numpy as np
-
 from cell.messages import (
+    ClearZone,
     Continue,
     Disable,
-    DriveFeedback,
     Enable,
     Estop,
     Halt,
@@ -26,64 +24,27 @@ from cell.messages import (
     Return,
     RobotState,
     Run,
+    SetEstop,
     SetManual,
     SetOverride,
-    SetpointBlock,
     Step,
     SwitchOutput,
     Token,
     ZoneState,
 )
 from tests.sim.cells import GeneratedCell
-from tests.sim.judge.facts import STRANGER, Facts, rest_row
-from tests.sim.staff import Staff
-from tests.sim.world import World
+from tests.sim.item import Item, Moment, Stage
+from tests.sim.strangers import WRONG_DIGEST, FalsePresence, Guest, SaidAgain, SecondAgent, Strays
 
 _OVERLOAD = 0x2310
 """An EMCY of the simulated drives: continuous overcurrent."""
-_WRONG_DIGEST = "0" * 64
 _KEY_S = 0.03
 """How often a jog key says that it is held."""
 OPERATORS = ("anna", "bert")
+_BEFORE_CUT_S = 0.2
 _WAVERS_S, _WAVER_LOOKS_S = 10.0, 0.02
-_STRAY_ROWS, _STRAY_ASIDE, _STRAY_LEAD = 40, 0.01, 4
-"""Samples, the way of the first axis [rad or m], and how many cycles ahead it begins."""
-_STRAY_WAITS_S, _STRAY_LOOKS_S = 5.0, 0.03
 MOMENTS = ("enters", "is inside", "leaves", "is granted", "asks", "moves fast", "brakes", "begins to move")
 """Of a robot."""
-
-
-@dataclass(frozen=True, slots=True)
-class Moment:
-    """The next time that this happens to a robot, and so much later [s]."""
-
-    robot: str
-    what: str
-    after_s: float = 0.0
-
-
-@dataclass(frozen=True, slots=True)
-class Stage:
-    """What items act on."""
-
-    world: World
-    facts: Facts
-    staff: Staff
-    gone: set[str]
-    """Processes that are down for a while on purpose."""
-
-
-@dataclass(frozen=True, slots=True)
-class Item:
-    """Something that befalls the cell `at_s` after the start, or at the first such moment after that."""
-
-    kind: ClassVar[str]
-    at_s: float
-    moment: Moment | None
-
-    def strike(self, stage: Stage) -> float:
-        """Let it happen; how long [s] it lasts."""
-        raise NotImplementedError
 
 
 @dataclass(frozen=True, slots=True)
@@ -108,13 +69,35 @@ class Kill(Item):
         if not self.wrong:
             stage.world.start(self.process)
             return
-        stage.world.start(self.process, _WRONG_DIGEST)
+        stage.world.start(self.process, WRONG_DIGEST)
         stage.world.clock.after(1.5, self._right, stage)
 
     def _right(self, stage: Stage) -> None:
         if stage.world.processes[self.process].alive:
             stage.world.kill(self.process)
         stage.world.clock.after(0.3, stage.world.start, self.process)
+
+
+@dataclass(frozen=True, slots=True)
+class PowerCut(Item):
+    """All computers of the cell lose their power, often under an emergency stop; each comes back in its own time."""
+
+    kind: ClassVar[str] = "power cut"
+    by: str
+    stops: bool
+    down_s: float
+
+    def strike(self, stage: Stage) -> float:
+        if self.stops:
+            stop = SetEstop(f"{self.by}-{stage.facts.now:.3f}", self.by, "drawn")
+            stage.world.operate("manager", stop, self.by)
+        stage.world.clock.after(_BEFORE_CUT_S, self._cut, stage)
+        return _BEFORE_CUT_S + self.down_s
+
+    def _cut(self, stage: Stage) -> None:
+        for number, name in enumerate(stage.world.processes):
+            share = (1 + number) / len(stage.world.processes)
+            Kill(0.0, None, name, self.down_s * share).strike(stage)
 
 
 @dataclass(frozen=True, slots=True)
@@ -348,14 +331,16 @@ ORDERS: dict[str, Callable[[], object]] = {
 @dataclass(frozen=True, slots=True)
 class Waver(Item):
     """An operator who cannot decide: for a while he halts a robot each time that it is given a zone, before it is
-    inside, and lets it go on at once."""
+    inside, and lets it go on at once. News of the manager come to the robot `late_s` after they were sent."""
 
     kind: ClassVar[str] = "wavering operator"
     by: str
     robot: str
     then_s: float
+    late_s: float
 
     def strike(self, stage: Stage) -> float:
+        stage.world.network.delay("manager", f"robot/{self.robot}", self.late_s, _WAVERS_S)
         self._look(stage, stage.facts.now + _WAVERS_S, set())
         return _WAVERS_S
 
@@ -409,43 +394,27 @@ class JogPress(Item):
 
 
 @dataclass(frozen=True, slots=True)
-class Strays(Item):
-    """As soon as the robot stands, somebody else sends blocks that would move it, each with another reason for its
-    gateway to refuse it."""
+class Hasty(Item):
+    """An operator who wants a zone cleared as soon as he sees it given to a robot, before that is inside."""
 
-    kind: ClassVar[str] = "stray blocks"
-    robot: str
+    kind: ClassVar[str] = "hasty operator"
+    by: str
 
     def strike(self, stage: Stage) -> float:
-        self._send(stage, stage.facts.now + _STRAY_WAITS_S)
+        self._look(stage, stage.facts.now + _WAVERS_S, set())
         return 0.0
 
-    def _send(self, stage: Stage, until: float) -> None:
-        feedback, newest = stage.facts.feedback.get(self.robot), stage.facts.newest_block.get(self.robot)
-        if feedback is not None and newest is not None and feedback.enabled and rest_row(newest.message) == 0:
-            for block in _strays(feedback, stage.world.cycle_s(self.robot)):
-                stage.world.publish(block, STRANGER)
-        elif stage.facts.now < until:
-            stage.world.clock.after(_STRAY_LOOKS_S, self._send, stage, until)
-
-
-def _strays(feedback: DriveFeedback, cycle_s: float) -> Iterator[SetpointBlock]:
-    share = np.linspace(0.0, 1.0, _STRAY_ROWS)[:, None]
-    aside = np.zeros(len(feedback.commanded))
-    aside[0] = _STRAY_ASIDE
-    smooth = feedback.commanded + aside * (share - np.sin(2.0 * np.pi * share) / (2.0 * np.pi))
-    velocity = np.gradient(smooth, cycle_s, axis=0)
-    velocity[[0, -1]] = 0.0
-    good = SetpointBlock(
-        feedback.robot, feedback.owner, feedback.block + 20, feedback.block, feedback.tick + _STRAY_LEAD, cycle_s,
-        _STRAY_ROWS // 2, smooth, velocity,
-    )  # fmt: skip
-    yield replace(good, owner=good.owner - 1)
-    yield replace(good, sequence=feedback.block)
-    yield replace(good, first_tick=feedback.tick - _STRAY_LEAD)
-    yield replace(good, position=smooth + 5.0 * aside)
-    endless = feedback.commanded + aside * share**2
-    yield replace(good, position=endless, velocity=np.gradient(endless, cycle_s, axis=0))
+    def _look(self, stage: Stage, until: float, seen: set[Token]) -> None:
+        facts, world = stage.facts, stage.world
+        manager = facts.manager
+        for zone, status in manager.zones.items() if manager is not None else ():
+            if status.state is not ZoneState.GRANTED or status.token is None or status.token in seen:
+                continue
+            if not any(zone in facts.inside_now(robot) for robot in facts.robots):
+                seen.add(status.token)
+                world.operate("manager", ClearZone(zone, self.by), self.by)
+        if facts.now < until:
+            world.clock.after(_WAVER_LOOKS_S, self._look, stage, until, seen)
 
 
 @dataclass(frozen=True, slots=True)
@@ -493,8 +462,9 @@ class Switch(Item):
 
 
 KINDS: tuple[type[Item], ...] = (
-    Kill, Leave, Freeze, Cut, Part, Late, Burst, Stop, DriveFails, JournalFails, JournalFull, ClockStep, Order,
-    JogPress, Waver, ZoneOrder, ResetStop, Switch, Strays,
+    Kill, PowerCut, Leave, Freeze, Cut, Part, Late, Burst, Stop, DriveFails, JournalFails, JournalFull, ClockStep,
+    Order, JogPress, Waver, Hasty, ZoneOrder, ResetStop, Switch, Strays, SaidAgain, FalsePresence, Guest,
+    SecondAgent,
 )  # fmt: skip
 
 
@@ -503,12 +473,12 @@ KINDS: tuple[type[Item], ...] = (
 THEMES: tuple[dict[str, int], ...] = (
     {
         "kill": 16, "freeze": 12, "cut": 10, "part": 8, "late": 8, "burst": 3, "stop": 8, "drive": 8, "journal": 3,
-        "clock": 2, "order": 16, "jog": 6, "zone": 3, "switch": 3, "leave": 2, "reset": 2, "waver": 2, "stray": 8,
+        "clock": 2, "order": 16, "jog": 6, "zone": 3, "switch": 3, "leave": 2, "reset": 2, "waver": 2, "power": 2,
     },
     {"waver": 8, "order": 2, "late": 1},
     {"kill": 6, "leave": 2, "cut": 3, "part": 2, "late": 2, "journal": 1},
-    {"stop": 5, "drive": 4, "reset": 2, "jog": 2, "switch": 1, "freeze": 1},
-    {"cut": 4, "kill": 3, "freeze": 2, "zone": 4, "order": 1, "stray": 3},
+    {"stop": 5, "drive": 4, "reset": 2, "jog": 2, "switch": 1, "freeze": 1, "power": 3},
+    {"cut": 4, "kill": 3, "freeze": 2, "zone": 4, "order": 1},
 )  # fmt: skip
 """What may befall a cell, and how often: everything, or few kinds that need each other to do harm."""
 
@@ -528,7 +498,45 @@ def draw_plan(seed: int, cell: GeneratedCell, lasting_s: float) -> tuple[Item, .
     if any(isinstance(item, ClockStep) and item.process == "manager" and item.seconds < 0.0 for item in items):
         # Without a journal and with a clock that was set back no epoch can grow (docs/architecture.md, section 4.2).
         items = [item for item in items if not isinstance(item, JournalFails)]
+    items += _each_in_its_turn(rng, seed, cell, lasting_s)
     return tuple(sorted(items, key=lambda item: item.at_s))
+
+
+def _each_in_its_turn(rng: random.Random, seed: int, cell: GeneratedCell, lasting_s: float) -> list[Item]:
+    """What is meant for one rule, and comes by itself hardly ever: some of it in each run, all of it in a few."""
+    robots = sorted(cell.bundle.cell.robots)
+
+    def when(latest: float) -> tuple[float, Moment | None]:
+        return rng.uniform(0.5, latest * lasting_s), None
+
+    def robot() -> str:
+        return rng.choice(robots)
+
+    def wavers() -> Item:
+        return Waver(*when(0.3), rng.choice(OPERATORS), robot(), rng.uniform(0.02, 0.15), rng.uniform(0.05, 0.15))
+
+    def power() -> Item:
+        return PowerCut(*when(0.6), rng.choice(OPERATORS), True, rng.uniform(0.2, 2.0))
+
+    def frozen_gateway() -> Item:
+        it = robot()
+        gateway = f"gateway/{cell.bundle.cell.robots[it].gateway}"
+        return Freeze(when(0.5)[0], Moment(it, "moves fast"), gateway, rng.uniform(0.12, 0.35))
+
+    turns: tuple[Callable[[], Item], ...] = (
+        wavers,
+        lambda: Guest(*when(0.6)),
+        lambda: FalsePresence(*when(0.5), robot()),
+        lambda: Hasty(*when(0.3), rng.choice(OPERATORS)),
+        lambda: SaidAgain(*when(0.8), rng.choice(OPERATORS), robot()),
+        power,
+        frozen_gateway,
+    )
+    return [
+        Strays(*when(0.6), robot()),
+        SecondAgent(*when(0.6), robot()),
+        *(turns[(seed + k) % len(turns)]() for k in (0, 3)),
+    ]
 
 
 def _item(
@@ -547,9 +555,9 @@ def _item(
     match rng.choices(list(theme), list(theme.values()))[0]:
         case "waver":
             # Grants that are given up and wanted again, while the link brings news of before.
-            if rng.random() < 0.5:
+            if rng.random() < 0.3:
                 return Late(*when, "manager", agent, rng.uniform(0.05, 0.22), rng.uniform(0.5, 3.0))
-            return Waver(*when, by, robot, rng.uniform(0.02, 0.15))
+            return Waver(*when, by, robot, rng.uniform(0.02, 0.15), rng.uniform(0.0, 0.15))
         case "kill":
             return Kill(*when, rng.choice(["manager", "manager", agent, agent, gateway]), down_s, rng.random() < 0.1)
         case "freeze":
@@ -585,8 +593,8 @@ def _item(
             return ZoneOrder(*when, by, rng.choice(sorted(cell.bundle.cell.zones)), rng.random() < 0.6)
         case "switch":
             return Switch(*when, by, robot, rng.random() < 0.5)
-        case "stray":
-            return Strays(*when, robot)
+        case "power":
+            return PowerCut(*when, by, rng.random() < 0.7, rng.uniform(0.2, 2.0))
         case "leave":
             return Leave(*when, rng.choice([agent, gateway]), rng.uniform(1.0, 3.0))
         case _:

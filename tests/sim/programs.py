@@ -119,8 +119,7 @@ APPROACHES = {
 def program_text(rng: random.Random, family: str, ways: Sequence[Way]) -> str:
     """A program that visits the zones again and again; it ends at home."""
     lines = ["; drawn"]
-    if rng.random() < 0.3:
-        lines.append("RESET DO gripper")
+    lines.append(rng.choice(["RESET DO gripper", "SET DO gripper"]))
     lines.append("LABEL again")
     visits = [rng.choice(list(ways)) for _ in range(rng.choice([1, 1, 2]))]
     if len(ways) > 1:

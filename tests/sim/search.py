@@ -66,7 +66,8 @@ def _search_one(job: tuple[int, float, tuple[str, ...] | None]) -> Found:
 def _all(seeds: range, seconds: float, only: tuple[str, ...] | None, jobs: int) -> Iterator[Found]:
     work = [(seed, seconds, only) for seed in seeds]
     if jobs == 1:
-        yield from map(_search_one, work)
+        for job in work:  # not by `map`, which a StopIteration out of a run would end in silence
+            yield _search_one(job)
         return
     with multiprocessing.get_context("fork").Pool(jobs, maxtasksperchild=50) as pool:
         yield from pool.imap_unordered(_search_one, work, chunksize=SEEDS_PER_CELL)

@@ -320,7 +320,11 @@ class Facts:
     def _newer(self, boot: str, sequence: int, than: ManagerState | Presence | None) -> bool:
         if than is None:
             return True
-        return (self.order[boot], sequence) > (self.order[than.boot], than.sequence)
+        return (self.rank(boot), sequence) > (self.rank(than.boot), than.sequence)
+
+    def rank(self, boot: str) -> int:
+        """Boots in the order of their starts; one that is no process of the cell's, in that in which it was heard."""
+        return self.order.setdefault(boot, len(self.order))
 
     def _estop(self, told: Told, estop: Estop) -> None:
         if not estop.active:

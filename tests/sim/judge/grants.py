@@ -3,12 +3,16 @@
 from dataclasses import dataclass
 from math import inf
 
+from cell.core import Request
 from cell.messages import (
     AdoptZone,
+    Call,
     ClearZone,
     Event,
     ManagerState,
     Presence,
+    Reply,
+    SetpointBlock,
     Token,
     ZoneState,
     ZoneStatus,
@@ -46,6 +50,8 @@ class NoBreach(Invariant):
         if event.code != "zone_breach":
             return
         robot, _, rest = event.text.partition(" is in zone ")
+        if robot not in self.facts.robots:
+            return
         zone = rest.partition(",")[0]
         decided = [
             at
@@ -93,6 +99,71 @@ class EntersByFreshGrant(Invariant):
         if not facts.manager_fresh(robot):
             age = facts.manager_age(robot)
             self.broken(robot, f"its body comes into zone {zone} by a manager state that is {age:.3f} s old")
+
+
+class NothingLeadsIn(Invariant):
+    """No block for drives that are on leaves with a presence whose body comes into a zone that the newest manager state
+    does not grant, or that state is old; whatever becomes of the drives."""
+
+    name = "no block leads into a zone without a grant"
+
+    def __init__(self, facts: Facts) -> None:
+        super().__init__(facts)
+        self._into: dict[str, tuple[float, str]] = {}
+        """When a robot has published a body that comes into a zone without a grant, and into which."""
+
+    @property
+    def published(self) -> Handlers:
+        return {Presence: self._presence, SetpointBlock: self._block}
+
+    def _presence(self, _: str, presence: Presence) -> None:
+        robot, facts = presence.robot, self.facts
+        before, shown = facts.shown.get(robot), facts.seen(presence)
+        if before is None or before.message.boot != presence.boot:
+            return
+        for zone, box in facts.boxes.items():
+            if shown.touches(zone, box) and not before.touches(zone, box) and not self._granted(presence, zone):
+                self._into[robot] = facts.now, zone
+
+    def _granted(self, presence: Presence, zone: str) -> bool:
+        manager = self.facts.told[f"robot/{presence.robot}"].manager
+        status = manager.zones.get(zone) if manager is not None else None
+        if status is None or status.holder != presence.robot or status.state not in _HELD:
+            return False
+        return presence.holds.get(zone) == status.token and self.facts.manager_fresh(presence.robot)
+
+    def _block(self, _: str, block: SetpointBlock) -> None:
+        at, zone = self._into.get(block.robot, (-inf, ""))
+        feedback = self.facts.feedback.get(block.robot)
+        if at == self.facts.now and feedback is not None and feedback.enabled:
+            self.broken(block.robot, f"block {block.sequence} leads into zone {zone}, which it is not granted")
+
+
+class HoldsWhatIsGranted(Invariant):
+    """A robot that hears the manager, and is outside of a zone, holds no grant of it but the one that it is told."""
+
+    name = "an agent holds only what it is granted"
+    _YOUNG_S = 0.03
+    """So much younger than the age limit the manager's state has to be, so that nobody can take it for old."""
+
+    @property
+    def published(self) -> Handlers:
+        return {Presence: self._presence}
+
+    def _presence(self, name: str, presence: Presence) -> None:
+        facts = self.facts
+        manager = facts.told[name].manager
+        if manager is None or facts.manager_age(presence.robot) > facts.cell.times.fresh_s - self._YOUNG_S:
+            return
+        before = facts.shown.get(presence.robot)
+        if before is None or before.message.boot != presence.boot:
+            return
+        for zone, token in presence.holds.items():
+            status = manager.zones[zone]
+            mine = status.holder == presence.robot and status.token == token
+            if not mine and not facts.seen(presence).touches(zone, facts.boxes[zone]):
+                told = f"{status.state.value}, held by {status.holder or 'nobody'} by {status.token}"
+                self.broken(presence.robot, f"it holds zone {zone} by {token} and is outside; it was told {told}")
 
 
 class KeepsWhileInside(Invariant):
@@ -234,10 +305,47 @@ class GrantsAreDue(_OfManager):
         if not self.facts.presence_fresh(holder):
             age = self.facts.presence_age(holder)
             self.broken("manager", f"it grants zone {zone} to {holder}, last heard {age:.3f} s ago")
-        if zone not in told.presences[holder].wants:
+        presence = told.presences[holder]
+        if presence.digest != state.digest:
+            self.broken("manager", f"it grants zone {zone} to {holder}, whose configuration is {presence.digest[:8]}")
+        if not presence.body.known:
+            self.broken("manager", f"it grants zone {zone} to {holder}, which does not know where it is")
+        if zone not in presence.wants:
             self.broken("manager", f"it grants zone {zone} to {holder}, which does not ask for it")
         if state.estops:
             self.broken("manager", f"it grants zone {zone} to {holder} under an emergency stop")
+
+
+class AdoptsAlone(Invariant):
+    """An operator's adoption is carried out only where no other robot says that it is inside."""
+
+    name = "who adopts a zone is alone in it"
+
+    def __init__(self, facts: Facts) -> None:
+        super().__init__(facts)
+        self._asked: dict[str, AdoptZone] = {}
+
+    @property
+    def delivered(self) -> Handlers:
+        return {Request: self._call}
+
+    @property
+    def published(self) -> Handlers:
+        return {Reply: self._reply}
+
+    def _call(self, _: str, request: Request) -> None:
+        call = request.call
+        if isinstance(call, Call) and isinstance(call.command, AdoptZone):
+            self._asked[call.id] = call.command
+
+    def _reply(self, name: str, reply: Reply) -> None:
+        asked = self._asked.get(reply.id)
+        if asked is None or not reply.ok or name != "manager":
+            return
+        for robot, presence in self.facts.told["manager"].presences.items():
+            inside = Shown(presence, 0.0, 0.0).touches(asked.zone, self.facts.boxes[asked.zone])
+            if robot != asked.robot and inside and self.facts.presence_fresh(robot):
+                self.broken(name, f"zone {asked.zone} is adopted by {asked.robot}, and {robot} says to be inside")
 
 
 class HolderLetsGo(_OfManager):
@@ -295,7 +403,7 @@ class ClaimsAreHonoured(_OfManager):
             return
         facts, presences = self.facts, self.facts.told["manager"].presences
         heard = {robot for robot, each in presences.items() if each.heard is not None and each.heard.boot == state.boot}
-        if heard != set(facts.robots):
+        if not heard >= set(facts.robots):
             return
         if before is not None and before.token is not None and before.token.epoch == state.epoch:
             return

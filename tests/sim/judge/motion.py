@@ -13,6 +13,7 @@ from cell.messages import (
     Continue,
     DriveFeedback,
     Enable,
+    GatewayState,
     Jog,
     Mode,
     PlayoutState,
@@ -24,7 +25,7 @@ from cell.messages import (
     Step,
 )
 from robot_agent.agent.planning import Planned
-from tests.sim.judge.facts import OFF_S, Facts, Floats, Sample, rest_row
+from tests.sim.judge.facts import OFF_S, SAMPLE_S, Facts, Floats, Sample, rest_row
 from tests.sim.judge.invariant import Handlers, Invariant
 from tests.sim.planned_paths import PATH_STEP_S, PlannedPaths
 
@@ -188,6 +189,8 @@ class PlaysBlocks(Invariant):
         self._owners: dict[str, int] = {}
         self._accepted: dict[str, deque[int]] = defaultdict(lambda: deque(maxlen=self._LOOK_BACK))
         """The newest blocks that were said to be accepted; between two of them may lie many."""
+        self._newest: dict[str, tuple[str, int, int]] = {}
+        """Boot and owner of the newest feedback, and the block that it names."""
         self._before: dict[str, tuple[int, int]] = {}
         """The newest block of before the drives were on, and the tick up to which they hold: it is not played any
         more."""
@@ -205,6 +208,10 @@ class PlaysBlocks(Invariant):
             self._accepted[robot].clear()
         self._owners[robot] = feedback.owner
         before, held_until = self._before.get(robot, (0, 0))
+        last = self._newest.get(robot)
+        self._newest[robot] = key = feedback.boot, feedback.owner, feedback.block
+        if last is not None and last[:2] == key[:2] and feedback.block < last[2]:
+            self.broken(name, f"block {feedback.block} of {robot} is accepted after block {last[2]}")
         if feedback.block in (0, before):
             return
         newest = blocks.get((feedback.owner, feedback.block))
@@ -322,6 +329,79 @@ class GatewayObeysEstop(Invariant):
             self.broken(
                 sample.robot, f"it moves {over_s:.2f} s after it had to stand under an emergency stop", sample.at
             )
+
+
+class ConfirmedIsStopped(Invariant):
+    """A gateway that confirms an emergency stop has robots that stand, and no torque on any drive that it hears."""
+
+    name = "a confirmed emergency stop has stopped"
+
+    def __init__(self, facts: Facts) -> None:
+        super().__init__(facts)
+        self._since: dict[str, float] = {}
+        """Since when a gateway confirms a stop."""
+
+    @property
+    def published(self) -> Handlers:
+        return {GatewayState: self._state}
+
+    def lived(self, name: str, _: str) -> None:
+        self._since.pop(name, None)
+
+    def _state(self, name: str, state: GatewayState) -> None:
+        if state.estop_confirmed is None:
+            self._since.pop(name, None)
+            return
+        self._since.setdefault(name, self.facts.now)
+        for robot, settings in self.facts.cell.robots.items():
+            feedback = self.facts.feedback.get(robot)
+            if f"gateway/{settings.gateway}" == name and feedback is not None and feedback.enabled:
+                self.broken(name, f"it confirms emergency stop {state.estop_confirmed}, and {robot} is on")
+
+    def look(self, sample: Sample) -> None:
+        gateway = self.facts.gateway_of(sample.robot)
+        if sample.moving and sample.at - self._since.get(gateway, inf) > SAMPLE_S:
+            self.broken(sample.robot, "it moves, and its gateway has confirmed an emergency stop", sample.at)
+
+
+class LateCyclesStop(Invariant):
+    """A gateway that stood still for longer than its cycle may be late stops the robots that it drove."""
+
+    name = "a cycle that is far too late stops"
+    _WITHIN_S = 0.1
+    _MORE_S = 0.01
+
+    def __init__(self, facts: Facts) -> None:
+        super().__init__(facts)
+        self._frozen: dict[str, tuple[float, set[str]]] = {}
+        self._stop_by: dict[str, float] = {}
+        """Robots that have to be stopped, and until when."""
+
+    @property
+    def published(self) -> Handlers:
+        return {DriveFeedback: self._feedback}
+
+    def lived(self, name: str, what: str) -> None:
+        gateway = self.facts.world.bundle.gateways.get(name.partition("/")[2])
+        if not name.startswith("gateway/") or gateway is None:
+            return
+        if what == "frozen":
+            on = {r for r in gateway.robots if (f := self.facts.feedback.get(r)) is not None and f.enabled}
+            self._frozen.setdefault(name, (self.facts.now, on))
+            return
+        since, on = self._frozen.pop(name, (inf, set()))
+        for robot in gateway.robots:
+            self._stop_by.pop(robot, None)
+        late_s = self.facts.now - since - gateway.cycle_s
+        if what == "thawed" and late_s > gateway.overrun_limit_s + self._MORE_S:
+            self._stop_by |= dict.fromkeys(on, self.facts.now + self._WITHIN_S)
+
+    def _feedback(self, name: str, feedback: DriveFeedback) -> None:
+        stop_by = self._stop_by.get(feedback.robot, inf)
+        if not feedback.enabled:
+            self._stop_by.pop(feedback.robot, None)
+        elif self.facts.now > stop_by:
+            self.broken(name, f"{feedback.robot} is driven on after a cycle that came far too late")
 
 
 class MovesByOrder(Invariant):

@@ -1,6 +1,6 @@
 """Numbers that only ever grow."""
 
-from cell.messages import DriveFeedback, GatewayState, ManagerState, Presence, RobotState, Token
+from cell.messages import DriveFeedback, Event, GatewayState, ManagerState, Presence, RobotState, Token
 from tests.sim.judge.facts import Facts
 from tests.sim.judge.invariant import Handlers, Invariant
 
@@ -77,8 +77,31 @@ class EchoesGrow(Invariant):
             self._echo(name, state.boot, robot, heard.boot, heard.sequence)
 
     def _echo(self, name: str, boot: str, other: str, other_boot: str, sequence: int) -> None:
-        echo = self.facts.order[other_boot], sequence
+        echo = self.facts.rank(other_boot), sequence
         before = self._newest.get((boot, other), echo)
         self._newest[boot, other] = echo
         if echo < before:
             self.broken(name, f"it repeats {sequence} of {other_boot} after it repeated a newer one")
+
+
+class JournalIsMended(Invariant):
+    """A manager says that its journal is written again only after it has said that it cannot be written."""
+
+    name = "a journal that is mended was broken"
+
+    def __init__(self, facts: Facts) -> None:
+        super().__init__(facts)
+        self._failing = ""
+        """The boot of the manager that has said so last."""
+
+    @property
+    def published(self) -> Handlers:
+        return {Event: self._event}
+
+    def _event(self, name: str, event: Event) -> None:
+        if event.code == "journal_failed":
+            self._failing = event.boot
+        elif event.code == "journal_written":
+            if self._failing != event.boot:
+                self.broken(name, f"{event.text}; it has not said that something was missing")
+            self._failing = ""

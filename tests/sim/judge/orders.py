@@ -15,6 +15,7 @@ from cell.messages import (
     Event,
     Jog,
     ManagerState,
+    Release,
     Reply,
     ResetEstop,
     ResetRobot,
@@ -23,6 +24,7 @@ from cell.messages import (
     SetEstop,
     SetManual,
     SetOverride,
+    SetpointBlock,
     Step,
     SwitchOutput,
 )
@@ -120,27 +122,46 @@ class StopsAreKept(Invariant):
 
 
 class OneOwner(Invariant):
-    """A robot's drives have one owner at a time; numbers of claims grow, and change hands at rest."""
+    """A robot's drives have one owner at a time; numbers of claims grow, and change hands at rest, when the owner has
+    released the robot or was silent for long."""
 
     name = "one owner"
+    _SILENT = 0.8
+    """Share of the time of silence after which a claim ends."""
 
     def __init__(self, facts: Facts) -> None:
         super().__init__(facts)
         self._claims: dict[tuple[str, str], Claim] = {}
         self._boots: dict[tuple[str, int], str] = {}
         self._largest: dict[str, int] = {}
+        self._heard: dict[str, tuple[int, float]] = {}
+        """Whose block a robot's gateway was told last, and when; not once that owner has released the robot."""
+        self._owners: dict[str, tuple[str, int]] = {}
+        """By the newest feedback, with the gateway's boot."""
 
     @property
     def delivered(self) -> Handlers:
-        return {Request: self._call}
+        return {Request: self._call, SetpointBlock: self._block}
 
     @property
     def published(self) -> Handlers:
         return {Reply: self._reply, DriveFeedback: self._feedback}
 
+    def lived(self, name: str, what: str) -> None:
+        if what in ("started", "frozen"):
+            for robot in self.facts.robots:
+                if self.facts.gateway_of(robot) == name:
+                    self._heard.pop(robot, None)
+
+    def _block(self, _: str, block: SetpointBlock) -> None:
+        self._heard[block.robot] = block.owner, self.facts.now
+
     def _call(self, name: str, request: Request) -> None:
-        if isinstance(request.call, Call) and isinstance(request.call.command, Claim):
-            self._claims[name, request.call.id] = request.call.command
+        command = request.call.command if isinstance(request.call, Call) else None
+        if isinstance(command, Claim):
+            self._claims[name, request.call.id] = command
+        if isinstance(command, Release):
+            self._heard.pop(command.robot, None)
 
     def _reply(self, name: str, reply: Reply) -> None:
         claim = self._claims.get((name, reply.id))
@@ -154,16 +175,25 @@ class OneOwner(Invariant):
             self.broken(name, f"{robot}: owner {owner} after {self._largest[robot]}")
         if owner > self._largest.get(robot, 0) and self.facts.moving(robot):
             self.broken(name, f"{robot} changes hands while it moves")
+        heard, at = self._heard.get(robot, (0, -inf))
+        silent_s, owned = self.facts.now - at, self._owners.get(robot) == (self.facts.told[name].boot, heard)
+        long_s = self._SILENT * self.facts.cell.times.owner_silent_s
+        if owned and 0 < heard < owner and silent_s < long_s:
+            self.broken(name, f"{robot} changes hands, and its owner was heard {silent_s:.3f} s ago")
         self._largest[robot] = max(owner, self._largest.get(robot, 0))
 
     def _feedback(self, name: str, feedback: DriveFeedback) -> None:
         if feedback.owner and feedback.owner < self._largest.get(feedback.robot, 0):
             self.broken(name, f"{feedback.robot} is owned by {feedback.owner}, after {self._largest[feedback.robot]}")
+        boot, before = self._owners.get(feedback.robot, (feedback.boot, 0))
+        self._owners[feedback.robot] = feedback.boot, feedback.owner
+        if boot == feedback.boot and before not in (0, feedback.owner) and self.facts.moving(feedback.robot):
+            self.broken(name, f"the claim of owner {before} ends, and {feedback.robot} moves")
 
 
 class OutputsByOrder(Invariant):
-    """An output is switched on only by an event of a block that is played, or by an operator; a stop switches off what
-    is not to be kept."""
+    """An output is switched on only by an event of a block that is played, once, or by an operator; a stop switches off
+    what is not to be kept."""
 
     name = "outputs are switched by order"
     _RECENT_S = 2.0
@@ -172,6 +202,8 @@ class OutputsByOrder(Invariant):
     def __init__(self, facts: Facts) -> None:
         super().__init__(facts)
         self._outputs: dict[str, int] = {}
+        self._played: dict[str, tuple[str, int, int]] = {}
+        """Boot and owner of the newest feedback, and the event that it names."""
         self._by_hand: dict[str, float] = {}
         self._stopped_since: dict[str, float] = {}
 
@@ -196,6 +228,10 @@ class OutputsByOrder(Invariant):
         rising = feedback.outputs & ~before
         if rising and by_hand > self._RECENT_S and not self._ordered(feedback, rising):
             self.broken(name, f"an output of {robot} came on, and nobody has ordered it")
+        played = feedback.boot, feedback.owner, feedback.event
+        if rising and by_hand > self._RECENT_S and played == self._played.get(robot):
+            self.broken(name, f"an output of {robot} came on by an event up to {feedback.event}, which was executed")
+        self._played[robot] = played
         if feedback.enabled:
             self._stopped_since.pop(robot, None)
             return

@@ -1,5 +1,6 @@
 """What processes say of themselves and of others, against what is the case."""
 
+from cell.config.settings import OnManagerReturn
 from cell.core import Request
 from cell.messages import (
     Call,
@@ -73,6 +74,33 @@ class ModesHaveCauses(Invariant):
         causes = _CAUSES.get(state.mode, ())
         if causes and (before, state.mode) not in _FROM_ITSELF and not calls & set(causes):
             self.broken(state.robot, f"it went {way}, and no operator asked for that")
+
+
+class OperatorDecides(Invariant):
+    """In a cell in which an operator decides after a silence of the manager, a robot that does not hear the manager is
+    halted."""
+
+    name = "halted where an operator decides"
+    _WITHIN_S = 0.1
+
+    def __init__(self, facts: Facts) -> None:
+        super().__init__(facts)
+        self._since: dict[str, float] = {}
+
+    @property
+    def published(self) -> Handlers:
+        return {RobotState: self._state}
+
+    def _state(self, name: str, state: RobotState) -> None:
+        facts, robot = self.facts, state.robot
+        decides = facts.cell.on_manager_return is OnManagerReturn.OPERATOR
+        heard = facts.now - facts.told[name].feedback_at < 0.06
+        if not decides or not heard or facts.manager_fresh(robot) or state.mode not in (Mode.RUNNING, Mode.RETURNING):
+            self._since.pop(robot, None)
+            return
+        silent_s = facts.now - self._since.setdefault(robot, facts.now)
+        if silent_s > self._WITHIN_S:
+            self.broken(robot, f"it is {state.mode.value}, and has not heard the manager for {silent_s:.2f} s")
 
 
 class ModeIsTheCase(Invariant):

@@ -1,0 +1,244 @@
+"""Messages that nobody of the cell has sent, each of which its addressee has one reason to refuse or to act upon."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from typing import ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cell.config.settings import CellSettings
+from cell.messages import (
+    Body,
+    Claim,
+    DriveFeedback,
+    Halt,
+    ManagerState,
+    Mode,
+    OutputEvent,
+    Presence,
+    SetpointBlock,
+    SwitchOutput,
+    ZoneState,
+)
+from tests.sim.item import Item, Stage
+from tests.sim.judge.facts import STRANGER, Shown, rest_row
+
+WRONG_DIGEST = "0" * 64
+GUEST = "guest"
+_LOOK_S = 0.03
+_WAITS_S = 8.0
+"""For the moment that it needs."""
+_ROWS, _ASIDE, _GAP, _LEAD_S = 40, 0.01, 1e-4, 0.08
+"""Samples, the way of the first axis and the gap in front of it [rad or m], how far ahead a block begins."""
+_ROUNDS, _ROUND_S = 5, 0.23
+_CALM_S = 0.5
+"""No claim that is asked for now ends before that is answered."""
+_AHEAD = 3
+"""So many sequences a false presence is ahead of the true ones."""
+_AGAIN_S = 0.25
+_STAYS_S, _LEAVES_S, _SAYS_S = 1.5, 6.0, 0.1
+_FAR_M = 100.0
+
+
+@dataclass(frozen=True, slots=True)
+class Strays(Item):
+    """Whenever the robot stands, somebody else sends blocks that would move it, each with another reason for its
+    gateway to refuse it."""
+
+    kind: ClassVar[str] = "stray blocks"
+    robot: str
+
+    def strike(self, stage: Stage) -> float:
+        self._send(stage, stage.facts.now + _WAITS_S, _ROUNDS)
+        return 0.0
+
+    def _send(self, stage: Stage, until: float, rounds: int) -> None:
+        feedback, newest = stage.facts.feedback.get(self.robot), stage.facts.newest_block.get(self.robot)
+        stands = feedback is not None and feedback.enabled and newest is not None and rest_row(newest.message) == 0
+        if stands and feedback is not None and feedback.block > 0:
+            for block in _strays(feedback, stage.world.cycle_s(self.robot)):
+                stage.world.publish(block, STRANGER)
+            rounds -= 1
+        if rounds > 0 and stage.facts.now < until:
+            stage.world.clock.after(_ROUND_S if stands else _LOOK_S, self._send, stage, until, rounds)
+
+
+def _strays(feedback: DriveFeedback, cycle_s: float) -> Iterator[SetpointBlock]:
+    share = np.linspace(0.0, 1.0, _ROWS)[:, None]
+    aside = np.zeros(len(feedback.commanded))
+    aside[0] = _ASIDE
+    smooth = feedback.commanded + aside * (share - np.sin(2.0 * np.pi * share) / (2.0 * np.pi))
+    lead = max(4, round(_LEAD_S / cycle_s))
+    good = SetpointBlock(
+        feedback.robot, feedback.owner, feedback.block + 20, feedback.block, feedback.tick + lead, cycle_s,
+        _ROWS // 2, smooth, _velocity(smooth, cycle_s),
+    )  # fmt: skip
+    yield replace(good, owner=good.owner - 1)
+    yield replace(good, sequence=max(1, feedback.block - 2))
+    yield replace(good, first_tick=feedback.tick - lead)
+    beside = smooth.copy()
+    beside[:, 0] += _GAP
+    yield replace(good, position=beside)
+    # Ever faster, but so slowly that it is fast nowhere: only its end is wrong.
+    endless = feedback.commanded + 0.1 * aside * share**2
+    velocity = np.gradient(endless, cycle_s, axis=0)
+    velocity[0] = 0.0
+    yield replace(good, position=endless, velocity=velocity)
+
+
+def _velocity(position: NDArray[np.float64], cycle_s: float) -> NDArray[np.float64]:
+    velocity = np.gradient(position, cycle_s, axis=0)
+    velocity[[0, -1]] = 0.0
+    return velocity
+
+
+@dataclass(frozen=True, slots=True)
+class SaidAgain(Item):
+    """A robot is halted and its output switched off by hand; then a block says an event again that was executed."""
+
+    kind: ClassVar[str] = "event said again"
+    by: str
+    robot: str
+
+    def strike(self, stage: Stage) -> float:
+        stage.staff.leave_alone(self.robot, _WAITS_S / 2.0)
+        stage.world.operate(f"robot/{self.robot}", Halt(), self.by)
+        self._look(stage, stage.facts.now + _WAITS_S / 2.0 - 3.0 * _AGAIN_S)
+        return 0.0
+
+    def _look(self, stage: Stage, until: float) -> None:
+        event = self._executed(stage)
+        if event is not None:
+            gateway, output = stage.facts.gateway_of(self.robot), "gripper"
+            stage.world.operate(gateway, SwitchOutput(self.robot, output, False, self.by), self.by)
+            for again in range(1, 3):
+                stage.world.clock.after(again * _AGAIN_S, self._say, stage, event)
+        elif stage.facts.now < until:
+            stage.world.clock.after(_LOOK_S, self._look, stage, until)
+
+    def _executed(self, stage: Stage) -> OutputEvent | None:
+        """An event that has switched something on, of a robot that stands halted."""
+        facts = stage.facts
+        feedback, state, newest = (
+            known.get(self.robot) for known in (facts.feedback, facts.states, facts.newest_block)
+        )
+        if not isinstance(feedback, DriveFeedback) or not feedback.enabled or state is None or newest is None:
+            return None
+        if state.mode not in (Mode.HALTED, Mode.READY) or rest_row(newest.message) > 0:  # type: ignore[attr-defined]
+            return None
+        blocks = [sent.message for (owner, _), sent in facts.blocks[self.robot].items() if owner == feedback.owner]
+        said = [each for block in blocks for each in block.events if each.value and each.number <= feedback.event]
+        return said[-1] if said else None
+
+    def _say(self, stage: Stage, event: OutputEvent) -> None:
+        facts = stage.facts
+        feedback, newest = facts.feedback[self.robot], facts.newest_block[self.robot].message
+        if not feedback.enabled or newest.owner != feedback.owner or rest_row(newest) > 0 or newest.program:
+            return
+        tick = feedback.tick + max(4, round(_LEAD_S / newest.dt_s))
+        again = replace(event, tick=tick)
+        nominal = max(1, newest.nominal)
+        block = replace(newest, sequence=newest.sequence + 1, first_tick=tick, nominal=nominal, events=(again,))
+        stage.world.publish(block, f"double of {self.robot}")
+
+
+@dataclass(frozen=True, slots=True)
+class FalsePresence(Item):
+    """Of a robot that stands and holds nothing come presences as of one that must not get a zone: it has another
+    configuration, or it does not know where it is. They ask for a zone that is free."""
+
+    kind: ClassVar[str] = "false presence"
+    robot: str
+
+    def strike(self, stage: Stage) -> float:
+        self._send(stage, stage.facts.now + 2.0 * _WAITS_S, 2 * _ROUNDS)
+        return 0.0
+
+    def _send(self, stage: Stage, until: float, rounds: int) -> None:
+        facts = stage.facts
+        shown, zone = facts.shown.get(self.robot), self._free(facts.cell, facts.manager)
+        stands = shown is not None and facts.now - shown.still_since > 0.1 and not shown.message.holds
+        if stands and shown is not None and zone:
+            true = shown.message
+            asks = replace(true, sequence=true.sequence + _AHEAD, wants={zone: 0.0}, standing=False)
+            lost = replace(asks, body=Body(False, true.body.base, 1e-3))
+            false = replace(asks, digest=WRONG_DIGEST) if rounds % 2 else lost
+            stage.world.publish(false, STRANGER)
+            rounds -= 1
+        if rounds > 0 and facts.now < until:
+            stage.world.clock.after(_ROUND_S if stands and zone else _LOOK_S, self._send, stage, until, rounds)
+
+    def _free(self, cell: CellSettings, manager: ManagerState | None) -> str:
+        """A zone that this robot would get if it asked for it."""
+        zones = {} if manager is None or manager.estops else manager.zones
+        free = {zone for zone, known in zones.items() if known.state is ZoneState.FREE and not known.reason}
+        good = (zone for zone in sorted(free) if not zones[zone].queue and self.robot in cell.zones[zone].robots)
+        return next(good, "")
+
+
+@dataclass(frozen=True, slots=True)
+class Guest(Item):
+    """A robot that is not in the cell file says for a while that it is where another stands inside its zone, and then
+    that it is far away."""
+
+    kind: ClassVar[str] = "guest"
+
+    def strike(self, stage: Stage) -> float:
+        self._look(stage, stage.facts.now + _WAITS_S)
+        return _STAYS_S + 0.5
+
+    def _look(self, stage: Stage, until: float) -> None:
+        facts = stage.facts
+        holder = next((robot for robot in facts.robots if self._holds(stage, robot)), "")
+        if holder:
+            shown = facts.shown[holder]
+            boot = f"{GUEST}-{facts.now:.3f}"
+            body = shown.message.body
+            away = replace(body, poses=tuple(((_FAR_M,) * 6,) * len(pose) for pose in body.poses))
+            presence = replace(
+                shown.message, robot=GUEST, boot=boot, owner=int(1000 * facts.now), digest=WRONG_DIGEST, holds={},
+                wants={}, stop_time_s=0.1, estop_acknowledged=None,
+            )  # fmt: skip
+            self._say(stage, presence, replace(presence, body=away), facts.now, 1)
+        elif facts.now < until:
+            stage.world.clock.after(_LOOK_S, self._look, stage, until)
+
+    def _holds(self, stage: Stage, robot: str) -> bool:
+        manager, shown = stage.facts.manager, stage.facts.shown.get(robot)
+        if manager is None or shown is None or not shown.message.body.known:
+            return False
+        zones = stage.facts.inside_now(robot)
+        return any(manager.zones[z].holder == robot and self._touches(stage, shown, z) for z in zones)
+
+    def _touches(self, stage: Stage, shown: Shown, zone: str) -> bool:
+        return shown.touches(zone, stage.facts.boxes[zone])
+
+    def _say(self, stage: Stage, here: Presence, away: Presence, since: float, sequence: int) -> None:
+        past_s = stage.facts.now - since
+        heard = stage.world.operator(STRANGER).heard("manager")
+        stage.world.publish(replace(here if past_s < _STAYS_S else away, sequence=sequence, heard=heard), STRANGER)
+        if past_s < _STAYS_S + _LEAVES_S:
+            stage.world.clock.after(_SAYS_S, self._say, stage, here, away, since, sequence + 1)
+
+
+@dataclass(frozen=True, slots=True)
+class SecondAgent(Item):
+    """Somebody else claims a robot whose agent lives."""
+
+    kind: ClassVar[str] = "second agent"
+    robot: str
+
+    def strike(self, stage: Stage) -> float:
+        self._claim(stage, stage.facts.now + _WAITS_S, _ROUNDS)
+        return 0.0
+
+    def _claim(self, stage: Stage, until: float, rounds: int) -> None:
+        facts, world, gateway = stage.facts, stage.world, stage.facts.gateway_of(self.robot)
+        feedback, newest = facts.feedback.get(self.robot), facts.newest_block.get(self.robot)
+        lives = facts.calm(_CALM_S) and newest is not None and facts.now - newest.at < _LOOK_S
+        if lives and facts.cell.times.owner_silent_s >= _CALM_S and feedback is not None and feedback.owner > 0:
+            world.operate(gateway, Claim(self.robot, "second agent", facts.cell.digest), STRANGER)
+            rounds -= 1
+        if rounds > 0 and facts.now < until:
+            world.clock.after(_ROUND_S, self._claim, stage, until, rounds)
