@@ -27,10 +27,10 @@ DRAWN: tuple[Mutant, ...] = (
     ),
     Mutant(
         "drawn-03",
-        "drop a condition, drive_gateway/gateway/setup_turn.py line 166",
+        "drop a condition, drive_gateway/gateway/orders/setup_turn.py line 166",
         (
             Edit(
-                "drive_gateway/gateway/setup_turn.py",
+                "drive_gateway/gateway/orders/setup_turn.py",
                 "        if state is None or state.setup is None or state.setup.robot != name:\n",
                 "        if state.setup is None or state.setup.robot != name:\n",
             ),
@@ -71,10 +71,10 @@ DRAWN: tuple[Mutant, ...] = (
     ),
     Mutant(
         "drawn-07",
-        "skip a call, drive_gateway/gateway/calls.py line 152",
+        "skip a call, drive_gateway/gateway/orders/calls.py line 152",
         (
             Edit(
-                "drive_gateway/gateway/calls.py",
+                "drive_gateway/gateway/orders/calls.py",
                 "                    self._command(robot, command, call)\n",
                 "                    pass\n",
             ),
@@ -115,10 +115,10 @@ DRAWN: tuple[Mutant, ...] = (
     ),
     Mutant(
         "drawn-11",
-        "swap two lines, drive_gateway/gateway/outputs.py line 30",
+        "swap two lines, drive_gateway/gateway/playout/outputs.py line 30",
         (
             Edit(
-                "drive_gateway/gateway/outputs.py",
+                "drive_gateway/gateway/playout/outputs.py",
                 "        self._places = tuple((output.axis, output.bit) for output in outputs)\n        self._leads = tuple(round(output.lead_s / cycle_s) for output in outputs)\n",
                 "        self._leads = tuple(round(output.lead_s / cycle_s) for output in outputs)\n        self._places = tuple((output.axis, output.bit) for output in outputs)\n",
             ),
@@ -159,10 +159,10 @@ DRAWN: tuple[Mutant, ...] = (
     ),
     Mutant(
         "drawn-15",
-        "turn a comparison, drive_gateway/gateway/rest.py line 40",
+        "turn a comparison, drive_gateway/gateway/drives/rest.py line 40",
         (
             Edit(
-                "drive_gateway/gateway/rest.py",
+                "drive_gateway/gateway/drives/rest.py",
                 "        if self._silent_since is not None:\n",
                 "        if self._silent_since is None:\n",
             ),
@@ -203,10 +203,10 @@ DRAWN: tuple[Mutant, ...] = (
     ),
     Mutant(
         "drawn-19",
-        "drop a condition, drive_gateway/gateway/bring_up.py line 188",
+        "drop a condition, drive_gateway/gateway/nodes/bring_up.py line 188",
         (
             Edit(
-                "drive_gateway/gateway/bring_up.py",
+                "drive_gateway/gateway/nodes/bring_up.py",
                 "        if step.shown is not None and not _equal(outcome.data, step.shown):\n",
                 "        if step.shown is not None:\n",
             ),

@@ -103,7 +103,7 @@ FINDINGS = (
         "a gateway plays the blocks of an agent that was replaced",
         (
             Edit(
-                "drive_gateway/gateway/playout.py",
+                "drive_gateway/gateway/playout/playout.py",
                 "        return self.owner != 0 and block.owner == self.owner",
                 "        return True",
             ),

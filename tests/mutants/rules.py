@@ -3,9 +3,9 @@
 from tests.mutants.findings import CLAIMS, CORE, ZONES
 from tests.mutants.mutant import Edit, Mutant
 
-PLAYOUT = "drive_gateway/gateway/playout.py"
-JOINING = "drive_gateway/gateway/joining.py"
-GROUP = "drive_gateway/gateway/group.py"
+PLAYOUT = "drive_gateway/gateway/playout/playout.py"
+JOINING = "drive_gateway/gateway/playout/joining.py"
+GROUP = "drive_gateway/gateway/robots/group.py"
 
 RULES = (
     # 4.1: the rule that is lease, heartbeat and fence in one
@@ -150,7 +150,7 @@ RULES = (
         "a digital output switches again each time a block repeats its event",
         (
             Edit(
-                "drive_gateway/gateway/outputs.py",
+                "drive_gateway/gateway/playout/outputs.py",
                 "over = event.number <= self.played or event.number in self._early",
                 "over = False",
             ),
@@ -159,7 +159,7 @@ RULES = (
     Mutant(
         "output-stays-on",
         "an output that goes off at a stop stays on",
-        (Edit("drive_gateway/gateway/outputs.py", "            self.on &= self._kept\n", ""),),
+        (Edit("drive_gateway/gateway/playout/outputs.py", "            self.on &= self._kept\n", ""),),
     ),
     Mutant(
         "output-after-stop",
@@ -188,7 +188,7 @@ RULES = (
         "a second agent gets a robot that has an owner",
         (
             Edit(
-                "drive_gateway/gateway/claims.py",
+                "drive_gateway/gateway/robots/claims.py",
                 "        if self.owner:\n            silent_s",
                 "        if False:\n            silent_s",
             ),
@@ -199,7 +199,9 @@ RULES = (
         "the claim of a silent owner ends while its robot moves",
         (
             Edit(
-                "drive_gateway/gateway/claims.py", "if not self.owner or not at_rest or now", "if not self.owner or now"
+                "drive_gateway/gateway/robots/claims.py",
+                "if not self.owner or not at_rest or now",
+                "if not self.owner or now",
             ),
         ),
     ),
@@ -251,19 +253,25 @@ RULES = (
     Mutant(
         "silent-claims-for-ever",
         "the claim of an agent that is gone never ends",
-        (Edit("drive_gateway/gateway/claims.py", "        self.end()\n        return True", "        return False"),),
+        (
+            Edit(
+                "drive_gateway/gateway/robots/claims.py",
+                "        self.end()\n        return True",
+                "        return False",
+            ),
+        ),
     ),
     Mutant(
         "emcy-ignored",
         "an emergency message of a drive stops nothing",
         (
             Edit(
-                "drive_gateway/gateway/node.py",
+                "drive_gateway/gateway/nodes/node.py",
                 "            self._troubles.append(Trouble(EMERGENCY, text, emergency.remedy, self.id, emergency.code))",
                 "            _ = text",
             ),
             Edit(
-                "drive_gateway/gateway/watch.py",
+                "drive_gateway/gateway/watch/watch.py",
                 "            if node.status in _FAULT and not self._in_fault:",
                 "            if False:",
             ),
@@ -274,12 +282,12 @@ RULES = (
         "a node that sends nothing any more is not missed",
         (
             Edit(
-                "drive_gateway/gateway/node.py",
+                "drive_gateway/gateway/nodes/node.py",
                 "        if longest_s > self._settings.tpdo_timeout_s:",
                 "        if False:",
             ),
             Edit(
-                "drive_gateway/gateway/node.py",
+                "drive_gateway/gateway/nodes/node.py",
                 "        if silent_s > self._settings.heartbeat_timeout_s:",
                 "        if False:",
             ),
@@ -288,7 +296,7 @@ RULES = (
     Mutant(
         "following-error-ignored",
         "an axis that does not follow is not stopped by the gateway",
-        (Edit("drive_gateway/gateway/watch.py", "        if found is not None:", "        if False:"),),
+        (Edit("drive_gateway/gateway/watch/watch.py", "        if found is not None:", "        if False:"),),
     ),
     Mutant(
         "jog-key-never-lost",

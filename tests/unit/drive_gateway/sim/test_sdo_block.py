@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from drive_gateway.canopen.sdo import ABORT_CODES
-from drive_gateway.gateway.sdo_transfer import read_object, write_object
+from drive_gateway.gateway.bus.sdo_transfer import read_object, write_object
 from drive_gateway.sim.abort import Abort
 from drive_gateway.sim.dictionary import LONGEST_DOMAIN, STORE_EDS, key_of, load_dictionary
 from drive_gateway.sim.objects import Objects
