@@ -21,7 +21,7 @@ from drive_gateway.sim.axis.dc_bus import DcBus
 from drive_gateway.sim.axis.full_servo import FullServo
 from drive_gateway.sim.axis.robot_load import RobotLoad, RobotTorques, Shaft
 from drive_gateway.sim.bus import SimulatedBus
-from drive_gateway.sim.node import SimulatedNode
+from drive_gateway.sim.nodes.node import SimulatedNode
 from drive_gateway.sim.pace import REMEDY, Pace
 
 _log = logging.getLogger(__name__)
