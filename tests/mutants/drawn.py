@@ -16,10 +16,10 @@ DRAWN: tuple[Mutant, ...] = (
     ),
     Mutant(
         "drawn-02",
-        "drop a condition, robot_agent/agent/interruption.py line 132",
+        "drop a condition, robot_agent/agent/program/interruption.py line 132",
         (
             Edit(
-                "robot_agent/agent/interruption.py",
+                "robot_agent/agent/program/interruption.py",
                 "        if self._wanted is None or self._wanted[1] is not None or self._place is None or zones is None:\n",
                 "        if self._wanted is None or self._place is None or zones is None:\n",
             ),
@@ -60,10 +60,10 @@ DRAWN: tuple[Mutant, ...] = (
     ),
     Mutant(
         "drawn-06",
-        "skip a call, robot_agent/agent/zone_claims.py line 128",
+        "skip a call, robot_agent/agent/zones/zone_claims.py line 128",
         (
             Edit(
-                "robot_agent/agent/zone_claims.py",
+                "robot_agent/agent/zones/zone_claims.py",
                 "        self._touched.append((body, touched))\n",
                 "        pass\n",
             ),
@@ -104,10 +104,10 @@ DRAWN: tuple[Mutant, ...] = (
     ),
     Mutant(
         "drawn-10",
-        "swap two lines, robot_agent/agent/stillness.py line 79",
+        "swap two lines, robot_agent/agent/step/stillness.py line 79",
         (
             Edit(
-                "robot_agent/agent/stillness.py",
+                "robot_agent/agent/step/stillness.py",
                 '        if not blocking:\n            return Reason("")\n        zone, hold = min(blocking, key=lambda held: held[1].tau)\n',
                 '        zone, hold = min(blocking, key=lambda held: held[1].tau)\n        if not blocking:\n            return Reason("")\n',
             ),
@@ -148,10 +148,10 @@ DRAWN: tuple[Mutant, ...] = (
     ),
     Mutant(
         "drawn-14",
-        "turn a comparison, robot_agent/agent/zone_claims.py line 153",
+        "turn a comparison, robot_agent/agent/zones/zone_claims.py line 153",
         (
             Edit(
-                "robot_agent/agent/zone_claims.py",
+                "robot_agent/agent/zones/zone_claims.py",
                 "            elif name not in inside and (token is None or name not in needed):\n",
                 "            elif name not in inside and (token is not None or name not in needed):\n",
             ),

@@ -233,7 +233,7 @@ RULES = (
         "a robot keeps its rate although the manager is silent",
         (
             Edit(
-                "robot_agent/agent/wishes.py",
+                "robot_agent/agent/step/wishes.py",
                 '        requests = list(self._pace.requests)\n        if not self._zones.fresh(now):\n            requests.append(RateRequest(0.0, "the manager is silent"))\n        if mode is not Mode.RUNNING:',
                 "        requests = list(self._pace.requests)\n        if mode is not Mode.RUNNING:",
             ),
@@ -244,7 +244,7 @@ RULES = (
         "a robot goes on when the manager is back although the cell leaves that to an operator",
         (
             Edit(
-                "robot_agent/agent/progress.py",
+                "robot_agent/agent/step/progress.py",
                 "        elif not self._zones.fresh(now) and self._on_manager_return is OnManagerReturn.OPERATOR:",
                 "        elif False:",
             ),
@@ -303,7 +303,7 @@ RULES = (
         "a jog goes on although its key is not heard any more",
         (
             Edit(
-                "robot_agent/agent/jogging.py",
+                "robot_agent/agent/operator/jogging.py",
                 "        elif now - self._alive_at >= HELD_S:",
                 "        elif False:",
             ),
@@ -336,7 +336,7 @@ RULES = (
     Mutant(
         "old-order-carried-out",
         "an operator's order is carried out however old it is",
-        (Edit("robot_agent/agent/operator.py", "        if age_s > self._command_s:", "        if False:"),),
+        (Edit("robot_agent/agent/operator/operator.py", "        if age_s > self._command_s:", "        if False:"),),
     ),
     Mutant(
         "estop-confirmed-in-motion",
@@ -365,7 +365,7 @@ RULES = (
         "`halt` is answered, and the robot goes on",
         (
             Edit(
-                "robot_agent/agent/wishes.py",
+                "robot_agent/agent/step/wishes.py",
                 "        if mode is not Mode.RUNNING:\n            requests.append",
                 "        if mode is Mode.JOGGING:\n            requests.append",
             ),

@@ -27,7 +27,7 @@ SHELLS = {
     "cell/manager/event_store.py": "the file of events",
     "cell/manager/event_recorder.py": "the thread that stores events",
     "robot_agent/agent/shell.py": "the agent's process",
-    "robot_agent/agent/worker.py": "the planning process",
+    "robot_agent/agent/planning/worker.py": "the planning process",
     "drive_gateway/gateway/shell.py": "the gateway's process",
     "drive_gateway/gateway/bus/opening.py": "python-can",
     "drive_gateway/gateway/bus/own_frames.py": "a filter on python-can's socket",
