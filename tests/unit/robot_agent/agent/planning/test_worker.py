@@ -32,7 +32,7 @@ class Fake(Planner):
         if order == DIE:
             os.kill(os.getpid(), signal.SIGKILL)
         if order == HANG:
-            time.sleep(3600.0)
+            signal.pause()
         if order == RAISE:
             raise ArithmeticError("planned to fail")
         text = "x" * LARGE if order == ANSWER_MUCH else str(os.getpid())
