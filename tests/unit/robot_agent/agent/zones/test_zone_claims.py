@@ -2,6 +2,7 @@
 
 from cell.messages import Body, Heard, ManagerState, Token, ZoneGeometry, ZoneState, ZoneStatus
 from robot_agent.agent.zones.zone_claims import ZoneClaims
+from tests.unit.plain_body import plain_body
 
 TOKEN = Token(5, 1)
 BOX = ZoneGeometry("middle", 7, (1.0, 1.0, 1.0), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0), ("left",))
@@ -9,7 +10,7 @@ BOX = ZoneGeometry("middle", 7, (1.0, 1.0, 1.0), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0
 
 def body(x: float) -> Body:
     """One capsule at a place on X."""
-    return Body(True, (0.0, 0.0, 0.0), 2.0, (0.1,), (((x, 0.0, 0.0, x, 0.0, 0.1),),), (0.0,))
+    return plain_body((0.1,), (((x, 0.0, 0.0, x, 0.0, 0.1),),), (0.0,), reach_m=2.0)
 
 
 def granted(sequence: int, heard: int) -> ManagerState:
