@@ -112,7 +112,7 @@ class Executive:
 
     def rest_s(self, tick: int, candidate: SentBlock | None) -> float:
         """From a tick until all that was sent, and a candidate, is at rest [s]; 0.0 when nothing of it moves."""
-        if all(span.stands for span in self.timeline.spans(tick, candidate)):
+        if self.timeline.stands(tick, candidate):
             return 0.0
         played_out = self.timeline.played_out_tick
         last = played_out if candidate is None else max(played_out, candidate.rest_tick)

@@ -95,8 +95,6 @@ class Timeline:
     def __init__(self, standing: SentBlock) -> None:
         self._accepted: deque[SentBlock] = deque([standing])
         self._open: deque[SentBlock] = deque()
-        self._spans: dict[tuple[int, SentBlock | None], list[Span]] = {}
-        """Of the present blocks, by what was asked for: the same is asked for several times a step."""
 
     @property
     def newest(self) -> SentBlock:
@@ -139,19 +137,16 @@ class Timeline:
         lowest, highest = self.reach()
         if lowest - longer.cut_s < longer.first_tau or highest - longer.cut_s > longer.splice_s:
             return False
-        self._spans.clear()
         self._accepted = deque(_on(longer, block) if block.path is old else block for block in self._accepted)
         self._open = deque(_on(longer, block) if block.path is old else block for block in self._open)
         return True
 
     def sent(self, block: SentBlock) -> None:
         self._open.append(block)
-        self._spans.clear()
 
     def observe(self, feedback: DriveFeedback) -> bool:
         """Settle the fate of blocks by a feedback; true when a newer block was accepted."""
         before = self.newest.sequence
-        self._spans.clear()
         while self._open and self._open[0].sequence <= feedback.block:
             block = self._open.popleft()
             if block.sequence == feedback.block:
@@ -176,9 +171,6 @@ class Timeline:
 
     def spans(self, from_tick: int, candidate: SentBlock | None = None) -> list[Span]:
         """All motion from a tick to rest: of the accepted blocks, of those that may still be, and of a candidate."""
-        known = self._spans.get((from_tick, candidate))
-        if known is not None:
-            return known
         spans = [_span(self.newest, from_tick, self.newest.rest_tick)]
         until = self.newest.first_tick
         for block in itertools.islice(reversed(self._accepted), 1, None):
@@ -189,8 +181,14 @@ class Timeline:
         spans.reverse()
         undecided = self._open if candidate is None else [*self._open, candidate]
         spans.extend(_span(block, block.first_tick, block.rest_tick) for block in undecided)
-        self._spans[from_tick, candidate] = merged = _merged(spans)
-        return merged
+        return _merged(spans)
+
+    def stands(self, from_tick: int, candidate: SentBlock | None = None) -> bool:
+        """Whether there is no motion in these spans."""
+        newest = self.newest
+        if newest.segment.rest_index > 0 and newest.rest_tick > from_tick:
+            return False
+        return all(span.stands for span in self.spans(from_tick, candidate))
 
 
 def _on(longer: Extended, block: SentBlock) -> SentBlock:
