@@ -31,8 +31,8 @@ from cell.net.codec import encode
 from cell.net.keys import STATE_KINDS
 from drive_gateway.canopen.frame import CanFrame
 from drive_gateway.canopen.nmt import SYNC_FRAME
-from drive_gateway.sim.power_state import DriveState
-from robot_agent.agent.planning import PlanRequest
+from drive_gateway.sim.drives.power_state import DriveState
+from robot_agent.agent.planning.plans import PlanRequest
 from robot_agent.language import JointStep
 from tests.sim.bus import SimPort
 from tests.sim.clock import Clock

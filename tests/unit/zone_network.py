@@ -28,7 +28,7 @@ from cell.messages import (
     ZoneState,
 )
 from cell.net.runner import FREEZE_S
-from robot_agent.agent.zone_claims import ZoneClaims
+from robot_agent.agent.zones.zone_claims import ZoneClaims
 from tests.unit.manager_world import INSIDE, OUTSIDE, ball, settings
 from tests.unit.plain_body import plain_body
 
