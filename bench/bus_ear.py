@@ -10,7 +10,7 @@ import can
 
 from drive_gateway.canopen.cob_id import RPDO1, SYNC
 from drive_gateway.config.settings import BusSettings
-from drive_gateway.gateway.bus import open_bus
+from drive_gateway.gateway.bus.opening import open_bus
 
 KEPT = 16
 """Commands whose moments are remembered."""

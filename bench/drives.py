@@ -13,7 +13,7 @@ from drive_gateway.config import GatewaySettings, load_drives
 from drive_gateway.config.image import image_of
 from drive_gateway.config.simulation import Level
 from drive_gateway.sim.bus import SimulatedBus
-from drive_gateway.sim.power_state import DriveState
+from drive_gateway.sim.drives.power_state import DriveState
 from drive_gateway.sim.shell import simulated_nodes
 
 CELL = Path(__file__).parents[1] / "cell_configs" / "two_arms"

@@ -7,7 +7,7 @@ from typing import Self
 
 from cell.core import Effect
 from cell.net.runner import run_core
-from drive_gateway.gateway.lateness import Lateness
+from drive_gateway.gateway.cycle.lateness import Lateness
 
 NO_FIFO = "import os\ndef _no(*_): raise PermissionError\nos.sched_setscheduler = _no\n"
 """Code that keeps a process from real-time scheduling, as a system does that does not allow it."""

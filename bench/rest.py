@@ -27,9 +27,9 @@ from bench.rest_cell import ADAPTER_GONE, FOLLOWING, PLAIN, READY_S, REST_S, ROB
 from bench.timing import Row
 from cell.messages import AxisStatus, Fault, FaultDrive
 from drive_gateway.canopen.cob_id import ERROR_CONTROL, MASTER_NODE_ID, SDO_FROM_NODE, SDO_TO_NODE
-from drive_gateway.gateway.bus import open_bus
-from drive_gateway.gateway.setup_motion import HOLD_S
-from robot_agent.agent.jogging import HELD_S
+from drive_gateway.gateway.bus.opening import open_bus
+from drive_gateway.gateway.setup.setup_motion import HOLD_S
+from robot_agent.agent.operator.jogging import HELD_S
 
 TRIES = 3
 BEGINS_S = 1.0

@@ -3,10 +3,9 @@
 from typing import Protocol
 
 import numpy as np
+from numpy.typing import NDArray
 
 from cell.geometry.box import Box, any_capsule_touches_box, point_box_distance
-
-CapsuleNumbers = tuple[float, float, float, float, float, float]
 
 
 class OccupiedSpace(Protocol):
@@ -19,11 +18,11 @@ class OccupiedSpace(Protocol):
     @property
     def reach_m(self) -> float: ...
     @property
-    def radii_m(self) -> tuple[float, ...]: ...
+    def radii_m(self) -> NDArray[np.float32]: ...
     @property
-    def poses(self) -> tuple[tuple[CapsuleNumbers, ...], ...]: ...
+    def poses(self) -> NDArray[np.float32]: ...
     @property
-    def growth_m(self) -> tuple[float, ...]: ...
+    def growth_m(self) -> NDArray[np.float32]: ...
 
 
 def body_touches_box(body: OccupiedSpace, box: Box) -> bool:
@@ -31,8 +30,7 @@ def body_touches_box(body: OccupiedSpace, box: Box) -> bool:
 
     A body that is not known, or has no poses, counts as its whole reach: a sphere around its base.
     """
-    if not body.known or not body.poses:
+    if not body.known or len(body.poses) == 0:
         return float(point_box_distance(np.array(body.base), box)) <= body.reach_m
-    points = np.array(body.poses).reshape(len(body.poses), len(body.radii_m), 2, 3)
-    grown = np.array(body.radii_m) + np.array(body.growth_m)[:, None]
-    return any_capsule_touches_box(points, grown, box)
+    grown = body.radii_m + body.growth_m[:, None].astype(float)
+    return any_capsule_touches_box(body.poses.astype(float), grown, box)

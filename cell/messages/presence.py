@@ -3,17 +3,18 @@
 from dataclasses import dataclass, field
 from typing import Annotated
 
-from annotated_types import MaxLen
+import numpy as np
+from numpy.typing import NDArray
 
-from cell.messages.common import Count, Duration, Few, Heard, Length, Metres, Name, Token, Vector
+from cell.messages.common import Count, Duration, Few, Heard, Length, Name, Token, Vector
 
-Capsule = tuple[Metres, Metres, Metres, Metres, Metres, Metres]
-"""End points of a capsule's axis in world: ax, ay, az, bx, by, bz [m]."""
 MOST_CAPSULES = 50
 MOST_POSES = 2000
+Single = NDArray[np.float32]
+"""As it travels."""
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class Body:
     """Everything the robot occupies from the present tick until the newest block is at rest.
 
@@ -21,29 +22,18 @@ class Body:
     by `growth_m[i]`, covers everything up to pose `i + 1`, the distance between measured and commanded position
     included. While the robot brakes off its path, the poses after the present one are in no order: together they cover
     everything that it may still come to. An unknown body (`known` false, not referenced or no feedback) counts as the
-    robot's whole reach: a sphere of `reach_m` around `base`.
+    robot's whole reach: a sphere of `reach_m` around `base`. So does one without poses.
     """
 
     known: bool
     base: Vector
     reach_m: Length
-    radii_m: Annotated[tuple[Length, ...], MaxLen(MOST_CAPSULES)] = ()
-    poses: Annotated[tuple[Annotated[tuple[Capsule, ...], MaxLen(MOST_CAPSULES)], ...], MaxLen(MOST_POSES)] = ()
-    growth_m: Annotated[tuple[Length, ...], MaxLen(MOST_POSES)] = ()
-
-    def __post_init__(self) -> None:
-        """Raises `ValueError` when numbers of radii, capsules, poses and growths do not fit each other."""
-        capsules = {len(pose) for pose in self.poses}
-        if len(self.growth_m) != len(self.poses):
-            raise ValueError(
-                f"growth_m has {len(self.growth_m)} numbers for {len(self.poses)} poses, allowed is one each"
-            )
-        if capsules and capsules != {len(self.radii_m) or -1}:
-            found = ", ".join(map(str, sorted(capsules)))
-            raise ValueError(
-                f"poses of {found} capsules and {len(self.radii_m)} radii_m, allowed is one radius for each capsule "
-                "and at least one capsule"
-            )
+    radii_m: Single = field(default_factory=lambda: np.empty(0, np.float32))
+    """`(c,)`, up to `MOST_CAPSULES`."""
+    poses: Single = field(default_factory=lambda: np.empty((0, 0, 2, 3), np.float32))
+    """`(p, c, 2, 3)` [m]: end points of the capsules' axes in world; up to `MOST_POSES`."""
+    growth_m: Single = field(default_factory=lambda: np.empty(0, np.float32))
+    """`(p,)`."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,4 +1,4 @@
-"""Byte layout of the two streams of axis samples.
+"""Byte layout of the messages that are mostly numbers: the two streams of axis samples, and presences.
 
 Little-endian, no padding. The fourth byte of the magic is the version; another version is another message.
 
@@ -49,6 +49,19 @@ DriveFeedback:
 | then | n f64 | velocity |
 | then | n f64 | commanded |
 | then | n f64 | torque, if bit 2 says so |
+
+Presence:
+
+| offset | type | field |
+|---|---|---|
+| 0 | 4 bytes | magic `ZPR1` |
+| 4 | u32 | length of the head in bytes |
+| 8 | u16 | c, number of capsules |
+| 10 | u16 | p, number of poses |
+| 12 | utf-8 | the head: a JSON object of all that is no array |
+| then | c f32 | radii_m |
+| then | p f32 | growth_m |
+| then | p * c * 6 f32 | poses: ax, ay, az, bx, by, bz of each capsule, one pose after the other |
 """
 
 import struct
@@ -57,6 +70,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cell.messages import AxisStatus, DriveFeedback, OutputEvent, PlayoutState, SetpointBlock
+from cell.messages.presence import MOST_CAPSULES, MOST_POSES, Single
 from cell.net.errors import CodecError
 
 MOST_AXES = 64
@@ -65,11 +79,15 @@ MOST_COUNT = 2**62
 """Of ticks, sequences and owners: what is computed from them still fits its field."""
 LARGEST = 1e12
 """No sample is beyond, so that no square of one overflows."""
+FARTHEST_M = 1e6
+"""Where a capsule can be, and how large it can be."""
 _SETPOINTS = struct.Struct("<4s4QdIIHHHH")
 _EVENT = struct.Struct("<QQHB")
 _FEEDBACK = struct.Struct("<4s6QIBBHHHI")
 _SETPOINTS_MAGIC = b"ZSB3"
 _FEEDBACK_MAGIC = b"ZDF4"
+_BODY = struct.Struct("<4sIHH")
+_BODY_MAGIC = b"ZPR1"
 
 
 def encode_setpoints(block: SetpointBlock) -> bytes:
@@ -187,6 +205,40 @@ def decode_feedback(data: bytes) -> DriveFeedback:
         robot, boot, sequence, tick, owner, block, playout, level, refused, bool(flags & 1), bool(flags & 2),
         samples[0], samples[1], samples[2], axes, torque, outputs, event,
     )  # fmt: skip
+
+
+def encode_presence(head: bytes, radii: Single, growth: Single, poses: Single) -> bytes:
+    """The bytes of a presence: its head, and the arrays of its body. Raises `CodecError` when they do not fit."""
+    c, p = len(radii), len(growth)
+    if poses.size != 6 * c * p or len(poses) != p:
+        found = f"radii_m {radii.shape}, growth_m {growth.shape}, poses {poses.shape}"
+        raise CodecError("Presence", f"{found}: allowed are (c,), (p,), (p, c, 2, 3)")
+    values = np.concatenate([radii, growth, poses.reshape(-1)], dtype="<f4")
+    _check_body(values, c, p)
+    return _BODY.pack(_BODY_MAGIC, len(head), c, p) + head + values.tobytes()
+
+
+def decode_presence(data: bytes) -> tuple[bytes, Single, Single, Single]:
+    """The head, radii `(c,)`, growth `(p,)` and poses `(p, c, 2, 3)` in `data`. Raises `CodecError`."""
+    reader = _Reader("Presence", data)
+    length, c, p = reader.header(_BODY, _BODY_MAGIC)
+    head = reader.take(length)
+    count = c + p + 6 * c * p
+    reader.expect(4 * count)
+    values = np.frombuffer(reader.take(4 * count), dtype="<f4").astype(np.float32)
+    _check_body(values, c, p)
+    return head, values[:c], values[c : c + p], values[c + p :].reshape(p, c, 2, 3)
+
+
+def _check_body(values: Single, c: int, p: int) -> None:
+    """Of the arrays one after the other."""
+    if not (c <= MOST_CAPSULES and p <= MOST_POSES and (c > 0 or p == 0)):
+        allowed = f"up to {MOST_CAPSULES} capsules and {MOST_POSES} poses, and at least one capsule in a pose"
+        raise CodecError("Presence", f"{p} poses of {c} capsules: allowed are {allowed}")
+    if not (np.abs(values) <= FARTHEST_M).all():
+        raise CodecError("Presence", f"a length or coordinate that is NaN, infinite or beyond {FARTHEST_M:g} m")
+    if (values[: c + p] < 0.0).any():
+        raise CodecError("Presence", "a radius or growth below zero")
 
 
 def _floats(kind: str, name: str, values: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -1,12 +1,13 @@
 """Messages to bytes and back.
 
 Everything is JSON, read strictly (unknown fields, wrong types, numbers and lengths out of range, NaN and infinities are
-refused), but for the two streams of axis samples, whose layout is in `cell.net.binary`. Malformed bytes raise
-`CodecError` and nothing else. What is written is not checked again: its sender keeps to the ranges.
+refused), but for the two streams of axis samples and the arrays of presences, whose layout is in `cell.net.binary`.
+Malformed bytes raise `CodecError` and nothing else. What is written is not checked again: its sender keeps to the
+ranges.
 """
 
 import dataclasses
-from typing import Any, TypeVar
+from typing import Any, TypeVar, get_type_hints
 
 from pydantic import ConfigDict, TypeAdapter, ValidationError, with_config
 from pydantic_core import PydanticSerializationError
@@ -14,6 +15,7 @@ from pydantic_core import PydanticSerializationError
 from cell.messages import (
     AcceptPosition,
     AdoptZone,
+    Body,
     Call,
     Claim,
     ClearSetup,
@@ -34,6 +36,7 @@ from cell.messages import (
     KeptEvents,
     ListEvents,
     MoveAxes,
+    Presence,
     PressAxis,
     ReadObject,
     RecordBus,
@@ -114,6 +117,18 @@ def _call_form(command: type[Command]) -> type[Any]:
     return dataclasses.make_dataclass(f"{command.__name__}Call", fields, frozen=True)
 
 
+def _presence_head() -> type[Any]:
+    """All of a presence that is no array."""
+    hints = get_type_hints(Presence, include_extras=True)
+    own = [(field.name, hints[field.name], field) for field in dataclasses.fields(Presence) if field.name != "body"]
+    hints = get_type_hints(Body, include_extras=True)
+    body: list[tuple[str, Any, Any]] = [(name, hints[name], dataclasses.field()) for name in _BODY_HEAD]
+    return dataclasses.make_dataclass("Presence", [*body, *own], frozen=True)
+
+
+_BODY_HEAD = ("known", "base", "reach_m")
+_PRESENCE_FIELDS = tuple(field.name for field in dataclasses.fields(Presence) if field.name != "body")
+_PRESENCE_HEAD = _presence_head()
 _CALL_FORMS = {kind: _call_form(kind) for kinds in COMMANDS.values() for kind in kinds.values()}
 
 
@@ -123,6 +138,8 @@ def encode(message: object) -> bytes:
         return binary.encode_setpoints(message)
     if isinstance(message, DriveFeedback):
         return binary.encode_feedback(message)
+    if isinstance(message, Presence):
+        return _encode_presence(message)
     return _to_json(type(message), message)
 
 
@@ -133,8 +150,24 @@ def decode(kind: type[T], data: bytes) -> T:
         return binary.decode_setpoints(data)  # type: ignore[return-value]
     if kind is DriveFeedback:
         return binary.decode_feedback(data)  # type: ignore[return-value]
+    if kind is Presence:
+        return _decode_presence(data)  # type: ignore[return-value]
     message: T = _from_json(kind, data)
     return message
+
+
+def _encode_presence(presence: Presence) -> bytes:
+    body = presence.body
+    values = {name: getattr(presence, name) for name in _PRESENCE_FIELDS}
+    head = _PRESENCE_HEAD(body.known, body.base, body.reach_m, **values)
+    return binary.encode_presence(_to_json(_PRESENCE_HEAD, head), body.radii_m, body.growth_m, body.poses)
+
+
+def _decode_presence(data: bytes) -> Presence:
+    read, radii, growth, poses = binary.decode_presence(data)
+    head = _from_json(_PRESENCE_HEAD, read)
+    body = Body(head.known, head.base, head.reach_m, radii, poses, growth)
+    return Presence(body=body, **{name: getattr(head, name) for name in _PRESENCE_FIELDS})
 
 
 def encode_call(call: Call) -> bytes:
@@ -161,9 +194,13 @@ def _check_size(kind: str, data: bytes) -> None:
 
 
 def message_schemas() -> dict[str, Any]:
-    """JSON Schemas of all that travels as JSON: state messages, `Reply` and `KeptEvents` by class, calls by verb."""
-    kinds = [kind for kind in STATE_KINDS if kind not in (SetpointBlock, DriveFeedback)]
-    schemas = {kind.__name__: _adapter(kind).json_schema() for kind in (*kinds, Reply, KeptEvents)}
+    """JSON Schemas of all that travels as JSON: state messages, `Reply` and `KeptEvents` by class, calls by verb.
+
+    Of `Presence` it is that of its head.
+    """
+    kinds = [kind for kind in STATE_KINDS if kind not in (SetpointBlock, DriveFeedback, Presence)]
+    kinds += [Reply, KeptEvents, _PRESENCE_HEAD]
+    schemas = {kind.__name__: _adapter(kind).json_schema() for kind in kinds}
     for role, verbs in COMMANDS.items():
         schemas |= {f"{role}/{verb}": _adapter(_CALL_FORMS[kind]).json_schema() for verb, kind in verbs.items()}
     return schemas

@@ -20,21 +20,21 @@ from drive_gateway.canopen.frame import CanFrame
 from drive_gateway.canopen.nmt import SYNC_FRAME, NmtCommand, NmtState, heartbeat_frame, nmt_frame
 from drive_gateway.canopen.sdo import SdoDone
 from drive_gateway.config.settings import GatewaySettings
-from drive_gateway.gateway.bus_news import BusBack, BusDisturbed, BusFailed, BusTraffic, SecondMaster
-from drive_gateway.gateway.bus_watch import BusWatch
-from drive_gateway.gateway.calls import Calls
-from drive_gateway.gateway.drive import Drive
+from drive_gateway.gateway.bus.bus_news import BusBack, BusDisturbed, BusFailed, BusTraffic, SecondMaster
+from drive_gateway.gateway.cycle.bus_watch import BusWatch
+from drive_gateway.gateway.cycle.lateness import Lateness
+from drive_gateway.gateway.cycle.phase_lock import PhaseLock
+from drive_gateway.gateway.drives.drive import Drive
 from drive_gateway.gateway.effects import DrivesSlow, Frame, RecordEnded, RecordSaid, TakeBlocks
-from drive_gateway.gateway.encoder_record import EncoderRecord
-from drive_gateway.gateway.estop_button import EstopButtons
 from drive_gateway.gateway.event_log import EventLog
-from drive_gateway.gateway.lateness import Lateness
-from drive_gateway.gateway.permits import StopOrder
-from drive_gateway.gateway.phase_lock import PhaseLock
-from drive_gateway.gateway.robot import Robot
-from drive_gateway.gateway.scan import Scan
-from drive_gateway.gateway.setup_turn import SetupTurn
+from drive_gateway.gateway.nodes.scan import Scan
+from drive_gateway.gateway.orders.calls import Calls
+from drive_gateway.gateway.orders.setup_turn import SetupTurn
+from drive_gateway.gateway.reference.encoder_record import EncoderRecord
+from drive_gateway.gateway.robots.permits import StopOrder
+from drive_gateway.gateway.robots.robot import Robot
 from drive_gateway.gateway.trouble import Trouble
+from drive_gateway.gateway.watch.estop_button import EstopButtons
 
 STATE_PERIOD_S = 0.2
 SETUP_PERIOD_S = 0.02
@@ -223,7 +223,7 @@ class GatewayCore:
             self._log.warn("estop", f"emergency stop {estop.id} by {estop.by}: {estop.reason}", "reset at the manager")
         else:
             self._buttons.cleared(estop.id)
-            self._log.info("estop_cleared", f"emergency stop {estop.id} was cleared by {estop.by}")
+            self._log.info("estop_cleared", f"emergency stop {estop.id}, set by {estop.by}, is over here")
         self._confirmed = None
 
     def _press(self, now: float) -> list[Effect]:

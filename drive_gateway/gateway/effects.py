@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 from cell.core import Effect
 from drive_gateway.canopen.frame import CanFrame
-from drive_gateway.gateway.encoder_record import EncoderRecord
+from drive_gateway.gateway.reference.encoder_record import EncoderRecord
 
 
 @dataclass(frozen=True, slots=True)

@@ -25,8 +25,10 @@ from drive_gateway.canopen.frame import CanFrame
 from drive_gateway.canopen.sdo import Sdo
 from drive_gateway.config.settings import GatewaySettings
 from drive_gateway.errors import GatewayError
-from drive_gateway.gateway.bus_news import BusTraffic
-from drive_gateway.gateway.bus_port import BusPort
+from drive_gateway.gateway.bus.bus_news import BusTraffic
+from drive_gateway.gateway.bus.bus_port import BusPort
+from drive_gateway.gateway.bus.recorder import LONGEST_S, Recorder
+from drive_gateway.gateway.bus.sdo_workers import SdoWorkers
 from drive_gateway.gateway.core import GatewayCore
 from drive_gateway.gateway.effects import (
     DrivesSlow,
@@ -37,9 +39,7 @@ from drive_gateway.gateway.effects import (
     StorePosition,
     TakeBlocks,
 )
-from drive_gateway.gateway.position_store import PositionStore
-from drive_gateway.gateway.recorder import LONGEST_S, Recorder
-from drive_gateway.gateway.sdo_workers import SdoWorkers
+from drive_gateway.gateway.reference.position_store import PositionStore
 from drive_gateway.sim.pace import REMEDY
 from drive_gateway.sim.shell import Robots, SimulatedDrives
 

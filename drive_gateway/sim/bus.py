@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 from drive_gateway.canopen.frame import CanFrame
 from drive_gateway.canopen.nmt import NmtState
-from drive_gateway.sim.node import SimulatedNode
+from drive_gateway.sim.nodes.node import SimulatedNode
 from drive_gateway.sim.wire import Wire
 
 IN_STEP_S = 0.005

@@ -14,14 +14,14 @@ from cell.net.runner import scheduling
 from drive_gateway.canopen.frame import CanFrame
 from drive_gateway.config.settings import AxisSettings, GatewaySettings
 from drive_gateway.config.simulation import Level
-from drive_gateway.gateway.bus import BusError
-from drive_gateway.gateway.bus_news import BusBack, BusDisturbed, BusFailed, BusNews, SecondMaster, name_of
-from drive_gateway.gateway.steady_bus import SteadyBus
+from drive_gateway.gateway.bus.bus_news import BusBack, BusDisturbed, BusFailed, BusNews, SecondMaster, name_of
+from drive_gateway.gateway.bus.opening import BusError
+from drive_gateway.gateway.bus.steady_bus import SteadyBus
 from drive_gateway.sim.axis.dc_bus import DcBus
 from drive_gateway.sim.axis.full_servo import FullServo
 from drive_gateway.sim.axis.robot_load import RobotLoad, RobotTorques, Shaft
 from drive_gateway.sim.bus import SimulatedBus
-from drive_gateway.sim.node import SimulatedNode
+from drive_gateway.sim.nodes.node import SimulatedNode
 from drive_gateway.sim.pace import REMEDY, Pace
 
 _log = logging.getLogger(__name__)

@@ -3,6 +3,8 @@
 import itertools
 from collections.abc import Callable
 
+import numpy as np
+
 from cell.config.settings import CellSettings
 from cell.core import Arrived, AskDone, Effect, Ended, Frozen, Publish, Request, Shutdown
 from cell.messages import (
@@ -16,37 +18,39 @@ from cell.messages import (
     ManagerState,
     Mode,
     PlayoutState,
+    SetpointBlock,
     Severity,
     ZoneGeometry,
 )
 from cell.net.estops import ObeyedEstops
-from robot_agent.agent.announcer import Announcer
-from robot_agent.agent.axes import feedback_in_joints
+from robot_agent.agent.blocks.corrections import Corrections
+from robot_agent.agent.blocks.executive import Executive
 from robot_agent.agent.cell_clock import CellClock
-from robot_agent.agent.corrections import Corrections
-from robot_agent.agent.decision import Situation
-from robot_agent.agent.decisions import Decisions
-from robot_agent.agent.executive import Executive
-from robot_agent.agent.gateway_link import GatewayLink
-from robot_agent.agent.idle import IdleClock
-from robot_agent.agent.interruption import Interruption
-from robot_agent.agent.jogging import Jogging
-from robot_agent.agent.measured_rest import MeasuredRest
-from robot_agent.agent.operator import Operator
-from robot_agent.agent.pace import Pace
-from robot_agent.agent.planning import PlanFailed, Planned, Planner
-from robot_agent.agent.program_run import ProgramRun
-from robot_agent.agent.progress import Progress
-from robot_agent.agent.report import Reporter
-from robot_agent.agent.sign_of_life import sign_of_life
-from robot_agent.agent.stillness import Stillness
-from robot_agent.agent.wishes import Wisher
-from robot_agent.agent.zone_claims import ZoneClaims
+from robot_agent.agent.drives.axes import feedback_in_joints, samples_in_axes
+from robot_agent.agent.drives.gateway_link import GatewayLink, IdleClock
+from robot_agent.agent.drives.measured_rest import MeasuredRest
+from robot_agent.agent.operator.decisions import Decisions, Situation
+from robot_agent.agent.operator.jogging import Jogging
+from robot_agent.agent.operator.operator import Operator
+from robot_agent.agent.planning.planner import Planner
+from robot_agent.agent.planning.plans import PlanFailed, Planned
+from robot_agent.agent.program.interruption import Interruption
+from robot_agent.agent.program.pace import Pace
+from robot_agent.agent.program.program_run import ProgramRun
+from robot_agent.agent.step.progress import Progress
+from robot_agent.agent.step.report import Reporter
+from robot_agent.agent.step.stillness import Stillness
+from robot_agent.agent.step.wishes import Wisher
+from robot_agent.agent.zones.announcer import Announcer
+from robot_agent.agent.zones.zone_claims import ZoneClaims
 from robot_agent.dynamics import AxisTorques, axis_torques
 from robot_agent.kinematics import OpenMechanism
 from robot_agent.language import Program
 
 _STALE_CYCLES = 5
+_SIGN_AHEAD_TICKS = 5
+_SIGN_SAMPLES = 3
+"""A sign of life begins so far ahead, and has so many samples."""
 _WITH_TORQUE = (Mode.READY, Mode.RUNNING, Mode.HALTED, Mode.OFF_PATH, Mode.RETURNING, Mode.JOGGING)
 
 
@@ -308,7 +312,20 @@ class AgentCore:
         return self._torques if grant is not None and grant.torques else None
 
     def _sign_of_life(self, feedback: DriveFeedback, planner: Planner) -> Publish:
-        return Publish(sign_of_life(next(self._numbers), feedback, planner, self._asked))
+        """A block that holds: without enabled drives the gateway plays none, but hears that its owner lives.
+
+        It tells the torques that carry the robot, where the gateway asks for them and the robot knows where it is.
+        """
+        joints = np.repeat(feedback.commanded[None, :], _SIGN_SAMPLES, axis=0)
+        position, velocity = samples_in_axes(planner.model.coupling, joints, np.zeros_like(joints))
+        torques = self._asked
+        torque = torques.standing(joints) if torques is not None and feedback.referenced else None
+        return Publish(
+            SetpointBlock(
+                feedback.robot, feedback.owner, next(self._numbers), 0, feedback.tick + _SIGN_AHEAD_TICKS,
+                planner.cycle_s, _SIGN_SAMPLES, position, velocity, torque,
+            )
+        )  # fmt: skip
 
     def _state(self, feedback: DriveFeedback, planner: Planner, now: float) -> Publish:
         reason = self._stillness.reason(self.mode, self.executive, feedback.tick, now)

@@ -16,8 +16,9 @@ from cell.net.calls import Calls
 from cell.net.runner import new_boot, run_core
 from cell.net.session import CellSession, Link, ZenohOptions
 from robot_agent.agent.core import AgentCore
-from robot_agent.agent.planning import Plan, Planner, Unplan
-from robot_agent.agent.worker import PlanWorker
+from robot_agent.agent.planning.planner import Planner
+from robot_agent.agent.planning.plans import Plan, Unplan
+from robot_agent.agent.planning.worker import PlanWorker
 from robot_agent.kinematics import Model
 from robot_agent.language import Program
 from robot_agent.trajectory import Limits

@@ -14,7 +14,6 @@ from robot_agent.trajectory.motion import Motion, block_lengths
 from robot_agent.trajectory.planner import plan
 from robot_agent.trajectory.splice import spliced
 from robot_agent.trajectory.timing.continuation import Continuation
-from robot_agent.trajectory.timing.profile import synchronised_trapezoids, trapezoid_in
 from robot_agent.trajectory.timing.s_curve import SCurve, s_curve
 
 __all__ = [
@@ -32,6 +31,4 @@ __all__ = [
     "plan",
     "s_curve",
     "spliced",
-    "synchronised_trapezoids",
-    "trapezoid_in",
 ]

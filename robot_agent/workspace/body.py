@@ -9,15 +9,14 @@ import numpy as np
 from cell.geometry import transform_points
 from cell.geometry.arrays import Array
 from cell.messages import Body
-from cell.messages.presence import Capsule
+from cell.messages.presence import Single
 from robot_agent.kinematics import Model, OpenMechanism
 from robot_agent.workspace.swept_body import Sweep
 
 BODY_GROWTH_M = 0.02
 """How much the capsules of one published pose are grown at most, to cover what follows it."""
-DECIMALS = 4
-ROUNDING_M = 0.5 * 10.0**-DECIMALS * float(np.sqrt(3))
-"""How far rounding moves an end point."""
+_ROUNDING = float(np.sqrt(3.0) * np.finfo(np.float32).epsneg)
+"""How far rounding to single precision moves an end point at most, as a share of its largest coordinate."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -58,7 +57,7 @@ def body_message(
 ) -> Body:
     """The body over pieces of paths (sweep, first and last sample, inclusive), in the order in which they are passed.
 
-    Numbers are rounded to 0.1 mm; the growth takes up what rounding moves.
+    The growth takes up what rounding to single precision moves.
     """
     points: list[Array] = []
     growth: list[float] = []
@@ -91,31 +90,32 @@ def unknown_body(model: Model, pose_world_base: Array) -> Body:
 def joined(first: Body, second: Body) -> Body:
     """Everything that one of two bodies of the same robot covers."""
     if not first.known or not second.known:
-        return replace(first, known=False, radii_m=(), poses=(), growth_m=())
-    return replace(first, poses=first.poses + second.poses, growth_m=first.growth_m + second.growth_m)
+        return Body(False, first.base, first.reach_m)
+    poses = np.concatenate([first.poses, second.poses])
+    return replace(first, poses=poses, growth_m=np.concatenate([first.growth_m, second.growth_m]))
 
 
 def body_of(model: Model, pose_world_base: Array, points: Array, growth: list[float]) -> Body:
     """The body of poses of all capsules in world `(m, c, 2, 3)` [m], each with its growth [m]."""
-    scale = 10.0**DECIMALS
-    rounded = np.round(points, DECIMALS).reshape(len(points), -1, 6)
+    rounding = _ROUNDING * float(np.abs(points).max(initial=0.0))
     return Body(
         known=True,
         base=_base(pose_world_base),
         reach_m=model.reach_m,
-        radii_m=tuple(model.capsule_radii.tolist()),
-        poses=tuple(map(_capsules, rounded.tolist())),
-        growth_m=tuple((np.ceil((np.array(growth) + ROUNDING_M) * scale) / scale).tolist()),
+        radii_m=_up(model.capsule_radii),
+        poses=points.astype(np.float32),
+        growth_m=_up(np.array(growth) + rounding),
     )
+
+
+def _up(values: Array) -> Single:
+    """Rounded to single precision, never down."""
+    return np.nextafter(values.astype(np.float32), np.float32(np.inf))
 
 
 def _base(pose_world_base: Array) -> tuple[float, float, float]:
     x, y, z = pose_world_base[:3, 3].tolist()
     return x, y, z
-
-
-def _capsules(pose: list[list[float]]) -> tuple[Capsule, ...]:
-    return tuple((ax, ay, az, bx, by, bz) for ax, ay, az, bx, by, bz in pose)
 
 
 def _spread(travelled: Array, limit_m: float) -> list[int]:

@@ -17,10 +17,10 @@ DRAWN: tuple[Mutant, ...] = (
     ),
     Mutant(
         "drawn-02",
-        "drop a condition, robot_agent/agent/interruption.py line 132",
+        "drop a condition, robot_agent/agent/program/interruption.py line 132",
         (
             Edit(
-                "robot_agent/agent/interruption.py",
+                "robot_agent/agent/program/interruption.py",
                 "        if self._wanted is None or self._wanted[1] is not None or self._place is None or zones is None:\n",
                 "        if self._wanted is None or self._place is None or zones is None:\n",
             ),
@@ -28,10 +28,10 @@ DRAWN: tuple[Mutant, ...] = (
     ),
     Mutant(
         "drawn-03",
-        "drop a condition, drive_gateway/gateway/setup_turn.py line 166",
+        "drop a condition, drive_gateway/gateway/orders/setup_turn.py line 166",
         (
             Edit(
-                "drive_gateway/gateway/setup_turn.py",
+                "drive_gateway/gateway/orders/setup_turn.py",
                 "        if state is None or state.setup is None or state.setup.robot != name:\n",
                 "        if state.setup is None or state.setup.robot != name:\n",
             ),
@@ -61,10 +61,10 @@ DRAWN: tuple[Mutant, ...] = (
     ),
     Mutant(
         "drawn-06",
-        "skip a call, robot_agent/agent/zone_claims.py line 128",
+        "skip a call, robot_agent/agent/zones/zone_claims.py line 128",
         (
             Edit(
-                "robot_agent/agent/zone_claims.py",
+                "robot_agent/agent/zones/zone_claims.py",
                 "        self._touched.append((body, touched))\n",
                 "        pass\n",
             ),
@@ -73,10 +73,10 @@ DRAWN: tuple[Mutant, ...] = (
     ),
     Mutant(
         "drawn-07",
-        "skip a call, drive_gateway/gateway/calls.py line 152",
+        "skip a call, drive_gateway/gateway/orders/calls.py line 152",
         (
             Edit(
-                "drive_gateway/gateway/calls.py",
+                "drive_gateway/gateway/orders/calls.py",
                 "                    self._command(robot, command, call)\n",
                 "                    pass\n",
             ),
@@ -106,10 +106,10 @@ DRAWN: tuple[Mutant, ...] = (
     ),
     Mutant(
         "drawn-10",
-        "swap two lines, robot_agent/agent/stillness.py line 79",
+        "swap two lines, robot_agent/agent/step/stillness.py line 79",
         (
             Edit(
-                "robot_agent/agent/stillness.py",
+                "robot_agent/agent/step/stillness.py",
                 '        if not blocking:\n            return Reason("")\n        zone, hold = min(blocking, key=lambda held: held[1].tau)\n',
                 '        zone, hold = min(blocking, key=lambda held: held[1].tau)\n        if not blocking:\n            return Reason("")\n',
             ),
@@ -117,10 +117,10 @@ DRAWN: tuple[Mutant, ...] = (
     ),
     Mutant(
         "drawn-11",
-        "swap two lines, drive_gateway/gateway/outputs.py line 30",
+        "swap two lines, drive_gateway/gateway/playout/outputs.py line 30",
         (
             Edit(
-                "drive_gateway/gateway/outputs.py",
+                "drive_gateway/gateway/playout/outputs.py",
                 "        self._places = tuple((output.axis, output.bit) for output in outputs)\n        self._leads = tuple(round(output.lead_s / cycle_s) for output in outputs)\n",
                 "        self._leads = tuple(round(output.lead_s / cycle_s) for output in outputs)\n        self._places = tuple((output.axis, output.bit) for output in outputs)\n",
             ),
@@ -150,10 +150,10 @@ DRAWN: tuple[Mutant, ...] = (
     ),
     Mutant(
         "drawn-14",
-        "turn a comparison, robot_agent/agent/zone_claims.py line 153",
+        "turn a comparison, robot_agent/agent/zones/zone_claims.py line 153",
         (
             Edit(
-                "robot_agent/agent/zone_claims.py",
+                "robot_agent/agent/zones/zone_claims.py",
                 "            elif name not in inside and (token is None or name not in needed):\n",
                 "            elif name not in inside and (token is not None or name not in needed):\n",
             ),
@@ -161,10 +161,10 @@ DRAWN: tuple[Mutant, ...] = (
     ),
     Mutant(
         "drawn-15",
-        "turn a comparison, drive_gateway/gateway/rest.py line 40",
+        "turn a comparison, drive_gateway/gateway/drives/rest.py line 40",
         (
             Edit(
-                "drive_gateway/gateway/rest.py",
+                "drive_gateway/gateway/drives/rest.py",
                 "        if self._silent_since is not None:\n",
                 "        if self._silent_since is None:\n",
             ),
@@ -205,10 +205,10 @@ DRAWN: tuple[Mutant, ...] = (
     ),
     Mutant(
         "drawn-19",
-        "drop a condition, drive_gateway/gateway/bring_up.py line 188",
+        "drop a condition, drive_gateway/gateway/nodes/bring_up.py line 188",
         (
             Edit(
-                "drive_gateway/gateway/bring_up.py",
+                "drive_gateway/gateway/nodes/bring_up.py",
                 "        if step.shown is not None and not _equal(outcome.data, step.shown):\n",
                 "        if step.shown is not None:\n",
             ),

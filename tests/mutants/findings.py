@@ -3,7 +3,7 @@
 from tests.mutants.mutant import Edit, Mutant
 
 ZONES = "cell/manager/zones.py"
-CLAIMS = "robot_agent/agent/zone_claims.py"
+CLAIMS = "robot_agent/agent/zones/zone_claims.py"
 CORE = "robot_agent/agent/core.py"
 
 FINDINGS = (
@@ -103,7 +103,7 @@ FINDINGS = (
         "a gateway plays the blocks of an agent that was replaced",
         (
             Edit(
-                "drive_gateway/gateway/playout.py",
+                "drive_gateway/gateway/playout/playout.py",
                 "        return self.owner != 0 and block.owner == self.owner",
                 "        return True",
             ),
@@ -125,7 +125,7 @@ FINDINGS = (
         "a block continues the one before it one sample too late",
         (
             Edit(
-                "robot_agent/agent/executive.py",
+                "robot_agent/agent/blocks/executive.py",
                 "            index = base.index(join)\n            governor",
                 "            index = base.index(join) + 1\n            governor",
             ),

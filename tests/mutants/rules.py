@@ -3,9 +3,9 @@
 from tests.mutants.findings import CLAIMS, CORE, ZONES
 from tests.mutants.mutant import Edit, Mutant
 
-PLAYOUT = "drive_gateway/gateway/playout.py"
-JOINING = "drive_gateway/gateway/joining.py"
-GROUP = "drive_gateway/gateway/group.py"
+PLAYOUT = "drive_gateway/gateway/playout/playout.py"
+JOINING = "drive_gateway/gateway/playout/joining.py"
+GROUP = "drive_gateway/gateway/robots/group.py"
 
 RULES = (
     # 4.1: the rule that is lease, heartbeat and fence in one
@@ -150,7 +150,7 @@ RULES = (
         "a digital output switches again each time a block repeats its event",
         (
             Edit(
-                "drive_gateway/gateway/outputs.py",
+                "drive_gateway/gateway/playout/outputs.py",
                 "over = event.number <= self.played or event.number in self._early",
                 "over = False",
             ),
@@ -159,7 +159,7 @@ RULES = (
     Mutant(
         "output-stays-on",
         "an output that goes off at a stop stays on",
-        (Edit("drive_gateway/gateway/outputs.py", "            self.on &= self._kept\n", ""),),
+        (Edit("drive_gateway/gateway/playout/outputs.py", "            self.on &= self._kept\n", ""),),
     ),
     Mutant(
         "output-after-stop",
@@ -188,7 +188,7 @@ RULES = (
         "a second agent gets a robot that has an owner",
         (
             Edit(
-                "drive_gateway/gateway/claims.py",
+                "drive_gateway/gateway/robots/claims.py",
                 "        if self.owner:\n            silent_s",
                 "        if False:\n            silent_s",
             ),
@@ -199,7 +199,9 @@ RULES = (
         "the claim of a silent owner ends while its robot moves",
         (
             Edit(
-                "drive_gateway/gateway/claims.py", "if not self.owner or not at_rest or now", "if not self.owner or now"
+                "drive_gateway/gateway/robots/claims.py",
+                "if not self.owner or not at_rest or now",
+                "if not self.owner or now",
             ),
         ),
     ),
@@ -231,7 +233,7 @@ RULES = (
         "a robot keeps its rate although the manager is silent",
         (
             Edit(
-                "robot_agent/agent/wishes.py",
+                "robot_agent/agent/step/wishes.py",
                 '        requests = list(self._pace.requests)\n        if not self._zones.fresh(now):\n            requests.append(RateRequest(0.0, "the manager is silent"))\n        if mode is not Mode.RUNNING:',
                 "        requests = list(self._pace.requests)\n        if mode is not Mode.RUNNING:",
             ),
@@ -242,7 +244,7 @@ RULES = (
         "a robot goes on when the manager is back although the cell leaves that to an operator",
         (
             Edit(
-                "robot_agent/agent/progress.py",
+                "robot_agent/agent/step/progress.py",
                 "        elif not self._zones.fresh(now) and self._on_manager_return is OnManagerReturn.OPERATOR:",
                 "        elif False:",
             ),
@@ -251,19 +253,25 @@ RULES = (
     Mutant(
         "silent-claims-for-ever",
         "the claim of an agent that is gone never ends",
-        (Edit("drive_gateway/gateway/claims.py", "        self.end()\n        return True", "        return False"),),
+        (
+            Edit(
+                "drive_gateway/gateway/robots/claims.py",
+                "        self.end()\n        return True",
+                "        return False",
+            ),
+        ),
     ),
     Mutant(
         "emcy-ignored",
         "an emergency message of a drive stops nothing",
         (
             Edit(
-                "drive_gateway/gateway/node.py",
+                "drive_gateway/gateway/nodes/node.py",
                 "            self._troubles.append(Trouble(EMERGENCY, text, emergency.remedy, self.id, emergency.code))",
                 "            _ = text",
             ),
             Edit(
-                "drive_gateway/gateway/watch.py",
+                "drive_gateway/gateway/watch/watch.py",
                 "            if node.status in _FAULT and not self._in_fault:",
                 "            if False:",
             ),
@@ -274,12 +282,12 @@ RULES = (
         "a node that sends nothing any more is not missed",
         (
             Edit(
-                "drive_gateway/gateway/node.py",
+                "drive_gateway/gateway/nodes/node.py",
                 "        if longest_s > self._settings.tpdo_timeout_s:",
                 "        if False:",
             ),
             Edit(
-                "drive_gateway/gateway/node.py",
+                "drive_gateway/gateway/nodes/node.py",
                 "        if silent_s > self._settings.heartbeat_timeout_s:",
                 "        if False:",
             ),
@@ -288,14 +296,14 @@ RULES = (
     Mutant(
         "following-error-ignored",
         "an axis that does not follow is not stopped by the gateway",
-        (Edit("drive_gateway/gateway/watch.py", "        if found is not None:", "        if False:"),),
+        (Edit("drive_gateway/gateway/watch/watch.py", "        if found is not None:", "        if False:"),),
     ),
     Mutant(
         "jog-key-never-lost",
         "a jog goes on although its key is not heard any more",
         (
             Edit(
-                "robot_agent/agent/jogging.py",
+                "robot_agent/agent/operator/jogging.py",
                 "        elif now - self._alive_at >= HELD_S:",
                 "        elif False:",
             ),
@@ -328,7 +336,7 @@ RULES = (
     Mutant(
         "old-order-carried-out",
         "an operator's order is carried out however old it is",
-        (Edit("robot_agent/agent/operator.py", "        if age_s > self._command_s:", "        if False:"),),
+        (Edit("robot_agent/agent/operator/operator.py", "        if age_s > self._command_s:", "        if False:"),),
     ),
     Mutant(
         "estop-confirmed-in-motion",
@@ -357,7 +365,7 @@ RULES = (
         "`halt` is answered, and the robot goes on",
         (
             Edit(
-                "robot_agent/agent/wishes.py",
+                "robot_agent/agent/step/wishes.py",
                 "        if mode is not Mode.RUNNING:\n            requests.append",
                 "        if mode is Mode.JOGGING:\n            requests.append",
             ),

@@ -19,8 +19,8 @@ from cell.commands.checks import CellBundle, check_cell
 from cell.config.settings import ZoneSettings
 from cell.geometry import capsules_touch_box, transform_points
 from cell.messages import ZoneGeometry
-from robot_agent.agent.dry_run import dry_run
-from robot_agent.agent.planning import Planner
+from robot_agent.agent.planning.dry_run import dry_run
+from robot_agent.agent.planning.planner import Planner
 from robot_agent.agent.shell import base_pose
 from robot_agent.kinematics import model_of
 from robot_agent.language import parse_program

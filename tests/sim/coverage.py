@@ -17,7 +17,7 @@ from cell.messages import (
     RobotState,
     ZoneState,
 )
-from drive_gateway.gateway.joining import Refusal
+from drive_gateway.gateway.playout.joining import Refusal
 from tests.sim.faults import KINDS, MOMENTS, ORDERS, Item
 from tests.sim.judge.facts import Facts
 from tests.sim.world import World
@@ -139,7 +139,7 @@ def event_codes() -> frozenset[str]:
     """The codes of all events that manager, agents and gateways have in their sources."""
     codes: set[str] = set()
     for folder in _SOURCES:
-        for file in sorted((_ROOT / folder).glob("*.py")):
+        for file in sorted((_ROOT / folder).rglob("*.py")):
             for node in ast.walk(ast.parse(file.read_text())):
                 if isinstance(node, ast.Call) and _called(node) in _TELLERS:
                     codes |= {code for code in map(_code, node.args[:2]) if code}

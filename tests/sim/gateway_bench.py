@@ -26,7 +26,7 @@ from drive_gateway.config.settings import (
 )
 from drive_gateway.gateway.core import GatewayCore
 from drive_gateway.gateway.effects import Frame, StorePosition
-from drive_gateway.gateway.encoder_record import EncoderRecord
+from drive_gateway.gateway.reference.encoder_record import EncoderRecord
 from tests.sim.bus import Bus
 from tests.unit.gateway_world import KindManager, echo_for, gateway_settings
 

@@ -6,7 +6,7 @@ from collections import OrderedDict
 from collections.abc import Callable
 from dataclasses import replace
 
-from robot_agent.agent.planning import ExtendRequest, PlanFailed, Planned, PlanRequest
+from robot_agent.agent.planning.plans import ExtendRequest, PlanFailed, Planned, PlanRequest
 from tests.sim.world import World
 
 _MOST = 400

@@ -3,7 +3,8 @@
 from collections import deque
 from collections.abc import Callable, Iterable
 
-from robot_agent.agent.planning import ExtendRequest, PlanFailed, Planned, Planner, PlanRequest
+from robot_agent.agent.planning.planner import Planner
+from robot_agent.agent.planning.plans import ExtendRequest, PlanFailed, Planned, PlanRequest
 from tests.sim.clock import Clock
 
 _LEAST_S = 0.03

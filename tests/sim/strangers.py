@@ -199,7 +199,7 @@ class Guest(Item):
             shown = facts.shown[holder]
             boot = f"{GUEST}-{facts.now:.3f}"
             body = shown.message.body
-            away = replace(body, poses=tuple(((_FAR_M,) * 6,) * len(pose) for pose in body.poses))
+            away = replace(body, poses=np.full_like(body.poses, _FAR_M))
             presence = replace(
                 shown.message, robot=GUEST, boot=boot, owner=int(1000 * facts.now), digest=WRONG_DIGEST, holds={},
                 wants={}, stop_time_s=0.1, estop_acknowledged=None,

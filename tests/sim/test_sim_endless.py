@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 from cell.messages import MoveAxes, SetpointBlock
 from drive_gateway.canopen.sdo import Sdo
 from drive_gateway.config.settings import EncoderSettings
-from drive_gateway.sim.dictionary import key_of
-from drive_gateway.sim.position_range import PositionRange
+from drive_gateway.sim.drives.position_bounds import PositionRange
+from drive_gateway.sim.services.dictionary import key_of
 from tests.sim.gateway_bench import CYCLE_S, GatewayBench, axis, settings
 
 TURN = 20_000

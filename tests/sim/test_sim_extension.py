@@ -6,8 +6,8 @@ from pathlib import Path
 import pytest
 
 from cell.messages import Halt, Mode, ProgramState, RobotState
-from robot_agent.agent import lookahead
-from robot_agent.agent.planning import Extended
+from robot_agent.agent.planning import lookahead
+from robot_agent.agent.planning.plans import Extended
 from tests.sim.invariants import Invariants
 from tests.sim.operator import PatientOperator
 from tests.sim.scenario import BAD

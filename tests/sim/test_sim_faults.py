@@ -12,8 +12,8 @@ from cell.messages.drives import PlayoutState
 from cell.messages.event import Severity
 from drive_gateway.canopen.frame import CanFrame
 from drive_gateway.config.settings import GatewaySettings
-from drive_gateway.gateway import bring_up
-from drive_gateway.sim.axis_servo import AxisServo
+from drive_gateway.gateway.nodes import bring_up
+from drive_gateway.sim.axis.axis_servo import AxisServo
 from tests.sim.gateway_bench import GatewayBench
 from tests.sim.long_move import LAYOUTS, moving, places
 

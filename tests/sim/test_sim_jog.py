@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from cell.messages import Enable, Heard, Jog, JogFrame, JogHeld, Mode
-from robot_agent.agent.jogging import HELD_S
+from robot_agent.agent.operator.jogging import HELD_S
 from tests.sim.invariants import Invariants
 from tests.sim.network import Weather
 from tests.sim.scenario import WORSE

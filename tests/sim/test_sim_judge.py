@@ -27,7 +27,7 @@ from cell.messages import (
     Token,
     ZoneState,
 )
-from robot_agent.agent.planning import Plan
+from robot_agent.agent.planning.plans import Plan
 from tests.sim.faults import DriveFails, JogPress, Kill, Moment, Stop
 from tests.sim.judge import ALL
 from tests.sim.recording import Change, Recording, after, each, with_one_more

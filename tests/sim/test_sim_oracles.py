@@ -3,7 +3,7 @@
 import pytest
 
 from cell.manager.core import ManagerCore
-from robot_agent.agent.zone_claims import ZoneClaims
+from robot_agent.agent.zones.zone_claims import ZoneClaims
 from tests.sim import invariants, planned_paths
 from tests.sim.invariants import Broken
 from tests.sim.network import Weather

@@ -8,7 +8,7 @@ import pytest
 from cell.messages import Claim, Estop, OutputEvent, SetpointBlock
 from drive_gateway.canopen.sdo import Sdo
 from drive_gateway.config.settings import OutputSettings, RobotDrives
-from drive_gateway.gateway.output_frames import REPEAT_S
+from drive_gateway.gateway.drives.output_frames import REPEAT_S
 from tests.sim.gateway_bench import CYCLE_S, GatewayBench, axis, settings
 
 GRIPPER, GLUE, LAMP = range(3)

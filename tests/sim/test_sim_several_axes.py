@@ -19,7 +19,7 @@ from cell.messages import (
 )
 from drive_gateway.canopen.frame import CanFrame
 from drive_gateway.config.settings import EncoderSettings, InputSettings
-from drive_gateway.sim.power_state import DriveState
+from drive_gateway.sim.drives.power_state import DriveState
 from tests.sim.gateway_bench import CYCLE_S, GatewayBench, axis, homing, settings
 
 COUNTS = 100_000.0

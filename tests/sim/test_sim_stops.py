@@ -19,8 +19,8 @@ from cell.messages.drives import PlayoutState
 from cell.messages.event import Severity
 from drive_gateway.canopen.frame import CanFrame
 from drive_gateway.config.settings import GatewaySettings
-from drive_gateway.sim.servo import Servo
-from drive_gateway.sim.shown import Shown
+from drive_gateway.sim.axis.servo import Servo
+from drive_gateway.sim.drives.shown import Shown
 from tests.sim.gateway_bench import TIMES, GatewayBench, axis, homing, settings
 from tests.sim.long_move import LAYOUTS, moving, places
 

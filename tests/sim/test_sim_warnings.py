@@ -3,11 +3,11 @@
 import pytest
 
 from cell.messages import ReadObject, ScanBus
-from drive_gateway.gateway.drive_warnings import QUIET_S, DriveWarnings
 from drive_gateway.gateway.event_log import EventLog
+from drive_gateway.gateway.watch.drive_warnings import QUIET_S, DriveWarnings
+from drive_gateway.sim.axis.axis_servo import BUS_HIGH, BUS_LOW, MEAN_CURRENT_HIGH, MOTOR_WARM, STAGE_WARM
 from drive_gateway.sim.axis.motor_data import MOTORS
 from drive_gateway.sim.axis.protection import Protection, Seen
-from drive_gateway.sim.axis_servo import BUS_HIGH, BUS_LOW, MEAN_CURRENT_HIGH, MOTOR_WARM, STAGE_WARM
 from tests.sim.gateway_bench import GatewayBench, axis, settings
 
 MOTOR = MOTORS["joint-large"]

@@ -31,8 +31,8 @@ from cell.net.codec import encode
 from cell.net.keys import STATE_KINDS
 from drive_gateway.canopen.frame import CanFrame
 from drive_gateway.canopen.nmt import SYNC_FRAME
-from drive_gateway.sim.power_state import DriveState
-from robot_agent.agent.planning import PlanRequest
+from drive_gateway.sim.drives.power_state import DriveState
+from robot_agent.agent.planning.plans import PlanRequest
 from robot_agent.language import JointStep
 from tests.sim.bus import SimPort
 from tests.sim.clock import Clock
@@ -42,6 +42,7 @@ from tests.sim.network import Weather
 from tests.sim.planning_worker import SimWorker
 from tests.sim.world import World, load_bundle
 from tests.unit.config_world import Copy
+from tests.unit.message_kinds import same
 
 CALM = Weather(loss=0.0, double=0.0, late=0.0)
 LEFT, LEFT_BUS = "robot/left", "gateway/left_bus"
@@ -122,7 +123,7 @@ def test_messages_go_through_the_codec(bundle: CellBundle) -> None:
     heard = [presence for presence in told.of(Presence) if presence.robot == "left"]
     by_sequence = {presence.sequence: presence for presence in sent if isinstance(presence, Presence)}
     for presence in heard:
-        assert presence == by_sequence[presence.sequence]
+        assert same(presence, by_sequence[presence.sequence])
         assert presence is not by_sequence[presence.sequence]
 
 

@@ -35,7 +35,8 @@ from cell.messages import (
 from drive_gateway.gateway.core import GatewayCore
 from drive_gateway.gateway.shell import GatewayShell
 from robot_agent.agent.core import AgentCore
-from robot_agent.agent.planning import Planned, Planner
+from robot_agent.agent.planning.planner import Planner
+from robot_agent.agent.planning.plans import Planned
 from robot_agent.agent.shell import PERIOD_S as AGENT_PERIOD_S
 from robot_agent.agent.shell import AgentShell, base_pose
 from robot_agent.kinematics import model_of

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from robot_agent.agent.planning import Extended
+from robot_agent.agent.planning.plans import Extended
 from tests.unit.agent_world import CYCLE_S, AgentWorld
 
 TO_START = "MJ J1=0 J2=-12 J3=65 J4=0 J5=37 J6=0\nML X=1000 Y=-10 Z=1350 A=0 B=90 C=0\n"

@@ -44,7 +44,8 @@ from cell.messages import (
     ZoneStatus,
 )
 from robot_agent.agent.core import AgentCore
-from robot_agent.agent.planning import Plan, PlanFailed, Planned, Planner, Unplan
+from robot_agent.agent.planning.planner import Planner
+from robot_agent.agent.planning.plans import Plan, PlanFailed, Planned, Unplan
 from robot_agent.kinematics import Model
 from robot_agent.language import parse_program
 from robot_agent.trajectory import Limits

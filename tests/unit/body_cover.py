@@ -7,6 +7,5 @@ from cell.messages import Body
 
 def covers(body: Body, points: np.ndarray, beside_m: float = 1e-9) -> bool:
     """Whether each capsule `(c, 2, 3)` [m] lies in some pose of the body, grown as it says and by `beside_m`."""
-    poses = np.array(body.poses).reshape(len(body.poses), -1, 2, 3)
-    away = np.linalg.norm(poses - points, axis=-1).max(axis=-1)
-    return bool((away <= np.array(body.growth_m)[:, None] + beside_m).any(axis=0).all())
+    away = np.linalg.norm(body.poses - points, axis=-1).max(axis=-1)
+    return bool((away <= body.growth_m[:, None].astype(float) + beside_m).any(axis=0).all())

@@ -22,6 +22,7 @@ from cell.messages import (
     ZoneGeometry,
     ZoneStatus,
 )
+from tests.unit.plain_body import plain_body
 
 HERE = PoseSettings((0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0))
 OUTSIDE, INSIDE = 1.0, 0.0
@@ -46,7 +47,8 @@ def settings(robots: tuple[str, ...] = ("left", "right"), zones: tuple[str, ...]
 
 def ball(x: float, known: bool = True) -> Body:
     """A ball of 0.1 m at `x`; the reach around it does not touch the zone from outside."""
-    return Body(known, (x, 0.0, 0.0), 0.5, (0.1,), (((x, 0.0, 0.0, x, 0.0, 0.0),),), (0.0,))
+    pose = ((x, 0.0, 0.0, x, 0.0, 0.0),)
+    return plain_body((0.1,), (pose,), (0.0,), known=known, base=(x, 0.0, 0.0), reach_m=0.5)
 
 
 @dataclass

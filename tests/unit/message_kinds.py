@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from cell.messages import AxisStatus, Body, DriveFeedback, OutputEvent, PlayoutState, SetpointBlock, ZoneGeometry
-from cell.net.binary import LARGEST, MOST_COUNT
+from cell.net.binary import FARTHEST_M, LARGEST, MOST_COUNT
 
 SAMPLES = st.floats(-LARGEST, LARGEST)
 NAMES = st.text(st.characters(codec="utf-8"), max_size=12)
@@ -67,14 +67,13 @@ def _within(kind: Any, limits: tuple[object, ...]) -> st.SearchStrategy[Any]:
 
 @st.composite
 def bodies(draw: st.DrawFn) -> Body:
-    plain = fields(Body)
+    hints = get_type_hints(Body, include_extras=True)
+    plain = {name: of(hints[name]) for name in ("base", "reach_m")}
     n, c = draw(st.integers(0, 3)), draw(st.integers(1, 3))
-    capsule = of(get_type_hints(Body, include_extras=True)["base"])
-    ends = st.tuples(capsule, capsule).map(lambda pair: (*pair[0], *pair[1]))
-    radii = [draw(plain["reach_m"]) for _ in range(c)]
-    poses = tuple(tuple(draw(ends) for _ in range(c)) for _ in range(n))
-    growth = tuple(draw(plain["reach_m"]) for _ in range(n))
-    return Body(draw(st.booleans()), draw(plain["base"]), draw(plain["reach_m"]), tuple(radii), poses, growth)
+    lengths, coordinates = st.floats(0.0, FARTHEST_M, width=32), st.floats(-FARTHEST_M, FARTHEST_M, width=32)
+    radii, growth = (draw(arrays(np.float32, count, elements=lengths)) for count in (c, n))
+    poses = draw(arrays(np.float32, (n, c, 2, 3), elements=coordinates))
+    return Body(draw(st.booleans()), draw(plain["base"]), draw(plain["reach_m"]), radii, poses, growth)
 
 
 @st.composite
@@ -113,3 +112,14 @@ def feedbacks(draw: st.DrawFn) -> DriveFeedback:
 def messages(kind: type) -> st.SearchStrategy[Any]:
     special = {SetpointBlock: blocks(), DriveFeedback: feedbacks()}
     return special[kind] if kind in special else of(kind)
+
+
+def same(a: Any, b: Any) -> bool:
+    """Equality of messages that looks into arrays."""
+    if isinstance(a, np.ndarray):
+        return np.array_equal(a, b)
+    if not dataclasses.is_dataclass(a) or isinstance(a, type):
+        return bool(a == b)
+    return type(a) is type(b) and all(
+        same(getattr(a, each.name), getattr(b, each.name)) for each in dataclasses.fields(a)
+    )

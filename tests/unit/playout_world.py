@@ -6,8 +6,8 @@ import numpy as np
 
 from cell.messages import AxisStatus, DriveFeedback, OutputEvent, SetpointBlock
 from drive_gateway.config.settings import OutputSettings
-from drive_gateway.gateway.outputs import Outputs
-from drive_gateway.gateway.playout import Accepted, Playout
+from drive_gateway.gateway.playout.outputs import Outputs
+from drive_gateway.gateway.playout.playout import Accepted, Playout
 from tests.unit.agent_world import CYCLE_S, STEP_S, AgentWorld
 from tests.unit.gateway_world import axis
 

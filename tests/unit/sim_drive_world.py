@@ -5,7 +5,7 @@ from collections.abc import Callable
 
 from drive_gateway.canopen.frame import CanFrame
 from drive_gateway.config.settings import AxisSettings
-from drive_gateway.sim.node import SimulatedNode
+from drive_gateway.sim.nodes.node import SimulatedNode
 
 CYCLE_S = 0.004
 LAG_S = 0.01

@@ -28,8 +28,9 @@ from cell.messages import (
     ZoneState,
 )
 from cell.net.runner import FREEZE_S
-from robot_agent.agent.zone_claims import ZoneClaims
+from robot_agent.agent.zones.zone_claims import ZoneClaims
 from tests.unit.manager_world import INSIDE, OUTSIDE, ball, settings
+from tests.unit.plain_body import plain_body
 
 ZONE = "middle"
 NAMES = ("a", "b", "c")
@@ -258,7 +259,8 @@ class ZoneNetwork:
 def _from_to(start: float, end: float) -> Body:
     """A ball that goes from one place to another."""
     body = ball(start)
-    return body if start == end else replace(body, poses=(((start, 0.0, 0.0, end, 0.0, 0.0),),))
+    way = ((start, 0.0, 0.0, end, 0.0, 0.0),)
+    return body if start == end else replace(body, poses=plain_body((0.1,), (way,), (0.0,)).poses)
 
 
 def random_walk(seed: int, steps: int) -> ZoneNetwork:

@@ -22,7 +22,7 @@ from drive_gateway.canopen.cob_id import MASTER_NODE_ID
 from drive_gateway.canopen.eds import Eds, ObjectEntry
 from drive_gateway.canopen.sdo import SAVE, STORE_PARAMETERS
 from drive_gateway.config import AxisSettings, GatewaySettings, load_drives
-from drive_gateway.gateway.recorder import FORMATS, LONGEST_S, Recorder
+from drive_gateway.gateway.bus.recorder import FORMATS, LONGEST_S, Recorder
 
 GatewayArgument = Annotated[str, typer.Argument(metavar="GATEWAY", help="Name of the gateway in the cell file.")]
 NodeArgument = Annotated[str, typer.Argument(metavar="NODE", help="Node-ID, or ROBOT.AXIS such as left.J1.")]

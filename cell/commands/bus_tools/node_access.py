@@ -22,10 +22,10 @@ from drive_gateway.canopen.axis_objects import index_of
 from drive_gateway.canopen.frame import CanFrame
 from drive_gateway.canopen.sdo import Sdo, SdoDone
 from drive_gateway.config import GatewaySettings, load_drives
-from drive_gateway.gateway.bus import BusError
-from drive_gateway.gateway.bus_news import BusBack, BusFailed, BusNews, name_of, remedy_of
-from drive_gateway.gateway.bus_port import BusPort
-from drive_gateway.gateway.sdo_workers import SdoWorkers
+from drive_gateway.gateway.bus.bus_news import BusBack, BusFailed, BusNews, name_of, remedy_of
+from drive_gateway.gateway.bus.bus_port import BusPort
+from drive_gateway.gateway.bus.opening import BusError
+from drive_gateway.gateway.bus.sdo_workers import SdoWorkers
 
 ANSWER_S = 5.0
 STATE_S = 1.0

@@ -6,7 +6,6 @@ from pathlib import Path
 from cell.commands.checks.bodies import check_bodies
 from cell.commands.checks.buses import check_buses
 from cell.commands.checks.drives import check_drives
-from cell.commands.checks.models import kinematic_models
 from cell.commands.checks.programs import check_programs
 from cell.commands.checks.readings import NamedFiles, Readings, read_named_files
 from cell.commands.checks.times import check_times
@@ -14,6 +13,7 @@ from cell.config.load import cell_settings, read_cell
 from cell.config.problem import Problem, refuses
 from cell.config.settings import CellSettings
 from drive_gateway.config import GatewaySettings
+from robot_agent.kinematics import KinematicsError, Model, model_of
 from robot_agent.model import RobotDescription
 
 
@@ -37,7 +37,7 @@ def check_cell(path: str | Path) -> tuple[CellBundle | None, list[Problem]]:
     if reading.document is None:
         return None, problems
     named = read_named_files(reading.document)
-    models, unfit = kinematic_models(named)
+    models, unfit = _kinematic_models(named)
     problems += [*named.problems(), *unfit, *check_programs(reading.document, named, models)]
     if reading.content is not None:
         readings = Readings(reading.document, reading.content, named)
@@ -47,6 +47,24 @@ def check_cell(path: str | Path) -> tuple[CellBundle | None, list[Problem]]:
     if settings is None or refuses(problems):
         return None, problems
     return _bundle(settings, named), problems
+
+
+def _kinematic_models(named: NamedFiles) -> tuple[dict[str, Model], list[Problem]]:
+    """Kinematics by robot, and what keeps a file without other problems from having any."""
+    models: dict[str, Model] = {}
+    problems: list[Problem] = []
+    for robot, document, file in named.usable_models():
+        if refuses(named.models[robot].problems):
+            continue
+        try:
+            model = model_of(file.description(document.file.parent))
+            model.forward(model.home)
+        except KinematicsError as error:
+            allowed = f"a robot of family {file.family.value}"
+            problems.append(document.problem(("geometry",), str(error), allowed, at_key=True))
+        else:
+            models[robot] = model
+    return models, problems
 
 
 def _bundle(settings: CellSettings, named: NamedFiles) -> CellBundle:

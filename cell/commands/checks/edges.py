@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 from itertools import pairwise
 
-from robot_agent.agent.joining import why_apart
+from robot_agent.agent.planning.joining import why_apart
 from robot_agent.language import Finished, Interpreter, MotionStep, Program, ProgramFault, Step
 
 _MOST_STEPS = 2000

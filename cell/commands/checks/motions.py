@@ -11,8 +11,9 @@ from numpy.typing import NDArray
 from cell.commands.checks.bundle import CellBundle
 from cell.config.document import read_text
 from cell.config.problem import Problem, Severity
-from robot_agent.agent.dry_run import dry_run
-from robot_agent.agent.planning import ExtendRequest, PlanFailed, Planned, Planner, PlanRequest
+from robot_agent.agent.planning.dry_run import dry_run
+from robot_agent.agent.planning.planner import Planner
+from robot_agent.agent.planning.plans import ExtendRequest, PlanFailed, Planned, PlanRequest
 from robot_agent.kinematics import Model, model_of
 from robot_agent.language import (
     End,

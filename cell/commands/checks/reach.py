@@ -7,7 +7,7 @@ import numpy as np
 
 from cell.geometry import from_xyz_abc
 from cell.geometry.arrays import Array
-from robot_agent.agent.targets import joint_target, pose_target
+from robot_agent.agent.planning.targets import joint_target, pose_target
 from robot_agent.kinematics import KinematicsError, Model, TrackError
 from robot_agent.kinematics.choice import joint_violation
 from robot_agent.kinematics.turns import LIMIT_TOLERANCE_RAD

@@ -14,8 +14,9 @@ from cell.commands.pages.page import page, write_page
 from cell.commands.pages.svg_chart import Chart
 from cell.config.document import read_text
 from cell.config.problem import Problem
-from robot_agent.agent.dry_run import dry_run
-from robot_agent.agent.planning import Planned, Planner
+from robot_agent.agent.planning.dry_run import dry_run
+from robot_agent.agent.planning.planner import Planner
+from robot_agent.agent.planning.plans import Planned
 from robot_agent.kinematics import Model, load_model
 from robot_agent.language import ProgramError, parse_program
 from robot_agent.paths import Passing

@@ -5,7 +5,7 @@ from collections.abc import Iterable, Mapping
 
 import numpy as np
 
-from robot_agent.agent.planning import Planned
+from robot_agent.agent.planning.plans import Planned
 from robot_agent.paths import Passing, Transition
 from robot_agent.trajectory import block_lengths
 

@@ -14,7 +14,7 @@ from drive_gateway.sim.axis.fed_torque import FedTorque
 from drive_gateway.sim.axis.gains import STEP_S
 from drive_gateway.sim.axis.machine import Machine
 from drive_gateway.sim.axis.protection import AMBIENT_C, WARM_K, Protection, Seen
-from drive_gateway.sim.servo import Servo
+from drive_gateway.sim.axis.servo import Servo
 
 _STILL_RAD_S = 0.5
 """The shaft stands when it turns slower than this."""

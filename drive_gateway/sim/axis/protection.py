@@ -6,8 +6,8 @@ A limit that is passed trips once; the fault stays until its cause is gone, temp
 from dataclasses import dataclass
 
 from drive_gateway.canopen.emcy import MOTOR_HOT
+from drive_gateway.sim.axis.axis_servo import BUS_HIGH, BUS_LOW, MEAN_CURRENT_HIGH, MOTOR_WARM, STAGE_WARM
 from drive_gateway.sim.axis.motor_data import COPPER_PER_K, REFERENCE_C, MotorData
-from drive_gateway.sim.axis_servo import BUS_HIGH, BUS_LOW, MEAN_CURRENT_HIGH, MOTOR_WARM, STAGE_WARM
 
 MEAN_CURRENT = 0x2310
 PEAK_CURRENT = 0x2320

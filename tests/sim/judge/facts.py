@@ -65,8 +65,7 @@ class Shown:
     def poses(self) -> Floats:
         """`(m, c, 2, 3)` [m]."""
         if self._poses is None:
-            body = self.message.body
-            self._poses = np.array(body.poses).reshape(len(body.poses), len(body.radii_m), 2, 3)
+            self._poses = self.message.body.poses.astype(float)
         return self._poses
 
     def touches(self, zone: str, box: Box) -> bool:
@@ -81,11 +80,11 @@ class Shown:
         A capsule lies within a pose's capsule that is grown by as much as its ends are away.
         """
         body = self.message.body
-        if not body.known or not body.poses:
+        if not body.known or len(body.poses) == 0:
             away = np.linalg.norm(points - np.array(body.base), axis=-1).max(axis=(1, 2))
             return np.asarray(away - body.reach_m)
         away = np.linalg.norm(points[:, None] - self.poses, axis=-1).max(axis=-1)
-        return np.asarray((away - np.array(body.growth_m)[:, None]).min(axis=1).max(axis=-1))
+        return np.asarray((away - body.growth_m[:, None]).min(axis=1).max(axis=-1))
 
 
 @dataclass(slots=True, eq=False)

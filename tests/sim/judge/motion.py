@@ -26,7 +26,7 @@ from cell.messages import (
     SetpointBlock,
     Step,
 )
-from robot_agent.agent.planning import Planned
+from robot_agent.agent.planning.plans import Planned
 from tests.sim.judge.facts import OFF_S, SAMPLE_S, Facts, Floats, Sample, rest_row
 from tests.sim.judge.invariant import Handlers, Invariant
 from tests.sim.planned_paths import PATH_STEP_S, PlannedPaths

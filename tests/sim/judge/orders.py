@@ -28,7 +28,7 @@ from cell.messages import (
     Step,
     SwitchOutput,
 )
-from robot_agent.agent.planning import Plan
+from robot_agent.agent.planning.plans import Plan
 from tests.sim.judge.facts import Facts
 from tests.sim.judge.invariant import Handlers, Invariant
 

@@ -18,6 +18,7 @@ from cell.core import Answer, Arrived, Effect, Publish, Request
 from cell.manager.presences import MOST_STRANGERS
 from cell.messages import (
     AxisStatus,
+    Body,
     DriveFeedback,
     Enable,
     Heard,
@@ -29,6 +30,7 @@ from cell.messages import (
     Run,
     SetpointBlock,
 )
+from cell.net.binary import encode_presence
 from cell.net.codec import COMMANDS, decode, decode_call, encode, message_schemas
 from cell.net.errors import CodecError
 from cell.net.keys import STATE_KINDS
@@ -36,7 +38,7 @@ from tests.unit.agent_world import AgentWorld
 from tests.unit.gateway_world import World as GatewayWorld
 from tests.unit.manager_world import INSIDE, Robot
 from tests.unit.manager_world import World as ManagerWorld
-from tests.unit.message_kinds import blocks, feedbacks, messages
+from tests.unit.message_kinds import blocks, bodies, feedbacks, messages
 
 KNOWN = (
     "left", "right", "middle", "handover", "seam", "b1", "m1", "m", "boot", "g1", "gateway", "a1", "digest", "d", "J1",
@@ -113,8 +115,14 @@ def streams(draw: st.DrawFn, kind: type) -> bytes:
     return encode(replace(some, **changes))
 
 
+def presence_bytes(head: bytes, body: Body) -> bytes:
+    return encode_presence(head, body.radii_m, body.growth_m, body.poses)
+
+
 def state_bytes(name: str) -> st.SearchStrategy[tuple[str, bytes]]:
-    if name in SCHEMAS:
+    if name == "Presence":
+        data = st.builds(presence_bytes, json_of(name), bodies()) | messages(KINDS[name]).map(encode)
+    elif name in SCHEMAS:
         data = json_of(name) | messages(KINDS[name]).map(encode)
     else:
         data = streams(KINDS[name]) | messages(KINDS[name]).map(encode) | st.binary(max_size=200)

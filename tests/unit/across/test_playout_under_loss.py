@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from cell.messages import SetpointBlock
-from drive_gateway.gateway.playout import Accepted, Playout
+from drive_gateway.gateway.playout.playout import Accepted, Playout
 from robot_agent.trajectory import Governor, RateRequest, Segment
 from tests.unit.gateway_world import axis
 from tests.unit.governor_drive import CYCLE_S, LIMITS, MOTIONS, STEP

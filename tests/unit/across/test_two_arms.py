@@ -8,7 +8,8 @@ import pytest
 from cell.commands.checks import check_cell
 from cell.geometry import Box, capsule_box_distance, pose_from, transform_points
 from cell.messages import ZoneGeometry
-from robot_agent.agent.planning import Planned, Planner, PlanRequest
+from robot_agent.agent.planning.planner import Planner
+from robot_agent.agent.planning.plans import Planned, PlanRequest
 from robot_agent.kinematics import Model, model_of
 from robot_agent.language import Finished, Interpreter, JointStep, LineStep, Pause, parse_program
 from robot_agent.trajectory import Limits

@@ -11,6 +11,7 @@ from tests.unit.repository import ROOT
 
 DOCS = ROOT / "docs" / "messages.md"
 BINARY = {"SetpointBlock", "DriveFeedback"}
+"""Without a field that is JSON."""
 
 
 @pytest.mark.parametrize(

@@ -1,20 +1,14 @@
 from cell.geometry import Box, body_touches_box
 from cell.messages import Body
+from tests.unit.plain_body import Capsule, plain_body
 
 BOX = Box.at((1.0, 1.0, 1.0), (2.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0))
 FAR = (0.0, 0.0, 0.0, 0.0, 0.0, 1.0)
 NEAR = (1.39, 0.0, 0.0, 1.39, 0.0, 0.3)
 
 
-def body(*poses: tuple[float, ...], growth: float = 0.0) -> Body:
-    return Body(
-        known=True,
-        base=(0.0, 0.0, 0.0),
-        reach_m=5.0,
-        radii_m=(0.1,),
-        poses=tuple((pose,) for pose in poses),  # type: ignore[arg-type]
-        growth_m=tuple(growth for _ in poses),
-    )
+def body(*poses: Capsule, growth: float = 0.0) -> Body:
+    return plain_body((0.1,), tuple((pose,) for pose in poses), tuple(growth for _ in poses), reach_m=5.0)
 
 
 def test_a_body_clear_of_the_box_does_not_touch_it() -> None:

@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
 from cell.manager.occupancy import ZoneSpace
@@ -24,9 +25,10 @@ def test_the_newest_body_counts() -> None:
 
 def test_a_pose_to_come_counts_with_its_growth() -> None:
     far = ball(1.0)
-    ahead = replace(far, poses=(far.poses[0], ((0.35, 0.0, 0.0, 0.35, 0.0, 0.0),)), growth_m=(0.0, 0.06))
-    assert ZoneSpace(ZONE).touched_by("left", ahead)
-    assert not ZoneSpace(ZONE).touched_by("left", replace(ahead, growth_m=(0.0, 0.04)))
+    poses = np.concatenate([far.poses, ball(0.35).poses])
+    near, away = (replace(far, poses=poses, growth_m=np.float32([0.0, growth])) for growth in (0.06, 0.04))
+    assert ZoneSpace(ZONE).touched_by("left", near)
+    assert not ZoneSpace(ZONE).touched_by("left", away)
 
 
 def test_the_version_is_that_of_the_geometry() -> None:

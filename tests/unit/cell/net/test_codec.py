@@ -1,6 +1,7 @@
 """Every message survives the way over the wire; bytes that are no message give `CodecError` and nothing else."""
 
 import dataclasses
+import json
 import math
 from typing import Any
 
@@ -28,13 +29,8 @@ from cell.messages import (
 from cell.net.codec import COMMANDS, MOST_BYTES, decode, decode_call, encode, encode_call
 from cell.net.errors import CodecError
 from cell.net.keys import STATE_KINDS
-from tests.unit.message_kinds import NAMES, messages, of
-
-
-def same(a: object, b: object) -> bool:
-    """Equality that looks into arrays."""
-    pairs = [(getattr(a, f.name), getattr(b, f.name)) for f in dataclasses.fields(a)]  # type: ignore[arg-type]
-    return type(a) is type(b) and all(np.array_equal(x, y) if isinstance(x, np.ndarray) else x == y for x, y in pairs)
+from tests.unit.message_kinds import NAMES, messages, of, same
+from tests.unit.plain_body import plain_body
 
 
 @pytest.mark.parametrize("kind", [*STATE_KINDS, Reply], ids=lambda kind: kind.__name__)
@@ -168,53 +164,86 @@ def test_a_reading_that_is_no_number_is_not_encoded(stop_time_s: float) -> None:
 
 
 def test_a_number_that_is_none_is_refused_on_arrival_too() -> None:
-    data = encode(PRESENCE).replace(b'"stop_time_s":0.5', b'"stop_time_s":NaN')
+    data = encode(PRESENCE).replace(b'"stop_time_s":0.5', b'"stop_time_s":NaN')  # as long as before
     with pytest.raises(CodecError, match="finite"):
         decode(Presence, data)
 
 
 def test_the_word_nan_in_a_text_may_travel() -> None:
     message = dataclasses.replace(PRESENCE, robot="NaN")
-    assert decode(Presence, encode(message)) == message
+    assert same(decode(Presence, encode(message)), message)
 
 
-@pytest.mark.parametrize(
-    ("old", "new", "where"),
-    [
-        (b'"digest":"d"', b'"digest":"d","extra":1', "extra"),
-        (b'"known":false', b'"known":false,"more":1', "body.more"),
-        (b'"sequence":1', b'"sequence":"1"', "sequence"),
-        (b'"digest":"d",', b"", "digest"),
-    ],
-)
-def test_a_wrong_field_is_refused_by_its_name(old: bytes, new: bytes, where: str) -> None:
-    with pytest.raises(CodecError, match=f"Presence: {where}: "):
-        decode(Presence, encode(PRESENCE).replace(old, new))
+def with_head(data: bytes, old: bytes, new: bytes) -> bytes:
+    """A presence in whose head `old` stands as `new`."""
+    assert old in data
+    length = int.from_bytes(data[4:8], "little") + len(new) - len(old)
+    return data[:4] + length.to_bytes(4, "little") + data[8:].replace(old, new)
 
 
-CAPSULE = (0.0, 0.0, 0.0, 0.1, 0.0, 0.0)
-BODY = Body(True, (0.0, 0.0, 0.0), 1.0, (0.1,), ((CAPSULE,),), (0.02,))
+BODY = plain_body((0.1,), (((0.0, 0.0, 0.0, 0.1, 0.0, 0.0),),), (0.02,))
 
 
 @pytest.mark.parametrize(
     ("old", "new", "says"),
     [
-        (b'"radii_m":[0.1]', b'"radii_m":[0.1,0.1]', "poses of 1 capsules and 2 radii_m"),
-        (b'"radii_m":[0.1]', b'"radii_m":[]', "poses of 1 capsules and 0 radii_m"),
-        (b'"radii_m":[0.1]', b'"radii_m":[-0.1]', "body.radii_m.0: Input should be greater than or equal to 0"),
-        (b'"growth_m":[0.02]', b'"growth_m":[0.02,0.02]', "growth_m has 2 numbers for 1 poses"),
-        (b'"growth_m":[0.02]', b'"growth_m":[-0.02]', "body.growth_m.0"),
-        (b'"reach_m":1.0', b'"reach_m":1e300', "body.reach_m"),
+        (b'"digest":"d"', b'"digest":"d","extra":1', "extra"),
+        (b'"sequence":1', b'"sequence":"1"', "sequence"),
+        (b'"digest":"d",', b"", "digest"),
+        (b'"reach_m":1.0', b'"reach_m":1e300', "reach_m"),
         (b'"stop_time_s":0.5', b'"stop_time_s":-0.5', "stop_time_s"),
         (b'"sequence":1', b'"sequence":-1', "sequence"),
         (b'"robot":"left"', b'"robot":"%s"' % (b"x" * 200), "robot"),
     ],
 )
-def test_a_presence_of_another_shape_is_refused_where_it_is_read(old: bytes, new: bytes, says: str) -> None:
+def test_a_wrong_field_is_refused_by_its_name(old: bytes, new: bytes, says: str) -> None:
+    data = with_head(encode(dataclasses.replace(PRESENCE, body=BODY)), old, new)
+    with pytest.raises(CodecError, match=f"Presence: {says}: "):
+        decode(Presence, data)
+
+
+def test_the_layout_of_a_presence_is_the_documented_one() -> None:
     data = encode(dataclasses.replace(PRESENCE, body=BODY))
-    assert old in data
+    end = 12 + int.from_bytes(data[4:8], "little")
+    assert data[:4] == b"ZPR1"
+    assert data[8:12] == b"\x01\x00\x01\x00"
+    assert json.loads(data[12:end])["known"] is True
+    assert np.frombuffer(data[end:], "<f4").tolist() == np.float32([0.1, 0.02, 0, 0, 0, 0.1, 0, 0]).tolist()
+
+
+@pytest.mark.parametrize(
+    ("body", "says"),
+    [
+        ({"radii_m": np.float32([0.1, 0.1])}, "allowed are"),
+        ({"growth_m": np.float32([0.02, 0.02])}, "allowed are"),
+        ({"radii_m": np.float32([-0.1])}, "below zero"),
+        ({"growth_m": np.float32([-0.02])}, "below zero"),
+        ({"poses": np.full((1, 1, 2, 3), np.nan, np.float32)}, "NaN"),
+        ({"poses": np.full((1, 1, 2, 3), 2e6, np.float32)}, "beyond 1e\\+06 m"),
+        ({"radii_m": np.zeros(51, np.float32), "poses": np.zeros((1, 51, 2, 3), np.float32)}, "up to 50 capsules"),
+        ({"radii_m": np.zeros(0, np.float32), "poses": np.zeros((1, 0, 2, 3), np.float32)}, "at least one capsule"),
+    ],
+)
+def test_a_body_of_another_shape_does_not_travel(body: dict[str, Any], says: str) -> None:
     with pytest.raises(CodecError, match=says):
-        decode(Presence, data.replace(old, new))
+        encode(dataclasses.replace(PRESENCE, body=dataclasses.replace(BODY, **body)))
+
+
+@pytest.mark.parametrize(
+    ("at", "new", "says"),
+    [
+        (8, b"\x02\x00", "the header asks for"),
+        (8, b"\x00\x00", "the header asks for"),
+        (10, b"\xff\xff", "the header asks for"),
+        (-8, b"\x00\x00\xc0\x7f", "NaN"),
+        (-32, b"\x00\x00\x80\xbf", "below zero"),
+    ],
+)
+def test_a_presence_of_another_shape_is_refused_where_it_is_read(at: int, new: bytes, says: str) -> None:
+    data = bytearray(encode(dataclasses.replace(PRESENCE, body=BODY)))
+    data[at : at + len(new) if at > 0 else len(data) + at + len(new)] = new
+    with pytest.raises(CodecError, match=says):
+        decode(Presence, bytes(data))
 
 
 @pytest.mark.parametrize(

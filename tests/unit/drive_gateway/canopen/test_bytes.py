@@ -16,10 +16,10 @@ from drive_gateway.canopen.sdo import ABORT_CODES, Sdo, SdoDone, abort_text
 from drive_gateway.cia402.state_machine import decode
 from drive_gateway.config import load_drives
 from drive_gateway.config.image import image_of
-from drive_gateway.gateway.sdo_workers import SdoWorkers
-from drive_gateway.sim.dictionary import key_of, load_dictionary
-from drive_gateway.sim.objects import Objects
-from drive_gateway.sim.pdo import transmit_pdos
+from drive_gateway.gateway.bus.sdo_workers import SdoWorkers
+from drive_gateway.sim.services.dictionary import key_of, load_dictionary
+from drive_gateway.sim.services.objects import Objects
+from drive_gateway.sim.services.pdo import transmit_pdos
 from tests.unit.repository import ROOT, vectors
 from tests.unit.sim_drive_world import AXIS, Bench
 

@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 
 from drive_gateway.canopen.frame import CanFrame
 from drive_gateway.canopen.sdo import Sdo, SdoChannel, SdoDone, abort_text
-from drive_gateway.gateway import sdo_workers
-from drive_gateway.gateway.sdo_workers import SdoWorkers
+from drive_gateway.gateway.bus import sdo_workers
+from drive_gateway.gateway.bus.sdo_workers import SdoWorkers
 from tests.unit.repository import vectors
 
 WRITES = vectors("canopen_frames.json")["sdo"]

@@ -6,7 +6,7 @@ import pytest
 
 from cell.messages import AxisStatus
 from drive_gateway.cia402.state_machine import controlword
-from drive_gateway.sim.power_state import DriveState
+from drive_gateway.sim.drives.power_state import DriveState
 from tests.unit.sim_drive_world import Bench
 
 S = DriveState

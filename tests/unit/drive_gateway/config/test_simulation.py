@@ -9,7 +9,7 @@ from cell.config import ConfigError
 from drive_gateway.config import load_drives
 from drive_gateway.config.simulation import Level
 from drive_gateway.sim.axis.full_servo import FullServo
-from drive_gateway.sim.servo import Servo
+from drive_gateway.sim.axis.servo import Servo
 from drive_gateway.sim.shell import simulated_nodes
 from tests.unit.config_world import CONFIGS, DRIVES, Copy
 

@@ -22,7 +22,7 @@ from cell.messages import (
 )
 from drive_gateway.canopen.frame import CanFrame
 from drive_gateway.config.settings import RobotDrives
-from drive_gateway.gateway.bus_news import BusBack, BusDisturbed, BusFailed, SecondMaster
+from drive_gateway.gateway.bus.bus_news import BusBack, BusDisturbed, BusFailed, SecondMaster
 from drive_gateway.gateway.effects import DrivesSlow, Frame, TakeBlocks
 from tests.unit.gateway_world import CYCLE_S, TIMES, KindManager, World, axis, block, gateway_settings, s_motion
 

@@ -14,7 +14,7 @@ import pytest
 from canopen.profiles.p402 import State402
 
 from cell.messages import AxisStatus, Claim, DisableDrives, EnableDrives
-from drive_gateway.gateway.bus import open_bus
+from drive_gateway.gateway.bus.opening import open_bus
 from tests.unit.gateway_thread import running_gateway
 from tests.unit.gateway_world import gateway_settings
 

@@ -7,7 +7,7 @@ import pytest
 
 from cell.messages import Claim, EnableDrives, Fault, FaultDrive, ReadObject
 from drive_gateway.config.settings import BusSettings
-from drive_gateway.gateway.bus import BusError, open_bus
+from drive_gateway.gateway.bus.opening import BusError, open_bus
 from tests.unit.gateway_thread import running_gateway
 from tests.unit.gateway_world import block, s_motion
 

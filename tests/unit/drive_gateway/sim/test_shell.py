@@ -16,8 +16,8 @@ import pytest
 from drive_gateway.canopen.nmt import NmtState
 from drive_gateway.config.settings import BusSettings, GatewaySettings, RobotDrives
 from drive_gateway.config.simulation import Simulation
-from drive_gateway.gateway import steady_bus
-from drive_gateway.gateway.bus import BusError
+from drive_gateway.gateway.bus import steady_bus
+from drive_gateway.gateway.bus.opening import BusError
 from drive_gateway.sim.shell import SimulatedDrives, run_simulated_drives
 from tests.unit.sim_drive_world import AXIS, CYCLE_S, LAG_S, NODE, START
 

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from drive_gateway.canopen.frame import CanFrame
 from drive_gateway.canopen.stuffing import exact_bits
 from drive_gateway.sim.bus import IN_STEP_S, SimulatedBus
-from drive_gateway.sim.node import SimulatedNode
+from drive_gateway.sim.nodes.node import SimulatedNode
 from drive_gateway.sim.wire import Wire
 from tests.unit.sim_drive_world import AXIS, CYCLE_S, LAG_S, NODE
 

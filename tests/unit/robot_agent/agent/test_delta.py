@@ -5,7 +5,8 @@ from dataclasses import replace
 import numpy as np
 
 from cell.messages import Enable, Mode
-from robot_agent.agent.planning import PlanFailed, Planner, PlanRequest
+from robot_agent.agent.planning.planner import Planner
+from robot_agent.agent.planning.plans import PlanFailed, PlanRequest
 from robot_agent.kinematics import Model, load_model, model_of
 from robot_agent.language import JointStep
 from robot_agent.trajectory import Limits

@@ -6,8 +6,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cell.geometry import from_xyz_abc
-from robot_agent.agent.dry_run import dry_run
-from robot_agent.agent.planning import Planner
+from robot_agent.agent.planning.dry_run import dry_run
+from robot_agent.agent.planning.planner import Planner
 from robot_agent.language import parse_program
 from robot_agent.paths import Arc, Line, Sequence, Spline
 from robot_agent.paths.orientation import axis_angle

@@ -13,7 +13,7 @@ from robot_agent.paths import Arc, Block, JointMove, Line, Sequence
 from robot_agent.paths.curves import bezier
 from robot_agent.trajectory import Motion, plan
 from robot_agent.trajectory.joints.pieces import Pieces
-from robot_agent.trajectory.timing.profile import Quintic, Ramped, profile, synchronised_trapezoids, trapezoid_in
+from robot_agent.trajectory.timing.profile import Quintic, Ramped, profile
 from tests.unit.random_moves import LIMITS, MODEL, START
 from tests.unit.repository import vectors
 
@@ -111,54 +111,6 @@ def test_quintic_between_any_states_has_the_worked_coefficients() -> None:
     q, qd, qdd = np.array(worked["states"]).T[..., None]
     pieces = Pieces.through(np.array([0.0, worked["duration_s"]]), q, qd, qdd)
     np.testing.assert_allclose(pieces.coefficients[0, :, 0], worked["coefficients"], atol=1e-9)
-
-
-class TestTrapezoid:
-    def test_of_a_given_time_has_the_worked_ramp_and_positions(self) -> None:
-        worked, made = VECTORS["trapezoid"], trapezoid_in(math.pi, 6.0 * math.pi, 1.0)
-        assert [made.ramp_s, made.speed] == pytest.approx([worked["ramp_s"], worked["speed"]])
-        for time, position in worked["positions"]:
-            assert made.at(np.array(time))[0] == pytest.approx(position)
-
-    def test_backwards_it_is_the_same(self) -> None:
-        made = trapezoid_in(-1.0, 6.0, 1.0)
-        for time, position in VECTORS["trapezoid"]["line"]:
-            assert 0.5 + made.at(np.array(time))[0] == pytest.approx(position)
-        assert made.at(np.array([0.1, 0.5, 0.9]))[2].tolist() == [-6.0, 0.0, 6.0]
-        time, speed = VECTORS["trapezoid"]["line_speed"]
-        assert made.at(np.array(time))[1] == pytest.approx(speed)
-
-    def test_least_acceleration_makes_a_triangle_and_less_is_refused(self) -> None:
-        made = trapezoid_in(math.pi, 4.0 * math.pi, 1.0)
-        assert [made.ramp_s, made.cruise_s, made.speed] == pytest.approx([0.5, 0.0, 2.0 * math.pi])
-        with pytest.raises(ValueError, match=r"9\.42478 found, allowed from 12\.5664"):
-            trapezoid_in(math.pi, 3.0 * math.pi, 1.0)
-
-    def test_axes_begin_and_end_together_as_worked(self) -> None:
-        worked = VECTORS["synchronised"]
-        limits = worked["distances"], worked["speeds"], worked["accelerations"]
-        alone = [profile(ProfileKind.TRAPEZOIDAL, d, v, a, 1.0).duration_s for d, v, a in zip(*limits, strict=True)]
-        assert alone == pytest.approx(worked["alone_s"], abs=1e-6)
-        made = synchronised_trapezoids(*limits)
-        assert [axis.duration_s for axis in made] == pytest.approx([2.5] * 6)
-        assert [axis.speed for axis in made] == pytest.approx(worked["cruise"], abs=1e-6)
-        assert [axis.duration_s - axis.ramp_s for axis in made] == pytest.approx(worked["brake_s"], abs=2e-6)
-
-    def test_an_axis_that_stays_waits_for_the_others(self) -> None:
-        still, moving = synchronised_trapezoids([0.0, 10.0], [1.0, 1.0], [1.0, 1.0])
-        assert still.duration_s == moving.duration_s == 11.0
-        np.testing.assert_array_equal(still.at(np.array([0.0, 5.0, 11.0])), 0.0)
-
-    @settings(max_examples=60, deadline=None)
-    @given(st.lists(st.tuples(st.floats(-10.0, 10.0), DECADES, DECADES), min_size=1, max_size=6))
-    def test_each_axis_keeps_its_limits_and_reaches_its_target(self, axes: list[tuple[float, float, float]]) -> None:
-        made = synchronised_trapezoids(*zip(*axes, strict=True))
-        for (distance, speed, acceleration), axis in zip(axes, made, strict=True):
-            assert axis.duration_s == pytest.approx(made[0].duration_s)
-            assert abs(axis.speed) <= speed * (1.0 + 1e-9)
-            assert abs(axis.speed) <= acceleration * axis.ramp_s * (1.0 + 1e-9)
-            covered = axis.speed * (axis.ramp_s + axis.cruise_s)
-            assert covered == pytest.approx(distance, rel=1e-9, abs=1e-12)
 
 
 def planned(kind: ProfileKind, *blocks: Block, filter_s: float = 0.0, path: PathLimits = LIMITS.path) -> Motion:

@@ -1,0 +1,117 @@
+"""SDO transfers beside the cycle: the `canopen` library's client per node, in worker threads."""
+
+import logging
+from collections.abc import Callable, Iterable
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import AbstractContextManager
+from types import TracebackType
+from typing import Any, Self
+
+import can
+import canopen
+from canopen.sdo.client import SdoClient
+
+from drive_gateway.canopen.cob_id import SDO_FROM_NODE, SDO_TO_NODE, function_code, node_id
+from drive_gateway.canopen.frame import CanFrame
+from drive_gateway.canopen.sdo import STORE_PARAMETERS, Sdo, SdoDone, abort_text
+from drive_gateway.gateway.bus.sdo_transfer import read_object, write_object
+
+RESPONSE_TIMEOUT_S = 0.5
+"""A drive answers an SDO within a few ms; some take long to store a value."""
+STORE_TIMEOUT_S = 3.0
+"""Time in which a drive stores all its parameters; shorter than an operator's call waits."""
+_ANSWER_BYTES = 8
+"""Of each SDO answer, whatever of it is used (CiA 301)."""
+
+# Every outcome goes back to the core, which tells it with its node; the library's own log would tell it twice.
+logging.getLogger("canopen").setLevel(logging.CRITICAL)
+
+
+class _Network(canopen.Network):
+    """The library's network on a port that somebody else owns: it sends through it and is fed by `notify`."""
+
+    def __init__(self, send: Callable[[CanFrame], None]) -> None:
+        super().__init__()
+        self._send = send
+
+    def send_message(self, can_id: int, data: bytes, remote: bool = False) -> None:
+        self._send(CanFrame(can_id, bytes(data), remote))
+
+
+class SdoWorkers:
+    """Context manager. `done` gets the outcome of each request, from a worker's thread.
+
+    A transfer runs inside `attend()`, in which received frames must come to `take` without delay.
+    """
+
+    def __init__(
+        self,
+        node_ids: Iterable[int],
+        send: Callable[[CanFrame], None],
+        attend: Callable[[], AbstractContextManager[None]],
+        done: Callable[[SdoDone], None],
+    ) -> None:
+        self._done = done
+        self._attend = attend
+        self._network = _Network(send)
+        self._clients: dict[int, Any] = {}
+        self._malformed: dict[int, int] = {}
+        for number in node_ids:
+            dictionary = canopen.ObjectDictionary()  # type: ignore[no-untyped-call]
+            client: Any = SdoClient(  # type: ignore[no-untyped-call]
+                SDO_TO_NODE + number, SDO_FROM_NODE + number, dictionary
+            )
+            client.network = self._network
+            self._network.subscribe(client.tx_cobid, client.on_response)
+            self._clients[number] = client
+        self._pool = ThreadPoolExecutor(max_workers=max(1, len(self._clients)), thread_name_prefix="sdo")
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, value: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self._pool.shutdown(wait=True, cancel_futures=True)
+
+    def take(self, frame: CanFrame) -> bool:
+        """Give a received frame to its client; true when it came as an SDO answer of a configured node.
+
+        An answer that is not 8 bytes long is none: the request goes on to its time-out, which then says so.
+        """
+        node = node_id(frame.id)
+        if function_code(frame.id) != SDO_FROM_NODE or node not in self._clients:
+            return False
+        if len(frame.data) != _ANSWER_BYTES:
+            self._malformed[node] = len(frame.data)
+            return True
+        self._network.notify(frame.id, bytearray(frame.data), 0.0)
+        return True
+
+    def submit(self, request: Sdo) -> None:
+        """Carry a request out; the core sends one per node at a time."""
+        self._pool.submit(self._work, request)
+
+    def _work(self, request: Sdo) -> None:
+        client = self._clients[request.node_id]
+        data, abort_code, problem = b"", None, ""
+        timeout_s = STORE_TIMEOUT_S if request.index == STORE_PARAMETERS else RESPONSE_TIMEOUT_S
+        client.RESPONSE_TIMEOUT = timeout_s
+        self._malformed.pop(request.node_id, None)
+        try:
+            with self._attend():
+                if request.data is None:
+                    data = read_object(client, request.index, request.sub)
+                else:
+                    write_object(client, request.index, request.sub, request.data)
+        except canopen.SdoAbortedError as error:
+            abort_code, problem = error.code, abort_text(error.code)
+        except (canopen.SdoCommunicationError, can.CanError, OSError) as error:
+            problem = f"{error} within {timeout_s} s"
+            length = self._malformed.get(request.node_id)
+            if length is not None:
+                problem += f"; an answer had {length} bytes, allowed are {_ANSWER_BYTES}: check the node's firmware"
+        except Exception as error:
+            # Whatever the library makes of an answer: without an outcome the node would never be asked again.
+            problem = f"the SDO transfer failed ({type(error).__name__}: {error})"
+        self._done(SdoDone(request.request_id, data, abort_code, problem))

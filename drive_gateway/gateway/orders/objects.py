@@ -1,0 +1,89 @@
+"""An operator's access to the object dictionaries of the nodes: reading always, writing only when it is safe."""
+
+from collections.abc import Callable, Mapping
+
+from cell.messages import ReadObject, WriteObject
+from drive_gateway.canopen.axis_objects import first_axis_index
+from drive_gateway.canopen.pdo_map import (
+    CONTROLWORD,
+    INTERPOLATION_DATA,
+    TARGET_POSITION,
+    TARGET_TORQUE,
+    TORQUE_OFFSET,
+    VELOCITY_OFFSET,
+)
+from drive_gateway.canopen.profile_pdos import TARGET_VELOCITY
+from drive_gateway.canopen.sdo import SdoDone, abort_text
+from drive_gateway.gateway.nodes.node import Node
+from drive_gateway.gateway.robots.group import DriveGroup
+
+_COMMANDED = {
+    CONTROLWORD,
+    TARGET_POSITION,
+    TARGET_TORQUE,
+    TARGET_VELOCITY,
+    INTERPOLATION_DATA,
+    TORQUE_OFFSET,
+    VELOCITY_OFFSET,
+}
+"""What drives are told in each cycle, or at a motion of their own."""
+_IDENTIFIERS = {0x1005, 0x1014, *range(0x1200, 0x1300)}
+"""COB-IDs of SYNC, EMCY and SDO, which are those of CiA 301: a node with others would not be found any more."""
+
+Told = Callable[[bool, str, str], None]
+"""Takes whether it was done, what was done or found, and the bytes read in hex."""
+
+_LONGEST = 16_384
+"""Bytes; such a domain takes about 3 s in blocks, far less than an operator's call waits."""
+
+
+class ObjectAccess:
+    """Carries out `ReadObject` and `WriteObject` beside the cycle, one request per node at a time.
+
+    What the gateway writes and reads back at boot is not for writing here: the drives file would not be true any more.
+    """
+
+    def __init__(self, groups: Mapping[int, DriveGroup]) -> None:
+        """`groups`: the robot's drives that each node belongs to, by Node-ID."""
+        self._groups = groups
+
+    def obey(self, command: ReadObject | WriteObject, then: Told) -> None:
+        """Do it, or say why not."""
+        group = self._groups.get(command.node_id)
+        if group is None:
+            known = ", ".join(str(number) for number in sorted(self._groups))
+            then(False, f"no node {command.node_id} on this bus; its nodes are {known}", "")
+            return
+        node = next(drive.node for drive in group.nodes if drive.node.id == command.node_id)
+        problem = _write_problem(command, node, group) if isinstance(command, WriteObject) else ""
+        if problem:
+            then(False, problem, "")
+            return
+        data = bytes.fromhex(command.data) if isinstance(command, WriteObject) else None
+        name = f"{command.index:04X}h:{command.sub:02X} of {node.label}"
+
+        def answered(outcome: SdoDone) -> None:
+            if outcome.problem:
+                reason = outcome.problem if outcome.abort_code is None else abort_text(outcome.abort_code)
+                then(False, f"{name}: {reason}", "")
+            else:
+                then(True, f"{name} {'was read' if data is None else 'is written'}", outcome.data.hex())
+
+        node.sdo.submit(command.index, command.sub, data, answered, asked=True)
+
+
+def _write_problem(command: WriteObject, node: Node, group: DriveGroup) -> str:
+    try:
+        length = len(bytes.fromhex(command.data))
+    except ValueError:
+        return f"{command.data!r} are no bytes in hex"
+    if not 1 <= length <= _LONGEST:
+        return f"{length} bytes; allowed are 1 to {_LONGEST}"
+    name = f"{command.index:04X}h:{command.sub:02X} of {node.label}"
+    if command.index in _IDENTIFIERS or first_axis_index(command.index) in _COMMANDED:
+        return f"{name} is the gateway's, nobody else writes it"
+    if (command.index, command.sub) in node.kept:
+        return f"{name} is the gateway's; change it in the drives file"
+    if not group.standstill.switched_off:
+        return f"{group.robot} is not at rest and switched off: {group.permits.said()}; disable it first"
+    return ""

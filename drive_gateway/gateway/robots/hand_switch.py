@@ -1,0 +1,144 @@
+"""Digital outputs that an operator switches: judged in the cycle that switches, answered when the drive shows it.
+
+A program that runs rules the outputs, and nothing is switched while something moves the robot. A robot that stands may
+be in a fault or switched off: somebody may have to free a person or a part.
+"""
+
+from cell.messages import SwitchOutput
+from drive_gateway.canopen.axis_objects import index_of
+from drive_gateway.canopen.pdo_map import DIGITAL_OUTPUTS
+from drive_gateway.canopen.sdo import SdoDone, abort_text
+from drive_gateway.config.settings import OutputSettings
+from drive_gateway.gateway.drives.drive import Drive
+from drive_gateway.gateway.drives.power import PowerState
+from drive_gateway.gateway.event_log import EventLog
+from drive_gateway.gateway.robots.group import DriveGroup, Then
+
+CONFIRM_S = 1.0
+"""Within this time the drive must show what it was told."""
+
+
+class HandSwitch:
+    """The orders for the outputs of one robot."""
+
+    def __init__(self, group: DriveGroup, log: EventLog) -> None:
+        self._group = group
+        self._log = log
+        self._orders: list[tuple[SwitchOutput, Then]] = []
+        self._told: list[_Told] = []
+
+    def order(self, order: SwitchOutput, then: Then) -> None:
+        """Do it in the next cycle, or say why not; `then` gets the answer."""
+        self._orders.append((order, then))
+
+    def step(self, now: float) -> None:
+        """Before the sample of a cycle is handed out: what is switched here goes out with it."""
+        if self._orders:
+            orders, self._orders = self._orders, []
+            for order, then in orders:
+                self._obey(order, then, now)
+        if self._told:
+            self._told = [told for told in self._told if not told.answered(now)]
+
+    def _obey(self, order: SwitchOutput, then: Then, now: float) -> None:
+        outputs = self._group.outputs
+        output = outputs.named(order.output)
+        if output is None:
+            then(False, self._unknown(order.output))
+            return
+        drive = next(drive for drive in self._group.nodes if drive.axis.name == output.axis)
+        problem = self._problem(output, drive, order.on)
+        if problem:
+            then(False, f"{order.robot}: {problem}")
+            return
+        if outputs.is_on(output.name) is not order.on:
+            outputs.switch(output.name, order.on)
+            self._log.info("output_by_hand", f"{_what(order)} was switched {_word(order.on)} by hand, by {order.by}")
+        self._told.append(_Told(self._group, drive, output, order, then, now + CONFIRM_S))
+
+    def _unknown(self, name: str) -> str:
+        names = self._group.outputs.names
+        known = f"its outputs are {', '.join(names)}" if names else "`outputs` of the drives file names none"
+        return f"{self._group.robot} has no output {name}; {known}"
+
+    def _problem(self, output: OutputSettings, drive: Drive, on: bool) -> str:
+        """Why it must not be switched, or cannot be told; empty when it may."""
+        group = self._group
+        if not drive.operational:
+            return f"output {output.name} is at {drive.said()}; it is told nothing before it is operational"
+        if group.setup.motion is not None:
+            return "it is being set up; switch outputs when that is done"
+        if group.playout.programmed:
+            return (
+                f"its program runs and switches the outputs; first: cell halt {group.robot}, "
+                "or where its agent is silent wait until that has lost its claim"
+            )
+        if group.power.state is PowerState.STOPPING:
+            return f"its drives brake; switch output {output.name} when it stands"
+        if group.playout.live and not group.standstill.at_rest:
+            return f"it moves; switch output {output.name} when it stands"
+        why = group.playout.why_stopped
+        if on and not output.keep and why:
+            return (
+                f"output {output.name} has `at_stop: off` in the drives file, so it stays off while {why}; "
+                "it can be switched on once the robot is enabled and its agent runs"
+            )
+        return ""
+
+
+class _Told:
+    """One output that was switched, until its drive shows it in 60FEh:01."""
+
+    def __init__(
+        self, group: DriveGroup, drive: Drive, output: OutputSettings, order: SwitchOutput, then: Then, deadline: float
+    ) -> None:
+        self._outputs = group.outputs
+        self._drive = drive
+        self._bit = output.bit
+        self._order = order
+        self._then = then
+        self._deadline = deadline
+        self._asked = False
+        self._confirmed = False
+        self._found = "does not answer"
+        index = index_of(DIGITAL_OUTPUTS, drive.axis.number)
+        self._object = f"{index:04X}h:01"
+
+    def answered(self, now: float) -> bool:
+        """One cycle; true when the operator has the answer."""
+        order = self._order
+        if self._outputs.is_on(order.output) is not order.on:
+            text = f"was switched {_word(order.on)}, and is {_word(not order.on)} again"
+            self._then(False, f"{_what(order)} {text}: a stop, a program or another order came behind")
+        elif self._confirmed:
+            self._then(True, f"{_what(order)} is {_word(order.on)}: {self._drive.label} {self._found}")
+        elif now > self._deadline:
+            text = f"was told to be {_word(order.on)}, but not confirmed within {CONFIRM_S:g} s"
+            look = "look what it does before you rely on it"
+            self._then(False, f"{_what(order)} {text}: {self._drive.label} {self._found}; {look}")
+        else:
+            if not self._asked:
+                # It goes out behind the frame of this cycle and the SYNC with which that acts.
+                self._asked = True
+                self._drive.submit(DIGITAL_OUTPUTS, 1, None, self._read)
+            return False
+        return True
+
+    def _read(self, outcome: SdoDone) -> None:
+        if outcome.problem:
+            reason = outcome.problem if outcome.abort_code is None else abort_text(outcome.abort_code)
+            self._found = f"does not tell {self._object}, {reason}"
+            return
+        shown = int.from_bytes(outcome.data, "little")
+        self._found = f"shows {self._object} = {shown:08X}h"
+        self._confirmed = bool(shown >> self._bit & 1) is self._order.on
+        # The frame may have been lost; it is repeated.
+        self._asked = self._confirmed
+
+
+def _what(order: SwitchOutput) -> str:
+    return f"{order.robot}: output {order.output}"
+
+
+def _word(on: bool) -> str:
+    return "on" if on else "off"

@@ -1,0 +1,94 @@
+"""Set-up: motion that the drives of one robot make by themselves, as long as an operator holds it.
+
+Such a motion has no block and no path, so the robot counts as not referenced while it lasts: its body is unknown.
+"""
+
+from collections.abc import Sequence
+
+from drive_gateway.cia402.setup_objects import HOMING, SetupOrder
+from drive_gateway.gateway.drives.drive import Drive
+from drive_gateway.gateway.setup.setup_axis import SetupAxis, Stage
+from drive_gateway.gateway.trouble import Trouble
+
+HOLD_S = 0.5
+"""A motion whose operator did not hold it this lately is stopped."""
+
+
+class SetupMotion:
+    """Groups of axes, one group after another; the axes of a group start in the same cycle.
+
+    The drives are told nothing before the operator holds it: who has let go by then, or never heard that it may begin,
+    starts nothing.
+
+    Args:
+        what: what goes on, for people.
+        groups: drives and their orders.
+        now: it may begin from here.
+    """
+
+    def __init__(self, what: str, groups: Sequence[Sequence[tuple[Drive, SetupOrder]]], now: float) -> None:
+        self.what = what
+        self._waiting = [list(group) for group in groups]
+        self._axes: list[SetupAxis] = []
+        self._problem = ""
+        self._may_begin_at = self._held_at = now
+        self._held = False
+
+    @property
+    def ended(self) -> bool:
+        return not self._waiting and all(axis.stage is Stage.ENDED for axis in self._axes)
+
+    @property
+    def problem(self) -> str:
+        """Why it ended early; empty when all went well."""
+        return self._problem
+
+    def progress(self) -> str:
+        """What each axis of the present group does."""
+        return "; ".join(axis.progress() for axis in self._axes) or "begins when it is held"
+
+    def hold(self, at: float) -> None:
+        """The operator wanted it at `at` [s], or later."""
+        self._held_at = max(self._held_at, at)
+        self._held = self._held or at >= self._may_begin_at
+
+    def stop(self, reason: str, now: float) -> None:
+        """Stop every axis; what has not begun does not begin."""
+        self._problem = self._problem or reason
+        self._waiting = []
+        for axis in self._axes:
+            axis.stop(reason, now)
+
+    def halt(self, reason: str, now: float) -> None:
+        """Halt every axis that its drive moves on its ramp; what has not begun does not begin."""
+        self._problem = self._problem or reason
+        self._waiting = []
+        for axis in self._axes:
+            axis.halt(reason, now)
+
+    def troubles(self) -> list[Trouble]:
+        """Of drives that did not switch off."""
+        return [axis.trouble for axis in self._axes if axis.trouble is not None]
+
+    def controls(self, node: Drive) -> SetupAxis | None:
+        """The axis that commands this node now."""
+        return next((axis for axis in self._axes if axis.node is node and axis.stage is not Stage.ENDED), None)
+
+    def step(self, now: float) -> None:
+        """One cycle."""
+        if now - self._held_at > HOLD_S:
+            self.halt(f"the operator let go of it ({self.progress()})", now)
+        for axis in self._axes:
+            axis.step(now)
+            if axis.problem:
+                self.stop(axis.problem, now)
+            if axis.attained and axis.order.mode == HOMING:
+                axis.node.reference.found()
+        if all(axis.stage is Stage.READY for axis in self._axes):
+            for axis in self._axes:
+                axis.start(now)
+        if self._held and self._waiting and all(axis.stage is Stage.ENDED for axis in self._axes):
+            self._begin(now)
+
+    def _begin(self, now: float) -> None:
+        self._axes = [SetupAxis(node, order, now) for node, order in self._waiting.pop(0)]

@@ -1,0 +1,304 @@
+"""One simulated node: network states, services and their gating (CiA 301) around its drives (CiA 402), one per axis.
+
+Nothing here knows a clock: time is what the caller says. A node that produces a heartbeat is not guarded: the two share
+an identifier.
+"""
+
+from collections.abc import Callable, Sequence
+from functools import partial
+from itertools import zip_longest
+
+from drive_gateway.canopen.cob_id import ERROR_CONTROL, NMT, SDO_FROM_NODE, SDO_TO_NODE, SYNC
+from drive_gateway.canopen.frame import CanFrame
+from drive_gateway.canopen.nmt import NmtCommand, NmtState
+from drive_gateway.config.settings import AxisSettings
+from drive_gateway.sim.axis.axis_servo import AxisServo
+from drive_gateway.sim.drives.digital_outputs import DigitalOutputs
+from drive_gateway.sim.drives.drive import Drive
+from drive_gateway.sim.nodes.faults import FaultsOnCommand
+from drive_gateway.sim.nodes.late_frames import LateFrames
+from drive_gateway.sim.nodes.ordered_faults import OrderedFaults
+from drive_gateway.sim.services.dictionary import key_of, load_dictionary
+from drive_gateway.sim.services.emergency import COMMUNICATION_LOST, HEARTBEAT_LOST, PDO_TOO_SHORT, Emergencies
+from drive_gateway.sim.services.heartbeat import GuardedLife, HeartbeatConsumer, HeartbeatProducer
+from drive_gateway.sim.services.objects import ALL, COMMUNICATION, Objects, save_on_command
+from drive_gateway.sim.services.pdo import ReceivePdo, TransmitPdo, receive_pdos, transmit_pdos
+from drive_gateway.sim.services.pdo_parameters import PdoParameters
+from drive_gateway.sim.services.sdo_server import SdoServer
+
+BOOT_S = 0.02
+"""From power-on or reset to the boot-up message."""
+
+_GUARD_TIME = key_of(0x100C)
+_LIFE_TIME_FACTOR = key_of(0x100D)
+_CONSUMER = key_of(0x1016, 1)
+_PRODUCER = key_of(0x1017)
+_ERROR_BEHAVIOUR = key_of(0x1029, 1)
+_SETPOINT_TIMEOUT = key_of(0x2000)
+_STATE_AFTER_LOSS = {0: NmtState.PRE_OPERATIONAL, 2: NmtState.STOPPED}
+
+_Handler = Callable[[bytes, float], list[CanFrame]]
+
+
+class SimulatedNode(FaultsOnCommand):
+    """A CANopen node with one to three CiA 402 drives.
+
+    `receive` takes every frame of the bus and answers; `step` must be called at least every 10 ms. The node is switched
+    on by the first of these calls.
+
+    Args:
+        axes: of this node, number 1 first and none left out: Node-ID, units, speed and start.
+        cycle_s: cycle of the drives' position controllers [s].
+        lag_s: lag of an axis behind its set points [s].
+        setpoint_timeout: interpolation periods without a set point that are a fault (power-on value of 2000h);
+            `None`: as in the EDS.
+        servos: the axes behind the drives; `None`, and where none is left: one of the fast level.
+    """
+
+    def __init__(
+        self,
+        axes: Sequence[AxisSettings],
+        cycle_s: float,
+        lag_s: float,
+        setpoint_timeout: int | None = None,
+        servos: Sequence[AxisServo | None] = (),
+    ) -> None:
+        self.node_id = axes[0].node_id
+        self._setpoint_timeout = setpoint_timeout
+        self._objects = Objects(load_dictionary(len(axes)), self.node_id)
+        self._emergencies = Emergencies(self._objects, self.node_id)
+        self._consumer = HeartbeatConsumer()
+        self._producer = HeartbeatProducer()
+        self._guarded = GuardedLife()
+        self._sdo = SdoServer(self._objects)
+        of_axes = [self._objects.of_axis(axis.number) for axis in axes]
+        self.outputs = tuple(map(DigitalOutputs, of_axes))
+        self._timeouts = [objects.numbers for objects in of_axes]
+        self.drives = tuple(
+            Drive(axis, cycle_s, lag_s, objects, self._emergencies, self._cause_present, servo)
+            for axis, objects, servo in zip_longest(axes, of_axes, servos)
+        )
+        self._emergencies.held = lambda code: any(code in drive.faults for drive in self.drives)
+        self._parameters = PdoParameters(self._objects, lambda: self._nmt is NmtState.OPERATIONAL)
+        save_on_command(self._objects)
+        self._ordered = OrderedFaults(self, of_axes)
+        self._objects.followers[_CONSUMER] = self._watch_master
+        self._objects.followers[_PRODUCER] = lambda value: self._producer.configure(value, self._now)
+        self._now = 0.0
+        self._restart_drive = True
+        self._silent = False
+        self._late = LateFrames()
+        self._nmt = NmtState.BOOT_UP
+        self._receive: list[ReceivePdo] = []
+        self._transmit: list[TransmitPdo] = []
+        self.handlers: dict[int, _Handler] = {}
+        """What the node hears at present, by COB-ID."""
+        self._restart()
+
+    @property
+    def nmt(self) -> NmtState:
+        """`BOOT_UP` while the node initialises."""
+        return self._nmt
+
+    # Time and frames
+
+    def receive(self, frame: CanFrame, now: float) -> list[CanFrame]:
+        """Take one frame of the bus and return what the node sends because of it."""
+        handler = self.handlers.get(frame.id)
+        if handler is None or self._silent:
+            return []
+        self._now = max(self._now, now)
+        if frame.remote:
+            return self._on_remote(frame.id)
+        frames = handler(frame.data, self._now)
+        return self._with_emergencies(frames) if self._emergencies.pending else frames
+
+    def step(self, now: float) -> list[CanFrame]:
+        """Let time pass: motion, boot-up, heartbeats, timers. Returns what the node sends by itself."""
+        self._now = now = max(self._now, now)
+        self.advance(now)
+        return self.timers()
+
+    def timers(self) -> list[CanFrame]:
+        """What the node sends by itself at the time that it has come to."""
+        now = self._now
+        self._ordered.step(now)
+        frames: list[CanFrame] = []
+        if self._nmt is NmtState.BOOT_UP:
+            frames += self._boot(now)
+        else:
+            numbers = self._objects.numbers
+            if self._consumer.missed(now) or self._guarded.missed(
+                numbers[_GUARD_TIME], numbers[_LIFE_TIME_FACTOR], now
+            ):
+                self._heartbeat_lost()
+            if self._producer.due(now):
+                frames.append(self._error_control(self._nmt))
+            if self._nmt is NmtState.OPERATIONAL:
+                frames += [frame for pdo in self._transmit if (frame := pdo.on_time(now)) is not None]
+                frames += self._late.due(now)
+        frames = self._with_emergencies(frames)
+        return [] if self._silent else frames
+
+    # Network management
+
+    def _restart(self) -> None:
+        self._nmt = NmtState.BOOT_UP
+        self._boot_at: float | None = None
+        self.handlers = {}
+        self._sdo.reset()
+        self._emergencies.reset()
+        self._objects.restore(ALL if self._restart_drive else COMMUNICATION)
+        if self._restart_drive:
+            if self._setpoint_timeout is not None:
+                for numbers in self._timeouts:
+                    numbers[_SETPOINT_TIMEOUT] = self._setpoint_timeout
+            for drive in self.drives:
+                drive.reset()
+        for drive in self.drives:
+            for code in drive.faults:  # a fault outlives a reset of the communication and is told again
+                self._emergencies.occur(code)
+        self._consumer.configure(0)
+        self._guarded.restart()
+        self._producer.configure(0, self._now)
+
+    def _boot(self, now: float) -> list[CanFrame]:
+        if self._boot_at is None:
+            self._boot_at = now + BOOT_S
+        if now < self._boot_at:
+            return []
+        if self._restart_drive:
+            self._restart_drive = False
+            for drive in self.drives:
+                drive.started()
+        self._enter(NmtState.PRE_OPERATIONAL)
+        return [self._error_control(NmtState.BOOT_UP)]
+
+    def _on_nmt(self, data: bytes, now: float) -> list[CanFrame]:
+        if len(data) != 2 or data[1] not in (0, self.node_id):
+            return []
+        self.advance(now)
+        match data[0]:
+            case NmtCommand.START:
+                self._enter(NmtState.OPERATIONAL)
+            case NmtCommand.STOP:
+                self._enter(NmtState.STOPPED)
+            case NmtCommand.ENTER_PRE_OPERATIONAL:
+                self._enter(NmtState.PRE_OPERATIONAL)
+            case NmtCommand.RESET_NODE | NmtCommand.RESET_COMMUNICATION:
+                self._disconnect()
+                self._restart_drive = data[0] == NmtCommand.RESET_NODE
+                self._restart()
+        return []
+
+    def _enter(self, state: NmtState) -> None:
+        """Services follow the state: SDO not in Stopped, PDO in Operational only."""
+        if state is self._nmt:
+            return
+        self._nmt = state
+        self.handlers = {NMT: self._on_nmt, ERROR_CONTROL + self.node_id: _unheard}
+        self._transmit = []
+        self._receive = []
+        self._late.forget()
+        if state is NmtState.STOPPED:
+            self._disconnect()
+        else:
+            self.handlers[SDO_TO_NODE + self.node_id] = self._on_sdo
+        if state is NmtState.OPERATIONAL:
+            self._link_pdos()
+        self._watch_master(self._objects.numbers[_CONSUMER], restart=False)
+
+    def _link_pdos(self) -> None:
+        self._receive = receive_pdos(self._objects)
+        self._transmit = transmit_pdos(self._objects)
+        for pdo in self._receive:
+            self.handlers[pdo.cob_id] = partial(self._on_rpdo, pdo)
+        for sending in self._transmit:
+            self.handlers.setdefault(sending.cob_id, _unheard)
+        self.handlers[SYNC] = self._on_sync
+
+    def _with_emergencies(self, frames: list[CanFrame]) -> list[CanFrame]:
+        """Emergencies wait while the node may not send them."""
+        if self._nmt not in (NmtState.PRE_OPERATIONAL, NmtState.OPERATIONAL):
+            return frames
+        pending, self._emergencies.pending = self._emergencies.pending, []
+        return frames + pending
+
+    def _error_control(self, state: NmtState) -> CanFrame:
+        return CanFrame(ERROR_CONTROL + self.node_id, bytes((state,)))
+
+    # The master's heartbeat
+
+    def _watch_master(self, entry: int, restart: bool = True) -> None:
+        if restart:
+            self.handlers.pop(ERROR_CONTROL + self._consumer.node_id, None)
+            self._consumer.configure(entry)
+        if self._consumer.node_id:
+            self.handlers[ERROR_CONTROL + self._consumer.node_id] = self._on_heartbeat
+
+    def _on_heartbeat(self, _data: bytes, now: float) -> list[CanFrame]:
+        if self._consumer.heard(now):
+            self._emergencies.vanish(HEARTBEAT_LOST)
+        return []
+
+    def _heartbeat_lost(self) -> None:
+        self._emergencies.occur(HEARTBEAT_LOST)
+        self._disconnect(HEARTBEAT_LOST)
+        after = _STATE_AFTER_LOSS.get(self._objects.numbers[_ERROR_BEHAVIOUR])
+        if self._nmt is NmtState.OPERATIONAL and after is not None:
+            self._enter(after)
+
+    def _disconnect(self, code: int = COMMUNICATION_LOST) -> None:
+        for drive, outputs in zip(self.drives, self.outputs, strict=True):
+            drive.connection_lost(code)
+            outputs.disconnected()
+
+    def advance(self, now: float) -> None:
+        """Let its axes move up to `now`."""
+        for drive in self.drives:
+            drive.advance(now)
+
+    def _cause_present(self, code: int) -> bool:
+        return code == HEARTBEAT_LOST and (self._consumer.lost or self._guarded.lost)
+
+    # Services
+
+    def _on_sdo(self, data: bytes, now: float) -> list[CanFrame]:
+        self.advance(now)
+        return [CanFrame(SDO_FROM_NODE + self.node_id, answer) for answer in self._sdo.answer(data)]
+
+    def _on_sync(self, _data: bytes, now: float) -> list[CanFrame]:
+        """Measure and send first, then take over what was received since the SYNC before."""
+        self.advance(now)
+        frames = [frame for pdo in self._transmit if (frame := pdo.on_sync()) is not None]
+        for pdo in self._receive:
+            if pdo.synchronous:
+                pdo.take_over()
+        return self._late.passed(frames, now)
+
+    def _on_rpdo(self, pdo: ReceivePdo, data: bytes, now: float) -> list[CanFrame]:
+        if not pdo.fits(data):
+            self._emergencies.occur(PDO_TOO_SHORT)
+            return []
+        self._emergencies.vanish(PDO_TOO_SHORT)
+        pdo.latch(data)
+        if not pdo.synchronous:
+            self.advance(now)
+            pdo.take_over()
+        return []
+
+    def _on_remote(self, cob_id: int) -> list[CanFrame]:
+        """A remote frame asks for a TPDO, or guards the node if it has no heartbeat."""
+        self.advance(self._now)
+        if cob_id == ERROR_CONTROL + self.node_id:
+            if self._objects.numbers[_PRODUCER]:
+                return []
+            if self._guarded.lost:
+                self._emergencies.vanish(HEARTBEAT_LOST)
+            return [CanFrame(cob_id, bytes((self._guarded.polled(self._nmt, self._now),)))]
+        return [pdo.frame() for pdo in self._transmit if pdo.cob_id == cob_id and pdo.remote]
+
+
+def _unheard(_data: bytes, _now: float) -> list[CanFrame]:
+    """Another sender uses this node's TPDO identifier: the data are not for it."""
+    return []

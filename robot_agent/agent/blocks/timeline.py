@@ -1,0 +1,216 @@
+"""What the gateway plays, as the agent knows it: the accepted blocks, spliced, and those whose fate is open."""
+
+import itertools
+import math
+from collections import deque
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from cell.messages import DriveFeedback, OutputEvent
+from robot_agent.agent.planning.plans import Extended, Planned
+from robot_agent.trajectory import PathState, Segment
+from robot_agent.trajectory.sources import CorrectedBlock, CorrectedSource
+
+_KEPT_S = 1.0
+"""So long blocks are remembered that were played: longer than a robot may be behind its command."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Followed:
+    """The planned motion that a corrected block follows, and where on it each of its samples is."""
+
+    planned: Planned
+    given: CorrectedBlock
+    source: CorrectedSource
+    """What gives the next block."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SentBlock:
+    """A block that was sent: its segment begins at `first_tick`."""
+
+    sequence: int
+    first_tick: int
+    planned: Planned
+    segment: Segment
+    followed: Followed | None = None
+    """For a corrected block, whose `planned` and `segment` are only its samples."""
+    events: tuple[OutputEvent, ...] = ()
+
+    @property
+    def path(self) -> Planned:
+        """The motion that the program means."""
+        return self.planned if self.followed is None else self.followed.planned
+
+    @property
+    def path_segment(self) -> Segment:
+        """How that motion is gone through."""
+        return self.segment if self.followed is None else self.followed.given.path
+
+    @property
+    def path_rest_tick(self) -> int:
+        """The first tick from which on path time stands."""
+        return self.first_tick + self.path_segment.rest_index
+
+    def path_state(self, tick: int) -> PathState:
+        """Where on that motion the robot is at a tick."""
+        return self.path_segment.state(max(0, tick - self.first_tick))
+
+    def index(self, tick: int) -> int:
+        """The sample played at a tick; before the first the first, after the last the last."""
+        return min(max(tick - self.first_tick, 0), self.segment.length - 1)
+
+    @property
+    def rest_tick(self) -> int:
+        """The first tick at which the block is at rest for good."""
+        return self.first_tick + self.segment.rest_index
+
+
+@dataclass(frozen=True, slots=True)
+class Span:
+    """A piece of one motion: everything from path time `first_tau` to `last_tau`, in whichever direction."""
+
+    planned: Planned
+    first_tau: float
+    last_tau: float
+
+    @property
+    def stands(self) -> bool:
+        """Whether it is one place only."""
+        return self.first_tau == self.last_tau
+
+    @property
+    def samples(self) -> tuple[int, int]:
+        """First and last sample of the motion's sweep that enclose the span."""
+        taus = self.planned.taus
+        last = min(int(np.searchsorted(taus, self.last_tau, side="left")), len(taus) - 1)
+        first = int(np.searchsorted(taus, self.first_tau, side="right")) - 1
+        return max(min(first, last), 0), last
+
+
+class Timeline:
+    """The blocks of one claim while the drives are enabled."""
+
+    def __init__(self, standing: SentBlock) -> None:
+        self._accepted: deque[SentBlock] = deque([standing])
+        self._open: deque[SentBlock] = deque()
+
+    @property
+    def newest(self) -> SentBlock:
+        """The newest block that the gateway has accepted."""
+        return self._accepted[-1]
+
+    @property
+    def path_rest_tick(self) -> int:
+        """The first tick from which on path time stands in all accepted blocks; many in a row may only repeat that."""
+        blocks = reversed(self._accepted)
+        later = next(blocks)
+        for block in blocks:
+            if later.path_segment.rest_index > 0 or block.path_rest_tick > later.first_tick:
+                break
+            later = block
+        return later.path_rest_tick
+
+    @property
+    def played_out_tick(self) -> int:
+        """The first tick from which on nothing moves that was ever sent, whether it was accepted or not."""
+        return max(block.rest_tick for block in (self.newest, *self._open))
+
+    def reach(self) -> tuple[float, float]:
+        """The smallest and the largest tau [s] of the newest motion that was played or may be, as far as is known."""
+        newest, blocks = self.newest.path, list(self._accepted)
+        played = zip(blocks, [follower.first_tick for follower in blocks[1:]], strict=False)
+        whole = ((block, block.path_rest_tick) for block in (self.newest, *self._open))
+        taus = [
+            tau
+            for block, until in (*played, *whole)
+            if block.path is newest
+            for tau in (block.path_state(block.first_tick).tau, block.path_state(until).tau)
+        ]
+        return min(taus), max(taus)
+
+    def exchange(self, old: Planned, longer: Extended) -> bool:
+        """Let all blocks of the newest motion be blocks of the one that extends it, if they lie in what both share."""
+        if self.newest.path is not old:
+            return False
+        lowest, highest = self.reach()
+        if lowest - longer.cut_s < longer.first_tau or highest - longer.cut_s > longer.splice_s:
+            return False
+        self._accepted = deque(_on(longer, block) if block.path is old else block for block in self._accepted)
+        self._open = deque(_on(longer, block) if block.path is old else block for block in self._open)
+        return True
+
+    def sent(self, block: SentBlock) -> None:
+        self._open.append(block)
+
+    def observe(self, feedback: DriveFeedback) -> bool:
+        """Settle the fate of blocks by a feedback; true when a newer block was accepted."""
+        before = self.newest.sequence
+        while self._open and self._open[0].sequence <= feedback.block:
+            block = self._open.popleft()
+            if block.sequence == feedback.block:
+                self._accepted.append(block)
+        self._open = deque(block for block in self._open if block.first_tick > feedback.tick)
+        kept = math.ceil(_KEPT_S / self.newest.planned.motion.cycle_s)
+        while len(self._accepted) > 1 and self._accepted[1].first_tick < feedback.tick - kept:
+            self._accepted.popleft()
+        return self.newest.sequence != before
+
+    def at(self, tick: int) -> tuple[SentBlock, int]:
+        """The block and the sample that is played at a tick."""
+        for block in reversed(self._accepted):
+            if block.first_tick <= tick:
+                return block, block.index(tick)
+        return self._accepted[0], 0
+
+    def certain(self, tick: int) -> Planned | None:
+        """The motion that the robot is on at a tick, if it stays on it whatever becomes of the blocks sent."""
+        path = self.at(tick)[0].path
+        return path if all(block.path.motion is path.motion for block in (self.newest, *self._open)) else None
+
+    def spans(self, from_tick: int, candidate: SentBlock | None = None) -> list[Span]:
+        """All motion from a tick to rest: of the accepted blocks, of those that may still be, and of a candidate."""
+        spans = [_span(self.newest, from_tick, self.newest.rest_tick)]
+        until = self.newest.first_tick
+        for block in itertools.islice(reversed(self._accepted), 1, None):
+            if until < from_tick:
+                break
+            spans.append(_span(block, from_tick, until))
+            until = block.first_tick
+        spans.reverse()
+        undecided = self._open if candidate is None else [*self._open, candidate]
+        spans.extend(_span(block, block.first_tick, block.rest_tick) for block in undecided)
+        return _merged(spans)
+
+    def stands(self, from_tick: int, candidate: SentBlock | None = None) -> bool:
+        """Whether there is no motion in these spans."""
+        newest = self.newest
+        if newest.segment.rest_index > 0 and newest.rest_tick > from_tick:
+            return False
+        return all(span.stands for span in self.spans(from_tick, candidate))
+
+
+def _on(longer: Extended, block: SentBlock) -> SentBlock:
+    path, followed = block.path_segment, block.followed
+    path = replace(path, tau=path.tau - longer.cut_s)
+    if followed is None:
+        return replace(block, planned=longer, segment=path)
+    return replace(block, followed=replace(followed, planned=longer, given=replace(followed.given, path=path)))
+
+
+def _span(block: SentBlock, from_tick: int, until_tick: int) -> Span:
+    tau = block.segment.tau
+    ends = float(tau[block.index(from_tick)]), float(tau[block.index(until_tick)])
+    return Span(block.planned, min(ends), max(ends))
+
+
+def _merged(spans: list[Span]) -> list[Span]:
+    """One span per motion, in the order in which the motions first appear."""
+    by_motion: dict[int, Span] = {}
+    for span in spans:
+        known = by_motion.get(id(span.planned.motion))
+        if known is not None:
+            span = Span(span.planned, min(known.first_tau, span.first_tau), max(known.last_tau, span.last_tau))
+        by_motion[id(span.planned.motion)] = span
+    return list(by_motion.values())

@@ -1,0 +1,102 @@
+"""An operator's jog key: from the call that begins a press, through its signs of life, to rest."""
+
+import math
+from collections.abc import Callable
+
+from cell.messages import Heard, Jog, JogHeld
+from robot_agent.agent.planning.planner import Planner
+from robot_agent.agent.zones.zone_claims import ZoneClaims
+from robot_agent.agent.zones.zone_guard import ZoneGuard
+from robot_agent.trajectory.sources import JogSource, JointAxes, ToolAxes, Wish
+
+TOOL_AXES = ("X", "Y", "Z", "A", "B", "C")
+HELD_S = 0.2
+"""A press ends when its newest sign of life is older (`docs/architecture.md`, section 6)."""
+
+
+class Jogging:
+    """The present press, if there is one. A press that has ended, for whatever reason, is never taken again."""
+
+    def __init__(self, robot: str, zones: ZoneClaims) -> None:
+        self._robot = robot
+        self._guard = ZoneGuard(zones)
+        self._press = ""
+        self._spent: set[str] = set()
+        self._message: JogHeld | None = None
+        self._alive_at = -math.inf
+        self.source: JogSource | None = None
+        """What moves the robot; it stays until the robot is at rest behind the press."""
+        self.ended_by = ""
+        """Why the last press ended, when the operator did not let the key go."""
+
+    @property
+    def held(self) -> bool:
+        return self.source is not None and self.source.held
+
+    def why_not(self, command: Jog, planner: Planner) -> str:
+        """Why a press cannot begin, for people; empty when it can."""
+        names = (*planner.model.joint_names, *TOOL_AXES)
+        if command.axis not in names:
+            return f"no axis {command.axis!r}; allowed are {', '.join(names)}"
+        if not (math.isfinite(command.speed) and command.speed != 0.0):
+            return f"speed {command.speed:g} found, allowed is any but 0"
+        if command.step is not None and not 0.0 < command.step < math.inf:
+            return f"step {command.step:g} found, allowed is any above 0"
+        if command.step is not None and command.axis in TOOL_AXES[3:] and command.step > math.pi / 2.0:
+            return f"step of {math.degrees(command.step):g} deg found, for turns of the tool at most 90 are allowed"
+        if command.press in self._spent:
+            return "this press of the key has ended: let the key go and press it again"
+        if self.held and command.press != self._press:
+            return f"{self._robot} is being jogged by another key"
+        return ""
+
+    def begin(self, command: Jog, planner: Planner, made_at: float) -> None:
+        """Begin a press that nothing speaks against; the call was made at `made_at` at the earliest."""
+        if command.press == self._press:
+            return
+        self._press, self._alive_at, self.ended_by = command.press, made_at, ""
+        self._guard.forget()
+        model, limits, names = planner.model, planner.limits, planner.model.joint_names
+        axes: JointAxes | ToolAxes
+        if command.axis in names:
+            axes, index = JointAxes(limits), names.index(command.axis)
+        else:
+            axes, index = ToolAxes(model, limits, command.frame, planner.pose_world_base), TOOL_AXES.index(command.axis)
+        wish = Wish(index, command.speed, command.step)
+        clear = self._guard.clear_for(planner)
+        self.source = JogSource(model, limits, planner.cycle_s, axes, wish, clear)
+
+    def heard(self, message: JogHeld) -> None:
+        """Take a sign of life; `follow` judges how old it is."""
+        self._message = message
+
+    def follow(self, now: float, age_of: Callable[[Heard, float], float]) -> None:
+        """Note signs of life, and end the press when they stop or when its step is done."""
+        self._guard.at(now)
+        message, self._message = self._message, None
+        if not self.held or self.source is None:
+            return
+        if message is not None and message.press == self._press:
+            self._alive_at = max(self._alive_at, now - age_of(message.heard, now))
+            if not message.held:
+                self.end("")
+        if self.source.arrived:
+            self.end("")
+        elif now - self._alive_at >= HELD_S:
+            self.end(f"no sign of the jog key for {now - self._alive_at:.2f} s")
+
+    def end(self, why: str) -> None:
+        """The press has ended: the robot comes to rest."""
+        if self.source is not None and self.source.held:
+            self.source.held = False
+            self._spent.add(self._press)
+            self.ended_by = why
+
+    def rested(self) -> None:
+        """The robot is at rest behind the press."""
+        self.source = None
+
+    @property
+    def wants(self) -> dict[str, float]:
+        """The zones in front of the robot: seconds until they are entered, which is 0."""
+        return self._guard.wants if self.held else {}

@@ -1,0 +1,137 @@
+"""Operators' calls to an agent: they wait, are refused when they are too old, and are answered."""
+
+from collections import deque
+
+from cell.core import Answer, Effect, Request
+from cell.messages import (
+    Call,
+    Continue,
+    DisableDrives,
+    Enable,
+    EnableDrives,
+    Halt,
+    Heard,
+    Jog,
+    Mode,
+    Reply,
+    ResetDrives,
+    Return,
+    Run,
+    Step,
+    Who,
+)
+from cell.net.freshness import Sent
+from robot_agent.agent.drives.gateway_link import GatewayLink, Switching
+from robot_agent.agent.operator.decisions import Decision, Decisions, Done, Passed, Refused, Situation
+
+_WITH_DRIVES = (Enable, Run, Continue, Return, Step, Jog)
+"""What needs drives that stay switched on."""
+
+
+class Operator:
+    """Answers operators. A call whose echo is older than `command_s` is refused, `halt` and `who` excepted."""
+
+    def __init__(
+        self,
+        robot: str,
+        boot: str,
+        command_s: float,
+        link: GatewayLink,
+        decisions: Decisions,
+    ) -> None:
+        self._robot = robot
+        self._boot = boot
+        self._command_s = command_s
+        self._link = link
+        self._decisions = decisions
+        self._states = Sent(boot)
+        self._requests: deque[Request] = deque()
+        self._outcomes: deque[tuple[Switching, bool, str]] = deque()
+
+    def asked(self, request: Request) -> None:
+        self._requests.append(request)
+
+    def switched(self, outcome: tuple[Switching, bool, str] | None) -> None:
+        """Take what the gateway said to a call that was passed on."""
+        if outcome is not None:
+            self._outcomes.append(outcome)
+
+    @property
+    def switched_off(self) -> bool:
+        """The gateway has just said that the drives are off; this counts with the next `answer`."""
+        return any(ok and isinstance(switching.command, DisableDrives) for switching, ok, _ in self._outcomes)
+
+    def sent_state(self, sequence: int, now: float) -> None:
+        """A robot state with `sequence` is sent at `now`: calls that echo it are as young as that."""
+        self._states.record(sequence, now)
+
+    def age_of(self, heard: Heard, now: float) -> float:
+        """Age [s] of what an operator made in view of the robot state `heard`; infinite when it is no longer known."""
+        return self._states.age(heard, now)
+
+    def forget_echoes(self) -> None:
+        self._states.forget()
+
+    def refuse_all(self, why: str) -> list[Effect]:
+        """Answer everything that waits with a refusal, `who` excepted."""
+        effects: list[Effect] = []
+        while self._requests:
+            request = self._requests.popleft()
+            call = request.call
+            if isinstance(call, Call):
+                who = isinstance(call.command, Who)
+                effects.append(Answer(request.request_id, Reply(call.id, who, self._who() if who else why)))
+        return effects
+
+    def answer(self, mode: Mode, situation: Situation, now: float) -> tuple[Mode, list[Effect]]:
+        """Carry out what waits, in a robot in `mode`; return its mode after it, and the effects."""
+        effects: list[Effect] = []
+        mode = self._settle_outcomes(mode, effects)
+        while self._requests:
+            request = self._requests.popleft()
+            call = request.call
+            if not isinstance(call, Call):
+                continue
+            result = self._decide(call, mode, situation, now)
+            match result:
+                case Passed(command, mode):
+                    effects.append(self._link.switch(command, request.request_id, call.id))
+                case Done(text, mode):
+                    effects.append(Answer(request.request_id, Reply(call.id, True, text)))
+                case Refused(text):
+                    effects.append(Answer(request.request_id, Reply(call.id, False, text)))
+        return mode, effects
+
+    def _settle_outcomes(self, mode: Mode, effects: list[Effect]) -> Mode:
+        while self._outcomes:
+            switching, ok, text = self._outcomes.popleft()
+            if switching.request_id:
+                effects.append(Answer(switching.request_id, Reply(switching.call_id, ok, text)))
+            match switching.command:
+                case EnableDrives() if not ok and mode is Mode.ENABLING:
+                    mode = Mode.DISABLED
+                case DisableDrives() if ok and mode is Mode.READY:
+                    mode = Mode.DISABLED
+                case ResetDrives() if ok and mode is Mode.FAULT:
+                    mode = Mode.DISABLED
+        return mode
+
+    def _decide(self, call: Call, mode: Mode, situation: Situation, now: float) -> Decision:
+        command = call.command
+        if isinstance(command, Who):
+            return Done(self._who(), mode)
+        if isinstance(command, Halt):
+            return self._decisions.halt(mode, situation)
+        age_s = self._states.age(call.heard, now)
+        if age_s > self._command_s:
+            return Refused(
+                f"the call is too old to be carried out: it answers a state of {self._robot} that is "
+                f"{'no longer known' if age_s == float('inf') else f'{age_s:.2f} s old'}, "
+                f"{self._command_s:g} s are allowed; look at the robot, then call again"
+            )
+        if self._link.switching_off and isinstance(command, _WITH_DRIVES):
+            return Refused(f"{self._robot} is being switched off: when it is disabled, `cell enable {self._robot}`")
+        return self._decisions.decide(command, mode, situation, now, now - age_s)
+
+    def _who(self) -> str:
+        return f"agent of robot {self._robot}, boot {self._boot}"

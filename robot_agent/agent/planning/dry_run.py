@@ -1,0 +1,85 @@
+"""A whole program planned without a cell: what the robot would do if nothing held it up."""
+
+from collections.abc import Hashable
+
+import numpy as np
+
+from robot_agent.agent.planning.lookahead import Lookahead, Waiting
+from robot_agent.agent.planning.planner import Planner
+from robot_agent.agent.planning.plans import Extended, Plan, PlanFailed, Planned
+from robot_agent.language import Finished, Program, ProgramFault
+
+
+def dry_run(planner: Planner, program: Program, longest_s: float) -> tuple[list[Planned], PlanFailed | None]:
+    """The motions of a program from home, its pauses left out, and the failure that ends it, if one does.
+
+    A program that never ends is cut off once its motions last `longest_s`, or where it goes round without one.
+    """
+    lookahead = Lookahead()
+    lookahead.start(program, np.asarray(planner.model.home))
+    motions: list[Planned] = []
+    still = _Round()
+    while sum(planned.motion.duration_s for planned in motions) < longest_s:
+        effects = lookahead.fill(())
+        for effect in effects:
+            if isinstance(effect, Plan):
+                lookahead.planned(planner.plan(effect.request))
+        if effects:
+            continue  # a plan that is too short is asked for again
+        match lookahead.head:
+            case Planned() as planned:
+                motions.append(_as_it_runs(planner, lookahead, planned, longest_s))
+                if motions[-1].motion.duration_s > planner.cycle_s:  # less is what rounding leaves to do
+                    still = _Round()
+            case PlanFailed() as failed:
+                return motions, failed
+            case ProgramFault(line, text):
+                return motions, PlanFailed(0, line, f"line {line}: {text}")
+            case Finished() | Waiting() | None:
+                break
+            case _:
+                pass
+        lookahead.advance()
+        if still.closes_at(lookahead.place):
+            break
+    return motions, None
+
+
+class _Round:
+    """Finds the end of a round without a motion, by one place at a time that is kept for twice as long (Brent 1980)."""
+
+    def __init__(self) -> None:
+        self._kept: Hashable = None
+        self._left = self._length = 1
+
+    def closes_at(self, place: Hashable) -> bool:
+        """Take the next place; whether the program was there before."""
+        if place == self._kept:
+            return True
+        self._left -= 1
+        if self._left == 0:
+            self._kept = place
+            self._length *= 2
+            self._left = self._length
+        return False
+
+
+def _as_it_runs(planner: Planner, lookahead: Lookahead, planned: Planned, longest_s: float) -> Planned:
+    """A motion with all by which the robot would extend it meanwhile."""
+    while lookahead.open is planned:
+        longer = _extended(planner, lookahead, planned) if planned.motion.duration_s < longest_s else None
+        if longer is None:
+            lookahead.close()
+        else:
+            planned = longer
+    return planned
+
+
+def _extended(planner: Planner, lookahead: Lookahead, planned: Planned) -> Planned | None:
+    for sent_tau in planned.motion.ends.tolist():
+        for effect in lookahead.extend((0.0, sent_tau), sent_tau, ()):
+            if isinstance(effect, Plan):
+                result = planner.plan(effect.request)
+                lookahead.extended(result, taken=isinstance(result, Extended))
+                return result if isinstance(result, Extended) else None
+    return None

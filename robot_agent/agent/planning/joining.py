@@ -1,0 +1,73 @@
+"""Which moves of a program are planned as one motion."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robot_agent.agent.planning.targets import joint_target
+from robot_agent.language import JointStep, MotionStep, SplineStep
+
+_NEARLY_STRAIGHT = 1e-2
+"""What nearly goes straight on is planned together; planning then tells exactly."""
+
+
+def why_apart(step: MotionStep, following: MotionStep) -> str:
+    """Why the robot stops between two moves whatever their directions are, for people; empty where it may go on.
+
+    A joint move behind a move of the flange needs all its joints named: where the flange move leaves the others is not
+    known before it is planned. A spline takes its direction from a joint move next to it. Where TANG changes, the tool
+    may have to turn before the robot goes on.
+    """
+    if step.pace.round_m == 0.0:
+        return "R=0 asks for a stop"
+    if isinstance(step, JointStep) or isinstance(following, JointStep):
+        return _why_joints_apart(step, following)
+    return "" if step.tangential_rad == following.tangential_rad else f"TANG changes before line {following.line}"
+
+
+def _why_joints_apart(step: MotionStep, following: MotionStep) -> str:
+    if any(isinstance(move, JointStep) and not move.synchronised for move in (step, following)):
+        return "with SYNC=0 each joint arrives by itself"
+    joints = following.joints if isinstance(following, JointStep) and not isinstance(step, JointStep) else None
+    if joints is not None and None in joints:
+        return f"the MJ in line {following.line} does not name all joints"
+    takes_over = any(isinstance(move, SplineStep) and move.tangential_rad is None for move in (step, following))
+    return "" if step.pace.round_m is not None or takes_over else "next to a joint move it takes an R"
+
+
+class StraightOn:
+    """Which joint moves go on in the direction of the one before them, which then needs no round edge.
+
+    Behind a move of the flange and behind HOME the joints are not known until all of them are named again.
+    """
+
+    def __init__(self, start: NDArray[np.float64] | None) -> None:
+        """`start` `(n,)` are the joints before the first step, None where nobody knows them."""
+        self._before: NDArray[np.float64] | None = None
+        self._here = start
+        self._rounded = True
+
+    def take(self, step: MotionStep) -> None:
+        """The step is the next one of the chain."""
+        self._before, self._here = self._here, _behind(step, self._here)
+        self._rounded = step.pace.round_m is not None
+
+    def goes_on(self, following: MotionStep) -> bool:
+        """Whether `following` is a joint move in the direction of the newest step."""
+        if self._rounded or self._before is None or self._here is None:
+            return False
+        behind = _behind(following, self._here)
+        if behind is None:
+            return False
+        ways = self._here - self._before, behind - self._here
+        lengths = [float(np.linalg.norm(way)) for way in ways]
+        if min(lengths) == 0.0:
+            return False
+        return bool(np.linalg.norm(ways[0] / lengths[0] - ways[1] / lengths[1]) < _NEARLY_STRAIGHT)
+
+
+def _behind(step: MotionStep, q: NDArray[np.float64] | None) -> NDArray[np.float64] | None:
+    if not isinstance(step, JointStep) or step.joints is None or not step.synchronised:
+        return None
+    if q is None:
+        return None if None in step.joints else np.array(step.joints, dtype=np.float64)
+    return joint_target(step, q, q)

@@ -1,0 +1,149 @@
+"""From steps of a program to a planned motion with its swept body. Runs in a worker; pure, so tests call it too."""
+
+from dataclasses import replace
+from itertools import groupby
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cell.messages import ZoneGeometry
+from robot_agent.agent.planning.plans import Extended, ExtendRequest, PlanFailed, Planned, PlanRequest, Sampled
+from robot_agent.agent.planning.targets import joint_target, pose_target
+from robot_agent.kinematics import KinematicsError, Model
+from robot_agent.language import FlangeStep, JointStep, LineStep, SplineStep, Switch
+from robot_agent.paths import Arc, Block, JointMove, Line, PathError, Sequence, Spline
+from robot_agent.paths.arc import evenly_turned
+from robot_agent.paths.legs import end_of, half_turns
+from robot_agent.trajectory import Limits, Motion, PlanError, plan, spliced
+from robot_agent.workspace import crossings, sweep
+
+ZONE_MARGIN_M = 0.03
+"""A robot stops this far in front of a zone it may not enter: more than the growth of a published body."""
+
+
+class Planner:
+    """Plans the steps of one robot. `pose_world_base` is `(4, 4)`, `cycle_s` the gateway's cycle."""
+
+    def __init__(self, model: Model, limits: Limits, pose_world_base: NDArray[np.float64], cycle_s: float) -> None:
+        self.model = model
+        self.limits = limits
+        self.pose_world_base = pose_world_base
+        self.cycle_s = cycle_s
+
+    def plan(self, request: PlanRequest | ExtendRequest) -> Planned | PlanFailed:
+        """Plan steps; every failure is a `PlanFailed` that says where and why."""
+        try:
+            sequence = Sequence(self._blocks(request))
+            if isinstance(request, ExtendRequest):
+                return self._extended(request, sequence)
+            motion = plan(self.model, sequence, self.limits, start=request.start, cycle_s=self.cycle_s)
+            planned = self._with_body(request.id, _lines(sequence), motion, request.zones)
+            return replace(planned, switches=_switches(request))
+        except PlanError as error:
+            return PlanFailed(request.id, error.line, str(error))
+        except KinematicsError as error:
+            return PlanFailed(request.id, request.line, f"line {request.line}: {error}")
+
+    def _extended(self, request: ExtendRequest, sequence: Sequence) -> Extended:
+        old, at_s, cut_s = request.motion, request.splice_s, request.cut_s
+        onward = plan(self.model, sequence, self.limits, start=old.state(at_s), cycle_s=self.cycle_s)
+        motion = spliced(old, at_s, onward, cut_s)
+        blocks = len(motion.ends)
+        lines = (request.lines + _lines(sequence))[-blocks:]
+        whole = self._with_body(request.id, lines, motion, request.zones)
+        return Extended(
+            whole.id, lines, motion, whole.taus, whole.sweep, whole.crossings, whole.zone_versions,
+            first_tau=self.cycle_s if cut_s > 0.0 else request.first_tau, cut_s=cut_s, splice_s=at_s - cut_s,
+            switches=(request.switches + _switches(request))[-blocks:],
+        )  # fmt: skip
+
+    def half_turns(self, request: PlanRequest | ExtendRequest) -> set[int]:
+        """Program lines of the request on which the tool makes half a turn at once, whose two ways are as long."""
+        numbered = list(enumerate(self._blocks(request)))
+        lines, q = set[int](), request.start
+        for joints, group in groupby(numbered, key=lambda each: isinstance(each[1], JointMove)):
+            moves = list(group)
+            if joints:
+                q = next(block.target for _, block in reversed(moves) if isinstance(block, JointMove))
+                continue
+            try:
+                found = half_turns([(k, b) for k, b in moves if not isinstance(b, JointMove)], self.model.forward(q))
+            except PathError:
+                continue  # planning names what is wrong
+            lines |= {request.steps[block].line for block in found}
+        return lines
+
+    def standstill(self, q: NDArray[np.float64], zones: tuple[ZoneGeometry, ...]) -> Planned:
+        """The motion of a robot that stands at `q` `(n,)`."""
+        motion = plan(self.model, Sequence([JointMove(q, 1.0, 0)]), self.limits, start=q, cycle_s=self.cycle_s)
+        return self._with_body(0, (0,), motion, zones)
+
+    def sampled(self, motion: Motion) -> Sampled:
+        """A motion given by a source, with its body; zones are looked at where its samples are made."""
+        taus = motion.grid
+        return Sampled(0, (0,), motion, taus, sweep(self.model, self.pose_world_base, motion.q(taus)), (), {})
+
+    def _blocks(self, request: PlanRequest | ExtendRequest) -> list[Block]:
+        """The steps with every value that they leave to where the robot comes from."""
+        blocks: list[Block] = []
+        q = request.start
+        pose = self.model.forward(q)
+        for step in request.steps:
+            if isinstance(step, JointStep):
+                q = joint_target(step, q, self.model.home)
+                blocks.append(_joint_block(step, q))
+                pose = self.model.forward(q) if len(q) == self.model.n else pose
+            else:
+                block = _flange_block(step, pose)
+                blocks.append(block)
+                pose = end_of(block, pose)
+        return blocks
+
+    def _with_body(self, id: int, lines: tuple[int, ...], motion: Motion, zones: tuple[ZoneGeometry, ...]) -> Planned:
+        taus = motion.grid
+        body = sweep(self.model, self.pose_world_base, motion.q(taus))
+        crossed = tuple(c for zone in zones for c in crossings(body, taus, zone, ZONE_MARGIN_M))
+        return Planned(id, lines, motion, taus, body, crossed, {zone.zone: zone.version for zone in zones})
+
+
+def _lines(sequence: Sequence) -> tuple[int, ...]:
+    return tuple(block.line for block in sequence.blocks)
+
+
+def _switches(request: PlanRequest | ExtendRequest) -> tuple[tuple[Switch, ...], ...]:
+    return tuple(step.switches for step in request.steps)
+
+
+def _joint_block(step: JointStep, target: NDArray[np.float64]) -> JointMove:
+    pace = step.pace
+    return JointMove(
+        target,
+        step.speed,
+        step.line,
+        synchronised=step.synchronised,
+        speed_m_s=pace.speed_m_s,
+        rotation_rad_s=pace.rotation_rad_s,
+        joint_speed_rad_s=pace.joint_speed_rad_s,
+        round_m=pace.round_m,
+    )
+
+
+def _flange_block(step: FlangeStep, present: NDArray[np.float64]) -> Line | Arc | Spline:
+    target = pose_target(step.position_m, step.orientation_abc, present)
+    block: Line | Arc | Spline
+    if isinstance(step, LineStep):
+        block = Line(target, step.pace.speed_m_s, step.line, step.wrist_may_flip)
+    elif isinstance(step, SplineStep):
+        block = Spline(target[None], step.line, step.pace.speed_m_s)
+    else:
+        via = pose_target(step.via_position_m, step.via_orientation_abc, present)
+        if step.via_orientation_abc is None:
+            via = evenly_turned(present, via, target)
+        block = Arc(via, target, step.line, step.angle_rad, step.pace.speed_m_s)
+    return replace(
+        block,
+        rotation_rad_s=step.pace.rotation_rad_s,
+        joint_speed_rad_s=step.pace.joint_speed_rad_s,
+        round_m=step.pace.round_m,
+        tangential_rad=step.tangential_rad,
+    )

@@ -1,0 +1,119 @@
+"""Orders for a plan, to the planning process, and what comes of them."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cell.core import Effect
+from cell.messages import ZoneGeometry
+from robot_agent.language import MotionStep, Switch
+from robot_agent.trajectory import Motion
+from robot_agent.workspace import Crossing, Sweep
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PlanRequest:
+    """Plan consecutive steps from rest at `start` `(n,)` to rest."""
+
+    id: int
+    steps: tuple[MotionStep, ...]
+    start: NDArray[np.float64]
+    zones: tuple[ZoneGeometry, ...]
+
+    @property
+    def line(self) -> int:
+        """The program line of the first step."""
+        return self.steps[0].line
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ExtendRequest:
+    """Plan steps that go on from a motion in full motion at its tau `splice_s` [s]; its tau up to `cut_s` is forgotten.
+
+    `cut_s` is at most `splice_s`.
+    """
+
+    id: int
+    steps: tuple[MotionStep, ...]
+    motion: Motion
+    lines: tuple[int, ...]
+    """The program line of each block of the motion."""
+    switches: tuple[tuple[Switch, ...], ...]
+    """What is switched at the end of each of them."""
+    splice_s: float
+    cut_s: float
+    first_tau: float
+    """Of the motion, as in `Planned`."""
+    zones: tuple[ZoneGeometry, ...]
+
+    @property
+    def line(self) -> int:
+        """The program line of the first step."""
+        return self.steps[0].line
+
+    @property
+    def start(self) -> NDArray[np.float64]:
+        """Joints `(n,)` where the steps begin."""
+        return self.motion.q(np.array(self.motion.duration_s))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Plan(Effect):
+    """The shell's worker plans; `Planned`, `Extended` or `PlanFailed` with the same id comes back."""
+
+    request: PlanRequest | ExtendRequest
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Unplan(Effect):
+    """Nobody waits for the plans with these ids any more."""
+
+    ids: tuple[int, ...]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Planned:
+    """A motion, the body it sweeps in world, and where on it the zones of the request are entered and left."""
+
+    id: int
+    lines: tuple[int, ...]
+    """The program line of each block of the motion; 0 for none."""
+    motion: Motion
+    taus: NDArray[np.float64]
+    """`(m,)` path time [s] of each sample of the sweep, from 0 to the end."""
+    sweep: Sweep
+    crossings: tuple[Crossing, ...]
+    zone_versions: dict[str, int]
+    first_tau: float = 0.0
+    """The tau [s] that may not be passed backwards; what lies before it is not known any more."""
+    switches: tuple[tuple[Switch, ...], ...] = ()
+    """What is switched at the end of each block of a motion that a program asked for."""
+
+    def line_at(self, tau: float) -> int:
+        """The program line that path time `tau` [s] lies in."""
+        return self.lines[int(self.motion.block_at(np.array(tau)))]
+
+
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+class Extended(Planned):
+    """A motion that takes the place of the one that it extends while that runs: the same up to `splice_s` [s].
+
+    Its tau 0 is tau `cut_s` of the other one, and `splice_s` counts as its own tau does.
+    """
+
+    cut_s: float
+    splice_s: float
+
+
+class Sampled(Planned):
+    """A motion that was not planned but given by a motion source, block by block."""
+
+
+@dataclass(frozen=True, slots=True)
+class PlanFailed:
+    """Why a step cannot be planned, for people."""
+
+    id: int
+    line: int
+    text: str

@@ -1,0 +1,283 @@
+"""One run of the program: its state, the line in execution, pauses, and the time spent waiting for zones."""
+
+import itertools
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cell.core import Effect
+from cell.messages import DriveFeedback, OutputEvent, ProgramState, ProgramStatus, ZoneGeometry
+from robot_agent.agent.blocks.executive import Executive
+from robot_agent.agent.blocks.output_marks import OutputMarks
+from robot_agent.agent.blocks.timeline import SentBlock, Timeline
+from robot_agent.agent.planning.lookahead import Lookahead, Waiting
+from robot_agent.agent.planning.planner import Planner
+from robot_agent.agent.planning.plans import Extended, PlanFailed, Planned
+from robot_agent.language import Finished, Pause, Program, ProgramFault, SwitchNow, TrackingOff, TrackingOn
+
+
+class ProgramRun:
+    """Follows the program along the blocks that the gateway has accepted."""
+
+    def __init__(self, program: Program) -> None:
+        self._program = program
+        self.lookahead = Lookahead()
+        self.outputs = OutputMarks()
+        self.state = ProgramState.LOADED
+        self.error = ""
+        self.line = 0
+        self.waited_s: dict[str, float] = {}
+        self._booked_at = 0.0
+        self.resume_tick = 0
+        """A programmed pause lasts until this tick."""
+        self.correction = ""
+        """What is measured under this name is followed; empty for nothing."""
+        self.correction_ends = False
+        """The program waits for the correction to come to rest."""
+        self.starting = False
+        """The first motion is still to come, and has to begin exactly at `resume_tick`."""
+        self.end_tick: int | None = None
+        """The first motion ends then; None when nobody says so, or behind it."""
+        self._pause = (0, 0)
+        """Line of the newest pause and the tick at which it begins."""
+        self._held_since: int | None = None
+        """The tick at which the program was halted; None while it goes on."""
+        self._goes_since = 0
+        """The tick from which on it goes on."""
+        self._beside: Planned | None = None
+        """Where the robot stands, while what it follows takes it from there before a next motion does."""
+
+    @property
+    def running(self) -> bool:
+        return self.state is ProgramState.RUNNING
+
+    @property
+    def interrupted(self) -> bool:
+        return self.state is ProgramState.INTERRUPTED
+
+    def start(self, q: NDArray[np.float64], at_tick: int | None = None, end_tick: int | None = None) -> None:
+        """Begin at the first line, with `at_tick` exactly then; the robot stands at `q` `(n,)`.
+
+        With `end_tick` the first motion is slowed down so that it ends then.
+        """
+        self.state, self.error, self.line = ProgramState.RUNNING, "", 0
+        self.waited_s = {}
+        self.resume_tick, self._pause = at_tick or 0, (0, 0)
+        self.starting, self.end_tick = at_tick is not None, end_tick
+        self._held_since, self._goes_since, self._beside = None, 0, None
+        self.correction, self.correction_ends = "", False
+        self.outputs.drop()
+        self.lookahead.start(self._program, q)
+
+    @property
+    def unknown_output(self) -> str:
+        """Which statement switches an output that the robot does not have, for people; empty when none does."""
+        statement = self._program.unknown_output(self.outputs.names)
+        if statement is None:
+            return ""
+        known = ", ".join(self.outputs.names) or "it has none"
+        return (
+            f"line {statement.line} of {self._program.name} switches the output {statement.output!r}, "
+            f"which its gateway does not know; in its drives file are: {known}"
+        )
+
+    def fail(self, why: str) -> None:
+        """End a running or interrupted program before its end."""
+        if self.running or self.interrupted:
+            self.state, self.error = ProgramState.FAILED, why
+        self.correction, self.correction_ends = "", False
+        self.outputs.drop()
+        self.lookahead.stop()
+
+    def interrupt(self, why: str) -> None:
+        """The robot is about to leave its path: nothing is settled until `resume`, what comes next is kept."""
+        self.state, self.error = ProgramState.INTERRUPTED, why
+        self.end_tick = None
+
+    def resume(self) -> None:
+        """The robot rests on its path again, where it left it."""
+        self.state, self.error = ProgramState.RUNNING, ""
+
+    def hold(self, tick: int) -> None:
+        """The program stands still from a tick on, a pause with it, until it goes on."""
+        if self._held_since is None:
+            self._held_since = tick
+
+    def go_on(self, tick: int) -> None:
+        """The program goes on at a tick, with the rest of a pause that was begun."""
+        if self._held_since is None:
+            return
+        since, self._held_since, self._goes_since = self._held_since, None, tick
+        if self.resume_tick > since and not self.starting:
+            self.resume_tick += tick - since
+            self.outputs.postpone(since, tick - since)
+
+    def accepted(self, block: SentBlock) -> None:
+        """The gateway has accepted a block."""
+        if self.running:
+            self.outputs.accepted(block)
+
+    def advance(self, timeline: Timeline, tick: int) -> None:
+        """Once the robot is on the next motion and nothing under way can take it back, that one is no longer ahead.
+
+        A block that is accepted may still be superseded by one that was sent before anyone knew of it, and a stop may
+        come before it is played.
+        """
+        if not self.running:
+            return
+        head, path = self.lookahead.head, timeline.certain(tick)
+        if isinstance(head, Planned) and head.motion is timeline.at(tick)[0].path.motion:
+            self.starting = False
+        if path is not None:
+            self.outputs.ahead(path)
+        if path is not None and isinstance(head, Planned) and head.motion is path.motion:
+            self.lookahead.advance()
+
+    def events(self, block: SentBlock, executive: Executive, halted: bool) -> tuple[OutputEvent, ...]:
+        """The outputs that a block is to switch; none once the program has ended, wherever its block leads."""
+        if not self.running:
+            return ()
+        return self.outputs.events(block, executive.nominal, halted)
+
+    def start_missed(self, tick: int) -> bool:
+        """Whether the first motion has not begun at the tick at which it had to."""
+        return self.running and self.starting and tick > self.resume_tick
+
+    def planned(self, result: Planned | PlanFailed, executive: Executive | None, stepping: bool, now: float) -> None:
+        """Take the worker's result: a motion to come, or one in place of the motion that runs; not while stepping."""
+        old = self.lookahead.extends(result)
+        if old is None:
+            self.lookahead.planned(result, now)
+            return
+        if isinstance(result, Extended) and executive is not None and self.running and not stepping:
+            taken = executive.timeline.exchange(old, result)
+        else:
+            taken = False
+        self.lookahead.extended(result, taken, now)
+
+    def extend(
+        self, executive: Executive, tick: int, stepping: bool, zones: tuple[ZoneGeometry, ...] | None, now: float
+    ) -> list[Effect]:
+        """Ask for more of the motion that runs.
+
+        A step or a common end would lose its end. Behind a common end the robot rests, behind a step as well where the
+        motion ends with it.
+        """
+        timeline = executive.timeline
+        running = timeline.certain(tick)
+        if not self.running or running is None or running is not self.lookahead.open or zones is None:
+            return []
+        if self.end_tick is not None or (stepping and executive.at_motion_end):
+            self.lookahead.close()
+        if stepping:
+            return []
+        return self.lookahead.extend(timeline.reach(), timeline.at(tick)[0].path_state(tick).tau, zones, now)
+
+    @property
+    def follower(self) -> Planned | None:
+        """The motion to begin when the present one has ended."""
+        head = self.lookahead.head
+        return self._beside or (head if isinstance(head, Planned) else None)
+
+    @property
+    def begins_tick(self) -> int:
+        """The follower does not begin before this tick."""
+        return self.resume_tick if self._beside is None else 0
+
+    def stand_beside(self, executive: Executive, planner: Planner, tick: int) -> None:
+        """Let the robot follow from where it stands, as long as what it follows has come and no next motion may begin.
+
+        Once it follows, motions begin as behind any other one.
+        """
+        waits = tick < self.resume_tick or not isinstance(self.lookahead.head, Planned)
+        if not self.correction or self.correction_ends or self.starting or executive.corrected or not waits:
+            self._beside = None
+        elif self._beside is None and executive.at_motion_end and executive.at_rest(tick):
+            newest = executive.timeline.newest
+            self._beside = planner.standstill(newest.path.motion.q(np.array(newest.path_segment.stop_tau)), ())
+
+    def settle(self, executive: Executive, feedback: DriveFeedback, cycle_s: float) -> None:
+        """Take the steps that move nothing, once the robot rests behind its motion with all outputs switched."""
+        self.outputs.executed(feedback.event, feedback.tick)
+        before: object = self
+        while before is not self.lookahead.head:
+            before = self.lookahead.head
+            self._settle_head(executive, feedback.tick, cycle_s)
+
+    def _settle_head(self, executive: Executive, tick: int, cycle_s: float) -> None:
+        path_rest_tick = executive.timeline.path_rest_tick
+        arrived = executive.at_motion_end and tick >= path_rest_tick
+        if not self.running or self._held_since is not None or not arrived or self.outputs.pending:
+            return
+        rest_tick = max(path_rest_tick, self.resume_tick, self.outputs.done_tick, self._goes_since)
+        self.correction_ends = False
+        if not self.starting and tick >= rest_tick:
+            self.end_tick = None
+        head = self.lookahead.head
+        if isinstance(head, Pause):
+            self.resume_tick = rest_tick + round(head.duration_s / cycle_s)
+            self._pause = (head.line, rest_tick)
+            self.lookahead.advance()
+        elif isinstance(head, SwitchNow):
+            self.outputs.due(head.switches, rest_tick)
+            self.lookahead.advance()
+        elif isinstance(head, Planned) and head.motion.duration_s == 0.0:
+            self.outputs.due(itertools.chain(*head.switches), rest_tick)
+            self.lookahead.advance()
+        elif tick >= rest_tick:
+            match head:
+                case TrackingOn(name=name):
+                    self.correction = name
+                    self.lookahead.advance()
+                case TrackingOff():
+                    self.correction_ends = True
+                case Finished(line):
+                    self.state, self.line, self.correction = ProgramState.DONE, line, ""
+                    self.lookahead.stop()
+                case ProgramFault(line, text) | PlanFailed(line=line, text=text):
+                    self.line = line
+                    self.fail(text)
+                case _:
+                    pass
+
+    def leaves_correction(self, executive: Executive) -> bool:
+        """Whether a correction is to end where the robot comes to rest: TRACK OFF, or the end of the program."""
+        return self.correction_ends or (executive.corrected and not self.correction)
+
+    def wait_for(self, zone: str, now: float) -> None:
+        """Book the time since the last call, when the robot waits for a zone; empty for none."""
+        if zone:
+            self.waited_s[zone] = self.waited_s.get(zone, 0.0) + now - self._booked_at
+        self._booked_at = now
+
+    def corrected_to(self, q: NDArray[np.float64]) -> None:
+        """A correction has ended, with the robot at rest at `q` `(n,)`: the program goes on from there."""
+        self.correction = ""
+        if self.correction_ends:
+            self.correction_ends = False
+            self.lookahead.advance_from(q)
+
+    def follow(self, playing: SentBlock, tick: int) -> None:
+        """Note the line of the motion or the pause that is played at a tick."""
+        if not self.running:
+            return
+        line, begin = self._pause
+        moving = playing.path.line_at(playing.path_state(tick).tau)
+        if line > 0 and max(begin, playing.first_tick) <= tick and playing.first_tick < self.resume_tick:
+            self.line = line
+        elif moving > 0:
+            self.line = moving
+
+    def why_idle(self, tick: int, cycle_s: float) -> str:
+        """Why a robot at rest does not move although its program runs; empty when that is not the program's doing."""
+        if self.starting and tick <= self.resume_tick:
+            return f"the common start, in {(self.resume_tick - tick) * cycle_s:.1f} s"
+        if self._pause[1] <= tick < self.resume_tick:
+            return f"WAIT, {(self.resume_tick - tick) * cycle_s:.1f} s left"
+        if isinstance(self.lookahead.head, Waiting):
+            return f"line {self.lookahead.head.line} is being planned"
+        return ""
+
+    @property
+    def status(self) -> ProgramStatus:
+        return ProgramStatus(self._program.name, self.state, self.line, self._program.text_of(self.line), self.error)

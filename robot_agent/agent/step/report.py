@@ -1,0 +1,101 @@
+"""What the agent tells everyone: the robot's state and events."""
+
+from dataclasses import replace
+
+from cell.core import Publish
+from cell.geometry.pose import compose
+from cell.geometry.quaternion import from_matrix
+from cell.messages import (
+    CorrectionStatus,
+    DriveFeedback,
+    Event,
+    GovernorStatus,
+    Mode,
+    PaceStatus,
+    RobotState,
+    Severity,
+)
+from robot_agent.agent.blocks.executive import Executive
+from robot_agent.agent.planning.planner import Planner
+from robot_agent.agent.program.program_run import ProgramRun
+from robot_agent.kinematics import OpenMechanism
+
+
+class Reporter:
+    """Numbers and builds the messages for people and views."""
+
+    def __init__(self, robot: str, boot: str) -> None:
+        self._robot = robot
+        self._boot = boot
+        self._sequence = 0
+        self._events: list[Event] = []
+        self._event_sequence = 0
+
+    def event(self, severity: Severity, code: str, text: str, remedy: str = "") -> None:
+        """Note something that happened; it is sent with the next step."""
+        self._event_sequence += 1
+        source = f"robot/{self._robot}"
+        self._events.append(Event(source, self._event_sequence, severity, code, text, remedy, boot=self._boot))
+
+    def take_events(self) -> list[Publish]:
+        events, self._events = self._events, []
+        return [Publish(event) for event in events]
+
+    def state(
+        self,
+        mode: Mode,
+        run: ProgramRun,
+        feedback: DriveFeedback | None,
+        executive: Executive | None,
+        planner: Planner,
+        pace: PaceStatus,
+        zones: tuple[str, ...],
+        waiting_for: str,
+        alarms: tuple[str, ...],
+    ) -> RobotState:
+        """The robot's state at the newest feedback; without one nothing is said about where it is."""
+        self._sequence += 1
+        state = RobotState(
+            robot=self._robot,
+            boot=self._boot,
+            sequence=self._sequence,
+            mode=mode,
+            program=run.status,
+            joints=None,
+            tcp_position_m=None,
+            tcp_quaternion_xyzw=None,
+            tcp_speed_m_s=None,
+            governor=None,
+            pace=pace,
+            zones=zones,
+            waiting_for=waiting_for,
+            waited_s=dict(run.waited_s),
+            alarms=alarms,
+        )
+        return state if feedback is None else _measured(state, run, feedback, executive, planner)
+
+
+def _measured(
+    state: RobotState, run: ProgramRun, feedback: DriveFeedback, executive: Executive | None, planner: Planner
+) -> RobotState:
+    """With what the feedback says; joints that are not referenced, and a TCP that cannot be, stay None."""
+    speed, governor, correction = 0.0, None, None
+    if executive is not None:
+        block, index = executive.timeline.at(feedback.tick)
+        segment, path = block.segment, block.path_segment.state(index)
+        speed = float(planner.model.tool_speed(segment.q[index], segment.qd[index]))
+        if block.followed is not None and run.correction:
+            x, y, z, a, b, c = block.followed.given.offset(index).tolist()
+            correction = CorrectionStatus(run.correction, (x, y, z), (a, b, c))
+        governor = GovernorStatus(path.rate, path.tau, block.path.motion.duration_s, segment.ruled_by)
+    state = replace(state, tcp_speed_m_s=speed, governor=governor, correction=correction)
+    if not feedback.referenced:
+        return state
+    state = replace(state, joints=tuple(feedback.position.tolist()))
+    try:
+        pose = compose(planner.pose_world_base, planner.model.forward(feedback.position))
+    except OpenMechanism:
+        return state
+    x, y, z = pose[:3, 3].tolist()
+    qx, qy, qz, qw = from_matrix(pose[:3, :3]).tolist()
+    return replace(state, tcp_position_m=(x, y, z), tcp_quaternion_xyzw=(qx, qy, qz, qw))

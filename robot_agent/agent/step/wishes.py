@@ -1,0 +1,133 @@
+"""What is wanted of the next block, by everyone who may want something of it."""
+
+from collections.abc import Iterable
+from itertools import takewhile
+
+from cell.messages import Mode
+from robot_agent.agent.blocks.corrections import Corrections
+from robot_agent.agent.blocks.executive import Executive, Wishes
+from robot_agent.agent.operator.jogging import Jogging
+from robot_agent.agent.planning.lookahead import Item
+from robot_agent.agent.planning.planner import Planner
+from robot_agent.agent.planning.plans import Planned
+from robot_agent.agent.program.interruption import Interruption
+from robot_agent.agent.program.pace import MANUAL_SPEED_M_S, Pace
+from robot_agent.agent.program.program_run import ProgramRun
+from robot_agent.agent.zones.zone_claims import ZoneClaims
+from robot_agent.language import Pause, TrackingOn
+from robot_agent.trajectory import Hold, RateRequest, Segment
+
+_AHEAD_S = 0.6
+"""A zone is asked for this long, plus the time to stop, before it is entered; a grant takes about 0.05 s."""
+
+
+class Wisher:
+    """Puts together what the operator, the zones, the program, its corrections and a jog want."""
+
+    def __init__(
+        self,
+        run: ProgramRun,
+        zones: ZoneClaims,
+        pace: Pace,
+        jogging: Jogging,
+        corrections: Corrections,
+        interruption: Interruption,
+    ) -> None:
+        self._run = run
+        self._zones = zones
+        self._pace = pace
+        self._jogging = jogging
+        self._corrections = corrections
+        self._interruption = interruption
+
+    def wishes(self, mode: Mode, planner: Planner, now: float) -> Wishes:
+        """For a block that is made at `now` [s]."""
+
+        def holds(planned: Planned, segment: Segment, index: int) -> list[Hold]:
+            zones = (hold for _, hold in self._zones.holds_on(planned, now))
+            return [*self._pace.holds(planned, segment, index), *zones]
+
+        if mode is Mode.RETURNING:
+            return self._back_to_path(now)
+        running = mode is Mode.RUNNING
+        waits = not running or self._corrections.waiting
+        return Wishes(
+            requests=tuple(self._requests(mode, now)),
+            stop=mode in (Mode.ESTOP, Mode.FAULT),
+            holds=holds,
+            cap_m_s=self._pace.cap_m_s,
+            follower=None if waits or self._pace.backwards else self._run.follower,
+            not_before_tick=self._run.begins_tick,
+            on_time=self._run.starting,
+            end_tick=self._run.end_tick,
+            correction=self._corrections.wish(planner, now) if running else None,
+            jog=self._jogging.source,
+        )
+
+    def _back_to_path(self, now: float) -> Wishes:
+        """Forwards along the way back at reduced speed, whatever direction the operator wants on the path itself."""
+        requests = [RateRequest(abs(each.rate), each.who) for each in self._pace.requests]
+        if not self._zones.fresh(now):
+            requests.append(RateRequest(0.0, "the manager is silent"))
+        return Wishes(
+            requests=tuple(requests),
+            stop=False,
+            holds=lambda planned, _segment, _index: [hold for _, hold in self._zones.holds_on(planned, now)],
+            cap_m_s=MANUAL_SPEED_M_S,
+            follower=self._interruption.follower,
+        )
+
+    def wants(self, mode: Mode, executive: Executive, tick: int) -> dict[str, float]:
+        """The zones that the robot crosses soon behind `tick`: zone to seconds until it is entered."""
+        if mode is Mode.RETURNING:
+            follower = self._interruption.follower
+            return _zones_ahead(executive, () if follower is None else (follower,), tick)
+        if mode is not Mode.RUNNING:
+            return self._jogging.wants
+        items = self._coming()
+        pause_s = max(0, self._run.resume_tick - tick) * executive.cycle_s
+        return self._corrections.wants | _zones_ahead(executive, items, tick, pause_s)
+
+    def _coming(self) -> list[Item]:
+        """What comes next, up to where the program waits for a part."""
+        if self._corrections.waiting:
+            return []
+        items = self._run.lookahead.items
+        return list(
+            takewhile(lambda i: not (isinstance(i, TrackingOn) and self._corrections.waits_for_part(i.name)), items)
+        )
+
+    def _requests(self, mode: Mode, now: float) -> list[RateRequest]:
+        requests = list(self._pace.requests)
+        if not self._zones.fresh(now):
+            requests.append(RateRequest(0.0, "the manager is silent"))
+        if mode is not Mode.RUNNING:
+            requests.append(RateRequest(0.0, "halted" if mode is Mode.HALTED else mode.value))
+        if self._run.correction_ends:
+            requests.append(RateRequest(0.0, "TRACK OFF"))
+        return requests
+
+
+def _zones_ahead(executive: Executive, items: Iterable[Item], tick: int, pause_s: float = 0.0) -> dict[str, float]:
+    """The zones that are crossed soon after `tick`: zone to seconds until then; `items` are what comes next.
+
+    The next motion does not begin within `pause_s`.
+    """
+    wants: dict[str, float] = {}
+    block, index = executive.timeline.at(tick)
+    newest = executive.timeline.newest
+    ahead_s = _AHEAD_S + (newest.rest_tick - tick) * executive.cycle_s
+    until_s = -block.path_segment.state(index).tau
+    seen: list[object] = []
+    for item in (block.path, newest.path, *items):
+        if not isinstance(item, Planned) or item.motion not in (block.path.motion, newest.path.motion):
+            until_s = max(until_s, pause_s)
+        if isinstance(item, Pause):
+            until_s += item.duration_s
+        elif isinstance(item, Planned) and item.motion not in seen:
+            seen.append(item.motion)
+            for crossing in item.crossings:
+                if until_s + crossing.leave_tau > 0.0 and until_s + crossing.enter_tau < ahead_s:
+                    wants.setdefault(crossing.zone, max(0.0, until_s + crossing.enter_tau))
+            until_s += item.motion.duration_s
+    return wants
