@@ -29,6 +29,7 @@ from robot_agent.agent.cell_clock import CellClock
 from robot_agent.agent.drives.axes import feedback_in_joints, samples_in_axes
 from robot_agent.agent.drives.gateway_link import GatewayLink, IdleClock
 from robot_agent.agent.drives.measured_rest import MeasuredRest
+from robot_agent.agent.mode import Event, after, has_torque
 from robot_agent.agent.operator.decisions import Decisions, Situation
 from robot_agent.agent.operator.jogging import Jogging
 from robot_agent.agent.operator.operator import Operator
@@ -51,7 +52,6 @@ _STALE_CYCLES = 5
 _SIGN_AHEAD_TICKS = 5
 _SIGN_SAMPLES = 3
 """A sign of life begins so far ahead, and has so many samples."""
-_WITH_TORQUE = (Mode.READY, Mode.RUNNING, Mode.HALTED, Mode.OFF_PATH, Mode.RETURNING, Mode.JOGGING)
 
 
 class AgentCore:
@@ -187,8 +187,7 @@ class AgentCore:
         if self._owner:
             self.interruption.forget("the claim on the gateway was lost")
         self._owner = 0
-        if self.mode is not Mode.FAULT:
-            self.mode = Mode.STARTING
+        self._happens(Event.CLAIM_LOST)
         self._leave_path()
         self._rest.begin()
         self._numbers = itertools.count(1)
@@ -204,40 +203,42 @@ class AgentCore:
         faulty = feedback.state in (PlayoutState.FAULT, PlayoutState.STOPPING)
         estop = self._estops.first
         if estop is not None:
-            self._stop(Mode.ESTOP, f"emergency stop by {estop.by}: {estop.reason}")
+            self._stop(Event.ESTOP, f"emergency stop by {estop.by}: {estop.reason}")
         elif faulty:
-            self._stop(Mode.FAULT, "the gateway reports a fault of the robot's drives")
+            self._stop(Event.FAULT, "the gateway reports a fault of the robot's drives")
         elif self.link.age(now) > self._cell.times.feedback_lost_s:
-            self._stop(Mode.FAULT, f"no drive feedback for {self.link.age(now):.2f} s")
-        elif self.mode is Mode.ESTOP or (self.mode is Mode.STARTING and AxisStatus.SILENT not in feedback.axes):
-            self.mode = Mode.DISABLED
+            self._stop(Event.FAULT, f"no drive feedback for {self.link.age(now):.2f} s")
+        else:
+            self._happens(Event.CLEARED)
+            if AxisStatus.SILENT not in feedback.axes:
+                self._happens(Event.HEARD)
         if not feedback.enabled:
             self._leave_path()
             if self.link.switching_off or self.operator.switched_off:
-                self.mode = Mode.DISABLED
-            elif self.mode in _WITH_TORQUE:
-                self._stop(Mode.FAULT, "the gateway has switched the drives off")
+                self._happens(Event.DISABLED)
+            elif has_torque(self.mode):
+                self._stop(Event.FAULT, "the gateway has switched the drives off")
             return
         if self.executive is None:
             try:
                 standing = planner.standstill(feedback.commanded, self.zones.geometry or ())
             except OpenMechanism as error:
-                self._stop(Mode.FAULT, f"the axes cannot be where the drives say: {error}")
+                self._stop(Event.FAULT, f"the axes cannot be where the drives say: {error}")
                 return
             self.executive = Executive(planner, standing, feedback, self._cell.times, self._numbers, self._asked)
         switched_off = self.link.switching_off or self.operator.switched_off
         if self.mode in (Mode.DISABLED, Mode.ENABLING) or (self.mode is Mode.READY and not switched_off):
-            self.mode = self.interruption.leave_there(feedback, planner)
-            if self.mode is Mode.OFF_PATH:
+            event = self.interruption.leave_there(feedback, planner)
+            self._happens(event)
+            if event is Event.BESIDE_PATH:
                 self.report.event(Severity.WARNING, "off_path", self.run.error)
 
     def _observe(self, feedback: DriveFeedback) -> None:
         """What became of the blocks that were sent, and where on its path the robot is by that."""
         if self.executive is not None and self.executive.timeline.observe(feedback):
             self.run.accepted(self.executive.timeline.newest)
-        forgotten = self.interruption.watch(self.executive, feedback)
-        if forgotten and self.mode in (Mode.HALTED, Mode.OFF_PATH, Mode.RETURNING):
-            self.mode = Mode.READY
+        if self.interruption.watch(self.executive, feedback):
+            self._happens(Event.FORGOTTEN)
 
     def _leave_path(self) -> None:
         """Blocks lead the robot no more."""
@@ -245,12 +246,17 @@ class AgentCore:
             self._rest.left_path(self._announcer.body)
         self.executive = None
 
-    def _stop(self, mode: Mode, why: str) -> None:
-        if self.mode is mode:
+    def _happens(self, event: Event) -> None:
+        self.mode = after(self.mode, event)
+
+    def _stop(self, event: Event, why: str) -> None:
+        """An emergency stop or a fault."""
+        if self.mode is after(self.mode, event):
             return
-        self.mode, self._stopped_by = mode, why
+        self._happens(event)
+        self._stopped_by = why
         self.interruption.interrupt(why)
-        if mode is Mode.FAULT:
+        if event is Event.FAULT:
             self.report.event(Severity.ALARM, "fault", why, f"find the cause, then `cell reset {self._robot}`")
 
     # Motion

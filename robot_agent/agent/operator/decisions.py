@@ -24,6 +24,7 @@ from cell.messages import (
 from robot_agent.agent.blocks.corrections import Corrections
 from robot_agent.agent.blocks.executive import Executive
 from robot_agent.agent.cell_clock import LONGEST_S, CellClock
+from robot_agent.agent.mode import Event, after, stands
 from robot_agent.agent.operator.jogging import Jogging
 from robot_agent.agent.planning.planner import Planner
 from robot_agent.agent.program.interruption import Interruption
@@ -31,8 +32,6 @@ from robot_agent.agent.program.pace import MANUAL_SPEED_M_S, Pace
 from robot_agent.agent.program.path_gap import Gap
 from robot_agent.agent.program.program_run import ProgramRun
 
-_AT_REST = (Mode.READY, Mode.HALTED, Mode.OFF_PATH)
-"""Enabled, and moved by nobody."""
 _MOVING = (Enable, Run, Continue, Return, Step, Jog)
 """Calls that move a robot, or let it be moved."""
 
@@ -98,10 +97,11 @@ class Decisions:
         """Braking is never refused, whatever the operator knew when he called."""
         if mode is Mode.RUNNING:
             self._pace.no_step()
-            return Done(f"{self._robot} brakes on its path; `cell continue {self._robot}` goes on", Mode.HALTED)
+            text = f"{self._robot} brakes on its path; `cell continue {self._robot}` goes on"
+            return Done(text, after(mode, Event.HALT))
         if mode is Mode.RETURNING:
             self._pace.no_step()
-            mode = self._interruption.leave_there(situation.feedback, situation.planner)
+            mode = after(mode, self._interruption.leave_there(situation.feedback, situation.planner))
             return Done(f"{self._robot} brakes on its way back; {self._way_out(mode)}", mode)
         if mode is Mode.JOGGING:
             self._jogging.end("halted")
@@ -141,25 +141,25 @@ class Decisions:
         if mode in (Mode.READY, Mode.RUNNING, Mode.HALTED, Mode.OFF_PATH, Mode.RETURNING):
             return Done(f"{self._robot} is enabled already", mode)
         if mode is Mode.DISABLED:
-            return Passed(EnableDrives(self._robot, situation.feedback.owner), Mode.ENABLING)
+            return Passed(EnableDrives(self._robot, situation.feedback.owner), after(mode, Event.ENABLE))
         return Refused(f"{self._robot} is in mode {mode.value}: {self._way_out(mode)}")
 
     def _disable(self, mode: Mode, situation: Situation) -> Done | Refused | Passed:
         executive = situation.executive
         if mode is Mode.DISABLED:
             return Done(f"{self._robot} is disabled already", mode)
-        if mode not in _AT_REST or executive is None:
+        if not stands(mode) or executive is None:
             return Refused(f"{self._robot} is in mode {mode.value}: {self._way_out(mode)}")
         if not executive.at_rest(situation.feedback.tick):
             return Refused(f"{self._robot} still moves: call again when it is at rest")
         self._interruption.interrupt("the drives were switched off by an operator")
-        return Passed(DisableDrives(self._robot, situation.feedback.owner), Mode.READY)
+        return Passed(DisableDrives(self._robot, situation.feedback.owner), after(mode, Event.DISABLE))
 
     def _start(self, mode: Mode, situation: Situation, run: Run, now: float) -> Done | Refused:
         executive, feedback = situation.executive, situation.feedback
         if mode is Mode.RUNNING:
             return Refused(f"{self._robot} is running already: halt it first")
-        if mode not in _AT_REST or executive is None:
+        if not stands(mode) or executive is None:
             return Refused(f"{self._robot} is in mode {mode.value}: {self._way_out(mode)}")
         if situation.refused_by_manager:
             return Refused(f"the manager refuses {self._robot}: {situation.refused_by_manager}")
@@ -182,11 +182,11 @@ class Decisions:
         executive.stand(situation.planner.standstill(feedback.commanded, ()), feedback.tick)
         self._run.start(feedback.commanded, tick, end_tick)
         self._pace.no_step()
-        return Done(f"{self._robot} runs {self._run.status.name} from its first line", Mode.RUNNING)
+        return Done(f"{self._robot} runs {self._run.status.name} from its first line", after(mode, Event.RUN))
 
     def _jog(self, command: Jog, mode: Mode, situation: Situation, made_at: float) -> Done | Refused:
         executive = situation.executive
-        if mode not in (*_AT_REST, Mode.JOGGING) or executive is None:
+        if not (stands(mode) or mode is Mode.JOGGING) or executive is None:
             return Refused(f"{self._robot} is in mode {mode.value}: {self._way_out(mode)}")
         if situation.refused_by_manager:
             return Refused(f"the manager refuses {self._robot}: {situation.refused_by_manager}")
@@ -198,7 +198,7 @@ class Decisions:
         if mode is Mode.HALTED:
             self._run.fail("the robot was jogged off its path by an operator")
         self._jogging.begin(command, situation.planner, made_at)
-        return Done(f"{self._robot} jogs along {command.axis} while the key is held", Mode.JOGGING)
+        return Done(f"{self._robot} jogs along {command.axis} while the key is held", after(mode, Event.JOG))
 
     def _continue(self, mode: Mode, situation: Situation, now: float) -> Done | Refused:
         if mode is Mode.RUNNING:
@@ -213,16 +213,21 @@ class Decisions:
         if refused is not None:
             return refused
         self._pace.no_step()
-        return Done(f"{self._robot} goes on", Mode.RETURNING if self._run.interrupted else Mode.RUNNING)
+        return Done(f"{self._robot} goes on", self._going_on(mode))
 
     def _return(self, mode: Mode, situation: Situation) -> Done | Refused:
         gap = self._interruption.gap(situation.feedback, situation.planner)
         if mode not in (Mode.OFF_PATH, Mode.HALTED) or gap is None:
             return Refused(f"{self._robot} is in mode {mode.value}, with no path to return to: {self._way_out(mode)}")
-        refused = self._go_back(situation, gap, Mode.HALTED)
+        refused = self._go_back(situation, gap, goes_on=False)
         if refused is not None:
             return refused
-        return Done(f"{gap.text}; {self._robot} returns slowly, and is then halted on its path", Mode.RETURNING)
+        text = f"{gap.text}; {self._robot} returns slowly, and is then halted on its path"
+        return Done(text, after(mode, Event.GO_BACK))
+
+    def _going_on(self, mode: Mode) -> Mode:
+        """Of a program that is running or halted; an interrupted one goes back to its path first."""
+        return after(mode, Event.GO_BACK if self._run.interrupted else Event.CONTINUE)
 
     def _to_path(self, situation: Situation) -> Refused | None:
         """Bring a robot that is halted beside its path back to it, from where it goes on; or say why not."""
@@ -231,15 +236,15 @@ class Decisions:
             return None
         if not gap.on_path:
             return Refused(f"{self._robot} cannot continue, {gap.text}: {self._way_out(Mode.OFF_PATH)}")
-        return self._go_back(situation, gap, Mode.RUNNING)
+        return self._go_back(situation, gap, goes_on=True)
 
-    def _go_back(self, situation: Situation, gap: Gap, after: Mode) -> Refused | None:
+    def _go_back(self, situation: Situation, gap: Gap, *, goes_on: bool) -> Refused | None:
         executive, feedback = situation.executive, situation.feedback
         if situation.refused_by_manager:
             return Refused(f"the manager refuses {self._robot}: {situation.refused_by_manager}")
         if executive is None or not executive.at_rest(feedback.tick):
             return Refused(f"{self._robot} still moves: call again when it is at rest")
-        self._interruption.go_back(executive, situation.planner, feedback, gap, after)
+        self._interruption.go_back(executive, situation.planner, feedback, gap, goes_on)
         return None
 
     def _led_astray(self, now: float) -> Refused | None:
@@ -257,12 +262,14 @@ class Decisions:
             started = self._start(mode, situation, Run(), now)
             if isinstance(started, Refused):
                 return started
+            mode = started.mode
         elif (refused := self._led_astray(now) or self._to_path(situation)) is not None:
             return refused
+        else:
+            mode = self._going_on(mode)
         self._pace.step()
         where = "back to the beginning" if self._pace.backwards else "to the end"
-        mode = Mode.RETURNING if self._run.interrupted else Mode.RUNNING
-        return Done(f"{self._robot} goes {where} of the present block and halts there", mode)
+        return Done(f"{self._robot} goes {where} of the present move and halts there", mode)
 
     def _override(self, percent: float, mode: Mode) -> Done | Refused:
         if not -100.0 <= percent <= 100.0:

@@ -22,6 +22,7 @@ from cell.messages import (
 )
 from cell.net.freshness import Sent
 from robot_agent.agent.drives.gateway_link import GatewayLink, Switching
+from robot_agent.agent.mode import Event, after
 from robot_agent.agent.operator.decisions import Decision, Decisions, Done, Passed, Refused, Situation
 
 _WITH_DRIVES = (Enable, Run, Continue, Return, Step, Jog)
@@ -108,12 +109,12 @@ class Operator:
             if switching.request_id:
                 effects.append(Answer(switching.request_id, Reply(switching.call_id, ok, text)))
             match switching.command:
-                case EnableDrives() if not ok and mode is Mode.ENABLING:
-                    mode = Mode.DISABLED
-                case DisableDrives() if ok and mode is Mode.READY:
-                    mode = Mode.DISABLED
-                case ResetDrives() if ok and mode is Mode.FAULT:
-                    mode = Mode.DISABLED
+                case EnableDrives() if not ok:
+                    mode = after(mode, Event.NOT_ENABLED)
+                case DisableDrives() if ok:
+                    mode = after(mode, Event.DISABLED)
+                case ResetDrives() if ok:
+                    mode = after(mode, Event.ACKNOWLEDGED)
         return mode
 
     def _decide(self, call: Call, mode: Mode, situation: Situation, now: float) -> Decision:

@@ -12,8 +12,9 @@ import numpy as np
 
 from cell.config.settings import PathWindow
 from cell.core import Effect
-from cell.messages import DriveFeedback, Mode, PlayoutState, ZoneGeometry
+from cell.messages import DriveFeedback, PlayoutState, ZoneGeometry
 from robot_agent.agent.blocks.executive import Executive
+from robot_agent.agent.mode import Event
 from robot_agent.agent.planning.planner import Planner
 from robot_agent.agent.planning.plans import Plan, PlanFailed, Planned, PlanRequest
 from robot_agent.agent.program.pace import Pace
@@ -49,7 +50,8 @@ class Interruption:
         """The tau to return to, and the plan that was asked for."""
         self._way: Planned | None = None
         self._problem = ""
-        self._after = Mode.HALTED
+        self._goes_on = False
+        """Once it is back."""
 
     # Where the robot left its path
 
@@ -102,17 +104,17 @@ class Interruption:
 
     # How far it is from there
 
-    def leave_there(self, feedback: DriveFeedback, planner: Planner) -> Mode:
-        """Nobody moves the robot, and its drives are on: no way back is gone any more. The mode, by how far it is."""
+    def leave_there(self, feedback: DriveFeedback, planner: Planner) -> Event:
+        """Nobody moves the robot, and its drives are on: no way back is gone any more. How far it is."""
         self._supplied = False
         self._drop_way()
         gap = self.gap(feedback, planner)
         if gap is None:
-            return Mode.READY
+            return Event.FREE
         way = "continue {0}` goes on" if gap.on_path else "return {0}` brings it back slowly"
         there = f"{self._cause}; {gap.text}: `cell {way.format(self._robot)}"
         self._run.error = f"{there}, `cell run {self._robot}` starts anew"
-        return Mode.HALTED if gap.on_path else Mode.OFF_PATH
+        return Event.ON_PATH if gap.on_path else Event.BESIDE_PATH
 
     def gap(self, feedback: DriveFeedback, planner: Planner) -> Gap | None:
         """How far the robot is from its path, as it is measured; None without an interrupted program."""
@@ -122,11 +124,11 @@ class Interruption:
 
     # The way back
 
-    def go_back(self, executive: Executive, planner: Planner, feedback: DriveFeedback, gap: Gap, after: Mode) -> None:
-        """Return from rest to the point of a gap; `after` is the mode from there on, HALTED or RUNNING."""
+    def go_back(self, executive: Executive, planner: Planner, feedback: DriveFeedback, gap: Gap, goes_on: bool) -> None:
+        """Return from rest to the point of a gap; from there the program goes on, or it is halted there."""
         self._drop_way()
         executive.stand(planner.standstill(feedback.commanded, ()), feedback.tick)
-        self._wanted, self._after = (gap.tau, None), after
+        self._wanted, self._goes_on = (gap.tau, None), goes_on
 
     def plan(self, feedback: DriveFeedback, zones: tuple[ZoneGeometry, ...] | None) -> list[Effect]:
         """Ask for the way back when one is wanted and was not asked for."""
@@ -164,7 +166,7 @@ class Interruption:
         problem, self._problem = self._problem, ""
         return problem
 
-    def returned(self, executive: Executive, tick: int) -> Mode | None:
+    def returned(self, executive: Executive, tick: int) -> Event | None:
         """Once the robot rests where it left its path, let the program go on from there; None until then."""
         way, place = self._way, self._place
         if way is None or place is None or self._wanted is None or not executive.at_rest(tick):
@@ -174,10 +176,10 @@ class Interruption:
             return None
         executive.stand(place.planned, tick, self._wanted[0])
         self._run.resume()
-        if self._after is Mode.RUNNING:
+        if self._goes_on:
             self._run.go_on(tick)
         self._drop_way()
-        return self._after
+        return Event.RETURNED_TO_GO_ON if self._goes_on else Event.RETURNED
 
     def _drop_way(self) -> None:
         self._wanted, self._way, self._problem = None, None, ""

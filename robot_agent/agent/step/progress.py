@@ -4,6 +4,7 @@ from cell.config.settings import OnManagerReturn
 from cell.messages import DriveFeedback, Mode, Severity
 from robot_agent.agent.blocks.corrections import Corrections
 from robot_agent.agent.blocks.executive import Executive
+from robot_agent.agent.mode import Event, after
 from robot_agent.agent.operator.jogging import Jogging
 from robot_agent.agent.operator.operator import Operator
 from robot_agent.agent.planning.planner import Planner
@@ -45,14 +46,14 @@ class Progress:
         self._report = report
 
     def advance(self, mode: Mode, executive: Executive, feedback: DriveFeedback, planner: Planner, now: float) -> Mode:
-        """The mode behind what has come to its end by `feedback`, which is heard `now` [s]."""
+        """The mode after what has come to its end by `feedback`, which is heard `now` [s]."""
         mode = self._advance_program(mode, executive, feedback, now)
         mode = self._advance_correction(mode, executive, feedback, planner, now)
         mode = self._advance_jog(mode, executive, feedback, now)
         return self._advance_return(mode, executive, feedback, planner) if mode is Mode.RETURNING else mode
 
     def ended(self, mode: Mode, feedback: DriveFeedback, planner: Planner, leaving: bool, now: float) -> Mode:
-        """Halt for a set-up, behind a silent manager, if an operator is to decide then, and before leaving."""
+        """Halt for a set-up, after a manager fell silent, if an operator is to decide then, and before leaving."""
         if mode not in (Mode.RUNNING, Mode.RETURNING):
             return mode
         if self._zones.kept_still:
@@ -67,7 +68,8 @@ class Progress:
             self._run.fail("the agent was stopped")
         else:
             return mode
-        return Mode.HALTED if mode is Mode.RUNNING else self._interruption.leave_there(feedback, planner)
+        event = Event.HALT if mode is Mode.RUNNING else self._interruption.leave_there(feedback, planner)
+        return after(mode, event)
 
     def _advance_program(self, mode: Mode, executive: Executive, feedback: DriveFeedback, now: float) -> Mode:
         if mode is Mode.RUNNING:
@@ -86,10 +88,10 @@ class Progress:
             if self._run.error:
                 remedy = "correct the program, then run it again"
                 self._report.event(Severity.ALARM, "program", self._run.error, remedy)
-            return Mode.READY
+            return after(mode, Event.PROGRAM_ENDED)
         if executive.path_at_rest(feedback.tick) and self._pace.step_done(executive.timeline.newest):
             self._pace.no_step()
-            return Mode.HALTED
+            return after(mode, Event.HALT)
         return mode
 
     def _advance_correction(
@@ -108,7 +110,7 @@ class Progress:
             return mode
         remedy = f"see to what is measured, then `cell continue {self._robot}`"
         self._report.event(Severity.WARNING, "correction", why, remedy)
-        return Mode.HALTED
+        return after(mode, Event.HALT)
 
     def _advance_jog(self, mode: Mode, executive: Executive, feedback: DriveFeedback, now: float) -> Mode:
         self._jogging.follow(now, self._operator.age_of)
@@ -120,7 +122,7 @@ class Progress:
             self._jogging.end(self._zones.kept_still)
         if not self._jogging.held and executive.at_rest(feedback.tick):
             self._jogging.rested()
-            return Mode.READY if mode is Mode.JOGGING else mode
+            return after(mode, Event.JOG_ENDED)
         return mode
 
     def _advance_return(self, mode: Mode, executive: Executive, feedback: DriveFeedback, planner: Planner) -> Mode:
@@ -128,5 +130,6 @@ class Progress:
         if problem:
             remedy = f"jog it nearer with `cell jog {self._robot}`, or start anew with `cell run {self._robot}`"
             self._report.event(Severity.ALARM, "return", problem, remedy)
-            return self._interruption.leave_there(feedback, planner)
-        return self._interruption.returned(executive, feedback.tick) or mode
+            return after(mode, self._interruption.leave_there(feedback, planner))
+        event = self._interruption.returned(executive, feedback.tick)
+        return mode if event is None else after(mode, event)
