@@ -32,17 +32,13 @@ def test_a_stop_is_heard_in_every_mode(mode: Mode) -> None:
 
 
 def test_a_robot_begins_to_move_from_a_standstill_with_torque_and_by_an_operator() -> None:
-    begins = {
-        (mode, event) for mode, event in product(Mode, Event) if mode not in MOVING and after(mode, event) in MOVING
-    }
+    begins = {(mode, event) for (mode, event), then in TABLE.items() if mode not in MOVING and then in MOVING}
     assert {event for _, event in begins} == BY_AN_OPERATOR
     assert all(stands(mode) for mode, _ in begins)
 
 
 def test_only_the_gateway_switches_drives_on() -> None:
-    on = {
-        (mode, event) for mode, event in product(Mode, Event) if has_torque(after(mode, event)) and not has_torque(mode)
-    }
+    on = {(mode, event) for (mode, event), then in TABLE.items() if has_torque(then) and not has_torque(mode)}
     assert on == set(product((Mode.DISABLED, Mode.ENABLING), (Event.FREE, Event.ON_PATH, Event.BESIDE_PATH)))
 
 
