@@ -5,6 +5,8 @@ from threading import Lock
 
 import zenoh
 
+_PRESENCE_MAGIC, _HEAD_AT = b"ZPR1", 12
+"""The fields of a presence are a JSON object after 12 bytes, which begin with the magic and its length (u32)."""
 Member = tuple[str, str, str]
 """Cell, role and name of a process."""
 
@@ -68,6 +70,8 @@ class Answers:
 
 
 def _fields(data: bytes) -> dict[str, object]:
+    if data[:4] == _PRESENCE_MAGIC:
+        data = data[_HEAD_AT : _HEAD_AT + int.from_bytes(data[4:8], "little")]
     try:
         found = json.loads(data)
     except ValueError:

@@ -3,7 +3,11 @@
 import json
 import subprocess
 import sys
+from dataclasses import replace
+from functools import partial
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import pytest
 from hypothesis import given
@@ -25,8 +29,10 @@ from cell.commands.emergency.reach import (
 from cell.commands.emergency.wanted import wanted
 from cell.commands.emergency.words import LONGEST, operator_name, plain
 from cell.config import load_cell_alone
-from cell.messages import Estop, SetEstop
-from cell.net.codec import decode, decode_call
+from cell.messages import Estop, Presence, SetEstop
+from cell.net.codec import decode, decode_call, encode
+from cell.net.keys import Keys
+from tests.unit.manager_world import ball
 from tests.unit.repository import ROOT
 
 SHIPPED = sorted(ROOT.glob("cell_configs/*/cell.yaml"))
@@ -165,6 +171,17 @@ def test_what_is_stored_beside_a_broken_cell_file_stands_in_for_it(tmp_path: Pat
 
 
 # Who has confirmed
+
+
+def test_reads_who_stands_from_what_robots_publish() -> None:
+    stands = Presence("left", "b", 1, 1, None, "d", ball(0.0), 0.0, estop_acknowledged="e1")
+    answers, keys = Answers(), Keys("line")
+    for message in (stands, replace(stands, robot="right", estop_acknowledged=None)):
+        sample: Any = SimpleNamespace(
+            key_expr=keys.of(message), payload=SimpleNamespace(to_bytes=partial(encode, message))
+        )
+        answers.state(sample)
+    assert answers.standing() == {("line", "robot", "left")}
 
 
 class FewAnswers(Answers):
