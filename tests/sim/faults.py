@@ -567,6 +567,10 @@ def _each_in_its_turn(rng: random.Random, seed: int, cell: GeneratedCell, lastin
         gateway = f"gateway/{cell.bundle.cell.robots[it].gateway}"
         return Freeze(when(0.5)[0], Moment(it, "moves fast"), gateway, rng.uniform(0.12, 0.35))
 
+    def killed_at_speed() -> Item:
+        it = robot()
+        return Kill(when(0.5)[0], Moment(it, "moves fast"), f"robot/{it}", rng.uniform(0.5, 1.5))
+
     def jog() -> Item:
         speed = rng.choice([-1.0, 1.0]) * rng.uniform(0.05, 0.2)
         return JogPress(*when(0.6), rng.choice(OPERATORS), robot(), "J1", speed, rng.uniform(0.5, 1.5), False)
@@ -583,6 +587,7 @@ def _each_in_its_turn(rng: random.Random, seed: int, cell: GeneratedCell, lastin
         lambda: SaidAgain(*when(0.8), rng.choice(OPERATORS), robot()),
         power,
         frozen_gateway,
+        killed_at_speed,
         jog,
         lambda: fails("drop-out", "moves fast"),
         lambda: fails("blocked", "begins to move"),
