@@ -75,4 +75,4 @@ class Stored:
 
 def next_epoch(stored: int, unix_s: float) -> int:
     """The epoch of a manager that starts now: it grows even when its state folder was lost, or its clock set back."""
-    return max(stored + 1, int(unix_s))
+    return max(stored + 1, int(1000.0 * unix_s))

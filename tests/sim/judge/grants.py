@@ -1,5 +1,6 @@
 """Zones: who may enter, who gives them away, and on what ground."""
 
+from collections import defaultdict
 from dataclasses import dataclass
 from math import inf
 
@@ -289,6 +290,19 @@ class GrantsAreDue(_OfManager):
 
     name = "grants are due"
 
+    def __init__(self, facts: Facts) -> None:
+        super().__init__(facts)
+        self._reported: dict[str, set[str]] = defaultdict(set)
+        """By boot of a manager: robots that have answered it once."""
+
+    @property
+    def delivered(self) -> Handlers:
+        return {Presence: self._presence}
+
+    def _presence(self, name: str, presence: Presence) -> None:
+        if name == "manager" and presence.heard is not None:
+            self._reported[presence.heard.boot].add(presence.robot)
+
     def judge(self, news: ZoneNews) -> None:
         zone, state, status, before = news.zone, news.state, news.status, news.before
         token, holder = status.token, status.holder
@@ -297,9 +311,7 @@ class GrantsAreDue(_OfManager):
         if before is not None and before.token == token:
             return
         told = self.facts.told["manager"]
-        known = [r for r in self.facts.robots if r in told.presences and told.presences[r].heard is not None]
-        reported = [r for r in known if told.presences[r].heard.boot == state.boot]  # type: ignore[union-attr]
-        missing = sorted(set(self.facts.robots) - set(reported))
+        missing = sorted(set(self.facts.robots) - self._reported[state.boot])
         if missing and zone not in self._decided_at:
             self.broken("manager", f"it grants zone {zone} to {holder} before {', '.join(missing)} reported")
         if not self.facts.presence_fresh(holder):

@@ -56,7 +56,7 @@ def test_epochs_grow_over_restarts(tmp_path: Path) -> None:
     assert read(tmp_path / "j").epoch == epochs[-1]
 
 
-@pytest.mark.parametrize(("stored", "unix_s", "epoch"), [(0, 1000.9, 1000), (5000, 1000.0, 5001), (1000, 1000.0, 1001)])
+@pytest.mark.parametrize(("stored", "unix_s", "epoch"), [(0, 1.0009, 1000), (5000, 1.0, 5001), (1000, 1.0, 1001)])
 def test_an_epoch_grows_though_the_clock_goes_back_or_the_journal_is_lost(
     stored: int, unix_s: float, epoch: int
 ) -> None:
