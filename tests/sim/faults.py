@@ -293,6 +293,7 @@ class JournalFull(Item):
 
     def strike(self, stage: Stage) -> float:
         stage.world.journal.fill(True)
+        stage.facts.journal_spoilt = True
         stage.world.clock.after(self.seconds, self._room, stage)
         return self.seconds
 
@@ -579,6 +580,13 @@ def _each_in_its_turn(rng: random.Random, seed: int, cell: GeneratedCell, lastin
         it = robot()
         return DriveFails(when(0.5)[0], Moment(it, moment), it, 0, what, rng.uniform(0.8, 1.5))
 
+    def blocked_in_front() -> Item:
+        it = robot()
+        return DriveFails(*in_front(it), it, rng.randrange(3), "blocked", rng.uniform(0.3, 0.8))
+
+    def in_front(it: str) -> tuple[float, Moment]:
+        return when(0.5)[0], Moment(it, "asks", rng.uniform(0.1, 0.8))
+
     turns: tuple[Callable[[], Item], ...] = (
         wavers,
         lambda: Guest(*when(0.6)),
@@ -597,6 +605,7 @@ def _each_in_its_turn(rng: random.Random, seed: int, cell: GeneratedCell, lastin
         Strays(*when(0.6), robot()),
         SecondAgent(*when(0.6), robot()),
         LateOrder(*when(0.8), rng.choice(OPERATORS), robot()),
+        blocked_in_front(),
     ]
     return always + [turns[(seed + k) % len(turns)]() for k in (0, 3, 7)]
 
