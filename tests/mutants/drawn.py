@@ -125,6 +125,7 @@ DRAWN: tuple[Mutant, ...] = (
                 "        self._leads = tuple(round(output.lead_s / cycle_s) for output in outputs)\n        self._places = tuple((output.axis, output.bit) for output in outputs)\n",
             ),
         ),
+        "the two lines do not depend on each other",
     ),
     Mutant(
         "drawn-12",

@@ -77,7 +77,13 @@ RULES = (
     Mutant(
         "epoch-stays",
         "a manager that starts has the epoch of the one before it",
-        (Edit("cell/manager/records.py", "    return max(stored + 1, int(unix_s))", "    return max(stored, 1)"),),
+        (
+            Edit(
+                "cell/manager/records.py",
+                "    return max(stored + 1, int(1000.0 * unix_s))",
+                "    return max(stored, 1)",
+            ),
+        ),
     ),
     Mutant(
         "estop-not-restored",

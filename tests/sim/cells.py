@@ -242,7 +242,7 @@ def _cell(
             f"    robots: [{', '.join(members)}]",
         ]
     fresh_s = rng.choice([0.25, 0.25, 0.25, 0.4, 0.7])
-    owner_s, stop_s = rng.choice([0.2, 0.5, 2.0]), rng.choice([1.2, 2.0])
+    owner_s, stop_s = rng.choice([0.15, 0.15, 0.5, 2.0]), rng.choice([1.2, 2.0])
     lead_s = max(0.032, 3.0 * cycle_s)
     times = f"fresh_s: {fresh_s}, feedback_lost_s: {lost_s}, owner_silent_s: {owner_s}, estop_delay_s: {stop_s}"
     lines.append(f"times: {{{times}, lead_s: {lead_s}}}")

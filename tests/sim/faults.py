@@ -34,6 +34,7 @@ from cell.messages import (
 )
 from tests.sim.cells import GeneratedCell
 from tests.sim.item import Item, Moment, Stage
+from tests.sim.judge.facts import Facts
 from tests.sim.strangers import WRONG_DIGEST, FalsePresence, Guest, SaidAgain, SecondAgent, Strays
 
 _OVERLOAD = 0x2310
@@ -45,6 +46,7 @@ _BEFORE_CUT_S = 0.2
 _SLIPS, _SLIPS_EVERY_S = 0.006, 0.02
 """[rad/s or m/s] Faster than what counts as rest for a gateway."""
 _UNHEARD_S = 1.5
+_COMES_S, _ENTERS_S, _BLOCKED_S, _SILENT_S = 12.0, 0.3, 0.3, 0.8
 _WAVERS_S, _WAVER_LOOKS_S = 10.0, 0.02
 MOMENTS = ("enters", "is inside", "leaves", "is granted", "asks", "moves fast", "brakes", "begins to move")
 """Of a robot."""
@@ -234,6 +236,53 @@ class DriveFails(Item):
 
 
 @dataclass(frozen=True, slots=True)
+class BlockedInFront(Item):
+    """Whenever the robot comes to a zone that another holds, something holds the axis that moves most, while its
+    command goes on to where it has to wait. `silent`: it is its own zone, and the manager falls silent first."""
+
+    kind: ClassVar[str] = "blocked in front of a zone"
+    robot: str
+    times: int
+    silent: bool
+
+    def strike(self, stage: Stage) -> float:
+        self._look(stage, stage.facts.now + _COMES_S, self.times)
+        return 0.0
+
+    def _look(self, stage: Stage, until: float, times: int) -> None:
+        facts, world = stage.facts, stage.world
+        comes = self._comes(facts)
+        if comes and self.silent:
+            world.network.cut("manager", f"robot/{self.robot}", _SILENT_S)
+            world.clock.after(facts.cell.times.fresh_s, self._block, stage)
+        elif comes:
+            self._block(stage)
+        if comes:
+            facts.troubled_until = max(facts.troubled_until, facts.now + _SILENT_S)
+            times -= 1
+        if times > 0 and facts.now < until:
+            world.clock.after(4.0 * _BLOCKED_S if comes else _WAVER_LOOKS_S, self._look, stage, until, times)
+
+    def _block(self, stage: Stage) -> None:
+        feedback, gateway = stage.facts.feedback[self.robot], stage.facts.gateway_of(self.robot)
+        axes = stage.world.bundle.gateways[gateway.partition("/")[2]].robots[self.robot].axes
+        rates = [abs(v) / axis.following_window for v, axis in zip(feedback.velocity, axes, strict=True)]
+        DriveFails(0.0, None, self.robot, rates.index(max(rates)), "blocked", _BLOCKED_S).strike(stage)
+
+    def _comes(self, facts: Facts) -> bool:
+        shown, manager, feedback = facts.shown.get(self.robot), facts.manager, facts.feedback.get(self.robot)
+        if shown is None or manager is None or feedback is None or not feedback.enabled:
+            return False
+        if not facts.moving(self.robot):
+            return False
+        wants, holds = shown.message.wants, shown.message.holds
+        if self.silent:
+            outside = (zone for zone in holds if zone in wants and not shown.touches(zone, facts.boxes[zone]))
+            return any(wants[zone] < _ENTERS_S + facts.cell.times.fresh_s for zone in outside)
+        return any(wants[zone] < _ENTERS_S for zone in wants if manager.zones[zone].holder not in (None, self.robot))
+
+
+@dataclass(frozen=True, slots=True)
 class Sags(Item):
     """A drive of a robot fails, and the brake of its last axis slips for a while: too slowly for any alarm."""
 
@@ -293,6 +342,7 @@ class JournalFull(Item):
 
     def strike(self, stage: Stage) -> float:
         stage.world.journal.fill(True)
+        stage.facts.journal_spoilt = True
         stage.world.clock.after(self.seconds, self._room, stage)
         return self.seconds
 
@@ -506,7 +556,8 @@ class Switch(Item):
 
 
 KINDS: tuple[type[Item], ...] = (
-    Kill, PowerCut, Leave, Freeze, Cut, Part, Late, Burst, Stop, DriveFails, Sags, JournalFails, JournalFull, ClockStep,
+    Kill, PowerCut, Leave, Freeze, Cut, Part, Late, Burst, Stop, DriveFails, BlockedInFront, Sags,
+    JournalFails, JournalFull, ClockStep,
     Order, JogPress, Waver, LateOrder, Hasty, ZoneOrder, ResetStop, Switch, Strays, SaidAgain, FalsePresence, Guest,
     SecondAgent,
 )  # fmt: skip
@@ -567,6 +618,10 @@ def _each_in_its_turn(rng: random.Random, seed: int, cell: GeneratedCell, lastin
         gateway = f"gateway/{cell.bundle.cell.robots[it].gateway}"
         return Freeze(when(0.5)[0], Moment(it, "moves fast"), gateway, rng.uniform(0.12, 0.35))
 
+    def killed_at_speed() -> Item:
+        it = robot()
+        return Kill(when(0.5)[0], Moment(it, "moves fast"), f"robot/{it}", rng.uniform(0.5, 1.5))
+
     def jog() -> Item:
         speed = rng.choice([-1.0, 1.0]) * rng.uniform(0.05, 0.2)
         return JogPress(*when(0.6), rng.choice(OPERATORS), robot(), "J1", speed, rng.uniform(0.5, 1.5), False)
@@ -583,6 +638,7 @@ def _each_in_its_turn(rng: random.Random, seed: int, cell: GeneratedCell, lastin
         lambda: SaidAgain(*when(0.8), rng.choice(OPERATORS), robot()),
         power,
         frozen_gateway,
+        killed_at_speed,
         jog,
         lambda: fails("drop-out", "moves fast"),
         lambda: fails("blocked", "begins to move"),
@@ -592,6 +648,8 @@ def _each_in_its_turn(rng: random.Random, seed: int, cell: GeneratedCell, lastin
         Strays(*when(0.6), robot()),
         SecondAgent(*when(0.6), robot()),
         LateOrder(*when(0.8), rng.choice(OPERATORS), robot()),
+        BlockedInFront(*when(0.3), robot(), 2, silent=False),
+        BlockedInFront(*when(0.3), robot(), 3, silent=True),
     ]
     return always + [turns[(seed + k) % len(turns)]() for k in (0, 3, 7)]
 

@@ -25,6 +25,8 @@ _REST_S = 0.6
 _HEAL_S = 2.0
 """Processes that are down when the faults end are started by then."""
 _LONGEST_BRINGING_BACK_S = 60.0
+_DRIVES_WAIT_S = (0.0, 0.45)
+"""Real drives may have a time-out of their own, or none that matters: then a gateway's own is all there is."""
 _WEATHERS = (
     Weather(loss=0.0, double=0.0, late=0.0),
     Weather(loss=0.02, late=0.005),
@@ -81,7 +83,7 @@ def run_seed(
     """Run a seed, with its own plan or another; `look` may watch the world before it begins."""
     cell, weather = cell_of(seed), weather_of(seed)
     plan = plan_of(seed, seconds) if plan is None else tuple(plan)
-    world = World(cell.bundle, seed, weather)
+    world = World(cell.bundle, seed, weather, random.Random(f"drives {seed}").choice(_DRIVES_WAIT_S))
     remember_plans(world)
     judge = Judge(world, only)
     coverage = Coverage(world, judge.facts)

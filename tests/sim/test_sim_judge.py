@@ -8,18 +8,21 @@ import pytest
 
 from cell.core import Request
 from cell.messages import (
+    AdoptZone,
     AxisStatus,
     Call,
     Continue,
     DriveFeedback,
     Estop,
     Event,
+    GatewayState,
     Heard,
     JogHeld,
     ManagerState,
     Mode,
     PlayoutState,
     Presence,
+    Reply,
     RobotState,
     Run,
     SetpointBlock,
@@ -68,6 +71,7 @@ def run(tmp_path_factory: pytest.TempPathFactory) -> Recording:
         (copy.folder / "mixed" / "programs" / f"{robot}.prog").write_text(text)
         copy.change(f"mixed/{robot}_drives.yaml", "cycle_s: 0.004", "cycle_s: 0.02")
     copy.change("mixed/cell.yaml", "owner_silent_s: 2}", "owner_silent_s: 2, lead_s: 0.06}")
+    copy.change("mixed/cell.yaml", "on_manager_return: continue", "on_manager_return: operator")
     return Recording(load_bundle(copy.folder / "mixed" / "cell.yaml"), SECONDS, PLAN)
 
 
@@ -161,6 +165,48 @@ def breach(run: Recording) -> Change:
 
 def not_granted(_: Recording) -> Change:
     return each("delivered", ManagerState, lambda m: zone_is(m.what, holder=OTHER), f"robot/{ONE}")
+
+
+def holds_without_a_grant(_: Recording) -> Change:
+    return each("published", Presence, of(ONE, lambda p: replace(p, holds={ZONE: Token(1, 1)})))
+
+
+def adopted_beside_another(run: Recording) -> Change:
+    inside = held(run, ONE).at + 0.1
+    order = Request("9", Call("9", AdoptZone(ZONE, OTHER, "anna"), None))
+    asked = with_one_more(inside, "delivered", "manager", order)
+    answered = with_one_more(inside + 0.01, "published", "manager", Reply("9", True, ""))
+    return lambda moments: answered(list(asked(moments)))
+
+
+def mended_unbroken(run: Recording) -> Change:
+    told = Event("manager", 999, Severity.INFO, "journal_written", "the journal is written again", boot="m")
+    return with_one_more(moving_at(run), "published", "manager", told)
+
+
+def confirmed_while_on(run: Recording) -> Change:
+    confirmed = each("published", GatewayState, lambda m: replace(m.what, estop_confirmed="loud"))
+    return after(moving_at(run), confirmed)
+
+
+def late_and_driven_on(run: Recording) -> Change:
+    gateway = run.judge.facts.gateway_of(ONE)
+    boot = next(m.what.boot for m in run.moments if m.kind == "published" and m.name == gateway)
+    frozen = with_one_more(moving_at(run), "life", gateway, ("frozen", boot))
+    thawed = with_one_more(moving_at(run) + 1.0, "life", gateway, ("thawed", boot))
+    return lambda moments: thawed(list(frozen(moments)))
+
+
+def stopped_and_moving(run: Recording) -> Change:
+    """For a moment of its motion the gateway says that it stops the robot, and then that it has stopped."""
+    at = moving_at(run)
+
+    def said(feedback: DriveFeedback, now: float) -> DriveFeedback:
+        state = PlayoutState.STOPPING if now < at + 0.04 else PlayoutState.FAULT
+        return replace(feedback, enabled=False, state=state)
+
+    stopped = each("published", DriveFeedback, lambda m: said(m.what, m.at) if m.what.robot == ONE else m.what)
+    return after(at, stopped)
 
 
 def let_go_inside(run: Recording) -> Change:
@@ -353,28 +399,36 @@ PLANTED: dict[str, Callable[[Recording], Change]] = {
     "the stop time is true": says_it_stands,
     "no breach": breach,
     "enters by a fresh grant": not_granted,
+    "no block leads into a zone without a grant": not_granted,
+    "an agent holds only what it is granted": holds_without_a_grant,
     "an agent holds a zone while it is inside": let_go_inside,
     "a token given up is never taken again": taken_again,
     "a breach is a stop": breach,
     "grants are due": granted_at_once,
+    "who adopts a zone is alone in it": adopted_beside_another,
     "a grant ends by its holder": zone_called_free,
     "grants outlive a manager": forgotten_by_the_next,
     "occupied is what is the case": called_granted,
     "tokens grow": smaller_token,
     "sequences grow": number_left_out,
     "echoes grow": older_echo,
+    "a journal that is mended was broken": mended_unbroken,
     "joints keep their limits": jump,
     "on this motion": jump,
     "plays what was sent": jump,
     "stops without a manager": manager_not_heard,
     "stops under an emergency stop": stop_not_heeded,
     "a gateway obeys an emergency stop": stop_not_heeded_by_gateway,
+    "a confirmed emergency stop has stopped": confirmed_while_on,
+    "a cycle that is far too late stops": late_and_driven_on,
     "nothing moves by itself": nobody_asked,
     "stands once it is stopped": off_and_moving,
+    "a stop ends at rest": stopped_and_moving,
     "blocks keep coming": no_more_blocks,
     "a block ends at rest": block_without_end,
     "blocks are taken": all_refused,
     "modes have causes": nobody_asked,
+    "halted where an operator decides": manager_not_heard,
     "the mode is what is the case": halted_and_moving,
     "says why it stands": silent_about_it,
     "nothing new without feedback": drives_not_heard,

@@ -88,7 +88,8 @@ class Observed:
 class World:
     """All processes of the cell on one clock. The same seed gives the same run."""
 
-    def __init__(self, bundle: CellBundle, seed: int, weather: Weather) -> None:
+    def __init__(self, bundle: CellBundle, seed: int, weather: Weather, drives_wait_s: float = 0.0) -> None:
+        """`drives_wait_s`: so long at least the drives do without set points before they stop by themselves."""
         self.bundle = bundle
         self.cell = bundle.cell
         self.clock = Clock()
@@ -123,7 +124,8 @@ class World:
         for name in names:
             if name.startswith("gateway/"):
                 settings = self.bundle.gateways[name.partition("/")[2]]
-                self.buses[name] = LivingBus(settings, self.clock, self.rng, robot_loads(self.cell, settings))
+                waiting = replace(settings, overrun_limit_s=max(settings.overrun_limit_s, drives_wait_s))
+                self.buses[name] = LivingBus(waiting, self.clock, self.rng, robot_loads(self.cell, settings))
             self.start(name)
 
     def cycle_s(self, robot: str) -> float:

@@ -185,7 +185,7 @@ class Facts:
         self.silenced: dict[str, tuple[float, float]] = {}
         """Since when and until when the node of one of a robot's drives is off the bus."""
         self.journal_spoilt = False
-        """The manager's journal was lost, or was old when it was read."""
+        """The manager's journal was lost, was old when it was read, or could not be written for a while."""
         self.on_samples: Callable[[Sample], None] = lambda _: None
         self.samples = 0
         self._seen: Shown | None = None

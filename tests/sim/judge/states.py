@@ -189,7 +189,8 @@ class FaultyDrivesStop(Invariant):
     _LONGEST_S = 0.15
     _BESIDE = 1.5
     """So many following windows."""
-    _BESIDE_S = 0.35
+    _BESIDE_S = 0.25
+    """Longer than the time that the drives file allows, and the lateness that it allows a cycle."""
 
     def __init__(self, facts: Facts) -> None:
         super().__init__(facts)
@@ -220,14 +221,16 @@ class FaultyDrivesStop(Invariant):
 
     def _beside(self, name: str, feedback: DriveFeedback) -> None:
         robot, facts = feedback.robot, self.facts
-        axes = facts.world.bundle.gateways[name.partition("/")[2]].robots[robot].axes
+        gateway = facts.world.bundle.gateways[name.partition("/")[2]]
+        axes = gateway.robots[robot].axes
         windows = np.array([axis.following_window for axis in axes])
+        allowed_s = gateway.overrun_limit_s + max(axis.following_time_s for axis in axes) + self._BESIDE_S
         away = np.abs(feedback.position - feedback.commanded) / windows
         if not feedback.enabled or away.max() < self._BESIDE:
             self._beside_since.pop(robot, None)
             return
         beside_s = facts.now - self._beside_since.setdefault(robot, facts.now)
-        if beside_s > self._BESIDE_S:
+        if beside_s > allowed_s:
             what = f"an axis has been {away.max():.1f} following windows beside its command for {beside_s:.2f} s"
             self.broken(name, f"{robot} is driven on although {what}")
 
