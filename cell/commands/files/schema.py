@@ -3,16 +3,16 @@
 import json
 from collections.abc import Callable
 from enum import Enum
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
 
+from cell.commands.errors import CommandError
+from cell.commands.files.reference import Schema, reference
 from cell.config.cell_file import CellFile
 from cell.net.codec import message_schemas
 from drive_gateway.config.drives_file import DrivesFile
 from robot_agent.model.family_files import FILES
-
-Schema = dict[str, Any]
 
 
 class Subject(Enum):
@@ -32,15 +32,33 @@ _SCHEMAS: dict[Subject, Callable[[], Schema]] = {
 }
 
 
+KEYS = {Subject.CELL: "Keys of a cell file", Subject.DRIVES: "Keys of a drives file"}
+
+
+def keys_of(subject: Subject) -> str:
+    """The reference of a file's keys, as in `docs/cell_file.md` and `docs/drives_file.md`."""
+    return reference(_SCHEMAS[subject](), KEYS[subject])
+
+
 def schema(
     subject: Annotated[
         Subject | None,
         typer.Argument(help="The cell file, the robot file, the drives file, or the messages.", show_default="all"),
     ] = None,
+    keys: Annotated[bool, typer.Option("--keys", help="The keys of a file as tables in Markdown, to read.")] = False,
 ) -> None:
     """Print JSON Schemas: of one kind of file, of the messages, or of everything.
 
-    The messages are an object with one schema per state message and per call; the two binary streams have none.
+    The messages are an object with one schema per state message and per call; the two binary
+    streams have none, and of a presence it is that of its head.
     """
+    if keys:
+        if subject not in KEYS:
+            raise CommandError(
+                f"cell schema --keys: found {subject.value if subject else 'no subject'}",
+                f"allowed: {', '.join(each.value for each in KEYS)}",
+            )
+        typer.echo(keys_of(subject), nl=False)
+        return
     printed = _SCHEMAS[subject]() if subject is not None else {kind.value: make() for kind, make in _SCHEMAS.items()}
     typer.echo(json.dumps(printed, indent=2, ensure_ascii=False))
