@@ -20,6 +20,7 @@ from cell.messages import (
     JogFrame,
     JogHeld,
     Mode,
+    PlayoutState,
     ResetRobot,
     Return,
     RobotState,
@@ -43,8 +44,8 @@ _KEY_S = 0.03
 """How often a jog key says that it is held."""
 OPERATORS = ("anna", "bert")
 _BEFORE_CUT_S = 0.2
-_SLIPS, _SLIPS_EVERY_S = 0.006, 0.02
-"""[rad/s or m/s] Faster than what counts as rest for a gateway."""
+_SLIPS, _SLIPS_EVERY_S, _SLIPS_FOR_S = 0.006, 0.02, 0.3
+"""[rad/s or m/s] Faster than what counts as rest for a gateway, and for so short a time that it is not alarmed."""
 _UNHEARD_S = 1.5
 _COMES_S, _ENTERS_S, _BLOCKED_S, _SILENT_S = 12.0, 0.3, 0.3, 0.8
 _WAVERS_S, _WAVER_LOOKS_S = 10.0, 0.02
@@ -299,7 +300,8 @@ class Sags(Item):
         world, gateway = stage.world, stage.facts.gateway_of(self.robot)
         axis = world.bundle.gateways[gateway.partition("/")[2]].robots[self.robot].axes[-1]
         feedback = stage.facts.feedback.get(self.robot)
-        if feedback is not None and not feedback.enabled:
+        slips = (until - stage.facts.now) % (2.0 * _SLIPS_FOR_S) < _SLIPS_FOR_S
+        if slips and feedback is not None and feedback.state is PlayoutState.FAULT:
             counts = round(_SLIPS * _SLIPS_EVERY_S * abs(axis.counts_per_unit))
             world.buses[gateway].nodes[axis.node_id].drives[axis.number - 1].servo.jump(counts)
         if stage.facts.now < until:

@@ -1,9 +1,11 @@
 """The people of a cell: a patient one who brings everything back, and what others need of the truth to be honest."""
 
 from cell.messages import (
+    AcceptPosition,
     AdoptZone,
     ClearZone,
     Continue,
+    DriveFeedback,
     Enable,
     Mode,
     ProgramState,
@@ -51,6 +53,8 @@ class Staff:
         if self.working:
             for state in list(eyes.robots.values()):
                 self._serve(state)
+            for feedback in list(self._facts.feedback.values()):
+                self._refer(feedback)
             manager = eyes.manager
             if manager is not None and manager.estops:
                 self._reset_when_off(frozenset(estop.id for estop in manager.estops))
@@ -59,6 +63,12 @@ class Staff:
                     self.adopt(PATIENT, zone)
                     self.clear(PATIENT, zone)
         self._world.clock.after(_LOOK_EVERY_S, self._look)
+
+    def _refer(self, feedback: DriveFeedback) -> None:
+        """Say that a robot whose drives have lost where they are is where they show it, having looked."""
+        robot, facts = feedback.robot, self._facts
+        if not feedback.referenced and not feedback.enabled and not facts.moving(robot):
+            self._world.operate(facts.gateway_of(robot), AcceptPosition(robot, ()), PATIENT)
 
     def _reset_when_off(self, stops: frozenset[str]) -> None:
         """When all drives are off; or when they should have been for long."""
