@@ -92,9 +92,9 @@ FINDINGS = (
         "a fault ends without an operator",
         (
             Edit(
-                CORE,
-                "        elif self.mode is Mode.ESTOP or (self.mode is Mode.STARTING",
-                "        elif self.mode in (Mode.ESTOP, Mode.FAULT) or (self.mode is Mode.STARTING",
+                "robot_agent/agent/mode.py",
+                "    (Event.CLEARED, (Mode.ESTOP,), Mode.DISABLED),",
+                "    (Event.CLEARED, (Mode.ESTOP, Mode.FAULT), Mode.DISABLED),",
             ),
         ),
     ),
