@@ -48,6 +48,7 @@ class Stuck:
     def __init__(self, folder: Path, between: str, planned: bool = True) -> None:
         copy = Copy(folder)
         copy.change("two_arms/cell.yaml", ONE_ZONE, ZONES)
+        copy.slow_buses()
         for robot in ("left", "right"):
             (copy.folder / f"two_arms/programs/{robot}.prog").write_text(IN + between + ACROSS)
         self.world = World(load_bundle(copy.cell), 0, Weather(loss=0.0, double=0.0, late=0.0))

@@ -54,9 +54,7 @@ T = TypeVar("T")
 def bundle(tmp_path_factory: pytest.TempPathFactory) -> CellBundle:
     """The two arms on slower buses."""
     copy = Copy(tmp_path_factory.mktemp("world"))
-    for side in ("left", "right"):
-        copy.change(f"two_arms/{side}_drives.yaml", "cycle_s: 0.004", "cycle_s: 0.02")
-    copy.change("two_arms/cell.yaml", "times: {", "times: {lead_s: 0.05, nominal_s: 0.16, ")
+    copy.slow_buses()
     return load_bundle(copy.cell)
 
 
