@@ -4,7 +4,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from cell.config.settings import OnManagerReturn
+from cell.config.settings import OnManagerReturn, Times
 from cell.messages import Enable, Mode, ProgramState, Run
 from tests.unit.agent_world import STEP_S, AgentWorld
 
@@ -14,9 +14,12 @@ TO_START, INTO, BACK = INTO_ZONE.splitlines()[:3]
 
 
 def enabled(
-    program: str, on_manager_return: OnManagerReturn = OnManagerReturn.CONTINUE, outputs: tuple[str, ...] = ()
+    program: str,
+    on_manager_return: OnManagerReturn = OnManagerReturn.CONTINUE,
+    outputs: tuple[str, ...] = (),
+    times: Times | None = None,
 ) -> AgentWorld:
-    world = AgentWorld(program, on_manager_return)
+    world = AgentWorld(program, on_manager_return, times=times)
     world.outputs = outputs
     until(world, lambda: world.states != [] and world.state.mode is Mode.DISABLED)
     world.call(Enable())
@@ -24,8 +27,10 @@ def enabled(
     return world
 
 
-def running(program: str, on_manager_return: OnManagerReturn = OnManagerReturn.CONTINUE) -> AgentWorld:
-    world = enabled(program, on_manager_return)
+def running(
+    program: str, on_manager_return: OnManagerReturn = OnManagerReturn.CONTINUE, times: Times | None = None
+) -> AgentWorld:
+    world = enabled(program, on_manager_return, times=times)
     world.call(Run())
     until(world, lambda: world.state.mode is Mode.RUNNING)
     return world

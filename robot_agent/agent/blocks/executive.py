@@ -22,6 +22,8 @@ from robot_agent.workspace import Sweep, body_message, sweep, unknown_body
 
 _MEASURED_LAG_S = 0.1
 """How far behind the commanded position the measured one is searched for."""
+_SETTLED = 2
+"""Samples at rest between a ramp and the way on: without them the jerk of both adds up in the sample between them."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -132,11 +134,12 @@ class Executive:
         if block is None and base.followed is not None:
             return self._follow(base.followed.source, base, join, base.path, wishes, ahead_s)
         if block is None:
-            index = base.index(join)
-            governor = self._governor(base.planned)
-            previous = base.segment
+            governor, previous = self._governor(base.planned), base.segment
             if join >= base.rest_tick:
+                join = max(join, self.timeline.path_rest_tick + _SETTLED)
                 previous, index = governor.rest(float(base.segment.tau[-1])), 0
+            else:
+                index = base.index(join)
             holds = wishes.holds(base.planned, previous, index)
             requests = self._requests(wishes, base.planned, join, previous.state(index).tau)
             segment = governor.next(previous, index, requests, holds, wishes.stop, wishes.cap_m_s)
