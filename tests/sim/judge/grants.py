@@ -15,6 +15,7 @@ from cell.messages import (
     Reply,
     SetpointBlock,
     Token,
+    ZoneGeometry,
     ZoneState,
     ZoneStatus,
 )
@@ -141,15 +142,28 @@ class NothingLeadsIn(Invariant):
 
 
 class HoldsWhatIsGranted(Invariant):
-    """A robot that hears the manager, and is outside of a zone, holds no grant of it but the one that it is told."""
+    """A robot that hears the manager, and knows where a zone is and that it is outside, holds no grant of it but the
+    one that it is told."""
 
     name = "an agent holds only what it is granted"
     _YOUNG_S = 0.03
     """So much younger than the age limit the manager's state has to be, so that nobody can take it for old."""
 
+    def __init__(self, facts: Facts) -> None:
+        super().__init__(facts)
+        self._placed: set[tuple[str, str]] = set()
+        """Boots, and the zones of which they have heard where they are."""
+
+    @property
+    def delivered(self) -> Handlers:
+        return {ZoneGeometry: self._geometry}
+
     @property
     def published(self) -> Handlers:
         return {Presence: self._presence}
+
+    def _geometry(self, name: str, geometry: ZoneGeometry) -> None:
+        self._placed.add((self.facts.told[name].boot, geometry.zone))
 
     def _presence(self, name: str, presence: Presence) -> None:
         facts = self.facts
@@ -162,7 +176,8 @@ class HoldsWhatIsGranted(Invariant):
         for zone, token in presence.holds.items():
             status = manager.zones[zone]
             mine = status.holder == presence.robot and status.token == token
-            if not mine and not facts.seen(presence).touches(zone, facts.boxes[zone]):
+            placed = (presence.boot, zone) in self._placed
+            if placed and not mine and not facts.seen(presence).touches(zone, facts.boxes[zone]):
                 told = f"{status.state.value}, held by {status.holder or 'nobody'} by {status.token}"
                 self.broken(presence.robot, f"it holds zone {zone} by {token} and is outside; it was told {told}")
 

@@ -482,6 +482,8 @@ class StopsEndAtRest(Invariant):
 
     name = "a stop ends at rest"
     _WITHIN_S = 0.3
+    _SETTLES_S = 0.1
+    """So long a simulated drive may settle once its node is back on the bus."""
 
     def __init__(self, facts: Facts) -> None:
         super().__init__(facts)
@@ -519,6 +521,9 @@ class StopsEndAtRest(Invariant):
 
     def look(self, sample: Sample) -> None:
         since_s = sample.at - self._ended.get(sample.robot, inf)
+        _, back_at = self.facts.silenced.get(sample.robot, (inf, inf))
+        if 0.0 <= sample.at - back_at < self._SETTLES_S:
+            return
         if sample.moving and SAMPLE_S < since_s < self._WITHIN_S:
             self.broken(sample.robot, "it moves, and its gateway has said that its stop has ended", sample.at)
 

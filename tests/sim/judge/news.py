@@ -77,6 +77,8 @@ class EchoesGrow(Invariant):
             self._echo(name, state.boot, robot, heard.boot, heard.sequence)
 
     def _echo(self, name: str, boot: str, other: str, other_boot: str, sequence: int) -> None:
+        if (other_boot, sequence) not in self.facts.sent:
+            return  # a false presence
         echo = self.facts.rank(other_boot), sequence
         before = self._newest.get((boot, other), echo)
         self._newest[boot, other] = echo
