@@ -659,6 +659,7 @@ def _each_in_its_turn(rng: random.Random, seed: int, cell: GeneratedCell, lastin
         frozen_gateway,
         killed_at_speed,
         jog,
+        frozen_gateway,
         lambda: fails("drop-out", "moves fast"),
         lambda: fails("deaf", "moves fast"),
         lambda: Sags(*when(0.5), rng.choice(OPERATORS), robot(), rng.uniform(1.5, 2.5)),
@@ -668,7 +669,7 @@ def _each_in_its_turn(rng: random.Random, seed: int, cell: GeneratedCell, lastin
         SecondAgent(*when(0.6), robot()),
         LateOrder(*when(0.8), rng.choice(OPERATORS), robot()),
         BlockedInFront(*when(0.3), robot(), 2, False, 0.3),
-        BlockedInFront(*when(0.3), robot(), 4, True, rng.uniform(0.15, 0.4)),
+        *(BlockedInFront(*when(0.3), each, 4, True, rng.uniform(0.15, 0.4)) for each in robots[:2]),
     ]
     return always + [turns[(seed + k) % len(turns)]() for k in (0, 3, 7)]
 
