@@ -44,10 +44,10 @@ _KEY_S = 0.03
 """How often a jog key says that it is held."""
 OPERATORS = ("anna", "bert")
 _BEFORE_CUT_S = 0.2
-_SLIPS, _SLIPS_EVERY_S, _SLIPS_FOR_S = 0.006, 0.02, 0.3
+_SLIPS, _SLIPS_EVERY_S, _SLIPS_FOR_S = 0.006, 0.02, 0.4
 """[rad/s or m/s] Faster than what counts as rest for a gateway, and for so short a time that it is not alarmed."""
 _UNHEARD_S = 1.5
-_COMES_S, _ENTERS_S, _BLOCKED_S, _SILENT_S = 12.0, 0.3, 0.3, 0.8
+_COMES_S, _BLOCKED_S, _SILENT_S = 12.0, 0.3, 0.8
 _WAVERS_S, _WAVER_LOOKS_S = 10.0, 0.02
 MOMENTS = ("enters", "is inside", "leaves", "is granted", "asks", "moves fast", "brakes", "begins to move")
 """Of a robot."""
@@ -207,7 +207,8 @@ class Stop(Item):
 
 @dataclass(frozen=True, slots=True)
 class DriveFails(Item):
-    """One drive of a robot: `emergency`, `drop-out` or `blocked`."""
+    """One drive of a robot: `emergency`, `drop-out`, `blocked`, or `deaf`: it takes set points, does not go there, and
+    finds nothing wrong with that."""
 
     kind: ClassVar[str] = "drive"
     robot: str
@@ -229,6 +230,10 @@ class DriveFails(Item):
             facts.silenced[self.robot] = facts.now, facts.now + self.seconds
             node.silence(True)
             world.clock.after(self.seconds, node.silence, False)
+        elif self.what == "deaf":
+            servo = node.drives[axis.number - 1].servo
+            servo.interpolate = lambda _target, _period_s: None  # type: ignore[method-assign]
+            world.clock.after(self.seconds, delattr, servo, "interpolate")
         else:
             servo = node.drives[axis.number - 1].servo
             servo.block(True)
@@ -245,6 +250,8 @@ class BlockedInFront(Item):
     robot: str
     times: int
     silent: bool
+    early_s: float
+    """So long before it would be inside."""
 
     def strike(self, stage: Stage) -> float:
         self._look(stage, stage.facts.now + _COMES_S, self.times)
@@ -255,7 +262,7 @@ class BlockedInFront(Item):
         comes = self._comes(facts)
         if comes and self.silent:
             world.network.cut("manager", f"robot/{self.robot}", _SILENT_S)
-            world.clock.after(facts.cell.times.fresh_s, self._block, stage)
+            world.clock.after(facts.cell.times.fresh_s - _WAVER_LOOKS_S, self._block, stage)
         elif comes:
             self._block(stage)
         if comes:
@@ -279,31 +286,41 @@ class BlockedInFront(Item):
         wants, holds = shown.message.wants, shown.message.holds
         if self.silent:
             outside = (zone for zone in holds if zone in wants and not shown.touches(zone, facts.boxes[zone]))
-            return any(wants[zone] < _ENTERS_S + facts.cell.times.fresh_s for zone in outside)
-        return any(wants[zone] < _ENTERS_S for zone in wants if manager.zones[zone].holder not in (None, self.robot))
+            return any(wants[zone] < self.early_s + facts.cell.times.fresh_s for zone in outside)
+        return any(wants[zone] < self.early_s for zone in wants if manager.zones[zone].holder not in (None, self.robot))
 
 
 @dataclass(frozen=True, slots=True)
 class Sags(Item):
-    """A drive of a robot fails, and the brake of its last axis slips for a while: too slowly for any alarm."""
+    """A drive of a robot fails, and the brake of its last axis slips now and then: too slowly and too shortly for any
+    alarm. An operator acknowledges the fault meanwhile."""
 
     kind: ClassVar[str] = "brake slips"
+    by: str
     robot: str
     seconds: float
 
     def strike(self, stage: Stage) -> float:
         DriveFails(0.0, None, self.robot, 0, "emergency", self.seconds).strike(stage)
-        self._slip(stage, stage.facts.now + self.seconds)
+        self._look(stage, stage.facts.now + self.seconds)
         return self.seconds
+
+    def _look(self, stage: Stage, until: float) -> None:
+        facts, world = stage.facts, stage.world
+        feedback = facts.feedback.get(self.robot)
+        slips = feedback is not None and feedback.state is PlayoutState.FAULT
+        if slips:
+            self._slip(stage, facts.now + _SLIPS_FOR_S)
+            to = f"robot/{self.robot}"
+            world.clock.after(0.6 * _SLIPS_FOR_S, world.operate, to, ResetRobot(), self.by)
+        if facts.now < until:
+            world.clock.after(2.5 * _SLIPS_FOR_S if slips else _SLIPS_EVERY_S, self._look, stage, until)
 
     def _slip(self, stage: Stage, until: float) -> None:
         world, gateway = stage.world, stage.facts.gateway_of(self.robot)
         axis = world.bundle.gateways[gateway.partition("/")[2]].robots[self.robot].axes[-1]
-        feedback = stage.facts.feedback.get(self.robot)
-        slips = (until - stage.facts.now) % (2.0 * _SLIPS_FOR_S) < _SLIPS_FOR_S
-        if slips and feedback is not None and feedback.state is PlayoutState.FAULT:
-            counts = round(_SLIPS * _SLIPS_EVERY_S * abs(axis.counts_per_unit))
-            world.buses[gateway].nodes[axis.node_id].drives[axis.number - 1].servo.jump(counts)
+        counts = round(_SLIPS * _SLIPS_EVERY_S * abs(axis.counts_per_unit))
+        world.buses[gateway].nodes[axis.node_id].drives[axis.number - 1].servo.jump(counts)
         if stage.facts.now < until:
             world.clock.after(_SLIPS_EVERY_S, self._slip, stage, until)
 
@@ -643,15 +660,15 @@ def _each_in_its_turn(rng: random.Random, seed: int, cell: GeneratedCell, lastin
         killed_at_speed,
         jog,
         lambda: fails("drop-out", "moves fast"),
-        lambda: fails("blocked", "begins to move"),
-        lambda: Sags(*when(0.5), robot(), rng.uniform(1.5, 2.5)),
+        lambda: fails("deaf", "moves fast"),
+        lambda: Sags(*when(0.5), rng.choice(OPERATORS), robot(), rng.uniform(1.5, 2.5)),
     )
     always = [
         Strays(*when(0.6), robot()),
         SecondAgent(*when(0.6), robot()),
         LateOrder(*when(0.8), rng.choice(OPERATORS), robot()),
-        BlockedInFront(*when(0.3), robot(), 2, silent=False),
-        BlockedInFront(*when(0.3), robot(), 3, silent=True),
+        BlockedInFront(*when(0.3), robot(), 2, False, 0.3),
+        BlockedInFront(*when(0.3), robot(), 4, True, rng.uniform(0.15, 0.4)),
     ]
     return always + [turns[(seed + k) % len(turns)]() for k in (0, 3, 7)]
 

@@ -44,8 +44,8 @@ OFF_S = 2.0
 """For quick stop, brakes and switching off, after the time in which agents may brake under an emergency stop."""
 _STILL = 1e-8
 """[rad or m] from one sample to the next."""
-_CREEPS, _CREEPS_SAMPLES = 5e-5, 8
-"""[rad or m] from one sample to the next, and over how many: more than 2.5 mrad/s or mm/s for 0.14 s."""
+_CREEPS, _CREEPS_SAMPLES = 5e-5, 6
+"""[rad or m] from one sample to the next, and over how many: more than 2.5 mrad/s or mm/s for 0.1 s."""
 MOVING = 0.02
 """[rad/s or m/s] An axis that is faster than this moves; slower, its drive may settle."""
 

@@ -478,7 +478,8 @@ class StandsWithoutTorque(Invariant):
 
 
 class StopsEndAtRest(Invariant):
-    """A gateway that has stopped a robot calls it stopped when it stands, and takes an acknowledgement only then."""
+    """A gateway that has stopped a robot calls it stopped when it stands, and takes an acknowledgement only then. A
+    drive that is off the bus counts as moving until it must have missed its gateway."""
 
     name = "a stop ends at rest"
     _WITHIN_S = 0.3
@@ -513,11 +514,20 @@ class StopsEndAtRest(Invariant):
         if name == self.facts.gateway_of(robot) and self.facts.creeping(robot):
             self.broken(name, f"it has acknowledged a fault of {robot}, which moves")
 
-    def _feedback(self, _: str, feedback: DriveFeedback) -> None:
+    def _feedback(self, name: str, feedback: DriveFeedback) -> None:
         boot, before = self._states.get(feedback.robot, (feedback.boot, feedback.state))
         self._states[feedback.robot] = feedback.boot, feedback.state
         if boot == feedback.boot and before is PlayoutState.STOPPING and feedback.state is not before:
             self._ended[feedback.robot] = self.facts.now
+            self._all_know(name, feedback.robot)
+
+    def _all_know(self, name: str, robot: str) -> None:
+        since, until = self.facts.silenced.get(robot, (inf, inf))
+        silent_s = self.facts.now - since
+        missed_s = self.facts.world.bundle.gateways[name.partition("/")[2]].heartbeat_timeout_s
+        if self.facts.now < until and 0.0 < silent_s < missed_s:
+            what = f"it calls {robot} stopped, one of whose drives has been off the bus for {silent_s:.2f} s"
+            self.broken(name, f"{what}, and misses its gateway only after {missed_s:.2f} s")
 
     def look(self, sample: Sample) -> None:
         since_s = sample.at - self._ended.get(sample.robot, inf)
