@@ -73,7 +73,9 @@ class Stillness:
         motion, tau = newest.path, newest.path_segment.stop_tau
         if executive.at_motion_end and follower is not None:
             motion, tau = follower, 0.0
-        if override <= 0.0:
+        if override == 0.0:
+            return Reason(self._pace.requests[0].who)
+        if override < 0.0:
             return Reason(newest.segment.ruled_by or f"{self._pace.requests[0].who}: at the beginning of this motion")
         blocking = [held for held in self._zones.holds_on(motion, now) if held[1].until > tau]
         if not blocking:

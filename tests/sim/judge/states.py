@@ -56,6 +56,8 @@ class ModesHaveCauses(Invariant):
     def __init__(self, facts: Facts) -> None:
         super().__init__(facts)
         self._mode: dict[str, tuple[str, Mode, float]] = {}
+        self._stopped_at: dict[str, float] = {}
+        """Since when a robot is in a fault or an emergency stop, one after the other: a reset may take so long."""
 
     @property
     def published(self) -> Handlers:
@@ -63,6 +65,8 @@ class ModesHaveCauses(Invariant):
 
     def _state(self, name: str, state: RobotState) -> None:
         boot, before, since = self._mode.get(state.robot, (state.boot, Mode.STARTING, self.facts.now))
+        if before not in (Mode.FAULT, Mode.ESTOP):
+            self._stopped_at[state.robot] = self.facts.now
         if boot != state.boot:
             before, since = Mode.STARTING, self.facts.now - 1.0
         if state.mode is before and boot == state.boot:
@@ -73,7 +77,11 @@ class ModesHaveCauses(Invariant):
         way = f"from {before.value} to {state.mode.value}"
         if before in _WAYS_OUT and state.mode not in _WAYS_OUT[before]:
             self.broken(state.robot, f"it went {way}")
-        if before is Mode.FAULT and state.mode is not Mode.ESTOP and ResetRobot not in calls:
+        stopped_at = self._stopped_at[state.robot]
+        acknowledged = any(
+            at >= stopped_at - 0.1 and isinstance(call.command, ResetRobot) for at, call in self.facts.told[name].calls
+        )
+        if before is Mode.FAULT and state.mode is not Mode.ESTOP and not acknowledged:
             self.broken(state.robot, f"it went {way}, and nobody has acknowledged the fault")
         causes = _CAUSES.get(state.mode, ())
         if causes and (before, state.mode) not in _FROM_ITSELF and not calls & set(causes):
