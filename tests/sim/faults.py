@@ -33,6 +33,7 @@ from cell.messages import (
     Token,
     ZoneState,
 )
+from drive_gateway.config.settings import AxisSettings
 from tests.sim.cells import GeneratedCell
 from tests.sim.item import Item, Moment, Stage
 from tests.sim.judge.facts import Facts
@@ -212,7 +213,8 @@ class DriveFails(Item):
 
     kind: ClassVar[str] = "drive"
     robot: str
-    axis: int
+    axis: int | None
+    """None: the one that moves most."""
     what: str
     seconds: float
 
@@ -221,7 +223,7 @@ class DriveFails(Item):
         facts.hindered_until[self.robot] = facts.now + self.seconds + 1.0
         gateway = facts.gateway_of(self.robot)
         axes = world.bundle.gateways[gateway.partition("/")[2]].robots[self.robot].axes
-        axis = axes[self.axis % len(axes)]
+        axis = axes[self._fastest(facts, axes) if self.axis is None else self.axis % len(axes)]
         node = world.buses[gateway].nodes[axis.node_id]
         if self.what == "emergency":
             node.raise_emergency(_OVERLOAD)
@@ -239,6 +241,11 @@ class DriveFails(Item):
             servo.block(True)
             world.clock.after(self.seconds, servo.block, False)
         return self.seconds
+
+    def _fastest(self, facts: Facts, axes: Sequence[AxisSettings]) -> int:
+        feedback = facts.feedback[self.robot]
+        rates = [abs(v) / axis.following_window for v, axis in zip(feedback.velocity, axes, strict=True)]
+        return rates.index(max(rates))
 
 
 @dataclass(frozen=True, slots=True)
@@ -272,10 +279,7 @@ class BlockedInFront(Item):
             world.clock.after(4.0 * _BLOCKED_S if comes else _WAVER_LOOKS_S, self._look, stage, until, times)
 
     def _block(self, stage: Stage) -> None:
-        feedback, gateway = stage.facts.feedback[self.robot], stage.facts.gateway_of(self.robot)
-        axes = stage.world.bundle.gateways[gateway.partition("/")[2]].robots[self.robot].axes
-        rates = [abs(v) / axis.following_window for v, axis in zip(feedback.velocity, axes, strict=True)]
-        DriveFails(0.0, None, self.robot, rates.index(max(rates)), "blocked", _BLOCKED_S).strike(stage)
+        DriveFails(0.0, None, self.robot, None, "blocked", _BLOCKED_S).strike(stage)
 
     def _comes(self, facts: Facts) -> bool:
         shown, manager, feedback = facts.shown.get(self.robot), facts.manager, facts.feedback.get(self.robot)
@@ -647,7 +651,7 @@ def _each_in_its_turn(rng: random.Random, seed: int, cell: GeneratedCell, lastin
 
     def fails(what: str, moment: str) -> Item:
         it = robot()
-        return DriveFails(when(0.5)[0], Moment(it, moment), it, 0, what, rng.uniform(0.8, 1.5))
+        return DriveFails(when(0.5)[0], Moment(it, moment), it, None, what, rng.uniform(0.8, 1.5))
 
     turns: tuple[Callable[[], Item], ...] = (
         wavers,
