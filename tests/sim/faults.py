@@ -235,7 +235,7 @@ class DriveFails(Item):
         elif self.what == "deaf":
             servo = node.drives[axis.number - 1].servo
             servo.interpolate = lambda _target, _period_s: None  # type: ignore[method-assign]
-            world.clock.after(self.seconds, delattr, servo, "interpolate")
+            world.clock.after(self.seconds, servo.__dict__.pop, "interpolate", None)
         else:
             servo = node.drives[axis.number - 1].servo
             servo.block(True)
