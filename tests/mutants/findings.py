@@ -126,8 +126,8 @@ FINDINGS = (
         (
             Edit(
                 "robot_agent/agent/blocks/executive.py",
-                "            index = base.index(join)\n            governor",
-                "            index = base.index(join) + 1\n            governor",
+                "                index = base.index(join)\n",
+                "                index = base.index(join) + 1\n",
             ),
         ),
     ),

@@ -204,6 +204,11 @@ class FaultyDrivesStop(Invariant):
         super().__init__(facts)
         self._since: dict[str, float] = {}
         self._beside_since: dict[str, float] = {}
+        self._thawed_at: dict[str, float] = {}
+
+    def lived(self, name: str, what: str) -> None:
+        if what == "thawed":
+            self._thawed_at[name] = self.facts.now
 
     @property
     def published(self) -> Handlers:
@@ -221,8 +226,7 @@ class FaultyDrivesStop(Invariant):
     def _off_the_bus(self, name: str, feedback: DriveFeedback) -> None:
         facts = self.facts
         since, until = facts.silenced.get(feedback.robot, (inf, inf))
-        told = facts.told[name]
-        silent_s = facts.now - max(since, told.since, told.thawed_at)
+        silent_s = facts.now - max(since, facts.told[name].since, self._thawed_at.get(name, -inf))
         allowed_s = facts.world.bundle.gateways[name.partition("/")[2]].tpdo_timeout_s + self._LONGEST_S
         if feedback.enabled and facts.now < until and silent_s > allowed_s:
             self.broken(name, f"{feedback.robot} is driven on {silent_s:.2f} s after one of its drives was last heard")
