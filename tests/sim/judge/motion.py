@@ -491,7 +491,7 @@ class StopsEndAtRest(Invariant):
         self._states: dict[str, tuple[str, PlayoutState]] = {}
         self._ended: dict[str, float] = {}
         self._asked: dict[str, str] = {}
-        """Robots whose fault is to be acknowledged, by calls."""
+        """Robots that move while their fault is to be acknowledged, by calls; it may take a while."""
 
     @property
     def delivered(self) -> Handlers:
@@ -504,7 +504,8 @@ class StopsEndAtRest(Invariant):
     def _call(self, _: str, request: Request) -> None:
         call = request.call
         if isinstance(call, Call) and isinstance(call.command, ResetDrives):
-            self._asked[call.id] = call.command.robot
+            if self.facts.creeping(call.command.robot):
+                self._asked[call.id] = call.command.robot
 
     def _reply(self, name: str, reply: Reply) -> None:
         robot = self._asked.pop(reply.id, None)
