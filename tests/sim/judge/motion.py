@@ -503,9 +503,9 @@ class StopsEndAtRest(Invariant):
 
     def _call(self, _: str, request: Request) -> None:
         call = request.call
-        if isinstance(call, Call) and isinstance(call.command, ResetDrives):
-            if self.facts.creeping(call.command.robot):
-                self._asked[call.id] = call.command.robot
+        command = call.command if isinstance(call, Call) else None
+        if isinstance(call, Call) and isinstance(command, ResetDrives) and self.facts.creeping(command.robot):
+            self._asked[call.id] = command.robot
 
     def _reply(self, name: str, reply: Reply) -> None:
         robot = self._asked.pop(reply.id, None)
