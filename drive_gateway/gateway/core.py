@@ -223,7 +223,7 @@ class GatewayCore:
             self._log.warn("estop", f"emergency stop {estop.id} by {estop.by}: {estop.reason}", "reset at the manager")
         else:
             self._buttons.cleared(estop.id)
-            self._log.info("estop_cleared", f"emergency stop {estop.id}, set by {estop.by}, is over here")
+            self._log.info("estop_cleared", f"emergency stop {estop.id} is over here")
         self._confirmed = None
 
     def _press(self, now: float) -> list[Effect]:

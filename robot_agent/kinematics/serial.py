@@ -17,8 +17,6 @@ class SerialModel(Model):
         super().__init__(description)
         self._chain = chain
         self._mixing = mixing
-        self._framed: tuple[bytes, Array] | None = None
-        """The single joint set that was asked about last, and its frames: an agent asks several things of each."""
 
     @property
     def chain(self) -> Chain:
@@ -41,8 +39,6 @@ class SerialModel(Model):
 
     def links(self, q: Array) -> Array:
         frames = self._frames(q)
-        if frames.ndim == 3:
-            frames = frames.copy()  # they are remembered
         frames[..., -1, :, :] = self._chain.flange(frames)
         return frames
 
@@ -56,13 +52,7 @@ class SerialModel(Model):
         return change if self._mixing is None else np.asarray(change @ self._mixing)
 
     def _frames(self, q: Array) -> Array:
-        q = self.check_joints(q)
-        if q.ndim > 1:
-            return self._chain.frames(self._coordinates(q))
-        key, known = q.tobytes(), self._framed
-        if known is None or known[0] != key:
-            self._framed = known = key, self._chain.frames(self._coordinates(q))
-        return known[1]
+        return self._chain.frames(self._coordinates(self.check_joints(q)))
 
     def _coordinates(self, q: Array) -> Array:
         return q if self._mixing is None else np.asarray(q @ self._mixing.T)

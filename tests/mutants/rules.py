@@ -240,8 +240,8 @@ RULES = (
         (
             Edit(
                 "robot_agent/agent/step/wishes.py",
-                '        requests = list(self._pace.requests)\n        if not self._zones.fresh(now):\n            requests.append(RateRequest(0.0, "the manager is silent"))\n        if mode is not Mode.RUNNING:',
-                "        requests = list(self._pace.requests)\n        if mode is not Mode.RUNNING:",
+                '        requests = list(self.pace.requests)\n        if not self.zones.fresh(now):\n            requests.append(RateRequest(0.0, "the manager is silent"))\n        if mode is not Mode.RUNNING:',
+                "        requests = list(self.pace.requests)\n        if mode is not Mode.RUNNING:",
             ),
         ),
     ),
@@ -251,7 +251,7 @@ RULES = (
         (
             Edit(
                 "robot_agent/agent/step/progress.py",
-                "        elif not self._zones.fresh(now) and self._on_manager_return is OnManagerReturn.OPERATOR:",
+                "        elif not self.zones.fresh(now) and self.on_manager_return is OnManagerReturn.OPERATOR:",
                 "        elif False:",
             ),
         ),

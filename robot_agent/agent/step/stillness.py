@@ -22,47 +22,39 @@ class Reason:
     """The zone that it waits for, where it is that."""
 
 
+@dataclass(frozen=True, slots=True)
 class Stillness:
     """Looks at a robot and changes nothing."""
 
-    def __init__(
-        self,
-        run: ProgramRun,
-        zones: ZoneClaims,
-        pace: Pace,
-        jogging: Jogging,
-        corrections: Corrections,
-        interruption: Interruption,
-    ) -> None:
-        self._run = run
-        self._zones = zones
-        self._pace = pace
-        self._jogging = jogging
-        self._corrections = corrections
-        self._interruption = interruption
+    run: ProgramRun
+    zones: ZoneClaims
+    pace: Pace
+    jogging: Jogging
+    corrections: Corrections
+    interruption: Interruption
 
     def reason(self, mode: Mode, executive: Executive | None, tick: int, now: float) -> Reason:
         """Why it stands, or jogs slower than wished."""
-        if self._zones.kept_still and (executive is None or executive.at_rest(tick)):
-            return Reason(self._zones.kept_still)
+        if self.zones.kept_still and (executive is None or executive.at_rest(tick)):
+            return Reason(self.zones.kept_still)
         if mode is Mode.HALTED:
-            return Reason(self._corrections.problem(now))
-        if mode is Mode.JOGGING and self._jogging.source is not None:
-            return Reason(self._jogging.ended_by or self._jogging.source.ruled_by)
+            return Reason(self.corrections.problem(now))
+        if mode is Mode.JOGGING and self.jogging.source is not None:
+            return Reason(self.jogging.ended_by or self.jogging.source.ruled_by)
         if mode not in (Mode.RUNNING, Mode.RETURNING) or executive is None or not executive.at_rest(tick):
             return Reason("")
         if mode is Mode.RETURNING:
-            why, follower = self._interruption.waiting, self._interruption.follower
+            why, follower = self.interruption.waiting, self.interruption.follower
         else:
-            why, follower = self._run.why_idle(tick, executive.cycle_s) or self._corrections.waiting, self._run.follower
-        if not why and not self._zones.fresh(now):
-            return Reason(self._zones.silence)
-        if follower is None and self._zones.unheard and (not why or mode is Mode.RETURNING):
-            names = ", ".join(self._zones.unheard)
+            why, follower = self.run.why_idle(tick, executive.cycle_s) or self.corrections.waiting, self.run.follower
+        if not why and not self.zones.fresh(now):
+            return Reason(self.zones.silence)
+        if follower is None and self.zones.unheard and (not why or mode is Mode.RETURNING):
+            names = ", ".join(self.zones.unheard)
             return Reason(f"the manager has not said yet where zone {names} is, and nothing is planned before")
         if why:
             return Reason(why)
-        override = abs(self._pace.override) if mode is Mode.RETURNING else self._pace.override
+        override = abs(self.pace.override) if mode is Mode.RETURNING else self.pace.override
         return self._held_back(executive, follower, override, now)
 
     def _held_back(self, executive: Executive, follower: Planned | None, override: float, now: float) -> Reason:
@@ -74,10 +66,10 @@ class Stillness:
         if executive.at_motion_end and follower is not None:
             motion, tau = follower, 0.0
         if override == 0.0:
-            return Reason(self._pace.requests[0].who)
+            return Reason(self.pace.requests[0].who)
         if override < 0.0:
-            return Reason(newest.segment.ruled_by or f"{self._pace.requests[0].who}: at the beginning of this motion")
-        blocking = [held for held in self._zones.holds_on(motion, now) if held[1].until > tau]
+            return Reason(newest.segment.ruled_by or f"{self.pace.requests[0].who}: at the beginning of this motion")
+        blocking = [held for held in self.zones.holds_on(motion, now) if held[1].until > tau]
         if not blocking:
             return Reason("")
         zone, hold = min(blocking, key=lambda held: held[1].tau)

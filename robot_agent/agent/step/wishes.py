@@ -1,6 +1,7 @@
 """What is wanted of the next block, by everyone who may want something of it."""
 
 from collections.abc import Iterable
+from dataclasses import dataclass
 from itertools import takewhile
 
 from cell.messages import Mode
@@ -21,89 +22,81 @@ _AHEAD_S = 0.6
 """A zone is asked for this long, plus the time to stop, before it is entered; a grant takes about 0.05 s."""
 
 
+@dataclass(frozen=True, slots=True)
 class Wisher:
     """Puts together what the operator, the zones, the program, its corrections and a jog want."""
 
-    def __init__(
-        self,
-        run: ProgramRun,
-        zones: ZoneClaims,
-        pace: Pace,
-        jogging: Jogging,
-        corrections: Corrections,
-        interruption: Interruption,
-    ) -> None:
-        self._run = run
-        self._zones = zones
-        self._pace = pace
-        self._jogging = jogging
-        self._corrections = corrections
-        self._interruption = interruption
+    run: ProgramRun
+    zones: ZoneClaims
+    pace: Pace
+    jogging: Jogging
+    corrections: Corrections
+    interruption: Interruption
 
     def wishes(self, mode: Mode, planner: Planner, now: float) -> Wishes:
         """For a block that is made at `now` [s]."""
 
         def holds(planned: Planned, segment: Segment, index: int) -> list[Hold]:
-            zones = (hold for _, hold in self._zones.holds_on(planned, now))
-            return [*self._pace.holds(planned, segment, index), *zones]
+            zones = (hold for _, hold in self.zones.holds_on(planned, now))
+            return [*self.pace.holds(planned, segment, index), *zones]
 
         if mode is Mode.RETURNING:
             return self._back_to_path(now)
         running = mode is Mode.RUNNING
-        waits = not running or self._corrections.waiting
+        waits = not running or self.corrections.waiting
         return Wishes(
             requests=tuple(self._requests(mode, now)),
             stop=mode in (Mode.ESTOP, Mode.FAULT),
             holds=holds,
-            cap_m_s=self._pace.cap_m_s,
-            follower=None if waits or self._pace.backwards else self._run.follower,
-            not_before_tick=self._run.begins_tick,
-            on_time=self._run.starting,
-            end_tick=self._run.end_tick,
-            correction=self._corrections.wish(planner, now) if running else None,
-            jog=self._jogging.source,
+            cap_m_s=self.pace.cap_m_s,
+            follower=None if waits or self.pace.backwards else self.run.follower,
+            not_before_tick=self.run.begins_tick,
+            on_time=self.run.starting,
+            end_tick=self.run.end_tick,
+            correction=self.corrections.wish(planner, now) if running else None,
+            jog=self.jogging.source,
         )
 
     def _back_to_path(self, now: float) -> Wishes:
         """Forwards along the way back at reduced speed, whatever direction the operator wants on the path itself."""
-        requests = [RateRequest(abs(each.rate), each.who) for each in self._pace.requests]
-        if not self._zones.fresh(now):
+        requests = [RateRequest(abs(each.rate), each.who) for each in self.pace.requests]
+        if not self.zones.fresh(now):
             requests.append(RateRequest(0.0, "the manager is silent"))
         return Wishes(
             requests=tuple(requests),
             stop=False,
-            holds=lambda planned, _segment, _index: [hold for _, hold in self._zones.holds_on(planned, now)],
+            holds=lambda planned, _segment, _index: [hold for _, hold in self.zones.holds_on(planned, now)],
             cap_m_s=MANUAL_SPEED_M_S,
-            follower=self._interruption.follower,
+            follower=self.interruption.follower,
         )
 
     def wants(self, mode: Mode, executive: Executive, tick: int) -> dict[str, float]:
         """The zones that the robot crosses soon behind `tick`: zone to seconds until it is entered."""
         if mode is Mode.RETURNING:
-            follower = self._interruption.follower
+            follower = self.interruption.follower
             return _zones_ahead(executive, () if follower is None else (follower,), tick)
         if mode is not Mode.RUNNING:
-            return self._jogging.wants
+            return self.jogging.wants
         items = self._coming()
-        pause_s = max(0, self._run.resume_tick - tick) * executive.cycle_s
-        return self._corrections.wants | _zones_ahead(executive, items, tick, pause_s)
+        pause_s = max(0, self.run.resume_tick - tick) * executive.cycle_s
+        return self.corrections.wants | _zones_ahead(executive, items, tick, pause_s)
 
     def _coming(self) -> list[Item]:
         """What comes next, up to where the program waits for a part."""
-        if self._corrections.waiting:
+        if self.corrections.waiting:
             return []
-        items = self._run.lookahead.items
+        items = self.run.lookahead.items
         return list(
-            takewhile(lambda i: not (isinstance(i, TrackingOn) and self._corrections.waits_for_part(i.name)), items)
+            takewhile(lambda i: not (isinstance(i, TrackingOn) and self.corrections.waits_for_part(i.name)), items)
         )
 
     def _requests(self, mode: Mode, now: float) -> list[RateRequest]:
-        requests = list(self._pace.requests)
-        if not self._zones.fresh(now):
+        requests = list(self.pace.requests)
+        if not self.zones.fresh(now):
             requests.append(RateRequest(0.0, "the manager is silent"))
         if mode is not Mode.RUNNING:
             requests.append(RateRequest(0.0, "halted" if mode is Mode.HALTED else mode.value))
-        if self._run.correction_ends:
+        if self.run.correction_ends:
             requests.append(RateRequest(0.0, "TRACK OFF"))
         return requests
 
