@@ -3,7 +3,6 @@
 from collections.abc import Sequence
 
 from drive_gateway.canopen.frame import CanFrame
-from drive_gateway.canopen.nmt import NmtState
 from drive_gateway.sim.nodes.node import SimulatedNode
 from drive_gateway.sim.wire import Wire
 
@@ -47,8 +46,7 @@ class SimulatedBus:
 
     def timers(self, now: float) -> list[CanFrame]:
         """As `step`, but nodes that hear SYNC stay where their last frame brought them: no axis moves by it."""
-        operational = NmtState.OPERATIONAL
-        each = (node.timers() if node.nmt is operational else node.step(now) for node in self.nodes)
+        each = (node.timers() if node.hears_sync else node.step(now) for node in self.nodes)
         return self._sent([frame for frames in each for frame in frames], now)
 
     def _sent(self, frames: list[CanFrame], now: float) -> list[CanFrame]:

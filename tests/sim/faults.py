@@ -721,7 +721,9 @@ def _item(
                 return JournalFull(*when, rng.uniform(0.5, 3.0))
             return JournalFails(*when, rng.choice(["lost", "old"]), down_s)
         case "clock":
-            return ClockStep(*when, some, rng.choice([-3600.0, -5.0, 5.0, 3600.0]))
+            # Without a store and with a clock that was set back a gateway's claims cannot grow (section 4.2 again).
+            steps = [5.0, 3600.0] if some == gateway else [-3600.0, -5.0, 5.0, 3600.0]
+            return ClockStep(*when, some, rng.choice(steps))
         case "order":
             return _order(rng, when, by, robot)
         case "jog":

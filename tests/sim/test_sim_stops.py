@@ -223,6 +223,27 @@ def test_an_axis_that_slips_after_a_fault_is_named_and_keeps_the_robot_in_fault(
     assert world.ask(ResetDrives("left", owner)).ok
 
 
+def test_an_axis_that_slips_while_its_fault_is_being_reset_keeps_the_robot_in_fault() -> None:
+    world = moving()
+    world.run(0.6)
+    world.bus.nodes[1].raise_emergency(0x4310)
+    world.until(lambda: world.feedback.state is PlayoutState.FAULT)
+    world.run(0.3)
+    owner = world.ask(Claim("left", "b", "d")).claim.owner
+    request = world.request(ResetDrives("left", owner))
+    world.run(3 * world.settings.cycle_s)
+    servo = world.bus.nodes[1].drives[0].servo
+    servo.rest = lambda step_s, _brake: servo.jump(round(10_000 * step_s))
+    world.until(lambda: request in world.replies)
+    assert not world.replies[request].ok
+    assert "left may still move: node 1 (left J1)" in world.replies[request].text
+    assert world.feedback.state is PlayoutState.FAULT
+    del servo.rest
+    world.run(0.2)
+    owner = world.ask(Claim("left", "b", "d")).claim.owner
+    assert world.ask(ResetDrives("left", owner)).ok
+
+
 def test_an_axis_that_slips_while_its_robot_is_off_is_named_and_nothing_else_is_done() -> None:
     world = GatewayBench(settings(axis("J1", 1), axis("J2", 2)))
     world.ready()

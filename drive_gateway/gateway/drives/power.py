@@ -74,6 +74,11 @@ class Power:
         return all(node.without_torque for node in self._nodes)
 
     @property
+    def _stands(self) -> bool:
+        """A node that was silent when the reset began may be heard since, and move."""
+        return all(node.rest.standing for node in self._nodes)
+
+    @property
     def stoppable(self) -> bool:
         """The drives have torque, or are about to, and nothing stops them yet."""
         return self.state in _STOPPABLE
@@ -110,7 +115,7 @@ class Power:
                 self._await_brakes(now)
             case PowerState.SWITCHING_OFF if self.off:
                 self.enter(PowerState.OFF, now)
-            case PowerState.RESETTING if self.all_in(AxisStatus.SWITCH_ON_DISABLED):
+            case PowerState.RESETTING if self.all_in(AxisStatus.SWITCH_ON_DISABLED) and self._stands:
                 self.enter(PowerState.OFF, now)
 
     def _await_brakes(self, now: float) -> None:

@@ -250,8 +250,10 @@ class DriveGroup:
         state = self.power.state
         found = self.permits.said()
         if state is PowerState.RESETTING:
+            restless = self.permits.restless()
             self.power.enter(PowerState.FAULT, now)
-            self._answer(False, f"{self.robot} could not be reset, a cause is still there: {found}")
+            text = f"{self.robot} could not be reset, a cause is still there: {found}"
+            self._answer(False, restless or text)
         elif state is PowerState.SWITCHING_OFF:
             text = f"the drives did not switch off: {found}"
             self.fault(Trouble("not_off", text, HARD_WIRED), now)

@@ -100,6 +100,11 @@ class SimulatedNode(FaultsOnCommand):
         """`BOOT_UP` while the node initialises."""
         return self._nmt
 
+    @property
+    def hears_sync(self) -> bool:
+        """Its frames bring its axes forward; without them only time does."""
+        return self._nmt is NmtState.OPERATIONAL and not self._silent
+
     # Time and frames
 
     def receive(self, frame: CanFrame, now: float) -> list[CanFrame]:

@@ -46,6 +46,8 @@ _STILL = 1e-8
 """[rad or m] from one sample to the next."""
 _CREEPS, _CREEPS_SAMPLES = 5e-5, 6
 """[rad or m] from one sample to the next, and over how many: more than 2.5 mrad/s or mm/s for 0.1 s."""
+_A_FEW = 5
+"""Messages of state that are on their way at a time."""
 MOVING = 0.02
 """[rad/s or m/s] An axis that is faster than this moves; slower, its drive may settle."""
 
@@ -182,6 +184,8 @@ class Facts:
         """The plan's newest fault has worn off."""
         self.hindered_until: dict[str, float] = {}
         """Robots with a drive that fails do not go where they are told."""
+        self._aware_at: dict[str, float] = {}
+        """When the agent of a robot was last told where the robot is."""
         self.silenced: dict[str, tuple[float, float]] = {}
         """Since when and until when the node of one of a robot's drives is off the bus."""
         self.journal_spoilt = False
@@ -206,8 +210,16 @@ class Facts:
         return self.now - self.troubled_until >= for_s
 
     def hindered(self, robot: str, at: float | None = None) -> bool:
-        """Whether one of the robot's drives fails, or did lately."""
-        return (self.now if at is None else at) < self.hindered_until.get(robot, 0.0)
+        """Whether one of the robot's drives fails, did lately, or has and the robot's agent cannot know it yet."""
+        until = self.hindered_until.get(robot, 0.0)
+        return (self.now if at is None else at) < until or self._aware_at.get(robot, 0.0) < until
+
+    def _aware(self, robot: str) -> None:
+        """Its agent was told where it is; what a drive has done before that, it could not know."""
+        until = self.hindered_until.get(robot, 0.0)
+        if self._aware_at.get(robot, 0.0) < until:
+            self.hindered_until[robot] = max(until, self.now)
+        self._aware_at[robot] = self.now
 
     def alive(self, name: str) -> bool:
         process = self.world.processes[name]
@@ -317,6 +329,10 @@ class Facts:
             case Request(_, Call() as call):
                 told.calls.append((self.now, call))
             case DriveFeedback():
+                newest = self.feedback[message.robot]
+                prompt = message.boot == newest.boot and message.sequence > newest.sequence - _A_FEW
+                if prompt and message.referenced and name == f"robot/{message.robot}":
+                    self._aware(message.robot)
                 block = self.newest_block.get(message.robot)
                 if block is None or block.at < told.since or message.owner not in self._ended(block.message):
                     told.feedback_at = self.now

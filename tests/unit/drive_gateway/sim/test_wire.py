@@ -10,7 +10,7 @@ from drive_gateway.canopen.stuffing import exact_bits
 from drive_gateway.sim.bus import IN_STEP_S, SimulatedBus
 from drive_gateway.sim.nodes.node import SimulatedNode
 from drive_gateway.sim.wire import Wire
-from tests.unit.sim_drive_world import AXIS, CYCLE_S, LAG_S, NODE
+from tests.unit.sim_drive_world import AXIS, CYCLE_S, LAG_S, NODE, Bench
 
 BITRATE = 500_000
 
@@ -102,3 +102,16 @@ def test_after_a_pause_no_node_moves_far_ahead_of_another() -> None:
     bus.step(0.2)
     assert moved == {1: 0.2, 2: 0.2}
     assert max(apart) <= IN_STEP_S + 1e-9
+
+
+def test_a_node_whose_cable_is_pulled_in_motion_goes_on_by_itself() -> None:
+    bench = Bench()
+    bench.prepare()
+    bus = SimulatedBus([bench.node], None)
+    advanced = []
+    bench.node.advance = advanced.append  # type: ignore[method-assign]
+    bus.timers(bench.now + 0.1)
+    assert advanced == []
+    bench.node.silence()
+    bus.timers(bench.now + 0.2)
+    assert advanced == [bench.now + 0.2]
