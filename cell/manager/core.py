@@ -351,6 +351,8 @@ def _way_out(zone: str, known: Mapping[str, bool]) -> str:
         else f"let {robot} find out where it is: `cell drives` says how"
         for robot, knows in known.items()
     ]
+    if len(known) > 1:
+        ways.append("if more than one is inside: bring all but one out by `cell move`")
     silent = "it is silent" if len(known) == 1 else "they are silent"
     return "; ".join([*ways, f"if {silent} and you see that nobody is inside: `cell zone clear {zone}`"])
 

@@ -11,6 +11,7 @@ from drive_gateway.canopen.frame import CanFrame
 from drive_gateway.canopen.sdo import Sdo, SdoDone
 from drive_gateway.config.settings import GatewaySettings
 from drive_gateway.config.simulation import Level
+from drive_gateway.gateway.bus.bus_news import BusNews
 from drive_gateway.sim.bus import IN_STEP_S, SimulatedBus
 from drive_gateway.sim.shell import Robots, simulated_nodes
 from tests.sim.clock import Clock
@@ -72,6 +73,8 @@ class LivingBus(Bus):
 
     def __init__(self, settings: GatewaySettings, clock: Clock, rng: random.Random, robots: Robots) -> None:
         self.port: SimPort | None = None
+        self.broken = False
+        """Nothing goes over it."""
         self._stepped = clock.now
         self._synced = False
         self._clock = clock
@@ -92,6 +95,8 @@ class LivingBus(Bus):
     def send(self, frame: CanFrame, now: float) -> None:
         if frame.id == SYNC:
             self._synced = True
+        if self.broken:
+            return
         for answer in self._carrier.receive(frame, now):
             self._to_port(answer)
 
@@ -117,10 +122,12 @@ class LivingBus(Bus):
     def sdo(self, request: Sdo, now: float) -> SdoDone:
         for frame in self._carrier.carry(now):
             self._to_port(frame)
+        if self.broken:
+            return SdoDone(request.request_id, b"", None, "no answer")
         return super().sdo(request, now)
 
     def _to_port(self, frame: CanFrame) -> None:
-        if self.port is not None:
+        if self.port is not None and not self.broken:
             self.port.arrived(frame)
 
 
@@ -131,16 +138,18 @@ class SimPort:
         self._bus = bus
         self._clock = clock
         self._on_frame: Callable[[CanFrame], None] = lambda _frame: None
+        self.tell: Callable[[BusNews], None] = lambda _news: None
+        """What happens to the bus as a whole."""
         self._frames: list[CanFrame] = []
         self._done: list[tuple[float, int, Callable[[], None]]] = []
         self.bits = 0
         bus.port = self
 
     def opened(
-        self, _settings: object, on_frame: Callable[[CanFrame], None], _on_news: Callable[[object], None]
+        self, _settings: object, on_frame: Callable[[CanFrame], None], on_news: Callable[[BusNews], None]
     ) -> Self:
         """With what a shell makes of it."""
-        self._on_frame = on_frame
+        self._on_frame, self.tell = on_frame, on_news
         return self
 
     def send(self, frame: CanFrame) -> None:

@@ -245,7 +245,8 @@ def _cell(
     owner_s, stop_s = rng.choice([0.15, 0.15, 0.5, 2.0]), rng.choice([1.2, 2.0])
     lead_s = max(0.032, 3.0 * cycle_s)
     times = f"fresh_s: {fresh_s}, feedback_lost_s: {lost_s}, owner_silent_s: {owner_s}, estop_delay_s: {stop_s}"
-    lines.append(f"times: {{{times}, lead_s: {lead_s}}}")
+    idle = rng.choice(["", "", ", idle_off_s: 1.5"])
+    lines.append(f"times: {{{times}, lead_s: {lead_s}{idle}}}")
     lines.append(f"on_manager_return: {rng.choice(['continue', 'continue', 'operator'])}")
     return "\n".join(lines) + "\n"
 

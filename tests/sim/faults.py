@@ -34,10 +34,11 @@ from cell.messages import (
     ZoneState,
 )
 from drive_gateway.config.settings import AxisSettings
+from drive_gateway.gateway.bus.bus_news import BusBack, BusDisturbed, BusFailed, BusNews, SecondMaster
 from tests.sim.cells import GeneratedCell
 from tests.sim.item import Item, Moment, Stage
 from tests.sim.judge.facts import Facts
-from tests.sim.strangers import WRONG_DIGEST, FalsePresence, Guest, SaidAgain, SecondAgent, Strays
+from tests.sim.strangers import WRONG_DIGEST, Crowd, FalsePresence, Guest, SaidAgain, SecondAgent, Strays
 
 _OVERLOAD = 0x2310
 """An EMCY of the simulated drives: continuous overcurrent."""
@@ -48,6 +49,7 @@ _BEFORE_CUT_S = 0.2
 _SLIPS, _SLIPS_EVERY_S, _SLIPS_FOR_S = 0.006, 0.02, 0.4
 """[rad/s or m/s] Faster than what counts as rest for a gateway, and for so short a time that it is not alarmed."""
 _UNHEARD_S = 1.5
+_CROWDED_S = 0.1
 _COMES_S, _BLOCKED_S, _SILENT_S = 12.0, 0.3, 0.8
 _WAVERS_S, _WAVER_LOOKS_S = 10.0, 0.02
 MOMENTS = ("enters", "is inside", "leaves", "is granted", "asks", "moves fast", "brakes", "begins to move")
@@ -246,6 +248,59 @@ class DriveFails(Item):
         feedback = facts.feedback[self.robot]
         rates = [abs(v) / axis.following_window for v, axis in zip(feedback.velocity, axes, strict=True)]
         return rates.index(max(rates))
+
+
+@dataclass(frozen=True, slots=True)
+class BusTrouble(Item):
+    """The bus of a robot: `failed` for a while, `disturbed`, with a `second master`, or `crowded` by frames that nobody
+    asked for."""
+
+    kind: ClassVar[str] = "bus"
+    robot: str
+    what: str
+    seconds: float
+
+    def strike(self, stage: Stage) -> float:
+        world, gateway = stage.world, stage.facts.gateway_of(self.robot)
+        port = world.buses[gateway].port
+        if port is None or not world.processes[gateway].alive:
+            return 0.0
+        match self.what:
+            case "failed":
+                self._fail(stage, gateway)
+            case "disturbed":
+                port.tell(BusDisturbed("drawn"))
+            case "second master":
+                port.tell(SecondMaster("drawn"))
+            case _:
+                self._crowd(stage, gateway, stage.facts.now + self.seconds)
+        return self.seconds
+
+    def _fail(self, stage: Stage, gateway: str) -> None:
+        world, facts = stage.world, stage.facts
+        for robot in facts.robots:
+            if facts.gateway_of(robot) == gateway:
+                facts.hindered_until[robot] = facts.now + self.seconds + 1.0
+                facts.silenced[robot] = facts.now, facts.now + self.seconds
+        world.buses[gateway].broken = True
+        self._tell(stage, gateway, BusFailed("drawn"))
+        world.clock.after(self.seconds, self._back, stage, gateway)
+
+    def _back(self, stage: Stage, gateway: str) -> None:
+        stage.world.buses[gateway].broken = False
+        self._tell(stage, gateway, BusBack())
+
+    def _tell(self, stage: Stage, gateway: str, news: BusNews) -> None:
+        port = stage.world.buses[gateway].port
+        if port is not None:
+            port.tell(news)
+
+    def _crowd(self, stage: Stage, gateway: str, until: float) -> None:
+        bus, port = stage.world.bundle.gateways[gateway.partition("/")[2]].bus, stage.world.buses[gateway].port
+        if port is not None:
+            port.bits += round(bus.bitrate * _CROWDED_S)
+        if stage.facts.now < until:
+            stage.world.clock.after(_CROWDED_S, self._crowd, stage, gateway, until)
 
 
 @dataclass(frozen=True, slots=True)
@@ -579,10 +634,10 @@ class Switch(Item):
 
 
 KINDS: tuple[type[Item], ...] = (
-    Kill, PowerCut, Leave, Freeze, Cut, Part, Late, Burst, Stop, DriveFails, BlockedInFront, Sags,
+    Kill, PowerCut, Leave, Freeze, Cut, Part, Late, Burst, Stop, DriveFails, BusTrouble, BlockedInFront, Sags,
     JournalFails, JournalFull, ClockStep,
     Order, JogPress, Waver, LateOrder, Hasty, ZoneOrder, ResetStop, Switch, Strays, SaidAgain, FalsePresence, Guest,
-    SecondAgent,
+    Crowd, SecondAgent,
 )  # fmt: skip
 
 
@@ -653,9 +708,15 @@ def _each_in_its_turn(rng: random.Random, seed: int, cell: GeneratedCell, lastin
         it = robot()
         return DriveFails(when(0.5)[0], Moment(it, moment), it, None, what, rng.uniform(0.8, 1.5))
 
+    def bus() -> Item:
+        it, what = robot(), rng.choice(["failed", "failed", "disturbed", "second master", "crowded"])
+        seconds = 2.5 if what == "crowded" else rng.uniform(0.3, 1.5)
+        return BusTrouble(when(0.5)[0], Moment(it, "moves fast"), it, what, seconds)
+
     turns: tuple[Callable[[], Item], ...] = (
         wavers,
         lambda: Guest(*when(0.6)),
+        lambda: Crowd(*when(0.6)),
         lambda: FalsePresence(*when(0.5), robot()),
         lambda: Hasty(*when(0.3), rng.choice(OPERATORS)),
         lambda: SaidAgain(*when(0.8), rng.choice(OPERATORS), robot()),
@@ -667,6 +728,7 @@ def _each_in_its_turn(rng: random.Random, seed: int, cell: GeneratedCell, lastin
         lambda: fails("drop-out", "moves fast"),
         lambda: fails("deaf", "moves fast"),
         lambda: Sags(*when(0.5), rng.choice(OPERATORS), robot(), rng.uniform(1.5, 2.5)),
+        bus,
     )
     always = [
         Strays(*when(0.6), robot()),

@@ -39,6 +39,7 @@ _AHEAD = 3
 _AGAIN_S = 0.25
 _STAYS_S, _LEAVES_S, _SAYS_S = 1.5, 6.0, 0.1
 _FAR_M = 100.0
+_CROWD = 10
 
 
 @dataclass(frozen=True, slots=True)
@@ -224,6 +225,32 @@ class Guest(Item):
         stage.world.publish(replace(here if past_s < _STAYS_S else away, sequence=sequence, heard=heard), STRANGER)
         if past_s < _STAYS_S + _LEAVES_S:
             stage.world.clock.after(_SAYS_S, self._say, stage, here, away, since, sequence + 1)
+
+
+@dataclass(frozen=True, slots=True)
+class Crowd(Item):
+    """More robots that are not in the cell file than a manager follows, all far away."""
+
+    kind: ClassVar[str] = "crowd"
+
+    def strike(self, stage: Stage) -> float:
+        self._say(stage, stage.facts.now + _STAYS_S, 1)
+        return _STAYS_S
+
+    def _say(self, stage: Stage, until: float, sequence: int) -> None:
+        facts, world = stage.facts, stage.world
+        for shown in list(facts.shown.values())[:1]:
+            body = shown.message.body
+            away = replace(body, poses=np.full_like(body.poses, _FAR_M))
+            for number in range(_CROWD):
+                presence = replace(
+                    shown.message, robot=f"{GUEST}_{number}", boot=f"{GUEST}-{until:.3f}", owner=int(1000 * until),
+                    digest=WRONG_DIGEST, holds={}, wants={}, stop_time_s=0.1, estop_acknowledged=None, body=away,
+                    sequence=sequence, heard=world.operator(STRANGER).heard("manager"),
+                )  # fmt: skip
+                world.publish(presence, STRANGER)
+        if facts.now < until:
+            world.clock.after(_SAYS_S, self._say, stage, until, sequence + 1)
 
 
 @dataclass(frozen=True, slots=True)

@@ -38,6 +38,10 @@ def line(world: World) -> int:
     return 0 if state is None else state.program.line
 
 
+def told(world: World) -> list[str]:
+    return [event.code for event in world.seen.events]
+
+
 def test_a_robot_on_a_belt_goes_with_it_and_rests_when_its_agent_dies() -> None:
     world = World(load_bundle(CELL), 1, WORSE)
     invariants = Invariants(world, planned=False)
@@ -45,6 +49,9 @@ def test_a_robot_on_a_belt_goes_with_it_and_rests_when_its_agent_dies() -> None:
     measure(world)
     assert world.clock.run_until(world.clock.now + 30.0, lambda: line(world) == 5)
     assert abs(speed_m_s(world) - 0.05) < 0.01
+    world.network.cut("encoder", "*", 1.0)
+    assert world.clock.run_until(world.clock.now + 1.0, lambda: "correction" in told(world))
+    assert world.clock.run_until(world.clock.now + 5.0, lambda: abs(speed_m_s(world) - 0.05) < 0.01)
     world.kill("robot/left")
     world.clock.run_until(world.clock.now + 1.0)
     rest = world.seen.feedback["left"].commanded

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterator
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -31,6 +32,7 @@ from cell.messages import (
     ZoneState,
 )
 from robot_agent.agent.planning.plans import Plan
+from tests.sim.coverage import ELSEWHERE, event_codes
 from tests.sim.faults import DriveFails, JogPress, Kill, Moment, Stop
 from tests.sim.judge import ALL
 from tests.sim.recording import Change, Recording, after, each, with_one_more
@@ -442,6 +444,12 @@ PLANTED: dict[str, Callable[[Recording], Change]] = {
     "outputs are switched by order": output_by_itself,
     "effort is bounded": planned_again_and_again,
 }
+
+
+@pytest.mark.parametrize("code", ELSEWHERE)
+def test_what_no_generated_cell_does_is_seen_by_a_test_of_its_own(code: str) -> None:
+    assert code in event_codes(), "nobody tells it any more"
+    assert f'"{code}"' in (Path(__file__).parents[1] / ELSEWHERE[code]).read_text()
 
 
 def test_every_invariant_has_a_fault_that_it_must_see() -> None:

@@ -41,6 +41,7 @@ def test_homing_in_order_lets_every_axis_know_where_it_is_and_the_robot_be_enabl
     world = bench()
     assert world.set_up(Home("left", ())) == "done"
     assert world.said[0] == "homing of left (J2, then J1) is done"
+    assert "setup_done" in world.codes()
     assert world.feedback.referenced
     assert world.feedback.position == pytest.approx(places(world), abs=1e-4)
     world.enabled()

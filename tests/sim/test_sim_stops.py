@@ -186,6 +186,7 @@ def test_a_runaway_in_the_second_stage_of_an_emergency_stop_is_never_confirmed()
     servo = runaway(world)
     assert not alarms(world)
     world.until(lambda: bool(alarms(world)), within_s=STOP_S + 0.1)
+    assert "stop_deadline" in world.codes()
     world.run(0.5)
     assert world.state.estop_confirmed is None
     caught(servo)

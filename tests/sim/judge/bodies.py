@@ -17,22 +17,29 @@ _SETTLE_S = 0.15
 
 
 class OneBodyInAZone(Invariant):
-    """No two real bodies are ever in a zone, but where a drive fails: an axis that was held may swing past its path."""
+    """No two real bodies are ever in a zone, but where a drive fails: an axis that was held may swing past its path,
+    and where that has brought it to it stays."""
 
     name = "one body in a zone"
 
     def __init__(self, facts: Facts) -> None:
         super().__init__(facts)
         self._inside: dict[str, frozenset[str]] = {}
+        self._swung: dict[str, frozenset[str]] = {}
+        """Zones that robots came into while they were hindered, and have not left."""
         self.time_inside_s = dict.fromkeys(facts.robots, 0.0)
 
     def look(self, sample: Sample) -> None:
-        self._inside[sample.robot] = sample.inside
+        robot, before = sample.robot, self._inside.get(sample.robot, sample.inside)
+        came = sample.inside - before if self.facts.hindered(robot, sample.at) else frozenset()
+        self._swung[robot] = (self._swung.get(robot, frozenset()) | came) & sample.inside
+        self._inside[robot] = sample.inside
         if sample.inside:
             self.time_inside_s[sample.robot] += 0.02
         for zone in sample.inside:
             both = sorted(robot for robot, zones in self._inside.items() if zone in zones)
-            if len(both) > 1 and not any(self.facts.hindered(robot, sample.at) for robot in both):
+            excused = any(self.facts.hindered(robot, sample.at) or zone in self._swung[robot] for robot in both)
+            if len(both) > 1 and not excused:
                 self.broken(" and ".join(both), f"they are in zone {zone} together", sample.at)
 
 

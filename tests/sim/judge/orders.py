@@ -173,7 +173,7 @@ class OneOwner(Invariant):
             self.broken(name, f"{robot}: owner {owner} is {claim.boot}, and was {boot}")
         if owner < self._largest.get(robot, 0):
             self.broken(name, f"{robot}: owner {owner} after {self._largest[robot]}")
-        if owner > self._largest.get(robot, 0) and self.facts.moving(robot):
+        if owner > self._largest.get(robot, 0) and self.facts.moving(robot) and not self.facts.hindered(robot):
             self.broken(name, f"{robot} changes hands while it moves")
         heard, at = self._heard.get(robot, (0, -inf))
         silent_s, owned = self.facts.now - at, self._owners.get(robot) == (self.facts.told[name].boot, heard)
@@ -187,7 +187,8 @@ class OneOwner(Invariant):
             self.broken(name, f"{feedback.robot} is owned by {feedback.owner}, after {self._largest[feedback.robot]}")
         boot, before = self._owners.get(feedback.robot, (feedback.boot, 0))
         self._owners[feedback.robot] = feedback.boot, feedback.owner
-        if boot == feedback.boot and before not in (0, feedback.owner) and self.facts.moving(feedback.robot):
+        goes = boot == feedback.boot and before not in (0, feedback.owner) and self.facts.moving(feedback.robot)
+        if goes and not self.facts.hindered(feedback.robot):
             self.broken(name, f"the claim of owner {before} ends, and {feedback.robot} moves")
 
 

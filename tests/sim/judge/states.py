@@ -106,7 +106,9 @@ class OperatorDecides(Invariant):
     def _state(self, name: str, state: RobotState) -> None:
         facts, robot = self.facts, state.robot
         decides = facts.cell.on_manager_return is OnManagerReturn.OPERATOR
-        heard = facts.now - facts.told[name].feedback_at < 0.06
+        shown, feedback = facts.shown.get(robot), facts.feedback.get(robot)
+        owns = shown is not None and feedback is not None and feedback.owner == shown.message.owner
+        heard = owns and facts.now - facts.told[name].feedback_at < 0.06
         if not decides or not heard or facts.manager_fresh(robot) or state.mode not in (Mode.RUNNING, Mode.RETURNING):
             self._since.pop(robot, None)
             return

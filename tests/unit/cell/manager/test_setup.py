@@ -223,6 +223,7 @@ def test_an_operators_word_ends_it_only_while_the_gateway_is_silent(world: Setup
     world.gateways["left"].silent = True
     world.run(0.5)
     assert world.call(clear).ok
+    assert "setup_cleared" in [event.code for event in world.events]
     world.run()
     assert world.state.setup is None
     world.want("right")

@@ -232,6 +232,7 @@ def test_an_unreachable_target_ends_the_program_in_front_of_it_and_names_its_lin
     until(world, lambda: world.state.program.state is ProgramState.FAILED)
     assert world.state.program.line == 2
     assert "line 2" in world.state.program.error
+    assert "program" in [event.code for event in world.events]
     assert world.state.mode is Mode.READY
 
 

@@ -28,6 +28,7 @@ from cell.messages import (
     ZoneState,
     ZoneStatus,
 )
+from robot_agent.agent.planning.plans import PlanFailed
 from robot_agent.agent.program.pace import MANUAL_SPEED_M_S
 from tests.unit.agent_world import CYCLE_S, STEP_S, AgentWorld
 
@@ -225,6 +226,17 @@ def test_a_second_fault_on_the_way_back_leaves_it_off_its_path() -> None:
     robot.world.quick_stop(FAR)
     robot.reset(Mode.OFF_PATH)
     assert robot.world.state.program.state is ProgramState.INTERRUPTED
+
+
+def test_a_way_back_that_cannot_be_planned_is_named_and_the_robot_stays_where_it_is() -> None:
+    robot = stopped(FAR)
+    planner = robot.world.planner
+    planner.plan = lambda request: PlanFailed(request.id, 2, "drawn")  # type: ignore[method-assign]
+    robot.order(Return())
+    robot.until(Mode.OFF_PATH)
+    told = next(event for event in robot.world.events if event.code == "return")
+    assert told.text == "there is no way back to the path: drawn"
+    assert "cell jog" in told.remedy
 
 
 def test_halt_stops_the_way_back_and_another_return_goes_on() -> None:
