@@ -127,12 +127,18 @@ def _drive(owners: list[Owner], seconds: float) -> None:
             time.sleep(min(max(due - time.monotonic(), 0.0), LOOK_S))
 
 
-def _on_multicast(folder: Path) -> Path:
-    """A copy of the example cell on free ports, its buses where several processes can be."""
+def copy_on_free_ports(folder: Path) -> Path:
+    """A copy of the example cell."""
     for name in ("two_arms", "models"):
         shutil.copytree(CONFIGS / name, folder / name, ignore=shutil.ignore_patterns(".zencell"))
     cell = folder / "two_arms" / "cell.yaml"
     cell.write_text(re.sub(r"127\.0\.0\.1:\d+", lambda _: f"127.0.0.1:{_free(socket.SOCK_STREAM)}", cell.read_text()))
+    return cell
+
+
+def _on_multicast(folder: Path) -> Path:
+    """A copy whose buses are where several processes can be."""
+    cell = copy_on_free_ports(folder)
     bus = "bus: {interface: udp_multicast, channel: 239.74.163.2, bitrate: 1000000, options: {port: %d, hop_limit: 0}}"
     for drives in (folder / "two_arms").glob("*_drives.yaml"):
         text = drives.read_text()

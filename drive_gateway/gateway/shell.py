@@ -6,6 +6,7 @@ import time
 from collections import deque
 from collections.abc import Callable
 from contextlib import ExitStack
+from functools import partial
 from pathlib import Path
 from threading import Event, Thread
 
@@ -40,6 +41,7 @@ from drive_gateway.gateway.effects import (
     TakeBlocks,
 )
 from drive_gateway.gateway.reference.position_store import PositionStore
+from drive_gateway.sim.inner_bus import InnerBus
 from drive_gateway.sim.pace import REMEDY
 from drive_gateway.sim.shell import Robots, SimulatedDrives
 
@@ -68,9 +70,9 @@ def run_gateway(
 ) -> int:
     """Run one gateway until `stop` is set; then play out, switch off and leave the bus.
 
-    With `simulate` the bus' drives run in this process too, on their own handle of the same bus. They stand where the
-    drives file says at each start, so only without it `state_folder` keeps where axes stand. `robots`: the loads that
-    they carry at the full level.
+    With `simulate` the bus' drives run in this process too: on their own handle of the same bus, or inside the
+    gateway's handle (`InnerBus`) where nobody else can be on it. They stand where the drives file says at each start,
+    so only without it `state_folder` keeps where axes stand. `robots`: the loads that they carry at the full level.
 
     Returns:
         0 when all drives were switched off, 1 when a drive did not say that it is off.
@@ -98,8 +100,12 @@ def run_gateway(
         # Zenoh's threads start here: on a busy host a block must not wait for a processor before the cycle sees it.
         with scheduling(realtime=True, feeding=True):
             session = stack.enter_context(CellSession(cell, link, "gateway", settings.name, boot, zenoh_options))
-        drives = stack.enter_context(SimulatedDrives(settings, robots)) if simulate else None
-        shell = GatewayShell(core, settings, times, session, stop, store, drives)
+        inner = simulate and InnerBus.fits(settings)
+        drives = stack.enter_context(SimulatedDrives(settings, robots)) if simulate and not inner else None
+        opener = (lambda _: InnerBus(settings, robots)) if inner else None
+        shell = GatewayShell(
+            core, settings, times, session, stop, store, drives, open_port=partial(BusPort, opener=opener)
+        )
         return shell.run()
 
 
@@ -116,7 +122,7 @@ class GatewayShell:
         store: PositionStore | None,
         drives: SimulatedDrives | None = None,
         *,
-        open_port: type[BusPort] = BusPort,
+        open_port: Callable[..., BusPort] = BusPort,
         open_workers: type[SdoWorkers] = SdoWorkers,
         now: Callable[[], float] = time.monotonic,
     ) -> None:
@@ -178,7 +184,11 @@ class GatewayShell:
         return messages
 
     def ahead(self) -> list[object]:
-        """Blocks, of which the checks take a while. Those that come later are taken in the cycle, by `TakeBlocks`."""
+        """Blocks, of which the checks take a while. Those that come later are taken in the cycle, by `TakeBlocks`.
+
+        Simulated drives inside the process are computed by this, and not in the cycle.
+        """
+        self.port.take()
         return self._blocks.take_new()
 
     def perform(self, effect: Effect) -> None:

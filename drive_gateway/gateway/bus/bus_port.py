@@ -15,7 +15,7 @@ from drive_gateway.canopen.frame import CanFrame
 from drive_gateway.config.settings import BusSettings
 from drive_gateway.gateway.bus.bus_news import BusNews, SecondMaster
 from drive_gateway.gateway.bus.opening import BusError
-from drive_gateway.gateway.bus.steady_bus import SteadyBus, bits_of
+from drive_gateway.gateway.bus.steady_bus import Opener, SteadyBus, bits_of
 
 _POLL_S = 0.1
 """The reader looks this often whether it should go on; it waits for nothing else."""
@@ -36,9 +36,14 @@ class BusPort:
     """
 
     def __init__(
-        self, settings: BusSettings, on_frame: Callable[[CanFrame], None], on_news: Callable[[BusNews], None]
+        self,
+        settings: BusSettings,
+        on_frame: Callable[[CanFrame], None],
+        on_news: Callable[[BusNews], None],
+        opener: Opener | None = None,
     ) -> None:
         self._settings = settings
+        self._opener = opener
         self._on_frame = on_frame
         self._on_news = on_news
         self._bus: SteadyBus | None = None
@@ -56,7 +61,7 @@ class BusPort:
 
     def __enter__(self) -> Self:
         """Open the bus. Raises `BusError`."""
-        self._bus = bus = SteadyBus(self._settings, self._on_news)
+        self._bus = bus = SteadyBus(self._settings, self._on_news, self._opener)
         name = f"can-{self._settings.channel}"
         self._reader = threading.Thread(target=self._read, args=(bus,), name=name, daemon=True)
         self._reader.start()

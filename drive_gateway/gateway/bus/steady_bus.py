@@ -14,6 +14,7 @@ from drive_gateway.gateway.bus.bus_news import BusBack, BusDisturbed, BusFailed,
 from drive_gateway.gateway.bus.opening import open_bus
 from drive_gateway.gateway.bus.own_frames import leave_out_own
 
+Opener = Callable[[BusSettings], can.BusABC]
 REOPEN_S = 0.5
 """Between two attempts to open a failed bus."""
 _BITS = [frame_bits(length) for length in range(9)]
@@ -33,13 +34,15 @@ class SteadyBus:
 
     An interface that goes down, an adapter that is unplugged, and a controller in bus-off are failures. Of the first
     two a handle does not recover with every driver, so another one is opened every `REOPEN_S` until one can be read.
+    `opener` makes a handle; python-can by the settings where it is left out.
 
     Raises:
         BusError: the bus cannot be opened (when it is made; later that is a failure like others).
     """
 
-    def __init__(self, settings: BusSettings, on_news: Callable[[BusNews], None]) -> None:
+    def __init__(self, settings: BusSettings, on_news: Callable[[BusNews], None], opener: Opener | None = None) -> None:
         self._settings = settings
+        self._open = opener or open_bus
         self._on_news = on_news
         self._lock = threading.Lock()
         self._mark = 0.0
@@ -131,7 +134,7 @@ class SteadyBus:
 
     def _opened(self) -> can.BusABC:
         """A handle; its own frames come back to it only where that cannot be helped."""
-        bus = open_bus(self._settings)
+        bus = self._open(self._settings)
         if isinstance(bus, UdpMulticastBus):
             self._mark = leave_out_own(bus)
             self.hears_itself = not self._mark

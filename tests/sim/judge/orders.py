@@ -242,7 +242,8 @@ class OutputsByOrder(Invariant):
             self.broken(name, f"{robot} has been stopped for {stopped_s:.2f} s, and {what}")
 
     def _ordered(self, feedback: DriveFeedback, rising: int) -> bool:
-        if not feedback.enabled:
+        """A fault may be found in the cycle in which an output is switched."""
+        if not feedback.enabled and feedback.robot in self._stopped_since:
             return False
         return any(
             event.value and rising >> event.output & 1

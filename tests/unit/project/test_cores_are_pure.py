@@ -40,6 +40,7 @@ SHELLS = {
     "drive_gateway/canopen/eds.py": "canopen's reader of EDS files",
     "drive_gateway/canopen/eds_file.py": "canopen's reader of EDS files",
     "drive_gateway/config/checks.py": "asks python-can for its interfaces",
+    "drive_gateway/sim/inner_bus.py": "a bus of python-can, and the times of its frames",
     "drive_gateway/sim/shell.py": "the process of the simulated drives",
     "drive_gateway/sim/services/dictionary.py": "canopen's reader of EDS files",
 }
