@@ -29,7 +29,7 @@ from robot_agent.agent.cell_clock import CellClock
 from robot_agent.agent.drives.axes import feedback_in_joints, samples_in_axes
 from robot_agent.agent.drives.gateway_link import GatewayLink, IdleClock
 from robot_agent.agent.drives.measured_rest import MeasuredRest
-from robot_agent.agent.mode import Event, after, has_torque
+from robot_agent.agent.mode import Event, after, has_torque, moves
 from robot_agent.agent.operator.decisions import Decisions, Situation
 from robot_agent.agent.operator.jogging import Jogging
 from robot_agent.agent.operator.operator import Operator
@@ -289,8 +289,10 @@ class AgentCore:
         entered = self._announcer.entered(body)
         if block is not None and not all(self.zones.permitted(zone, now) for zone in entered):
             block, body = None, executive.body(feedback, None)
-        self.zones.update_holds(now, self.zones.touched(body), set(wants))
         stop_time_s = self._rest.stop_time_s(planner, feedback, executive.rest_s(feedback.tick, block))
+        # A robot that brakes keeps its zones to the end: each time its body is worked out a little larger or smaller.
+        kept = set(self.zones.holds) if stop_time_s > 0.0 and not moves(self.mode) else set(wants)
+        self.zones.update_holds(now, self.zones.touched(body), kept)
         presence = self._announcer.presence(feedback.owner, body, wants, stop_time_s, self._estops, now)
         if block is None:
             return [presence]

@@ -35,7 +35,8 @@ class Event(Enum):
 
 _ALL = tuple(Mode)
 _STANDING = (Mode.READY, Mode.HALTED, Mode.OFF_PATH)
-_WITH_TORQUE = (*_STANDING, Mode.RUNNING, Mode.RETURNING, Mode.JOGGING)
+_MOVING = (Mode.RUNNING, Mode.RETURNING, Mode.JOGGING)
+_WITH_TORQUE = (*_STANDING, *_MOVING)
 _LEFT_ALONE = (Mode.DISABLED, Mode.ENABLING, Mode.READY, Mode.RETURNING)
 
 _RULES: tuple[tuple[Event, tuple[Mode, ...], Mode], ...] = (
@@ -75,6 +76,11 @@ def after(mode: Mode, event: Event) -> Mode:
 def has_torque(mode: Mode) -> bool:
     """Whether the drives of a robot in this mode hold or move it."""
     return mode in _WITH_TORQUE
+
+
+def moves(mode: Mode) -> bool:
+    """By its program, back to its path, or by a key; in all other modes it stands or brakes."""
+    return mode in _MOVING
 
 
 def stands(mode: Mode) -> bool:

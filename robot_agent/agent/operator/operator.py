@@ -13,6 +13,7 @@ from cell.messages import (
     Heard,
     Jog,
     Mode,
+    PlayoutState,
     Reply,
     ResetDrives,
     Return,
@@ -48,6 +49,8 @@ class Operator:
         self._states = Sent(boot)
         self._requests: deque[Request] = deque()
         self._outcomes: deque[tuple[Switching, bool, str]] = deque()
+        self._acknowledged = False
+        """The drives have let go of the fault in which the robot is."""
 
     def asked(self, request: Request) -> None:
         self._requests.append(request)
@@ -87,7 +90,7 @@ class Operator:
     def answer(self, mode: Mode, situation: Situation, now: float) -> tuple[Mode, list[Effect]]:
         """Carry out what waits, in a robot in `mode`; return its mode after it, and the effects."""
         effects: list[Effect] = []
-        mode = self._settle_outcomes(mode, effects)
+        mode = self._acknowledge(self._settle_outcomes(mode, effects), situation)
         while self._requests:
             request = self._requests.popleft()
             call = request.call
@@ -114,8 +117,16 @@ class Operator:
                 case DisableDrives() if ok:
                     mode = after(mode, Event.DISABLED)
                 case ResetDrives() if ok:
-                    mode = after(mode, Event.ACKNOWLEDGED)
+                    self._acknowledged = mode is Mode.FAULT
         return mode
+
+    def _acknowledge(self, mode: Mode, situation: Situation) -> Mode:
+        """The drives' answer may come before their feedback of it; what that still says is the fault of before."""
+        self._acknowledged = self._acknowledged and mode is Mode.FAULT
+        if not self._acknowledged or situation.feedback.state in (PlayoutState.FAULT, PlayoutState.STOPPING):
+            return mode
+        self._acknowledged = False
+        return after(mode, Event.ACKNOWLEDGED)
 
     def _decide(self, call: Call, mode: Mode, situation: Situation, now: float) -> Decision:
         command = call.command

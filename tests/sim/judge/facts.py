@@ -48,6 +48,8 @@ _CREEPS, _CREEPS_SAMPLES = 5e-5, 6
 """[rad or m] from one sample to the next, and over how many: more than 2.5 mrad/s or mm/s for 0.1 s."""
 _A_FEW = 5
 """Messages of state that are on their way at a time."""
+_TELLS_S = 0.15
+"""From an agent that knows where its robot is to a manager's state that says so."""
 MOVING = 0.02
 """[rad/s or m/s] An axis that is faster than this moves; slower, its drive may settle."""
 
@@ -215,10 +217,10 @@ class Facts:
         return (self.now if at is None else at) < until or self._aware_at.get(robot, 0.0) < until
 
     def _aware(self, robot: str) -> None:
-        """Its agent was told where it is; what a drive has done before that, it could not know."""
+        """Its agent was told where it is: what a drive did before that nobody could know, and soon everybody does."""
         until = self.hindered_until.get(robot, 0.0)
         if self._aware_at.get(robot, 0.0) < until:
-            self.hindered_until[robot] = max(until, self.now)
+            self.hindered_until[robot] = max(until, self.now + _TELLS_S)
         self._aware_at[robot] = self.now
 
     def alive(self, name: str) -> bool:

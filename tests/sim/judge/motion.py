@@ -38,6 +38,8 @@ _MOST_KEPT = 64
 """Samples of one robot that are judged together."""
 _BEFORE = 4
 """Judged samples that are kept: a jerk takes four."""
+_BLOCK_ARRIVES_S = 0.2
+"""So long after it was sent, at the latest, what a block begins is played."""
 _JOINING = 1e-6
 """[rad or m] A block may begin so much beside what is commanded."""
 _MOVES = (Run, Continue, Return, Step, Jog)
@@ -69,6 +71,7 @@ class _OfCommands(Invariant):
         super().__init__(facts)
         self._commanded = {robot: _Commanded() for robot in facts.robots}
         self._jogging = dict.fromkeys(facts.robots, False)
+        self._jogged_at = dict.fromkeys(facts.robots, -inf)
 
     @property
     def published(self) -> Handlers:
@@ -85,7 +88,9 @@ class _OfCommands(Invariant):
             return
         moved = bool(kept.axes) and not np.array_equal(kept.axes[-1], feedback.commanded)
         state = facts.states.get(robot)
-        jogs = state is not None and state.mode is Mode.JOGGING
+        if state is not None and state.mode is Mode.JOGGING:
+            self._jogged_at[robot] = facts.now
+        jogs = facts.now - self._jogged_at[robot] < _BLOCK_ARRIVES_S
         self._jogging[robot] = jogs or (moved and self._jogging[robot])
         kept.at.append(facts.now)
         kept.axes.append(feedback.commanded)

@@ -120,6 +120,28 @@ def test_a_zone_is_given_up_once_the_body_is_outside_for_good() -> None:
     assert "handover" not in world.presences[-1].holds
 
 
+def test_a_robot_that_brakes_out_of_a_zone_keeps_it_until_it_stands() -> None:
+    def leaving() -> AgentWorld:
+        world = running(INTO_ZONE)
+        world.planning_s = 0.05
+        world.grant()
+        until(world, lambda: "handover" in world.presences[-1].holds)
+        return world
+
+    whole, world = leaving(), leaving()
+    began = len(whole.presences)
+    until(whole, lambda: "handover" not in whole.presences[-1].holds)
+    until(world, lambda: len(world.presences) - began == len(whole.presences) - began - 2)
+    world.agent.receive(Estop("e1", True, "test", "a hand in the cell"), world.now)
+    stopped = len(world.presences)
+    until(world, at_rest(world))
+    world.run(0.3)
+    braking = [presence for presence in world.presences[stopped:] if presence.stop_time_s > 0.0]
+    assert any(not body_touches_box(presence.body, zone_box(ZONE)) for presence in braking), "or nothing is tested"
+    assert all("handover" in presence.holds for presence in braking)
+    assert "handover" not in world.presences[-1].holds
+
+
 def test_a_grant_that_was_given_up_once_is_never_used_again() -> None:
     world = running(SHORT)
     world.zone = ZoneStatus(ZoneState.GRANTED, "left", Token(5, 1), (), 1, 0.0)
@@ -281,6 +303,22 @@ def test_lost_feedback_is_a_fault_that_an_operator_must_reset() -> None:
     world.run(0.1)
     assert world.state.mode is Mode.HALTED
     assert world.state.program.state is ProgramState.INTERRUPTED
+
+
+def test_feedback_of_before_its_reset_is_no_new_fault() -> None:
+    world = running(SHORT)
+    world.run(0.5)
+    world.quick_stop()
+    until(world, lambda: world.state.mode is Mode.FAULT)
+    seen = len(world.states)
+    world.call(ResetRobot())
+    until(world, lambda: not world.faulty)
+    world.faulty = True
+    world.run(0.1)
+    world.faulty = False
+    world.run(0.1)
+    modes = [state.mode for state in world.states[seen:]]
+    assert [mode for mode, before in zip(modes[1:], modes, strict=False) if mode is not before] == [Mode.DISABLED]
 
 
 def test_the_zone_rule_is_the_managers_own() -> None:
