@@ -16,6 +16,7 @@ from bench.estop import emergency_stop
 from bench.gateway import gateways
 from bench.governor import governed
 from bench.kinematics import kinematics
+from bench.load import load
 from bench.rest import rests
 from bench.timing import Row, median_s
 from cell.messages import SetpointBlock
@@ -119,7 +120,7 @@ def main() -> None:
     iterating = load_model(NUMERIC)
     inverse = kinematics(model, iterating, q)
     own = [profile(), *motions(model, limits), *mixed_motion(model, limits), *corrections(model, iterating)]
-    for row in [*inverse, *own, *emergency_stop(), *simulated_drives(), *gateways(), *rests()]:
+    for row in [*inverse, *own, *emergency_stop(), *simulated_drives(), *gateways(), *load(), *rests()]:
         table.add_row(*row.cells())
     Console().print(table)
 

@@ -25,12 +25,18 @@ class Snapshot:
     manager: ManagerState | None = None
 
 
-class CellView:
-    """Watches every robot, every gateway and the manager of a cell through one open session."""
+_STATES = ("robot/*/state", "gateway/*/state", "manager/state")
 
-    def __init__(self, session: CellSession, settings: CellSettings) -> None:
+
+class CellView:
+    """Watches every robot, every gateway and the manager of a cell through one open session.
+
+    `presences`: the largest messages; who needs none should not let them come.
+    """
+
+    def __init__(self, session: CellSession, settings: CellSettings, *, presences: bool = True) -> None:
         self._settings = settings
-        self._states = session.watch("robot/*/state", "robot/*/presence", "gateway/*/state", "manager/state")
+        self._states = session.watch(*_STATES, *(("robot/*/presence",) if presences else ()))
         self._heard: dict[tuple[type, str], tuple[object, float]] = {}
 
     def look(self) -> Snapshot:

@@ -23,6 +23,8 @@ from cell.net.session import CellSession
 
 START_TIMEOUT_S = 30.0
 REST_TIMEOUT_S = 6.0
+_WATCH_S = 0.1
+"""How often a cell is looked at once it is up."""
 QUIET_S = 10.0
 """The same warning of the same source is shown this often at most."""
 ENABLED = frozenset({Mode.READY, Mode.RUNNING, Mode.HALTED, Mode.OFF_PATH, Mode.RETURNING})
@@ -61,7 +63,7 @@ class Supervisor:
             session = self._connect(stack)
             if session is None:
                 return False
-            view = CellView(session, self._settings)
+            view = CellView(session, self._settings, presences=False)
             events = session.queue("event/**")
             with Show(self._settings, self._console) as show:
                 if not self._bring_up(session, view, events, show, start_programs):
@@ -157,7 +159,7 @@ class Supervisor:
         self, view: CellView, events: Inbox, show: Show, run: Orders | None, until_done: bool
     ) -> Snapshot | None:
         """Show the cell until it is stopped, done or in trouble; return how it was when all programs were done."""
-        while not self._stop.wait(POLL_S):
+        while not self._stop.wait(_WATCH_S):
             seen = view.look()
             show.update(seen)
             self._tell_events(events, show)

@@ -49,8 +49,10 @@ class Operator:
         self._states = Sent(boot)
         self._requests: deque[Request] = deque()
         self._outcomes: deque[tuple[Switching, bool, str]] = deque()
+        self._resets: set[str] = set()
+        """Calls that were passed on in the present fault; an answer to an earlier one says nothing of it."""
         self._acknowledged = False
-        """The drives have let go of the fault in which the robot is."""
+        """The drives have let go of that fault."""
 
     def asked(self, request: Request) -> None:
         self._requests.append(request)
@@ -90,6 +92,9 @@ class Operator:
     def answer(self, mode: Mode, situation: Situation, now: float) -> tuple[Mode, list[Effect]]:
         """Carry out what waits, in a robot in `mode`; return its mode after it, and the effects."""
         effects: list[Effect] = []
+        if mode is not Mode.FAULT:
+            self._resets.clear()
+            self._acknowledged = False
         mode = self._acknowledge(self._settle_outcomes(mode, effects), situation)
         while self._requests:
             request = self._requests.popleft()
@@ -99,6 +104,8 @@ class Operator:
             result = self._decide(call, mode, situation, now)
             match result:
                 case Passed(command, mode):
+                    if isinstance(command, ResetDrives):
+                        self._resets.add(call.id)
                     effects.append(self._link.switch(command, request.request_id, call.id))
                 case Done(text, mode):
                     effects.append(Answer(request.request_id, Reply(call.id, True, text)))
@@ -116,13 +123,12 @@ class Operator:
                     mode = after(mode, Event.NOT_ENABLED)
                 case DisableDrives() if ok:
                     mode = after(mode, Event.DISABLED)
-                case ResetDrives() if ok:
-                    self._acknowledged = mode is Mode.FAULT
+                case ResetDrives() if ok and switching.call_id in self._resets:
+                    self._acknowledged = True
         return mode
 
     def _acknowledge(self, mode: Mode, situation: Situation) -> Mode:
         """The drives' answer may come before their feedback of it; what that still says is the fault of before."""
-        self._acknowledged = self._acknowledged and mode is Mode.FAULT
         if not self._acknowledged or situation.feedback.state in (PlayoutState.FAULT, PlayoutState.STOPPING):
             return mode
         self._acknowledged = False

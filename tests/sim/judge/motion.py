@@ -509,7 +509,11 @@ class StopsEndAtRest(Invariant):
     def _call(self, _: str, request: Request) -> None:
         call = request.call
         command = call.command if isinstance(call, Call) else None
-        if isinstance(call, Call) and isinstance(command, ResetDrives) and self.facts.creeping(command.robot):
+        if not (isinstance(call, Call) and isinstance(command, ResetDrives)):
+            return
+        feedback = self.facts.feedback.get(command.robot)
+        in_fault = feedback is not None and feedback.state is PlayoutState.FAULT
+        if in_fault and self.facts.creeping(command.robot):
             self._asked[call.id] = command.robot
 
     def _reply(self, name: str, reply: Reply) -> None:

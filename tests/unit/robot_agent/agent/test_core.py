@@ -321,6 +321,27 @@ def test_feedback_of_before_its_reset_is_no_new_fault() -> None:
     assert [mode for mode, before in zip(modes[1:], modes, strict=False) if mode is not before] == [Mode.DISABLED]
 
 
+def test_an_answer_to_the_reset_of_an_earlier_fault_does_not_acknowledge_the_next_one() -> None:
+    world = running(SHORT)
+    world.run(0.5)
+    world.quick_stop()
+    until(world, lambda: world.state.mode is Mode.FAULT)
+    world.answers_held = True
+    world.call(ResetRobot())
+    world.run(0.1)
+    world.answers_held, late = False, list(world._answers)
+    world._answers.clear()
+    world.call(ResetRobot())
+    until(world, lambda: world.state.mode is Mode.DISABLED)
+    world.feedback_lost = True
+    until(world, lambda: world.state.mode is Mode.FAULT)
+    world.feedback_lost = False
+    for answer in late:
+        world.agent.receive(answer, world.now)
+    world.run(0.2)
+    assert world.state.mode is Mode.FAULT
+
+
 def test_the_zone_rule_is_the_managers_own() -> None:
     """Published bodies are judged with the same function by agent and manager: here against the capsules themselves."""
     world = running(INTO_ZONE)
