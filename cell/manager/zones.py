@@ -174,6 +174,11 @@ class Zone:
             return sight.holds != self.token and sight.echo >= self._granted_in
         return sight.known and sight.holds is None
 
+    def _may_enter(self, robot: str, sight: Sight) -> bool:
+        """It lives and relies on a grant, or has not heard yet of the one that it has."""
+        unheard = robot == self.holder and sight.boot == self._boot and sight.echo < self._granted_in
+        return sight.holds is not None or unheard
+
     def _line_up(self, sights: Mapping[str, Sight]) -> None:
         """First come, first served; whoever stops asking or falls silent loses its place."""
         asking = {
@@ -210,8 +215,10 @@ class Zone:
                 f"zone {self.name}: {', '.join(braking)} fell silent a moment ago and may still be moving; look when "
                 f"it stands, then `cell zone clear {self.name}` again"
             )
-        inside = {robot for robot in self.suspects if robot in sights and sights[robot].fresh and sights[robot].inside}
-        self._declared_out |= (self.suspects.keys() | self.awaited) - inside
+        alive = {robot: sights[robot] for robot in self.suspects if robot in sights and sights[robot].fresh}
+        inside = {robot for robot, sight in alive.items() if sight.inside}
+        entitled = {robot for robot, sight in alive.items() if not sight.inside and self._may_enter(robot, sight)}
+        self._declared_out |= (self.suspects.keys() | self.awaited) - inside - entitled
         self.suspects = {robot: f"{robot} is measured inside" for robot in sorted(inside)}
         awaited = ", ".join(sorted(self.awaited))
         self.awaited.clear()
@@ -219,6 +226,9 @@ class Zone:
             self._take_claims(sights, sequence)
             return True, f"zone {self.name} waits for {awaited} no more"
         self._rebuilding = False
+        self.suspects |= {robot: f"{robot} lives and has its grant still" for robot in sorted(entitled)}
+        if entitled and not inside:
+            return True, f"zone {self.name} is left to {', '.join(sorted(entitled))}, which lives and may come in"
         if inside:
             names = ", ".join(sorted(inside))
             adopt = " or ".join(f"`cell zone adopt {self.name} {robot}`" for robot in sorted(inside))

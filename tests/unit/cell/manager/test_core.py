@@ -309,6 +309,22 @@ def test_a_zone_is_cleared_only_after_a_robot_that_fell_silent_had_the_time_to_b
     assert world.call(CLEAR).ok
 
 
+def test_a_zone_is_not_cleared_away_from_a_robot_that_lives_and_may_come_in() -> None:
+    world = World().run()
+    world.left.wants = True
+    world.run()
+    world.right.x = INSIDE
+    world.run()
+    world.right.silent = True
+    world.run(1.0)
+    assert (world.zone.state, world.zone.holder) == (ZoneState.ORPHANED, "left")
+    cleared = world.call(CLEAR)
+    assert cleared.ok
+    assert cleared.text == "zone middle is left to left, which lives and may come in"
+    world.run()
+    assert (world.zone.state, world.zone.holder, world.zone.token) == (ZoneState.GRANTED, "left", Token(7, 1))
+
+
 def test_two_claims_to_one_zone_are_the_operators(held: World) -> None:
     held.right.x = INSIDE
     held.right.holds = {"middle": Token(7, 9)}
