@@ -159,6 +159,9 @@ def troubled(trouble: Trouble) -> PlayoutWorld:
             strike(world, rng)
         if world.state.mode is Mode.HALTED and rng.random() < 0.2:
             world.call(Continue())
+        if world.state.mode is Mode.ESTOP and world.presences[-1].estop_acknowledged is not None:
+            # The end of a stop that came before the manager was heard does not count: it is reset once more.
+            world.agent.receive(Estop(world.presences[-1].estop_acknowledged, False, "test", ""), world.now)
         if world.state.mode is Mode.FAULT:
             world.call(ResetRobot())
         if count == 1000:
