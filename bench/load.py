@@ -9,39 +9,65 @@ import tempfile
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import dataclass
 from pathlib import Path
 
+from bench.bare import bare_cell
 from bench.gateway import copy_on_free_ports
 from bench.timing import Row
 
 SETTLE_S = 15.0
 """Until all processes run, the drives are on and both programs move."""
+BARE_SETTLE_S = 3.0
 ALLOWED_TWO_ARMS = 0.60
 """Of a core: what the project promises for two arms at 250 Hz, all processes together."""
+_MODULES = {
+    "cell.commands.main": "manager",
+    "cell.commands.drive_gateway": "gateway",
+    "cell.commands.robot_agent": "agent",
+}
+_WORDS = ("left", "right", "left_bus", "right_bus")
 _TICK_S = 1.0 / os.sysconf("SC_CLK_TCK")
-_CELL = "from cell.commands.cell import main\nmain()"
+_CELL = "import sys\nfrom cell.commands.main import main\nsys.exit(main())"
 
 
 def load(seconds: float = 30.0) -> list[Row]:
-    """The example cell, its programs without end."""
+    """The example cell, its programs without end, beside bare messages and frames at its rates."""
     with tempfile.TemporaryDirectory() as folder:
         cell = copy_on_free_ports(Path(folder))
         _without_end(cell.parent / "programs")
-        used = measure(cell, seconds)
-    share = sum(used.values()) / seconds
-    total = Row("two arms at 250 Hz, all processes, per second", share, share / ALLOWED_TWO_ARMS, "of 60 % of a core")
-    parts = [(f"- {name}", used_s / seconds) for name, used_s in used.items()]
-    return [total, *(Row(name, part, part / share, "of all of them") for name, part in parts)]
+        with _running(cell) as parent:
+            time.sleep(SETTLE_S)
+            used = _used(_family(parent), seconds)
+    with bare_cell() as processes:
+        time.sleep(BARE_SETTLE_S)
+        bare = sum(each.seconds for each in _used(processes, seconds)) / seconds
+    share = sum(each.seconds for each in used) / seconds
+    what = "two arms at 250 Hz, all processes, per second"
+    return [
+        Row(what, share, share / ALLOWED_TWO_ARMS, "of 60 % of a core"),
+        Row(what, share, share / bare, "of bare messages and frames at the same rates"),
+        *(
+            Row(f"- {each.name}", each.seconds / seconds, each.seconds / seconds / share, "of all")
+            for each in used
+            if each.seconds
+        ),
+    ]
 
 
-def measure(cell: Path, seconds: float) -> dict[str, float]:
-    """Processor time [s] of each process of a cell that runs its programs, in so many seconds."""
-    with _running(cell) as parent:
-        time.sleep(SETTLE_S)
-        before = {pid: _cpu_s(pid) for pid in _family(parent)}
-        time.sleep(seconds)
-        after = {pid: _cpu_s(pid) for pid in before}
-        return {_name(pid): after[pid] - before[pid] for pid in before}
+@dataclass(frozen=True, slots=True)
+class _Used:
+    """Processor time of a process."""
+
+    name: str
+    seconds: float
+
+
+def _used(processes: list[int], seconds: float) -> list[_Used]:
+    """Of each process, in so many seconds from now on."""
+    before = [_cpu_s(pid) for pid in processes]
+    time.sleep(seconds)
+    return [_Used(_name(pid), _cpu_s(pid) - had_s) for pid, had_s in zip(processes, before, strict=True)]
 
 
 def _without_end(programs: Path) -> None:
@@ -71,8 +97,12 @@ def _family(parent: int) -> list[int]:
 
 
 def _name(pid: int) -> str:
+    """Of a process of a cell, by its command line."""
     words = Path(f"/proc/{pid}/cmdline").read_bytes().decode().split("\0")
-    return " ".join(word for word in words if word and not word.startswith(("/", "-")))[-60:]
+    for module, name in _MODULES.items():
+        if module in words:
+            return " ".join([name, *(word for word in words[words.index(module) + 1 :][:3] if word in _WORDS)])
+    return "cell up" if "up" in words else "planning"
 
 
 def _cpu_s(pid: int) -> float:
