@@ -7,7 +7,8 @@ import pytest
 
 from robot_agent.agent.blocks.timeline import SentBlock, Timeline
 from robot_agent.agent.planning.planner import Planner
-from robot_agent.trajectory import Governor, Limits
+from robot_agent.trajectory import Governor
+from robot_agent.workspace import PlacedRobot
 from tests.unit.agent_world import AgentWorld
 from tests.unit.six_axis_arm import arm
 
@@ -17,7 +18,7 @@ LAG_S = 0.1
 
 @pytest.mark.parametrize("cycle_s", [0.0002, 0.001, 0.004, 0.02])
 def test_blocks_are_remembered_for_as_long_as_a_robot_may_be_behind_them_whatever_the_cycle(cycle_s: float) -> None:
-    planner = Planner(arm(), Limits.of(arm().description), np.eye(4), cycle_s)
+    planner = Planner(PlacedRobot.at(arm()), cycle_s)
     standing = planner.standstill(np.zeros(6), ())
     segment = Governor(standing.motion, planner.limits, cycle_s, 0.1).rest(0.0)
     timeline = Timeline(SentBlock(0, 0, standing, segment))
