@@ -284,7 +284,7 @@ class AgentCore:
         block = None
         if age_s <= max(_STALE_CYCLES * planner.cycle_s, self._cell.times.lead_s):
             self.mode = self._progress.ended(self.mode, feedback, planner, self._leaving, now)
-            block = executive.next_block(feedback, age_s, self._wisher.wishes(self.mode, planner, now))
+            block = executive.next_block(feedback, age_s, self._wisher.wishes(self.mode, executive.supply, now))
         body = executive.body(feedback, block)
         entered = self._announcer.entered(body)
         if block is not None and not all(self.zones.permitted(zone, now) for zone in entered):

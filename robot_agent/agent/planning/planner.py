@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cell.messages import ZoneGeometry
-from robot_agent.agent.planning.plans import Extended, ExtendRequest, PlanFailed, Planned, PlanRequest, Sampled
+from robot_agent.agent.planning.plans import Extended, ExtendRequest, PlanFailed, Planned, PlanRequest
 from robot_agent.agent.planning.targets import joint_target, pose_target
 from robot_agent.kinematics import KinematicsError
 from robot_agent.language import FlangeStep, JointStep, LineStep, SplineStep, Switch
@@ -78,10 +78,10 @@ class Planner:
         motion = plan(self.model, Sequence([JointMove(q, 1.0, 0)]), self.limits, start=q, cycle_s=self.cycle_s)
         return self._with_body(0, (0,), motion, zones)
 
-    def sampled(self, motion: Motion) -> Sampled:
+    def sampled(self, motion: Motion) -> Planned:
         """A motion given by a source, with its body; zones are looked at where its samples are made."""
         taus = motion.grid
-        return Sampled(0, (0,), motion, taus, sweep(self.model, self.pose_world_base, motion.q(taus)), (), {})
+        return Planned(0, (0,), motion, taus, sweep(self.model, self.pose_world_base, motion.q(taus)), (), {})
 
     def _blocks(self, request: PlanRequest | ExtendRequest) -> list[Block]:
         """The steps with every value that they leave to where the robot comes from."""

@@ -6,10 +6,11 @@ from itertools import takewhile
 
 from cell.messages import Mode
 from robot_agent.agent.blocks.corrections import Corrections
-from robot_agent.agent.blocks.executive import Executive, Wishes
+from robot_agent.agent.blocks.executive import Executive
+from robot_agent.agent.blocks.motion_source import MotionSource, Wishes
+from robot_agent.agent.blocks.sources import CorrectedPath, GovernedPath, Jogged, Supply
 from robot_agent.agent.operator.jogging import Jogging
 from robot_agent.agent.planning.lookahead import Item
-from robot_agent.agent.planning.planner import Planner
 from robot_agent.agent.planning.plans import Planned
 from robot_agent.agent.program.interruption import Interruption
 from robot_agent.agent.program.pace import MANUAL_SPEED_M_S, Pace
@@ -33,7 +34,7 @@ class Wisher:
     corrections: Corrections
     interruption: Interruption
 
-    def wishes(self, mode: Mode, planner: Planner, now: float) -> Wishes:
+    def wishes(self, mode: Mode, supply: Supply, now: float) -> Wishes:
         """For a block that is made at `now` [s]."""
 
         def holds(planned: Planned, segment: Segment, index: int) -> list[Hold]:
@@ -41,25 +42,33 @@ class Wisher:
             return [*self.pace.holds(planned, segment, index), *zones]
 
         if mode is Mode.RETURNING:
-            return self._back_to_path(now)
-        running = mode is Mode.RUNNING
-        waits = not running or self.corrections.waiting
+            return self._back_to_path(supply, now)
+        correction = self.corrections.wish(supply.planner, now) if mode is Mode.RUNNING else None
         return Wishes(
             requests=tuple(self._requests(mode, now)),
             stop=mode in (Mode.ESTOP, Mode.FAULT),
             holds=holds,
             cap_m_s=self.pace.cap_m_s,
-            follower=None if waits or self.pace.backwards else self.run.follower,
+            source=self._next_source(mode, supply, corrected=correction is not None),
             not_before_tick=self.run.begins_tick,
             on_time=self.run.starting,
             end_tick=self.run.end_tick,
-            correction=self.corrections.wish(planner, now) if running else None,
-            jog=self.jogging.source,
+            correction=correction,
         )
 
-    def _back_to_path(self, now: float) -> Wishes:
+    def _next_source(self, mode: Mode, supply: Supply, corrected: bool) -> MotionSource | None:
+        """A jog, as long as there is one; else the motion that comes next in the program."""
+        if self.jogging.source is not None:
+            return Jogged(supply, self.jogging.source)
+        follower = self.run.follower
+        if mode is not Mode.RUNNING or self.corrections.waiting or self.pace.backwards or follower is None:
+            return None
+        return CorrectedPath(supply, follower) if corrected else GovernedPath(supply, follower)
+
+    def _back_to_path(self, supply: Supply, now: float) -> Wishes:
         """Forwards along the way back at reduced speed, whatever direction the operator wants on the path itself."""
         requests = [RateRequest(abs(each.rate), each.who) for each in self.pace.requests]
+        way = self.interruption.follower
         if not self.zones.fresh(now):
             requests.append(RateRequest(0.0, "the manager is silent"))
         return Wishes(
@@ -67,7 +76,7 @@ class Wisher:
             stop=False,
             holds=lambda planned, _segment, _index: [hold for _, hold in self.zones.holds_on(planned, now)],
             cap_m_s=MANUAL_SPEED_M_S,
-            follower=self.interruption.follower,
+            source=None if way is None else GovernedPath(supply, way),
         )
 
     def wants(self, mode: Mode, executive: Executive, tick: int) -> dict[str, float]:
