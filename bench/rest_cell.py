@@ -49,7 +49,8 @@ from cell.net.errors import NetError
 from cell.net.options import Link
 from cell.net.session import CellSession, new_call
 from drive_gateway.config import load_drives
-from robot_agent.kinematics import Model, load_model
+from robot_agent.kinematics import Model
+from robot_agent.workspace import PlacedRobot
 
 ROOT = Path(__file__).parents[1]
 ROBOT, GATEWAY = "left", "left_bus"
@@ -143,7 +144,7 @@ class RestCell:
         (self.file.parent / "programs" / f"{ROBOT}.prog").write_text(program)
         self.settings: CellSettings = load_cell(self.file)
         self.drives = load_drives(self.settings.gateways[GATEWAY].drives, GATEWAY)
-        self.model: Model = load_model(self.settings.robots[ROBOT].model)
+        self.model: Model = PlacedRobot.of(self.settings.robots[ROBOT]).model
         self.processes: dict[str, subprocess.Popen[bytes]] = {}
         self._stack = ExitStack()
         self._names = ("manager", "drives", "gateway", "agent", *(("sensor",) if program == FOLLOWING else ()))

@@ -49,15 +49,17 @@ def robot_agent(
     `cell enable ROBOT` and `cell run ROBOT`.
     """
     from robot_agent.agent.shell import run_agent
-    from robot_agent.kinematics import KinematicsError, load_model
+    from robot_agent.kinematics import KinematicsError
     from robot_agent.language import ProgramError, parse_program
+    from robot_agent.workspace import PlacedRobot
 
     settings = process_cell(file, parent_pipe)
     if robot not in settings.robots:
         raise CommandError(f"no robot {robot!r} in {file}; its robots are: {names(settings.robots)}")
     mine = settings.robots[robot]
     try:
-        model = load_model(mine.model)
+        placed = PlacedRobot.of(mine)
+        model = placed.model
         text = read_text(mine.program)
         if isinstance(text, Problem):
             raise CommandError(f"the program cannot be read\n{text}", f"correct it, then: cell check {file}")
@@ -67,7 +69,7 @@ def robot_agent(
     options = zenoh_options(mode, connect, listen, config, cfg)
 
     def body(_folder: Path, stop: threading.Event) -> int:
-        return run_agent(settings, robot, model, program, options, stop, logging.getLogger("robot_agent").warning)
+        return run_agent(settings, robot, placed, program, options, stop, logging.getLogger("robot_agent").warning)
 
     run_process(f"robot-{robot}", settings, state_dir, parent_pipe, body)
 

@@ -1,5 +1,6 @@
 """The agent: one robot's program, motion, zones and presence, as a core (`cell.core`)."""
 
+import functools
 import itertools
 from collections.abc import Callable
 
@@ -38,10 +39,9 @@ from robot_agent.agent.planning.plans import PlanFailed, Planned
 from robot_agent.agent.program.interruption import Interruption
 from robot_agent.agent.program.pace import Pace
 from robot_agent.agent.program.program_run import ProgramRun
+from robot_agent.agent.step.doing import doing
 from robot_agent.agent.step.progress import Progress
 from robot_agent.agent.step.report import Reporter
-from robot_agent.agent.step.stillness import Stillness
-from robot_agent.agent.step.wishes import Wisher
 from robot_agent.agent.zones.announcer import Announcer
 from robot_agent.agent.zones.zone_claims import ZoneClaims
 from robot_agent.dynamics import AxisTorques, axis_torques
@@ -90,9 +90,8 @@ class AgentCore:
         self._stopped_by = ""
         """Why the mode is FAULT or ESTOP."""
         parts = self.run, self.zones, self.pace, self.jogging, self.corrections, self.interruption
-        self._stillness = Stillness(*parts)
-        self._wisher = Wisher(*parts)
-        self._progress = Progress(robot, cell.on_manager_return, *parts, self._stillness, self.operator, self.report)
+        self._doing = functools.partial(doing, parts)
+        self._progress = Progress(robot, cell.on_manager_return, *parts, self._doing, self.operator, self.report)
         self._idle = IdleClock(cell.times.idle_off_s)
         self._leaving = False
 
@@ -280,11 +279,11 @@ class AgentCore:
         if self._leaving:
             self.jogging.end("the robot was stopped")
         self.mode = self._progress.advance(self.mode, executive, feedback, planner, now)
-        wants = self._wisher.wants(self.mode, executive, feedback.tick)
+        wants = self._doing(self.mode).wants(executive, feedback.tick)
         block = None
         if age_s <= max(_STALE_CYCLES * planner.cycle_s, self._cell.times.lead_s):
             self.mode = self._progress.ended(self.mode, feedback, planner, self._leaving, now)
-            block = executive.next_block(feedback, age_s, self._wisher.wishes(self.mode, planner, now))
+            block = executive.next_block(feedback, age_s, self._doing(self.mode).wishes(executive.supply, now))
         body = executive.body(feedback, block)
         entered = self._announcer.entered(body)
         if block is not None and not all(self.zones.permitted(zone, now) for zone in entered):
@@ -336,7 +335,7 @@ class AgentCore:
         )  # fmt: skip
 
     def _state(self, feedback: DriveFeedback, planner: Planner, now: float) -> Publish:
-        reason = self._stillness.reason(self.mode, self.executive, feedback.tick, now)
+        reason = self._doing(self.mode).reason(self.executive, feedback.tick, now)
         self.run.wait_for(reason.zone, now)
         alarm = "" if self.run.interrupted else self.run.error
         alarm = self._stopped_by if self.mode in (Mode.FAULT, Mode.ESTOP) else alarm

@@ -1,17 +1,14 @@
 """The agent's process: Zenoh, the planning worker and the loop around `AgentCore`."""
 
 import contextlib
+import functools
 import logging
 import threading
 import time
 from collections.abc import Callable
 
-import numpy as np
-from numpy.typing import NDArray
-
-from cell.config.settings import CellSettings, RobotSettings
+from cell.config.settings import CellSettings
 from cell.core import Answer, Ask, Effect, Ended, Publish, Shutdown
-from cell.geometry.pose import pose_from
 from cell.net.calls import Calls
 from cell.net.runner import new_boot, run_core
 from cell.net.session import CellSession, Link, ZenohOptions
@@ -19,9 +16,8 @@ from robot_agent.agent.core import AgentCore
 from robot_agent.agent.planning.planner import Planner
 from robot_agent.agent.planning.plans import Plan, Unplan
 from robot_agent.agent.planning.worker import PlanWorker
-from robot_agent.kinematics import Model
 from robot_agent.language import Program
-from robot_agent.trajectory import Limits
+from robot_agent.workspace import PlacedRobot
 
 PERIOD_S = 0.02
 _REFUSED_PATIENCE_S = 5.0
@@ -31,7 +27,7 @@ _BRAKING_PATIENCE_S = 15.0
 def run_agent(
     cell: CellSettings,
     robot: str,
-    model: Model,
+    placed: PlacedRobot,
     program: Program,
     options: ZenohOptions,
     stop: threading.Event,
@@ -44,13 +40,8 @@ def run_agent(
     """
     settings = cell.robots[robot]
     link = Link("peer", connect=(cell.manager_endpoint, cell.gateways[settings.gateway].endpoint), gossip=True)
-    base = base_pose(settings)
-    limits = Limits.of(model.description)
     boot = new_boot()
-
-    def planner_for(cycle_s: float) -> Planner:
-        return Planner(model, limits, base, cycle_s)
-
+    planner_for = functools.partial(Planner, placed)
     core = AgentCore(cell, robot, planner_for, program, boot)
     with contextlib.ExitStack() as stack:
         session = stack.enter_context(CellSession(cell.name, link, "robot", robot, boot, options))
@@ -160,8 +151,3 @@ class AgentShell:
             self.exit_code = 1
             self.ended.set()
         return []
-
-
-def base_pose(robot: RobotSettings) -> NDArray[np.float64]:
-    """Pose of a robot's base in world `(4, 4)`."""
-    return pose_from(np.array(robot.base.position_m), np.array(robot.base.quaternion_xyzw))

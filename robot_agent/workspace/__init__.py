@@ -1,4 +1,4 @@
-"""Where in the world a robot is and will be: swept bodies, their published form, and the zones that they cross."""
+"""Where in the world a robot stands and moves: its base, swept bodies, their published form, zones that they cross."""
 
 from robot_agent.workspace.body import (
     BODY_GROWTH_M,
@@ -10,6 +10,7 @@ from robot_agent.workspace.body import (
     unknown_body,
 )
 from robot_agent.workspace.braking import BRAKING_RESERVE, Braking
+from robot_agent.workspace.placed_robot import PlacedRobot
 from robot_agent.workspace.swept_body import Sweep, sweep
 from robot_agent.workspace.zones import Crossing, crossings, zone_box
 
@@ -19,6 +20,7 @@ __all__ = [
     "Braking",
     "Crossing",
     "Envelope",
+    "PlacedRobot",
     "Sweep",
     "body_message",
     "crossings",

@@ -11,8 +11,9 @@ from shared_bus import SHARED_BUSES, move_left_bus_to
 
 from cell.messages import ManagerState, Mode, ProgramState, RobotState, ZoneState
 from drive_gateway.config import load_drives
-from robot_agent.kinematics import Model, load_model
+from robot_agent.kinematics import Model
 from robot_agent.language import MoveJoints, MoveLine, parse_program
+from robot_agent.workspace import PlacedRobot
 
 LINE_INTO_ZONE = 9
 ON_LINE_M = 10e-6
@@ -36,7 +37,7 @@ def test_the_robot_stays_on_its_line_and_its_zone_stays_blocked_until_adopted(li
     processes = start_on(shared_bus, live)
     left = live.settings.robots["left"]
     gateway = load_drives(live.file.parent / "left_drives.yaml", "left_bus")
-    model = load_model(left.model)
+    model = PlacedRobot.of(left).model
     with CanRecorder(gateway) as bus, live.client() as session:
         robots, manager = Recorder(session, "robot/*/state"), Recorder(session, "manager/state")
         enable_and_run(live, robots)

@@ -106,10 +106,10 @@ DRAWN: tuple[Mutant, ...] = (
     ),
     Mutant(
         "drawn-10",
-        "swap two lines, robot_agent/agent/step/stillness.py line 79",
+        "swap two lines, robot_agent/agent/step/doing.py line 158",
         (
             Edit(
-                "robot_agent/agent/step/stillness.py",
+                "robot_agent/agent/step/doing.py",
                 '        if not blocking:\n            return Reason("")\n        zone, hold = min(blocking, key=lambda held: held[1].tau)\n',
                 '        zone, hold = min(blocking, key=lambda held: held[1].tau)\n        if not blocking:\n            return Reason("")\n',
             ),

@@ -125,9 +125,9 @@ FINDINGS = (
         "a block continues the one before it one sample too late",
         (
             Edit(
-                "robot_agent/agent/blocks/executive.py",
-                "                index = base.index(join)\n",
-                "                index = base.index(join) + 1\n",
+                "robot_agent/agent/blocks/sources.py",
+                "        previous, index = base.segment, base.index(tick)\n",
+                "        previous, index = base.segment, base.index(tick) + 1\n",
             ),
         ),
     ),

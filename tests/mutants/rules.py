@@ -239,9 +239,9 @@ RULES = (
         "a robot keeps its rate although the manager is silent",
         (
             Edit(
-                "robot_agent/agent/step/wishes.py",
-                '        requests = list(self.pace.requests)\n        if not self.zones.fresh(now):\n            requests.append(RateRequest(0.0, "the manager is silent"))\n        if mode is not Mode.RUNNING:',
-                "        requests = list(self.pace.requests)\n        if mode is not Mode.RUNNING:",
+                "robot_agent/agent/step/doing.py",
+                '        requests = list(self.pace.requests)\n        if not self.zones.fresh(now):\n            requests.append(RateRequest(0.0, "the manager is silent"))\n        if self.mode is not Mode.RUNNING:',
+                "        requests = list(self.pace.requests)\n        if self.mode is not Mode.RUNNING:",
             ),
         ),
     ),
@@ -371,9 +371,9 @@ RULES = (
         "`halt` is answered, and the robot goes on",
         (
             Edit(
-                "robot_agent/agent/step/wishes.py",
-                "        if mode is not Mode.RUNNING:\n            requests.append",
-                "        if mode is Mode.JOGGING:\n            requests.append",
+                "robot_agent/agent/step/doing.py",
+                "        if self.mode is not Mode.RUNNING:\n            requests.append",
+                "        if self.mode is Mode.JOGGING:\n            requests.append",
             ),
         ),
     ),

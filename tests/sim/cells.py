@@ -21,10 +21,7 @@ from cell.geometry import capsules_touch_box, transform_points
 from cell.messages import ZoneGeometry
 from robot_agent.agent.planning.dry_run import dry_run
 from robot_agent.agent.planning.planner import Planner
-from robot_agent.agent.shell import base_pose
-from robot_agent.kinematics import model_of
 from robot_agent.language import parse_program
-from robot_agent.trajectory import Limits
 from robot_agent.workspace import zone_box
 from tests.sim.programs import APPROACHES, Way, program_text
 
@@ -286,11 +283,11 @@ def _contention(bundle: CellBundle) -> float | None:
     asked: dict[str, list[tuple[str, float, float]]] = {zone: [] for zone in bundle.cell.zones}
     longest_s = 0.0
     for robot, settings in bundle.cell.robots.items():
-        model = model_of(bundle.models[robot])
+        model = bundle.robots[robot].model
         text = settings.program.read_text()
         program = parse_program(text, settings.program.name, model.joint_names, model.linear_names, {})
         cycle_s = bundle.gateways[settings.gateway].cycle_s
-        planner = Planner(model, Limits.of(model.description), base_pose(settings), cycle_s)
+        planner = Planner(bundle.robots[robot], cycle_s)
         motions, failed = dry_run(planner, program, 2.0 * _LONGEST_S)
         lasts_s = sum(planned.motion.duration_s for planned in motions)
         if failed is not None or not motions or lasts_s > _LONGEST_S:

@@ -38,10 +38,8 @@ from robot_agent.agent.core import AgentCore
 from robot_agent.agent.planning.planner import Planner
 from robot_agent.agent.planning.plans import Planned
 from robot_agent.agent.shell import PERIOD_S as AGENT_PERIOD_S
-from robot_agent.agent.shell import AgentShell, base_pose
-from robot_agent.kinematics import model_of
+from robot_agent.agent.shell import AgentShell
 from robot_agent.language import parse_program
-from robot_agent.trajectory import Limits
 from tests.sim.bus import LivingBus, SimPort, SimWorkers
 from tests.sim.clock import Clock
 from tests.sim.disk import Disk, SimWriter
@@ -103,11 +101,8 @@ class World:
         self.on_effect: list[Callable[[str, Effect], None]] = []
         self.on_life: list[Callable[[str, str], None]] = []
         """Also "ended": a process has ended by itself."""
-        self.models = {name: model_of(description) for name, description in bundle.models.items()}
-        self.planners = {
-            name: Planner(model, Limits.of(model.description), base_pose(self.cell.robots[name]), self.cycle_s(name))
-            for name, model in self.models.items()
-        }
+        self.models = {name: robot.model for name, robot in bundle.robots.items()}
+        self.planners = {name: Planner(robot, self.cycle_s(name)) for name, robot in bundle.robots.items()}
         self.exchange = Exchange(self.cell.name, self.clock, self.network, self.rng.random())
         self.exchange.on_published.append(self._left)
         self._planning_share = self.rng.uniform(0.0, _LARGEST_PLANNING_SHARE)

@@ -48,7 +48,7 @@ from robot_agent.agent.planning.planner import Planner
 from robot_agent.agent.planning.plans import Plan, PlanFailed, Planned, Unplan
 from robot_agent.kinematics import Model
 from robot_agent.language import parse_program
-from robot_agent.trajectory import Limits
+from robot_agent.workspace import PlacedRobot
 from tests.unit.six_axis_arm import arm as model
 
 CYCLE_S = 0.004
@@ -81,7 +81,7 @@ class AgentWorld:
     ) -> None:
         arm = arm or model()
         names = arm.joint_names
-        self.planner = Planner(arm, Limits.of(arm.description), np.eye(4), CYCLE_S)
+        self.planner = Planner(PlacedRobot.at(arm), CYCLE_S)
         parsed = parse_program(program, "left.prog", names)
         self.agent = AgentCore(
             settings(on_manager_return, times or Times(), corrections or {}),

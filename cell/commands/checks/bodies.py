@@ -10,9 +10,10 @@ from numpy.typing import NDArray
 from cell.commands.checks.readings import Readings
 from cell.config.document import Document
 from cell.config.problem import Problem, Severity
-from cell.geometry import pose_from, segment_distance, transform_points
+from cell.geometry import segment_distance, transform_points
 from cell.geometry.arrays import Array
 from robot_agent.kinematics import Model, OpenMechanism
+from robot_agent.workspace import PlacedRobot
 
 POSES = 64
 """Joint sets by which links that touch at home only are told from those that always do."""
@@ -75,9 +76,8 @@ def _between(readings: Readings, models: dict[str, Model]) -> Iterator[Problem]:
 
 def _at_home(readings: Readings, robot: str, model: Model) -> Array:
     """Capsules at home in world `(c, 2, 3)`."""
-    base = readings.cell.robots[robot].base.settings()
-    pose = pose_from(np.array(base.position_m), np.array(base.quaternion_xyzw))
-    return transform_points(pose, model.capsules(model.home))
+    placed = PlacedRobot.at(model, readings.cell.robots[robot].base.settings())
+    return transform_points(placed.pose_world_base, model.capsules(model.home))
 
 
 def _link(model: Model, capsule: int) -> str:

@@ -14,15 +14,15 @@ from cell.config.problem import Problem, refuses
 from cell.config.settings import CellSettings
 from drive_gateway.config import GatewaySettings
 from robot_agent.kinematics import KinematicsError, Model, model_of
-from robot_agent.model import RobotDescription
+from robot_agent.workspace import PlacedRobot
 
 
 @dataclass(frozen=True, slots=True)
 class CellBundle:
-    """A cell whose configuration is good: its settings, the robots' models by robot, the gateways by name."""
+    """A cell whose configuration is good: its settings, its robots and its gateways by name."""
 
     cell: CellSettings
-    models: dict[str, RobotDescription]
+    robots: dict[str, PlacedRobot]
     gateways: dict[str, GatewaySettings]
 
 
@@ -46,7 +46,7 @@ def check_cell(path: str | Path) -> tuple[CellBundle | None, list[Problem]]:
     problems = _in_order(problems)
     if settings is None or refuses(problems):
         return None, problems
-    return _bundle(settings, named), problems
+    return _bundle(settings, named, models), problems
 
 
 def _kinematic_models(named: NamedFiles) -> tuple[dict[str, Model], list[Problem]]:
@@ -67,10 +67,10 @@ def _kinematic_models(named: NamedFiles) -> tuple[dict[str, Model], list[Problem
     return models, problems
 
 
-def _bundle(settings: CellSettings, named: NamedFiles) -> CellBundle:
+def _bundle(settings: CellSettings, named: NamedFiles, models: dict[str, Model]) -> CellBundle:
     return CellBundle(
         cell=settings,
-        models={robot: model.description(document.file.parent) for robot, document, model in named.usable_models()},
+        robots={name: PlacedRobot.at(models[name], robot.base) for name, robot in settings.robots.items()},
         gateways={gateway: drives.settings(gateway) for gateway, _, drives in named.usable_drives()},
     )
 

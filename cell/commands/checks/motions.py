@@ -5,16 +5,12 @@ from dataclasses import dataclass, replace
 from itertools import pairwise
 from pathlib import Path
 
-import numpy as np
-from numpy.typing import NDArray
-
 from cell.commands.checks.bundle import CellBundle
 from cell.config.document import read_text
 from cell.config.problem import Problem, Severity
 from robot_agent.agent.planning.dry_run import dry_run
 from robot_agent.agent.planning.planner import Planner
 from robot_agent.agent.planning.plans import ExtendRequest, PlanFailed, Planned, PlanRequest
-from robot_agent.kinematics import Model, model_of
 from robot_agent.language import (
     End,
     Finished,
@@ -37,7 +33,7 @@ from robot_agent.language import (
     parse_program,
 )
 from robot_agent.paths import Passing
-from robot_agent.trajectory import Limits
+from robot_agent.workspace import PlacedRobot
 
 LONGEST_S = 60.0
 """Of motion, for each program."""
@@ -73,14 +69,14 @@ def check_motions(bundle: CellBundle) -> tuple[list[ProgramCourse], list[Problem
 
 
 def _course(bundle: CellBundle, robot: str) -> tuple[ProgramCourse, list[Problem]]:
-    settings, model = bundle.cell.robots[robot], model_of(bundle.models[robot])
+    settings, model = bundle.cell.robots[robot], bundle.robots[robot].model
     file, text = settings.program, read_text(settings.program)
     if isinstance(text, Problem):
         return ProgramCourse(robot, 0, 0.0, ()), [text]
     whole = parse_program(text, file.name, model.joint_names, model.linear_names, settings.corrections)
     program = _once_through(whole)
     cycle_s = bundle.gateways[settings.gateway].cycle_s
-    planner = _Asked(model, Limits.of(model.description), np.eye(4), cycle_s)
+    planner = _Asked(bundle.robots[robot], cycle_s)
     motions, failed = dry_run(planner, program, LONGEST_S)
     lines = {line for planned in motions for line in planned.lines}
     rests = sorted({*_rests(motions)} - _asked_for(program))
@@ -94,8 +90,8 @@ def _course(bundle: CellBundle, robot: str) -> tuple[ProgramCourse, list[Problem
 class _Asked(Planner):
     """A planner that keeps what it was asked for."""
 
-    def __init__(self, model: Model, limits: Limits, pose_world_base: NDArray[np.float64], cycle_s: float) -> None:
-        super().__init__(model, limits, pose_world_base, cycle_s)
+    def __init__(self, robot: PlacedRobot, cycle_s: float) -> None:
+        super().__init__(robot, cycle_s)
         self.asked: list[PlanRequest | ExtendRequest] = []
 
     def plan(self, request: PlanRequest | ExtendRequest) -> Planned | PlanFailed:

@@ -56,7 +56,7 @@ def _summary(bundle: CellBundle, courses: list[ProgramCourse]) -> Group:
     robots = _table("robot", "model", "gateway", "base mm")
     for name, robot in cell.robots.items():
         base = _millimetres(robot.base.position_m)
-        robots.add_row(name, bundle.models[name].name, robot.gateway, base)
+        robots.add_row(name, bundle.robots[name].model.description.name, robot.gateway, base)
     programs = _table("robot", "program", "lines with moves", "motion s", "stops behind lines")
     for course in courses:
         name, rests = cell.robots[course.robot].program.name, listed(course.rests) or "-"

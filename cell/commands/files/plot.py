@@ -20,7 +20,8 @@ from robot_agent.agent.planning.plans import Planned
 from robot_agent.kinematics import Model, load_model
 from robot_agent.language import ProgramError, parse_program
 from robot_agent.paths import Passing
-from robot_agent.trajectory import Limits, block_lengths
+from robot_agent.trajectory import block_lengths
+from robot_agent.workspace import PlacedRobot
 
 _CYCLE_S = 0.004
 
@@ -41,7 +42,7 @@ def plot(
     where a move cannot be planned; the page then shows the motion up to there.
     """
     robot = load_model(model)
-    planner = Planner(robot, Limits.of(robot.description), np.eye(4), _CYCLE_S)
+    planner = Planner(PlacedRobot.at(robot), _CYCLE_S)
     text = read_text(program)
     if isinstance(text, Problem):
         raise CommandError(f"the program cannot be read\n{text}", "name a program file")

@@ -89,10 +89,11 @@ def jog_command(
 
 def _slides(settings: CellSettings, robot: str, joint: str) -> bool:
     """Whether a joint slides, by the robot's file."""
-    from robot_agent.kinematics import KinematicsError, load_model
+    from robot_agent.kinematics import KinematicsError
+    from robot_agent.workspace import PlacedRobot
 
     try:
-        return joint in load_model(settings.robots[robot].model).linear_names
+        return joint in PlacedRobot.of(settings.robots[robot]).model.linear_names
     except KinematicsError as error:
         raise CommandError(str(error), f"correct it, then: cell check {quoted(settings.file)}") from error
 

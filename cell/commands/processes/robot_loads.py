@@ -21,15 +21,15 @@ def robot_loads(cell: CellSettings, drives: GatewaySettings) -> dict[str, RobotT
     """
     if not drives.simulation.whole_robots:
         return {}
-    from robot_agent.agent.shell import base_pose
     from robot_agent.dynamics import axis_torques
-    from robot_agent.kinematics import load_model
+    from robot_agent.workspace import PlacedRobot
 
     loads: dict[str, RobotTorques] = {}
     for name in drives.robots:
-        robot = cell.robots[name]
-        torques = axis_torques(load_model(robot.model), base_pose(robot))
+        settings = cell.robots[name]
+        robot = PlacedRobot.of(settings)
+        torques = axis_torques(robot.model, robot.pose_world_base)
         if torques is None or not torques.knows_links:
-            raise CommandError(f"{robot.model} has no masses that the drives of {name} could carry", "set masses: axes")
+            raise CommandError(f"{settings.model} has no masses for the drives of {name} to carry", "set masses: axes")
         loads[name] = torques.of_links
     return loads

@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from cell.messages import OutputEvent
-from robot_agent.agent.blocks.timeline import SentBlock
+from robot_agent.agent.blocks.motion_source import SentBlock
 from robot_agent.agent.planning.plans import Planned
 from robot_agent.language import Switch
 from robot_agent.trajectory import Motion

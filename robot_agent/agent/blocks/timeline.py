@@ -7,64 +7,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from cell.messages import DriveFeedback, OutputEvent
+from cell.messages import DriveFeedback
+from robot_agent.agent.blocks.motion_source import SentBlock
 from robot_agent.agent.planning.plans import Extended, Planned
-from robot_agent.trajectory import PathState, Segment
-from robot_agent.trajectory.sources import CorrectedBlock, CorrectedSource
 
 _KEPT_S = 1.0
 """So long blocks are remembered that were played: longer than a robot may be behind its command."""
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Followed:
-    """The planned motion that a corrected block follows, and where on it each of its samples is."""
-
-    planned: Planned
-    given: CorrectedBlock
-    source: CorrectedSource
-    """What gives the next block."""
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class SentBlock:
-    """A block that was sent: its segment begins at `first_tick`."""
-
-    sequence: int
-    first_tick: int
-    planned: Planned
-    segment: Segment
-    followed: Followed | None = None
-    """For a corrected block, whose `planned` and `segment` are only its samples."""
-    events: tuple[OutputEvent, ...] = ()
-
-    @property
-    def path(self) -> Planned:
-        """The motion that the program means."""
-        return self.planned if self.followed is None else self.followed.planned
-
-    @property
-    def path_segment(self) -> Segment:
-        """How that motion is gone through."""
-        return self.segment if self.followed is None else self.followed.given.path
-
-    @property
-    def path_rest_tick(self) -> int:
-        """The first tick from which on path time stands."""
-        return self.first_tick + self.path_segment.rest_index
-
-    def path_state(self, tick: int) -> PathState:
-        """Where on that motion the robot is at a tick."""
-        return self.path_segment.state(max(0, tick - self.first_tick))
-
-    def index(self, tick: int) -> int:
-        """The sample played at a tick; before the first the first, after the last the last."""
-        return min(max(tick - self.first_tick, 0), self.segment.length - 1)
-
-    @property
-    def rest_tick(self) -> int:
-        """The first tick at which the block is at rest for good."""
-        return self.first_tick + self.segment.rest_index
 
 
 @dataclass(frozen=True, slots=True)

@@ -7,27 +7,27 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cell.messages import ZoneGeometry
-from robot_agent.agent.planning.plans import Extended, ExtendRequest, PlanFailed, Planned, PlanRequest, Sampled
+from robot_agent.agent.planning.plans import Extended, ExtendRequest, PlanFailed, Planned, PlanRequest
 from robot_agent.agent.planning.targets import joint_target, pose_target
-from robot_agent.kinematics import KinematicsError, Model
+from robot_agent.kinematics import KinematicsError
 from robot_agent.language import FlangeStep, JointStep, LineStep, SplineStep, Switch
 from robot_agent.paths import Arc, Block, JointMove, Line, PathError, Sequence, Spline
 from robot_agent.paths.arc import evenly_turned
 from robot_agent.paths.legs import end_of, half_turns
-from robot_agent.trajectory import Limits, Motion, PlanError, plan, spliced
-from robot_agent.workspace import crossings, sweep
+from robot_agent.trajectory import Motion, PlanError, plan, spliced
+from robot_agent.workspace import PlacedRobot, crossings, sweep
 
 ZONE_MARGIN_M = 0.03
 """A robot stops this far in front of a zone it may not enter: more than the growth of a published body."""
 
 
 class Planner:
-    """Plans the steps of one robot. `pose_world_base` is `(4, 4)`, `cycle_s` the gateway's cycle."""
+    """Plans the steps of one robot. `cycle_s` is the gateway's cycle."""
 
-    def __init__(self, model: Model, limits: Limits, pose_world_base: NDArray[np.float64], cycle_s: float) -> None:
-        self.model = model
-        self.limits = limits
-        self.pose_world_base = pose_world_base
+    def __init__(self, robot: PlacedRobot, cycle_s: float) -> None:
+        self.model = robot.model
+        self.limits = robot.limits
+        self.pose_world_base = robot.pose_world_base
         self.cycle_s = cycle_s
 
     def plan(self, request: PlanRequest | ExtendRequest) -> Planned | PlanFailed:
@@ -78,10 +78,10 @@ class Planner:
         motion = plan(self.model, Sequence([JointMove(q, 1.0, 0)]), self.limits, start=q, cycle_s=self.cycle_s)
         return self._with_body(0, (0,), motion, zones)
 
-    def sampled(self, motion: Motion) -> Sampled:
+    def sampled(self, motion: Motion) -> Planned:
         """A motion given by a source, with its body; zones are looked at where its samples are made."""
         taus = motion.grid
-        return Sampled(0, (0,), motion, taus, sweep(self.model, self.pose_world_base, motion.q(taus)), (), {})
+        return Planned(0, (0,), motion, taus, sweep(self.model, self.pose_world_base, motion.q(taus)), (), {})
 
     def _blocks(self, request: PlanRequest | ExtendRequest) -> list[Block]:
         """The steps with every value that they leave to where the robot comes from."""

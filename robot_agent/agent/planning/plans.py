@@ -106,10 +106,6 @@ class Extended(Planned):
     splice_s: float
 
 
-class Sampled(Planned):
-    """A motion that was not planned but given by a motion source, block by block."""
-
-
 @dataclass(frozen=True, slots=True)
 class PlanFailed:
     """Why a step cannot be planned, for people."""

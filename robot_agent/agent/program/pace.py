@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from cell.messages import PaceStatus
-from robot_agent.agent.blocks.timeline import SentBlock
+from robot_agent.agent.blocks.motion_source import SentBlock
 from robot_agent.agent.planning.plans import Planned
 from robot_agent.trajectory import Hold, RateRequest, Segment
 

@@ -8,8 +8,9 @@ from numpy.typing import NDArray
 from cell.core import Effect
 from cell.messages import DriveFeedback, OutputEvent, ProgramState, ProgramStatus, ZoneGeometry
 from robot_agent.agent.blocks.executive import Executive
+from robot_agent.agent.blocks.motion_source import SentBlock
 from robot_agent.agent.blocks.output_marks import OutputMarks
-from robot_agent.agent.blocks.timeline import SentBlock, Timeline
+from robot_agent.agent.blocks.timeline import Timeline
 from robot_agent.agent.planning.lookahead import Lookahead, Waiting
 from robot_agent.agent.planning.planner import Planner
 from robot_agent.agent.planning.plans import Extended, PlanFailed, Planned
@@ -137,7 +138,7 @@ class ProgramRun:
         """The outputs that a block is to switch; none once the program has ended, wherever its block leads."""
         if not self.running:
             return ()
-        return self.outputs.events(block, executive.nominal, halted)
+        return self.outputs.events(block, executive.supply.nominal, halted)
 
     def start_missed(self, tick: int) -> bool:
         """Whether the first motion has not begun at the tick at which it had to."""

@@ -1,5 +1,6 @@
 """What goes on by itself from step to step: program, correction, jog and the way back, and the mode that follows."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 from cell.config.settings import OnManagerReturn
@@ -13,8 +14,8 @@ from robot_agent.agent.planning.planner import Planner
 from robot_agent.agent.program.interruption import Interruption
 from robot_agent.agent.program.pace import Pace
 from robot_agent.agent.program.program_run import ProgramRun
+from robot_agent.agent.step.doing import Standing
 from robot_agent.agent.step.report import Reporter
-from robot_agent.agent.step.stillness import Stillness
 from robot_agent.agent.zones.zone_claims import ZoneClaims
 
 
@@ -30,7 +31,7 @@ class Progress:
     jogging: Jogging
     corrections: Corrections
     interruption: Interruption
-    stillness: Stillness
+    doing: Callable[[Mode], Standing]
     operator: Operator
     report: Reporter
 
@@ -67,7 +68,7 @@ class Progress:
             self.run.hold(feedback.tick)
         self.run.advance(executive.timeline, feedback.tick)
         if self.run.start_missed(feedback.tick):
-            why = self.stillness.reason(mode, executive, feedback.tick, now).text or "the robot was held up"
+            why = self.doing(mode).reason(executive, feedback.tick, now).text or "the robot was held up"
             self.run.fail(f"the common start was missed: {why}")
         self.run.settle(executive, feedback, executive.cycle_s)
         self.run.follow(executive.timeline.at(feedback.tick)[0], feedback.tick)

@@ -1,4 +1,4 @@
-"""Where set points come from: a path under the governor, a jog, a path with corrections (`docs/motion.md`).
+"""Set points that are made as they are needed: a jog, a path with corrections (`docs/motion.md`).
 
 In go a motion or an operator's wish, and what is measured; out come `States` of the joints, tick by tick, and the ramp
 to rest behind them. A source knows nothing of how a motion is planned, nor of blocks, messages and drives.
@@ -8,9 +8,8 @@ from robot_agent.trajectory.sources.axes import Axes, JointAxes, ToolAxes
 from robot_agent.trajectory.sources.corrected import CorrectedSource, CorrectionFrame, CorrectionLimits
 from robot_agent.trajectory.sources.corrected_block import CorrectedBlock
 from robot_agent.trajectory.sources.jog import JOG_SPEED_M_S, JogSource, Wish
-from robot_agent.trajectory.sources.path import PathSource
 from robot_agent.trajectory.sources.sampled import sampled, states_from
-from robot_agent.trajectory.sources.source import JointState, MotionSource, States
+from robot_agent.trajectory.sources.states import JointState, States
 from robot_agent.trajectory.sources.target import Conveyor, SensorOffset, Stale, Target
 
 __all__ = [
@@ -24,8 +23,6 @@ __all__ = [
     "JogSource",
     "JointAxes",
     "JointState",
-    "MotionSource",
-    "PathSource",
     "SensorOffset",
     "Stale",
     "States",

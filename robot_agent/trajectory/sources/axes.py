@@ -10,7 +10,7 @@ from cell.messages import JogFrame
 from robot_agent.kinematics import Model
 from robot_agent.trajectory.limits import Limits
 from robot_agent.trajectory.sources.flange import joint_speeds, joints_along
-from robot_agent.trajectory.sources.source import JointState, States
+from robot_agent.trajectory.sources.states import JointState, States
 
 Numbers = NDArray[np.float64]
 

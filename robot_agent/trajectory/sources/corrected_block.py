@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robot_agent.trajectory.governor.segment import Segment
-from robot_agent.trajectory.sources.source import States
+from robot_agent.trajectory.sources.states import States
 
 
 @dataclass(frozen=True, slots=True, eq=False)

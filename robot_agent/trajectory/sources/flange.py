@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robot_agent.kinematics import Model, NumericModel, Reason, TrackError
-from robot_agent.trajectory.sources.source import States
+from robot_agent.trajectory.sources.states import States
 
 _FOLLOWED = 1e-5
 """Largest part [m/s, rad/s] of a twist that the joints may fail to produce."""

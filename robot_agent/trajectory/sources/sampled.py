@@ -7,7 +7,7 @@ from robot_agent.kinematics import Model
 from robot_agent.trajectory.governor.segment import RESTING_SAMPLES, Segment
 from robot_agent.trajectory.joints.pieces import Pieces
 from robot_agent.trajectory.motion import Motion
-from robot_agent.trajectory.sources.source import States
+from robot_agent.trajectory.sources.states import States
 
 
 def sampled(

@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 
 from cell.commands.checks import check_cell
-from cell.geometry import Box, capsule_box_distance, pose_from, transform_points
+from cell.geometry import Box, capsule_box_distance, transform_points
 from cell.messages import ZoneGeometry
 from robot_agent.agent.planning.planner import Planner
 from robot_agent.agent.planning.plans import Planned, PlanRequest
-from robot_agent.kinematics import Model, model_of
+from robot_agent.kinematics import Model
 from robot_agent.language import Finished, Interpreter, JointStep, LineStep, Pause, parse_program
-from robot_agent.trajectory import Limits
+from robot_agent.workspace import PlacedRobot
 from tests.unit.config_world import TWO_ARMS
 
 ROBOTS = ("left", "right")
@@ -37,20 +37,21 @@ class Rehearsal:
 def rehearsal(request: pytest.FixtureRequest) -> Rehearsal:
     bundle, _ = check_cell(TWO_ARMS)
     assert bundle is not None
-    robot, model = bundle.cell.robots[request.param], model_of(bundle.models[request.param])
-    base = pose_from(np.array(robot.base.position_m), np.array(robot.base.quaternion_xyzw))
-    q, duration_s = _play(model, robot.program.read_text(), base)
+    placed = bundle.robots[request.param]
+    model = placed.model
+    q, duration_s = _play(placed, bundle.cell.robots[request.param].program.read_text())
     zone = bundle.cell.zones["handover"]
     box = Box.at(zone.size_m, zone.pose.position_m, zone.pose.quaternion_xyzw)
     body = model.capsules(q)
-    distance = capsule_box_distance(transform_points(base, body), model.capsule_radii, box).min(axis=-1)
+    in_world = transform_points(placed.pose_world_base, body)
+    distance = capsule_box_distance(in_world, model.capsule_radii, box).min(axis=-1)
     forward = (body[..., 0].max(axis=-1) + model.capsule_radii).max(axis=-1)
     return Rehearsal(model, q, duration_s, distance, forward)
 
 
-def _play(model: Model, text: str, base: np.ndarray) -> tuple[np.ndarray, float]:
+def _play(placed: PlacedRobot, text: str) -> tuple[np.ndarray, float]:
     """Joints along the whole program, from home, and its duration without waiting for anyone."""
-    planner = Planner(model, Limits.of(model.description), base, cycle_s=0.004)
+    planner, model = Planner(placed, cycle_s=0.004), placed.model
     interpreter = Interpreter(parse_program(text, "program", model.joint_names))
     no_zones: tuple[ZoneGeometry, ...] = ()
     samples, at, duration_s = [model.home[None]], model.home, 0.0
@@ -85,9 +86,9 @@ def test_it_starts_and_ends_at_home_well_outside_the_zone(rehearsal: Rehearsal) 
 def test_simulated_drives_start_at_home() -> None:
     bundle, _ = check_cell(TWO_ARMS)
     assert bundle is not None
-    for name, model in bundle.models.items():
+    for name, placed in bundle.robots.items():
         drives = bundle.gateways[bundle.cell.robots[name].gateway].robots[name]
-        assert [axis.simulated_start for axis in drives.axes] == pytest.approx(model.home)
+        assert [axis.simulated_start for axis in drives.axes] == pytest.approx(placed.model.home)
 
 
 def test_outside_the_zone_each_arm_stays_on_its_own_side(rehearsal: Rehearsal) -> None:

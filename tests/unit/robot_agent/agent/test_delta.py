@@ -9,7 +9,7 @@ from robot_agent.agent.planning.planner import Planner
 from robot_agent.agent.planning.plans import PlanFailed, PlanRequest
 from robot_agent.kinematics import Model, load_model, model_of
 from robot_agent.language import JointStep
-from robot_agent.trajectory import Limits
+from robot_agent.workspace import PlacedRobot
 from tests.unit.agent_world import AgentWorld
 from tests.unit.repository import ROOT
 
@@ -29,7 +29,7 @@ def short_rods() -> Model:
 
 def test_a_joint_move_through_joints_that_cannot_be_is_refused_with_its_line() -> None:
     model = short_rods()
-    planner = Planner(model, Limits.of(model.description), np.eye(4), 0.004)
+    planner = Planner(PlacedRobot.at(model), 0.004)
     step = JointStep(7, tuple(np.radians([-10.0, -10, -10, 0]).tolist()), 1.0)
     result = planner.plan(PlanRequest(1, (step,), model.home, ()))
     assert isinstance(result, PlanFailed)

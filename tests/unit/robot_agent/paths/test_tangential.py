@@ -14,6 +14,7 @@ from robot_agent.paths.orientation import axis_angle
 from robot_agent.paths.sequence import Block
 from robot_agent.paths.tangential import aligned
 from robot_agent.trajectory import Motion, PlanError, plan
+from robot_agent.workspace import PlacedRobot
 from tests.unit.random_moves import LIMITS, MODEL, START
 
 HERE = MODEL.forward(START)
@@ -114,7 +115,7 @@ TANG 0
 ML Y=250 F=200
 """
     parsed = parse_program(program, "p", MODEL.joint_names)
-    motions, failed = dry_run(Planner(MODEL, LIMITS, np.eye(4), 0.004), parsed, 60.0)
+    motions, failed = dry_run(Planner(PlacedRobot(MODEL, LIMITS, np.eye(4)), 0.004), parsed, 60.0)
     assert failed is None
     first, last = (planned.motion for planned in motions)
     np.testing.assert_allclose(angles_to_the_path(first), -20.0, atol=0.1)

@@ -24,7 +24,7 @@ def test_a_good_cell_gives_everything_its_processes_need() -> None:
     assert problems == []
     assert bundle is not None
     assert bundle.cell == load_cell(TWO_ARMS)
-    assert bundle.models["left"].name == load_description(bundle.cell.robots["left"].model).name
+    assert bundle.robots["left"].model.description.name == load_description(bundle.cell.robots["left"].model).name
     assert {name: list(gateway.robots) for name, gateway in bundle.gateways.items()} == {
         "left_bus": ["left"],
         "right_bus": ["right"],

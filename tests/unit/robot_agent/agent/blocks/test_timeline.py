@@ -5,9 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from robot_agent.agent.blocks.timeline import SentBlock, Timeline
+from robot_agent.agent.blocks.motion_source import SentBlock
+from robot_agent.agent.blocks.sources import GovernedPath, Supply
+from robot_agent.agent.blocks.timeline import Timeline
 from robot_agent.agent.planning.planner import Planner
-from robot_agent.trajectory import Governor, Limits
+from robot_agent.workspace import PlacedRobot
 from tests.unit.agent_world import AgentWorld
 from tests.unit.six_axis_arm import arm
 
@@ -17,14 +19,15 @@ LAG_S = 0.1
 
 @pytest.mark.parametrize("cycle_s", [0.0002, 0.001, 0.004, 0.02])
 def test_blocks_are_remembered_for_as_long_as_a_robot_may_be_behind_them_whatever_the_cycle(cycle_s: float) -> None:
-    planner = Planner(arm(), Limits.of(arm().description), np.eye(4), cycle_s)
+    planner = Planner(PlacedRobot.at(arm()), cycle_s)
     standing = planner.standstill(np.zeros(6), ())
-    segment = Governor(standing.motion, planner.limits, cycle_s, 0.1).rest(0.0)
-    timeline = Timeline(SentBlock(0, 0, standing, segment))
+    supply = Supply(planner, nominal_s=0.1)
+    segment, source = supply.governor(standing.motion).rest(0.0), GovernedPath(supply, standing)
+    timeline = Timeline(SentBlock(0, 0, source, standing, segment))
     feedback = AgentWorld("END")._feedback()
     between = round(0.02 / cycle_s)
     for number in range(1, 100):
-        timeline.sent(SentBlock(number, number * between + 1, standing, segment))
+        timeline.sent(SentBlock(number, number * between + 1, source, standing, segment))
         timeline.observe(replace(feedback, tick=number * between, block=number))
     now, lag = 99 * between, round(LAG_S / cycle_s)
     assert timeline.at(now - lag)[0].first_tick <= now - lag

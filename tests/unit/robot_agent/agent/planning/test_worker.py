@@ -13,7 +13,7 @@ from robot_agent.agent.planning.planner import Planner
 from robot_agent.agent.planning.plans import ExtendRequest, PlanFailed, Planned, PlanRequest
 from robot_agent.agent.planning.worker import PlanWorker
 from robot_agent.language import JointStep
-from robot_agent.trajectory import Limits
+from robot_agent.workspace import PlacedRobot
 from tests.unit.six_axis_arm import arm
 
 DEADLINE_S = 60.0
@@ -69,7 +69,7 @@ def worker() -> Iterator[PlanWorker]:
 
 def test_moves_are_planned_in_another_process() -> None:
     model = arm()
-    with PlanWorker(Planner(model, Limits.of(model.description), np.eye(4), 0.004)) as worker:
+    with PlanWorker(Planner(PlacedRobot.at(model), 0.004)) as worker:
         worker.submit(PlanRequest(1, (JointStep(3, (0.2,) * 6, 1.0),), np.zeros(6), ()))
         (planned,) = results(worker)
     assert isinstance(planned, Planned)

@@ -1,7 +1,6 @@
-"""What every motion source answers: where it is, what comes next, and how it comes to rest from there."""
+"""What a source of set points gives: joint states, tick by tick."""
 
 from dataclasses import dataclass
-from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -64,25 +63,3 @@ class States:
             np.concatenate([self.qd, following.qd]),
             np.concatenate([self.qdd, following.qdd]),
         )
-
-
-class MotionSource(Protocol):
-    """Gives set points one after the other, and at each of them the way to rest.
-
-    A block for the drives is `samples(nominal)` followed by `brake()`: whatever a source gives, the braking ramp behind
-    it has been found and checked before (`docs/architecture.md`, section 5.1).
-    """
-
-    @property
-    def state(self) -> JointState:
-        """The state behind the samples that were given last."""
-
-    @property
-    def ruled_by(self) -> str:
-        """Why the samples given last are slower than wished, for people; empty when nothing holds them up."""
-
-    def samples(self, count: int) -> States:
-        """The next `count` ticks; `state` is then the last of them."""
-
-    def brake(self) -> States:
-        """The ramp from `state` to rest; its first element is the tick behind `state`, its last ones are at rest."""

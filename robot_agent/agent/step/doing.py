@@ -1,0 +1,230 @@
+"""What a robot does in a mode: it stands, runs its program, is jogged, or goes back to its path.
+
+Each of these says what it wants of the next block, which zones it comes to, and why the robot stands. They look at what
+the agent knows and change nothing.
+"""
+
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+from itertools import takewhile
+
+from cell.messages import Mode
+from robot_agent.agent.blocks.corrections import Corrections
+from robot_agent.agent.blocks.executive import Executive
+from robot_agent.agent.blocks.motion_source import MotionSource, Wishes
+from robot_agent.agent.blocks.sources import CorrectedPath, GovernedPath, Jogged, Supply
+from robot_agent.agent.operator.jogging import Jogging
+from robot_agent.agent.planning.lookahead import Item
+from robot_agent.agent.planning.plans import Planned
+from robot_agent.agent.program.interruption import Interruption
+from robot_agent.agent.program.pace import MANUAL_SPEED_M_S, Pace
+from robot_agent.agent.program.program_run import ProgramRun
+from robot_agent.agent.zones.zone_claims import ZoneClaims
+from robot_agent.language import Pause, TrackingOn
+from robot_agent.trajectory import Hold, RateRequest, Segment
+
+_AHEAD_S = 0.6
+"""A zone is asked for this long, plus the time to stop, before it is entered; a grant takes about 0.05 s."""
+
+
+@dataclass(frozen=True, slots=True)
+class Reason:
+    """For people; empty while the robot moves, and where it has nothing to do."""
+
+    text: str
+    zone: str = ""
+    """The zone that it waits for, where it is that."""
+
+
+@dataclass(frozen=True, slots=True)
+class Standing:
+    """Nobody moves it, or it brakes: halted, switched off, in a fault."""
+
+    mode: Mode
+    run: ProgramRun
+    zones: ZoneClaims
+    pace: Pace
+    jogging: Jogging
+    corrections: Corrections
+    interruption: Interruption
+
+    def wishes(self, supply: Supply, now: float) -> Wishes:
+        """For a block that is made at `now` [s]."""
+
+        def holds(planned: Planned, segment: Segment, index: int) -> list[Hold]:
+            return [*self.pace.holds(planned, segment, index), *self._zone_holds(planned, now)]
+
+        jog = self.jogging.source
+        return Wishes(
+            requests=tuple(self._requests(now)),
+            stop=self.mode in (Mode.ESTOP, Mode.FAULT),
+            holds=holds,
+            cap_m_s=self.pace.cap_m_s,
+            source=None if jog is None else Jogged(supply, jog),
+        )
+
+    def wants(self, _executive: Executive, _tick: int) -> dict[str, float]:
+        """The zones that the robot comes to soon after a tick: zone to seconds until it is entered."""
+        return self.jogging.wants
+
+    def reason(self, executive: Executive | None, tick: int, now: float) -> Reason:
+        """Why it stands, or jogs slower than wished."""
+        at_rest = executive is None or executive.at_rest(tick)
+        if self.zones.kept_still and at_rest:
+            return Reason(self.zones.kept_still)
+        return self._reason(executive if at_rest else None, tick, now)
+
+    def _reason(self, _resting: Executive | None, _tick: int, now: float) -> Reason:
+        """The same where nobody keeps it still; `resting` is None where it moves or its drives are off."""
+        return Reason(self.corrections.problem(now) if self.mode is Mode.HALTED else "")
+
+    def _requests(self, now: float) -> list[RateRequest]:
+        requests = list(self.pace.requests)
+        if not self.zones.fresh(now):
+            requests.append(RateRequest(0.0, "the manager is silent"))
+        if self.mode is not Mode.RUNNING:
+            requests.append(RateRequest(0.0, "halted" if self.mode is Mode.HALTED else self.mode.value))
+        if self.run.correction_ends:
+            requests.append(RateRequest(0.0, "TRACK OFF"))
+        return requests
+
+    def _zone_holds(self, planned: Planned, now: float) -> list[Hold]:
+        return [hold for _, hold in self.zones.holds_on(planned, now)]
+
+
+class BeingJogged(Standing):
+    """An operator's jog key moves it."""
+
+    def _reason(self, _resting: Executive | None, _tick: int, _now: float) -> Reason:
+        source = self.jogging.source
+        return Reason("" if source is None else self.jogging.ended_by or source.ruled_by)
+
+
+class Running(Standing):
+    """Its program moves it."""
+
+    def wishes(self, supply: Supply, now: float) -> Wishes:
+        correction = self.corrections.wish(supply.planner, now)
+        return replace(
+            super().wishes(supply, now),
+            source=self._next(supply, corrected=correction is not None),
+            not_before_tick=self.run.begins_tick,
+            on_time=self.run.starting,
+            end_tick=self.run.end_tick,
+            correction=correction,
+        )
+
+    def _next(self, supply: Supply, corrected: bool) -> MotionSource | None:
+        follower = self.run.follower
+        if follower is None or self.corrections.waiting or self.pace.backwards:
+            return None
+        return CorrectedPath(supply, follower) if corrected else GovernedPath(supply, follower)
+
+    def wants(self, executive: Executive, tick: int) -> dict[str, float]:
+        pause_s = max(0, self.run.resume_tick - tick) * executive.cycle_s
+        return self.corrections.wants | _zones_ahead(executive, self._coming(), tick, pause_s)
+
+    def _coming(self) -> list[Item]:
+        """What comes next, up to where the program waits for a part."""
+        if self.corrections.waiting:
+            return []
+        waits = self.corrections.waits_for_part
+        items = self.run.lookahead.items
+        return list(takewhile(lambda item: not (isinstance(item, TrackingOn) and waits(item.name)), items))
+
+    def _reason(self, resting: Executive | None, tick: int, now: float) -> Reason:
+        if resting is None:
+            return Reason("")
+        why = self.run.why_idle(tick, resting.cycle_s) or self.corrections.waiting
+        return Reason(why) if why else self._held_back(resting, self.run.follower, self.pace.override, now)
+
+    def _held_back(self, executive: Executive, follower: Planned | None, override: float, now: float) -> Reason:
+        """Who holds it back on its path or in front of the next motion."""
+        if not self.zones.fresh(now):
+            return Reason(self.zones.silence)
+        if follower is None and self.zones.unheard:
+            return self._unheard
+        newest = executive.timeline.newest
+        if newest.followed is not None and newest.segment.ruled_by:
+            return Reason(newest.segment.ruled_by)
+        motion, tau = newest.path, newest.path_segment.stop_tau
+        if executive.at_motion_end and follower is not None:
+            motion, tau = follower, 0.0
+        if override == 0.0:
+            return Reason(self.pace.requests[0].who)
+        if override < 0.0:
+            return Reason(newest.segment.ruled_by or f"{self.pace.requests[0].who}: at the beginning of this motion")
+        blocking = [held for held in self.zones.holds_on(motion, now) if held[1].until > tau]
+        if not blocking:
+            return Reason("")
+        zone, hold = min(blocking, key=lambda held: held[1].tau)
+        return Reason(hold.who, zone)
+
+    @property
+    def _unheard(self) -> Reason:
+        names = ", ".join(self.zones.unheard)
+        return Reason(f"the manager has not said yet where zone {names} is, and nothing is planned before")
+
+
+class Returning(Running):
+    """It goes back to the path of its interrupted program."""
+
+    def wishes(self, supply: Supply, now: float) -> Wishes:
+        """Forwards along the way back at reduced speed, whatever direction the operator wants on the path itself."""
+        way = self.interruption.follower
+        requests = [RateRequest(abs(each.rate), each.who) for each in self.pace.requests]
+        if not self.zones.fresh(now):
+            requests.append(RateRequest(0.0, "the manager is silent"))
+        return Wishes(
+            requests=tuple(requests),
+            stop=False,
+            holds=lambda planned, _segment, _index: self._zone_holds(planned, now),
+            cap_m_s=MANUAL_SPEED_M_S,
+            source=None if way is None else GovernedPath(supply, way),
+        )
+
+    def wants(self, executive: Executive, tick: int) -> dict[str, float]:
+        way = self.interruption.follower
+        return _zones_ahead(executive, () if way is None else (way,), tick)
+
+    def _reason(self, resting: Executive | None, _tick: int, now: float) -> Reason:
+        way = self.interruption.follower
+        if resting is None:
+            return Reason("")
+        if way is None:
+            return self._unheard if self.zones.unheard else Reason(self.interruption.waiting)
+        return self._held_back(resting, way, abs(self.pace.override), now)
+
+
+Parts = tuple[ProgramRun, ZoneClaims, Pace, Jogging, Corrections, Interruption]
+_DOING = {Mode.RUNNING: Running, Mode.JOGGING: BeingJogged, Mode.RETURNING: Returning}
+
+
+def doing(parts: Parts, mode: Mode) -> Standing:
+    """What a robot does in a mode."""
+    return _DOING.get(mode, Standing)(mode, *parts)
+
+
+def _zones_ahead(executive: Executive, items: Iterable[Item], tick: int, pause_s: float = 0.0) -> dict[str, float]:
+    """The zones that are crossed soon after `tick`: zone to seconds until then; `items` are what comes next.
+
+    The next motion does not begin within `pause_s`.
+    """
+    wants: dict[str, float] = {}
+    block, index = executive.timeline.at(tick)
+    newest = executive.timeline.newest
+    ahead_s = _AHEAD_S + (newest.rest_tick - tick) * executive.cycle_s
+    until_s = -block.path_segment.state(index).tau
+    seen: list[object] = []
+    for item in (block.path, newest.path, *items):
+        if not isinstance(item, Planned) or item.motion not in (block.path.motion, newest.path.motion):
+            until_s = max(until_s, pause_s)
+        if isinstance(item, Pause):
+            until_s += item.duration_s
+        elif isinstance(item, Planned) and item.motion not in seen:
+            seen.append(item.motion)
+            for crossing in item.crossings:
+                if until_s + crossing.leave_tau > 0.0 and until_s + crossing.enter_tau < ahead_s:
+                    wants.setdefault(crossing.zone, max(0.0, until_s + crossing.enter_tau))
+            until_s += item.motion.duration_s
+    return wants
