@@ -3,12 +3,23 @@
 `docs/architecture.md`, section 2.1, is about what is done here.
 """
 
+import json
+import re
 from collections.abc import Iterator
 from dataclasses import dataclass
+from pathlib import Path
+from typing import ClassVar
 from unittest.mock import patch
 
+import numpy as np
 import pytest
+from pydantic import BaseModel, Field
+from typer.testing import CliRunner
 
+from cell.commands.cell_command import app
+from cell.config import ConfigError
+from cell.config.units import STRICT, Length
+from cell.geometry.arrays import Array
 from cell.messages import COMMANDS, STATES, Call, Command, Correction, Urgency
 from cell.messages.call import command
 from cell.messages.common import Duration, Name
@@ -17,6 +28,17 @@ from cell.net.codec import decode, decode_call, encode, encode_call, message_sch
 from cell.net.errors import CodecError
 from cell.net.keys import Keys
 from cell.net.latest import Decoder
+from robot_agent.agent.planning.dry_run import dry_run
+from robot_agent.agent.planning.planner import Planner
+from robot_agent.kinematics import SerialModel, SingularityDistance, load_model
+from robot_agent.kinematics.chain import Chain, Step
+from robot_agent.kinematics.families.closed_form import ClosedForm, Raw
+from robot_agent.kinematics.families.upright import heading, tilt
+from robot_agent.kinematics.problems import checked_lengths
+from robot_agent.language import parse_program
+from robot_agent.model import FAMILIES, RobotDescription
+from robot_agent.model.families import ClosedFormFile, family
+from robot_agent.trajectory.limits import Limits
 
 # A message, and a command of a call
 
@@ -70,7 +92,103 @@ def test_a_command_is_called_by_its_verb() -> None:
         decode_call("manager", "change_tool", encode_call(call))
 
 
+# A kinematic family
+
+
+class PortalGeometry(BaseModel):
+    """Length of a portal: three slides along X, Y and Z of the base, then an axis that turns the flange about Z."""
+
+    model_config = STRICT
+    a1z: Length = Field(description="base to the slides, along Z")
+
+
+class Portal(ClosedForm, SerialModel):
+    branches: ClassVar[tuple[str, ...]] = ("ONLY",)
+    slots: ClassVar[tuple[int, ...]] = (1,)
+
+    def __init__(self, description: RobotDescription) -> None:
+        self._a1z = checked_lengths(description)["a1z"]
+        slides = Step(0, (0, 0, self._a1z), linear=True), Step(1, linear=True), Step(2, linear=True)
+        super().__init__(description, Chain((*slides, Step(2))))
+
+    def singularity(self, q: Array) -> SingularityDistance:
+        return SingularityDistance(("none",), np.ones((*q.shape[:-1], 1)))
+
+    def branches_of(self, elements: Array, held: Array) -> Raw:  # noqa: ARG002
+        x, y, z = elements[:3, 3]
+        return Raw((x, y, z - self._a1z, heading(elements)), np.zeros(len(x)), np.zeros(len(x), bool), tilt(elements))
+
+
+FILE = """
+name: PORTAL
+family: portal
+units: {length: mm, angle: deg}
+geometry: {a1z: 1500}
+joints:
+  J1: {type: linear, position: [0, 2000], speed: 1000, acceleration: 5000}
+  J2: {type: linear, position: [0, 1000], speed: 1000, acceleration: 5000}
+  J3: {type: linear, position: [-800, 0], speed: 1000, acceleration: 5000}
+  J4: {position: [-360, 360], speed: 400, acceleration: 2000}
+ramp_factor: 1.5
+path: {speed: 1000, acceleration: 5000, angular_speed: 400, angular_acceleration: 2000}
+home: {J1: 500, J2: 500, J3: -100, J4: 90}
+capsules:
+  - {link: 4, start: [0, 0, 0], end: [0, 0, 100], radius: 50}
+"""
+
+
+@pytest.fixture
+def portal(tmp_path: Path) -> Iterator[Path]:
+    """A robot file of a family that is known for one test."""
+    with patch.dict(FAMILIES):
+        family("portal", "A portal.", ClosedFormFile[PortalGeometry], joints="PPPR", links="base X Y Z flange")(Portal)
+        file = tmp_path / "portal.yaml"
+        file.write_text(FILE)
+        yield file
+
+
+def test_a_robot_of_a_family_loads_and_goes_there_and_back(portal: Path) -> None:
+    model = load_model(portal)
+    assert isinstance(model, Portal)
+    pose = model.forward(model.home)
+    np.testing.assert_allclose(pose[:3, 3], [0.5, 0.5, 1.4])
+    np.testing.assert_allclose(model.solve(pose, near=model.home), model.home)
+
+
+def test_a_robot_of_a_family_moves_along_a_line(portal: Path) -> None:
+    model = load_model(portal)
+    text = "MJ J1=100 J2=100 J3=-200 J4=0\nML X=900 Y=700 Z=1200 F=500\nEND"
+    planner = Planner(model, Limits.of(model.description), np.eye(4), 0.004)
+    motions, failure = dry_run(planner, parse_program(text, "p", model.joint_names, model.linear_names), 60.0)
+    assert failure is None
+    end = motions[-1].motion.q(np.array([motions[-1].motion.duration_s]))
+    np.testing.assert_allclose(model.forward(end)[0, :3, 3], [0.9, 0.7, 1.2], atol=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "problem"),
+    [
+        ("a1z: 1500", "height: 1500", "unknown key 'height', allowed one of a1z"),
+        ("J3: {type: linear, ", "J3: {", "rotary, allowed linear, as in every robot of family portal"),
+        ("link: 4", "link: 5", "5, allowed 0 (base) to 4 (flange)"),
+        ("family: portal", "family: portable", "'scara', 'six_axis', 'urdf' or 'portal'"),
+    ],
+)
+def test_a_robot_file_of_a_family_is_checked_as_any(portal: Path, old: str, new: str, problem: str) -> None:
+    portal.write_text(FILE.replace(old, new))
+    with pytest.raises(ConfigError, match=re.escape(problem)):
+        load_model(portal)
+
+
+@pytest.mark.usefixtures("portal")
+def test_the_schema_of_robot_files_has_the_family() -> None:
+    choices = json.loads(CliRunner().invoke(app, ["schema", "robot"]).output)["oneOf"]
+    (choice,) = [each for each in choices if each["title"] == "PortalFile"]
+    assert (choice["description"], choice["properties"]["family"]["const"]) == ("A portal.", "portal")
+
+
 def test_nothing_of_it_is_left() -> None:
     assert Correction in STATES
     assert ToolWear not in STATES
+    assert "portal" not in FAMILIES
     assert Keys("two_arms").type_of(KEY) is None
