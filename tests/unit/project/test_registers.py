@@ -8,7 +8,7 @@ import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import ClassVar
+from typing import ClassVar, Self
 from unittest.mock import patch
 
 import numpy as np
@@ -20,7 +20,7 @@ from cell.commands.cell_command import app
 from cell.config import ConfigError
 from cell.config.units import STRICT, Length
 from cell.geometry.arrays import Array
-from cell.messages import COMMANDS, STATES, Call, Command, Correction, Urgency
+from cell.messages import COMMANDS, STATES, Call, Command, Correction, Run, Urgency
 from cell.messages.call import command
 from cell.messages.common import Duration, Name
 from cell.messages.state import state
@@ -35,10 +35,13 @@ from robot_agent.kinematics.chain import Chain, Step
 from robot_agent.kinematics.families.closed_form import ClosedForm, Raw
 from robot_agent.kinematics.families.upright import heading, tilt
 from robot_agent.kinematics.problems import checked_lengths
-from robot_agent.language import parse_program
+from robot_agent.language import STATEMENTS, JointStep, Move, ProgramError, Statement, Switch, parse_program
+from robot_agent.language.statement import Reading, Walk, statement
+from robot_agent.language.words import Mistake, Word, named_numbers, percent
 from robot_agent.model import FAMILIES, RobotDescription
 from robot_agent.model.families import ClosedFormFile, family
 from robot_agent.trajectory.limits import Limits
+from tests.unit.agent_runs import enabled, ended, until
 
 # A message, and a command of a call
 
@@ -187,8 +190,93 @@ def test_the_schema_of_robot_files_has_the_family() -> None:
     assert (choice["description"], choice["properties"]["family"]["const"]) == ("A portal.", "portal")
 
 
+# A statement that moves, and one that lasts no time
+
+
+@dataclass(frozen=True, slots=True)
+class Park(Move):
+    """`PARK F=...`: a joint move to zero on all joints."""
+
+    joints: tuple[float, ...]
+    speed: float
+
+    @classmethod
+    def read(cls, line: int, words: list[Word], reading: Reading) -> Self:
+        speed = percent(named_numbers(words, ("F",)).get("F"), words[0])
+        return cls(line, (0.0,) * len(reading.joint_names), speed)
+
+    def run(self, _walk: Walk) -> JointStep:
+        return JointStep(self.line, self.joints, self.speed)
+
+    @property
+    def from_anywhere(self) -> bool:
+        return True
+
+
+@dataclass(frozen=True, slots=True)
+class Drop(Statement):
+    """`DROP name`: this output off."""
+
+    output: str
+
+    @classmethod
+    def read(cls, line: int, words: list[Word], _reading: Reading) -> Self:
+        if len(words) != 2:
+            raise Mistake(words[0].column, f"{len(words) - 1} words behind DROP", "the name of an output")
+        return cls(line, words[1].text)
+
+    def run(self, walk: Walk) -> Switch:
+        walk.switched += 1
+        return Switch(self.line, self.output, False, walk.switched)
+
+    @property
+    def switched_outputs(self) -> tuple[str, ...]:
+        return (self.output,)
+
+
+@pytest.fixture
+def statements() -> Iterator[None]:
+    with patch.dict(STATEMENTS):
+        statement("PARK")(Park)
+        statement("DROP")(Drop)
+        yield
+
+
+PROGRAM = "MJ J1=2 F=20\ndrop gripper\nMJ J1=6 F=20\nPARK F=50\nEND"
+
+
+@pytest.mark.usefixtures("statements")
+def test_statements_are_read_with_their_mistakes() -> None:
+    assert parse_program(PROGRAM, "p", ("J1", "J2")).statements[3] == Park(4, (0.0, 0.0), 0.5)
+    with pytest.raises(ProgramError) as caught:
+        parse_program("DROP\nPARK F=0\nFLY", "p", ("J1",))
+    first, second, third = map(str, caught.value.problems)
+    assert first == "1:1: found 0 words behind DROP, allowed the name of an output"
+    assert second == "2:6: found F=0, allowed 0.01 to 100 percent for PARK"
+    assert third.endswith("LABEL, GOTO, END, PARK, DROP")
+
+
+@pytest.mark.usefixtures("statements")
+def test_a_robot_does_what_they_say() -> None:
+    world = enabled(PROGRAM, outputs=("glue", "gripper"))
+    world.call(Run())
+    until(world, ended(world))
+    assert [(event.output, event.value) for _, event in world.switched] == [(1, False)]
+    assert max(joints[0] for joints in world.played) == pytest.approx(np.radians(6.0))
+    np.testing.assert_allclose(world.played[-1], 0.0, atol=1e-9)
+
+
+@pytest.mark.usefixtures("statements")
+def test_a_robot_without_the_output_does_not_begin() -> None:
+    world = enabled(PROGRAM)
+    call = world.call(Run())
+    world.run(0.1)
+    assert "line 2 of left.prog switches the output 'gripper'" in world.replies[call].text
+
+
 def test_nothing_of_it_is_left() -> None:
     assert Correction in STATES
     assert ToolWear not in STATES
     assert "portal" not in FAMILIES
+    assert "PARK" not in STATEMENTS
     assert Keys("two_arms").type_of(KEY) is None
