@@ -8,15 +8,18 @@ import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import ClassVar, Self
+from typing import Annotated, ClassVar, Self
 from unittest.mock import patch
 
 import numpy as np
 import pytest
+import typer
 from pydantic import BaseModel, Field
 from typer.testing import CliRunner
 
+from cell.commands.cell_command import COMMANDS as COMMANDS_OF_CELL
 from cell.commands.cell_command import app
+from cell.commands.subcommands import Place
 from cell.config import ConfigError
 from cell.config.units import STRICT, Length
 from cell.geometry.arrays import Array
@@ -42,6 +45,8 @@ from robot_agent.model import FAMILIES, RobotDescription
 from robot_agent.model.families import ClosedFormFile, family
 from robot_agent.trajectory.limits import Limits
 from tests.unit.agent_runs import enabled, ended, until
+
+WIDE = {"COLUMNS": "120"}
 
 # A message, and a command of a call
 
@@ -274,7 +279,32 @@ def test_a_robot_without_the_output_does_not_begin() -> None:
     assert "line 2 of left.prog switches the output 'gripper'" in world.replies[call].text
 
 
+# Subcommands of `cell`, with one word and with two
+
+
+def wear(robot: Annotated[str, typer.Argument(help="Name of the robot.")]) -> None:
+    """Print how long the tool of a robot has worked."""
+    typer.echo(f"the gripper of {robot} has worked 7.5 s")
+
+
+@pytest.fixture
+def commands() -> Iterator[None]:
+    place = Place(__name__, "wear", "cell wear left")
+    with patch.dict(COMMANDS_OF_CELL, {"wear": place, "simulate wear": place}):
+        yield
+
+
+@pytest.mark.usefixtures("commands")
+@pytest.mark.parametrize("words", [["wear"], ["simulate", "wear"]])
+def test_a_subcommand_is_in_the_help_and_runs(words: list[str]) -> None:
+    run = CliRunner().invoke
+    assert "Print how long the tool of a robot has worked." in run(app, [*words[:-1], "--help"], env=WIDE).output
+    assert "Example: cell wear left" in run(app, [*words, "--help"], env=WIDE).output
+    assert run(app, [*words, "left"]).output == "the gripper of left has worked 7.5 s\n"
+
+
 def test_nothing_of_it_is_left() -> None:
+    assert "wear" not in CliRunner().invoke(app, ["--help"], env=WIDE).output
     assert Correction in STATES
     assert ToolWear not in STATES
     assert "portal" not in FAMILIES
