@@ -1,4 +1,4 @@
-"""The command `cell`: its subcommands, and the file in which each of them is."""
+"""The command `cell`: its subcommands, and the module in which each of them is."""
 
 from importlib.metadata import version
 from typing import Annotated
@@ -13,76 +13,70 @@ BELT = "cell_configs/belt/cell.yaml"
 MODEL = "cell_configs/models/six_axis.yaml"
 PROGRAM = "cell_configs/two_arms/programs/left.prog"
 
-_COMMANDS = {
-    "check": Place("files.check", "check", f"cell check {FILE}"),
-    "model": Place("files.model", "model", f"cell model {MODEL}"),
-    "schema": Place("files.schema", "schema", "cell schema cell > cell.schema.json"),
-    "plot": Place("files.plot", "plot", f"cell plot {PROGRAM} --model {MODEL}"),
-    "up": Place("up.up", "up", f"cell up {FILE} --until-done"),
-    "status": Place("operator.status", "status", f"cell status -f {FILE}"),
-    "events": Place("operator.events", "events", f"cell events --since 10m --severity alarm -f {FILE}"),
-    "drives": Place("operator.drives", "drives", f"cell drives -f {FILE}"),
-    "manager": Place("processes.manager", "manager", f"cell manager {FILE}"),
-    "enable": Place("operator.robot_orders", "enable", f"cell enable left -f {FILE}"),
-    "run": Place("operator.robot_orders", "run", f"cell run left right -f {FILE}"),
-    "halt": Place("operator.robot_orders", "halt", f"cell halt left -f {FILE}"),
-    "continue": Place("operator.robot_orders", "continue_", f"cell continue left -f {FILE}"),
-    "return": Place("operator.robot_orders", "return_", f"cell return left -f {FILE}"),
-    "step": Place("operator.robot_orders", "step", f"cell step left -f {FILE}"),
-    "override": Place("operator.robot_orders", "override", f"cell override left 30 -f {FILE}"),
-    "manual": Place("operator.robot_orders", "manual", f"cell manual left on -f {FILE}"),
-    "jog": Place("operator.jog", "jog", f"cell jog left Z + --speed 20 --step 50 -f {FILE}"),
-    "disable": Place("operator.robot_orders", "disable", f"cell disable left -f {FILE}"),
-    "home": Place("operator.set_up", "home", f"cell home left -f {FILE}"),
-    "move": Place("operator.set_up", "move", f"cell move left J1=5 J2=-3 --by -f {FILE}"),
-    "output": Place("operator.output", "output", f"cell output left gripper off -f {FILE}"),
-    "accept": Place("operator.set_up", "accept", f"cell accept left J2 -f {FILE}"),
-    "estop": Place("operator.estop", "estop", f'cell estop --reason "door open" -f {FILE}'),
-    "reset": Place("operator.reset", "reset", f"cell reset left -f {FILE}"),
+COMMANDS = {
+    "check": Place(".files.check", "check", f"cell check {FILE}"),
+    "model": Place(".files.model", "model", f"cell model {MODEL}"),
+    "schema": Place(".files.schema", "schema", "cell schema cell > cell.schema.json"),
+    "plot": Place(".files.plot", "plot", f"cell plot {PROGRAM} --model {MODEL}"),
+    "up": Place(".up.up", "up", f"cell up {FILE} --until-done"),
+    "status": Place(".operator.status", "status", f"cell status -f {FILE}"),
+    "events": Place(".operator.events", "events", f"cell events --since 10m --severity alarm -f {FILE}"),
+    "drives": Place(".operator.drives", "drives", f"cell drives -f {FILE}"),
+    "manager": Place(".processes.manager", "manager", f"cell manager {FILE}"),
+    "enable": Place(".operator.robot_orders", "enable", f"cell enable left -f {FILE}"),
+    "run": Place(".operator.robot_orders", "run", f"cell run left right -f {FILE}"),
+    "halt": Place(".operator.robot_orders", "halt", f"cell halt left -f {FILE}"),
+    "continue": Place(".operator.robot_orders", "continue_", f"cell continue left -f {FILE}"),
+    "return": Place(".operator.robot_orders", "return_", f"cell return left -f {FILE}"),
+    "step": Place(".operator.robot_orders", "step", f"cell step left -f {FILE}"),
+    "override": Place(".operator.robot_orders", "override", f"cell override left 30 -f {FILE}"),
+    "manual": Place(".operator.robot_orders", "manual", f"cell manual left on -f {FILE}"),
+    "jog": Place(".operator.jog", "jog", f"cell jog left Z + --speed 20 --step 50 -f {FILE}"),
+    "disable": Place(".operator.robot_orders", "disable", f"cell disable left -f {FILE}"),
+    "home": Place(".operator.set_up", "home", f"cell home left -f {FILE}"),
+    "move": Place(".operator.set_up", "move", f"cell move left J1=5 J2=-3 --by -f {FILE}"),
+    "output": Place(".operator.output", "output", f"cell output left gripper off -f {FILE}"),
+    "accept": Place(".operator.set_up", "accept", f"cell accept left J2 -f {FILE}"),
+    "estop": Place(".operator.estop", "estop", f'cell estop --reason "door open" -f {FILE}'),
+    "reset": Place(".operator.reset", "reset", f"cell reset left -f {FILE}"),
+    "zone clear": Place(".operator.zone", "clear", f"cell zone clear handover -f {FILE}"),
+    "zone adopt": Place(".operator.zone", "adopt", f"cell zone adopt handover left -f {FILE}"),
+    "setup clear": Place(".operator.set_up", "clear", f"cell setup clear left -f {FILE}"),
+    "simulate conveyor": Place(
+        ".operator.simulate", "conveyor", f"cell simulate conveyor belt --speed 50 --every 200 -f {BELT}"
+    ),
+    "simulate sensor": Place(".operator.simulate", "sensor", f"cell simulate sensor picker seam Z=5 -f {BELT}"),
 }
-_ZONE_COMMANDS = {
-    "clear": Place("operator.zone", "clear", f"cell zone clear handover -f {FILE}"),
-    "adopt": Place("operator.zone", "adopt", f"cell zone adopt handover left -f {FILE}"),
+"""The register of subcommands: by its words, in which module of `cell.commands` its function is, and an example.
+
+No module says so itself, because none is imported before its command is asked for.
+"""
+GROUPS = {
+    "zone": ("An operator's word about an exclusive zone.", f"cell zone clear handover -f {FILE}"),
+    "setup": ("An operator's word about the robot in set-up.", f"cell setup clear left -f {FILE}"),
+    "simulate": (
+        "Measurements without a machine, for simulated cells.",
+        f"cell simulate conveyor belt --speed 50 -f {BELT}",
+    ),
 }
-_SETUP_COMMANDS = {
-    "clear": Place("operator.set_up", "clear", f"cell setup clear left -f {FILE}"),
-}
-_SIMULATE_COMMANDS = {
-    "conveyor": Place("operator.simulate", "conveyor", f"cell simulate conveyor belt --speed 50 --every 200 -f {BELT}"),
-    "sensor": Place("operator.simulate", "sensor", f"cell simulate sensor picker seam Z=5 -f {BELT}"),
-}
+"""First word of subcommands with two: what they are about, and an example."""
 
 app = typer.Typer(
-    cls=subcommands(_COMMANDS),
+    cls=subcommands(COMMANDS),
     no_args_is_help=True,
     add_completion=False,
     pretty_exceptions_enable=False,
     context_settings=HELP,
 )
-zones = typer.Typer(
-    cls=subcommands(_ZONE_COMMANDS),
-    no_args_is_help=True,
-    context_settings=HELP,
-    help="An operator's word about an exclusive zone.",
-    epilog=f"Example: cell zone clear handover -f {FILE}",
-)
-app.add_typer(zones, name="zone")
-setups = typer.Typer(
-    cls=subcommands(_SETUP_COMMANDS),
-    no_args_is_help=True,
-    context_settings=HELP,
-    help="An operator's word about the robot in set-up.",
-    epilog=f"Example: cell setup clear left -f {FILE}",
-)
-app.add_typer(setups, name="setup")
-simulated = typer.Typer(
-    cls=subcommands(_SIMULATE_COMMANDS),
-    no_args_is_help=True,
-    context_settings=HELP,
-    help="Measurements without a machine, for simulated cells.",
-    epilog=f"Example: cell simulate conveyor belt --speed 50 -f {BELT}",
-)
-app.add_typer(simulated, name="simulate")
+for group, (about, example) in GROUPS.items():
+    below = typer.Typer(
+        cls=subcommands(COMMANDS, f"{group} "),
+        no_args_is_help=True,
+        context_settings=HELP,
+        help=about,
+        epilog=f"Example: {example}",
+    )
+    app.add_typer(below, name=group)
 
 
 def _show_version(wanted: bool) -> None:

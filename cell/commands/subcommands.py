@@ -21,20 +21,26 @@ def explained(app: typer.Typer) -> Any:
 
 @dataclass(frozen=True, slots=True)
 class Place:
-    """Where a subcommand is defined in this package, and a line that shows its use."""
+    """Where a subcommand is defined, and a line that shows its use."""
 
     module: str
+    """With a dot in front: of `cell.commands`."""
     function: str
     example: str
 
 
-def subcommands(places: dict[str, Place]) -> type[TyperGroup]:
-    """The `cls` of a `typer.Typer` that has these subcommands, beside those it registers itself."""
+def subcommands(places: Mapping[str, Place], before: str = "") -> type[TyperGroup]:
+    """The `cls` of a `typer.Typer` that has these subcommands, beside those it registers itself.
+
+    Of `places`, by the words of each command, it has those with one word behind the words `before`.
+    """
 
     class Group(TyperGroup):
         def __init__(self, **given: Any) -> None:
             super().__init__(**given)
-            self.commands = _Commands(places, self.commands)
+            words = {name.removeprefix(before): place for name, place in places.items() if name.startswith(before)}
+            mine = {word: place for word, place in words.items() if " " not in word}
+            self.commands = _Commands(mine, self.commands)
 
     return Group
 
@@ -65,7 +71,7 @@ class _Commands(MutableMapping[str, Any]):
 
 
 def _load(name: str, place: Place) -> Any:
-    function = getattr(importlib.import_module(f"cell.commands.{place.module}"), place.function)
+    function = getattr(importlib.import_module(place.module, "cell.commands"), place.function)
     app = typer.Typer(add_completion=False, pretty_exceptions_enable=False, context_settings=HELP)
     app.command(name, epilog=f"Example: {place.example}")(function)
     return explained(app)

@@ -1,10 +1,11 @@
 """Everything that is said on the cell's Zenoh keys, as frozen dataclasses, one file per sender.
 
 Units are SI: metres, radians, seconds; poses and capsules are in the cell's world frame. A missing reading is `None`.
-How a message becomes bytes is the business of `cell.net.codec`; on which key it travels, of `cell.net.keys`.
+On which key a message travels stands above its class (`@state`, `@command`); how it becomes bytes is the business of
+`cell.net.codec`.
 """
 
-from cell.messages.call import Call, ClaimGrant, Command, Reply, Who
+from cell.messages.call import COMMANDS, Call, ClaimGrant, Command, Reply, Who
 from cell.messages.common import CellTime, Heard, Token, TokenGone
 from cell.messages.correction import ConveyorCount, Correction
 from cell.messages.drive_fault import Fault, FaultDrive
@@ -56,9 +57,12 @@ from cell.messages.robot_state import (
     RobotState,
 )
 from cell.messages.setpoints import OutputEvent, SetpointBlock
+from cell.messages.state import STATES, Urgency
 from cell.messages.zone import ZoneGeometry
 
 __all__ = [
+    "COMMANDS",
+    "STATES",
     "AcceptPosition",
     "AdoptZone",
     "AxisStatus",
@@ -128,6 +132,7 @@ __all__ = [
     "SwitchOutput",
     "Token",
     "TokenGone",
+    "Urgency",
     "Who",
     "WriteObject",
     "ZoneDeadlock",

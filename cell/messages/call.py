@@ -3,8 +3,9 @@
 A call's verb is the last chunk of its key (`robot/left/cmd/run`); the verb picks the command's type.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Annotated, ClassVar
+from typing import Annotated, ClassVar, TypeVar
 
 from annotated_types import MaxLen
 
@@ -18,6 +19,24 @@ class Command:
     verb: ClassVar[str]
 
 
+C = TypeVar("C", bound=Command)
+
+COMMANDS: dict[str, dict[str, type[Command]]] = {"robot": {}, "manager": {}, "gateway": {}}
+"""Role: verb: the command that the last chunk of a call's key stands for."""
+
+
+def command(*roles: str) -> Callable[[type[C]], type[C]]:
+    """Register a command of these roles; above its `@dataclass`."""
+
+    def register(kind: type[C]) -> type[C]:
+        for role in roles:
+            COMMANDS[role][kind.verb] = kind
+        return kind
+
+    return register
+
+
+@command("robot", "manager", "gateway")
 @dataclass(frozen=True, slots=True)
 class Who(Command):
     """Who answers here: role, name, boot and process, in the reply's text."""

@@ -6,10 +6,12 @@ from typing import Annotated
 from annotated_types import Ge, Le
 
 from cell.messages.common import CellTime, Name, Vector
+from cell.messages.state import Urgency, state
 
 Counter = Annotated[int, Ge(0), Le(2**32 - 1)]
 
 
+@state("robot/{robot}/correction/{name}", Urgency.INTERACTIVE)
 @dataclass(frozen=True, slots=True)
 class Correction:
     """How far a robot's tool should be from its programmed path, as a sensor has measured it."""
@@ -25,6 +27,7 @@ class Correction:
     """Rotation vector in the same axes."""
 
 
+@state("conveyor/{conveyor}", Urgency.INTERACTIVE)
 @dataclass(frozen=True, slots=True)
 class ConveyorCount:
     """An encoder's counter."""

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from enum import StrEnum
 from typing import ClassVar
 
-from cell.messages.call import Command
+from cell.messages.call import Command, command
 from cell.messages.common import Count, Number, Whole
 
 
@@ -31,6 +31,7 @@ NEEDS_VALUE = (Fault.EMERGENCY, Fault.ENCODER_JUMP, Fault.LATE_TPDOS)
 LONGEST_S = 3600.0
 
 
+@command("gateway")
 @dataclass(frozen=True, slots=True)
 class FaultDrive(Command):
     """Let a simulated drive fail, for `seconds`, or, without them, until its process is started again.

@@ -6,6 +6,8 @@ from enum import IntEnum
 import numpy as np
 from numpy.typing import NDArray
 
+from cell.messages.state import Urgency, state
+
 
 class PlayoutState(IntEnum):
     """What the gateway does with set-point blocks."""
@@ -58,6 +60,7 @@ _WITH_TORQUE = frozenset(
 )
 
 
+@state("robot/{robot}/drives", Urgency.REAL_TIME)
 @dataclass(frozen=True, slots=True, eq=False)
 class DriveFeedback:
     """Measured and commanded axes at one tick. Arrays are `(n,)` in the axis order of the claim, SI units."""

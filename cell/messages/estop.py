@@ -3,8 +3,10 @@
 from dataclasses import dataclass
 
 from cell.messages.common import Name, Words
+from cell.messages.state import Urgency, state
 
 
+@state("estop", Urgency.REAL_TIME)
 @dataclass(frozen=True, slots=True)
 class Estop:
     """A latched stop of the whole cell. Anyone sends it; only the manager's `reset` clears it, by the same id.

@@ -5,6 +5,7 @@ from enum import Enum
 from typing import Annotated
 
 from cell.messages.common import Count, Few, Name, Number, Text, Whole
+from cell.messages.state import Urgency, state
 
 
 class Severity(Enum):
@@ -13,6 +14,7 @@ class Severity(Enum):
     ALARM = "alarm"
 
 
+@state("event/{source}", Urgency.HIGH, most_chunks=2)
 @dataclass(frozen=True, slots=True)
 class Event:
     """Something happened. `code` is stable and greppable, `text` is for people, `remedy` says what to do next."""

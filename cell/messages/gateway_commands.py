@@ -5,10 +5,11 @@ from typing import Annotated, ClassVar
 
 from annotated_types import MaxLen
 
-from cell.messages.call import Command
+from cell.messages.call import Command, command
 from cell.messages.common import Count, Few, Name, Number, Words
 
 
+@command("gateway")
 @dataclass(frozen=True, slots=True)
 class Claim(Command):
     """Become the one owner of a robot's drives."""
@@ -19,6 +20,7 @@ class Claim(Command):
     digest: Name
 
 
+@command("gateway")
 @dataclass(frozen=True, slots=True)
 class Release(Command):
     verb: ClassVar[str] = "release"
@@ -26,6 +28,7 @@ class Release(Command):
     owner: Count
 
 
+@command("gateway")
 @dataclass(frozen=True, slots=True)
 class EnableDrives(Command):
     verb: ClassVar[str] = "enable_drives"
@@ -33,6 +36,7 @@ class EnableDrives(Command):
     owner: Count
 
 
+@command("gateway")
 @dataclass(frozen=True, slots=True)
 class DisableDrives(Command):
     verb: ClassVar[str] = "disable_drives"
@@ -40,6 +44,7 @@ class DisableDrives(Command):
     owner: Count
 
 
+@command("gateway")
 @dataclass(frozen=True, slots=True)
 class ResetDrives(Command):
     """Acknowledge the drives' faults; succeeds only where the cause is gone."""
@@ -49,6 +54,7 @@ class ResetDrives(Command):
     owner: Count
 
 
+@command("gateway")
 @dataclass(frozen=True, slots=True)
 class ReadObject(Command):
     """Read an object of a node's dictionary; the reply's `data` are its bytes in hex, low byte first."""
@@ -59,6 +65,7 @@ class ReadObject(Command):
     sub: Count
 
 
+@command("gateway")
 @dataclass(frozen=True, slots=True)
 class WriteObject(Command):
     """Write an object, `data` in hex, low byte first; only while the node's robot is at rest and switched off."""
@@ -70,6 +77,7 @@ class WriteObject(Command):
     data: Annotated[str, MaxLen(2**20)]
 
 
+@command("gateway")
 @dataclass(frozen=True, slots=True)
 class ScanBus(Command):
     """Which nodes are on the bus, configured or not; the reply's text has one line for each."""
@@ -77,6 +85,7 @@ class ScanBus(Command):
     verb: ClassVar[str] = "scan"
 
 
+@command("gateway")
 @dataclass(frozen=True, slots=True)
 class RecordBus(Command):
     """Write all frames of the next seconds to a file on the gateway's host; its suffix says the format."""
@@ -86,6 +95,7 @@ class RecordBus(Command):
     seconds: Number
 
 
+@command("gateway")
 @dataclass(frozen=True, slots=True)
 class Home(Command):
     """Set-up: let axes find their home points (none named: all that can), in their configured order, while held."""
@@ -97,6 +107,7 @@ class Home(Command):
     """There is no manager, and the operator himself keeps all other robots still; refused while a manager is heard."""
 
 
+@command("gateway")
 @dataclass(frozen=True, slots=True)
 class MoveAxes(Command):
     """Set-up: move axes by their drives' own profiles, all in the same time, while held.
@@ -115,6 +126,7 @@ class MoveAxes(Command):
     """There is no manager, and the operator himself keeps all other robots still; refused while a manager is heard."""
 
 
+@command("gateway")
 @dataclass(frozen=True, slots=True)
 class PressAxis(Command):
     """Set-up: let one axis give a torque while held, without moving farther than `within` [rad or m].
@@ -133,6 +145,7 @@ class PressAxis(Command):
     """There is no manager, and the operator himself keeps all other robots still; refused while a manager is heard."""
 
 
+@command("gateway")
 @dataclass(frozen=True, slots=True)
 class HoldSetup(Command):
     """The operator holds the set-up motion, as of the gateway state that the call's `heard` names.
@@ -144,6 +157,7 @@ class HoldSetup(Command):
     robot: Name
 
 
+@command("gateway")
 @dataclass(frozen=True, slots=True)
 class SwitchOutput(Command):
     """Switch a digital output of a robot by hand; the gateway refuses calls whose `heard` is too old.
@@ -158,6 +172,7 @@ class SwitchOutput(Command):
     by: Words
 
 
+@command("gateway")
 @dataclass(frozen=True, slots=True)
 class AcceptPosition(Command):
     """An operator has looked: axes (none named: all that are in doubt) are where their drives show them."""

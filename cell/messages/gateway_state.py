@@ -5,6 +5,7 @@ from typing import Annotated
 
 from cell.messages.common import Count, Duration, Few, Heard, Name, Number, Text
 from cell.messages.drives import AxisStatus
+from cell.messages.state import state
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,6 +49,7 @@ class BusCounters:
     """How much the newest SYNC was behind a multiple of the cycle by the cell clock; `None`: no manager is heard."""
 
 
+@state("gateway/{gateway}/state")
 @dataclass(frozen=True, slots=True)
 class GatewayState:
     """The bus and its drives as the gateway knows them."""

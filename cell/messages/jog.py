@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from enum import Enum
 
 from cell.messages.common import Heard, Name
+from cell.messages.state import Urgency, state
 
 
 class JogFrame(Enum):
@@ -14,6 +15,7 @@ class JogFrame(Enum):
     TOOL = "tool"
 
 
+@state("robot/{robot}/jog", Urgency.INTERACTIVE)
 @dataclass(frozen=True, slots=True)
 class JogHeld:
     """The key of one press, repeated while it is held; without it the jog ramps to rest.

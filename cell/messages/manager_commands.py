@@ -3,11 +3,12 @@
 from dataclasses import dataclass
 from typing import Annotated, ClassVar
 
-from cell.messages.call import Command
+from cell.messages.call import Command, command
 from cell.messages.common import Count, Few, Name, Number, Words
 from cell.messages.event import Severity
 
 
+@command("manager")
 @dataclass(frozen=True, slots=True)
 class SetEstop(Command):
     verb: ClassVar[str] = "estop"
@@ -16,6 +17,7 @@ class SetEstop(Command):
     reason: Words
 
 
+@command("manager")
 @dataclass(frozen=True, slots=True)
 class ResetEstop(Command):
     """End these emergency stops, which the operator has seen, and no others."""
@@ -25,6 +27,7 @@ class ResetEstop(Command):
     ids: Annotated[tuple[Name, ...], Few]
 
 
+@command("manager")
 @dataclass(frozen=True, slots=True)
 class ClearZone(Command):
     """The operator has looked: nobody is inside."""
@@ -34,6 +37,7 @@ class ClearZone(Command):
     by: Words
 
 
+@command("manager")
 @dataclass(frozen=True, slots=True)
 class ClearSetup(Command):
     """The operator has looked: a robot in set-up whose gateway is silent stands, and stays so."""
@@ -43,6 +47,7 @@ class ClearSetup(Command):
     by: Words
 
 
+@command("manager")
 @dataclass(frozen=True, slots=True)
 class AdoptZone(Command):
     """The operator gives an orphaned zone to the robot that stands in it, under its new boot."""
@@ -53,6 +58,7 @@ class AdoptZone(Command):
     by: Words
 
 
+@command("manager")
 @dataclass(frozen=True, slots=True)
 class ListEvents(Command):
     """The newest `limit` of the stored events that fit; `data` of the reply is a `KeptEvents` in JSON."""

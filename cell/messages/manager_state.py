@@ -6,6 +6,7 @@ from typing import Annotated
 
 from cell.messages.common import Count, Duration, Few, Heard, Name, Text, Token
 from cell.messages.estop import Estop
+from cell.messages.state import Urgency, state
 
 
 class ZoneState(Enum):
@@ -56,6 +57,7 @@ class ZoneDeadlock:
     """The commands that free them."""
 
 
+@state("manager/state", Urgency.INTERACTIVE)
 @dataclass(frozen=True, slots=True)
 class ManagerState:
     """The one message that permits motion; every agent checks that it answers its own newest presence."""

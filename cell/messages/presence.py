@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cell.messages.common import Count, Duration, Few, Heard, Length, Name, Token, Vector
+from cell.messages.state import Urgency, state
 
 MOST_CAPSULES = 50
 MOST_POSES = 2000
@@ -36,6 +37,7 @@ class Body:
     """`(p,)`."""
 
 
+@state("robot/{robot}/presence", Urgency.INTERACTIVE)
 @dataclass(frozen=True, slots=True)
 class Presence:
     """One robot's claim to existence, body and zones; repeated, level-triggered, fenced by boot and sequence."""

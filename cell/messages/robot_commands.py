@@ -3,11 +3,12 @@
 from dataclasses import dataclass
 from typing import ClassVar
 
-from cell.messages.call import Command
+from cell.messages.call import Command, command
 from cell.messages.common import CellTime, Name, Number
 from cell.messages.jog import JogFrame
 
 
+@command("robot")
 @dataclass(frozen=True, slots=True)
 class Enable(Command):
     """Switch the robot's drives on; the robot holds its position."""
@@ -15,6 +16,7 @@ class Enable(Command):
     verb: ClassVar[str] = "enable"
 
 
+@command("robot")
 @dataclass(frozen=True, slots=True)
 class Disable(Command):
     """Switch the robot's drives off; refused while it moves."""
@@ -22,6 +24,7 @@ class Disable(Command):
     verb: ClassVar[str] = "disable"
 
 
+@command("robot")
 @dataclass(frozen=True, slots=True)
 class Run(Command):
     """Start the configured program from its first line, at once or at a given time."""
@@ -33,6 +36,7 @@ class Run(Command):
     """Above 0, with `at`: the first motion ends so long behind it, or as soon as it can when it takes longer."""
 
 
+@command("robot")
 @dataclass(frozen=True, slots=True)
 class Halt(Command):
     """Brake on the path and stay there."""
@@ -40,6 +44,7 @@ class Halt(Command):
     verb: ClassVar[str] = "halt"
 
 
+@command("robot")
 @dataclass(frozen=True, slots=True)
 class Continue(Command):
     """Go on from where the robot was halted on its path, or interrupted and is still within its window."""
@@ -47,6 +52,7 @@ class Continue(Command):
     verb: ClassVar[str] = "continue"
 
 
+@command("robot")
 @dataclass(frozen=True, slots=True)
 class Return(Command):
     """Go back slowly to where the interrupted program left its path, and stay there."""
@@ -54,6 +60,7 @@ class Return(Command):
     verb: ClassVar[str] = "return"
 
 
+@command("robot")
 @dataclass(frozen=True, slots=True)
 class Step(Command):
     """Go on, or start, to the end of the present block of the program, and halt there."""
@@ -61,6 +68,7 @@ class Step(Command):
     verb: ClassVar[str] = "step"
 
 
+@command("robot")
 @dataclass(frozen=True, slots=True)
 class SetOverride(Command):
     """Follow the path at `percent` of the planned speed, -100 to 100; a negative one goes back along the path."""
@@ -69,6 +77,7 @@ class SetOverride(Command):
     percent: Number
 
 
+@command("robot")
 @dataclass(frozen=True, slots=True)
 class SetManual(Command):
     """Manual operation at reduced speed (TCP at most 250 mm/s), or automatic operation again."""
@@ -77,6 +86,7 @@ class SetManual(Command):
     on: bool
 
 
+@command("robot")
 @dataclass(frozen=True, slots=True)
 class Jog(Command):
     """Begin to move along one axis; the robot goes on while `JogHeld` messages with the same press arrive."""
@@ -94,6 +104,7 @@ class Jog(Command):
     """[m or rad], above 0: come to rest after that much."""
 
 
+@command("robot")
 @dataclass(frozen=True, slots=True)
 class ResetRobot(Command):
     """Acknowledge a fault or a cleared emergency stop; nothing moves."""

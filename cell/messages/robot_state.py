@@ -7,6 +7,7 @@ from typing import Annotated
 from annotated_types import Ge, Le
 
 from cell.messages.common import Count, Duration, Few, Name, Number, Text, Vector
+from cell.messages.state import state
 
 
 class Mode(Enum):
@@ -82,6 +83,7 @@ class CorrectionStatus:
     """Rotation vector."""
 
 
+@state("robot/{robot}/state")
 @dataclass(frozen=True, slots=True)
 class RobotState:
     """The robot as its agent knows it, at about 50 Hz."""

@@ -5,6 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from cell.messages.state import Urgency, state
+
 
 @dataclass(frozen=True, slots=True)
 class OutputEvent:
@@ -20,6 +22,7 @@ class OutputEvent:
     value: bool
 
 
+@state("robot/{robot}/setpoints", Urgency.REAL_TIME)
 @dataclass(frozen=True, slots=True, eq=False)
 class SetpointBlock:
     """Samples for consecutive ticks of the gateway, the braking ramp to rest included (rule of motion 1).

@@ -7,11 +7,13 @@ from typing import Annotated
 from annotated_types import Gt, Le
 
 from cell.messages.common import Count, Few, Name, Vector
+from cell.messages.state import state
 
 Edge = Annotated[float, Gt(0.0), Le(1e6)]
 _UNIT_TOLERANCE = 1e-6
 
 
+@state("zone/{zone}")
 @dataclass(frozen=True, slots=True)
 class ZoneGeometry:
     """An exclusive zone: an oriented box. A robot is inside when one of its capsules touches the box."""

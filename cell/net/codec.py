@@ -7,97 +7,38 @@ ranges.
 """
 
 import dataclasses
+from collections.abc import Callable
 from typing import Any, TypeVar, get_type_hints
 
 from pydantic import ConfigDict, TypeAdapter, ValidationError, with_config
 from pydantic_core import PydanticSerializationError
 
 from cell.messages import (
-    AcceptPosition,
-    AdoptZone,
+    COMMANDS,
+    STATES,
     Body,
     Call,
-    Claim,
-    ClearSetup,
-    ClearZone,
-    Command,
-    Continue,
-    Disable,
-    DisableDrives,
     DriveFeedback,
-    Enable,
-    EnableDrives,
-    FaultDrive,
-    Halt,
     Heard,
-    HoldSetup,
-    Home,
-    Jog,
     KeptEvents,
-    ListEvents,
-    MoveAxes,
     Presence,
-    PressAxis,
-    ReadObject,
-    RecordBus,
-    Release,
     Reply,
-    ResetDrives,
-    ResetEstop,
-    ResetRobot,
-    Return,
-    Run,
-    ScanBus,
-    SetEstop,
-    SetManual,
-    SetOverride,
     SetpointBlock,
-    Step,
-    SwitchOutput,
-    Who,
-    WriteObject,
 )
 from cell.messages.common import Name
 from cell.net import binary
 from cell.net.errors import CodecError
-from cell.net.keys import STATE_KINDS
 
 T = TypeVar("T")
 
 MOST_BYTES = 8 * 2**20
 """Of one message."""
 
-COMMANDS: dict[str, dict[str, type[Command]]] = {
-    role: {kind.verb: kind for kind in (*kinds, Who)}
-    for role, kinds in {
-        "robot": (Enable, Disable, Run, Halt, Continue, Return, Step, SetOverride, SetManual, Jog, ResetRobot),
-        "manager": (SetEstop, ResetEstop, ClearZone, AdoptZone, ClearSetup, ListEvents),
-        "gateway": (
-            Claim,
-            Release,
-            EnableDrives,
-            DisableDrives,
-            ResetDrives,
-            ReadObject,
-            WriteObject,
-            ScanBus,
-            RecordBus,
-            FaultDrive,
-            Home,
-            MoveAxes,
-            PressAxis,
-            HoldSetup,
-            SwitchOutput,
-            AcceptPosition,
-        ),
-    }.items()
-}
-"""Role: verb: the command that the last chunk of a call's key stands for."""
-
 _STRICT = ConfigDict(extra="forbid", allow_inf_nan=False, ser_json_inf_nan="constants", strict=True)
 
 
 _ADAPTERS: dict[type[Any], TypeAdapter[Any]] = {}
+_CALL_FORMS: dict[type[Any], type[Any]] = {}
 
 
 def _adapter(kind: type[Any]) -> TypeAdapter[Any]:
@@ -107,14 +48,16 @@ def _adapter(kind: type[Any]) -> TypeAdapter[Any]:
     return _ADAPTERS[kind]
 
 
-def _call_form(command: type[Command]) -> type[Any]:
+def _call_form(command: type[Any]) -> type[Any]:
     """A call whose command has a known type, so that JSON can be read without guessing."""
-    fields: list[tuple[str, Any, Any]] = [
-        ("id", Name, dataclasses.field()),
-        ("command", command, dataclasses.field()),
-        ("heard", Heard | None, dataclasses.field(default=None)),
-    ]
-    return dataclasses.make_dataclass(f"{command.__name__}Call", fields, frozen=True)
+    if command not in _CALL_FORMS:
+        fields: list[tuple[str, Any, Any]] = [
+            ("id", Name, dataclasses.field()),
+            ("command", command, dataclasses.field()),
+            ("heard", Heard | None, dataclasses.field(default=None)),
+        ]
+        _CALL_FORMS[command] = dataclasses.make_dataclass(f"{command.__name__}Call", fields, frozen=True)
+    return _CALL_FORMS[command]
 
 
 def _presence_head() -> type[Any]:
@@ -129,30 +72,19 @@ def _presence_head() -> type[Any]:
 _BODY_HEAD = ("known", "base", "reach_m")
 _PRESENCE_FIELDS = tuple(field.name for field in dataclasses.fields(Presence) if field.name != "body")
 _PRESENCE_HEAD = _presence_head()
-_CALL_FORMS = {kind: _call_form(kind) for kinds in COMMANDS.values() for kind in kinds.values()}
 
 
 def encode(message: object) -> bytes:
     """The bytes of a state message or a `Reply`. Raises `CodecError` when it holds what must not travel (NaN)."""
-    if isinstance(message, SetpointBlock):
-        return binary.encode_setpoints(message)
-    if isinstance(message, DriveFeedback):
-        return binary.encode_feedback(message)
-    if isinstance(message, Presence):
-        return _encode_presence(message)
-    return _to_json(type(message), message)
+    layout = _LAYOUTS.get(type(message))
+    return _to_json(type(message), message) if layout is None else layout[0](message)
 
 
 def decode(kind: type[T], data: bytes) -> T:
     """The message of class `kind` in `data`. Raises `CodecError`."""
     _check_size(kind.__name__, data)
-    if kind is SetpointBlock:
-        return binary.decode_setpoints(data)  # type: ignore[return-value]
-    if kind is DriveFeedback:
-        return binary.decode_feedback(data)  # type: ignore[return-value]
-    if kind is Presence:
-        return _decode_presence(data)  # type: ignore[return-value]
-    message: T = _from_json(kind, data)
+    layout = _LAYOUTS.get(kind)
+    message: T = _from_json(kind, data) if layout is None else layout[1](data)
     return message
 
 
@@ -170,11 +102,20 @@ def _decode_presence(data: bytes) -> Presence:
     return Presence(body=body, **{name: getattr(head, name) for name in _PRESENCE_FIELDS})
 
 
+_LAYOUTS: dict[type, tuple[Callable[[Any], bytes], Callable[[bytes], Any]]] = {
+    SetpointBlock: (binary.encode_setpoints, binary.decode_setpoints),
+    DriveFeedback: (binary.encode_feedback, binary.decode_feedback),
+    Presence: (_encode_presence, _decode_presence),
+}
+"""How messages that are not JSON are written and read."""
+
+
 def encode_call(call: Call) -> bytes:
     """The bytes of a call; its verb travels in the key."""
-    form = _CALL_FORMS.get(type(call.command))
-    if form is None:
+    kind = type(call.command)
+    if not any(kind in verbs.values() for verbs in COMMANDS.values()):
         raise CodecError("Call", f"{call.command!r} is no command")
+    form = _call_form(kind)
     return _to_json(form, form(call.id, call.command, call.heard))
 
 
@@ -184,7 +125,7 @@ def decode_call(to: str, verb: str, data: bytes) -> Call:
     if verb not in known:
         raise CodecError("Call", f"verb {verb!r} is unknown to {to}; allowed: {', '.join(sorted(known)) or 'none'}")
     _check_size("Call", data)
-    form = _from_json(_CALL_FORMS[known[verb]], data)
+    form = _from_json(_call_form(known[verb]), data)
     return Call(form.id, form.command, form.heard)
 
 
@@ -198,11 +139,10 @@ def message_schemas() -> dict[str, Any]:
 
     Of `Presence` it is that of its head.
     """
-    kinds = [kind for kind in STATE_KINDS if kind not in (SetpointBlock, DriveFeedback, Presence)]
-    kinds += [Reply, KeptEvents, _PRESENCE_HEAD]
+    kinds = [*(kind for kind in STATES if kind not in _LAYOUTS), Reply, KeptEvents, _PRESENCE_HEAD]
     schemas = {kind.__name__: _adapter(kind).json_schema() for kind in kinds}
     for role, verbs in COMMANDS.items():
-        schemas |= {f"{role}/{verb}": _adapter(_CALL_FORMS[kind]).json_schema() for verb, kind in verbs.items()}
+        schemas |= {f"{role}/{verb}": _adapter(_call_form(kind)).json_schema() for verb, kind in verbs.items()}
     return schemas
 
 

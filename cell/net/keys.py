@@ -1,26 +1,12 @@
-"""The keys of a cell, all in one place (`docs/architecture.md`, section 4).
+"""The keys of a cell (`docs/architecture.md`, section 4); those of its state messages are in the register `STATES`.
 
 Every key starts with `cell/<cell>/`, so one subscriber on `cell/<cell>/**` sees the whole cell.
 """
 
 import re
-from collections.abc import Callable
 from dataclasses import dataclass
 
-from cell.messages import (
-    ConveyorCount,
-    Correction,
-    DriveFeedback,
-    Estop,
-    Event,
-    GatewayState,
-    JogHeld,
-    ManagerState,
-    Presence,
-    RobotState,
-    SetpointBlock,
-    ZoneGeometry,
-)
+from cell.messages import STATES
 
 ROOT = "cell"
 _NAME = re.compile(r"[A-Za-z0-9_.-]+")
@@ -35,40 +21,6 @@ class Alive:
     boot: str
 
 
-@dataclass(frozen=True, slots=True)
-class _Rule:
-    """How the key of one kind of message is built, and which keys belong to it."""
-
-    kind: type
-    suffix: Callable[[object], str]
-    pattern: re.Pattern[str]
-
-
-def _rule(kind: type, template: str, *fields: str, chunk: str = r"[^/]+") -> _Rule:
-    def suffix(message: object) -> str:
-        return template.format(*[getattr(message, field) for field in fields])
-
-    return _Rule(kind, suffix, re.compile(re.escape(template).replace(r"\{\}", chunk)))
-
-
-_RULES = (
-    _rule(Presence, "robot/{}/presence", "robot"),
-    _rule(RobotState, "robot/{}/state", "robot"),
-    _rule(SetpointBlock, "robot/{}/setpoints", "robot"),
-    _rule(JogHeld, "robot/{}/jog", "robot"),
-    _rule(Correction, "robot/{}/correction/{}", "robot", "name"),
-    _rule(ConveyorCount, "conveyor/{}", "conveyor"),
-    _rule(DriveFeedback, "robot/{}/drives", "robot"),
-    _rule(ManagerState, "manager/state"),
-    _rule(GatewayState, "gateway/{}/state", "gateway"),
-    _rule(ZoneGeometry, "zone/{}", "zone"),
-    _rule(Estop, "estop"),
-    _rule(Event, "event/{}", "source", chunk=r"[^/]+(?:/[^/]+)?"),
-)
-STATE_KINDS: tuple[type, ...] = tuple(rule.kind for rule in _RULES)
-_RULE_OF = {rule.kind: rule for rule in _RULES}
-
-
 class Keys:
     """The keys of one cell."""
 
@@ -80,17 +32,17 @@ class Keys:
 
     def of(self, message: object) -> str:
         """The key on which `message` travels. Raises `TypeError` for what is no state message."""
-        rule = _RULE_OF.get(type(message))
-        if rule is None:
+        state = STATES.get(type(message))
+        if state is None:
             raise TypeError(f"{type(message).__name__} is no state message; calls go through ask() and answer()")
-        return self.prefix + rule.suffix(message)
+        return self.prefix + state.key_of(message)
 
     def type_of(self, key: str) -> type | None:
         """The message class that travels on `key`; None when it is no state key of this cell."""
         if not key.startswith(self.prefix):
             return None
         rest = key[len(self.prefix) :]
-        return next((rule.kind for rule in _RULES if rule.pattern.fullmatch(rest)), None)
+        return next((kind for kind, state in STATES.items() if state.pattern.fullmatch(rest)), None)
 
     def alive(self, role: str, name: str, boot: str) -> str:
         """The key of a process' liveliness token."""

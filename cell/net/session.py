@@ -9,21 +9,7 @@ import zenoh
 from zenoh.handlers import Callback
 
 from cell.core import Ask, AskDone
-from cell.messages import (
-    Call,
-    Command,
-    ConveyorCount,
-    Correction,
-    DriveFeedback,
-    Estop,
-    Event,
-    Heard,
-    JogHeld,
-    ManagerState,
-    Presence,
-    Reply,
-    SetpointBlock,
-)
+from cell.messages import STATES, Call, Command, Heard, Reply, Urgency
 from cell.net.calls import Calls
 from cell.net.codec import decode, encode, encode_call
 from cell.net.endpoint import who_answers
@@ -47,15 +33,10 @@ from cell.net.options import Link, ZenohOptions, effective_link, zenoh_config
 __all__ = ["CellSession", "Link", "ZenohOptions"]
 
 _PRIORITY = {
-    Estop: zenoh.Priority.REAL_TIME,
-    SetpointBlock: zenoh.Priority.REAL_TIME,
-    DriveFeedback: zenoh.Priority.REAL_TIME,
-    JogHeld: zenoh.Priority.INTERACTIVE_HIGH,
-    Correction: zenoh.Priority.INTERACTIVE_HIGH,
-    ConveyorCount: zenoh.Priority.INTERACTIVE_HIGH,
-    Presence: zenoh.Priority.INTERACTIVE_HIGH,
-    ManagerState: zenoh.Priority.INTERACTIVE_HIGH,
-    Event: zenoh.Priority.DATA_HIGH,
+    Urgency.REAL_TIME: zenoh.Priority.REAL_TIME,
+    Urgency.INTERACTIVE: zenoh.Priority.INTERACTIVE_HIGH,
+    Urgency.HIGH: zenoh.Priority.DATA_HIGH,
+    Urgency.NORMAL: zenoh.Priority.DATA,
 }
 
 
@@ -157,7 +138,7 @@ class CellSession:
         key = self.keys.of(message)
         publisher = self._publishers.get(key)
         if publisher is None:
-            priority = _PRIORITY.get(type(message), zenoh.Priority.DATA)
+            priority = _PRIORITY[STATES[type(message)].urgency]
             publisher = self._publishers[key] = self._open.declare_publisher(
                 key,
                 congestion_control=zenoh.CongestionControl.DROP,

@@ -2,25 +2,9 @@
 
 from pathlib import Path
 
-from robot_agent.kinematics.families.cobot import Cobot
-from robot_agent.kinematics.families.delta import Delta
-from robot_agent.kinematics.families.gantry import Gantry
-from robot_agent.kinematics.families.palletizer import Palletizer
-from robot_agent.kinematics.families.scara import Scara
-from robot_agent.kinematics.families.six_axis import SixAxis
 from robot_agent.kinematics.model import Model
-from robot_agent.kinematics.numeric.numeric_model import BareUrdf, NumericModel
-from robot_agent.model import URDF, Family, RobotDescription, UrdfSource, load_description
-
-FAMILIES: dict[Family, type[Model]] = {
-    Family.SIX_AXIS: SixAxis,
-    Family.COBOT: Cobot,
-    Family.SCARA: Scara,
-    Family.PALLETIZER: Palletizer,
-    Family.DELTA: Delta,
-    Family.GANTRY: Gantry,
-    Family.URDF: NumericModel,
-}
+from robot_agent.kinematics.numeric.numeric_model import BareUrdf
+from robot_agent.model import FAMILIES, URDF, RobotDescription, UrdfSource, load_description
 
 
 def model_of(description: RobotDescription) -> Model:
@@ -29,7 +13,8 @@ def model_of(description: RobotDescription) -> Model:
     Raises:
         BadModel: the geometry is not one of this family.
     """
-    return FAMILIES[description.family](description)
+    model: Model = FAMILIES[description.family].model(description)
+    return model
 
 
 def load_model(path: str | Path) -> Model:

@@ -19,7 +19,7 @@ from robot_agent.kinematics.reach import Places, farthest
 from robot_agent.kinematics.singularity import SingularityDistance
 from robot_agent.kinematics.solutions import Solutions
 from robot_agent.model.description import CapsuleBody, JointLimits, RobotDescription
-from robot_agent.model.families import SHAPES
+from robot_agent.model.families import shape_of
 
 
 class Model(ABC):
@@ -266,7 +266,7 @@ class Model(ABC):
         return pose
 
     def _link_names(self) -> tuple[str, ...]:
-        return SHAPES[self.description.family].links
+        return shape_of(self.description.family).links
 
     def _whole_body(self) -> tuple[CapsuleBody, ...]:
         tool, flange = self.description.tool, len(self.link_names) - 1

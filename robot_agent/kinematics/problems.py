@@ -6,12 +6,12 @@ import numpy as np
 
 from robot_agent.kinematics.errors import BadModel
 from robot_agent.model.description import CapsuleBody, RobotDescription
-from robot_agent.model.families import SHAPES
+from robot_agent.model.families import shape_of
 
 
 def family_problems(description: RobotDescription) -> Iterator[str]:
     """Lengths and joints against those of the family."""
-    shape, given = SHAPES[description.family], description.geometry
+    shape, given = shape_of(description.family), description.geometry
     yield from (f"length {name} is missing" for name in shape.lengths if name not in given)
     yield from (
         f"length {name} is unknown, allowed {', '.join(shape.lengths)}" for name in given if name not in shape.lengths

@@ -1,44 +1,42 @@
-"""The robot language: text to statements, statements to steps. `docs/language.md` is its reference for people."""
+"""The robot language: text to statements, statements to steps. `docs/language.md` is its reference for people.
 
-from robot_agent.language.interpreter import (
+What a statement is called, how it is read and what it does stands in its class; each module with such classes is
+imported here (`docs/architecture.md`, 2.1).
+"""
+
+from robot_agent.language.interpreter import Interpreter, Step
+from robot_agent.language.moves import (
     ArcStep,
-    Finished,
     FlangeStep,
-    Interpreter,
-    JointStep,
+    Home,
     LineStep,
     MotionStep,
-    Pause,
-    ProgramFault,
-    SplineStep,
-    Step,
-    SwitchNow,
-    TrackingOff,
-    TrackingOn,
-)
-from robot_agent.language.parser import parse_program
-from robot_agent.language.program import (
-    End,
-    Goto,
-    Home,
-    Label,
+    Move,
     MoveArc,
     MoveJoints,
     MoveLine,
     MoveSpline,
-    Pace,
-    Program,
-    ProgramError,
-    ProgramProblem,
-    SetOutput,
-    Statement,
-    Switch,
+    SplineStep,
     Tangent,
-    Track,
-    Wait,
+)
+from robot_agent.language.parser import parse_program
+from robot_agent.language.program import Program, ProgramError, ProgramProblem
+from robot_agent.language.sequence import End, Goto, Label, SetOutput, Track, Wait
+from robot_agent.language.statement import STATEMENTS, Statement
+from robot_agent.language.steps import (
+    Finished,
+    JointStep,
+    Pace,
+    Pause,
+    ProgramFault,
+    Switch,
+    SwitchNow,
+    TrackingOff,
+    TrackingOn,
 )
 
 __all__ = [
+    "STATEMENTS",
     "ArcStep",
     "End",
     "Finished",
@@ -50,6 +48,7 @@ __all__ = [
     "Label",
     "LineStep",
     "MotionStep",
+    "Move",
     "MoveArc",
     "MoveJoints",
     "MoveLine",

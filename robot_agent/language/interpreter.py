@@ -1,97 +1,16 @@
 """Statements to steps: what the robot does next, with jumps and counters resolved. It runs ahead of the motion."""
 
 from collections.abc import Hashable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
-from robot_agent.language.program import (
-    FREELY,
-    End,
-    Goto,
-    Home,
-    Label,
-    MoveArc,
-    MoveJoints,
-    MoveLine,
-    MoveSpline,
-    Pace,
-    Program,
-    SetOutput,
-    Switch,
-    Tangent,
-    Track,
-    Wait,
-)
+from robot_agent.language.moves import MotionStep
+from robot_agent.language.program import Program
+from robot_agent.language.statement import Walk
+from robot_agent.language.steps import Finished, Pause, ProgramFault, Switch, SwitchNow, TrackingOff, TrackingOn
 
 _MAX_IDLE_STATEMENTS = 10_000
 _MAX_SWITCHES = 100
 """At one place."""
-
-
-@dataclass(frozen=True, slots=True)
-class JointStep:
-    """Move joints; `None` keeps a joint, `joints=None` as a whole means home. The rest as in `MoveJoints`."""
-
-    line: int
-    joints: tuple[float | None, ...] | None
-    speed: float
-    pace: Pace = FREELY
-    synchronised: bool = True
-    switches: tuple[Switch, ...] = ()
-
-
-LineStep = MoveLine
-ArcStep = MoveArc
-SplineStep = MoveSpline
-FlangeStep = LineStep | ArcStep | SplineStep
-MotionStep = JointStep | FlangeStep
-"""Moves of the flange are their own steps; what is left to resolve is whether the tool follows the path."""
-
-
-@dataclass(frozen=True, slots=True)
-class Pause:
-    """Stand still for a while."""
-
-    line: int
-    duration_s: float
-
-
-@dataclass(frozen=True, slots=True)
-class SwitchNow:
-    """Switch outputs where the robot rests: no move is before them."""
-
-    line: int
-    switches: tuple[Switch, ...]
-
-
-@dataclass(frozen=True, slots=True)
-class TrackingOn:
-    """The moves that follow are corrected by what is measured under this name."""
-
-    line: int
-    name: str
-
-
-@dataclass(frozen=True, slots=True)
-class TrackingOff:
-    """Come to rest wherever the correction has led; the next move begins there."""
-
-    line: int
-
-
-@dataclass(frozen=True, slots=True)
-class Finished:
-    """The program is done."""
-
-    line: int
-
-
-@dataclass(frozen=True, slots=True)
-class ProgramFault:
-    """The program cannot go on, and why."""
-
-    line: int
-    text: str
-
 
 Step = MotionStep | Pause | SwitchNow | TrackingOn | TrackingOff | Finished | ProgramFault
 
@@ -104,12 +23,8 @@ class Interpreter:
 
     def __init__(self, program: Program) -> None:
         self._program = program
-        self._index = 0
-        self._jumps_left: dict[int, int] = {}
-        self._tangential_rad: float | None = None
-        self._tracking = False
+        self._at = Walk()
         self._end: Finished | ProgramFault | None = None
-        self._switched = 0
         self._following: Step | Switch | None = None
         """What comes next, when it is known already."""
 
@@ -134,72 +49,26 @@ class Interpreter:
     def place(self) -> Hashable:
         """Where the walk is: from equal places it goes on alike."""
         following = None if self._following is None else self._following.line
-        return self._index, frozenset(self._jumps_left.items()), self._tangential_rad, self._tracking, following
+        at = self._at
+        return at.index, frozenset(at.jumps_left.items()), at.tangential_rad, at.tracking, following
 
     def _walk(self) -> Step | Switch:
         if self._end is not None:
             return self._end
-        line = 1
+        line, statements = 1, self._program.statements
         for _ in range(_MAX_IDLE_STATEMENTS):
-            if self._index >= len(self._program.statements):
+            if self._at.index >= len(statements):
                 return self._finish(Finished(line))
-            statement = self._program.statements[self._index]
+            statement = statements[self._at.index]
             line = statement.line
-            self._index += 1
-            match statement:
-                case MoveJoints(line, joints, speed, pace, synchronised):
-                    return JointStep(line, joints, speed, pace, synchronised)
-                case MoveLine() | MoveArc() | MoveSpline():
-                    return self._flange_step(statement)
-                case Home(line, speed, pace):
-                    return JointStep(line, None, speed, pace)
-                case Tangent(line, angle_rad):
-                    self._tangential_rad = angle_rad
-                case Track() if self._tracking or statement.name is not None:
-                    return self._track(statement)
-                case SetOutput(line, output, on):
-                    self._switched += 1
-                    return Switch(line, output, on, self._switched)
-                case Wait(line, duration_s):
-                    return Pause(line, duration_s)
-                case Goto():
-                    self._jump(statement)
-                case Label() | Track():
-                    pass
-                case End(line):
-                    return self._finish(Finished(line))
+            self._at.index += 1
+            step = statement.run(self._at)
+            if isinstance(step, Finished | ProgramFault):
+                return self._finish(step)
+            if step is not None:
+                return step
         text = f"{_MAX_IDLE_STATEMENTS} statements without a motion or WAIT: put one into the loop"
         return self._finish(ProgramFault(line, text))
-
-    def _flange_step(self, move: FlangeStep) -> FlangeStep | ProgramFault:
-        """The move with what `TANG` asks for, which leaves no orientation to choose."""
-        named = move.orientation_abc or (move.via_orientation_abc if isinstance(move, MoveArc) else None)
-        if self._tangential_rad is not None and named is not None:
-            text = "A, B and C are named while TANG is on, where the tool follows the path: leave them out, or TANG 0"
-            self._end = ProgramFault(move.line, text)
-            return self._end
-        return replace(move, tangential_rad=self._tangential_rad)
-
-    def _track(self, track: Track) -> TrackingOn | TrackingOff:
-        """One step at a call: a correction that is on is ended before the next one begins."""
-        if self._tracking:
-            self._tracking = False
-            self._index -= track.name is not None
-            return TrackingOff(track.line)
-        self._tracking = True
-        return TrackingOn(track.line, track.name or "")
-
-    def _jump(self, goto: Goto) -> None:
-        if goto.count is None:
-            self._index = goto.target
-            return
-        place = self._index - 1
-        left = self._jumps_left.get(place, goto.count)
-        if left > 0:
-            self._jumps_left[place] = left - 1
-            self._index = goto.target
-        else:
-            del self._jumps_left[place]
 
     def _finish(self, end: Finished | ProgramFault) -> Step:
         self._end = end

@@ -2,7 +2,6 @@
 
 from robot_agent.model.description import (
     CapsuleBody,
-    Family,
     JointLimits,
     LinkMass,
     Motor,
@@ -13,12 +12,13 @@ from robot_agent.model.description import (
     Tool,
     UrdfSource,
 )
+from robot_agent.model.families import FAMILIES
 from robot_agent.model.load import URDF, load_description
 
 __all__ = [
+    "FAMILIES",
     "URDF",
     "CapsuleBody",
-    "Family",
     "JointLimits",
     "LinkMass",
     "Motor",

@@ -1,13 +1,10 @@
 """What must hold within a robot file beyond its schema."""
 
-import math
 from collections.abc import Iterator
 
 from cell.config.document import Document
 from cell.config.problem import KeyPath, Problem
-from robot_agent.model.description import Family
-from robot_agent.model.families import SHAPES
-from robot_agent.model.geometry import SixAxisGeometry
+from robot_agent.model.families import FAMILIES
 from robot_agent.model.mass_checks import check_masses
 from robot_agent.model.motor_checks import check_motors
 from robot_agent.model.robot_file import RobotFile
@@ -18,7 +15,7 @@ def check_robot_file(document: Document, robot: RobotFile) -> list[Problem]:
     return [
         *_joints(document, robot),
         *_complete(document, ("home",), tuple(document.keys(("joints",)))),
-        *_geometry(document, robot),
+        *FAMILIES[robot.family].check(document, robot),
         *_coupling(document, robot),
         *_limits(document, robot),
         *_home(document, robot),
@@ -31,7 +28,7 @@ def check_robot_file(document: Document, robot: RobotFile) -> list[Problem]:
 
 def expected_joints(document: Document, robot: RobotFile) -> tuple[str, ...]:
     """The names that the joints of this robot should have, whatever the file says."""
-    count, shape = len(document.keys(("joints",))), SHAPES.get(robot.family)
+    count, shape = len(document.keys(("joints",))), FAMILIES[robot.family].shape
     if shape is None:
         return tuple(f"J{i + 1}" for i in range(count))
     return shape.joint_names(count if shape.fewest <= count <= len(shape.linear) else None)
@@ -40,13 +37,14 @@ def expected_joints(document: Document, robot: RobotFile) -> tuple[str, ...]:
 def _joints(document: Document, robot: RobotFile) -> Iterator[Problem]:
     expected = expected_joints(document, robot)
     yield from _complete(document, ("joints",), expected)
-    if robot.family not in SHAPES:
+    shape = FAMILIES[robot.family].shape
+    if shape is None:
         return
-    for name, linear in zip(expected, SHAPES[robot.family].linear, strict=False):
+    for name, linear in zip(expected, shape.linear, strict=False):
         joint = robot.joints.get(name)
         if joint is not None and joint.linear != linear:
             path = ("joints", name, "type")
-            allowed = f"{'linear' if linear else 'rotary'}, as in every robot of family {robot.family.value}"
+            allowed = f"{'linear' if linear else 'rotary'}, as in every robot of family {robot.family}"
             yield document.problem(path, joint.type, allowed)
 
 
@@ -59,17 +57,8 @@ def _complete(document: Document, path: KeyPath, expected: tuple[str, ...]) -> I
         yield document.problem(path, f"the order {', '.join(keys)}", f"the order {', '.join(expected)}", at_key=True)
 
 
-def _geometry(document: Document, robot: RobotFile) -> Iterator[Problem]:
-    lengths = getattr(robot, "geometry", None)
-    if isinstance(lengths, SixAxisGeometry) and math.hypot(lengths.a4z, lengths.a4x + lengths.a5x) == 0:
-        yield document.problem(("geometry",), "a forearm of length 0", "a4x + a5x or a4z other than 0", at_key=True)
-
-
 def _coupling(document: Document, robot: RobotFile) -> Iterator[Problem]:
     names = document.keys(("joints",))
-    if robot.family is Family.PALLETIZER and "coupling" not in document.keys(()):
-        allowed = "coupling: {J3: {J2: -1}} for a parallelogram driven from the base, {} for a motor at the elbow"
-        yield document.problem(("coupling",), "nothing", allowed)
     for joint, sources in robot.coupling.items():
         before = names[: names.index(joint)] if joint in names else []
         for source in sources:
@@ -97,9 +86,10 @@ def _home(document: Document, robot: RobotFile) -> Iterator[Problem]:
 
 
 def _capsules(document: Document, robot: RobotFile) -> Iterator[Problem]:
-    if robot.family not in SHAPES:
+    shape = FAMILIES[robot.family].shape
+    if shape is None:
         return
-    last = len(SHAPES[robot.family].links) - 1
+    last = len(shape.links) - 1
     for index, capsule in enumerate(robot.capsules):
         if capsule.link > last:
             yield document.problem(("capsules", index, "link"), f"{capsule.link}", f"0 (base) to {last} (flange)")

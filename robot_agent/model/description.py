@@ -9,18 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 
-class Family(Enum):
-    """Kinematic families; each but the last has its own closed form."""
-
-    SIX_AXIS = "six_axis"
-    COBOT = "cobot"
-    SCARA = "scara"
-    PALLETIZER = "palletizer"
-    DELTA = "delta"
-    GANTRY = "gantry"
-    URDF = "urdf"
-
-
 class ProfileKind(Enum):
     """How the way along a path grows with time."""
 
@@ -187,7 +175,8 @@ class RobotDescription:
     """One robot model. `geometry` holds the family's named lengths [m]."""
 
     name: str
-    family: Family
+    family: str
+    """Its name in the register (`robot_agent.model.families`)."""
     geometry: dict[str, float]
     joint_names: tuple[str, ...]
     limits: JointLimits

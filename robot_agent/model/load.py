@@ -8,7 +8,7 @@ from cell.config.reading import Reading
 from cell.config.validation import validate
 from robot_agent.model.checks import check_robot_file
 from robot_agent.model.description import RobotDescription
-from robot_agent.model.family_files import file_type
+from robot_agent.model.families import file_type
 from robot_agent.model.robot_file import RobotFile
 
 URDF = ".urdf"

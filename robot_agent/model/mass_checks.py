@@ -6,8 +6,7 @@ import numpy as np
 
 from cell.config.document import Document
 from cell.config.problem import KeyPath, Problem
-from robot_agent.model.description import Family
-from robot_agent.model.families import SHAPES
+from robot_agent.model.families import FAMILIES
 from robot_agent.model.mass_file import Inertia, inertia_matrix
 from robot_agent.model.robot_file import RobotFile
 
@@ -17,27 +16,22 @@ _ROUNDED = 1e-6
 
 def check_masses(document: Document, robot: RobotFile) -> Iterator[Problem]:
     """Masses on links that are none, or twice on one; inertias that no body has; families that take no masses."""
-    if robot.masses and robot.family in (Family.DELTA, Family.URDF):
-        yield document.problem(("masses",), f"masses in family {robot.family.value}", _allowed(robot.family))
+    family = FAMILIES[robot.family]
+    if robot.masses and family.no_masses is not None:
+        yield document.problem(("masses",), f"masses in family {robot.family}", family.no_masses)
         return
     seen: set[int] = set()
     for index, entry in enumerate(robot.masses):
         path: KeyPath = ("masses", index)
-        shape = SHAPES.get(robot.family)
-        if shape is not None and entry.link >= len(shape.links):
-            yield document.problem((*path, "link"), f"{entry.link}", f"1 to {len(shape.links) - 1} (flange)")
+        if family.shape is not None and entry.link >= len(family.shape.links):
+            allowed = f"1 to {len(family.shape.links) - 1} (flange)"
+            yield document.problem((*path, "link"), f"{entry.link}", allowed)
         if entry.link in seen:
             yield document.problem((*path, "link"), f"{entry.link} for the second time", "each link once")
         seen.add(entry.link)
         yield from _inertia(document, path, entry.inertia_kg_m2)
     for name, tool in robot.tools.items():
         yield from _inertia(document, ("tools", name), tool.inertia_kg_m2)
-
-
-def _allowed(family: Family) -> str:
-    if family is Family.DELTA:
-        return "none: its arms are closed chains, whose torques are not computed"
-    return "none here: the masses of such a robot are in its URDF"
 
 
 def _inertia(document: Document, path: KeyPath, entry: Inertia) -> Iterator[Problem]:

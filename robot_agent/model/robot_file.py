@@ -11,7 +11,6 @@ from cell.config.units import STRICT, Number, Positive, PositiveAngle, PositiveL
 from robot_agent.model.body_file import CapsuleEntry, ToolEntry
 from robot_agent.model.description import (
     JERK_PER_ACCELERATION,
-    Family,
     JointLimits,
     PathLimits,
     ProfileKind,
@@ -121,9 +120,7 @@ class RobotFile(BaseModel):
 
     model_config = STRICT
     name: Annotated[str, Field(min_length=1)] = Field(description="the model's name, for people")
-    family: Annotated[Family, Field(strict=False)] = Field(
-        description=f"kinematic family: {', '.join(family.value for family in Family)}"
-    )
+    family: str = Field(description="kinematic family")
     units: Units = Field(description="units of lengths and angles: {length: mm, angle: deg}")
     joints: dict[JointName, JointEntry] = Field(description="limits of the joints J1, J2, ... in this order")
     coupling: dict[JointName, dict[JointName, Number]] = Field(

@@ -16,8 +16,7 @@ import numpy as np
 from cell.geometry import transform_points
 from cell.geometry.arrays import Array
 from cell.messages import Body
-from robot_agent.kinematics import Model, OpenMechanism
-from robot_agent.model.description import Family
+from robot_agent.kinematics import Model, OpenMechanism, SerialModel
 from robot_agent.trajectory import Limits
 from robot_agent.workspace.body import BODY_GROWTH_M, body_of, unknown_body
 
@@ -121,7 +120,7 @@ def _bulges(model: Model, middle: Array, steps: Array, levers: Array) -> Array:
     """
     lines = np.stack([middle - steps, np.broadcast_to(middle, steps.shape), middle + steps], axis=1)
     plain = np.array([4.0 * float(model.bulge_m(line).max()) for line in lines])
-    if model.description.family is Family.DELTA:
+    if not isinstance(model, SerialModel):
         return plain
     moved = levers * np.abs(steps).sum(axis=0)
     farthest = levers + 2.0 * (moved.sum() - moved)

@@ -10,6 +10,7 @@ import pytest
 from cell.commands.checks import CellBundle
 from cell.core import Frozen, Request
 from cell.messages import (
+    STATES,
     DriveFeedback,
     Enable,
     Estop,
@@ -28,7 +29,6 @@ from cell.messages import (
     Who,
 )
 from cell.net.codec import encode
-from cell.net.keys import STATE_KINDS
 from drive_gateway.canopen.frame import CanFrame
 from drive_gateway.canopen.nmt import SYNC_FRAME
 from drive_gateway.sim.drives.power_state import DriveState
@@ -136,7 +136,7 @@ def test_everything_that_processes_send_is_shown_when_it_leaves(bundle: CellBund
 def test_agents_and_gateways_hear_what_their_real_shells_subscribe_to_and_nothing_else(bundle: CellBundle) -> None:
     world = World(bundle, 1, CALM)
     heard: dict[str, set[str]] = {}
-    state_kinds = {kind.__name__ for kind in STATE_KINDS}
+    state_kinds = {kind.__name__ for kind in STATES}
     world.on_delivered.append(lambda process, message: heard.setdefault(process, set()).add(type(message).__name__))
     until(world, lambda: mode(world) is Mode.DISABLED)
     run(world, 1.0)
@@ -150,7 +150,7 @@ def test_the_same_seed_gives_the_same_run_bit_for_bit_with_all_faults(bundle: Ce
         world, found = World(bundle, 5, Weather(loss=0.2, double=0.05, late=0.05)), hashlib.sha256()
         world.on_published.append(
             lambda process, message: (
-                found.update(process.encode() + encode(message)) if isinstance(message, STATE_KINDS) else None
+                found.update(process.encode() + encode(message)) if type(message) in STATES else None
             )
         )
         run(world, 0.7)

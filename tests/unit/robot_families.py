@@ -7,31 +7,31 @@ import pytest
 
 from cell.geometry import from_xyz_abc
 from robot_agent.kinematics import Model, model_of
-from robot_agent.model.description import CapsuleBody, Family, JointLimits, PathLimits, RobotDescription
-from robot_agent.model.families import SHAPES
+from robot_agent.model.description import CapsuleBody, JointLimits, PathLimits, RobotDescription
+from robot_agent.model.families import FAMILIES, shape_of
 from tests.unit.repository import vectors
 
 VECTORS: dict[str, Any] = vectors("families.json")
-CLOSED = tuple(SHAPES)
-FOUR_AXES = (Family.SCARA, Family.PALLETIZER, Family.DELTA)
-KINDS = [(family, None) for family in CLOSED] + [(Family.DELTA, 3)]
+CLOSED = tuple(name for name, family in FAMILIES.items() if family.shape is not None)
+FOUR_AXES = ("scara", "palletizer", "delta")
+KINDS = [(family, None) for family in CLOSED] + [("delta", 3)]
 every_kind = pytest.mark.parametrize(
-    ("family", "joints"), KINDS, ids=[f"{family.value}{joints or ''}" for family, joints in KINDS]
+    ("family", "joints"), KINDS, ids=[f"{family}{joints or ''}" for family, joints in KINDS]
 )
 SLIDE_M = 0.6
 """Range of joints that slide, to either side."""
 
 
-def described(family: Family, joints: int | None = None, turn_deg: float = 180.0, **changed: Any) -> RobotDescription:
+def described(family: str, joints: int | None = None, turn_deg: float = 180.0, **changed: Any) -> RobotDescription:
     """All joints with the same symmetric range; capsules on the first and the last links."""
-    shape = SHAPES[family]
+    shape = shape_of(family)
     linear = shape.linear[:joints]
     n = len(linear)
     half = np.where(linear, SLIDE_M, np.radians(turn_deg))
     last = len(shape.links) - 1
-    lengths = {name: value / 1000 for name, value in VECTORS[family.value]["model"].items()}
+    lengths = {name: value / 1000 for name, value in VECTORS[family]["model"].items()}
     values: dict[str, Any] = {
-        "name": family.value,
+        "name": family,
         "family": family,
         "geometry": lengths,
         "joint_names": shape.joint_names(n),
@@ -44,16 +44,16 @@ def described(family: Family, joints: int | None = None, turn_deg: float = 180.0
     return RobotDescription(**(values | changed))
 
 
-def robot(family: Family, joints: int | None = None, turn_deg: float = 180.0, **changed: Any) -> Model:
+def robot(family: str, joints: int | None = None, turn_deg: float = 180.0, **changed: Any) -> Model:
     return model_of(described(family, joints, turn_deg, **changed))
 
 
-def random_joints(family: Family, count: int, joints: int | None = None, seed: int = 3) -> np.ndarray:
+def random_joints(family: str, count: int, joints: int | None = None, seed: int = 3) -> np.ndarray:
     """Joint sets `(count, n)` all over the range; those of a delta are ones in which it can be built."""
     rng = np.random.default_rng(seed)
-    linear = np.array(SHAPES[family].linear[:joints])
+    linear = np.array(shape_of(family).linear[:joints])
     q = rng.uniform(-np.pi, np.pi, (count, len(linear)))
-    if family is Family.DELTA:
+    if family == "delta":
         q[:, :3] = np.radians(rng.uniform(-40, 80, (count, 3)))
     q[:, linear] = rng.uniform(-SLIDE_M, SLIDE_M, (count, linear.sum()))
     return q

@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 
 from robot_agent.kinematics import SixAxis
-from robot_agent.model.description import CapsuleBody, Family, JointLimits, PathLimits, RobotDescription
+from robot_agent.model.description import CapsuleBody, JointLimits, PathLimits, RobotDescription
 from tests.unit.repository import vectors
 
 VECTORS: dict[str, Any] = vectors("six_axis.json")
@@ -33,7 +33,7 @@ def description(position_deg: float = 180.0, **geometry: float) -> RobotDescript
     )
     return RobotDescription(
         name="example",
-        family=Family.SIX_AXIS,
+        family="six_axis",
         geometry=lengths,
         joint_names=("J1", "J2", "J3", "J4", "J5", "J6"),
         limits=limits,

@@ -60,7 +60,7 @@ def _kinematic_models(named: NamedFiles) -> tuple[dict[str, Model], list[Problem
             model = model_of(file.description(document.file.parent))
             model.forward(model.home)
         except KinematicsError as error:
-            allowed = f"a robot of family {file.family.value}"
+            allowed = f"a robot of family {file.family}"
             problems.append(document.problem(("geometry",), str(error), allowed, at_key=True))
         else:
             models[robot] = model

@@ -12,7 +12,7 @@ from cell.config.reading import declared
 from drive_gateway.config.axis_entry import AxisEntry
 from drive_gateway.config.drives_file import DrivesFile
 from robot_agent.model.axis_needs import AxisNeed, axis_needs
-from robot_agent.model.description import Family, Motor
+from robot_agent.model.description import Motor
 from robot_agent.model.robot_file import RobotFile
 
 MARGIN = 1.05
@@ -74,7 +74,7 @@ def _robot(document: Document, robot: str, axes: dict[str, AxisEntry], model: Ro
 
 def _masses(document: Document, robot: str, drives: DrivesFile, model: RobotFile) -> Iterator[Problem]:
     """Drives that are to carry the masses of a robot's file need some there."""
-    if drives.simulation.masses == "robot" and not model.masses and model.family is not Family.URDF:
+    if drives.simulation.masses == "robot" and not model.masses and model.urdf() is None:
         allowed = f"axes: the file of {model.name}, robot {robot}, says nothing of masses"
         yield document.problem(("simulation", "masses"), "robot", allowed)
 

@@ -15,13 +15,9 @@ from robot_agent.language import (
     End,
     Finished,
     Goto,
-    Home,
     Interpreter,
     MotionStep,
-    MoveArc,
-    MoveJoints,
-    MoveLine,
-    MoveSpline,
+    Move,
     Pause,
     Program,
     ProgramFault,
@@ -38,7 +34,6 @@ from robot_agent.workspace import PlacedRobot
 LONGEST_S = 60.0
 """Of motion, for each program."""
 _MOST_STEPS = 10_000
-_Move = MoveJoints | MoveLine | MoveArc | MoveSpline | Home
 
 
 @dataclass(frozen=True, slots=True)
@@ -163,15 +158,13 @@ def _failure(file: Path, program: Program, failed: PlanFailed) -> Problem:
 
 def _place_is_known(program: Program) -> bool:
     """Whether the program says where the robot is before its moves of the flange, and follows nothing."""
-    moves = [each for each in program.statements if isinstance(each, _Move)]
-    first = moves[0] if moves else None
-    names_all = isinstance(first, Home) or (isinstance(first, MoveJoints) and None not in first.joints)
-    return names_all and not any(isinstance(each, Track) for each in program.statements)
+    moves = [each for each in program.statements if isinstance(each, Move)]
+    return bool(moves) and moves[0].from_anywhere and not any(isinstance(each, Track) for each in program.statements)
 
 
 def _not_planned(file: Path, program: Program, planned: Collection[int], failed: PlanFailed | None) -> list[Problem]:
     """One warning for all moves that nobody has looked at, unless a failure before them is told already."""
-    left = [each.line for each in program.statements if isinstance(each, _Move) and each.line not in planned]
+    left = [each.line for each in program.statements if isinstance(each, Move) and each.line not in planned]
     if not left or failed is not None:
         return []
     found = f"moves that were not planned, lines {listed(left)}"

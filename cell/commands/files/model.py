@@ -35,7 +35,7 @@ def model(
 
 
 def _axes(robot: Model) -> Table:
-    title = f"{robot.description.name}, family {robot.description.family.value}"
+    title = f"{robot.description.name}, family {robot.description.family}"
     headings = ("joint", "type", "from", "to", "speed /s", "acceleration /s2", "jerk /s3", "home", "coupled to")
     table = Table(*headings, title=title, title_justify="left", box=SIMPLE)
     scale = np.where(robot.linear, 1000.0, 180.0 / np.pi)

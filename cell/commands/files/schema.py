@@ -12,7 +12,7 @@ from cell.commands.files.reference import Schema, reference
 from cell.config.cell_file import CellFile
 from cell.net.codec import message_schemas
 from drive_gateway.config.drives_file import DrivesFile
-from robot_agent.model.family_files import FILES
+from robot_agent.model.families import FAMILIES
 
 
 class Subject(Enum):
@@ -26,7 +26,7 @@ class Subject(Enum):
 
 _SCHEMAS: dict[Subject, Callable[[], Schema]] = {
     Subject.CELL: CellFile.model_json_schema,
-    Subject.ROBOT: lambda: {"oneOf": [schema.model_json_schema() for schema in FILES.values()]},
+    Subject.ROBOT: lambda: {"oneOf": [family.file.model_json_schema() for family in FAMILIES.values()]},
     Subject.DRIVES: DrivesFile.model_json_schema,
     Subject.MESSAGES: message_schemas,
 }

@@ -73,12 +73,13 @@ class ProgramRun:
     @property
     def unknown_output(self) -> str:
         """Which statement switches an output that the robot does not have, for people; empty when none does."""
-        statement = self._program.unknown_output(self.outputs.names)
-        if statement is None:
+        unknown = self._program.unknown_output(self.outputs.names)
+        if unknown is None:
             return ""
+        line, output = unknown
         known = ", ".join(self.outputs.names) or "it has none"
         return (
-            f"line {statement.line} of {self._program.name} switches the output {statement.output!r}, "
+            f"line {line} of {self._program.name} switches the output {output!r}, "
             f"which its gateway does not know; in its drives file are: {known}"
         )
 

@@ -10,7 +10,9 @@ from itertools import product
 from typing import ClassVar
 
 import numpy as np
+from pydantic import BaseModel, Field
 
+from cell.config.units import STRICT, Length, PositiveLength
 from cell.geometry.arrays import Array, Flags
 from robot_agent.kinematics.chain import Chain, Step
 from robot_agent.kinematics.families.closed_form import ClosedForm, Raw
@@ -20,6 +22,7 @@ from robot_agent.kinematics.problems import checked_lengths
 from robot_agent.kinematics.serial import SerialModel
 from robot_agent.kinematics.singularity import SingularityDistance
 from robot_agent.model.description import RobotDescription
+from robot_agent.model.families import ClosedFormFile, family
 
 ELBOW_SIGN = np.array([[1.0, -1.0], [-1.0, 1.0]])[:, :, None, None]
 """For LEFT, RIGHT x UP, DOWN; seen from above the shoulder UP is the same elbow for both."""
@@ -28,6 +31,27 @@ HALF_TURN = np.array([[0.0], [np.pi]])
 """Of J6, for the POSITIVE and the NEGATIVE wrist."""
 
 
+class CobotGeometry(BaseModel):
+    """Lengths of a cobot with three parallel axes; at joints zero the arm along +X, the flange looks along +Y."""
+
+    model_config = STRICT
+    a1y: Length = Field(description="axis 1 to axis 2, along Y")
+    a1z: Length = Field(description="base to axis 2, along Z")
+    a2x: PositiveLength = Field(description="upper arm: axis 2 to axis 3, along X")
+    a2y: Length = Field(description="axis 2 to axis 3, along Y; usually negative")
+    a3x: PositiveLength = Field(description="forearm: axis 3 to axis 4, along X")
+    a3y: Length = Field(description="axis 3 to axis 4, along Y")
+    a4z: Length = Field(description="axis 4 to axis 6, along Z; usually negative")
+    a5y: Length = Field(description="axis 5 to the flange, along Y")
+
+
+@family(
+    "cobot",
+    "A six-axis cobot with three parallel axes.",
+    ClosedFormFile[CobotGeometry],
+    joints="RRRRRR",
+    links="base 1 2 3 4 5 flange",
+)
 class Cobot(ClosedForm, SerialModel):
     """See the module; branches LEFT/RIGHT (J1) x UP/DOWN (elbow) x POSITIVE/NEGATIVE (sign of J5)."""
 

@@ -11,7 +11,9 @@ through a singular pose.
 from typing import ClassVar
 
 import numpy as np
+from pydantic import BaseModel, Field
 
+from cell.config.units import STRICT, Length, PositiveLength
 from cell.geometry.arrays import Array
 from robot_agent.kinematics.errors import OpenMechanism
 from robot_agent.kinematics.families.closed_form import ClosedForm, Raw
@@ -21,6 +23,7 @@ from robot_agent.kinematics.problems import checked_lengths
 from robot_agent.kinematics.reach import Places, placed, points, together, turned
 from robot_agent.kinematics.singularity import SingularityDistance
 from robot_agent.model.description import RobotDescription
+from robot_agent.model.families import ClosedFormFile, family
 
 PHI = np.radians([0.0, 120.0, 240.0])
 OUTWARD = np.stack([np.cos(PHI), np.sin(PHI), np.zeros(3)], axis=-1)
@@ -29,6 +32,26 @@ ASIDE = np.stack([-np.sin(PHI), np.cos(PHI), np.zeros(3)], axis=-1)
 DOWN = np.array([0.0, 0.0, -1.0])
 
 
+class DeltaGeometry(BaseModel):
+    """Lengths of a delta robot; the arms are at 0, 120 and 240 degrees from +X."""
+
+    model_config = STRICT
+    r: PositiveLength = Field(description="centre of the base to the axes of the arms")
+    h: PositiveLength = Field(description="arms: axis to elbow")
+    k: PositiveLength = Field(description="rods: elbow to platform")
+    s: PositiveLength = Field(description="centre of the platform to the rods")
+    t: Length = Field(description="centre of the platform down to the flange")
+
+
+@family(
+    "delta",
+    "A delta robot with three or four axes.",
+    ClosedFormFile[DeltaGeometry],
+    joints="RRRR",
+    links="base arm1 arm2 arm3 rod1 rod2 rod3 flange",
+    fewest=3,
+    no_masses="none: its arms are closed chains, whose torques are not computed",
+)
 class Delta(ClosedForm):
     """See the module; one branch, the elbows outside."""
 

@@ -7,7 +7,9 @@ One length, a6z: from the wrist centre to the flange. After a thesis on the CANo
 from typing import ClassVar
 
 import numpy as np
+from pydantic import BaseModel, Field
 
+from cell.config.units import STRICT, Length
 from cell.geometry.arrays import Array
 from robot_agent.kinematics.chain import Chain, Step
 from robot_agent.kinematics.families.closed_form import ClosedForm, Raw
@@ -16,11 +18,26 @@ from robot_agent.kinematics.problems import checked_lengths
 from robot_agent.kinematics.serial import SerialModel
 from robot_agent.kinematics.singularity import SingularityDistance
 from robot_agent.model.description import RobotDescription
+from robot_agent.model.families import ClosedFormFile, family
 
 BASE_TO_SLIDES = np.array([[0.0, 1, 0], [-1, 0, 0], [0, 0, 1]])
 """Turned by -90 deg about Z, the slides are along X, Y, Z."""
 
 
+class GantryGeometry(BaseModel):
+    """Length of a gantry with a wrist Z Y Z; its slides are along -Y, +X and +Z of the base."""
+
+    model_config = STRICT
+    a6z: Length = Field(description="wrist centre to the flange, along Z")
+
+
+@family(
+    "gantry",
+    "A gantry with three slides and a wrist.",
+    ClosedFormFile[GantryGeometry],
+    joints="PPPRRR",
+    links="base 1 2 3 4 5 flange",
+)
 class Gantry(ClosedForm, SerialModel):
     """See the module; branches POSITIVE and NEGATIVE (sign of J5)."""
 

@@ -5,10 +5,15 @@ a4z. J3 is the angle between the links; the motor of axis 3 tilts the forearm ag
 J2 -> J3 of -1 in the robot file. Frigeni, appendix (A-80, A-94), which gives FRONT/UP only.
 """
 
+from collections.abc import Iterator
 from typing import ClassVar
 
 import numpy as np
+from pydantic import BaseModel, Field
 
+from cell.config.document import Document
+from cell.config.problem import Problem
+from cell.config.units import STRICT, Length, PositiveLength
 from cell.geometry.arrays import Array
 from robot_agent.kinematics.chain import Chain, Step
 from robot_agent.kinematics.families.closed_form import ClosedForm, Raw
@@ -19,11 +24,39 @@ from robot_agent.kinematics.reach import Places, placed, points, together, turne
 from robot_agent.kinematics.serial import SerialModel
 from robot_agent.kinematics.singularity import SingularityDistance
 from robot_agent.model.description import RobotDescription
+from robot_agent.model.families import ClosedFormFile, family
+from robot_agent.model.robot_file import RobotFile
 
 MIXING = np.array([[1.0, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0], [0, -1, -1, 0], [0, 0, 0, 1]])
 """The passive wrist turns against J2 and J3."""
 
 
+class PalletizerGeometry(BaseModel):
+    """Lengths of a palletizer; at joints zero upper arm up, forearm along +X, the hand always level."""
+
+    model_config = STRICT
+    a1x: Length = Field(description="axis 1 to axis 2, along X")
+    a1z: Length = Field(description="base to axis 2, along Z")
+    a2z: PositiveLength = Field(description="upper arm: axis 2 to axis 3, along Z")
+    a3x: PositiveLength = Field(description="forearm: axis 3 to the hand, along X")
+    a4x: Length = Field(description="hand to the flange, along X")
+    a4z: Length = Field(description="hand to the flange, along Z; usually negative")
+
+
+def _parallelogram(document: Document, _robot: RobotFile) -> Iterator[Problem]:
+    if "coupling" not in document.keys(()):
+        allowed = "coupling: {J3: {J2: -1}} for a parallelogram driven from the base, {} for a motor at the elbow"
+        yield document.problem(("coupling",), "nothing", allowed)
+
+
+@family(
+    "palletizer",
+    "A palletizer with four axes and a hand that stays level.",
+    ClosedFormFile[PalletizerGeometry],
+    joints="RRRR",
+    links="base 1 2 3 hand flange",
+    check=_parallelogram,
+)
 class Palletizer(ClosedForm, SerialModel):
     """See the module; branches FRONT/BACK (J1) x UP/DOWN (elbow). Limits usually leave FRONT/UP."""
 

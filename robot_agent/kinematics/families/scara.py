@@ -8,7 +8,9 @@ from collections.abc import Sequence
 from typing import ClassVar
 
 import numpy as np
+from pydantic import BaseModel, Field
 
+from cell.config.units import STRICT, Length, PositiveLength
 from cell.geometry.arrays import Array, Flags
 from robot_agent.kinematics.chain import Chain, Step
 from robot_agent.kinematics.families.closed_form import ClosedForm, Raw
@@ -20,10 +22,29 @@ from robot_agent.kinematics.serial import SerialModel
 from robot_agent.kinematics.singularity import SingularityDistance
 from robot_agent.kinematics.turns import TURN, nearest_turn
 from robot_agent.model.description import RobotDescription
+from robot_agent.model.families import ClosedFormFile, family
 
 ELBOW_SIGN = np.array([1.0, -1.0])[:, None]
 
 
+class ScaraGeometry(BaseModel):
+    """Lengths of a SCARA; at joints zero both arms along +X. The base frame is at link 1, its column is below."""
+
+    model_config = STRICT
+    a1x: PositiveLength = Field(description="arm 1: axis 1 to axis 2, along X")
+    a1z: Length = Field(description="base to arm 2, along Z")
+    a2x: PositiveLength = Field(description="arm 2: axis 2 to the spindle, along X")
+    a2z: Length = Field(description="arm 2 to the end of the spindle at J3 = 0, along Z; usually negative")
+    a4z: Length = Field(description="lift of the spindle per turn of J4; 0 without a screw")
+
+
+@family(
+    "scara",
+    "A SCARA.",
+    ClosedFormFile[ScaraGeometry],
+    joints="RRPR",
+    links="base 1 2 3 flange",
+)
 class Scara(ClosedForm, SerialModel):
     """See the module; branches RIGHT (J2 positive) and LEFT."""
 

@@ -4,12 +4,18 @@ Lengths are named by the joint that the link leads to and the axis along which i
 a4z, a5x, a6x. The flange looks along its own +X.
 """
 
+import math
+from collections.abc import Iterator
 from itertools import product
 from struct import Struct
 from typing import ClassVar
 
 import numpy as np
+from pydantic import BaseModel, Field
 
+from cell.config.document import Document
+from cell.config.problem import Problem
+from cell.config.units import STRICT, Length, PositiveLength
 from cell.geometry import pose_rows
 from cell.geometry.arrays import Array
 from robot_agent.kinematics.chain import Chain, Step
@@ -22,6 +28,7 @@ from robot_agent.kinematics.serial import SerialModel
 from robot_agent.kinematics.singularity import SingularityDistance
 from robot_agent.kinematics.solutions import Solutions
 from robot_agent.model.description import RobotDescription
+from robot_agent.model.families import ClosedFormFile, family
 
 AXES = (2, 1, 1, 0, 1, 0)
 """Axis of each joint in its own frame."""
@@ -31,6 +38,34 @@ PACKED = Struct("48d8d8?8?8?")
 takes a fraction of the time of five lists made arrays."""
 
 
+class SixAxisGeometry(BaseModel):
+    """Lengths of a six-axis arm with a spherical wrist; at joints zero upper arm up, forearm and flange along +X."""
+
+    model_config = STRICT
+    a1z: Length = Field(description="base to axis 1, along Z")
+    a2x: Length = Field(description="axis 1 to axis 2, along X")
+    a2z: Length = Field(description="axis 1 to axis 2, along Z")
+    a3z: PositiveLength = Field(description="upper arm: axis 2 to axis 3, along Z")
+    a4x: Length = Field(description="axis 3 to axis 4, along X")
+    a4z: Length = Field(description="axis 3 to axis 4, along Z")
+    a5x: Length = Field(description="axis 4 to the wrist centre, along X")
+    a6x: Length = Field(description="wrist centre to the flange, along X")
+
+
+def _forearm(document: Document, robot: ClosedFormFile[SixAxisGeometry]) -> Iterator[Problem]:
+    lengths = robot.geometry
+    if math.hypot(lengths.a4z, lengths.a4x + lengths.a5x) == 0:
+        yield document.problem(("geometry",), "a forearm of length 0", "a4x + a5x or a4z other than 0", at_key=True)
+
+
+@family(
+    "six_axis",
+    "A six-axis arm with a spherical wrist.",
+    ClosedFormFile[SixAxisGeometry],
+    joints="RRRRRR",
+    links="base 1 2 3 4 5 flange",
+    check=_forearm,
+)
 class SixAxis(ClosedForm, SerialModel):
     """See the module; branches FRONT/BACK (J1) x UP/DOWN (elbow) x POSITIVE/NEGATIVE (sign of J5)."""
 

@@ -4,10 +4,13 @@ For robots without a closed form, such as painting arms whose wrist axes do not 
 """
 
 from collections.abc import Iterator
-from typing import ClassVar
+from pathlib import Path
+from typing import Any, ClassVar
 
 import numpy as np
+from pydantic import BaseModel, Field
 
+from cell.config.units import STRICT
 from cell.geometry import check_poses, transform_points
 from cell.geometry.arrays import Array, Flags
 from robot_agent.kinematics.choice import joint_violation, reach_violation
@@ -23,6 +26,8 @@ from robot_agent.kinematics.turns import TURN, nearest_turn
 from robot_agent.kinematics.urdf.bare_urdf import UrdfDescription
 from robot_agent.kinematics.urdf.urdf_chain import UrdfChain, read_urdf, urdf_problems
 from robot_agent.model.description import CapsuleBody, LinkMass, RobotDescription, UrdfSource
+from robot_agent.model.families import family
+from robot_agent.model.robot_file import RobotFile
 
 SLOTS = 8
 ROUNDS = (8, 24, 64)
@@ -33,6 +38,33 @@ SAME_RAD = 1e-5
 """Solutions that differ by less are one."""
 
 
+class UrdfGeometry(BaseModel):
+    """Where the chain of joints of any other robot is."""
+
+    model_config = STRICT
+    file: str = Field(min_length=1, description="the URDF file, relative to this one")
+    flange: str | None = Field(None, description="the link that is the flange; left out: the one link without a child")
+
+
+class UrdfFile(RobotFile):
+    """The joints from a URDF, everything that URDF lacks from here."""
+
+    geometry: UrdfGeometry = Field(description="where the chain is: {file: NAME.urdf, flange: LINK}")
+
+    @classmethod
+    def stand_in_geometry(cls) -> dict[str, Any]:
+        return {"file": "unnamed.urdf"}
+
+    def urdf(self) -> UrdfSource:
+        return UrdfSource(Path(self.geometry.file), self.geometry.flange)
+
+
+@family(
+    "urdf",
+    "Any other open chain: its joints from a URDF, everything that URDF lacks from here.",
+    UrdfFile,
+    no_masses="none here: the masses of such a robot are in its URDF",
+)
 class NumericModel(SerialModel):
     """See the module. The slots of `Solutions` are sorted by distance from `near`; they are no lasting branches."""
 

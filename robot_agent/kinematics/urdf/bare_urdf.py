@@ -1,10 +1,10 @@
 """What a URDF alone says of a robot; everything else is an error with a name."""
 
-from typing import NoReturn
+from typing import Any, NoReturn
 
 from robot_agent.kinematics.errors import NotInUrdf
 from robot_agent.kinematics.urdf.urdf_chain import UrdfChain
-from robot_agent.model.description import Family, JointLimits, RobotDescription, UrdfSource
+from robot_agent.model.description import JointLimits, RobotDescription, UrdfSource
 
 
 class UrdfLimits(JointLimits):
@@ -24,10 +24,10 @@ class UrdfDescription(RobotDescription):
     """Names, kinds and limits of the joints; home position, path limits and capsules raise `NotInUrdf`."""
 
     def __init__(self, source: UrdfSource, chain: UrdfChain) -> None:
-        values = {
+        values: dict[str, Any] = {
             "file": source.file.name,
             "name": source.file.stem,
-            "family": Family.URDF,
+            "family": "urdf",
             "geometry": {},
             "joint_names": chain.joint_names,
             "limits": UrdfLimits(source.file.name, chain),

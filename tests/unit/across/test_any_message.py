@@ -17,6 +17,8 @@ from cell.config.settings import CorrectionSettings, SensorFrame
 from cell.core import Answer, Arrived, Effect, Publish, Request
 from cell.manager.presences import MOST_STRANGERS
 from cell.messages import (
+    COMMANDS,
+    STATES,
     AxisStatus,
     Body,
     DriveFeedback,
@@ -31,9 +33,8 @@ from cell.messages import (
     SetpointBlock,
 )
 from cell.net.binary import encode_presence
-from cell.net.codec import COMMANDS, decode, decode_call, encode, message_schemas
+from cell.net.codec import decode, decode_call, encode, message_schemas
 from cell.net.errors import CodecError
-from cell.net.keys import STATE_KINDS
 from tests.unit.agent_world import AgentWorld
 from tests.unit.gateway_world import World as GatewayWorld
 from tests.unit.manager_world import INSIDE, Robot
@@ -46,7 +47,7 @@ KNOWN = (
 )  # fmt: skip
 """Names that mean something in one of the worlds."""
 SCHEMAS = message_schemas()
-KINDS = {kind.__name__: kind for kind in STATE_KINDS}
+KINDS = {kind.__name__: kind for kind in STATES}
 PROGRAM = "MJ J1=10 J2=-10 J3=30 J4=0 J5=60 J6=0\nTRACK seam\nML Y=280 F=60\nTRACK OFF\nMJ J2=50 J3=-25\nEND"
 SEAM = CorrectionSettings("seam", SensorFrame.BASE, None, 0.05, 0.0, 0.05, 0.2, 0.2, 2.0)
 

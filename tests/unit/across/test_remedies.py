@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 import cell.manager
-from cell.commands.cell_command import _COMMANDS, _ZONE_COMMANDS
+from cell.commands.cell_command import COMMANDS
 from cell.messages import AdoptZone, ClearZone, Command, Reply, ResetEstop, ZoneState
 from tests.unit.manager_world import INSIDE, OUTSIDE, World
 
@@ -120,6 +120,6 @@ def test_every_command_that_the_manager_names_exists() -> None:
     for file in ("core", "zones", "deadlock", "presences"):
         text = (Path(cell.manager.__file__).parent / f"{file}.py").read_text().replace('"\n', "").replace('f"', "")
         named |= {tuple(line.split()[: 2 if line.startswith("zone") else 1]) for line in commands(text)}
-    known = {(name,) for name in _COMMANDS} | {("zone", name) for name in _ZONE_COMMANDS}
+    known = {tuple(words.split()) for words in COMMANDS}
     assert len(named) > 5
     assert named <= known

@@ -11,6 +11,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cell.messages import (
+    COMMANDS,
+    STATES,
     Body,
     Call,
     CellTime,
@@ -26,14 +28,13 @@ from cell.messages import (
     SetpointBlock,
     ZoneGeometry,
 )
-from cell.net.codec import COMMANDS, MOST_BYTES, decode, decode_call, encode, encode_call
+from cell.net.codec import MOST_BYTES, decode, decode_call, encode, encode_call
 from cell.net.errors import CodecError
-from cell.net.keys import STATE_KINDS
 from tests.unit.message_kinds import NAMES, messages, of, same
 from tests.unit.plain_body import plain_body
 
 
-@pytest.mark.parametrize("kind", [*STATE_KINDS, Reply], ids=lambda kind: kind.__name__)
+@pytest.mark.parametrize("kind", [*STATES, Reply], ids=lambda kind: kind.__name__)
 def test_every_message_comes_back_as_it_was_sent(kind: type) -> None:
     @settings(max_examples=40, deadline=None)
     @given(messages(kind))
@@ -61,7 +62,7 @@ def test_the_same_verb_is_another_command_for_another_role() -> None:
     )
 
 
-@pytest.mark.parametrize("kind", [*STATE_KINDS, Reply], ids=lambda kind: kind.__name__)
+@pytest.mark.parametrize("kind", [*STATES, Reply], ids=lambda kind: kind.__name__)
 def test_broken_bytes_are_a_codec_error(kind: type) -> None:
     @settings(max_examples=60, deadline=None)
     @given(messages(kind).map(encode), st.data())

@@ -6,8 +6,19 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cell.messages import Body, CellTime, ConveyorCount, Correction, Estop, Event, Presence, Severity, ZoneGeometry
-from cell.net.keys import STATE_KINDS, Alive, Keys
+from cell.messages import (
+    STATES,
+    Body,
+    CellTime,
+    ConveyorCount,
+    Correction,
+    Estop,
+    Event,
+    Presence,
+    Severity,
+    ZoneGeometry,
+)
+from cell.net.keys import Alive, Keys
 
 KEYS = Keys("two_arms")
 
@@ -52,7 +63,7 @@ def test_other_keys_carry_no_state(key: str) -> None:
 @given(st.text())
 def test_any_text_may_be_asked_for_its_type(key: str) -> None:
     assert KEYS.type_of(key) is None
-    assert KEYS.type_of("cell/two_arms/" + key) in {None, *STATE_KINDS}
+    assert KEYS.type_of("cell/two_arms/" + key) in {None, *STATES}
 
 
 def test_what_is_no_state_has_no_key() -> None:

@@ -15,7 +15,7 @@ from cell.config import ConfigError
 from cell.geometry import from_xyz_abc
 from robot_agent.dynamics import GRAVITY_M_S2, AxisTorques, axis_torques
 from robot_agent.kinematics import BadInput, Model, SixAxis, load_model, model_of
-from robot_agent.model import Family, LinkMass, Motor, RobotDescription, Tool, UrdfSource, load_description
+from robot_agent.model import LinkMass, Motor, RobotDescription, Tool, UrdfSource, load_description
 from tests.unit.config_world import CONFIGS, ROBOT, Copy
 from tests.unit.repository import vectors
 from tests.unit.robot_families import described, random_joints, robot
@@ -25,7 +25,7 @@ VECTORS: dict[str, Any] = vectors("dynamics.json")
 ARM, PENDULUM = VECTORS["arm"], VECTORS["pendulum"]
 BOOK_GRAVITY = np.array([0.0, 0.0, -9.81])
 NO_INERTIA = np.zeros((3, 3))
-SERIAL = (Family.SIX_AXIS, Family.COBOT, Family.SCARA, Family.PALLETIZER, Family.GANTRY)
+SERIAL = ("six_axis", "cobot", "scara", "palletizer", "gantry")
 
 
 def _motor(inertia: float, gear: float, feed_m: float | None = None) -> Motor:
@@ -89,7 +89,7 @@ def test_a_rotor_behind_its_gear_adds_its_inertia_times_the_square_of_the_gear(t
 
 
 def _of_urdf(file: Path, n: int, **changed: Any) -> Model:
-    like = described(Family.SIX_AXIS)
+    like = described("six_axis")
     limits = replace(
         like.limits,
         position=np.tile([-2.5, 2.5], (n, 1)),
@@ -98,7 +98,7 @@ def _of_urdf(file: Path, n: int, **changed: Any) -> Model:
         jerk=np.ones(n),
     )
     values: dict[str, Any] = {
-        "family": Family.URDF, "geometry": {}, "urdf": UrdfSource(file, "flange"), "linear": (False,) * n,
+        "family": "urdf", "geometry": {}, "urdf": UrdfSource(file, "flange"), "linear": (False,) * n,
         "joint_names": tuple(f"J{i + 1}" for i in range(n)), "home": np.zeros(n), "limits": limits,
         "capsules": like.capsules[:1],
     }  # fmt: skip
@@ -113,7 +113,7 @@ L1, C1, C2, M1, M2, I1, I2 = 0.25, 0.11, 0.14, 7.0, 3.0, 0.05, 0.02
 def _two_links() -> AxisTorques:
     """The arms of a SCARA whose base hangs at a wall: its X points up."""
     description = described(
-        Family.SCARA,
+        "scara",
         masses=(
             LinkMass(1, M1, (C1, 0.0, 0.3), np.diag([0.2, 0.3, I1]), "a test"),
             LinkMass(2, M2, (C2, 0.0, -0.1), np.diag([0.2, 0.3, I2]), "a test"),
@@ -164,7 +164,7 @@ def _masses(links: int, rng: np.random.Generator) -> tuple[LinkMass, ...]:
     return tuple(masses)
 
 
-def _heavy(family: Family, seed: int) -> Model:
+def _heavy(family: str, seed: int) -> Model:
     rng = np.random.default_rng(seed)
     bare = robot(family)
     tool = Tool("tool", np.eye(4), 4.0, (0.1, 0.05, -0.02), np.diag([0.1, 0.2, 0.25]), ())
@@ -214,7 +214,7 @@ def _energy(model: Model, q: np.ndarray, up: np.ndarray) -> np.ndarray:
 
 @settings(max_examples=15, deadline=None)
 @given(st.sampled_from(SERIAL), st.integers(0, 10**6))
-def test_the_power_of_all_axes_is_the_change_of_energy(family: Family, seed: int) -> None:
+def test_the_power_of_all_axes_is_the_change_of_energy(family: str, seed: int) -> None:
     model, rng = _heavy(family, seed), np.random.default_rng(seed + 1)
     pose_world_base = from_xyz_abc(np.append(np.zeros(3), rng.uniform(-3, 3, 3)))
     torques = axis_torques(model, pose_world_base)
@@ -276,7 +276,7 @@ def test_the_masses_of_a_urdf_count_with_all_that_is_fixed_to_them(tmp_path: Pat
 
 def test_a_delta_has_the_torques_of_its_rotors_alone() -> None:
     motors = {f"J{i + 1}": _motor(1e-3, 30.0) for i in range(4)}
-    model = robot(Family.DELTA, motors=motors, masses=_masses(8, np.random.default_rng(1)))
+    model = robot("delta", motors=motors, masses=_masses(8, np.random.default_rng(1)))
     torques = axis_torques(model, np.eye(4))
     assert torques is not None
     still = np.zeros((1, 4))
@@ -285,7 +285,7 @@ def test_a_delta_has_the_torques_of_its_rotors_alone() -> None:
 
 
 def test_of_a_robot_without_masses_and_motors_nobody_knows_the_torques() -> None:
-    assert axis_torques(robot(Family.SIX_AXIS), np.eye(4)) is None
+    assert axis_torques(robot("six_axis"), np.eye(4)) is None
 
 
 def test_values_that_are_not_finite_are_refused() -> None:

@@ -9,7 +9,7 @@ import pytest
 from cell.commands.checks import check_cell
 from cell.config import ConfigError, load_cell
 from robot_agent.kinematics import load_model
-from robot_agent.model import Family
+from robot_agent.model import FAMILIES
 from tests.unit.config_world import CELL, CONFIGS, Copy
 
 MODELS = sorted((CONFIGS / "models").glob("*.yaml"))
@@ -22,7 +22,7 @@ def problems(copy: Copy, name: str) -> list[str]:
 
 
 def test_there_is_a_robot_of_each_family() -> None:
-    assert {load_model(path).description.family for path in MODELS} == set(Family)
+    assert {load_model(path).description.family for path in MODELS} == set(FAMILIES)
 
 
 @pytest.mark.parametrize("path", MODELS, ids=lambda path: path.stem)
@@ -77,8 +77,8 @@ def test_a_delta_may_lack_its_fourth_axis(tmp_path: Path) -> None:
          "joints.J3.type: found rotary, allowed linear, as in every robot of family scara"),
         ("scara", "  a4z: 20 ", "  a3z: 20 ",
          "geometry.a4z: found nothing, allowed lift of the spindle per turn of J4; 0 without a screw"),
-        ("cobot", "family: cobot", "family: robot", "family: found 'robot', allowed 'six_axis', 'cobot', 'scara', "
-         "'palletizer', 'delta', 'gantry' or 'urdf'"),
+        ("cobot", "family: cobot", "family: robot", "family: found 'robot', allowed 'cobot', 'delta', 'gantry', "
+         "'palletizer', 'scara', 'six_axis' or 'urdf'"),
         ("palletizer", "coupling:\n  J3: {J2: -1}\n", "",
          "coupling: found nothing, allowed coupling: {J3: {J2: -1}} for a parallelogram driven from the base, {} for a "
          "motor at the elbow"),

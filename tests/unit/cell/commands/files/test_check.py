@@ -7,7 +7,7 @@ import pytest
 from typer.testing import CliRunner
 
 from cell.commands.cell_command import app
-from robot_agent.model import Family
+from robot_agent.model import FAMILIES
 from tests.unit.config_world import CELL, TWO_ARMS, Copy
 
 RUNNER = CliRunner()
@@ -49,8 +49,8 @@ def test_a_schema_is_json_and_names_what_it_describes(subject: str, key: str) ->
 
 def test_the_schema_of_the_robot_file_has_one_choice_per_family() -> None:
     choices = json.loads(RUNNER.invoke(app, ["schema", "robot"]).output)["oneOf"]
-    assert [choice["title"] for choice in choices][:2] == ["SixAxisFile", "CobotFile"]
-    assert len(choices) == len(Family)
+    assert [choice["title"] for choice in choices][:2] == ["CobotFile", "DeltaFile"]
+    assert len(choices) == len(FAMILIES)
     assert all("geometry" in choice["required"] for choice in choices)
 
 

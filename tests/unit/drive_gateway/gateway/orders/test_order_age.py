@@ -6,6 +6,7 @@ import pytest
 
 from cell.core import Frozen, Request
 from cell.messages import (
+    COMMANDS,
     AcceptPosition,
     AxisStatus,
     Call,
@@ -30,7 +31,6 @@ from cell.messages import (
     Who,
     WriteObject,
 )
-from cell.net.codec import COMMANDS
 from drive_gateway.config.settings import HomingSettings
 from drive_gateway.gateway.effects import RecordSaid
 from tests.unit.gateway_world import KindManager, World, axis, gateway_settings

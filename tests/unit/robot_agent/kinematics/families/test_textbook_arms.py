@@ -8,7 +8,7 @@ import pytest
 
 from cell.geometry import to_xyz_abc
 from robot_agent.kinematics import Model
-from robot_agent.model import Family, load_description
+from robot_agent.model import load_description
 from tests.unit.config_world import CONFIGS, ROBOT
 from tests.unit.repository import vectors
 from tests.unit.robot_families import robot
@@ -28,7 +28,7 @@ def dh_arm(d6: float) -> Model:
     """Upper arm l2, forearm d4, no offsets, a spherical wrist; its zero pose has both arms along other axes."""
     lengths = dict.fromkeys(("a1z", "a2x", "a2z", "a4x", "a4z"), 0.0)
     g = VECTORS["dh_arm"]["lengths"]
-    return robot(Family.SIX_AXIS, turn_deg=400, geometry=lengths | {"a3z": g["l2"], "a5x": g["d4"], "a6x": d6})
+    return robot("six_axis", turn_deg=400, geometry=lengths | {"a3z": g["l2"], "a5x": g["d4"], "a6x": d6})
 
 
 def ours(joints: Any) -> np.ndarray:
@@ -91,7 +91,7 @@ def test_the_four_solutions_of_the_arm() -> None:
 
 @each("wrist")
 def test_the_wrist_z_y_z_is_that_of_the_gantry(case: dict) -> None:
-    model = robot(Family.GANTRY, geometry={"a6z": case["d6"]})
+    model = robot("gantry", geometry={"a6z": case["d6"]})
     pose = model.forward(np.append(np.zeros(3), case["joints"]))
     slides = model.links(np.zeros(6))[3, :3, :3]
     rows = np.array(case["rows"])
@@ -104,7 +104,7 @@ def test_the_wrist_z_y_z_is_that_of_the_gantry(case: dict) -> None:
 
 @each("straight_wrist")
 def test_a_straight_wrist_has_one_sum_or_difference(case: dict) -> None:
-    model = robot(Family.GANTRY)
+    model = robot("gantry")
     one, same = (np.array([0, 0, 0, case[name][0], case["j5"], case[name][1]]) for name in ("joints", "same"))
     np.testing.assert_allclose(model.forward(one), model.forward(same), atol=1e-12)
     # Held at the other set's J4, the inverse finds the other set.
@@ -115,7 +115,7 @@ def test_a_straight_wrist_has_one_sum_or_difference(case: dict) -> None:
 
 def planar(lengths: list[float]) -> Model:
     geometry = dict(zip(("a1x", "a2x"), lengths, strict=True)) | dict.fromkeys(("a1z", "a2z", "a4z"), 0.0)
-    return robot(Family.SCARA, geometry=geometry)
+    return robot("scara", geometry=geometry)
 
 
 def flat(joints: list[float]) -> np.ndarray:
@@ -208,4 +208,4 @@ def test_turning_joint_1_carries_the_flange_on_an_arc() -> None:
 def test_the_determinant_of_the_gantry_is_the_sine_of_j5() -> None:
     case = VECTORS["gantry_determinant"]
     q = np.append(np.zeros(3), np.radians(case["joints_deg"]))
-    assert np.linalg.det(robot(Family.GANTRY).jacobian(q)) == pytest.approx(case["determinant"], abs=1e-6)
+    assert np.linalg.det(robot("gantry").jacobian(q)) == pytest.approx(case["determinant"], abs=1e-6)

@@ -11,7 +11,6 @@ from hypothesis import strategies as st
 from cell.geometry import from_xyz_abc
 from cell.messages import JogFrame
 from robot_agent.kinematics import load_model
-from robot_agent.model.description import Family
 from robot_agent.trajectory import Limits
 from robot_agent.trajectory.sources import JOG_SPEED_M_S, States
 from robot_agent.trajectory.sources.admission import SOFT_MARGIN
@@ -134,7 +133,7 @@ def test_at_the_edge_of_its_reach_it_stands_and_says_so() -> None:
 
 
 def test_a_robot_with_four_joints_does_not_tilt_its_tool() -> None:
-    scara = robot(Family.SCARA)
+    scara = robot("scara")
     start = np.array([0.3, 0.7, 0.1, 0.2])
     jogged = Jogged(start, scara, Limits.of(scara.description))
     tilt, line = jogged.press("A", 0.2), jogged.press("X", 0.05)

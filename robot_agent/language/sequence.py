@@ -1,0 +1,173 @@
+"""The statements between the moves: what is followed, switched and waited for, and where the program goes on."""
+
+import re
+from dataclasses import dataclass
+from typing import Self
+
+from robot_agent.language.statement import Reading, Statement, Walk, statement
+from robot_agent.language.steps import Finished, Pause, Switch, TrackingOff, TrackingOn
+from robot_agent.language.words import Mistake, Word, number
+
+_NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*\Z")
+_MAX_WAIT_S = 3600.0
+_MAX_JUMPS = 1_000_000
+
+
+@statement("TRACK")
+@dataclass(frozen=True, slots=True)
+class Track(Statement):
+    """`TRACK name`, `TRACK OFF`: from here on the robot follows this correction on its path, or (`None`) none."""
+
+    name: str | None
+
+    @classmethod
+    def read(cls, line: int, words: list[Word], reading: Reading) -> Self:
+        word = _only_argument(words, "the name of a correction, or OFF")
+        if word.text.upper() == "OFF":
+            return cls(line, None)
+        if reading.corrections is not None and word.text not in reading.corrections:
+            known = ", ".join(sorted(reading.corrections)) or "this robot has none in the cell file"
+            raise Mistake(word.column, f"unknown correction `{word.text}`", f"OFF or a name of corrections: {known}")
+        return cls(line, word.text)
+
+    def run(self, walk: Walk) -> TrackingOn | TrackingOff | None:
+        """One step at a time: a correction that is on is ended before the next one begins."""
+        if walk.tracking:
+            walk.tracking = False
+            walk.index -= self.name is not None
+            return TrackingOff(self.line)
+        if self.name is None:
+            return None
+        walk.tracking = True
+        return TrackingOn(self.line, self.name)
+
+
+@statement("SET", "RESET")
+@dataclass(frozen=True, slots=True)
+class SetOutput(Statement):
+    """`SET DO name`, `RESET DO name`: where the move before it ends, this digital output is switched."""
+
+    output: str
+    on: bool
+
+    @classmethod
+    def read(cls, line: int, words: list[Word], reading: Reading) -> Self:
+        if len(words) != 3 or words[1].text.upper() != "DO":
+            found = f"`{' '.join(word.text for word in words)}`"
+            raise Mistake(words[0].column, found, f"{words[0].text.upper()} DO and the name of an output")
+        word = words[2]
+        if reading.outputs is not None and word.text not in reading.outputs:
+            known = ", ".join(sorted(reading.outputs)) or "this robot has none in its drives file"
+            raise Mistake(word.column, f"unknown output `{word.text}`", f"a name of outputs: {known}")
+        return cls(line, word.text, words[0].text.upper() == "SET")
+
+    def run(self, walk: Walk) -> Switch:
+        walk.switched += 1
+        return Switch(self.line, self.output, self.on, walk.switched)
+
+    @property
+    def switched_outputs(self) -> tuple[str, ...]:
+        return (self.output,)
+
+
+@statement("WAIT")
+@dataclass(frozen=True, slots=True)
+class Wait(Statement):
+    """`WAIT s`: stand still."""
+
+    duration_s: float
+
+    @classmethod
+    def read(cls, line: int, words: list[Word], _reading: Reading) -> Self:
+        word = _only_argument(words, "a time in seconds")
+        duration_s = number(word.text, word)
+        if not 0 <= duration_s <= _MAX_WAIT_S:
+            raise Mistake(word.column, f"WAIT {word.text}", f"0 to {_MAX_WAIT_S:g} s")
+        return cls(line, duration_s)
+
+    def run(self, _walk: Walk) -> Pause:
+        return Pause(self.line, self.duration_s)
+
+
+@statement("LABEL")
+@dataclass(frozen=True, slots=True)
+class Label(Statement):
+    """`LABEL name`: a place to jump to."""
+
+    name: str
+
+    @classmethod
+    def read(cls, line: int, words: list[Word], reading: Reading) -> Self:
+        word = _only_argument(words, "a name")
+        if not _NAME.match(word.text):
+            raise Mistake(word.column, f"`{word.text}`", "a name of letters, digits and _, starting with a letter")
+        if word.text in reading.labels:
+            raise Mistake(word.column, f"label `{word.text}` a second time", "each label once")
+        reading.labels[word.text] = reading.place + 1
+        return cls(line, word.text)
+
+    def run(self, _walk: Walk) -> None:
+        pass
+
+
+@statement("GOTO")
+@dataclass(frozen=True, slots=True)
+class Goto(Statement):
+    """`GOTO name n`: jump `n` times, then go on; without `n` jump always. The count starts anew after it ran out."""
+
+    target: int
+    """Index of the statement behind the label."""
+    count: int | None
+
+    @classmethod
+    def read(cls, line: int, words: list[Word], reading: Reading) -> Self:
+        if len(words) not in (2, 3):
+            raise Mistake(words[0].column, f"{len(words) - 1} words behind GOTO", "a label and, if wanted, a count")
+        count = None
+        if len(words) == 3:
+            value = number(words[2].text, words[2])
+            if value != int(value) or not 1 <= value <= _MAX_JUMPS:
+                raise Mistake(words[2].column, f"count {words[2].text}", f"a whole number, 1 to {_MAX_JUMPS}")
+            count = int(value)
+        reading.linked.append((reading.place, lambda: cls(line, _place_of(words[1], reading.labels), count)))
+        return cls(line, 0, count)
+
+    def run(self, walk: Walk) -> None:
+        if self.count is None:
+            walk.index = self.target
+            return
+        place = walk.index - 1
+        left = walk.jumps_left.get(place, self.count)
+        if left > 0:
+            walk.jumps_left[place] = left - 1
+            walk.index = self.target
+        else:
+            del walk.jumps_left[place]
+
+
+@statement("END")
+@dataclass(frozen=True, slots=True)
+class End(Statement):
+    """`END`: the program is done."""
+
+    @classmethod
+    def read(cls, line: int, words: list[Word], _reading: Reading) -> Self:
+        if len(words) > 1:
+            raise Mistake(words[1].column, f"`{words[1].text}` behind END", "nothing")
+        return cls(line)
+
+    def run(self, _walk: Walk) -> Finished:
+        return Finished(self.line)
+
+
+def _only_argument(words: list[Word], what: str) -> Word:
+    if len(words) != 2:
+        raise Mistake(words[0].column, f"{len(words) - 1} words behind {words[0].text.upper()}", what)
+    return words[1]
+
+
+def _place_of(word: Word, labels: dict[str, int]) -> int:
+    if word.text not in labels:
+        allowed = f"a label of this program: {', '.join(sorted(labels)) or 'it has none'}"
+        raise Mistake(word.column, f"unknown label `{word.text}`", allowed)
+    return labels[word.text]

@@ -1,0 +1,85 @@
+"""The register of statements: by which words each begins, how it is read, and what it does when a program comes to it.
+
+`@statement` above the `@dataclass` of a statement is all that parser and interpreter ask for. What it does is a step
+that the robot knows (`robot_agent.language.steps`, a move of the flange), or a change of the walk through the program.
+"""
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Collection
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Self, TypeVar
+
+from robot_agent.language.words import Word
+
+if TYPE_CHECKING:
+    from robot_agent.language.interpreter import Step
+    from robot_agent.language.steps import Switch
+
+
+@dataclass(slots=True)
+class Reading:
+    """What the statements of one text are read against, and what they tell one another."""
+
+    joint_names: tuple[str, ...]
+    linear: Collection[str]
+    corrections: Collection[str] | None
+    outputs: Collection[str] | None
+    place: int = 0
+    """Index of the statement that is being read."""
+    labels: dict[str, int] = field(default_factory=dict)
+    """Name: index of the statement behind the label."""
+    linked: list[tuple[int, Callable[[], "Statement"]]] = field(default_factory=list)
+    """Statements to be made once all labels are known, by their index; making one may raise Mistake."""
+
+
+@dataclass(slots=True)
+class Walk:
+    """Where one run of a program is."""
+
+    index: int = 0
+    """Of the statement that comes next."""
+    jumps_left: dict[int, int] = field(default_factory=dict)
+    """By the index of a GOTO that counts."""
+    tangential_rad: float | None = None
+    """While TANG is on."""
+    tracking: bool = False
+    switched: int = 0
+    """Outputs, since the program began."""
+
+
+@dataclass(frozen=True, slots=True)
+class Statement(ABC):
+    """One statement of a program, in SI units."""
+
+    line: int
+    """From 1."""
+
+    @classmethod
+    @abstractmethod
+    def read(cls, line: int, words: list[Word], reading: Reading) -> Self:
+        """The statement in these words, the first of which is one of its own. Raises Mistake."""
+
+    @abstractmethod
+    def run(self, walk: Walk) -> "Step | Switch | None":
+        """What the robot does here; None: nothing, the walk goes on."""
+
+    @property
+    def switched_outputs(self) -> tuple[str, ...]:
+        """The digital outputs that it may switch; a robot that lacks one does not run the program."""
+        return ()
+
+
+S = TypeVar("S", bound=Statement)
+
+STATEMENTS: dict[str, type[Statement]] = {}
+"""By the words, in upper case, with which a statement may begin."""
+
+
+def statement(*words: str) -> Callable[[type[S]], type[S]]:
+    """Register a statement."""
+
+    def register(kind: type[S]) -> type[S]:
+        STATEMENTS.update(dict.fromkeys(words, kind))
+        return kind
+
+    return register

@@ -1,0 +1,94 @@
+"""What a robot does next: the steps that a program comes down to, besides moves of the flange, which are their own."""
+
+from dataclasses import dataclass
+
+Position = tuple[float | None, float | None, float | None]
+"""Coordinates [m]; `None` keeps the value."""
+Orientation = tuple[float, float, float]
+"""A, B, C [rad] with R = Rz(C) Ry(B) Rx(A)."""
+
+
+@dataclass(frozen=True, slots=True)
+class Pace:
+    """What every move may be told besides its target; `None` asks for nothing. The slowest of all caps rules."""
+
+    speed_m_s: float | None = None
+    """Cap on the speed of the flange (`FC`, and `F` on its moves)."""
+    rotation_rad_s: float | None = None
+    """Cap on the rotation of the flange (`FA`)."""
+    joint_speed_rad_s: float | None = None
+    """Cap on the speed of the joints, the root of the sum of their squares (`FJ`)."""
+    round_m: float | None = None
+    """Round edge towards the next move (`R`); 0: stop there, `None`: stop unless it goes straight on."""
+
+
+FREELY = Pace()
+
+
+@dataclass(frozen=True, slots=True)
+class Switch:
+    """One execution of `SET DO name` or `RESET DO name`: a digital output is switched on or off."""
+
+    line: int
+    output: str
+    on: bool
+    number: int
+    """Counts what one run of a program switches, from 1; each round of a loop counts anew."""
+
+
+@dataclass(frozen=True, slots=True)
+class JointStep:
+    """Move joints; `None` keeps a joint, `joints=None` as a whole means home. The rest as in `MoveJoints`."""
+
+    line: int
+    joints: tuple[float | None, ...] | None
+    speed: float
+    pace: Pace = FREELY
+    synchronised: bool = True
+    switches: tuple[Switch, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Pause:
+    """Stand still for a while."""
+
+    line: int
+    duration_s: float
+
+
+@dataclass(frozen=True, slots=True)
+class SwitchNow:
+    """Switch outputs where the robot rests: no move is before them."""
+
+    line: int
+    switches: tuple[Switch, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class TrackingOn:
+    """The moves that follow are corrected by what is measured under this name."""
+
+    line: int
+    name: str
+
+
+@dataclass(frozen=True, slots=True)
+class TrackingOff:
+    """Come to rest wherever the correction has led; the next move begins there."""
+
+    line: int
+
+
+@dataclass(frozen=True, slots=True)
+class Finished:
+    """The program is done."""
+
+    line: int
+
+
+@dataclass(frozen=True, slots=True)
+class ProgramFault:
+    """The program cannot go on, and why."""
+
+    line: int
+    text: str
