@@ -431,8 +431,7 @@ class ClaimsAreHonoured(_OfManager):
         if news.decided or zone in self._decided_at:
             return
         facts, presences = self.facts, self.facts.told["manager"].presences
-        heard = {robot for robot, each in presences.items() if each.heard is not None and each.heard.boot == state.boot}
-        if not heard >= set(facts.robots):
+        if not all(facts.presence_fresh(robot) for robot in facts.robots):
             return
         if before is not None and before.token is not None and before.token.epoch == state.epoch:
             return

@@ -488,6 +488,8 @@ class StopsEndAtRest(Invariant):
 
     name = "a stop ends at rest"
     _WITHIN_S = 0.3
+    _MEASURED_S = 0.05
+    """What the drive said just before it was off the bus may have been its rest."""
     _SETTLES_S = 0.1
     """So long a simulated drive may settle once its node is back on the bus."""
 
@@ -535,7 +537,7 @@ class StopsEndAtRest(Invariant):
         since, until = self.facts.silenced.get(robot, (inf, inf))
         silent_s = self.facts.now - since
         missed_s = self.facts.world.bundle.gateways[name.partition("/")[2]].heartbeat_timeout_s
-        if self.facts.now < until and 0.0 < silent_s < missed_s:
+        if self.facts.now < until and self._MEASURED_S < silent_s < missed_s:
             what = f"it calls {robot} stopped, one of whose drives has been off the bus for {silent_s:.2f} s"
             self.broken(name, f"{what}, and misses its gateway only after {missed_s:.2f} s")
 
