@@ -43,7 +43,7 @@ from robot_agent.language.statement import Reading, Walk, statement
 from robot_agent.language.words import Mistake, Word, named_numbers, percent
 from robot_agent.model import FAMILIES, RobotDescription
 from robot_agent.model.families import ClosedFormFile, family
-from robot_agent.trajectory.limits import Limits
+from robot_agent.workspace import PlacedRobot
 from tests.unit.agent_runs import enabled, ended, until
 
 WIDE = {"COLUMNS": "120"}
@@ -166,7 +166,7 @@ def test_a_robot_of_a_family_loads_and_goes_there_and_back(portal: Path) -> None
 def test_a_robot_of_a_family_moves_along_a_line(portal: Path) -> None:
     model = load_model(portal)
     text = "MJ J1=100 J2=100 J3=-200 J4=0\nML X=900 Y=700 Z=1200 F=500\nEND"
-    planner = Planner(model, Limits.of(model.description), np.eye(4), 0.004)
+    planner = Planner(PlacedRobot.at(model), 0.004)
     motions, failure = dry_run(planner, parse_program(text, "p", model.joint_names, model.linear_names), 60.0)
     assert failure is None
     end = motions[-1].motion.q(np.array([motions[-1].motion.duration_s]))
