@@ -227,7 +227,8 @@ class AgentWorld:
         braking_s = np.minimum(CYCLE_S, np.abs(self.velocity) / deceleration)
         lost = np.sign(self.velocity) * deceleration * braking_s
         self.commanded = self.commanded + (self.velocity - lost / 2.0) * braking_s
-        self.velocity = self.velocity - lost
+        left = self.velocity - lost
+        self.velocity = np.where(np.abs(left) < 1e-12, 0.0, left)
         self._still = 0 if self.velocity.any() else self._still + 1
         if self._still * CYCLE_S >= 0.1:
             self.braking, self.faulty = None, True
