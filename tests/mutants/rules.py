@@ -337,6 +337,11 @@ RULES = (
                 '        """Acknowledge a fault, only at rest. Nothing moves and nothing is enabled by this."""\n'
                 '        problem = ""\n        match self.power.state:\n            case PowerState.FAULT if problem:',
             ),
+            Edit(
+                "drive_gateway/gateway/drives/power.py",
+                "        return all(node.rest.standing for node in self._nodes)",
+                "        return True",
+            ),
         ),
     ),
     Mutant(

@@ -713,8 +713,14 @@ def _each_in_its_turn(rng: random.Random, seed: int, cell: GeneratedCell, lastin
         seconds = 2.5 if what == "crowded" else rng.uniform(0.3, 1.5)
         return BusTrouble(when(0.5)[0], Moment(it, "moves fast"), it, what, seconds)
 
+    def long_halt() -> Item:
+        return Order(
+            when(0.5)[0], Moment(it := robot(), "moves fast"), rng.choice(OPERATORS), it, "halt", "continue", 2.8
+        )
+
     turns: tuple[Callable[[], Item], ...] = (
         wavers,
+        long_halt,
         lambda: Guest(*when(0.6)),
         lambda: Crowd(*when(0.6)),
         lambda: FalsePresence(*when(0.5), robot()),
@@ -725,9 +731,11 @@ def _each_in_its_turn(rng: random.Random, seed: int, cell: GeneratedCell, lastin
         killed_at_speed,
         jog,
         frozen_gateway,
+        wavers,
         lambda: fails("drop-out", "moves fast"),
         lambda: fails("deaf", "moves fast"),
         lambda: Sags(*when(0.5), rng.choice(OPERATORS), robot(), rng.uniform(1.5, 2.5)),
+        jog,
         bus,
     )
     always = [
@@ -737,7 +745,7 @@ def _each_in_its_turn(rng: random.Random, seed: int, cell: GeneratedCell, lastin
         BlockedInFront(*when(0.3), robot(), 2, False, 0.3),
         *(BlockedInFront(*when(0.3), each, 4, True, rng.uniform(0.15, 0.4)) for each in robots[:2]),
     ]
-    return always + [turns[(seed + k) % len(turns)]() for k in (0, 3, 7)]
+    return always + [turns[(seed + k) % len(turns)]() for k in (0, 3, 7, 12)]
 
 
 def _item(

@@ -118,14 +118,25 @@ class OperatorDecides(Invariant):
 
 
 class ModeIsTheCase(Invariant):
-    """A robot whose mode says that it stands, stands once it had the time to brake."""
+    """A robot whose mode says that it stands, stands once it had the time to rest that it told when it came there."""
 
     name = "the mode is what is the case"
-    _BRAKING_S = 2.0
+    _LONGEST_S = 2.0
+    _LATER_S = 0.4
+    """The block on its way is played first, and a ramp along the path may be softer than the one of a block."""
+
+    def __init__(self, facts: Facts) -> None:
+        super().__init__(facts)
+        self._began: dict[str, tuple[float, float]] = {}
+        """Since when a robot has been in its mode, and the time to rest that it told then [s]."""
 
     def look(self, sample: Sample) -> None:
-        if sample.mode in _STILL and sample.moving and sample.at - sample.mode_since > self._BRAKING_S:
-            since_s = sample.at - sample.mode_since
+        since, told_s = self._began.get(sample.robot, (-inf, 0.0))
+        if since != sample.mode_since:
+            told_s = inf if sample.shown is None else sample.shown.message.stop_time_s
+            since, told_s = self._began[sample.robot] = sample.mode_since, told_s
+        since_s = sample.at - since
+        if sample.mode in _STILL and sample.moving and since_s > min(self._LONGEST_S, told_s + self._LATER_S):
             self.broken(sample.robot, f"it moves, and has been {sample.mode.value} for {since_s:.2f} s", sample.at)
 
 
