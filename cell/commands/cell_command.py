@@ -6,7 +6,7 @@ from typing import Annotated
 import typer
 
 from cell.commands.errors import run_app
-from cell.commands.subcommands import HELP, Place, subcommands
+from cell.commands.subcommands import HELP, Subcommand, subcommands
 
 FILE = "cell_configs/two_arms/cell.yaml"
 BELT = "cell_configs/belt/cell.yaml"
@@ -14,38 +14,38 @@ MODEL = "cell_configs/models/six_axis.yaml"
 PROGRAM = "cell_configs/two_arms/programs/left.prog"
 
 COMMANDS = {
-    "check": Place(".files.check", "check", f"cell check {FILE}"),
-    "model": Place(".files.model", "model", f"cell model {MODEL}"),
-    "schema": Place(".files.schema", "schema", "cell schema cell > cell.schema.json"),
-    "plot": Place(".files.plot", "plot", f"cell plot {PROGRAM} --model {MODEL}"),
-    "up": Place(".up.up", "up", f"cell up {FILE} --until-done"),
-    "status": Place(".operator.status", "status", f"cell status -f {FILE}"),
-    "events": Place(".operator.events", "events", f"cell events --since 10m --severity alarm -f {FILE}"),
-    "drives": Place(".operator.drives", "drives", f"cell drives -f {FILE}"),
-    "manager": Place(".processes.manager", "manager", f"cell manager {FILE}"),
-    "enable": Place(".operator.robot_orders", "enable", f"cell enable left -f {FILE}"),
-    "run": Place(".operator.robot_orders", "run", f"cell run left right -f {FILE}"),
-    "halt": Place(".operator.robot_orders", "halt", f"cell halt left -f {FILE}"),
-    "continue": Place(".operator.robot_orders", "continue_", f"cell continue left -f {FILE}"),
-    "return": Place(".operator.robot_orders", "return_", f"cell return left -f {FILE}"),
-    "step": Place(".operator.robot_orders", "step", f"cell step left -f {FILE}"),
-    "override": Place(".operator.robot_orders", "override", f"cell override left 30 -f {FILE}"),
-    "manual": Place(".operator.robot_orders", "manual", f"cell manual left on -f {FILE}"),
-    "jog": Place(".operator.jog", "jog", f"cell jog left Z + --speed 20 --step 50 -f {FILE}"),
-    "disable": Place(".operator.robot_orders", "disable", f"cell disable left -f {FILE}"),
-    "home": Place(".operator.set_up", "home", f"cell home left -f {FILE}"),
-    "move": Place(".operator.set_up", "move", f"cell move left J1=5 J2=-3 --by -f {FILE}"),
-    "output": Place(".operator.output", "output", f"cell output left gripper off -f {FILE}"),
-    "accept": Place(".operator.set_up", "accept", f"cell accept left J2 -f {FILE}"),
-    "estop": Place(".operator.estop", "estop", f'cell estop --reason "door open" -f {FILE}'),
-    "reset": Place(".operator.reset", "reset", f"cell reset left -f {FILE}"),
-    "zone clear": Place(".operator.zone", "clear", f"cell zone clear handover -f {FILE}"),
-    "zone adopt": Place(".operator.zone", "adopt", f"cell zone adopt handover left -f {FILE}"),
-    "setup clear": Place(".operator.set_up", "clear", f"cell setup clear left -f {FILE}"),
-    "simulate conveyor": Place(
+    "check": Subcommand(".files.check", "check", f"cell check {FILE}"),
+    "model": Subcommand(".files.model", "model", f"cell model {MODEL}"),
+    "schema": Subcommand(".files.schema", "schema", "cell schema cell > cell.schema.json"),
+    "plot": Subcommand(".files.plot", "plot", f"cell plot {PROGRAM} --model {MODEL}"),
+    "up": Subcommand(".up.up", "up", f"cell up {FILE} --until-done"),
+    "status": Subcommand(".operator.status", "status", f"cell status -f {FILE}"),
+    "events": Subcommand(".operator.events", "events", f"cell events --since 10m --severity alarm -f {FILE}"),
+    "drives": Subcommand(".operator.drives", "drives", f"cell drives -f {FILE}"),
+    "manager": Subcommand(".processes.manager", "manager", f"cell manager {FILE}"),
+    "enable": Subcommand(".operator.robot_orders", "enable", f"cell enable left -f {FILE}"),
+    "run": Subcommand(".operator.robot_orders", "run", f"cell run left right -f {FILE}"),
+    "halt": Subcommand(".operator.robot_orders", "halt", f"cell halt left -f {FILE}"),
+    "continue": Subcommand(".operator.robot_orders", "continue_", f"cell continue left -f {FILE}"),
+    "return": Subcommand(".operator.robot_orders", "return_", f"cell return left -f {FILE}"),
+    "step": Subcommand(".operator.robot_orders", "step", f"cell step left -f {FILE}"),
+    "override": Subcommand(".operator.robot_orders", "override", f"cell override left 30 -f {FILE}"),
+    "manual": Subcommand(".operator.robot_orders", "manual", f"cell manual left on -f {FILE}"),
+    "jog": Subcommand(".operator.jog", "jog", f"cell jog left Z + --speed 20 --step 50 -f {FILE}"),
+    "disable": Subcommand(".operator.robot_orders", "disable", f"cell disable left -f {FILE}"),
+    "home": Subcommand(".operator.set_up", "home", f"cell home left -f {FILE}"),
+    "move": Subcommand(".operator.set_up", "move", f"cell move left J1=5 J2=-3 --by -f {FILE}"),
+    "output": Subcommand(".operator.output", "output", f"cell output left gripper off -f {FILE}"),
+    "accept": Subcommand(".operator.set_up", "accept", f"cell accept left J2 -f {FILE}"),
+    "estop": Subcommand(".operator.estop", "estop", f'cell estop --reason "door open" -f {FILE}'),
+    "reset": Subcommand(".operator.reset", "reset", f"cell reset left -f {FILE}"),
+    "zone clear": Subcommand(".operator.zone", "clear", f"cell zone clear handover -f {FILE}"),
+    "zone adopt": Subcommand(".operator.zone", "adopt", f"cell zone adopt handover left -f {FILE}"),
+    "setup clear": Subcommand(".operator.set_up", "clear", f"cell setup clear left -f {FILE}"),
+    "simulate conveyor": Subcommand(
         ".operator.simulate", "conveyor", f"cell simulate conveyor belt --speed 50 --every 200 -f {BELT}"
     ),
-    "simulate sensor": Place(".operator.simulate", "sensor", f"cell simulate sensor picker seam Z=5 -f {BELT}"),
+    "simulate sensor": Subcommand(".operator.simulate", "sensor", f"cell simulate sensor picker seam Z=5 -f {BELT}"),
 }
 """The register of subcommands: by its words, in which module of `cell.commands` its function is, and an example.
 

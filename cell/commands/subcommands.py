@@ -20,7 +20,7 @@ def explained(app: typer.Typer) -> Any:
 
 
 @dataclass(frozen=True, slots=True)
-class Place:
+class Subcommand:
     """Where a subcommand is defined, and a line that shows its use."""
 
     module: str
@@ -29,17 +29,21 @@ class Place:
     example: str
 
 
-def subcommands(places: Mapping[str, Place], before: str = "") -> type[TyperGroup]:
+def subcommands(definitions: Mapping[str, Subcommand], before: str = "") -> type[TyperGroup]:
     """The `cls` of a `typer.Typer` that has these subcommands, beside those it registers itself.
 
-    Of `places`, by the words of each command, it has those with one word behind the words `before`.
+    Of `definitions`, by the words of each command, it has those with one word after the words `before`.
     """
 
     class Group(TyperGroup):
         def __init__(self, **given: Any) -> None:
             super().__init__(**given)
-            words = {name.removeprefix(before): place for name, place in places.items() if name.startswith(before)}
-            mine = {word: place for word, place in words.items() if " " not in word}
+            words = {
+                name.removeprefix(before): definition
+                for name, definition in definitions.items()
+                if name.startswith(before)
+            }
+            mine = {word: definition for word, definition in words.items() if " " not in word}
             self.commands = _Commands(mine, self.commands)
 
     return Group
@@ -48,13 +52,13 @@ def subcommands(places: Mapping[str, Place], before: str = "") -> type[TyperGrou
 class _Commands(MutableMapping[str, Any]):
     """Name to command; what was looked up is kept."""
 
-    def __init__(self, places: dict[str, Place], loaded: Mapping[str, Any]) -> None:
-        self._places = places
+    def __init__(self, definitions: dict[str, Subcommand], loaded: Mapping[str, Any]) -> None:
+        self._definitions = definitions
         self._loaded = dict(loaded)
 
     def __getitem__(self, name: str) -> Any:
         if name not in self._loaded:
-            self._loaded[name] = _load(name, self._places[name])
+            self._loaded[name] = _load(name, self._definitions[name])
         return self._loaded[name]
 
     def __setitem__(self, name: str, command: Any) -> None:
@@ -64,14 +68,14 @@ class _Commands(MutableMapping[str, Any]):
         del self._loaded[name]
 
     def __iter__(self) -> Iterator[str]:
-        return iter(self._places | self._loaded)
+        return iter(self._definitions | self._loaded)
 
     def __len__(self) -> int:
-        return len(self._places | self._loaded)
+        return len(self._definitions | self._loaded)
 
 
-def _load(name: str, place: Place) -> Any:
-    function = getattr(importlib.import_module(place.module, "cell.commands"), place.function)
+def _load(name: str, definition: Subcommand) -> Any:
+    function = getattr(importlib.import_module(definition.module, "cell.commands"), definition.function)
     app = typer.Typer(add_completion=False, pretty_exceptions_enable=False, context_settings=HELP)
-    app.command(name, epilog=f"Example: {place.example}")(function)
+    app.command(name, epilog=f"Example: {definition.example}")(function)
     return explained(app)

@@ -31,9 +31,9 @@ class Run(Command):
 
     verb: ClassVar[str] = "run"
     at: CellTime | None = None
-    """The first motion begins with the first tick at or behind this moment, or not at all."""
+    """The first motion begins with the first tick at or after this moment, or not at all."""
     lasting_s: Number | None = None
-    """Above 0, with `at`: the first motion ends so long behind it, or as soon as it can when it takes longer."""
+    """Above 0, with `at`: the first motion ends so long after it, or as soon as it can when it takes longer."""
 
 
 @command("robot")

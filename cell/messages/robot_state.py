@@ -28,7 +28,7 @@ class Mode(Enum):
     RETURNING = "returning"
     """Slowly on the way back to the path, or coming to rest on it."""
     JOGGING = "jogging"
-    """An operator's jog key is held, or the robot comes to rest behind it."""
+    """An operator's jog key is held, or the robot comes to rest after it."""
     FAULT = "fault"
     ESTOP = "estop"
 

@@ -16,7 +16,7 @@ _TAIL_BITS = 13
 
 @lru_cache(maxsize=4096)
 def exact_bits(frame: CanFrame) -> int:
-    """Bits that this frame occupies, with the space behind it."""
+    """Bits that this frame occupies, with the space after it."""
     length = len(frame.data)
     head = frame.id << 7 | frame.remote << 6 | length
     stream = int.from_bytes(head.to_bytes(3, "big") + frame.data, "big")

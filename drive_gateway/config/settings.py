@@ -9,7 +9,7 @@ from drive_gateway.config.simulation import Simulation
 
 INT32_MIN, INT32_MAX = -(2**31), 2**31 - 1
 DELAY_CYCLES = 2
-"""A sample acts with the SYNC behind it, and an axis without lag has reached it at the next one, which shows it."""
+"""A sample acts with the SYNC after it, and an axis without lag has reached it at the next one, which shows it."""
 BRAKE_S = 0.3
 """Longest overlap of motor and holding brake that is usual."""
 SETUP_SHARE = 0.25

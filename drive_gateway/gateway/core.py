@@ -28,7 +28,7 @@ from drive_gateway.gateway.drives.drive import Drive
 from drive_gateway.gateway.effects import DrivesSlow, Frame, RecordEnded, RecordSaid, TakeBlocks
 from drive_gateway.gateway.event_log import EventLog
 from drive_gateway.gateway.nodes.scan import Scan
-from drive_gateway.gateway.orders.calls import Calls
+from drive_gateway.gateway.orders.calls import GatewayCalls
 from drive_gateway.gateway.orders.setup_turn import SetupTurn
 from drive_gateway.gateway.reference.encoder_record import EncoderRecord
 from drive_gateway.gateway.robots.permits import StopOrder
@@ -89,7 +89,7 @@ class GatewayCore:
         self._states = Sent(boot)
         self._turn = SetupTurn(settings.name, digest, self._robots, times, self._states)
         seen = self._turn, self._states, times.command_s, STATE_PERIOD_S
-        self._calls = Calls(settings.name, boot, digest, process, self._robots, self._scan, *seen)
+        self._calls = GatewayCalls(settings.name, boot, digest, process, self._robots, self._scan, *seen)
         self._estops = ObeyedEstops(boot)
         self._estop_since: float | None = None
         """When the first of the stops in force was received; the gateway's own timer runs from here."""
@@ -97,7 +97,7 @@ class GatewayCore:
         self._lateness = Lateness(settings.cycle_s)
         self._phase = PhaseLock(settings.cycle_s)
         self.trim_s = 0.0
-        """The next cycle is to begin so much later than a cycle behind this one."""
+        """The next cycle is to begin so much later than a cycle after this one."""
         self._now = 0.0
         self._tick = 0
         self._sequence = 0

@@ -7,7 +7,7 @@ TELL_S = 10.0
 REMEDY = "use `level: fast` or fewer axes at the full level, or take load off this host"
 
 
-class Pace:
+class ComputingTime:
     """Adds up how long the drives were computed, in windows of a second."""
 
     def __init__(self) -> None:

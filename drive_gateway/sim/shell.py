@@ -22,7 +22,7 @@ from drive_gateway.sim.axis.full_servo import FullServo
 from drive_gateway.sim.axis.robot_load import RobotLoad, RobotTorques, Shaft
 from drive_gateway.sim.bus import SimulatedBus
 from drive_gateway.sim.nodes.node import SimulatedNode
-from drive_gateway.sim.pace import REMEDY, Pace
+from drive_gateway.sim.pace import REMEDY, ComputingTime
 
 _log = logging.getLogger(__name__)
 
@@ -88,7 +88,7 @@ class SimulatedDrives:
             self.ended.set()
 
     def _serve(self, bus: SteadyBus) -> None:
-        stepped, pace = 0.0, Pace()
+        stepped, pace = 0.0, ComputingTime()
         while not self._closing.is_set():
             message = bus.receive(self._patience(stepped + STEP_S))
             begin = now = time.monotonic()

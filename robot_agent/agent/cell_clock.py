@@ -38,7 +38,7 @@ class CellClock:
         return self._manager.until(moment, now)
 
     def start_tick(self, moment: CellTime, now: float) -> int | str:
-        """The gateway's first tick at or behind a moment at which to start; why there is none, for people."""
+        """The gateway's first tick at or after a moment at which to start; why there is none, for people."""
         left_s, ahead_s = self.until(moment, now), self._gateway.ahead_s
         if left_s is None or ahead_s is None:
             return "the start is given by the clock of a manager that this robot does not hear: order it again"

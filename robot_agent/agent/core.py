@@ -30,10 +30,10 @@ from robot_agent.agent.cell_clock import CellClock
 from robot_agent.agent.drives.axes import feedback_in_joints, samples_in_axes
 from robot_agent.agent.drives.gateway_link import GatewayLink, IdleClock
 from robot_agent.agent.drives.measured_rest import MeasuredRest
-from robot_agent.agent.mode import Event, after, has_torque, moves
+from robot_agent.agent.mode import ModeEvent, after, has_torque, moves
 from robot_agent.agent.operator.decisions import Decisions, Situation
 from robot_agent.agent.operator.jogging import Jogging
-from robot_agent.agent.operator.operator import Operator
+from robot_agent.agent.operator.operator import OperatorCalls
 from robot_agent.agent.planning.planner import Planner
 from robot_agent.agent.planning.plans import PlanFailed, Planned
 from robot_agent.agent.program.interruption import Interruption
@@ -78,7 +78,7 @@ class AgentCore:
         self.corrections = Corrections(robot, cell.robots[robot].corrections, self.clock, self.zones)
         self.interruption = Interruption(robot, cell.robots[robot].path_window, self.run, self.pace, self.zones)
         decisions = Decisions(robot, self.run, self.pace, self.jogging, self.corrections, self.interruption)
-        self.operator = Operator(robot, boot, cell.times.command_s, self.link, decisions)
+        self.operator = OperatorCalls(robot, boot, cell.times.command_s, self.link, decisions)
         self.mode = Mode.STARTING
         self._owner = 0
         """Of the claim that this core works under; 0: none."""
@@ -186,7 +186,7 @@ class AgentCore:
         if self._owner:
             self.interruption.forget("the claim on the gateway was lost")
         self._owner = 0
-        self._happens(Event.CLAIM_LOST)
+        self._happens(ModeEvent.CLAIM_LOST)
         self._leave_path()
         self._rest.begin()
         self._numbers = itertools.count(1)
@@ -202,34 +202,34 @@ class AgentCore:
         faulty = feedback.state in (PlayoutState.FAULT, PlayoutState.STOPPING)
         estop = self._estops.first
         if estop is not None:
-            self._stop(Event.ESTOP, f"emergency stop by {estop.by}: {estop.reason}")
+            self._stop(ModeEvent.ESTOP, f"emergency stop by {estop.by}: {estop.reason}")
         elif faulty:
-            self._stop(Event.FAULT, "the gateway reports a fault of the robot's drives")
+            self._stop(ModeEvent.FAULT, "the gateway reports a fault of the robot's drives")
         elif self.link.age(now) > self._cell.times.feedback_lost_s:
-            self._stop(Event.FAULT, f"no drive feedback for {self.link.age(now):.2f} s")
+            self._stop(ModeEvent.FAULT, f"no drive feedback for {self.link.age(now):.2f} s")
         else:
-            self._happens(Event.CLEARED)
+            self._happens(ModeEvent.CLEARED)
             if AxisStatus.SILENT not in feedback.axes:
-                self._happens(Event.HEARD)
+                self._happens(ModeEvent.HEARD)
         if not feedback.enabled:
             self._leave_path()
             if self.link.switching_off or self.operator.switched_off:
-                self._happens(Event.DISABLED)
+                self._happens(ModeEvent.DISABLED)
             elif has_torque(self.mode):
-                self._stop(Event.FAULT, "the gateway has switched the drives off")
+                self._stop(ModeEvent.FAULT, "the gateway has switched the drives off")
             return
         if self.executive is None:
             try:
                 standing = planner.standstill(feedback.commanded, self.zones.geometry or ())
             except OpenMechanism as error:
-                self._stop(Event.FAULT, f"the axes cannot be where the drives say: {error}")
+                self._stop(ModeEvent.FAULT, f"the axes cannot be where the drives say: {error}")
                 return
             self.executive = Executive(planner, standing, feedback, self._cell.times, self._numbers, self._asked)
         switched_off = self.link.switching_off or self.operator.switched_off
         if self.mode in (Mode.DISABLED, Mode.ENABLING) or (self.mode is Mode.READY and not switched_off):
             event = self.interruption.leave_there(feedback, planner)
             self._happens(event)
-            if event is Event.BESIDE_PATH:
+            if event is ModeEvent.BESIDE_PATH:
                 self.report.event(Severity.WARNING, "off_path", self.run.error)
 
     def _observe(self, feedback: DriveFeedback) -> None:
@@ -237,7 +237,7 @@ class AgentCore:
         if self.executive is not None and self.executive.timeline.observe(feedback):
             self.run.accepted(self.executive.timeline.newest)
         if self.interruption.watch(self.executive, feedback):
-            self._happens(Event.FORGOTTEN)
+            self._happens(ModeEvent.FORGOTTEN)
 
     def _leave_path(self) -> None:
         """Blocks lead the robot no more."""
@@ -245,23 +245,23 @@ class AgentCore:
             self._rest.left_path(self._announcer.body)
         self.executive = None
 
-    def _happens(self, event: Event) -> None:
+    def _happens(self, event: ModeEvent) -> None:
         self.mode = after(self.mode, event)
 
-    def _stop(self, event: Event, why: str) -> None:
+    def _stop(self, event: ModeEvent, why: str) -> None:
         """An emergency stop or a fault."""
         if self.mode is after(self.mode, event):
             return
         self._happens(event)
         self._stopped_by = why
         self.interruption.interrupt(why)
-        if event is Event.FAULT:
+        if event is ModeEvent.FAULT:
             self.report.event(Severity.ALARM, "fault", why, f"find the cause, then `cell reset {self._robot}`")
 
     # Motion
 
     def _move(self, feedback: DriveFeedback, planner: Planner, now: float) -> list[Effect]:
-        """The next presence and, behind it, the next block."""
+        """The next presence and, after it, the next block."""
         executive = self.executive
         if executive is None and self._announcer.body is None and AxisStatus.SILENT in feedback.axes:
             # The drives have not been heard yet. To the manager a robot that never reported is as good as anywhere.

@@ -5,7 +5,7 @@ from enum import Enum
 from cell.messages import Mode
 
 
-class Event(Enum):
+class ModeEvent(Enum):
     """What happens to a robot. The value says it in words."""
 
     ESTOP = "an emergency stop is in force"
@@ -39,36 +39,36 @@ _MOVING = (Mode.RUNNING, Mode.RETURNING, Mode.JOGGING)
 _WITH_TORQUE = (*_STANDING, *_MOVING)
 _LEFT_ALONE = (Mode.DISABLED, Mode.ENABLING, Mode.READY, Mode.RETURNING)
 
-_RULES: tuple[tuple[Event, tuple[Mode, ...], Mode], ...] = (
-    (Event.ESTOP, _ALL, Mode.ESTOP),
-    (Event.FAULT, _ALL, Mode.FAULT),
-    (Event.CLAIM_LOST, tuple(mode for mode in _ALL if mode is not Mode.FAULT), Mode.STARTING),
-    (Event.CLEARED, (Mode.ESTOP,), Mode.DISABLED),
-    (Event.ACKNOWLEDGED, (Mode.FAULT,), Mode.DISABLED),
-    (Event.HEARD, (Mode.STARTING,), Mode.DISABLED),
-    (Event.ENABLE, (Mode.DISABLED,), Mode.ENABLING),
-    (Event.NOT_ENABLED, (Mode.ENABLING,), Mode.DISABLED),
-    (Event.DISABLE, _STANDING, Mode.READY),
-    (Event.DISABLED, (*_WITH_TORQUE, Mode.ENABLING), Mode.DISABLED),
-    (Event.FREE, _LEFT_ALONE, Mode.READY),
-    (Event.ON_PATH, _LEFT_ALONE, Mode.HALTED),
-    (Event.BESIDE_PATH, _LEFT_ALONE, Mode.OFF_PATH),
-    (Event.FORGOTTEN, (Mode.HALTED, Mode.OFF_PATH, Mode.RETURNING), Mode.READY),
-    (Event.RUN, _STANDING, Mode.RUNNING),
-    (Event.PROGRAM_ENDED, (Mode.RUNNING,), Mode.READY),
-    (Event.HALT, (Mode.RUNNING,), Mode.HALTED),
-    (Event.CONTINUE, (Mode.HALTED,), Mode.RUNNING),
-    (Event.GO_BACK, (Mode.HALTED, Mode.OFF_PATH), Mode.RETURNING),
-    (Event.RETURNED, (Mode.RETURNING,), Mode.HALTED),
-    (Event.RETURNED_TO_GO_ON, (Mode.RETURNING,), Mode.RUNNING),
-    (Event.JOG, _STANDING, Mode.JOGGING),
-    (Event.JOG_ENDED, (Mode.JOGGING,), Mode.READY),
+_RULES: tuple[tuple[ModeEvent, tuple[Mode, ...], Mode], ...] = (
+    (ModeEvent.ESTOP, _ALL, Mode.ESTOP),
+    (ModeEvent.FAULT, _ALL, Mode.FAULT),
+    (ModeEvent.CLAIM_LOST, tuple(mode for mode in _ALL if mode is not Mode.FAULT), Mode.STARTING),
+    (ModeEvent.CLEARED, (Mode.ESTOP,), Mode.DISABLED),
+    (ModeEvent.ACKNOWLEDGED, (Mode.FAULT,), Mode.DISABLED),
+    (ModeEvent.HEARD, (Mode.STARTING,), Mode.DISABLED),
+    (ModeEvent.ENABLE, (Mode.DISABLED,), Mode.ENABLING),
+    (ModeEvent.NOT_ENABLED, (Mode.ENABLING,), Mode.DISABLED),
+    (ModeEvent.DISABLE, _STANDING, Mode.READY),
+    (ModeEvent.DISABLED, (*_WITH_TORQUE, Mode.ENABLING), Mode.DISABLED),
+    (ModeEvent.FREE, _LEFT_ALONE, Mode.READY),
+    (ModeEvent.ON_PATH, _LEFT_ALONE, Mode.HALTED),
+    (ModeEvent.BESIDE_PATH, _LEFT_ALONE, Mode.OFF_PATH),
+    (ModeEvent.FORGOTTEN, (Mode.HALTED, Mode.OFF_PATH, Mode.RETURNING), Mode.READY),
+    (ModeEvent.RUN, _STANDING, Mode.RUNNING),
+    (ModeEvent.PROGRAM_ENDED, (Mode.RUNNING,), Mode.READY),
+    (ModeEvent.HALT, (Mode.RUNNING,), Mode.HALTED),
+    (ModeEvent.CONTINUE, (Mode.HALTED,), Mode.RUNNING),
+    (ModeEvent.GO_BACK, (Mode.HALTED, Mode.OFF_PATH), Mode.RETURNING),
+    (ModeEvent.RETURNED, (Mode.RETURNING,), Mode.HALTED),
+    (ModeEvent.RETURNED_TO_GO_ON, (Mode.RETURNING,), Mode.RUNNING),
+    (ModeEvent.JOG, _STANDING, Mode.JOGGING),
+    (ModeEvent.JOG_ENDED, (Mode.JOGGING,), Mode.READY),
 )
-TABLE: dict[tuple[Mode, Event], Mode] = {(mode, event): then for event, modes, then in _RULES for mode in modes}
+TABLE: dict[tuple[Mode, ModeEvent], Mode] = {(mode, event): then for event, modes, then in _RULES for mode in modes}
 """What is not in it changes nothing."""
 
 
-def after(mode: Mode, event: Event) -> Mode:
+def after(mode: Mode, event: ModeEvent) -> Mode:
     """The mode of a robot in `mode` once this happens to it."""
     return TABLE.get((mode, event), mode)
 

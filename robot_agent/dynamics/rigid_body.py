@@ -6,7 +6,7 @@ import numpy as np
 import pinocchio as pin
 
 from cell.geometry.arrays import Array
-from robot_agent.kinematics.chain import Chain, Step
+from robot_agent.kinematics.chain import Chain, Joint
 from robot_agent.model.description import LinkMass
 
 GRAVITY_M_S2 = 9.80665
@@ -44,5 +44,5 @@ class RigidBody:
         return np.array(rows).reshape(x.shape)
 
 
-def _placement(step: Step) -> pin.SE3:
+def _placement(step: Joint) -> pin.SE3:
     return pin.SE3(np.eye(3) if step.rotation is None else step.rotation, np.array(step.offset))

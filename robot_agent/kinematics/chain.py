@@ -9,7 +9,7 @@ from robot_agent.kinematics.reach import Places, placed, points, slid, turned
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Step:
+class Joint:
     """One joint: from the frame before by `offset`, then by the fixed `rotation`, then along or about an own axis."""
 
     axis: int
@@ -24,7 +24,7 @@ class Step:
 class Chain:
     """Coordinates `(..., s)` [rad or m] to frames; frame 0 is the base, frame `i` the one behind step `i`."""
 
-    def __init__(self, steps: tuple[Step, ...], end: Array | None = None) -> None:
+    def __init__(self, steps: tuple[Joint, ...], end: Array | None = None) -> None:
         """`end` `(4, 4)`: pose of the flange in the last frame."""
         self._steps = steps
         self._linear: Flags = np.array([step.linear for step in steps])
@@ -36,7 +36,7 @@ class Chain:
         return len(self._steps)
 
     @property
-    def steps(self) -> tuple[Step, ...]:
+    def steps(self) -> tuple[Joint, ...]:
         return self._steps
 
     def link_frames(self) -> Array:

@@ -18,7 +18,7 @@ Step = MotionStep | Pause | SwitchNow | TrackingOn | TrackingOff | Finished | Pr
 class Interpreter:
     """Walks through a program, one `Step` at a call; after `Finished` or `ProgramFault` it repeats that step.
 
-    Outputs that are switched behind a move are part of its step, so it looks one step farther.
+    Outputs that are switched after a move are part of its step, so it looks one step farther.
     """
 
     def __init__(self, program: Program) -> None:

@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 from typing import Self, TypeVar
 
 from robot_agent.language.statement import Reading, Statement, Walk, statement
-from robot_agent.language.steps import FREELY, JointStep, Orientation, Pace, Position, ProgramFault, Switch
+from robot_agent.language.steps import FREELY, JointStep, MoveCaps, Orientation, Position, ProgramFault, Switch
 from robot_agent.language.words import (
     FARTHEST_MM,
     MOST_DEG,
@@ -44,7 +44,7 @@ class MoveJoints(Move):
     """Target per joint [rad or m]."""
     speed: float
     """Fraction of the joints' speed limits, above 0 to 1."""
-    pace: Pace = FREELY
+    pace: MoveCaps = FREELY
     synchronised: bool = True
     """`SYNC=0`: each joint at its own speed, they start together and arrive when they do."""
 
@@ -83,7 +83,7 @@ class MoveLine(Move):
     position_m: Position
     orientation_abc: Orientation | None
     """`None` keeps the orientation."""
-    pace: Pace = FREELY
+    pace: MoveCaps = FREELY
     wrist_may_flip: bool = False
     tangential_rad: float | None = None
     """`TANG`, on every move of the flange: the tool follows the direction of the path, at this angle to it."""
@@ -113,7 +113,7 @@ class MoveArc(Move):
     orientation_abc: Orientation | None
     angle_rad: float | None
     """`H`: how far to go on the circle; the target is then only a point of it."""
-    pace: Pace = FREELY
+    pace: MoveCaps = FREELY
     tangential_rad: float | None = None
     switches: tuple[Switch, ...] = ()
 
@@ -144,7 +144,7 @@ class MoveSpline(Move):
 
     position_m: Position
     orientation_abc: Orientation | None
-    pace: Pace = FREELY
+    pace: MoveCaps = FREELY
     tangential_rad: float | None = None
     switches: tuple[Switch, ...] = ()
 
@@ -164,7 +164,7 @@ class Home(Move):
     """`HOME F=…`: a joint move to the robot's home position."""
 
     speed: float
-    pace: Pace = FREELY
+    pace: MoveCaps = FREELY
 
     @classmethod
     def read(cls, line: int, words: list[Word], _reading: Reading) -> Self:
@@ -195,7 +195,7 @@ class Tangent(Statement):
             raise Mistake(words[min(1, len(words) - 1)].column, f"`{' '.join(w.text for w in words)}`", allowed)
         named = named_numbers(words[1:], ("H",))
         if named and switch == "0":
-            raise Mistake(named["H"][1].column, f"`{named['H'][1].text}` behind TANG 0", allowed)
+            raise Mistake(named["H"][1].column, f"`{named['H'][1].text}` after TANG 0", allowed)
         check_size(named, "H", MOST_DEG, "degrees")
         angle = math.radians(named["H"][0]) if named else 0.0
         return cls(line, angle if switch == "1" else None)
@@ -236,7 +236,7 @@ def _switch(named: Named, name: str, default: bool, allowed: str) -> bool:
     return value[0] == 1.0
 
 
-def pace_of(named: Named) -> Pace:
+def pace_of(named: Named) -> MoveCaps:
     """Takes the caps and the round edge out of the named values; F and FC are both mm/s here. Raises Mistake."""
     speeds = []
     for name, (least, unit) in _SPEEDS.items():
@@ -249,7 +249,7 @@ def pace_of(named: Named) -> Pace:
         raise Mistake(edge[1].column, f"R={edge[0]:g}", f"a round edge of 0 to {FARTHEST_MM:g} mm; 0 stops")
     feed, linear, angular, joints = speeds
     path = min((speed for speed in (feed, linear) if speed is not None), default=None)
-    return Pace(
+    return MoveCaps(
         None if path is None else path / 1000.0,
         None if angular is None else math.radians(angular),
         None if joints is None else math.radians(joints),

@@ -116,13 +116,13 @@ class Goto(Statement):
     """`GOTO name n`: jump `n` times, then go on; without `n` jump always. The count starts anew after it ran out."""
 
     target: int
-    """Index of the statement behind the label."""
+    """Index of the statement after the label."""
     count: int | None
 
     @classmethod
     def read(cls, line: int, words: list[Word], reading: Reading) -> Self:
         if len(words) not in (2, 3):
-            raise Mistake(words[0].column, f"{len(words) - 1} words behind GOTO", "a label and, if wanted, a count")
+            raise Mistake(words[0].column, f"{len(words) - 1} words after GOTO", "a label and, if wanted, a count")
         count = None
         if len(words) == 3:
             value = number(words[2].text, words[2])
@@ -153,7 +153,7 @@ class End(Statement):
     @classmethod
     def read(cls, line: int, words: list[Word], _reading: Reading) -> Self:
         if len(words) > 1:
-            raise Mistake(words[1].column, f"`{words[1].text}` behind END", "nothing")
+            raise Mistake(words[1].column, f"`{words[1].text}` after END", "nothing")
         return cls(line)
 
     def run(self, _walk: Walk) -> Finished:
@@ -162,7 +162,7 @@ class End(Statement):
 
 def _only_argument(words: list[Word], what: str) -> Word:
     if len(words) != 2:
-        raise Mistake(words[0].column, f"{len(words) - 1} words behind {words[0].text.upper()}", what)
+        raise Mistake(words[0].column, f"{len(words) - 1} words after {words[0].text.upper()}", what)
     return words[1]
 
 

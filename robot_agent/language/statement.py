@@ -27,7 +27,7 @@ class Reading:
     place: int = 0
     """Index of the statement that is being read."""
     labels: dict[str, int] = field(default_factory=dict)
-    """Name: index of the statement behind the label."""
+    """Name: index of the statement after the label."""
     linked: list[tuple[int, Callable[[], "Statement"]]] = field(default_factory=list)
     """Statements to be made once all labels are known, by their index; making one may raise Mistake."""
 

@@ -9,7 +9,7 @@ Orientation = tuple[float, float, float]
 
 
 @dataclass(frozen=True, slots=True)
-class Pace:
+class MoveCaps:
     """What every move may be told besides its target; `None` asks for nothing. The slowest of all caps rules."""
 
     speed_m_s: float | None = None
@@ -22,7 +22,7 @@ class Pace:
     """Round edge towards the next move (`R`); 0: stop there, `None`: stop unless it goes straight on."""
 
 
-FREELY = Pace()
+FREELY = MoveCaps()
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,7 +43,7 @@ class JointStep:
     line: int
     joints: tuple[float | None, ...] | None
     speed: float
-    pace: Pace = FREELY
+    pace: MoveCaps = FREELY
     synchronised: bool = True
     switches: tuple[Switch, ...] = ()
 

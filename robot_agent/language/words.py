@@ -49,7 +49,7 @@ def number(text: str, word: Word) -> float:
 
 
 def named_numbers(words: list[Word], allowed: tuple[str, ...]) -> Named:
-    """The `NAME=value` words behind the first by name, each name once and out of `allowed`."""
+    """The `NAME=value` words after the first by name, each name once and out of `allowed`."""
     named: Named = {}
     for word in words[1:]:
         if word.pair is None or word.pair[0] not in {name.upper() for name in allowed}:

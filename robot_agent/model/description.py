@@ -39,7 +39,7 @@ class JointLimits:
 
 
 @dataclass(frozen=True, slots=True)
-class PathLimits:
+class PathSpeeds:
     """Default and largest speeds along a path."""
 
     speed_m_s: float
@@ -180,7 +180,7 @@ class RobotDescription:
     geometry: dict[str, float]
     joint_names: tuple[str, ...]
     limits: JointLimits
-    path: PathLimits
+    path: PathSpeeds
     home: NDArray[np.float64]
     """`(n,)` joints of the home position."""
     capsules: tuple[CapsuleBody, ...]

@@ -12,7 +12,7 @@ from robot_agent.model.body_file import CapsuleEntry, ToolEntry
 from robot_agent.model.description import (
     JERK_PER_ACCELERATION,
     JointLimits,
-    PathLimits,
+    PathSpeeds,
     ProfileKind,
     RobotDescription,
     Shaping,
@@ -82,8 +82,8 @@ class PathEntry(BaseModel):
         default_factory=_jerk_of("angular_acceleration"), description=f"angular jerk of the flange; {_DEFAULT_JERK}"
     )
 
-    def limits(self) -> PathLimits:
-        return PathLimits(
+    def limits(self) -> PathSpeeds:
+        return PathSpeeds(
             self.speed, self.acceleration, self.jerk, self.angular_speed, self.angular_acceleration, self.angular_jerk
         )
 

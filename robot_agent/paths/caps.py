@@ -17,7 +17,7 @@ class Caps:
     """Cap on the joints' own speed: the root of the sum of the squares, of the joints that turn."""
     round_m: float | None = None
     """`None`: stop at the end unless the next move goes on in the same direction. 0: stop in any case. More: cut the
-    corner, from so far before it to so far behind it, each at most half of its move."""
+    corner, from so far before it to so far after it, each at most half of its move."""
 
     def check(self, kind: str, line: int, speed_m_s: float | None) -> None:
         """Raise ValueError for values that make no sense."""

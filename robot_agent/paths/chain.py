@@ -1,4 +1,4 @@
-"""Curves one behind the other."""
+"""Curves one after the other."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -10,7 +10,7 @@ from robot_agent.paths.curves import Curve, Numbers, Polynomial, Polynomials, Tr
 
 
 @dataclass(frozen=True, eq=False)
-class Chain:
+class CurveChain:
     """`curves` by distance from the beginning of the first; they begin and end at `starts_m` `(curves + 1,)`."""
 
     curves: tuple[Curve, ...]

@@ -22,7 +22,7 @@ _CELLS = 48
 _EDGES = np.arange(_CELLS + 1) / _CELLS
 _NEWTON_STEPS = 4
 _SMALL_STEP = 1e-8
-"""Behind it the next one would be below rounding."""
+"""After it the next one would be below rounding."""
 _GAUSS_X, _GAUSS_W = (values / 2.0 for values in np.polynomial.legendre.leggauss(6))
 _SMALLEST_SPEED = 1e-12
 _EXACT_M = 1e-8

@@ -44,7 +44,7 @@ class Leg:
     first_turn: Numbers | None = None
     """`(3,)` [rad/m] at which the flange arrives turning, where a spline takes it over from a joint move."""
     last_turn: Numbers | None = None
-    """The same for a joint move behind it."""
+    """The same for a joint move after it."""
     flips: bool = False
     """The wrist may change its branch here, which holds for all of a path."""
     half_turn: bool = False

@@ -89,7 +89,7 @@ def via(block: int, before: Turn, after: Turn, swing_rad: float) -> list[Transit
 
 
 def rate_reason(rate_rad_m: float) -> str:
-    """That the flange turns faster or slower behind a border."""
+    """That the flange turns faster or slower after a border."""
     return f"the orientation turns at another rate, by {rate_text(rate_rad_m)}"
 
 

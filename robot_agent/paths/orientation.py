@@ -138,7 +138,7 @@ _ONE_SIDED = float((smooth(_SHARES) * (1.0 - _SHARES)).max())
 def swing(before: Turn, after: Turn, width_m: float, one_sided: bool = False) -> float:
     """How far [rad] a window takes the orientation from the turn that counts there, for small angles.
 
-    Before the middle that is `before`, behind it `after`; in a one-sided window it is `after` from the first place on.
+    Before the middle that is `before`, after it `after`; in a one-sided window it is `after` from the first place on.
     """
     step = float(np.linalg.norm(after.velocity - before.velocity))
     return (_ONE_SIDED if one_sided else _SYMMETRIC) * step * width_m

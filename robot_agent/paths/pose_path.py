@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from robot_agent.paths.chain import Chain
+from robot_agent.paths.chain import CurveChain
 from robot_agent.paths.curves import Curve, Numbers, Polynomial, Trimmed, joining
 from robot_agent.paths.legs import Leg, turn_before
 from robot_agent.paths.meeting import SHARPEST_RAD, TANGENT_RAD, Meeting, via
@@ -29,7 +29,7 @@ _SAME_TURN_RAD_M = 1e-9
 class PosePath:
     """Flange poses by distance 0 to `length_m`; for a turn on the spot the distance is the angle [rad]."""
 
-    chain: Chain
+    chain: CurveChain
     orientation: Orientation | Tangential
     blocks: tuple[int, ...]
     block_ends_m: Numbers
@@ -108,7 +108,7 @@ def _joint(legs: list[Leg], number: int) -> _Joint | None:
 
 
 class _Assembly:
-    """Puts legs and what joins them one behind the other."""
+    """Puts legs and what joins them one after the other."""
 
     def __init__(self, legs: list[Leg], joints: list[_Joint], blend_m: float) -> None:
         self._legs, self._blend_m = legs, blend_m
@@ -145,7 +145,7 @@ class _Assembly:
                 if self._cuts[number + 1]:
                     self._windows.append(Window(before, self._at))
         self._ends[self._legs[-1].block] = self._at
-        chain = Chain(tuple(self._curves), np.array(self._starts))
+        chain = CurveChain(tuple(self._curves), np.array(self._starts))
         return PosePath(
             chain,
             self._orientation(chain),
@@ -154,7 +154,7 @@ class _Assembly:
             (*self._met.values(), *self._vias),
         )
 
-    def _orientation(self, chain: Chain) -> Orientation | Tangential:
+    def _orientation(self, chain: CurveChain) -> Orientation | Tangential:
         first = self._legs[0]
         if first.tangential_rad is None:
             return self._turning()
@@ -260,7 +260,7 @@ def _wide(lead: Turn, turn: Turn, half_m: float) -> float:
 
 
 def _blended(before: Trimmed, after: Trimmed, wide_m: float) -> tuple[Polynomial, float]:
-    """What joins two curves from `wide_m` before their common end to `wide_m` behind it; how far it leaves them [m]."""
+    """What joins two curves from `wide_m` before their common end to `wide_m` after it; how far it leaves them [m]."""
     along = (2.0 * _SHARES - 1.0) * wide_m
     first, last = along[along < 0.0], along[along >= 0.0]
     nominal = np.concatenate([before.at(before.length_m + first), after.at(last)], axis=1)

@@ -18,7 +18,7 @@ class Spline(FlangeCaps):
     """Move the flange through `poses` `(k, 4, 4)`, in the robot base, to the last of them.
 
     Consecutive splines of a sequence are one curve. Its tangent is parallel to the chord between the neighbours of a
-    point; at its ends it is that of the line or arc before or behind it, and without one it aims at the nearest point.
+    point; at its ends it is that of the line or arc before or after it, and without one it aims at the nearest point.
     A spline has no corners: it does not round its ends.
     """
 

@@ -45,7 +45,7 @@ class Kept:
 def assembled(
     model: Model, kept: Kept, blocks: int, runs: list[JointPath | Independent], timed: list[Timed], cycle_s: float
 ) -> Motion:
-    """The motion through all `runs`, timed, behind what is kept; `blocks` is how many there are, the kept ones too."""
+    """The motion through all `runs`, timed, after what is kept; `blocks` is how many there are, the kept ones too."""
     begins = end = kept.pieces.duration_s
     ends = np.append(kept.ends, np.full(blocks - len(kept.ends), -1.0))
     rests, transitions = kept.rests.tolist(), list(kept.transitions)

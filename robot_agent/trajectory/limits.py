@@ -7,7 +7,7 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
-from robot_agent.model.description import DEFAULT_SHAPING, PathLimits, RobotDescription, Shaping
+from robot_agent.model.description import DEFAULT_SHAPING, PathSpeeds, RobotDescription, Shaping
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -21,7 +21,7 @@ class Limits:
     velocity: NDArray[np.float64]
     acceleration: NDArray[np.float64]
     jerk: NDArray[np.float64]
-    path: PathLimits
+    path: PathSpeeds
     ramp_factor: float
     shaping: Shaping = DEFAULT_SHAPING
     """How motions within the limits are shaped."""

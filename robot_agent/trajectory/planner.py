@@ -173,7 +173,7 @@ class _Paths:
         return made
 
     def _departure(self, index: int, q: NDArray[np.float64]) -> NDArray[np.float64] | None:
-        """The direction in which a joint move goes on behind block `index`, a spline that ends at joints `q` `(n,)`."""
+        """The direction in which a joint move goes on after block `index`, a spline that ends at joints `q` `(n,)`."""
         block, following = self._blocks[index], self._blocks[index + 1] if index + 1 < len(self._blocks) else None
         if not isinstance(block, Spline) or block.round_m == 0.0:
             return None
@@ -262,7 +262,7 @@ class _Paths:
 
 
 def _stops_for(block: Block) -> str:
-    """Why the robot stops behind a block in any case; empty where the block leaves that to what follows."""
+    """Why the robot stops after a block in any case; empty where the block leaves that to what follows."""
     if not isinstance(block, JointMove) and block.tangential_rad is not None:
         return "the tool follows the path up to there and may have to turn"
     return "a round edge of 0 asks for a stop" if block.round_m == 0.0 else ""

@@ -30,10 +30,10 @@ def crossings(path: Sweep, taus: Array, zone: ZoneGeometry, margin_m: float) -> 
     touched = _near(path, zone_box(zone), margin_m)
     edges = np.diff(np.concatenate([[False], touched, [False]]).astype(np.int8))
     before = np.maximum(np.flatnonzero(edges == 1) - 1, 0)
-    behind = np.minimum(np.flatnonzero(edges == -1), len(taus) - 1)
+    after = np.minimum(np.flatnonzero(edges == -1), len(taus) - 1)
     return [
         Crossing(zone.zone, enter, leave)
-        for enter, leave in zip(taus[before].tolist(), taus[behind].tolist(), strict=True)
+        for enter, leave in zip(taus[before].tolist(), taus[after].tolist(), strict=True)
     ]
 
 

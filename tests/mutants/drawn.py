@@ -21,8 +21,8 @@ DRAWN: tuple[Mutant, ...] = (
         (
             Edit(
                 "robot_agent/agent/program/interruption.py",
-                "        if self._wanted is None or self._wanted[1] is not None or self._place is None or zones is None:\n",
-                "        if self._wanted is None or self._place is None or zones is None:\n",
+                "        if self._wanted is None or self._wanted[1] is not None or self._stretch is None or zones is None:\n",
+                "        if self._wanted is None or self._stretch is None or zones is None:\n",
             ),
         ),
     ),
@@ -110,8 +110,8 @@ DRAWN: tuple[Mutant, ...] = (
         (
             Edit(
                 "robot_agent/agent/step/doing.py",
-                '        if not blocking:\n            return Reason("")\n        zone, hold = min(blocking, key=lambda held: held[1].tau)\n',
-                '        zone, hold = min(blocking, key=lambda held: held[1].tau)\n        if not blocking:\n            return Reason("")\n',
+                '        if not blocking:\n            return Cause("")\n        zone, hold = min(blocking, key=lambda held: held[1].tau)\n',
+                '        zone, hold = min(blocking, key=lambda held: held[1].tau)\n        if not blocking:\n            return Cause("")\n',
             ),
         ),
     ),

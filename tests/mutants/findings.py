@@ -93,8 +93,8 @@ FINDINGS = (
         (
             Edit(
                 "robot_agent/agent/mode.py",
-                "    (Event.CLEARED, (Mode.ESTOP,), Mode.DISABLED),",
-                "    (Event.CLEARED, (Mode.ESTOP, Mode.FAULT), Mode.DISABLED),",
+                "    (ModeEvent.CLEARED, (Mode.ESTOP,), Mode.DISABLED),",
+                "    (ModeEvent.CLEARED, (Mode.ESTOP, Mode.FAULT), Mode.DISABLED),",
             ),
         ),
     ),

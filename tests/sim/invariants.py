@@ -29,7 +29,7 @@ class Broken(AssertionError):
 
 @dataclass(slots=True)
 class _Samples:
-    """What one robot was commanded since it was enabled, in axes, behind the last samples that are judged."""
+    """What one robot was commanded since it was enabled, in axes, after the last samples that are judged."""
 
     at: list[float] = field(default_factory=list)
     axes: list[NDArray[np.float64]] = field(default_factory=list)

@@ -330,7 +330,7 @@ class World:
     def raise_estop(
         self, estop: Estop, by: str = "operator", doors: Collection[str] = ("manager", "gateways", "agents")
     ) -> None:
-        """As `cell estop`: a stop that is repeated to everybody behind these doors until all have confirmed it, for 3 s
+        """As `cell estop`: a stop that is repeated to everybody after these doors until all have confirmed it, for 3 s
         at most, and called to the manager once."""
         if "manager" in doors:
             self.operate("manager", SetEstop(estop.id, estop.by, estop.reason), by, _ESTOP_REPEATED_S)

@@ -164,7 +164,7 @@ class AgentWorld:
             self.step()
 
     def step(self) -> None:
-        """One agent step and the gateway cycles behind it."""
+        """One agent step and the gateway cycles after it."""
         if not self.feedback_lost:
             self.agent.receive(Arrived(self._feedback(), self.now), self.now)
         if not self.manager_silent:

@@ -93,7 +93,7 @@ def places_between(model: Model, q: np.ndarray, target: np.ndarray, share: np.nd
 
 
 def corners(sequence: Sequence, commanded: list[list[Curve]]) -> dict[int, tuple[np.ndarray, float]]:
-    """Where joints may round the corner behind a block: place and radius [m]; the flange's own edges are curves."""
+    """Where joints may round the corner after a block: place and radius [m]; the flange's own edges are curves."""
     found = {}
     for number, (before, after) in enumerate(pairwise(commanded)):
         end, block = before[-1], sequence.blocks[number]

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from robot_agent.model.description import PathLimits
+from robot_agent.model.description import PathSpeeds
 from robot_agent.trajectory import Motion
 
 STEP_S = 2.5e-4
@@ -11,11 +11,11 @@ SLOWEST = np.array([1e-3, np.radians(1.0)])
 
 
 def flange_shares(
-    motion: Motion, limits: PathLimits, on_path: list[bool], every_s: float, apart_s: float = 0.0
+    motion: Motion, limits: PathSpeeds, on_path: list[bool], every_s: float, apart_s: float = 0.0
 ) -> np.ndarray:
     """Shares `(k, 5)` along way and turn, across the way, and of the jerk of both, as docs/motion.md means them.
 
-    Where blocks `on_path` `(blocks,)` are moves of the flange, `apart_s` before and behind too.
+    Where blocks `on_path` `(blocks,)` are moves of the flange, `apart_s` before and after too.
     """
     middle = np.arange(STEP_S, motion.duration_s - STEP_S, every_s)
     held = np.array(on_path)[motion.block_at(middle[:, None] + max(STEP_S, apart_s) * np.linspace(-1.0, 1.0, 7))]

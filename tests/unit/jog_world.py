@@ -7,7 +7,7 @@ import numpy as np
 from cell.messages import JogFrame
 from robot_agent.kinematics import Model
 from robot_agent.trajectory import Limits
-from robot_agent.trajectory.sources import JogSource, JointAxes, States, ToolAxes, Wish
+from robot_agent.trajectory.sources import JogSource, JogWish, JointAxes, States, ToolAxes
 from tests.unit.six_axis_arm import arm, description
 
 CYCLE_S = 0.004
@@ -36,10 +36,10 @@ class Jogged:
     ) -> JogSource:
         """`axis` is a joint's index or a letter of XYZABC."""
         if isinstance(axis, int):
-            axes, wish = JointAxes(self.limits), Wish(axis, speed, step)
+            axes, wish = JointAxes(self.limits), JogWish(axis, speed, step)
             return JogSource(self.model, self.limits, CYCLE_S, axes, wish, clear)
         tool = ToolAxes(self.model, self.limits, frame, np.eye(4))
-        wish = Wish("XYZABC".index(axis), speed, step)
+        wish = JogWish("XYZABC".index(axis), speed, step)
         return JogSource(self.model, self.limits, CYCLE_S, tool, wish, clear)
 
     def block(self, source: JogSource, lost: bool = False) -> None:
@@ -49,9 +49,9 @@ class Jogged:
         way = self.way.first(1).then(nominal).then(source.brake())
         if not lost:
             self.way = way
-        played = self.way.behind(1).first(STEP)
+        played = self.way.after(1).first(STEP)
         self.played += list(played.q)
-        self.way = self.way.behind(STEP)
+        self.way = self.way.after(STEP)
 
     def run(self, source: JogSource, blocks: int) -> None:
         for _ in range(blocks):

@@ -17,10 +17,10 @@ def j1(world: AgentWorld) -> np.ndarray:
 
 
 def reached(world: AgentWorld, *places: float) -> list[int]:
-    """The first ticks at which J1 is at or behind places [deg]."""
+    """The first ticks at which J1 is at or after places [deg]."""
     return [int(np.argmax(j1(world) >= place - 1e-6)) + FIRST_TICK for place in places]
 
 
-def behind(world: AgentWorld, place: float) -> bool:
+def after(world: AgentWorld, place: float) -> bool:
     """Whether J1 is commanded to be behind a place [deg]."""
     return bool(np.degrees(world.commanded[0]) > place)

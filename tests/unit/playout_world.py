@@ -30,7 +30,7 @@ class _Recorded(Outputs):
 class PlayoutWorld(AgentWorld):
     """Feedback is `feedback_ticks` old when the agent steps; the copies of each block are on their way for `delays`.
 
-    With delay 0 a block arrives in the cycle behind the step in which it was sent; no delay at all is a lost block.
+    With delay 0 a block arrives in the cycle after the step in which it was sent; no delay at all is a lost block.
     """
 
     def __init__(self, program: str, outputs: tuple[str, ...] = ()) -> None:

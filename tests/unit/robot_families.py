@@ -7,7 +7,7 @@ import pytest
 
 from cell.geometry import from_xyz_abc
 from robot_agent.kinematics import Model, model_of
-from robot_agent.model.description import CapsuleBody, JointLimits, PathLimits, RobotDescription
+from robot_agent.model.description import CapsuleBody, JointLimits, PathSpeeds, RobotDescription
 from robot_agent.model.families import FAMILIES, shape_of
 from tests.unit.repository import vectors
 
@@ -36,7 +36,7 @@ def described(family: str, joints: int | None = None, turn_deg: float = 180.0, *
         "geometry": lengths,
         "joint_names": shape.joint_names(n),
         "limits": JointLimits(np.stack([-half, half], axis=-1), np.ones(n), np.ones(n), np.ones(n), 1.5),
-        "path": PathLimits(1.0, 4.0, 40.0, 2.0, 8.0, 80.0),
+        "path": PathSpeeds(1.0, 4.0, 40.0, 2.0, 8.0, 80.0),
         "home": np.zeros(n),
         "capsules": tuple(CapsuleBody(i, (0.0, 0.02, 0.0), (0.1, 0.0, 0.05), 0.05) for i in range(last + 1)),
         "linear": linear,

@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 
 from robot_agent.kinematics import SixAxis
-from robot_agent.model.description import CapsuleBody, JointLimits, PathLimits, RobotDescription
+from robot_agent.model.description import CapsuleBody, JointLimits, PathSpeeds, RobotDescription
 from tests.unit.repository import vectors
 
 VECTORS: dict[str, Any] = vectors("six_axis.json")
@@ -37,7 +37,7 @@ def description(position_deg: float = 180.0, **geometry: float) -> RobotDescript
         geometry=lengths,
         joint_names=("J1", "J2", "J3", "J4", "J5", "J6"),
         limits=limits,
-        path=PathLimits(1.0, 4.0, 40.0, 2.0, 8.0, 80.0),
+        path=PathSpeeds(1.0, 4.0, 40.0, 2.0, 8.0, 80.0),
         home=np.zeros(6),
         capsules=CAPSULES,
     )

@@ -45,15 +45,15 @@ class ProgramCourse:
     """Program lines with a move that were planned."""
     duration_s: float
     rests: tuple[int, ...]
-    """Lines behind which the robot stops although neither R=0 nor a statement asks for it."""
+    """Lines after which the robot stops although neither R=0 nor a statement asks for it."""
 
 
 def check_motions(bundle: CellBundle) -> tuple[list[ProgramCourse], list[Problem]]:
     """Plan each robot's program from its home, as `cell plot` does.
 
     A move that cannot be planned is an error where the robot's place is known by then, and else a warning: before a
-    HOME or an MJ that names all joints it is taken to be at home, and behind TRACK where the path leads without it.
-    Moves behind such a one, and behind `LONGEST_S` of motion, are a warning: nobody has looked at them.
+    HOME or an MJ that names all joints it is taken to be at home, and after TRACK where the path leads without it.
+    Moves after such a one, and after `LONGEST_S` of motion, are a warning: nobody has looked at them.
     """
     courses, problems = [], []
     for robot in bundle.cell.robots:
@@ -152,7 +152,7 @@ def _failure(file: Path, program: Program, failed: PlanFailed) -> Problem:
     found = f"{program.text_of(failed.line)!r}: {failed.text}; what follows was not planned"
     allowed = "a move that can be planned from where the robot is then"
     if not known:
-        allowed += "; that was taken to be behind home, and without what TRACK does"
+        allowed += "; that was taken to be after home, and without what TRACK does"
     return Problem(file, failed.line, 1, "program", found, allowed, Severity.ERROR if known else Severity.WARNING)
 
 

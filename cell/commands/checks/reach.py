@@ -35,7 +35,7 @@ def unreachable_lines(model: Model, program: Program) -> Iterator[tuple[int, str
     """Program lines that lead out of reach or out of the limits, or fail wherever the robot is; each once, and why.
 
     The program is walked as it would run. Where the robot is before its first motion nobody knows: until the first
-    HOME, or MJ that names all joints, and behind arcs, splines and TRACK OFF, targets with all six coordinates are
+    HOME, or MJ that names all joints, and after arcs, splines and TRACK OFF, targets with all six coordinates are
     judged, and others when what they name is farther away than any part of the robot can be.
     """
     walk, seen, told = _Walk(model), set[tuple[int, bytes]](), set[int]()
@@ -73,7 +73,7 @@ class _Walk:
         self.q: Array | None = None
         """Joints, as long as they are known."""
         self.ends: dict[tuple[int, bytes], Array | None] = {}
-        """Joints behind a step, by its place."""
+        """Joints after a step, by its place."""
 
     def joints(self, step: JointStep) -> str:
         """Move joints; returns what is wrong."""

@@ -28,7 +28,7 @@ _PAUSE_S = 0.1
 
 
 @dataclass(frozen=True)
-class Operator:
+class Connection:
     """An operator's connection to a running cell."""
 
     file: Path
@@ -153,8 +153,8 @@ def ask_until_answered(
 
 
 @contextmanager
-def connect(file: Path, endpoints: list[str] | None, stop: threading.Event | None = None) -> Iterator[Operator]:
-    """Connect to the running cell of `file` as a client of its rendezvous, or of `endpoints`; see `Operator.stop`."""
+def connect(file: Path, endpoints: list[str] | None, stop: threading.Event | None = None) -> Iterator[Connection]:
+    """Connect to the running cell of `file` as a client of its rendezvous, or of `endpoints`; see `Connection.stop`."""
     settings = running_cell(file)
     connect_to = tuple(endpoints) if endpoints else (settings.manager_endpoint,)
     with ExitStack() as stack:
@@ -166,7 +166,7 @@ def connect(file: Path, endpoints: list[str] | None, stop: threading.Event | Non
                 f"start the cell with: cell up {quoted(file)}, "
                 f"or, when only its manager is gone: cell manager {quoted(file)}",
             ) from error
-        yield Operator(file, settings, session, CellView(session, settings), stop)
+        yield Connection(file, settings, session, CellView(session, settings), stop)
 
 
 def client_session(settings: CellSettings, endpoints: tuple[str, ...]) -> CellSession:

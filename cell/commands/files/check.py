@@ -23,7 +23,7 @@ def check(file: Annotated[Path, typer.Argument(metavar="FILE", help="The cell fi
     summed up, its warnings are printed, and the exit is 0.
 
     Programs are planned from home, each loop twice round, without pauses, zones and what TRACK follows, and up to 60 s
-    of motion. Corners behind which a robot stops are no problem; they are listed. `cell plot` says why it does.
+    of motion. Corners after which a robot stops are no problem; they are listed. `cell plot` says why it does.
     """
     bundle, problems = check_cell(file)
     courses: list[ProgramCourse] = []
@@ -57,7 +57,7 @@ def _summary(bundle: CellBundle, courses: list[ProgramCourse]) -> Group:
     for name, robot in cell.robots.items():
         base = _millimetres(robot.base.position_m)
         robots.add_row(name, bundle.robots[name].model.description.name, robot.gateway, base)
-    programs = _table("robot", "program", "lines with moves", "motion s", "stops behind lines")
+    programs = _table("robot", "program", "lines with moves", "motion s", "stops after lines")
     for course in courses:
         name, rests = cell.robots[course.robot].program.name, listed(course.rests) or "-"
         programs.add_row(course.robot, name, str(course.moves), f"{course.duration_s:.1f}", rests)

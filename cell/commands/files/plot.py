@@ -36,7 +36,7 @@ def plot(
 ) -> None:
     """Plan a program from the robot's home and draw it: path, speed, and joint speeds against their limits.
 
-    Behind the curves stand how far each move goes, and where moves meet: whether the robot stops there, and why.
+    After the curves stand how far each move goes, and where moves meet: whether the robot stops there, and why.
 
     Pauses and what TRACK follows are left out, and nothing of a cell is needed: no zones, no gateway. Exits with 1
     where a move cannot be planned; the page then shows the motion up to there.

@@ -32,10 +32,10 @@ def transitions(motions: list[Planned], reasons: Mapping[tuple[int, int], str]) 
     for number, planned in enumerate(motions):
         texts += [_meeting(planned, each) for each in planned.motion.transitions]
         if number + 1 < len(motions):
-            before, behind = planned.lines[-1], motions[number + 1].lines[0]
-            why = reasons.get((before, behind), "")
+            before, after = planned.lines[-1], motions[number + 1].lines[0]
+            why = reasons.get((before, after), "")
             texts.append(
-                f"line {before} to {behind}: stops, the next move is planned by itself" + (f" ({why})" if why else "")
+                f"line {before} to {after}: stops, the next move is planned by itself" + (f" ({why})" if why else "")
             )
     return _counted(texts)
 
@@ -46,8 +46,8 @@ def stops(motions: list[Planned]) -> int:
 
 
 def _meeting(planned: Planned, transition: Transition) -> str:
-    before, behind = planned.lines[transition.before], planned.lines[transition.block]
-    where = f"within line {behind}" if transition.before == transition.block else f"line {before} to {behind}"
+    before, after = planned.lines[transition.before], planned.lines[transition.block]
+    where = f"within line {after}" if transition.before == transition.block else f"line {before} to {after}"
     parts = [f"{where}: {transition.continuity.value}, {transition.passing.value}"]
     if transition.passing is Passing.ROUNDED:
         parts.append(f"{1000.0 * transition.deviation_m:.2f} mm beside it")

@@ -4,14 +4,14 @@ from collections.abc import Sequence
 
 import typer
 
-from cell.commands.client.connection import STATE_TIMEOUT_S, Operator
+from cell.commands.client.connection import STATE_TIMEOUT_S, Connection
 from cell.commands.errors import CommandError, quoted
 from cell.messages import CellTime, Halt, Run
 
 AHEAD_S = 2.0
 
 
-def run_together(operator: Operator, robots: Sequence[str], ahead_s: float, lasting_s: float | None = None) -> None:
+def run_together(operator: Connection, robots: Sequence[str], ahead_s: float, lasting_s: float | None = None) -> None:
     """Order all robots to begin `ahead_s` from now, and to end their first motions `lasting_s` later if they can.
 
     Raises `CommandError` when one refuses, the others halted.
@@ -44,7 +44,7 @@ def run_together(operator: Operator, robots: Sequence[str], ahead_s: float, last
     typer.echo(f"{', '.join(robots)} {begin} at cell time {manager.cell_time + ahead_s:.2f} s")
 
 
-def _halt(operator: Operator, robots: Sequence[str]) -> None:
+def _halt(operator: Connection, robots: Sequence[str]) -> None:
     """Halt robots that must not begin, whether or not they have heard of it."""
     for robot in robots:
         try:

@@ -11,7 +11,7 @@ from typing import Annotated
 import typer
 
 from cell.commands.client.cell_view import echo
-from cell.commands.client.connection import Operator, connect, report
+from cell.commands.client.connection import Connection, connect, report
 from cell.commands.client.state_table import why
 from cell.commands.errors import CommandError, quoted
 from cell.commands.options import CELL_FILE, CellFileOption, ConnectOption, RobotArgument
@@ -98,7 +98,7 @@ def _slides(settings: CellSettings, robot: str, joint: str) -> bool:
         raise CommandError(str(error), f"correct it, then: cell check {quoted(settings.file)}") from error
 
 
-def hold(operator: Operator, robot: str, press: str, stop: threading.Event) -> None:
+def hold(operator: Connection, robot: str, press: str, stop: threading.Event) -> None:
     """Say that the key is held until `stop`, or until the robot has ended the jog; then wait until it rests.
 
     Raises `CommandError` when the robot falls silent, or is not seen to jog.

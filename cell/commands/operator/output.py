@@ -8,10 +8,10 @@ from rich.box import SIMPLE_HEAD
 from rich.console import Console
 from rich.table import Table
 
-from cell.commands.client.connection import Operator, connect
+from cell.commands.client.connection import Connection, connect
 from cell.commands.emergency.words import operator_name
 from cell.commands.errors import CommandError
-from cell.commands.operator.robot_orders import Switch
+from cell.commands.operator.robot_orders import OnOff
 from cell.commands.options import CELL_FILE, CellFileOption, ConnectOption, RobotArgument
 from cell.messages import AxisStatus, GatewayState, SwitchOutput
 from drive_gateway.config import RobotDrives, load_drives
@@ -22,7 +22,7 @@ def output(
     name: Annotated[
         str | None, typer.Argument(metavar="OUTPUT", help="Of the drives file.", show_default="list them all")
     ] = None,
-    switch: Annotated[Switch | None, typer.Argument(metavar="on|off", help="on or off.", show_default=False)] = None,
+    switch: Annotated[OnOff | None, typer.Argument(metavar="on|off", help="on or off.", show_default=False)] = None,
     file: CellFileOption = Path(CELL_FILE),
     endpoint: ConnectOption = None,
 ) -> None:
@@ -43,10 +43,10 @@ def output(
             drives = load_drives(operator.settings.gateways[gateway].drives, gateway).robots[robot]
             _list(drives, state, str(operator.settings.gateways[gateway].drives))
         else:
-            print(switched(operator, gateway, SwitchOutput(robot, name, switch is Switch.ON, operator_name())))
+            print(switched(operator, gateway, SwitchOutput(robot, name, switch is OnOff.ON, operator_name())))
 
 
-def switched(operator: Operator, gateway: str, order: SwitchOutput) -> str:
+def switched(operator: Connection, gateway: str, order: SwitchOutput) -> str:
     """What the gateway says when the drive shows it. Raises `CommandError` with what it says else."""
     reply = operator.order_gateway(gateway, order)
     if not reply.ok:

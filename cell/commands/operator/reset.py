@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from cell.commands.client.connection import Operator, connect, report
+from cell.commands.client.connection import Connection, connect, report
 from cell.commands.emergency.words import operator_name
 from cell.commands.errors import CommandError, quoted
 from cell.commands.options import CELL_FILE, CellFileOption, ConnectOption
@@ -35,7 +35,7 @@ def reset(
         _reset_robots(operator, chosen)
 
 
-def _clear_stops(operator: Operator, robots: tuple[str, ...]) -> None:
+def _clear_stops(operator: Connection, robots: tuple[str, ...]) -> None:
     """Clear the stops that the operator is shown. Raises `CommandError` when another one is in force."""
     estops = operator.manager_state().estops
     for estop in estops:
@@ -52,7 +52,7 @@ def _clear_stops(operator: Operator, robots: tuple[str, ...]) -> None:
     _wait_until_robots_know(operator, robots)
 
 
-def _wait_until_robots_know(operator: Operator, robots: tuple[str, ...]) -> None:
+def _wait_until_robots_know(operator: Connection, robots: tuple[str, ...]) -> None:
     """A robot that still believes in the stop would refuse; it drops it with the manager's next messages."""
     operator.view.wait_for(
         lambda seen: all(
@@ -62,7 +62,7 @@ def _wait_until_robots_know(operator: Operator, robots: tuple[str, ...]) -> None
     )
 
 
-def _reset_robots(operator: Operator, robots: tuple[str, ...]) -> None:
+def _reset_robots(operator: Connection, robots: tuple[str, ...]) -> None:
     """Ask each robot. Raises `CommandError` with what those said that did not, after all were asked."""
     failed: dict[str, CommandError] = {}
     for robot in robots:

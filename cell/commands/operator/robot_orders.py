@@ -14,14 +14,14 @@ from cell.messages import Command, Continue, Disable, Enable, Halt, Return, Run,
 PercentArgument = Annotated[float, typer.Argument(min=-100.0, max=100.0, metavar="PERCENT", help="-100 to 100.")]
 
 
-class Switch(Enum):
+class OnOff(Enum):
     """A word of the command line."""
 
     ON = "on"
     OFF = "off"
 
 
-SwitchArgument = Annotated[Switch, typer.Argument(help="on: at most 250 mm/s; off: automatic operation.")]
+SwitchArgument = Annotated[OnOff, typer.Argument(help="on: at most 250 mm/s; off: automatic operation.")]
 
 
 def _order(robot: str, command: Command, file: Path, endpoints: list[str] | None) -> None:
@@ -44,7 +44,7 @@ def run(
     last: Annotated[
         float | None,
         typer.Option(
-            min=0.1, max=3600, metavar="SECONDS", help="End the first motions together, so long behind the start."
+            min=0.1, max=3600, metavar="SECONDS", help="End the first motions together, so long after the start."
         ),
     ] = None,
     file: CellFileOption = Path(CELL_FILE),
@@ -102,7 +102,7 @@ def manual(
     endpoint: ConnectOption = None,
 ) -> None:
     """Bound a robot's TCP to 250 mm/s (manual operation), or not. It replaces no safety-rated speed monitoring."""
-    _order(robot, SetManual(switch is Switch.ON), file, endpoint)
+    _order(robot, SetManual(switch is OnOff.ON), file, endpoint)
 
 
 def enable(robot: RobotArgument, file: CellFileOption = Path(CELL_FILE), endpoint: ConnectOption = None) -> None:

@@ -9,7 +9,7 @@ from typing import Annotated
 import typer
 
 from cell.commands.client.cell_view import names
-from cell.commands.client.connection import Operator, connect
+from cell.commands.client.connection import Connection, connect
 from cell.commands.errors import CommandError
 from cell.commands.options import CELL_FILE, CellFileOption, ConnectOption, RobotArgument
 from cell.commands.processes.stop import stop_event
@@ -96,7 +96,7 @@ def belt_counts(way_m: float, counts_per_metre: float, every_mm: float | None) -
     return round(way_m * counts_per_metre) % _COUNTER, part
 
 
-def _measure(operator: Operator, message: Callable[[CellTime, float], object]) -> None:
+def _measure(operator: Connection, message: Callable[[CellTime, float], object]) -> None:
     """Publish what `message` says of a moment and of the seconds since the start, until Ctrl-C."""
     stop, clock, states = stop_event(), ManagerClock(), operator.session.watch("manager/state")
     begun = heard_at = time.monotonic()

@@ -6,7 +6,7 @@ from typing import Annotated
 import typer
 
 from cell.commands.client.cell_view import names
-from cell.commands.client.connection import Operator, connect, report
+from cell.commands.client.connection import Connection, connect, report
 from cell.commands.emergency.words import operator_name
 from cell.commands.errors import CommandError
 from cell.commands.options import CELL_FILE, CellFileOption, ConnectOption, RobotArgument
@@ -15,7 +15,7 @@ from cell.messages import AdoptZone, ClearZone
 ZoneArgument = Annotated[str, typer.Argument(metavar="ZONE", help="Name of the zone in the cell file.")]
 
 
-def _check_zone(operator: Operator, zone: str) -> None:
+def _check_zone(operator: Connection, zone: str) -> None:
     if zone not in operator.settings.zones:
         raise CommandError(f"no zone {zone!r} in {operator.file}; its zones are: {names(operator.settings.zones)}")
 

@@ -23,7 +23,7 @@ def write_page(file: Path, text: str) -> None:
 
 
 def page(title: str, summary: list[str], charts: list[Chart], lists: Mapping[str, list[str]] | None = None) -> str:
-    """The HTML text of a page; `lists` by their titles come behind the charts, empty ones are left out."""
+    """The HTML text of a page; `lists` by their titles come after the charts, empty ones are left out."""
     items = _items(summary)
     listed = "".join(
         f"<h2>{escape(name)}</h2><ul>{_items(lines)}</ul>" for name, lines in (lists or {}).items() if lines

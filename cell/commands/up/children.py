@@ -23,7 +23,7 @@ LAST_LINES, LAST_BYTES = 8, 16_384
 
 
 @dataclass(frozen=True, slots=True)
-class Program:
+class ChildProgram:
     """What to start: `part` names it for people, `command` is what they would type, `module` is what runs."""
 
     part: str
@@ -35,7 +35,7 @@ class Program:
 class Child:
     """A running process in its own process session, so that Ctrl-C reaches it only through us, in our order."""
 
-    def __init__(self, program: Program, log_folder: Path) -> None:
+    def __init__(self, program: ChildProgram, log_folder: Path) -> None:
         self.program = program
         self.log = log_folder / f"{program.part.replace(' ', '-')}.log"
         ours, self._pipe = os.pipe()
@@ -91,7 +91,7 @@ class Child:
         return f"{self.end_notice()}\n  start it again with: {self.program.command}"
 
 
-def programs(settings: CellSettings, state_dir: Path | None, simulate: bool) -> list[Program]:
+def programs(settings: CellSettings, state_dir: Path | None, simulate: bool) -> list[ChildProgram]:
     """Manager, gateways and agents of a cell, in the order in which they start."""
     file = str(settings.file)
     where = () if state_dir is None else ("--state-dir", str(state_dir))
@@ -101,7 +101,9 @@ def programs(settings: CellSettings, state_dir: Path | None, simulate: bool) -> 
     wanted += [(f"robot {name}", "robot-agent", (file, name)) for name in settings.robots]
     modules = {"cell": "main", "drive-gateway": "drive_gateway", "robot-agent": "robot_agent"}
     return [
-        Program(part, f"cell.commands.{modules[tool]}", (*arguments, *where), shlex.join((tool, *arguments, *where)))
+        ChildProgram(
+            part, f"cell.commands.{modules[tool]}", (*arguments, *where), shlex.join((tool, *arguments, *where))
+        )
         for part, tool, arguments in wanted
     ]
 
@@ -110,7 +112,7 @@ class Children:
     """All processes of a cell; leaving the `with` block stops whoever is left."""
 
     def __init__(
-        self, wanted: list[Program], log_folder: Path, hurry: threading.Event, say: Callable[[str], None]
+        self, wanted: list[ChildProgram], log_folder: Path, hurry: threading.Event, say: Callable[[str], None]
     ) -> None:
         self._wanted = wanted
         self._log_folder = log_folder

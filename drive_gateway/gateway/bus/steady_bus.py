@@ -24,7 +24,7 @@ _CLASS_CONTROLLER, _CLASS_ACKNOWLEDGE, _CLASS_BUS_OFF = 0x004, 0x020, 0x040
 _PASSIVE = 0x30
 """In its second data byte: the receiver or the transmitter is error passive."""
 _ERRORS_AT_ONCE = 64
-"""Error frames that are passed over to find a frame behind them."""
+"""Error frames that are passed over to find a frame after them."""
 TELL_S = 10.0
 """The same trouble of a bus that still works is told again after this time."""
 

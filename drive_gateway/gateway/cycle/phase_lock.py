@@ -12,7 +12,7 @@ _PROPORTIONAL = 0.5
 _INTEGRAL = 0.25 * _PROPORTIONAL**2
 """[1/s^2] Critical damping: both poles at half of the proportional gain."""
 _RE_WRAP = 0.75
-"""Of a cycle: beyond, the SYNC before or behind is so much nearer that it is the one to go for."""
+"""Of a cycle: beyond, the SYNC before or after is so much nearer that it is the one to go for."""
 
 
 class PhaseLock:
@@ -36,7 +36,7 @@ class PhaseLock:
         self._heard_at = at
 
     def trim(self, now: float) -> float:
-        """By how much the next cycle is to come later than a cycle behind this one, which began at `now` [s]."""
+        """By how much the next cycle is to come later than a cycle after this one, which began at `now` [s]."""
         moment = self._clock.moment(now)
         if moment is None or self._heard_at is None or now - self._heard_at > SILENT_S:
             self.error_s, self._drift = None, 0.0

@@ -55,7 +55,7 @@ RobotCommand = (
 )
 
 
-class Calls:
+class GatewayCalls:
     """Takes requests, does what they ask for or says why not, and collects the answers.
 
     Args:

@@ -121,7 +121,7 @@ class JoinRules:
                 allowed = f"allowed is a nominal sample, {block.first_tick} to {end - 1}"
                 return Refused(Refusal.EVENTS, f"{found}; {allowed}")
             if event.tick < tick or event.number <= number:
-                return Refused(Refusal.EVENTS, f"{found} behind event {number} at tick {tick}; numbers grow with ticks")
+                return Refused(Refusal.EVENTS, f"{found} after event {number} at tick {tick}; numbers grow with ticks")
             tick, number = event.tick, event.number
         return None
 
@@ -172,7 +172,7 @@ class JoinRules:
         return Refused(Refusal.ACCELERATION, self._at(hard, f"{text}, at tick {block.first_tick + sample - 1}"))
 
     def _foreign_velocities(self, block: SetpointBlock, step: Floats) -> Refused | None:
-        """`step`: mean velocity from each sample to the next, from the two before the block to the one behind it."""
+        """`step`: mean velocity from each sample to the next, from the two before the block to the one after it."""
         beside = np.abs(block.velocity - 0.5 * (step[1:-1] + step[2:])) > self._beside_bound
         if not beside.any():
             return None

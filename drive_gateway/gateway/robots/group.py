@@ -140,7 +140,7 @@ class DriveGroup:
             self._quick_stop(now)
 
     def observe(self, now: float, tick: int, order: StopOrder | None) -> list[Effect]:
-        """After the SYNC numbered `tick`: measure, judge and decide; what the nodes need, behind the RPDOs."""
+        """After the SYNC numbered `tick`: measure, judge and decide; what the nodes need, after the RPDOs."""
         self.permits.order = order
         self.outputs.barred = "" if order is None else order.reason
         after = [effect for node in self._stations for effect in node.step(now, tick - 1)]

@@ -109,7 +109,7 @@ class _Told:
         order = self._order
         if self._outputs.is_on(order.output) is not order.on:
             text = f"was switched {_word(order.on)}, and is {_word(not order.on)} again"
-            self._then(False, f"{_what(order)} {text}: a stop, a program or another order came behind")
+            self._then(False, f"{_what(order)} {text}: a stop, a program or another order came after")
         elif self._confirmed:
             self._then(True, f"{_what(order)} is {_word(order.on)}: {self._drive.label} {self._found}")
         elif now > self._deadline:
@@ -118,7 +118,7 @@ class _Told:
             self._then(False, f"{_what(order)} {text}: {self._drive.label} {self._found}; {look}")
         else:
             if not self._asked:
-                # It goes out behind the frame of this cycle and the SYNC with which that acts.
+                # It goes out after the frame of this cycle and the SYNC with which that acts.
                 self._asked = True
                 self._drive.submit(DIGITAL_OUTPUTS, 1, None, self._read)
             return False

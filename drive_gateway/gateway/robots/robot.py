@@ -155,7 +155,7 @@ class Robot:
         return True, f"{self.name} is where its drives say: {text}"
 
     def observe(self, now: float, tick: int, order: StopOrder | None) -> list[Effect]:
-        """The first half of a cycle, after the SYNC numbered `tick`: what else must be done, behind its `command`."""
+        """The first half of a cycle, after the SYNC numbered `tick`: what else must be done, after its `command`."""
         if not self.group.watch.measured:
             # Without feedback the owner has nothing to answer: its silence says nothing yet.
             self.claims.alive(self.claims.owner, now)

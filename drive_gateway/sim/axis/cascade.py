@@ -38,7 +38,7 @@ class Cascade:
         self._current_integral = 0j
         self._angle = self._ahead_of_encoder = 0.0
         self.injected = 0.0
-        """[A] added behind the speed loop: a probe for its open loop."""
+        """[A] added after the speed loop: a probe for its open loop."""
         self.speed = 0.0
         self.regulated = 0.0
         """[A] what the speed loop asks for, before the probe."""

@@ -1,6 +1,6 @@
 """Step and frequency response of a simulated servo loop, measured on it as on a machine.
 
-The open speed loop is measured while it is closed: a sine is added to the set current behind the speed controller. What
+The open speed loop is measured while it is closed: a sine is added to the set current after the speed controller. What
 the controller answers to what reaches the motor is -L, so no stability is risked by opening anything.
 """
 

@@ -1,6 +1,6 @@
 """Homing as a drive does it (CiA 402, mode 6): fast to a switch, slowly off it, home at its edge or an index pulse.
 
-The method of 6098h says which switch, on which side it is left, and whether home is the first index pulse behind its
+The method of 6098h says which switch, on which side it is left, and whether home is the first index pulse after its
 edge. Methods 33 and 34 look for a pulse only, 35 and 37 take the place where the axis stands.
 """
 

@@ -32,7 +32,7 @@ class Method:
     look: Look
     away: float = 0.0
     pulse: bool = False
-    """Home is the first index pulse behind the edge."""
+    """Home is the first index pulse after the edge."""
 
 
 METHODS = {

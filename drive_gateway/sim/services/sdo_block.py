@@ -1,7 +1,7 @@
 """The server's half of an SDO block transfer (CiA 301): sub-blocks of up to 127 segments, one answer for each.
 
 Segments that the wire lost are sent again: the receiver names the last one of the unbroken row, and the sender goes on
-behind it. A CRC-16-CCITT over the whole object closes the transfer when both sides can compute it.
+after it. A CRC-16-CCITT over the whole object closes the transfer when both sides can compute it.
 """
 
 from binascii import crc_hqx

@@ -1,6 +1,6 @@
 """Digital outputs that a program switches in step with its motion: from marks on the path to events of blocks.
 
-A mark is a place on a motion, so whatever delays the robot delays it too. It is passed at the first sample at or behind
+A mark is a place on a motion, so whatever delays the robot delays it too. It is passed at the first sample at or after
 its tau. Until feedback says that it is executed each block says it anew, at its first sample where the mark was passed
 before that. The gateway executes it at the first place that it is told, and once.
 """
@@ -72,11 +72,11 @@ class OutputMarks:
         self._marks, self._ticks, self.done_tick = {}, {}, 0
 
     def due(self, switches: Iterable[Switch], tick: int) -> None:
-        """Switch at a tick, or as soon as possible behind it, wherever the robot is."""
+        """Switch at a tick, or as soon as possible after it, wherever the robot is."""
         self._marks |= {switch.number: _Mark(switch, tick=tick) for switch in switches}
 
     def postpone(self, since: int, ticks: int) -> None:
-        """What was due at rest behind the tick `since` is due so many ticks later."""
+        """What was due at rest after the tick `since` is due so many ticks later."""
         for number, mark in self._marks.items():
             if mark.motion is None and mark.tick > since:
                 self._marks[number] = replace(mark, tick=mark.tick + ticks)
@@ -87,7 +87,7 @@ class OutputMarks:
         return bool(self._marks)
 
     def accepted(self, block: SentBlock) -> None:
-        """The gateway has accepted a block: its events take the place of those that come behind its beginning."""
+        """The gateway has accepted a block: its events take the place of those that come after its beginning."""
         earlier = {number: tick for number, tick in self._ticks.items() if tick < block.first_tick}
         self._ticks = {event.number: event.tick for event in block.events} | earlier
 
@@ -104,7 +104,7 @@ class OutputMarks:
             self._marks = {number: mark for number, mark in self._marks.items() if number > self._executed}
 
     def events(self, block: SentBlock, nominal: int, halted: bool) -> tuple[OutputEvent, ...]:
-        """What a block is to switch: in its first `nominal` samples, or where it stands behind its end within them.
+        """What a block is to switch: in its first `nominal` samples, or where it stands after its end within them.
 
         These are meant by whoever sends it, a ramp too if it begins there. While the robot is halted nothing is
         switched but what its motion passes.

@@ -24,7 +24,7 @@ from cell.messages import (
 from robot_agent.agent.blocks.corrections import Corrections
 from robot_agent.agent.blocks.executive import Executive
 from robot_agent.agent.cell_clock import LONGEST_S, CellClock
-from robot_agent.agent.mode import Event, after, stands
+from robot_agent.agent.mode import ModeEvent, after, stands
 from robot_agent.agent.operator.jogging import Jogging
 from robot_agent.agent.planning.planner import Planner
 from robot_agent.agent.program.interruption import Interruption
@@ -98,7 +98,7 @@ class Decisions:
         if mode is Mode.RUNNING:
             self._pace.no_step()
             text = f"{self._robot} brakes on its path; `cell continue {self._robot}` goes on"
-            return Done(text, after(mode, Event.HALT))
+            return Done(text, after(mode, ModeEvent.HALT))
         if mode is Mode.RETURNING:
             self._pace.no_step()
             mode = after(mode, self._interruption.leave_there(situation.feedback, situation.planner))
@@ -141,7 +141,7 @@ class Decisions:
         if mode in (Mode.READY, Mode.RUNNING, Mode.HALTED, Mode.OFF_PATH, Mode.RETURNING):
             return Done(f"{self._robot} is enabled already", mode)
         if mode is Mode.DISABLED:
-            return Passed(EnableDrives(self._robot, situation.feedback.owner), after(mode, Event.ENABLE))
+            return Passed(EnableDrives(self._robot, situation.feedback.owner), after(mode, ModeEvent.ENABLE))
         return Refused(f"{self._robot} is in mode {mode.value}: {self._way_out(mode)}")
 
     def _disable(self, mode: Mode, situation: Situation) -> Done | Refused | Passed:
@@ -153,7 +153,7 @@ class Decisions:
         if not executive.at_rest(situation.feedback.tick):
             return Refused(f"{self._robot} still moves: call again when it is at rest")
         self._interruption.interrupt("the drives were switched off by an operator")
-        return Passed(DisableDrives(self._robot, situation.feedback.owner), after(mode, Event.DISABLE))
+        return Passed(DisableDrives(self._robot, situation.feedback.owner), after(mode, ModeEvent.DISABLE))
 
     def _start(self, mode: Mode, situation: Situation, run: Run, now: float) -> Done | Refused:
         executive, feedback = situation.executive, situation.feedback
@@ -182,7 +182,7 @@ class Decisions:
         executive.stand(situation.planner.standstill(feedback.commanded, ()), feedback.tick)
         self._run.start(feedback.commanded, tick, end_tick)
         self._pace.no_step()
-        return Done(f"{self._robot} runs {self._run.status.name} from its first line", after(mode, Event.RUN))
+        return Done(f"{self._robot} runs {self._run.status.name} from its first line", after(mode, ModeEvent.RUN))
 
     def _jog(self, command: Jog, mode: Mode, situation: Situation, made_at: float) -> Done | Refused:
         executive = situation.executive
@@ -198,7 +198,7 @@ class Decisions:
         if mode is Mode.HALTED:
             self._run.fail("the robot was jogged off its path by an operator")
         self._jogging.begin(command, situation.planner, made_at)
-        return Done(f"{self._robot} jogs along {command.axis} while the key is held", after(mode, Event.JOG))
+        return Done(f"{self._robot} jogs along {command.axis} while the key is held", after(mode, ModeEvent.JOG))
 
     def _continue(self, mode: Mode, situation: Situation, now: float) -> Done | Refused:
         if mode is Mode.RUNNING:
@@ -223,11 +223,11 @@ class Decisions:
         if refused is not None:
             return refused
         text = f"{gap.text}; {self._robot} returns slowly, and is then halted on its path"
-        return Done(text, after(mode, Event.GO_BACK))
+        return Done(text, after(mode, ModeEvent.GO_BACK))
 
     def _going_on(self, mode: Mode) -> Mode:
         """Of a program that is running or halted; an interrupted one goes back to its path first."""
-        return after(mode, Event.GO_BACK if self._run.interrupted else Event.CONTINUE)
+        return after(mode, ModeEvent.GO_BACK if self._run.interrupted else ModeEvent.CONTINUE)
 
     def _to_path(self, situation: Situation) -> Refused | None:
         """Bring a robot that is halted beside its path back to it, from where it goes on; or say why not."""

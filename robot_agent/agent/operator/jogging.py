@@ -7,7 +7,7 @@ from cell.messages import Heard, Jog, JogHeld
 from robot_agent.agent.planning.planner import Planner
 from robot_agent.agent.zones.zone_claims import ZoneClaims
 from robot_agent.agent.zones.zone_guard import ZoneGuard
-from robot_agent.trajectory.sources import JogSource, JointAxes, ToolAxes, Wish
+from robot_agent.trajectory.sources import JogSource, JogWish, JointAxes, ToolAxes
 
 TOOL_AXES = ("X", "Y", "Z", "A", "B", "C")
 HELD_S = 0.2
@@ -25,7 +25,7 @@ class Jogging:
         self._message: JogHeld | None = None
         self._alive_at = -math.inf
         self.source: JogSource | None = None
-        """What moves the robot; it stays until the robot is at rest behind the press."""
+        """What moves the robot; it stays until the robot is at rest after the press."""
         self.ended_by = ""
         """Why the last press ended, when the operator did not let the key go."""
 
@@ -62,7 +62,7 @@ class Jogging:
             axes, index = JointAxes(limits), names.index(command.axis)
         else:
             axes, index = ToolAxes(model, limits, command.frame, planner.pose_world_base), TOOL_AXES.index(command.axis)
-        wish = Wish(index, command.speed, command.step)
+        wish = JogWish(index, command.speed, command.step)
         clear = self._guard.clear_for(planner)
         self.source = JogSource(model, limits, planner.cycle_s, axes, wish, clear)
 
@@ -93,7 +93,7 @@ class Jogging:
             self.ended_by = why
 
     def rested(self) -> None:
-        """The robot is at rest behind the press."""
+        """The robot is at rest after the press."""
         self.source = None
 
     @property

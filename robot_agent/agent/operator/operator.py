@@ -23,14 +23,14 @@ from cell.messages import (
 )
 from cell.net.freshness import Sent
 from robot_agent.agent.drives.gateway_link import GatewayLink, Switching
-from robot_agent.agent.mode import Event, after
+from robot_agent.agent.mode import ModeEvent, after
 from robot_agent.agent.operator.decisions import Decision, Decisions, Done, Passed, Refused, Situation
 
 _WITH_DRIVES = (Enable, Run, Continue, Return, Step, Jog)
 """What needs drives that stay switched on."""
 
 
-class Operator:
+class OperatorCalls:
     """Answers operators. A call whose echo is older than `command_s` is refused, `halt` and `who` excepted."""
 
     def __init__(
@@ -120,9 +120,9 @@ class Operator:
                 effects.append(Answer(switching.request_id, Reply(switching.call_id, ok, text)))
             match switching.command:
                 case EnableDrives() if not ok:
-                    mode = after(mode, Event.NOT_ENABLED)
+                    mode = after(mode, ModeEvent.NOT_ENABLED)
                 case DisableDrives() if ok:
-                    mode = after(mode, Event.DISABLED)
+                    mode = after(mode, ModeEvent.DISABLED)
                 case ResetDrives() if ok and switching.call_id in self._resets:
                     self._acknowledged = True
         return mode
@@ -132,7 +132,7 @@ class Operator:
         if not self._acknowledged or situation.feedback.state in (PlayoutState.FAULT, PlayoutState.STOPPING):
             return mode
         self._acknowledged = False
-        return after(mode, Event.ACKNOWLEDGED)
+        return after(mode, ModeEvent.ACKNOWLEDGED)
 
     def _decide(self, call: Call, mode: Mode, situation: Situation, now: float) -> Decision:
         command = call.command

@@ -13,7 +13,7 @@ _NEARLY_STRAIGHT = 1e-2
 def why_apart(step: MotionStep, following: MotionStep) -> str:
     """Why the robot stops between two moves whatever their directions are, for people; empty where it may go on.
 
-    A joint move behind a move of the flange needs all its joints named: where the flange move leaves the others is not
+    A joint move after a move of the flange needs all its joints named: where the flange move leaves the others is not
     known before it is planned. A spline takes its direction from a joint move next to it. Where TANG changes, the tool
     may have to turn before the robot goes on.
     """
@@ -37,7 +37,7 @@ def _why_joints_apart(step: MotionStep, following: MotionStep) -> str:
 class StraightOn:
     """Which joint moves go on in the direction of the one before them, which then needs no round edge.
 
-    Behind a move of the flange and behind HOME the joints are not known until all of them are named again.
+    After a move of the flange and after HOME the joints are not known until all of them are named again.
     """
 
     def __init__(self, start: NDArray[np.float64] | None) -> None:
@@ -48,24 +48,24 @@ class StraightOn:
 
     def take(self, step: MotionStep) -> None:
         """The step is the next one of the chain."""
-        self._before, self._here = self._here, _behind(step, self._here)
+        self._before, self._here = self._here, _after(step, self._here)
         self._rounded = step.pace.round_m is not None
 
     def goes_on(self, following: MotionStep) -> bool:
         """Whether `following` is a joint move in the direction of the newest step."""
         if self._rounded or self._before is None or self._here is None:
             return False
-        behind = _behind(following, self._here)
-        if behind is None:
+        after = _after(following, self._here)
+        if after is None:
             return False
-        ways = self._here - self._before, behind - self._here
+        ways = self._here - self._before, after - self._here
         lengths = [float(np.linalg.norm(way)) for way in ways]
         if min(lengths) == 0.0:
             return False
         return bool(np.linalg.norm(ways[0] / lengths[0] - ways[1] / lengths[1]) < _NEARLY_STRAIGHT)
 
 
-def _behind(step: MotionStep, q: NDArray[np.float64] | None) -> NDArray[np.float64] | None:
+def _after(step: MotionStep, q: NDArray[np.float64] | None) -> NDArray[np.float64] | None:
     if not isinstance(step, JointStep) or step.joints is None or not step.synchronised:
         return None
     if q is None:

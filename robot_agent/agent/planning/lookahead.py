@@ -1,7 +1,7 @@
 """The steps that come next: interpreted and planned ahead of the motion.
 
 Moves between which the robot may not have to stop form a chain. The first of a long chain are planned as one motion,
-and while the robot moves along it that motion is extended by the next ones, behind all that is sent already. It ends
+and while the robot moves along it that motion is extended by the next ones, after all that is sent already. It ends
 at rest: when an extension comes too late, the robot rests there and goes on as from any other end.
 """
 
@@ -44,7 +44,7 @@ _MEASURED = 4
 _TAIL_S = 2.0
 """An extension begins no earlier than so long before the end, and two moves: what lies before it stays as it is."""
 _LEAST_LEFT_S = 0.3
-"""Behind the beginning of an extension: later the motion brakes already."""
+"""After the beginning of an extension: later the motion brakes already."""
 _SHORTEST_S = 1.0
 """A motion shorter than this is over before it can be extended."""
 _TIME_TO_PLAN_S = 1.0
@@ -79,7 +79,7 @@ class Lookahead:
         self._last: MotionStep | None = None
         """Of the newest motion."""
         self.open: Planned | None = None
-        """The newest motion, while it waits to be extended; nothing is planned behind it."""
+        """The newest motion, while it waits to be extended; nothing is planned after it."""
         self._asked: PlanRequest | None = None
         """The newest plan from rest that was asked for."""
         self._extension: ExtendRequest | None = None
@@ -138,7 +138,7 @@ class Lookahead:
                 self._chain_of = _CHAIN
                 self._items[index] = result
                 if isinstance(result, Planned):
-                    self._behind(result, extensible=result.motion.duration_s >= _SHORTEST_S)
+                    self._after(result, extensible=result.motion.duration_s >= _SHORTEST_S)
 
     def extends(self, result: Planned | PlanFailed) -> Planned | None:
         """The motion that a result of the worker extends."""
@@ -150,7 +150,7 @@ class Lookahead:
         self._took_s.append(now - self._asked_at)
         if taken and self._extension is not None and isinstance(result, Planned):
             self._last, self._extension = self._extension.steps[-1], None
-            self._behind(result, extensible=True)
+            self._after(result, extensible=True)
         elif isinstance(result, PlanFailed):
             self.close()
         else:
@@ -248,8 +248,8 @@ class Lookahead:
             self._coming.extendleft(reversed(self._extension.steps))
             self._extension = None
 
-    def _behind(self, newest: Planned, extensible: bool) -> None:
-        """Go on behind a motion; if it is extensible and the chain is longer, by extending it."""
+    def _after(self, newest: Planned, extensible: bool) -> None:
+        """Go on after a motion; if it is extensible and the chain is longer, by extending it."""
         self._end = newest.motion.q(np.array(newest.motion.duration_s))
         self.open = newest if extensible and self._chain_goes_on() else None
 
@@ -284,7 +284,7 @@ class Lookahead:
         return tuple(steps)
 
     def _blocked(self) -> bool:
-        """Behind a motion without a plan, where a correction ends, or behind the end, nothing can be planned."""
+        """After a motion without a plan, where a correction ends, or after the end, nothing can be planned."""
         ends = Waiting | PlanFailed | TrackingOff | Finished | ProgramFault
         return any(isinstance(item, ends) for item in self._items)
 

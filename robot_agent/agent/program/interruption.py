@@ -14,11 +14,11 @@ from cell.config.settings import PathWindow
 from cell.core import Effect
 from cell.messages import DriveFeedback, PlayoutState, ZoneGeometry
 from robot_agent.agent.blocks.executive import Executive
-from robot_agent.agent.mode import Event
+from robot_agent.agent.mode import ModeEvent
 from robot_agent.agent.planning.planner import Planner
 from robot_agent.agent.planning.plans import Plan, PlanFailed, Planned, PlanRequest
 from robot_agent.agent.program.pace import Pace
-from robot_agent.agent.program.path_gap import Gap, Place
+from robot_agent.agent.program.path_gap import Gap, Stretch
 from robot_agent.agent.program.program_run import ProgramRun
 from robot_agent.agent.zones.zone_claims import ZoneClaims
 from robot_agent.language import JointStep
@@ -36,7 +36,7 @@ class Interruption:
         self._run = run
         self._pace = pace
         self._zones = zones
-        self._place: Place | None = None
+        self._stretch: Stretch | None = None
         self._supplied = False
         """The robot still gets blocks of the path that it was stopped on."""
         self._tick = 0
@@ -64,7 +64,7 @@ class Interruption:
             self._supplied = False
         elif self._run.running or (self._run.interrupted and self._supplied):
             self._supplied = True
-            self._place = Place.of(executive, self._played_tick)
+            self._stretch = Stretch.of(executive, self._played_tick)
         why = self._lost(feedback) if self._run.interrupted else ""
         if why:
             self._run.fail(f"{self._cause}; it cannot go on, {why}")
@@ -74,7 +74,7 @@ class Interruption:
         """Why the place is not known any more, for people; empty when it is."""
         if not feedback.referenced:
             return "because axes have lost their reference"
-        if self._place is None or self._zones.changed_since(self._place.planned):
+        if self._stretch is None or self._zones.changed_since(self._stretch.planned):
             return "because the zones have changed since its motion was planned"
         return ""
 
@@ -95,7 +95,7 @@ class Interruption:
 
     def _can_be_kept(self) -> bool:
         led = bool(self._run.correction) or self._run.correction_ends
-        return self._run.running and self._place is not None and not led and not self._run.starting
+        return self._run.running and self._stretch is not None and not led and not self._run.starting
 
     def forget(self, why: str) -> None:
         """The program has ended, or it is not known any more where it was."""
@@ -104,23 +104,23 @@ class Interruption:
 
     # How far it is from there
 
-    def leave_there(self, feedback: DriveFeedback, planner: Planner) -> Event:
+    def leave_there(self, feedback: DriveFeedback, planner: Planner) -> ModeEvent:
         """Nobody moves the robot, and its drives are on: no way back is gone any more. How far it is."""
         self._supplied = False
         self._drop_way()
         gap = self.gap(feedback, planner)
         if gap is None:
-            return Event.FREE
+            return ModeEvent.FREE
         way = "continue {0}` goes on" if gap.on_path else "return {0}` brings it back slowly"
         there = f"{self._cause}; {gap.text}: `cell {way.format(self._robot)}"
         self._run.error = f"{there}, `cell run {self._robot}` starts anew"
-        return Event.ON_PATH if gap.on_path else Event.BESIDE_PATH
+        return ModeEvent.ON_PATH if gap.on_path else ModeEvent.BESIDE_PATH
 
     def gap(self, feedback: DriveFeedback, planner: Planner) -> Gap | None:
         """How far the robot is from its path, as it is measured; None without an interrupted program."""
-        if not self._run.interrupted or self._place is None:
+        if not self._run.interrupted or self._stretch is None:
             return None
-        return Gap.between(self._place, feedback.position, planner.model, self._window)
+        return Gap.between(self._stretch, feedback.position, planner.model, self._window)
 
     # The way back
 
@@ -132,10 +132,10 @@ class Interruption:
 
     def plan(self, feedback: DriveFeedback, zones: tuple[ZoneGeometry, ...] | None) -> list[Effect]:
         """Ask for the way back when one is wanted and was not asked for."""
-        if self._wanted is None or self._wanted[1] is not None or self._place is None or zones is None:
+        if self._wanted is None or self._wanted[1] is not None or self._stretch is None or zones is None:
             return []
         tau = self._wanted[0]
-        target = self._place.planned.motion.q(np.array(tau))
+        target = self._stretch.planned.motion.q(np.array(tau))
         step = JointStep(self._run.line, tuple(target.tolist()), RETURN_SPEED)
         request = PlanRequest(next(self._ids), (step,), feedback.commanded, zones)
         self._wanted = tau, request
@@ -166,20 +166,20 @@ class Interruption:
         problem, self._problem = self._problem, ""
         return problem
 
-    def returned(self, executive: Executive, tick: int) -> Event | None:
+    def returned(self, executive: Executive, tick: int) -> ModeEvent | None:
         """Once the robot rests where it left its path, let the program go on from there; None until then."""
-        way, place = self._way, self._place
-        if way is None or place is None or self._wanted is None or not executive.at_rest(tick):
+        way, stretch = self._way, self._stretch
+        if way is None or stretch is None or self._wanted is None or not executive.at_rest(tick):
             return None
         on_way = executive.timeline.certain(tick) is way
         if way.motion.duration_s > 0.0 and not (on_way and executive.at_motion_end):
             return None
-        executive.stand(place.planned, tick, self._wanted[0])
+        executive.stand(stretch.planned, tick, self._wanted[0])
         self._run.resume()
         if self._goes_on:
             self._run.go_on(tick)
         self._drop_way()
-        return Event.RETURNED_TO_GO_ON if self._goes_on else Event.RETURNED
+        return ModeEvent.RETURNED_TO_GO_ON if self._goes_on else ModeEvent.RETURNED
 
     def _drop_way(self) -> None:
         self._wanted, self._way, self._problem = None, None, ""

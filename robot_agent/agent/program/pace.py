@@ -67,7 +67,7 @@ class Pace:
     def holds(self, planned: Planned, segment: Segment, index: int) -> list[Hold]:
         """Where what is known of a motion begins, and where a step ends on it at sample `index` of `segment`.
 
-        No motion behind that one is begun.
+        No motion after that one is begun.
         """
         first = planned.first_tau
         known = [Hold(-math.inf, _FORGOTTEN, until=first)] if first > 0.0 else []
@@ -88,8 +88,8 @@ class Pace:
         if self.backwards:
             before = borders[borders < tau - gap]
             return _StepEnd(planned, float(before[-1]), True) if len(before) else None
-        behind = borders[borders > tau + gap]
-        return _StepEnd(planned, float(behind[0]), False) if len(behind) else None
+        after = borders[borders > tau + gap]
+        return _StepEnd(planned, float(after[0]), False) if len(after) else None
 
     def step_done(self, newest: SentBlock) -> bool:
         """Whether the newest accepted block ends where the step does; to be asked when path time stands."""

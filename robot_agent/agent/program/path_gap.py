@@ -17,7 +17,7 @@ _SAMPLES = 501
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Place:
+class Stretch:
     """The stretch of a planned motion, from `first_tau` to `last_tau` [s], on which a robot is or comes to rest."""
 
     planned: Planned
@@ -39,7 +39,7 @@ class Place:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Gap:
-    """How far the farthest joint is from the nearest point of a place."""
+    """How far the farthest joint is from the nearest point of a stretch."""
 
     tau: float
     """Where to go on [s]: from that point if it is no farther than the window, else from where the path was left."""
@@ -49,10 +49,10 @@ class Gap:
     """For people: `J2 is 0.31 deg beside its path`."""
 
     @classmethod
-    def between(cls, place: Place, q: NDArray[np.float64], model: Model, window: PathWindow) -> Self:
-        """Between joints `q` `(n,)` and a place; of equally near points the earliest."""
-        motion, windows = place.planned.motion, np.where(model.linear, window.slide_m, window.turn_rad)
-        low, high = place.first_tau, place.last_tau
+    def between(cls, stretch: Stretch, q: NDArray[np.float64], model: Model, window: PathWindow) -> Self:
+        """Between joints `q` `(n,)` and a stretch; of equally near points the earliest."""
+        motion, windows = stretch.planned.motion, np.where(model.linear, window.slide_m, window.turn_rad)
+        low, high = stretch.first_tau, stretch.last_tau
         for _ in range(2):  # the second time between the neighbours of the nearest sample
             taus = np.linspace(low, high, _SAMPLES)
             away = np.abs(motion.q(taus) - q) / windows
@@ -63,7 +63,7 @@ class Gap:
         far = f"{1000.0 * distance:.2f} mm" if model.linear[joint] else f"{np.degrees(distance):.2f} deg"
         text = f"{model.joint_names[joint]} is {far} beside its path"
         excess = float(away[nearest, joint])
-        return cls(float(taus[nearest]) if excess <= 1.0 else place.left_tau, excess, text)
+        return cls(float(taus[nearest]) if excess <= 1.0 else stretch.left_tau, excess, text)
 
     @property
     def on_path(self) -> bool:

@@ -38,7 +38,7 @@ class ProgramRun:
         self.starting = False
         """The first motion is still to come, and has to begin exactly at `resume_tick`."""
         self.end_tick: int | None = None
-        """The first motion ends then; None when nobody says so, or behind it."""
+        """The first motion ends then; None when nobody says so, or after it."""
         self._pause = (0, 0)
         """Line of the newest pause and the tick at which it begins."""
         self._held_since: int | None = None
@@ -162,7 +162,7 @@ class ProgramRun:
     ) -> list[Effect]:
         """Ask for more of the motion that runs.
 
-        A step or a common end would lose its end. Behind a common end the robot rests, behind a step as well where the
+        A step or a common end would lose its end. After a common end the robot rests, after a step as well where the
         motion ends with it.
         """
         timeline = executive.timeline
@@ -189,7 +189,7 @@ class ProgramRun:
     def stand_beside(self, executive: Executive, planner: Planner, tick: int) -> None:
         """Let the robot follow from where it stands, as long as what it follows has come and no next motion may begin.
 
-        Once it follows, motions begin as behind any other one.
+        Once it follows, motions begin as after any other one.
         """
         waits = tick < self.resume_tick or not isinstance(self.lookahead.head, Planned)
         if not self.correction or self.correction_ends or self.starting or executive.corrected or not waits:
@@ -199,7 +199,7 @@ class ProgramRun:
             self._beside = planner.standstill(newest.path.motion.q(np.array(newest.path_segment.stop_tau)), ())
 
     def settle(self, executive: Executive, feedback: DriveFeedback, cycle_s: float) -> None:
-        """Take the steps that move nothing, once the robot rests behind its motion with all outputs switched."""
+        """Take the steps that move nothing, once the robot rests after its motion with all outputs switched."""
         self.outputs.executed(feedback.event, feedback.tick)
         before: object = self
         while before is not self.lookahead.head:

@@ -28,7 +28,7 @@ _AHEAD_S = 0.6
 
 
 @dataclass(frozen=True, slots=True)
-class Reason:
+class Cause:
     """For people; empty while the robot moves, and where it has nothing to do."""
 
     text: str
@@ -67,16 +67,16 @@ class Standing:
         """The zones that the robot comes to soon after a tick: zone to seconds until it is entered."""
         return self.jogging.wants
 
-    def reason(self, executive: Executive | None, tick: int, now: float) -> Reason:
+    def reason(self, executive: Executive | None, tick: int, now: float) -> Cause:
         """Why it stands, or jogs slower than wished."""
         at_rest = executive is None or executive.at_rest(tick)
         if self.zones.kept_still and at_rest:
-            return Reason(self.zones.kept_still)
+            return Cause(self.zones.kept_still)
         return self._reason(executive if at_rest else None, tick, now)
 
-    def _reason(self, _resting: Executive | None, _tick: int, now: float) -> Reason:
+    def _reason(self, _resting: Executive | None, _tick: int, now: float) -> Cause:
         """The same where nobody keeps it still; `resting` is None where it moves or its drives are off."""
-        return Reason(self.corrections.problem(now) if self.mode is Mode.HALTED else "")
+        return Cause(self.corrections.problem(now) if self.mode is Mode.HALTED else "")
 
     def _requests(self, now: float) -> list[RateRequest]:
         requests = list(self.pace.requests)
@@ -95,9 +95,9 @@ class Standing:
 class BeingJogged(Standing):
     """An operator's jog key moves it."""
 
-    def _reason(self, _resting: Executive | None, _tick: int, _now: float) -> Reason:
+    def _reason(self, _resting: Executive | None, _tick: int, _now: float) -> Cause:
         source = self.jogging.source
-        return Reason("" if source is None else self.jogging.ended_by or source.ruled_by)
+        return Cause("" if source is None else self.jogging.ended_by or source.ruled_by)
 
 
 class Running(Standing):
@@ -132,38 +132,38 @@ class Running(Standing):
         items = self.run.lookahead.items
         return list(takewhile(lambda item: not (isinstance(item, TrackingOn) and waits(item.name)), items))
 
-    def _reason(self, resting: Executive | None, tick: int, now: float) -> Reason:
+    def _reason(self, resting: Executive | None, tick: int, now: float) -> Cause:
         if resting is None:
-            return Reason("")
+            return Cause("")
         why = self.run.why_idle(tick, resting.cycle_s) or self.corrections.waiting
-        return Reason(why) if why else self._held_back(resting, self.run.follower, self.pace.override, now)
+        return Cause(why) if why else self._held_back(resting, self.run.follower, self.pace.override, now)
 
-    def _held_back(self, executive: Executive, follower: Planned | None, override: float, now: float) -> Reason:
+    def _held_back(self, executive: Executive, follower: Planned | None, override: float, now: float) -> Cause:
         """Who holds it back on its path or in front of the next motion."""
         if not self.zones.fresh(now):
-            return Reason(self.zones.silence)
+            return Cause(self.zones.silence)
         if follower is None and self.zones.unheard:
             return self._unheard
         newest = executive.timeline.newest
         if newest.followed is not None and newest.segment.ruled_by:
-            return Reason(newest.segment.ruled_by)
+            return Cause(newest.segment.ruled_by)
         motion, tau = newest.path, newest.path_segment.stop_tau
         if executive.at_motion_end and follower is not None:
             motion, tau = follower, 0.0
         if override == 0.0:
-            return Reason(self.pace.requests[0].who)
+            return Cause(self.pace.requests[0].who)
         if override < 0.0:
-            return Reason(newest.segment.ruled_by or f"{self.pace.requests[0].who}: at the beginning of this motion")
+            return Cause(newest.segment.ruled_by or f"{self.pace.requests[0].who}: at the beginning of this motion")
         blocking = [held for held in self.zones.holds_on(motion, now) if held[1].until > tau]
         if not blocking:
-            return Reason("")
+            return Cause("")
         zone, hold = min(blocking, key=lambda held: held[1].tau)
-        return Reason(hold.who, zone)
+        return Cause(hold.who, zone)
 
     @property
-    def _unheard(self) -> Reason:
+    def _unheard(self) -> Cause:
         names = ", ".join(self.zones.unheard)
-        return Reason(f"the manager has not said yet where zone {names} is, and nothing is planned before")
+        return Cause(f"the manager has not said yet where zone {names} is, and nothing is planned before")
 
 
 class Returning(Running):
@@ -187,12 +187,12 @@ class Returning(Running):
         way = self.interruption.follower
         return _zones_ahead(executive, () if way is None else (way,), tick)
 
-    def _reason(self, resting: Executive | None, _tick: int, now: float) -> Reason:
+    def _reason(self, resting: Executive | None, _tick: int, now: float) -> Cause:
         way = self.interruption.follower
         if resting is None:
-            return Reason("")
+            return Cause("")
         if way is None:
-            return self._unheard if self.zones.unheard else Reason(self.interruption.waiting)
+            return self._unheard if self.zones.unheard else Cause(self.interruption.waiting)
         return self._held_back(resting, way, abs(self.pace.override), now)
 
 

@@ -7,9 +7,9 @@ from cell.config.settings import OnManagerReturn
 from cell.messages import DriveFeedback, Mode, Severity
 from robot_agent.agent.blocks.corrections import Corrections
 from robot_agent.agent.blocks.executive import Executive
-from robot_agent.agent.mode import Event, after
+from robot_agent.agent.mode import ModeEvent, after
 from robot_agent.agent.operator.jogging import Jogging
-from robot_agent.agent.operator.operator import Operator
+from robot_agent.agent.operator.operator import OperatorCalls
 from robot_agent.agent.planning.planner import Planner
 from robot_agent.agent.program.interruption import Interruption
 from robot_agent.agent.program.pace import Pace
@@ -32,7 +32,7 @@ class Progress:
     corrections: Corrections
     interruption: Interruption
     doing: Callable[[Mode], Standing]
-    operator: Operator
+    operator: OperatorCalls
     report: Reporter
 
     def advance(self, mode: Mode, executive: Executive, feedback: DriveFeedback, planner: Planner, now: float) -> Mode:
@@ -58,7 +58,7 @@ class Progress:
             self.run.fail("the agent was stopped")
         else:
             return mode
-        event = Event.HALT if mode is Mode.RUNNING else self.interruption.leave_there(feedback, planner)
+        event = ModeEvent.HALT if mode is Mode.RUNNING else self.interruption.leave_there(feedback, planner)
         return after(mode, event)
 
     def _advance_program(self, mode: Mode, executive: Executive, feedback: DriveFeedback, now: float) -> Mode:
@@ -78,10 +78,10 @@ class Progress:
             if self.run.error:
                 remedy = "correct the program, then run it again"
                 self.report.event(Severity.ALARM, "program", self.run.error, remedy)
-            return after(mode, Event.PROGRAM_ENDED)
+            return after(mode, ModeEvent.PROGRAM_ENDED)
         if executive.path_at_rest(feedback.tick) and self.pace.step_done(executive.timeline.newest):
             self.pace.no_step()
-            return after(mode, Event.HALT)
+            return after(mode, ModeEvent.HALT)
         return mode
 
     def _advance_correction(
@@ -100,7 +100,7 @@ class Progress:
             return mode
         remedy = f"see to what is measured, then `cell continue {self.robot}`"
         self.report.event(Severity.WARNING, "correction", why, remedy)
-        return after(mode, Event.HALT)
+        return after(mode, ModeEvent.HALT)
 
     def _advance_jog(self, mode: Mode, executive: Executive, feedback: DriveFeedback, now: float) -> Mode:
         self.jogging.follow(now, self.operator.age_of)
@@ -112,7 +112,7 @@ class Progress:
             self.jogging.end(self.zones.kept_still)
         if not self.jogging.held and executive.at_rest(feedback.tick):
             self.jogging.rested()
-            return after(mode, Event.JOG_ENDED)
+            return after(mode, ModeEvent.JOG_ENDED)
         return mode
 
     def _advance_return(self, mode: Mode, executive: Executive, feedback: DriveFeedback, planner: Planner) -> Mode:

@@ -14,7 +14,7 @@ from pydantic import BaseModel, Field
 
 from cell.config.units import STRICT, Length, PositiveLength
 from cell.geometry.arrays import Array, Flags
-from robot_agent.kinematics.chain import Chain, Step
+from robot_agent.kinematics.chain import Chain, Joint
 from robot_agent.kinematics.families.closed_form import ClosedForm, Raw
 from robot_agent.kinematics.families.six_axis_inverse import SIDE, SINGULAR_RADIUS_M, SINGULAR_SINE
 from robot_agent.kinematics.families.triangle import beyond, beyond_reach, elbow_triangle
@@ -64,12 +64,12 @@ class Cobot(ClosedForm, SerialModel):
     def __init__(self, description: RobotDescription) -> None:
         g = self._lengths = checked_lengths(description, positive=("a2x", "a3x"))
         steps = (
-            Step(2),
-            Step(1, (0, g["a1y"], g["a1z"])),
-            Step(1, (g["a2x"], g["a2y"], 0)),
-            Step(1, (g["a3x"], g["a3y"], 0)),
-            Step(2, (0, 0, g["a4z"])),
-            Step(1, (0, g["a5y"], 0)),
+            Joint(2),
+            Joint(1, (0, g["a1y"], g["a1z"])),
+            Joint(1, (g["a2x"], g["a2y"], 0)),
+            Joint(1, (g["a3x"], g["a3y"], 0)),
+            Joint(2, (0, 0, g["a4z"])),
+            Joint(1, (0, g["a5y"], 0)),
         )
         self._aside = g["a1y"] + g["a2y"] + g["a3y"]
         super().__init__(description, Chain(steps))

@@ -11,7 +11,7 @@ from pydantic import BaseModel, Field
 
 from cell.config.units import STRICT, Length
 from cell.geometry.arrays import Array
-from robot_agent.kinematics.chain import Chain, Step
+from robot_agent.kinematics.chain import Chain, Joint
 from robot_agent.kinematics.families.closed_form import ClosedForm, Raw
 from robot_agent.kinematics.families.six_axis_inverse import SINGULAR_SINE
 from robot_agent.kinematics.problems import checked_lengths
@@ -49,8 +49,12 @@ class Gantry(ClosedForm, SerialModel):
         self._a6z = checked_lengths(description)["a6z"]
         end = np.eye(4)
         end[2, 3] = self._a6z
-        slides = (Step(0, linear=True, rotation=BASE_TO_SLIDES), Step(1, linear=True), Step(2, linear=True))
-        super().__init__(description, Chain((*slides, Step(2), Step(1), Step(2)), end))
+        slides = (
+            Joint(0, linear=True, rotation=BASE_TO_SLIDES),
+            Joint(1, linear=True),
+            Joint(2, linear=True),
+        )
+        super().__init__(description, Chain((*slides, Joint(2), Joint(1), Joint(2)), end))
 
     def singularity(self, q: Array) -> SingularityDistance:
         return SingularityDistance(("wrist",), np.abs(np.sin(self.check_joints(q)[..., 4:5])))

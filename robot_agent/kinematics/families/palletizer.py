@@ -15,7 +15,7 @@ from cell.config.document import Document
 from cell.config.problem import Problem
 from cell.config.units import STRICT, Length, PositiveLength
 from cell.geometry.arrays import Array
-from robot_agent.kinematics.chain import Chain, Step
+from robot_agent.kinematics.chain import Chain, Joint
 from robot_agent.kinematics.families.closed_form import ClosedForm, Raw
 from robot_agent.kinematics.families.six_axis_inverse import Lengths, solve_arm
 from robot_agent.kinematics.families.upright import heading, tilt
@@ -67,11 +67,11 @@ class Palletizer(ClosedForm, SerialModel):
     def __init__(self, description: RobotDescription) -> None:
         g = self._lengths = checked_lengths(description, positive=("a2z", "a3x"))
         steps = (
-            Step(2),
-            Step(1, (g["a1x"], 0, g["a1z"])),
-            Step(1, (0, 0, g["a2z"])),
-            Step(1, (g["a3x"], 0, 0)),
-            Step(2, (g["a4x"], 0, g["a4z"])),
+            Joint(2),
+            Joint(1, (g["a1x"], 0, g["a1z"])),
+            Joint(1, (0, 0, g["a2z"])),
+            Joint(1, (g["a3x"], 0, 0)),
+            Joint(2, (g["a4x"], 0, g["a4z"])),
         )
         # The hand stays level, so the flange is a fixed way ahead of the wrist and above it: part of the shoulder.
         self._arm = Lengths(
@@ -87,7 +87,7 @@ class Palletizer(ClosedForm, SerialModel):
         return SingularityDistance(("shoulder", "elbow"), np.stack(measures, axis=-1))
 
     def _places(self, link: int, at: Array) -> Places:
-        """Behind the forearm nothing turns but the flange: the hand is carried along, level."""
+        """After the forearm nothing turns but the flange: the hand is carried along, level."""
         if link < 4:
             return super()._places(link, at)
         g = self._lengths

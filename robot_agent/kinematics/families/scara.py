@@ -12,7 +12,7 @@ from pydantic import BaseModel, Field
 
 from cell.config.units import STRICT, Length, PositiveLength
 from cell.geometry.arrays import Array, Flags
-from robot_agent.kinematics.chain import Chain, Step
+from robot_agent.kinematics.chain import Chain, Joint
 from robot_agent.kinematics.families.closed_form import ClosedForm, Raw
 from robot_agent.kinematics.families.six_axis_inverse import SINGULAR_RADIUS_M
 from robot_agent.kinematics.families.triangle import beyond_reach, elbow_triangle
@@ -57,7 +57,12 @@ class Scara(ClosedForm, SerialModel):
         self._lift = g["a4z"] / TURN
         mixing = np.eye(4)
         mixing[2, 3] = self._lift
-        steps = (Step(2), Step(2, (g["a1x"], 0, g["a1z"])), Step(2, (g["a2x"], 0, g["a2z"]), linear=True), Step(2))
+        steps = (
+            Joint(2),
+            Joint(2, (g["a1x"], 0, g["a1z"])),
+            Joint(2, (g["a2x"], 0, g["a2z"]), linear=True),
+            Joint(2),
+        )
         super().__init__(description, Chain(steps), mixing)
 
     def singularity(self, q: Array) -> SingularityDistance:

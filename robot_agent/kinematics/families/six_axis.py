@@ -18,7 +18,7 @@ from cell.config.problem import Problem
 from cell.config.units import STRICT, Length, PositiveLength
 from cell.geometry import pose_rows
 from cell.geometry.arrays import Array
-from robot_agent.kinematics.chain import Chain, Step
+from robot_agent.kinematics.chain import Chain, Joint
 from robot_agent.kinematics.errors import BadModel
 from robot_agent.kinematics.families.closed_form import ClosedForm, Raw
 from robot_agent.kinematics.families.six_axis_inverse import Lengths, solve_arm, solve_wrist
@@ -78,7 +78,7 @@ class SixAxis(ClosedForm, SerialModel):
     def __init__(self, description: RobotDescription) -> None:
         self._lengths = _lengths(description)
         offsets = [(along_x, 0.0, along_z) for along_x, along_z in self._lengths.offsets]
-        super().__init__(description, Chain(tuple(map(Step, AXES, offsets))))
+        super().__init__(description, Chain(tuple(map(Joint, AXES, offsets))))
         self._single = SingleInverse(self._lengths, self.limits.position.tolist())
 
     def singularity(self, q: Array) -> SingularityDistance:

@@ -175,6 +175,6 @@ def _shoulder(wrist: Array, radius: Array, held_j1: Array) -> tuple[Array, Array
 
 
 def _up_down(middle: Array | float, aside: Array, out: Array) -> None:
-    """Elbow UP before the middle, DOWN behind it: two `(2, p)` -> `(2, 2, p)`."""
+    """Elbow UP before the middle, DOWN after it: two `(2, p)` -> `(2, 2, p)`."""
     np.subtract(middle, aside, out=out[:, 0])
     np.add(middle, aside, out=out[:, 1])

@@ -72,7 +72,7 @@ def _good(found: Found, before: Array) -> Flags:
 
 
 def _why(model: NumericModel, pose: Array, before: Array) -> Violation:
-    """What ends the path at a pose, behind the joints `before` `(n,)`."""
+    """What ends the path at a pose, after the joints `before` `(n,)`."""
     solutions = model.inverse(pose, near=before)
     if not solutions.valid.any():
         return model.explain(pose, solutions)

@@ -9,7 +9,7 @@ import pinocchio as pin
 
 from cell.geometry import inverse
 from cell.geometry.arrays import Array
-from robot_agent.kinematics.chain import Chain, Step
+from robot_agent.kinematics.chain import Chain, Joint
 from robot_agent.kinematics.errors import BadModel
 from robot_agent.kinematics.urdf.urdf_text import check_urdf
 from robot_agent.model.description import LinkMass, RobotDescription, UrdfSource
@@ -107,7 +107,7 @@ def _flange(model: pin.Model, source: UrdfSource) -> int:
 
 def _chain(model: pin.Model, joints: list[int], flange: pin.Frame, file: str) -> UrdfChain:
     data, neutral = model.createData(), pin.neutral(model)
-    steps: list[Step] = []
+    steps: list[Joint] = []
     frames = [np.eye(4)]
     before = np.eye(4)
     linear, position = [], []
@@ -119,7 +119,7 @@ def _chain(model: pin.Model, joints: list[int], flange: pin.Frame, file: str) ->
         slides = bool(np.linalg.norm(motion[:3]) > np.linalg.norm(motion[3:]))
         along_z = _pose(_turn_z_to(motion[:3] if slides else motion[3:]))
         placed = before @ model.jointPlacements[joint].homogeneous @ along_z
-        steps.append(Step(2, tuple(placed[:3, 3].tolist()), slides, placed[:3, :3]))
+        steps.append(Joint(2, tuple(placed[:3, 3].tolist()), slides, placed[:3, :3]))
         before = inverse(along_z)
         frames.append(before)
         linear.append(slides)

@@ -13,8 +13,8 @@ from typing import Self
 
 import numpy as np
 
-from robot_agent.trajectory.governor.one_way import OneWay, Wish
-from robot_agent.trajectory.governor.sampler import Join
+from robot_agent.trajectory.governor.one_way import Goal, OneWay
+from robot_agent.trajectory.governor.sampler import SegmentStart
 from robot_agent.trajectory.governor.segment import RESTING_SAMPLES, Segment
 from robot_agent.trajectory.limits import Limits
 from robot_agent.trajectory.motion import Motion
@@ -88,7 +88,7 @@ class Governor:
         cap_m_s: float | None = None,
         share: float = 1.0,
     ) -> Segment:
-        """The segment that joins `previous` at its sample `index` (0 or more; behind its end it stands).
+        """The segment that joins `previous` at its sample `index` (0 or more; after its end it stands).
 
         Towards the lowest of `requests` (1 when there is none) for the nominal part, then the fastest braking ramp
         found within the `ramp` limits. A change of direction goes through rest. It comes to rest at or before the
@@ -102,7 +102,7 @@ class Governor:
         tau = previous.state(index).tau
         turning = (previous.stop_tau - tau) * (1.0 if backwards is None else -1.0) < 0.0
         way = self._forwards if (backwards is None) is not turning else self._backwards
-        join = Join(previous, index, way.cap(cap_m_s), share)
+        join = SegmentStart(previous, index, way.cap(cap_m_s), share)
         if stop or abs(lowest.rate) < _SLOWEST:
             return way.stop(join, "stop" if stop else lowest.who)
         if turning:
@@ -111,10 +111,10 @@ class Governor:
             return way.stop(join, join.cap.who)
         bound, bound_by = min(self._bounds(way, tau, holds), default=(np.inf, ""))
         rate = min(abs(lowest.rate), 1.0)
-        return way.towards(join, Wish(rate, lowest.who if rate < 1.0 else "", bound, bound_by))
+        return way.towards(join, Goal(rate, lowest.who if rate < 1.0 else "", bound, bound_by))
 
     def _bounds(self, way: OneWay, tau: float, holds: Sequence[Hold]) -> list[tuple[float, str]]:
         """The ways that must not be passed, and who says so: the near end of each interval that is not behind."""
         if way is self._forwards:
             return [(hold.tau, hold.who) for hold in holds if tau < hold.until]
-        return [(way.track.way(hold.until), hold.who) for hold in holds if tau > hold.tau]
+        return [(way.travel.way(hold.until), hold.who) for hold in holds if tau > hold.tau]

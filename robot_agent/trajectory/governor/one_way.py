@@ -1,4 +1,4 @@
-"""The governor of one direction of travel; all path times here are ways of its track (`Track`)."""
+"""The governor of one direction of travel; all path times here are ways of its travel (`Travel`)."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
@@ -7,11 +7,11 @@ import numpy as np
 
 from robot_agent.trajectory.governor.rate_bounds import RateBounds
 from robot_agent.trajectory.governor.rate_law import RateLaw
-from robot_agent.trajectory.governor.sampler import Join, Sampler
+from robot_agent.trajectory.governor.sampler import Sampler, SegmentStart
 from robot_agent.trajectory.governor.segment import PathState, Segment
 from robot_agent.trajectory.governor.speed_cap import SpeedCap
 from robot_agent.trajectory.governor.steering import Steering
-from robot_agent.trajectory.governor.track import Track
+from robot_agent.trajectory.governor.travel import Travel
 from robot_agent.trajectory.limits import Limits
 from robot_agent.trajectory.motion import Motion
 
@@ -21,9 +21,9 @@ _HOLD_MARGIN_S = 2e-9
 _SHARES = (1.0, 0.85, 0.65, 0.45, 0.25, 0.1)
 """Of what the joints allow: tried one after the other until the samples keep the limits."""
 _RAMPS_OF_FIRST, _RAMPS = _SHARES[:3], _SHARES[:2]
-"""Tried behind the first way to a rate and behind each gentler one: where these are too hard, so are gentler ones."""
+"""Tried after the first way to a rate and after each gentler one: where these are too hard, so are gentler ones."""
 _SLOWER = (1.0, 0.5, 0.25, 0.1)
-"""Of the wish, where the plan rests and the rate may jump: a bound near behind may only be reached at a lower one."""
+"""Of the goal, where the plan rests and the rate may jump: a bound near ahead may only be reached at a lower one."""
 _ATTEMPTS = 8
 _NEAR_S = 1e-3
 _VERY_NEAR = 3e-3
@@ -31,7 +31,7 @@ _VERY_NEAR = 3e-3
 
 
 @dataclass(frozen=True, slots=True)
-class Wish:
+class Goal:
     """What is wanted of the next segment: a rate (0 to 1], and a way that must not be passed."""
 
     rate: float
@@ -44,11 +44,11 @@ class OneWay:
     """Makes the segments of one motion in one direction."""
 
     def __init__(self, motion: Motion, limits: Limits, cycle_s: float, nominal: int, forwards: bool) -> None:
-        self.track = Track.of(motion, forwards)
+        self.travel = Travel.of(motion, forwards)
         self._cycle_s = cycle_s
         self._nominal = nominal
-        self._steering = Steering(RateBounds(self.track, limits))
-        self._sampler = Sampler(self.track, limits, cycle_s)
+        self._steering = Steering(RateBounds(self.travel, limits))
+        self._sampler = Sampler(self.travel, limits, cycle_s)
         self._cap: SpeedCap | None = None
 
     def cap(self, cap_m_s: float | None) -> SpeedCap | None:
@@ -56,45 +56,45 @@ class OneWay:
         if cap_m_s is None:
             return None
         if self._cap is None or self._cap.cap_m_s != cap_m_s:
-            self._cap = SpeedCap(self.track, cap_m_s)
+            self._cap = SpeedCap(self.travel, cap_m_s)
         return self._cap
 
-    def start(self, join: Join, rate: float) -> PathState:
+    def start(self, join: SegmentStart, rate: float) -> PathState:
         """The state at a join; where the plan rests the rate may jump to `rate`."""
-        state = self.track.state(join.previous.state(join.index))
-        return PathState(state.tau, rate, 0.0) if state.tau in self.track.rests else state
+        state = self.travel.state(join.previous.state(join.index))
+        return PathState(state.tau, rate, 0.0) if state.tau in self.travel.rests else state
 
-    def towards(self, join: Join, wish: Wish) -> Segment:
-        """The nominal part towards the wish, then the fastest ramp."""
-        state = self.track.state(join.previous.state(join.index))
-        if state.tau >= self.track.duration_s:
+    def towards(self, join: SegmentStart, goal: Goal) -> Segment:
+        """The nominal part towards the goal, then the fastest ramp."""
+        state = self.travel.state(join.previous.state(join.index))
+        if state.tau >= self.travel.duration_s:
             return join.remainder("")
-        if wish.bound - state.tau > AT_HOLD_S:
-            wish = self._capped(join.cap, wish, state)
-            for slower in _SLOWER if state.tau in self.track.rests else _SLOWER[:1]:
-                moved = self._moved(join, replace(wish, rate=slower * wish.rate))
+        if goal.bound - state.tau > AT_HOLD_S:
+            goal = self._capped(join.cap, goal, state)
+            for slower in _SLOWER if state.tau in self.travel.rests else _SLOWER[:1]:
+                moved = self._moved(join, replace(goal, rate=slower * goal.rate))
                 if moved is not None:
                     return moved
-            if wish.bound == np.inf:
-                return join.remainder(wish.who)
-        if self._rests_at(join.previous) > wish.bound:
-            return self.stop(join, wish.bound_by)
-        return join.remainder(wish.bound_by)
+            if goal.bound == np.inf:
+                return join.remainder(goal.who)
+        if self._rests_at(join.previous) > goal.bound:
+            return self.stop(join, goal.bound_by)
+        return join.remainder(goal.bound_by)
 
-    def _moved(self, join: Join, wish: Wish) -> Segment | None:
+    def _moved(self, join: SegmentStart, goal: Goal) -> Segment | None:
         """Freely if that ends in front of the bound, else up to it; None when that is not admissible or not needed."""
-        start = self.start(join, wish.rate)
-        free = self._onwards(join, start, wish)
-        if free is not None and self._rests_at(free) <= wish.bound:
+        start = self.start(join, goal.rate)
+        free = self._onwards(join, start, goal)
+        if free is not None and self._rests_at(free) <= goal.bound:
             return free
-        return None if wish.bound == np.inf else self._up_to(join, start, wish)
+        return None if goal.bound == np.inf else self._up_to(join, start, goal)
 
-    def stop(self, join: Join, who: str) -> Segment:
+    def stop(self, join: SegmentStart, who: str) -> Segment:
         """The fastest way to rest that ends no farther away than the remainder of the previous segment, else that."""
         start, remainder = self.start(join, 0.0), join.remainder(who)
-        if remainder.rest_index == 0 or start.tau in self.track.rests:
+        if remainder.rest_index == 0 or start.tau in self.travel.rests:
             return self._sampler.stand(join, who)
-        limit, farthest = self.track.next_rest(start.tau), self._rests_at(remainder)
+        limit, farthest = self.travel.next_rest(start.tau), self._rests_at(remainder)
         join = replace(join, cap=None)
         for share in _SHARES:
             ramp = self._steering.change(start, 0.0, join.share * share, limit)
@@ -108,17 +108,17 @@ class OneWay:
 
     def keeps_cap(self, segment: Segment, index: int, cap: SpeedCap) -> bool:
         """Whether a segment keeps a cap from a sample on."""
-        return cap.kept(self.track.ways(segment.tau[index:]), np.abs(segment.rate[index:]))
+        return cap.kept(self.travel.ways(segment.tau[index:]), np.abs(segment.rate[index:]))
 
-    def _capped(self, cap: SpeedCap | None, wish: Wish, state: PathState) -> Wish:
-        """The wish at the rate that the cap allows."""
+    def _capped(self, cap: SpeedCap | None, goal: Goal, state: PathState) -> Goal:
+        """The goal at the rate that the cap allows."""
         allowed = 1.0 if cap is None else cap.rate(state.tau, state.rate)
-        return wish if cap is None or allowed >= wish.rate else replace(wish, rate=allowed, who=cap.who)
+        return goal if cap is None or allowed >= goal.rate else replace(goal, rate=allowed, who=cap.who)
 
     def _rests_at(self, segment: Segment) -> float:
-        return self.track.way(segment.stop_tau)
+        return self.travel.way(segment.stop_tau)
 
-    def _laws(self, join: Join, start: PathState, rate: float) -> Iterator[tuple[RateLaw, tuple[float, ...]]]:
+    def _laws(self, join: SegmentStart, start: PathState, rate: float) -> Iterator[tuple[RateLaw, tuple[float, ...]]]:
         """Ways to a rate: the one that is under way already, then the fastest, then gentler ones; and ramps' shares."""
         under_way = join.previous.law_from(join.index)
         ramps: tuple[float, ...] = _RAMPS_OF_FIRST
@@ -131,55 +131,55 @@ class OneWay:
                 return
             ramps = _RAMPS
 
-    def _onwards(self, join: Join, start: PathState, wish: Wish) -> Segment | None:
+    def _onwards(self, join: SegmentStart, start: PathState, goal: Goal) -> Segment | None:
         """The nominal part, then the fastest ramp, or on to where the plan itself rests if that is sooner."""
-        for law, shares in self._laws(join, start, wish.rate):
-            ended = self._ended(join, start, law, shares, wish)
+        for law, shares in self._laws(join, start, goal.rate):
+            ended = self._ended(join, start, law, shares, goal)
             if ended is not None:
                 return ended
         return None
 
     def _ended(
-        self, join: Join, start: PathState, law: RateLaw, shares: tuple[float, ...], wish: Wish
+        self, join: SegmentStart, start: PathState, law: RateLaw, shares: tuple[float, ...], goal: Goal
     ) -> Segment | None:
         """`law` over the nominal part, and its end; None where the joints break a limit whatever the end.
 
-        Without a ramp it ends where the plan rests, if that is not behind the bound.
+        Without a ramp it ends where the plan rests, if that is not after the bound.
         """
         nominal_s = self._nominal * self._cycle_s
         end = self._sampler.after(start, law, nominal_s)
-        limit = self.track.next_rest(end.tau)
+        limit = self.travel.next_rest(end.tau)
         riding_s = self._sampler.riding_s(start, law, limit) - nominal_s
         for share in shares if riding_s > self._cycle_s else ():
             ramp = self._steering.change(end, 0.0, join.share * share, limit)
             if ramp.duration_s >= riding_s or end.tau + ramp.advance >= limit:
                 break
-            braked = self._sampler.brake(join, start, law, nominal_s, ramp, limit, wish.who)
+            braked = self._sampler.brake(join, start, law, nominal_s, ramp, limit, goal.who)
             if isinstance(braked, Segment):
                 return braked
             if braked <= self._nominal:
                 return None
-        if limit > wish.bound:
+        if limit > goal.bound:
             return None
-        ridden = self._sampler.ride(join, start, law, self._nominal, limit, wish.who)
+        ridden = self._sampler.ride(join, start, law, self._nominal, limit, goal.who)
         return ridden if isinstance(ridden, Segment) else None
 
-    def _up_to(self, join: Join, start: PathState, wish: Wish) -> Segment | None:
+    def _up_to(self, join: SegmentStart, start: PathState, goal: Goal) -> Segment | None:
         """As far as the bound, braking as late as possible; None when that is not admissible or not needed."""
-        if abs(wish.bound - self._rests_at(join.previous)) <= AT_HOLD_S:
-            return join.remainder(wish.bound_by)
-        last_rest = self.track.rest_before(wish.bound)
-        for law, shares in self._laws(join, start, wish.rate):
-            if wish.bound - last_rest <= AT_HOLD_S and last_rest > start.tau:
-                ridden = self._sampler.ride(join, start, law, self._nominal, last_rest, wish.bound_by)
+        if abs(goal.bound - self._rests_at(join.previous)) <= AT_HOLD_S:
+            return join.remainder(goal.bound_by)
+        last_rest = self.travel.rest_before(goal.bound)
+        for law, shares in self._laws(join, start, goal.rate):
+            if goal.bound - last_rest <= AT_HOLD_S and last_rest > start.tau:
+                ridden = self._sampler.ride(join, start, law, self._nominal, last_rest, goal.bound_by)
                 if isinstance(ridden, Segment):
                     return ridden
             ways = 0
             for share in shares:
-                found = self._braking_at(start, law, wish.bound - _HOLD_MARGIN_S, join.share * share)
+                found = self._braking_at(start, law, goal.bound - _HOLD_MARGIN_S, join.share * share)
                 if found is None:
                     continue
-                held = self._sampler.brake(join, start, law, found[0], found[1], wish.bound, wish.bound_by)
+                held = self._sampler.brake(join, start, law, found[0], found[1], goal.bound, goal.bound_by)
                 if isinstance(held, Segment):
                     return held
                 ways += 1
@@ -220,7 +220,7 @@ class OneWay:
         return None
 
     def _stop_of(self, start: PathState, law: RateLaw, t: float, share: float, stop: float) -> tuple[float, RateLaw]:
-        """How far behind way `stop` the ramp that begins on `law` at time `t` ends, and that ramp."""
+        """How far after way `stop` the ramp that begins on `law` at time `t` ends, and that ramp."""
         end = self._sampler.after(start, law, t)
         ramp = self._steering.change(end, 0.0, share)
         return end.tau + ramp.advance - stop, ramp

@@ -13,7 +13,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from robot_agent.trajectory.governor.track import Numbers, Track
+from robot_agent.trajectory.governor.travel import Numbers, Travel
 from robot_agent.trajectory.limits import Limits
 
 Row = list[list[float]]
@@ -32,12 +32,12 @@ _STANDING = 1e-7
 class RateBounds:
     """Rows are made chunk by chunk, when they are asked for first."""
 
-    def __init__(self, track: Track, limits: Limits) -> None:
-        self._track = track
+    def __init__(self, travel: Travel, limits: Limits) -> None:
+        self._travel = travel
         self._acceleration = _ACCELERATION_MARGIN * limits.ramp_acceleration_bounds[:, None]
         self._jerk = _JERK_MARGIN * limits.ramp_jerk
         self._rows: dict[int, Row] = {}
-        self._last = max(int(track.duration_s / _STEP_S), 1) - 1
+        self._last = max(int(travel.duration_s / _STEP_S), 1) - 1
 
     def row(self, way: float) -> Row:
         """The row nearest to `way` [s]."""
@@ -54,7 +54,7 @@ class RateBounds:
         return self._rows[index]
 
     def _make(self, first: int, last: int) -> list[Row]:
-        speed, second, third = self._track.derivatives((np.arange(first, last, dtype=np.float64) + 0.5) * _STEP_S)
+        speed, second, third = self._travel.derivatives((np.arange(first, last, dtype=np.float64) + 0.5) * _STEP_S)
         inverse = 1.0 / np.where(np.abs(speed) < _STANDING, np.copysign(_STANDING, speed), speed)
         table = np.empty((5, *speed.shape))
         one, other = self._acceleration * inverse

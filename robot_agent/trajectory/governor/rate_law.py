@@ -96,8 +96,8 @@ class RateLaw:
         """This law until time `t` [s] and `other` from there on; not for this law with a bump."""
         kept = bisect_left(self.times, t)
         times = np.concatenate([self.times[:kept], other.times + t])
-        behind = other.states + np.array([self.state(t)[0], 0.0, 0.0, 0.0])
-        return RateLaw(times, np.concatenate([self.states[:kept], behind]), other.bump, t + other.bump_from)
+        after = other.states + np.array([self.state(t)[0], 0.0, 0.0, 0.0])
+        return RateLaw(times, np.concatenate([self.states[:kept], after]), other.bump, t + other.bump_from)
 
     def longer(self, advance: float) -> "RateLaw":
         """The same change with that much more advance of tau [s], spread over it so that both ends keep their slope."""
@@ -105,6 +105,6 @@ class RateLaw:
 
 
 def _on_piece(x: Each, advance: Each, rate: Each, slope: Each, bend: Each) -> tuple[Each, Each, Each]:
-    """Advance, rate and slope a time `x` [s] behind where a piece begins with these."""
+    """Advance, rate and slope a time `x` [s] after where a piece begins with these."""
     gain = x * bend
     return advance + x * (rate + x * (slope + gain / 3.0) / 2.0), rate + x * (slope + gain / 2.0), slope + gain

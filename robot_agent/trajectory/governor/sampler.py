@@ -8,7 +8,7 @@ import numpy as np
 from robot_agent.trajectory.governor.rate_law import Numbers, RateLaw, sample_times
 from robot_agent.trajectory.governor.segment import RESTING_SAMPLES, PathState, Segment
 from robot_agent.trajectory.governor.speed_cap import SpeedCap
-from robot_agent.trajectory.governor.track import Track
+from robot_agent.trajectory.governor.travel import Travel
 from robot_agent.trajectory.limits import Limits
 
 _TOLERANCE = 2e-3
@@ -21,7 +21,7 @@ _BEHIND = RESTING_SAMPLES + 2
 
 
 @dataclass(frozen=True, slots=True)
-class Join:
+class SegmentStart:
     """Where a new segment begins: at sample `index` of `previous`; the cap on its speed, and how gentle it is."""
 
     previous: Segment
@@ -46,10 +46,10 @@ class Join:
 
 
 class Sampler:
-    """Makes segments of one track."""
+    """Makes segments of one travel."""
 
-    def __init__(self, track: Track, limits: Limits, cycle_s: float) -> None:
-        self._track = track
+    def __init__(self, travel: Travel, limits: Limits, cycle_s: float) -> None:
+        self._travel = travel
         self._cycle_s = cycle_s
         second = limits.ramp_acceleration_bounds * cycle_s**2 * (1.0 + _TOLERANCE)
         self._second = second + np.array([[-_ROUNDING], [_ROUNDING]])
@@ -57,16 +57,18 @@ class Sampler:
         self._times = sample_times(math.ceil(_LONGEST_S / cycle_s) + _BEHIND, cycle_s)
 
     def after(self, start: PathState, law: RateLaw, t: float) -> PathState:
-        """The state on `law` at time `t` [s] after `start`, at most at the end of the track."""
+        """The state on `law` at time `t` [s] after `start`, at most at the end of the travel."""
         advance, rate, slope = law.state(t)
-        return PathState(min(start.tau + advance, self._track.duration_s), rate, slope)
+        return PathState(min(start.tau + advance, self._travel.duration_s), rate, slope)
 
     def riding_s(self, start: PathState, law: RateLaw, limit: float) -> float:
         """Time within which `law` reaches way `limit` [s]; at least the duration of the law."""
         missing = limit - start.tau - law.advance
         return law.duration_s + (max(missing, 0.0) / law.target if law.target > 0.0 else 0.0)
 
-    def ride(self, join: Join, start: PathState, law: RateLaw, nominal: int, limit: float, who: str) -> Segment | int:
+    def ride(
+        self, join: SegmentStart, start: PathState, law: RateLaw, nominal: int, limit: float, who: str
+    ) -> Segment | int:
         """`law` from `start` up to way `limit`, where it or the plan rests, or the first sample that breaks a limit."""
         riding_s = self.riding_s(start, law, limit)
         if riding_s >= _LONGEST_S:
@@ -75,7 +77,7 @@ class Sampler:
         return self._segment(join, start, law, last, nominal, limit, who, law)
 
     def brake(
-        self, join: Join, start: PathState, law: RateLaw, until_s: float, ramp: RateLaw, limit: float, who: str
+        self, join: SegmentStart, start: PathState, law: RateLaw, until_s: float, ramp: RateLaw, limit: float, who: str
     ) -> Segment | int:
         """`law` for `until_s` [s], then `ramp` to rest at way `limit` [s] at the latest; or as `ride`."""
         whole_s = until_s + ramp.duration_s
@@ -85,14 +87,14 @@ class Sampler:
         begun = law if until_s > 0.0 else None
         return self._segment(join, start, law.then(until_s, ramp), last, nominal, limit, who, begun)
 
-    def stand(self, join: Join, who: str) -> Segment:
+    def stand(self, join: SegmentStart, who: str) -> Segment:
         """Standing at the join; only where the plan itself rests."""
         tau = np.full(RESTING_SAMPLES, join.tau)
-        still, q = np.zeros(RESTING_SAMPLES), self._track.motion.q(tau)
+        still, q = np.zeros(RESTING_SAMPLES), self._travel.motion.q(tau)
         return Segment(tau, still, still, q, np.zeros_like(q), 0, who, join.before, self._cycle_s)
 
     def _segment(
-        self, join: Join, start: PathState, law: RateLaw, last: int, nominal: int, limit: float, who: str,
+        self, join: SegmentStart, start: PathState, law: RateLaw, last: int, nominal: int, limit: float, who: str,
         begun: RateLaw | None,
     ) -> Segment | int:  # fmt: skip
         """The samples of `law` if the joints keep the `ramp` limits in them, the join included, and the cap.
@@ -110,9 +112,9 @@ class Sampler:
             return int(rate.argmax())
         if join.cap is not None and not join.cap.kept(way, rate):
             return rest
-        tau, sign = self._track.taus(way), self._track.sign
+        tau, sign = self._travel.taus(way), self._travel.sign
         tau[0] = join.tau
-        (q, qd), before = self._track.sampled(tau), join.before
+        (q, qd), before = self._travel.sampled(tau), join.before
         commanded = np.concatenate([before, q])
         steps = commanded[1:] - commanded[:-1]
         second = steps[2:] - steps[1:-1]

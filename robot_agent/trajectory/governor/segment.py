@@ -73,7 +73,7 @@ class Segment:
         return float(self.tau[-1])
 
     def state(self, index: int) -> PathState:
-        """The state at sample `index` (from 0); at rest behind the end."""
+        """The state at sample `index` (from 0); at rest after the end."""
         k = min(index, self.length - 1)
         return PathState(float(self.tau[k]), float(self.rate[k]), float(self.rate_dot[k]))
 
@@ -94,7 +94,7 @@ class Segment:
         )
 
     def law_from(self, index: int) -> RateLaw | None:
-        """The law of the nominal part from sample `index` on; None behind its end."""
+        """The law of the nominal part from sample `index` on; None after its end."""
         return None if self.law is None or index > self.nominal else self.law.later(index * self.cycle_s)
 
     def history(self, index: int) -> NDArray[np.float64]:

@@ -1,9 +1,9 @@
-"""A bound on the speed of the TCP along one track: how fast path time may advance where."""
+"""A bound on the speed of the TCP along one travel: how fast path time may advance where."""
 
 import numpy as np
 
 from robot_agent.trajectory.governor.rate_law import Numbers
-from robot_agent.trajectory.governor.track import Track
+from robot_agent.trajectory.governor.travel import Travel
 
 _STEP_S = 0.002
 _MARGIN = 0.995
@@ -17,13 +17,13 @@ _MOST_STRETCHES = 200
 
 
 class SpeedCap:
-    """The same for all segments of one track. It holds for the TCP of the mounted tool and for the flange."""
+    """The same for all segments of one travel. It holds for the TCP of the mounted tool and for the flange."""
 
-    def __init__(self, track: Track, cap_m_s: float) -> None:
+    def __init__(self, travel: Travel, cap_m_s: float) -> None:
         """`cap_m_s` is above 0 [m/s]."""
         self.cap_m_s = cap_m_s
-        self._track = track
-        self._places = int(np.ceil(track.duration_s / _STEP_S)) + 1
+        self._travel = travel
+        self._places = int(np.ceil(travel.duration_s / _STEP_S)) + 1
         self._known: dict[int, Numbers] = {}
 
     @property
@@ -55,7 +55,7 @@ class SpeedCap:
         return np.asarray(np.maximum(speeds[index - first], speeds[following - first]))
 
     def _speeds(self, first: int, end: int) -> Numbers:
-        """At rate 1, at the places `first` to `end` of the track, as far as it goes."""
+        """At rate 1, at the places `first` to `end` of the travel, as far as it goes."""
         end = min(end, self._places)
         stretches = range(first // _STRETCH, -(-end // _STRETCH))
         new = np.array([each for each in stretches if each not in self._known])
@@ -64,8 +64,8 @@ class SpeedCap:
                 self._known.clear()
                 new = np.array(stretches)
             taus = (new[:, None] * _STRETCH + np.arange(_STRETCH)) * _STEP_S
-            taus = self._track.taus(np.minimum(taus, self._track.duration_s))
-            motion = self._track.motion
+            taus = self._travel.taus(np.minimum(taus, self._travel.duration_s))
+            motion = self._travel.motion
             self._known.update(zip(new.tolist(), motion.model.tool_speed(motion.q(taus), motion.qd(taus)), strict=True))
         speeds = np.concatenate([self._known[each] for each in stretches])
         return speeds[first - stretches.start * _STRETCH : end - stretches.start * _STRETCH]

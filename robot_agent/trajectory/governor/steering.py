@@ -21,7 +21,7 @@ _SAME_RATE, _SAME_SLOPE = 1e-9, 1e-6
 
 
 class Steering:
-    """Along one track.
+    """Along one travel.
 
     The rate's slope changes as fast as jerk and acceleration allow, until only one constant change of it back to zero
     is left. For constant bounds that is the fastest way there is (three pieces); here the bounds are those of the place

@@ -43,7 +43,7 @@ def without_flange(joints: Pieces) -> Pieces:
 
 
 def continued(first: Pieces, second: Pieces, joints: int) -> Pieces:
-    """Both one after the other; columns behind the first `joints` go on from where they are."""
+    """Both one after the other; columns after the first `joints` go on from where they are."""
     later = second.coefficients.copy()
     gap = first.position(first.knots[-1:]) - second.position(np.zeros(1))
     later[:, 0, joints:] += gap[:, joints:]

@@ -54,7 +54,7 @@ _TRACKING = {
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Followed:
+class FollowedPath:
     """`pieces` as `JointPath` has them; distance [m] and parameter of each node `(k,)`."""
 
     pieces: Pieces
@@ -74,7 +74,9 @@ class Followed:
         return at
 
 
-def follow(model: Model, path: PosePath, start: Numbers, velocity: Numbers, flips: bool, refuse: Refusal) -> Followed:
+def follow(
+    model: Model, path: PosePath, start: Numbers, velocity: Numbers, flips: bool, refuse: Refusal
+) -> FollowedPath:
     """Joints from `start` `(n,)` along `path`. `velocity` `(n,)` weights the parameter. Raises PlanError.
 
     `flips` lets the wrist change its branch where two branches meet.
@@ -90,7 +92,7 @@ class _Follower:
         self._velocity, self._flips, self._refuse = velocity, flips, refuse
         self._on_the_spot = bool(np.linalg.norm(path.chain.at(np.zeros(1))[1]) == 0.0)
 
-    def run(self) -> Followed:
+    def run(self) -> FollowedPath:
         nodes = self._first_nodes()
         for _ in range(_ROUNDS):
             nodes, *states = self._tracked(nodes)
@@ -151,7 +153,7 @@ class _Follower:
         q[0] = self._start
         return nodes, q, twist, change
 
-    def _through(self, nodes: Numbers, q: Numbers, twist: Numbers, change: Numbers) -> Followed:
+    def _through(self, nodes: Numbers, q: Numbers, twist: Numbers, change: Numbers) -> FollowedPath:
         """The curve through exact states at the nodes, by the weighted length of the joints' way."""
         jacobian = self._model.jacobian(q)
         tangent, bend = self._derivatives(nodes, q, twist, change, jacobian)
@@ -174,10 +176,10 @@ class _Follower:
         by_length_twice = (second - by_length * growth[:, None]) / (speed**2)[:, None]
         curvature = np.column_stack([parameter, np.linalg.norm(change[:, :3], axis=1)])
         pieces = Pieces.through(parameter, value, by_length, by_length_twice)
-        return Followed(pieces, nodes, parameter, curvature)
+        return FollowedPath(pieces, nodes, parameter, curvature)
 
-    def _curvature(self, made: Followed) -> Numbers:
-        """As `Followed` has it, and between the nodes where it does not change evenly from each to the next."""
+    def _curvature(self, made: FollowedPath) -> Numbers:
+        """As `FollowedPath` has it, and between the nodes where it does not change evenly from each to the next."""
         known = made.curvature
         bent = np.abs(np.diff(known[:, 1], 2)) > _EVEN * known[:, 1].max()
         uneven = np.flatnonzero(
@@ -194,7 +196,7 @@ class _Follower:
         whole = np.concatenate([known, np.column_stack([parameter, bends])])
         return np.asarray(whole[np.argsort(whole[:, 0])])
 
-    def _error(self, made: Followed) -> Numbers:
+    def _error(self, made: FollowedPath) -> Numbers:
         """Distance [m] or angle [rad] `(k - 1,)` from the path in the middle between nodes.
 
         More than is allowed, too, where the joints' way is not known: near a singular pose the wrist may turn far while

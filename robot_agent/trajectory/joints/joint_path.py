@@ -51,9 +51,9 @@ class JointPath:
     corner_lengths: tuple[float, float]
     """Parameters of the first block's end and the last block's start: a corner takes at most half of these blocks."""
     round_m: float | None
-    """Of the corner behind this path, as in the block."""
+    """Of the corner after this path, as in the block."""
     stops_for: str = ""
-    """Why the robot stops at its end, whatever comes behind it; empty where that decides."""
+    """Why the robot stops at its end, whatever comes after it; empty where that decides."""
 
     @property
     def length(self) -> float:

@@ -1,13 +1,13 @@
 """Set points that are made as they are needed: a jog, a path with corrections (`docs/motion.md`).
 
 In go a motion or an operator's wish, and what is measured; out come `States` of the joints, tick by tick, and the ramp
-to rest behind them. A source knows nothing of how a motion is planned, nor of blocks, messages and drives.
+to rest after them. A source knows nothing of how a motion is planned, nor of blocks, messages and drives.
 """
 
 from robot_agent.trajectory.sources.axes import Axes, JointAxes, ToolAxes
 from robot_agent.trajectory.sources.corrected import CorrectedSource, CorrectionFrame, CorrectionLimits
 from robot_agent.trajectory.sources.corrected_block import CorrectedBlock
-from robot_agent.trajectory.sources.jog import JOG_SPEED_M_S, JogSource, Wish
+from robot_agent.trajectory.sources.jog import JOG_SPEED_M_S, JogSource, JogWish
 from robot_agent.trajectory.sources.sampled import sampled, states_from
 from robot_agent.trajectory.sources.states import JointState, States
 from robot_agent.trajectory.sources.target import Conveyor, SensorOffset, Stale, Target
@@ -21,6 +21,7 @@ __all__ = [
     "CorrectionFrame",
     "CorrectionLimits",
     "JogSource",
+    "JogWish",
     "JointAxes",
     "JointState",
     "SensorOffset",
@@ -28,7 +29,6 @@ __all__ = [
     "States",
     "Target",
     "ToolAxes",
-    "Wish",
     "sampled",
     "states_from",
 ]

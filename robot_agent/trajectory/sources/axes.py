@@ -143,7 +143,7 @@ def turn_by(vectors: Numbers) -> Numbers:
 
 
 def _orientations(start: Numbers, turned: Numbers) -> Numbers:
-    """Orientations `(k, 3, 3)` behind turns that add up to `turned` `(k, 3)` [rad] in base, one small turn each."""
+    """Orientations `(k, 3, 3)` after turns that add up to `turned` `(k, 3)` [rad] in base, one small turn each."""
     turns = turn_by(np.diff(turned, axis=0, prepend=np.zeros((1, 3))))
     result = np.empty_like(turns)
     here = start

@@ -149,7 +149,7 @@ class CorrectedSource:
         return self._given
 
     def resume(self, ticks: int, given: CorrectedBlock | None = None, governor: Governor | None = None) -> None:
-        """Go on from `ticks` behind where the last `samples` began: blocks overlap.
+        """Go on from `ticks` after where the last `samples` began: blocks overlap.
 
         Where those were not played, `given` is the block that is, and `governor` the one of its motion.
         """
@@ -159,7 +159,7 @@ class CorrectedSource:
     def follow(self, governor: Governor) -> None:
         """Go on with another motion, which begins where the present one has ended; the correction stays as it is."""
         self._governor = governor
-        self._given, self._index = self._given.behind(self._index).onto(governor.rest(0.0)), 0
+        self._given, self._index = self._given.after(self._index).onto(governor.rest(0.0)), 0
 
     def cap(self, tcp_speed_m_s: float | None) -> None:
         """Bound the speed of TCP and flange, path and correction together; `None` lifts the bound."""
@@ -170,13 +170,13 @@ class CorrectedSource:
 
     def samples(self, count: int) -> States:
         """The next `count` ticks."""
-        self._given = self._search(self._given.behind(self._index), count)
+        self._given = self._search(self._given.after(self._index), count)
         self._index = count
-        return self._given.states.behind(1).first(count)
+        return self._given.states.after(1).first(count)
 
     def brake(self) -> States:
         """The ramp that was checked with the samples given last, or what is left of it."""
-        return self._given.states.behind(self._index + 1)
+        return self._given.states.after(self._index + 1)
 
     def _search(self, begun: CorrectedBlock, count: int) -> CorrectedBlock:
         """The path and the correction as wished, as far as the joints allow; else the fastest stop of both."""

@@ -27,17 +27,17 @@ class CorrectedBlock:
         return cls(path, np.zeros((3, 1, 6)), States.standing(here[0], 1), np.repeat(here, 2, axis=0))
 
     def offset(self, index: int) -> NDArray[np.float64]:
-        """`(6,)` the correction in state `index`; behind the last one it rests where that is."""
+        """`(6,)` the correction in state `index`; after the last one it rests where that is."""
         return np.asarray(self.correction[0, min(index, self.correction.shape[1] - 1)])
 
-    def behind(self, ticks: int) -> "CorrectedBlock":
+    def after(self, ticks: int) -> "CorrectedBlock":
         """What comes from tick `ticks` on."""
         kept = np.minimum(np.arange(ticks, max(self.states.count, ticks + 1)), self.states.count - 1)
         correction = self.correction[:, kept].copy()
         correction[1:, -1] = 0.0
         before = np.concatenate([self.before, self.states.first(ticks).q])[-2:]
         return CorrectedBlock(
-            self.path.remainder(ticks, self.path.ruled_by), correction, self.states.behind(ticks), before
+            self.path.remainder(ticks, self.path.ruled_by), correction, self.states.after(ticks), before
         )
 
     def onto(self, path: Segment) -> "CorrectedBlock":

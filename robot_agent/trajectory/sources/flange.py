@@ -1,4 +1,4 @@
-"""Joint states behind a motion of the flange: positions by the inverse, speeds and accelerations by the Jacobian."""
+"""Joint states after a motion of the flange: positions by the inverse, speeds and accelerations by the Jacobian."""
 
 import numpy as np
 from numpy.typing import NDArray

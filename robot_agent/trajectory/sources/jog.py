@@ -12,7 +12,7 @@ from robot_agent.trajectory.limits import Limits
 from robot_agent.trajectory.sources.admission import Admission, Excess
 from robot_agent.trajectory.sources.axes import Axes, Numbers
 from robot_agent.trajectory.sources.flange import NoDirection, why_fast, why_lost
-from robot_agent.trajectory.sources.online import NoCourse, Place, course, sampled_course
+from robot_agent.trajectory.sources.online import NoCourse, StepTarget, course, sampled_course
 from robot_agent.trajectory.sources.states import JointState, States
 
 JOG_SPEED_M_S = 0.25
@@ -33,7 +33,7 @@ _SPARE = 0.9
 
 
 @dataclass(frozen=True, slots=True)
-class Wish:
+class JogWish:
     """Change coordinate `index` of some axes at `speed` (signed, [rad/s or m/s]), at most by `step` (> 0)."""
 
     index: int
@@ -85,7 +85,7 @@ class JogSource:
         limits: Limits,
         cycle_s: float,
         axes: Axes,
-        wish: Wish,
+        wish: JogWish,
         clear: Callable[[States], str] | None = None,
     ) -> None:
         """`clear` says what is in the way of states, the present one first; empty when nothing is."""
@@ -137,7 +137,7 @@ class JogSource:
         """The next `count` ticks."""
         found = self._search(count)
         source = self._way if found is None else found
-        given, ramp = source.behind(1).first(count), source.behind(count + 1)
+        given, ramp = source.after(1).first(count), source.after(count + 1)
         if count > 0:
             self._before = np.concatenate([self._before, self._way.q[:1], given.q])[-3:-1]
             self._way = States.one(given.at(count - 1)).then(ramp)
@@ -146,9 +146,9 @@ class JogSource:
 
     def brake(self) -> States:
         """The ramp that was checked with the samples given last; before any, the faster of a new and the old one."""
-        old = self._way.behind(1)
+        old = self._way.after(1)
         found = None if self._checked else self._attempt(_STOP, 0)
-        return found.behind(1) if isinstance(found, States) and found.count <= old.count else old
+        return found.after(1) if isinstance(found, States) and found.count <= old.count else old
 
     def _search(self, count: int) -> States | None:
         """The fastest admissible way among a few, the present state first; None when there is none."""
@@ -206,7 +206,7 @@ class JogSource:
         return _Rejected(why, effort.slower(_SLOWER)) if why else states
 
     def _generate(self, effort: _Effort, count: int) -> States:
-        """States behind the present one: `count` towards the wish, then the ramp to rest."""
+        """States after the present one: `count` towards the wish, then the ramp to rest."""
         axes, state = self._axes, self.state
         if effort.speed == 0.0 and self.at_rest:
             return States.standing(state.q, count + 1)
@@ -229,11 +229,11 @@ class JogSource:
         braking[1:, -1] = 0.0
         return axes.states(state, np.concatenate([going, braking], axis=1))
 
-    def _target(self, count: int, share: float) -> tuple[Numbers, Place | None]:
+    def _target(self, count: int, share: float) -> tuple[Numbers, StepTarget | None]:
         """Speeds to reach, or the place of a step."""
         target, wish, missing = np.zeros(count), self._wish, self._missing
         if share > 0.0 and missing is not None:
-            return target, Place(wish.index, missing, share * abs(wish.speed))
+            return target, StepTarget(wish.index, missing, share * abs(wish.speed))
         target[wish.index] = share * wish.speed
         return target, None
 

@@ -18,7 +18,7 @@ class NoCourse(Exception):
 
 
 @dataclass(frozen=True, slots=True)
-class Place:
+class StepTarget:
     """Coordinate `index` shall come to rest `distance` from where it is, no faster than `speed` (> 0)."""
 
     index: int
@@ -32,7 +32,7 @@ def course(
     target: NDArray[np.float64],
     largest_acceleration: NDArray[np.float64],
     largest_jerk: NDArray[np.float64],
-    place: Place | None = None,
+    place: StepTarget | None = None,
 ) -> Trajectory:
     """The fastest way from `velocity` and `acceleration` to the speeds `target`, all `(m,)`; positions count from 0.
 
@@ -80,7 +80,7 @@ def approach(
 
 
 def sampled_course(way: Trajectory, times: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Position, velocity and acceleration `(3, k, m)` at `times` `(k,)` [s]; behind the end the speed stays."""
+    """Position, velocity and acceleration `(3, k, m)` at `times` `(k,)` [s]; after the end the speed stays."""
     if len(times) == 0:
         return np.zeros((3, 0, way.degrees_of_freedom))
     states = np.array([way.at_time(t) for t in times.tolist()]).transpose(1, 0, 2)

@@ -15,7 +15,7 @@ def sampled(
 ) -> tuple[Motion, Segment]:
     """Consecutive states that end at rest, the state joined first, as a motion whose tau is the time since then.
 
-    `nominal` is the number of states behind the first one that come before the ramp, `before` `(2, n)` the joints
+    `nominal` is the number of states after the first one that come before the ramp, `before` `(2, n)` the joints
     commanded in the two ticks before the first state.
     """
     moving = np.flatnonzero((states.q != states.q[-1]).any(axis=1))

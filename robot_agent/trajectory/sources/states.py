@@ -40,18 +40,18 @@ class States:
         return len(self.q)
 
     def at(self, index: int) -> JointState:
-        """The state at tick `index`; behind the last one the joints rest where that is."""
+        """The state at tick `index`; after the last one the joints rest where that is."""
         k = min(index, self.count - 1)
         return JointState(self.q[k], self.qd[k], self.qdd[k])
 
     def first(self, count: int) -> "States":
-        """The first `count` states; behind the last one the joints rest where that is."""
+        """The first `count` states; after the last one the joints rest where that is."""
         kept = States(self.q[:count], self.qd[:count], self.qdd[:count])
         missing = count - kept.count
         return kept if missing <= 0 else kept.then(States.standing(self.q[-1], missing))
 
-    def behind(self, count: int) -> "States":
-        """What comes behind the first `count` states; at least one state, at rest when all is over."""
+    def after(self, count: int) -> "States":
+        """What comes after the first `count` states; at least one state, at rest when all is over."""
         if count >= self.count:
             return States.standing(self.q[-1], 1)
         return States(self.q[count:], self.qd[count:], self.qdd[count:])

@@ -32,7 +32,7 @@ _SAME = 1.0005
 
 
 def filtered(model: Model, stretches: Sequence[Stretch], timed: Timed, limits: Limits) -> Timed:
-    """`timed` behind the filter of `limits.shaping`: at rest at both ends, longer by the window, and in no phase lag.
+    """`timed` after the filter of `limits.shaping`: at rest at both ends, longer by the window, and in no phase lag.
 
     The weights are those of a Gaussian, constant in each of the cells of the window. What leaves the filter is a mean
     of what entered it, so no limit of a joint is exceeded; where the flange would be faster than `stretches` of the
@@ -50,7 +50,7 @@ def filtered(model: Model, stretches: Sequence[Stretch], timed: Timed, limits: L
 def filtered_onward(
     model: Model, stretches: Sequence[Stretch], timed: Timed, before: FilterInput, at_s: float, limits: Limits
 ) -> Timed | None:
-    """`timed` behind the filter, where it goes on from the own time `at_s` [s] of what was filtered `before`.
+    """`timed` after the filter, where it goes on from the own time `at_s` [s] of what was filtered `before`.
 
     It begins in the state in which that left the filter, at a knot, and has the same clock; None where that would be
     too fast for what comes.

@@ -106,7 +106,7 @@ class Continuation:
     def going(self, wait_s: float) -> PathUnderWay | None:
         """The path under way `wait_s` [s] after `free_s`; None where it is left no more, or not yet moving.
 
-        Behind a filter it is under way a little later, at a knot of the joints' curve, where the state is exact.
+        After a filter it is under way a little later, at a knot of the joints' curve, where the state is exact.
         """
         t, at_s = self.free_s + wait_s, self.at_s + wait_s
         if self.run is None or t >= self.left.duration_s:

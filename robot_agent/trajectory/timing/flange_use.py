@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robot_agent.kinematics import Model
-from robot_agent.model.description import PathLimits
+from robot_agent.model.description import PathSpeeds
 from robot_agent.trajectory.joints.pieces import Pieces
 from robot_agent.trajectory.timing.affine import Numbers
 
@@ -44,7 +44,7 @@ def _of_places(order: int) -> Numbers:
 _DERIVATIVES = [_of_places(order) for order in range(3)]
 
 
-def flange_use(model: Model, pieces: Pieces, held: Flags, limits: PathLimits) -> Numbers:
+def flange_use(model: Model, pieces: Pieces, held: Flags, limits: PathSpeeds) -> Numbers:
     """Speed, acceleration and jerk `(3, pieces)` of the flange in each piece, in shares of their limits.
 
     The speed's limit is the one at which the acceleration across the way reaches its own. 0 in pieces where the limits
@@ -60,7 +60,7 @@ def flange_use(model: Model, pieces: Pieces, held: Flags, limits: PathLimits) ->
     return used
 
 
-def close(model: Model, pieces: Pieces, held: Flags, limits: PathLimits) -> Flags:
+def close(model: Model, pieces: Pieces, held: Flags, limits: PathSpeeds) -> Flags:
     """Which pieces `(pieces,)` of those `held` are so close to a limit of the flange that they need to be looked at.
 
     For cubic pieces, the last of which ends at rest. What the joints' jerk takes of the flange's is known on both sides
@@ -74,12 +74,12 @@ def close(model: Model, pieces: Pieces, held: Flags, limits: PathLimits) -> Flag
     jacobian[near] = model.jacobian(q[near])
     jacobian[-1] = jacobian[-2]
     twist = _twists(jacobian, np.append(rates, np.zeros_like(rates[:1]), axis=0))
-    behind, before = _twists(jacobian[:-1], 6.0 * third), _twists(jacobian[1:], 6.0 * third)
+    after, before = _twists(jacobian[:-1], 6.0 * third), _twists(jacobian[1:], 6.0 * third)
     slope, width = np.diff(twist) / h, h[1:] + h[:-1]
     change = (h[:-1] * slope[..., 1:] + h[1:] * slope[..., :-1]) / width
-    rest = (2.0 * np.diff(slope) - h[1:] * behind[..., 1:] - h[:-1] * before[..., :-1]) / width
+    rest = (2.0 * np.diff(slope) - h[1:] * after[..., 1:] - h[:-1] * before[..., :-1]) / width
     change, rest = (np.concatenate([each[..., :1], each, each[..., -1:]], axis=-1) for each in (change, rest))
-    first = _shares(twist[..., :-1], change[..., :-1], rest[..., :-1] + behind, limits)
+    first = _shares(twist[..., :-1], change[..., :-1], rest[..., :-1] + after, limits)
     last = _shares(twist[..., 1:], change[..., 1:], rest[..., 1:] + before, limits)
     return np.asarray(held & (np.maximum(first, last).max(axis=0) > _CLOSE))
 
@@ -90,7 +90,7 @@ def _twists(jacobian: Numbers, rates: Numbers) -> Numbers:
     return np.ascontiguousarray(moved).reshape(*moved.shape[:-2], 2, 3, -1)
 
 
-def _shares(twist: Numbers, change: Numbers, jerk: Numbers, limits: PathLimits) -> Numbers:
+def _shares(twist: Numbers, change: Numbers, jerk: Numbers, limits: PathSpeeds) -> Numbers:
     """Shares `(3, ..., k)` of the limits that a twist `(..., 2, 3, k)` uses with its two derivatives."""
     speed = np.sqrt((twist**2).sum(axis=-2))
     u = twist / np.maximum(speed, _STILL)[..., None, :]

@@ -83,8 +83,8 @@ class PathLimits:
         mean = _rise(np.diff(bends, axis=0), np.diff(around, axis=0), third.reshape(bends[1:].shape))
         here, s = second.reshape(mean.shape)[..., joints:], at.reshape(mean.shape[:2])
         flange, own = bends[..., joints:], mean[..., joints:]
-        before, behind = _rise(here - flange[:-1], s - around[:-1], own), _rise(flange[1:] - here, around[1:] - s, own)
-        mean[..., joints:] = np.where(np.abs(before) > np.abs(behind), before, behind)
+        before, after = _rise(here - flange[:-1], s - around[:-1], own), _rise(flange[1:] - here, around[1:] - s, own)
+        mean[..., joints:] = np.where(np.abs(before) > np.abs(after), before, after)
         return mean.reshape(third.shape)
 
     def _fastest(self, at: Numbers, first: Numbers, stretch: NDArray[np.intp]) -> Numbers:

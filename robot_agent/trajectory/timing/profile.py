@@ -201,7 +201,7 @@ def _smaller(limit: Limit) -> float:
 
 
 def shaped_profile(shaping: Shaping, distance: float, speed: float, acceleration: Limit, jerk: float) -> Profile:
-    """The profile that a robot file asks for, see `profile`; a trapezoid so that the jerk is kept behind the filter."""
+    """The profile that a robot file asks for, see `profile`; a trapezoid so that the jerk is kept after the filter."""
     if shaping.profile is ProfileKind.TRAPEZOIDAL:  # its acceleration may step from one limit to the other
         acceleration = min(_smaller(acceleration), jerk * spread_s(shaping.filter_s) / 2.0)
     return profile(shaping.profile, distance, speed, acceleration, jerk)

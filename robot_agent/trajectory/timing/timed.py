@@ -25,7 +25,7 @@ class FilterInput:
     lead_s: float = 0.0
     """Of `pieces` before the filtered run begins: at most a window."""
     slower: float = 1.0
-    """How many times longer everything takes behind the filter."""
+    """How many times longer everything takes after the filter."""
 
     def entered_s(self, run_s: float) -> float:
         """The own time of what enters the filter at `run_s` [s] of the filtered run."""

@@ -51,9 +51,12 @@ class BodyIsPublished(Invariant):
     def look(self, sample: Sample) -> None:
         if sample.shown is None:
             return
+        age = sample.at - sample.shown.at
+        hindered = self.facts.hindered(sample.robot, sample.shown.at)
+        if hindered and age > self.facts.cell.times.fresh_s:
+            return  # a robot that is silent may be anywhere: so says the manager, which blocks its zones
         missing = float(sample.shown.misses(sample.points[None])[0])
-        if missing > (_HINDERED_M if self.facts.hindered(sample.robot, sample.shown.at) else _BODY_TOLERANCE_M):
-            age = sample.at - sample.shown.at
+        if missing > (_HINDERED_M if hindered else _BODY_TOLERANCE_M):
             what = f"it is {1000 * missing:.1f} mm outside the body that it published {age:.3f} s before"
             self.broken(sample.robot, what, sample.at)
 

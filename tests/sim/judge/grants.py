@@ -23,7 +23,7 @@ from tests.sim.judge.facts import Facts, Shown
 from tests.sim.judge.invariant import Handlers, Invariant
 
 _LAGS_S = 0.1
-"""So long after the last block that it was sent under a grant a robot that lags behind it may still widen its body."""
+"""So long after the last block that it was sent under a grant a robot that lags after it may still widen its body."""
 _HELD = (ZoneState.GRANTED, ZoneState.OCCUPIED)
 
 

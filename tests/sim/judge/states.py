@@ -118,7 +118,8 @@ class OperatorDecides(Invariant):
 
 
 class ModeIsTheCase(Invariant):
-    """A robot whose mode says that it stands, stands once it had the time to rest that it told when it came there."""
+    """A robot whose mode says that it stands, stands once it had the time to rest that it told when it came there; one
+    whose drives stop it off its path after a while that they alone know."""
 
     name = "the mode is what is the case"
     _LONGEST_S = 2.0
@@ -133,7 +134,8 @@ class ModeIsTheCase(Invariant):
     def look(self, sample: Sample) -> None:
         since, told_s = self._began.get(sample.robot, (-inf, 0.0))
         if since != sample.mode_since:
-            told_s = inf if sample.shown is None else sample.shown.message.stop_time_s
+            told = sample.shown if sample.mode not in (Mode.FAULT, Mode.ESTOP) else None
+            told_s = inf if told is None else told.message.stop_time_s
             since, told_s = self._began[sample.robot] = sample.mode_since, told_s
         since_s = sample.at - since
         if sample.mode in _STILL and sample.moving and since_s > min(self._LONGEST_S, told_s + self._LATER_S):

@@ -19,7 +19,7 @@ from typer.testing import CliRunner
 
 from cell.commands.cell_command import COMMANDS as COMMANDS_OF_CELL
 from cell.commands.cell_command import app
-from cell.commands.subcommands import Place
+from cell.commands.subcommands import Subcommand
 from cell.config import ConfigError
 from cell.config.units import STRICT, Length
 from cell.geometry.arrays import Array
@@ -34,7 +34,7 @@ from cell.net.latest import Decoder
 from robot_agent.agent.planning.dry_run import dry_run
 from robot_agent.agent.planning.planner import Planner
 from robot_agent.kinematics import SerialModel, SingularityDistance, load_model
-from robot_agent.kinematics.chain import Chain, Step
+from robot_agent.kinematics.chain import Chain, Joint
 from robot_agent.kinematics.families.closed_form import ClosedForm, Raw
 from robot_agent.kinematics.families.upright import heading, tilt
 from robot_agent.kinematics.problems import checked_lengths
@@ -116,8 +116,8 @@ class Portal(ClosedForm, SerialModel):
 
     def __init__(self, description: RobotDescription) -> None:
         self._a1z = checked_lengths(description)["a1z"]
-        slides = Step(0, (0, 0, self._a1z), linear=True), Step(1, linear=True), Step(2, linear=True)
-        super().__init__(description, Chain((*slides, Step(2))))
+        slides = Joint(0, (0, 0, self._a1z), linear=True), Joint(1, linear=True), Joint(2, linear=True)
+        super().__init__(description, Chain((*slides, Joint(2))))
 
     def singularity(self, q: Array) -> SingularityDistance:
         return SingularityDistance(("none",), np.ones((*q.shape[:-1], 1)))
@@ -227,7 +227,7 @@ class Drop(Statement):
     @classmethod
     def read(cls, line: int, words: list[Word], _reading: Reading) -> Self:
         if len(words) != 2:
-            raise Mistake(words[0].column, f"{len(words) - 1} words behind DROP", "the name of an output")
+            raise Mistake(words[0].column, f"{len(words) - 1} words after DROP", "the name of an output")
         return cls(line, words[1].text)
 
     def run(self, walk: Walk) -> Switch:
@@ -256,7 +256,7 @@ def test_statements_are_read_with_their_mistakes() -> None:
     with pytest.raises(ProgramError) as caught:
         parse_program("DROP\nPARK F=0\nFLY", "p", ("J1",))
     first, second, third = map(str, caught.value.problems)
-    assert first == "1:1: found 0 words behind DROP, allowed the name of an output"
+    assert first == "1:1: found 0 words after DROP, allowed the name of an output"
     assert second == "2:6: found F=0, allowed 0.01 to 100 percent for PARK"
     assert third.endswith("LABEL, GOTO, END, PARK, DROP")
 
@@ -289,7 +289,7 @@ def wear(robot: Annotated[str, typer.Argument(help="Name of the robot.")]) -> No
 
 @pytest.fixture
 def commands() -> Iterator[None]:
-    place = Place(__name__, "wear", "cell wear left")
+    place = Subcommand(__name__, "wear", "cell wear left")
     with patch.dict(COMMANDS_OF_CELL, {"wear": place, "simulate wear": place}):
         yield
 

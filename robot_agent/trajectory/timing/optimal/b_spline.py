@@ -43,10 +43,10 @@ def over(t: Numbers, samples: Numbers, start: Numbers | None = None) -> Pieces:
     """
     h = np.diff(t)[:, None]
     rise = np.diff(samples, axis=0) / h
-    before, behind = h[:-1], h[1:]
-    bend = np.diff(rise, axis=0) / (before + behind)
+    before, after = h[:-1], h[1:]
+    bend = np.diff(rise, axis=0) / (before + after)
     slope = rise[:-1] + before * bend
-    inner = samples[1:-1] + (slope * (behind - before) - bend * before * behind) / 3.0
+    inner = samples[1:-1] + (slope * (after - before) - bend * before * after) / 3.0
     points = _resting(inner[1:-1], samples)
     if start is not None:
         points[:3] = beginning(start, float(h[0, 0]))

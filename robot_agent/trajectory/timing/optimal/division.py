@@ -30,8 +30,8 @@ def divided(at: Numbers, squared: Numbers, when: Numbers, rows: Rows, h: float, 
     longest = np.maximum(longest, (1.0 - _GROWTH * _EVEN) * h)
     slope = _GROWTH * when
     before = np.append(np.inf, np.minimum.accumulate(longest - slope[1:])[:-1]) + slope[:-1]
-    behind = np.append(np.minimum.accumulate((longest + slope[:-1])[::-1])[::-1][1:], np.inf) - slope[1:]
-    cells = zip(when[1:].tolist(), longest.tolist(), before.tolist(), behind.tolist(), strict=True)
+    after = np.append(np.minimum.accumulate((longest + slope[:-1])[::-1])[::-1][1:], np.inf) - slope[1:]
+    cells = zip(when[1:].tolist(), longest.tolist(), before.tolist(), after.tolist(), strict=True)
     t, begin, times = 0.0, 0.0, []
     for end, most, first, last in cells:
         while t < end:

@@ -25,9 +25,9 @@ _LOOKING_ROUND = 2
 """Every so many steps more limits are carried along where others are exceeded by more than `_UNSEEN`."""
 _UNSEEN = 0.02
 _AGAIN = 0.02
-"""Gap with which the search goes on behind tightened limits."""
+"""Gap with which the search goes on after tightened limits."""
 _NO_LOSS = 1e-3
-"""Behind tightened limits, which can only cost time, a path that takes so little longer than before is done."""
+"""After tightened limits, which can only cost time, a path that takes so little longer than before is done."""
 _SMALLEST_GAP = 1e-5
 _NEAR = 0.2
 """Gap below which a search has come somewhere."""
@@ -158,7 +158,7 @@ class Search:
         return [len(each) for each in self._carried]
 
     def _gather(self, before: list[int]) -> NDArray[np.bool_]:
-        """What the limits carried along are, of each kind those behind the first so many; which are not new."""
+        """What the limits carried along are, of each kind those after the first so many; which are not new."""
         limits, counts = self.limited, self._counts()
         v, a, j = (each[n:] for each, n in zip(self._carried, before, strict=True))
         sides = [each[n:] for each, n in zip(self._sides, before, strict=True)]

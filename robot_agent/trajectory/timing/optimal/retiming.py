@@ -103,7 +103,7 @@ class Limited:
 
     @classmethod
     def joined(cls, parts: list["Limited"]) -> "Limited":
-        """Paths one behind the other; two intervals without limits and without duration keep their rates apart."""
+        """Paths one after the other; two intervals without limits and without duration keep their rates apart."""
 
         def join(name: str, value: float) -> Numbers:
             arrays = []
@@ -167,7 +167,7 @@ class Limited:
 
 
 def _neighbours(s: Numbers) -> Numbers:
-    """The places before and behind each place `(2, places x intervals)`; `s` `(places, intervals)` rises."""
+    """The places before and after each place `(2, places x intervals)`; `s` `(places, intervals)` rises."""
     every = np.append(s[:-1].T.ravel(), s[-1, -1])
     here = np.arange(len(every) - 1).reshape(-1, len(s) - 1).T
     index = np.append(here.ravel(), here[-1] + 1)

@@ -48,7 +48,7 @@ _ACCEPTED = 1.004
 _CERTAIN = 1.0005
 """Limits are tightened by so much more than they are exceeded."""
 _EASABLE = (1.02, 1.05)
-"""What has to be so much slower, or less, is not searched again but eased: behind the first attempt, behind others."""
+"""What has to be so much slower, or less, is not searched again but eased: after the first attempt, after others."""
 _EASINGS = 11
 _EASED = 8
 """Intervals on either side of a place where the rate is lowered with it."""

@@ -78,7 +78,7 @@ def test_missed_cycles_are_left_out() -> None:
                 pass
 
     run_core(core, period_s=0.01, inbox=list, perform=perform, stop=core.stop)
-    # Had the cycles been caught up, the last step would be right behind the freeze, not two cycles later.
+    # Had the cycles been caught up, the last step would be right after the freeze, not two cycles later.
     assert core.stepped[-1] - core.stepped[0] > 0.06
 
 

@@ -1,9 +1,9 @@
 """Simulated drives that do not keep up say so, now and then; on a clock of the test's own."""
 
-from drive_gateway.sim.pace import TELL_S, Pace
+from drive_gateway.sim.pace import TELL_S, ComputingTime
 
 
-def said(pace: Pace, work_s: float, seconds: float, now: float = 0.0) -> list[str]:
+def said(pace: ComputingTime, work_s: float, seconds: float, now: float = 0.0) -> list[str]:
     """Steps of 5 ms of simulated time, each takes `work_s` of the clock; the thread rests where time is left."""
     texts, end = [], now + seconds
     while now < end:
@@ -14,17 +14,17 @@ def said(pace: Pace, work_s: float, seconds: float, now: float = 0.0) -> list[st
 
 
 def test_drives_that_leave_some_time_say_nothing() -> None:
-    assert said(Pace(), 0.004, 30.0) == []
+    assert said(ComputingTime(), 0.004, 30.0) == []
 
 
 def test_drives_that_take_longer_than_the_clock_say_so_once_in_a_while() -> None:
-    texts = said(Pace(), 0.008, 3.5 * TELL_S)
+    texts = said(ComputingTime(), 0.008, 3.5 * TELL_S)
     assert len(texts) == 4
     assert "computing them took 100 % of the last 1.0 s" in texts[0]
 
 
 def test_one_stall_of_the_host_is_no_lack_of_pace() -> None:
-    pace = Pace()
+    pace = ComputingTime()
     assert said(pace, 0.001, 1.5) == []
     assert pace.worked(1.5, 1.9) == ""
     assert said(pace, 0.001, 3.0, now=1.9) == []

@@ -1,4 +1,4 @@
-"""The wire: one frame at a time, lowest identifier first, each as long as its bits; nodes behind it."""
+"""The wire: one frame at a time, lowest identifier first, each as long as its bits; nodes after it."""
 
 from dataclasses import replace
 

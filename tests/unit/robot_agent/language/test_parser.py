@@ -11,10 +11,10 @@ from robot_agent.language import (
     Goto,
     Home,
     MoveArc,
+    MoveCaps,
     MoveJoints,
     MoveLine,
     MoveSpline,
-    Pace,
     ProgramError,
     SetOutput,
     Tangent,
@@ -35,7 +35,7 @@ def test_degrees_percent_and_millimetres_become_si() -> None:
     program = parse_program("MJ J1=90 J3=-45 F=25\nML X=1500 Y=-20 Z=1000 A=0 B=90 C=180 F=250", "p", JOINTS)
     joints, line = program.statements
     assert joints == MoveJoints(1, (math.pi / 2, None, -math.pi / 4, None, None, None), 0.25)
-    assert line == MoveLine(2, (1.5, -0.02, 1.0), (0.0, math.pi / 2, math.pi), Pace(0.25))
+    assert line == MoveLine(2, (1.5, -0.02, 1.0), (0.0, math.pi / 2, math.pi), MoveCaps(0.25))
 
 
 def test_what_is_not_named_is_kept() -> None:
@@ -47,24 +47,24 @@ def test_arcs_and_splines_become_si() -> None:
     text = "MC X=2000 QX=1000 QY=-500 QA=0 QB=90 QC=0 H=-720 F=100 R=20\nMS Y=100 FC=50 FA=90"
     arc, spline = parse_program(text, "p", JOINTS).statements
     via = ((1.0, -0.5, None), (0.0, math.pi / 2, 0.0))
-    assert arc == MoveArc(1, *via, (2.0, None, None), None, -4 * math.pi, Pace(0.1, round_m=0.02))
-    assert spline == MoveSpline(2, (None, 0.1, None), None, Pace(0.05, math.pi / 2))
+    assert arc == MoveArc(1, *via, (2.0, None, None), None, -4 * math.pi, MoveCaps(0.1, round_m=0.02))
+    assert spline == MoveSpline(2, (None, 0.1, None), None, MoveCaps(0.05, math.pi / 2))
 
 
 def test_caps_and_round_edges_go_with_every_move() -> None:
     joints, line = parse_program(
         "MJ J1=0 F=50 FC=200 FA=30 R=40\nML X=1 F=300 FC=200 R=0 FLIP=1", "p", JOINTS
     ).statements
-    assert joints == MoveJoints(1, (0.0, *[None] * 5), 0.5, Pace(0.2, math.pi / 6, None, 0.04))
-    assert line == MoveLine(2, (0.001, None, None), None, Pace(0.2, round_m=0.0), True)
+    assert joints == MoveJoints(1, (0.0, *[None] * 5), 0.5, MoveCaps(0.2, math.pi / 6, None, 0.04))
+    assert line == MoveLine(2, (0.001, None, None), None, MoveCaps(0.2, round_m=0.0), True)
 
 
 def test_the_joints_may_be_capped_and_may_arrive_apart() -> None:
     text = "MJ J1=0 SYNC=0 FJ=90\nML X=1 FJ=45\nHOME F=20 FC=100 R=30"
     joints, line, home = parse_program(text, "p", JOINTS).statements
-    assert joints == MoveJoints(1, (0.0, *[None] * 5), 1.0, Pace(joint_speed_rad_s=math.pi / 2), synchronised=False)
-    assert line == MoveLine(2, (0.001, None, None), None, Pace(joint_speed_rad_s=math.pi / 4))
-    assert home == Home(3, 0.2, Pace(0.1, round_m=0.03))
+    assert joints == MoveJoints(1, (0.0, *[None] * 5), 1.0, MoveCaps(joint_speed_rad_s=math.pi / 2), synchronised=False)
+    assert line == MoveLine(2, (0.001, None, None), None, MoveCaps(joint_speed_rad_s=math.pi / 4))
+    assert home == Home(3, 0.2, MoveCaps(0.1, round_m=0.03))
 
 
 def test_the_tool_follows_the_path_from_tang_1_to_tang_0() -> None:
@@ -110,8 +110,8 @@ def test_a_jump_points_behind_its_label_even_when_the_label_comes_later() -> Non
         ("MJ J1=1 SYNC=0 R=5", "1:16: found R=5 with SYNC=0, allowed R only where the joints arrive together"),
         ("TANG", "1:1: found `TANG`, allowed TANG 1, with H=degrees if wanted, or TANG 0"),
         ("TANG 2", "1:6: found `TANG 2`, allowed TANG 1, with H=degrees if wanted, or TANG 0"),
-        ("TANG 0 H=5", "1:8: found `H=5` behind TANG 0, allowed TANG 1, with H=degrees if wanted, or TANG 0"),
-        ("TRACK", "1:1: found 0 words behind TRACK, allowed the name of a correction, or OFF"),
+        ("TANG 0 H=5", "1:8: found `H=5` after TANG 0, allowed TANG 1, with H=degrees if wanted, or TANG 0"),
+        ("TRACK", "1:1: found 0 words after TRACK, allowed the name of a correction, or OFF"),
         ("SET laser", "1:1: found `SET laser`, allowed SET DO and the name of an output"),
         ("reset do", "1:1: found `reset do`, allowed RESET DO and the name of an output"),
         ("RESET DO laser", "1:10: found unknown output `laser`, allowed a name of outputs: glue, gripper"),
@@ -122,12 +122,12 @@ def test_a_jump_points_behind_its_label_even_when_the_label_comes_later() -> Non
             "1:13: found H=0, allowed degrees of the circle to go, any but 0 up to 36000; negative is backwards",
         ),
         ("MS F=10", "1:1: found MS without a coordinate, allowed at least one of X, Y, Z, A, B, C"),
-        ("WAIT", "1:1: found 0 words behind WAIT, allowed a time in seconds"),
+        ("WAIT", "1:1: found 0 words after WAIT, allowed a time in seconds"),
         ("WAIT -1", "1:6: found WAIT -1, allowed 0 to 3600 s"),
         ("GOTO a\nLABEL b", "1:6: found unknown label `a`, allowed a label of this program: b"),
         ("LABEL a\nGOTO a 2.5", "2:8: found count 2.5, allowed a whole number, 1 to 1000000"),
         ("LABEL a\nLABEL a", "2:7: found label `a` a second time, allowed each label once"),
-        ("END now", "1:5: found `now` behind END, allowed nothing"),
+        ("END now", "1:5: found `now` after END, allowed nothing"),
         ("ML Y=0 X=1e300", "1:8: found `X=1e300`, allowed -100000 to 100000 mm"),
         ("MS X=1e9", "1:4: found `X=1e9`, allowed -100000 to 100000 mm"),
         ("MC QX=-1e6 X=1", "1:4: found `QX=-1e6`, allowed -100000 to 100000 mm"),
@@ -135,7 +135,7 @@ def test_a_jump_points_behind_its_label_even_when_the_label_comes_later() -> Non
         ("MJ J2=4e4", "1:4: found `J2=4e4`, allowed -36000 to 36000 degrees"),
         ("TANG 1 H=1e300", "1:8: found `H=1e300`, allowed -36000 to 36000 degrees"),
         ("ML X=1 R=1e300", "1:8: found R=1e+300, allowed a round edge of 0 to 100000 mm; 0 stops"),
-        ("HOME\nEND \u200bnow", "2:5: found `<U+200B>now` behind END, allowed nothing"),
+        ("HOME\nEND \u200bnow", "2:5: found `<U+200B>now` after END, allowed nothing"),
         ("; nothing", "1:1: found a program without statements, allowed at least one statement"),
     ],
 )

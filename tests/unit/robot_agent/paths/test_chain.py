@@ -1,8 +1,8 @@
-"""Places on curves one behind the other, asked for all at once."""
+"""Places on curves one after the other, asked for all at once."""
 
 import numpy as np
 
-from robot_agent.paths.chain import Chain
+from robot_agent.paths.chain import CurveChain
 from robot_agent.paths.curves import Circle, Straight, Trimmed, bezier
 
 X, Y = np.eye(3)[:2]
@@ -15,7 +15,7 @@ CURVES = (
     Circle(np.zeros(3), X, Y, 0.2, -1.5),
     Trimmed(SPLINE, 0.05, 0.2),
 )
-CHAIN = Chain(CURVES, np.append(0.0, np.cumsum([curve.length_m for curve in CURVES])))
+CHAIN = CurveChain(CURVES, np.append(0.0, np.cumsum([curve.length_m for curve in CURVES])))
 
 
 def test_each_place_is_the_one_on_its_own_curve() -> None:
@@ -34,5 +34,5 @@ def test_a_curve_begins_where_its_border_is_and_the_last_one_ends_at_the_end() -
 
 
 def test_curves_without_polynomials_need_none() -> None:
-    chain = Chain((CURVES[0], CURVES[3]), np.array([0.0, 0.3, 0.6]))
+    chain = CurveChain((CURVES[0], CURVES[3]), np.array([0.0, 0.3, 0.6]))
     np.testing.assert_allclose(chain.at(np.array([0.1, 0.3]))[0], [[0.1, 0, 0], [0.2, 0, 0]], atol=1e-12)

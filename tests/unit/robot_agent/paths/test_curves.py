@@ -15,7 +15,7 @@ POINT = st.tuples(COORDINATE, COORDINATE, COORDINATE).map(np.array)
 
 
 def corner(turn_rad: float, cut: float) -> tuple[np.ndarray, np.ndarray]:
-    """States on two straight lines, so far before and behind a corner at the origin."""
+    """States on two straight lines, so far before and after a corner at the origin."""
     first, last = np.array([1.0, 0.0, 0.0]), np.array([np.cos(turn_rad), np.sin(turn_rad), 0.0])
     still = np.zeros(3)
     return np.stack([-cut * first, first, still]), np.stack([cut * last, last, still])

@@ -73,9 +73,9 @@ def test_a_spline_does_not_turn_on_the_spot_and_may_name_a_point_twice(number: i
 def test_twist_is_the_derivative_of_the_line() -> None:
     line = LineGeometry.between(pose((0.1, 0.2, -0.3, 0.9)), pose((0.4, -0.2, 0.1, 0.5), (0.3, -0.1, 0.2)))
     h = 1e-6
-    ahead, behind = line.poses(np.array([0.5 + h, 0.5 - h]))
-    spin = (ahead[:3, :3] - behind[:3, :3]) @ line.poses(np.array(0.5))[:3, :3].T / (2 * h)
-    np.testing.assert_allclose(line.twist[:3], (ahead - behind)[:3, 3] / (2 * h), atol=1e-8)
+    ahead, after = line.poses(np.array([0.5 + h, 0.5 - h]))
+    spin = (ahead[:3, :3] - after[:3, :3]) @ line.poses(np.array(0.5))[:3, :3].T / (2 * h)
+    np.testing.assert_allclose(line.twist[:3], (ahead - after)[:3, 3] / (2 * h), atol=1e-8)
     np.testing.assert_allclose(line.twist[3:], [spin[2, 1], spin[0, 2], spin[1, 0]], atol=1e-8)
 
 

@@ -16,7 +16,7 @@ C0, C1, C2 = Continuity
 STOPS, ROUNDED, BLENDED, THROUGH = Passing
 WAY = np.array([0.2, 0.1, -0.1, 0.2, 0.1, 0.3])
 QUARTER = Arc(at(y_mm=200 + 70.710678, z_mm=29.289322), at(y_mm=300, z_mm=100), 2)
-"""Radius 100 mm, tangential behind a line along Y up to 200 mm."""
+"""Radius 100 mm, tangential after a line along Y up to 200 mm."""
 
 
 def spline(*points: tuple[float, float]) -> Spline:

@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cell.geometry import from_xyz_abc
-from robot_agent.model.description import JointLimits, PathLimits
+from robot_agent.model.description import JointLimits, PathSpeeds
 from robot_agent.paths import Arc, Block, JointMove, Line, LineGeometry, Sequence, Spline
 from robot_agent.trajectory import Limits, Motion, PlanError, plan, s_curve
 from robot_agent.trajectory.joints import follow
@@ -161,7 +161,7 @@ class TestWristSingularity:
         ],
     )
     def test_near_it_the_line_is_as_fast_as_the_wrist_allows(self, z: float, slowest: float, duration: float) -> None:
-        lifted = PathLimits(1.0, 1e3, 1e6, 10.0, 1e3, 1e6)
+        lifted = PathSpeeds(1.0, 1e3, 1e6, 10.0, 1e3, 1e6)
         free = replace(
             LIMITS, velocity=np.full(6, np.pi), acceleration=np.full(6, 1e3), jerk=np.full(6, 1e6), path=lifted
         )

@@ -252,8 +252,8 @@ def test_a_turn_that_is_not_quite_on_the_spot_asks_for_few_nodes_on_the_lines_be
 
 @pytest.mark.parametrize(("round_mm", "times"), [(0.1, 1.15), (0.5, 1.05), (1.0, 1.0)])
 def test_a_small_round_edge_takes_hardly_longer_than_a_stop(round_mm: float, times: float) -> None:
-    corner, behind = at(y_mm=100), Line(at(y_mm=100, z_mm=100), None, 2)
-    rounded, stopping = (planned(Line(corner, None, 1, round_m=each), behind) for each in (round_mm / 1000.0, None))
+    corner, after = at(y_mm=100), Line(at(y_mm=100, z_mm=100), None, 2)
+    rounded, stopping = (planned(Line(corner, None, 1, round_m=each), after) for each in (round_mm / 1000.0, None))
     assert (stops(rounded), stops(stopping)) == (0, 1)
     assert rounded.duration_s < times * stopping.duration_s
 

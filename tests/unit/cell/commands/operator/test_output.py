@@ -10,7 +10,7 @@ from typer.testing import CliRunner, Result
 
 from cell.commands import cell_command
 from cell.commands.client.cell_view import Snapshot
-from cell.commands.client.connection import Operator
+from cell.commands.client.connection import Connection
 from cell.commands.operator import output as output_command
 from cell.commands.operator.output import outputs_table
 from cell.config import load_cell
@@ -44,7 +44,7 @@ class Line:
     def say(self, monkeypatch: pytest.MonkeyPatch, *words: str) -> Result:
         view: Any = SimpleNamespace(wait_for=lambda _condition, _timeout_s: Snapshot(gateways=self.gateways))
         session: Any = self
-        operator = Operator(TWO_ARMS, CELL, session, view)
+        operator = Connection(TWO_ARMS, CELL, session, view)
         monkeypatch.setattr(output_command, "connect", lambda _file, _endpoint: nullcontext(operator))
         monkeypatch.setattr(output_command, "operator_name", lambda: "anna@pc")
         return CliRunner().invoke(cell_command.app, ["output", *words, "-f", str(TWO_ARMS)])

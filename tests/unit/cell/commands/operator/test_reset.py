@@ -5,7 +5,7 @@ from typing import cast
 
 import pytest
 
-from cell.commands.client.connection import Operator
+from cell.commands.client.connection import Connection
 from cell.commands.errors import CommandError
 from cell.commands.operator import reset
 from cell.messages import Command, Estop, ManagerState, Reply, ResetEstop
@@ -42,8 +42,8 @@ class Cell:
         return Reply("1", True, f"{robot} has no fault")
 
 
-def operator(cell: Cell) -> Operator:
-    return cast(Operator, cell)
+def operator(cell: Cell) -> Connection:
+    return cast(Connection, cell)
 
 
 def test_sends_the_ids_of_the_stops_that_it_shows(

@@ -12,7 +12,7 @@ from typer.testing import CliRunner, Result
 
 from cell.commands import cell_command
 from cell.commands.client.cell_view import Snapshot
-from cell.commands.client.connection import Operator
+from cell.commands.client.connection import Connection
 from cell.commands.client.state_table import manager_line
 from cell.commands.operator import jog as jog_command
 from cell.commands.operator import set_up as set_up_command
@@ -81,11 +81,13 @@ class Line:
         world: Any = self
 
         @contextmanager
-        def connect(file: Path, endpoint: list[str] | None, stop: threading.Event | None = None) -> Iterator[Operator]:
+        def connect(
+            file: Path, endpoint: list[str] | None, stop: threading.Event | None = None
+        ) -> Iterator[Connection]:
             if self.pressed_at == "connect":
                 self.stop.set()
             self.connected_to.append(endpoint)
-            yield Operator(file, CELL, world, world, stop)
+            yield Connection(file, CELL, world, world, stop)
 
         for module in (set_up_command, jog_command):
             monkeypatch.setattr(module, "connect", connect)

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from cell.commands.up.children import Child, Children, Program
+from cell.commands.up.children import Child, ChildProgram, Children
 from tests.unit.repository import ROOT
 
 WAITS_FOR_ITS_PARENT = """
@@ -42,8 +42,8 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path
 
 
-def program(part: str, kind: str) -> Program:
-    return Program(part, f"child_{kind}", (part,), f"{kind} {part}")
+def program(part: str, kind: str) -> ChildProgram:
+    return ChildProgram(part, f"child_{kind}", (part,), f"{kind} {part}")
 
 
 def wait_until_up(folder: Path, part: str) -> None:

@@ -177,5 +177,5 @@ def test_the_bits_of_all_frames_are_counted_whoever_sends_them_and_whatever_they
         peer.send(can.Message(arbitration_id=TPDO, data=bytes(6), is_extended_id=False))
         peer.send(can.Message(arbitration_id=TPDO, data=b"", is_extended_id=True))
         port.take()
-        # Worst case of the wire with 0, 8, 6 bytes, and 0 behind a 29-bit identifier (Davis et al. 2007, eq. 1).
+        # Worst case of the wire with 0, 8, 6 bytes, and 0 after a 29-bit identifier (Davis et al. 2007, eq. 1).
         assert port.bits == 55 + 135 + 115 + 80

@@ -243,5 +243,5 @@ def test_what_a_stop_has_undone_meanwhile_is_not_told_as_done() -> None:
     world.until(lambda: request_id in world.replies)
     assert not world.replies[request_id].ok
     assert world.replies[request_id].text == (
-        "left: output glue was switched on, and is off again: a stop, a program or another order came behind"
+        "left: output glue was switched on, and is off again: a stop, a program or another order came after"
     )

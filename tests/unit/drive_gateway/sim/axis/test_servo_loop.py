@@ -1,4 +1,4 @@
-"""Following errors and sag of the servo loop against vectors: its parts behind an ideal current loop, and the whole.
+"""Following errors and sag of the servo loop against vectors: its parts after an ideal current loop, and the whole.
 
 The vectors know a current loop that is a lag of first order, and a speed that is measured exactly. The simulated drive
 has a real current loop and filters its speed, which shows where next to nothing else is left of the error.
@@ -64,7 +64,7 @@ class Setpoint:
 
 
 def parts(gain: float, start: float, reset_s: float = LOOP["reset_s"]) -> Step:
-    """Speed loop and mechanics of the simulation behind the ideal current loop of the vectors."""
+    """Speed loop and mechanics of the simulation after the ideal current loop of the vectors."""
     speed_gain = gain * 2 * pi * LOOP["speed_hz"] * INERTIA / KT
     regulator = Regulator(speed_gain, speed_gain / reset_s, STEP_S)
     mechanics = Mechanics(INERTIA, LoadData(0.0, viscous_nm_s=VISCOUS), 1.0, start, STEP_S)

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from cell.messages import Continue, Estop, Halt, Mode, ResetRobot, Run, SetOverride, SetpointBlock
 from tests.unit.agent_runs import at_rest, ended, until
 from tests.unit.agent_world import CYCLE_S
-from tests.unit.output_ticks import FIRST_TICK, behind, reached, ticks
+from tests.unit.output_ticks import FIRST_TICK, after, reached, ticks
 from tests.unit.playout_world import PlayoutWorld
 
 THREE = "MJ J1=4\nMJ J1=0\nMJ J2=4\nEND"
@@ -65,9 +65,9 @@ def test_a_block_of_the_old_motion_that_is_accepted_behind_the_first_of_the_next
 
 def test_what_the_gateway_did_not_switch_because_it_heard_of_a_stop_first_is_switched_once_the_robot_goes_on() -> None:
     world = begun("MJ J1=2 F=20\nSET DO gripper\nMJ J1=6 F=20\nRESET DO gripper\nMJ J1=7 F=20\nEND", ("gripper",))
-    until(world, lambda: behind(world, 1.95))
+    until(world, lambda: after(world, 1.95))
     world.gateway_outputs.barred = "an emergency stop is active"
-    until(world, lambda: behind(world, 3.5))
+    until(world, lambda: after(world, 3.5))
     world.agent.receive(Estop("e1", True, "test", "a hand in the cell"), world.now)
     until(world, at_rest(world))
     assert world.switched == []
@@ -81,7 +81,7 @@ def test_a_pause_begins_when_the_robot_has_arrived_also_behind_a_halt_just_befor
     until(world, lambda: np.degrees(world.blocks[-1].position[-1, 0]) > 4.0 - 1e-9)
     world.call(Halt())
     until(world, lambda: world.state.mode is Mode.HALTED and at_rest(world)())
-    assert not behind(world, 4.0 - 1e-3)
+    assert not after(world, 4.0 - 1e-3)
     world.run(0.5)
     world.call(Continue())
     until(world, ended(world))
@@ -124,7 +124,7 @@ SWITCHED = [
     ("gripper", True, 4.1),
     ("gripper", False, 6.1),
 ]
-"""Each with the way [deg] behind which it is due."""
+"""Each with the way [deg] after which it is due."""
 
 
 @dataclass(frozen=True)

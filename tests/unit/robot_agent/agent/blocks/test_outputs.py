@@ -24,7 +24,7 @@ from tests.unit.agent_rounds import ROUND, TO_START, extensions, speeds
 from tests.unit.agent_runs import at_rest, enabled, ended, until
 from tests.unit.agent_world import CYCLE_S, AgentWorld
 from tests.unit.measured_world import START, Measured
-from tests.unit.output_ticks import FIRST_TICK, behind, j1, reached, ticks
+from tests.unit.output_ticks import FIRST_TICK, after, j1, reached, ticks
 
 OUTPUTS = ("glue", "gripper")
 STRAIGHT = """MJ J1=2 F=20
@@ -65,11 +65,11 @@ def test_outputs_switch_with_the_first_sample_at_the_end_of_the_move_and_the_mot
 def test_half_speed_and_a_halt_in_front_of_the_place_or_over_it_shift_the_tick(place: float) -> None:
     world = begun(STRAIGHT)
     world.call(SetOverride(50.0))
-    until(world, lambda: behind(world, place))
+    until(world, lambda: after(world, place))
     world.call(Halt())
     until(world, lambda: world.state.mode is Mode.HALTED and at_rest(world)())
     world.run(0.3)
-    over = behind(world, 2.0)
+    over = after(world, 2.0)
     assert over == (place == 1.9)
     assert len(world.switched) == over
     world.call(Continue())
@@ -79,9 +79,9 @@ def test_half_speed_and_a_halt_in_front_of_the_place_or_over_it_shift_the_tick(p
 
 def test_going_back_over_a_place_and_passing_it_again_switches_nothing_more() -> None:
     world = begun(STRAIGHT)
-    until(world, lambda: behind(world, 3.0))
+    until(world, lambda: after(world, 3.0))
     world.call(SetOverride(-100.0))
-    until(world, lambda: not behind(world, 1.0))
+    until(world, lambda: not after(world, 1.0))
     assert len(world.switched) == 1
     world.call(SetOverride(100.0))
     until(world, ended(world))
@@ -91,12 +91,12 @@ def test_going_back_over_a_place_and_passing_it_again_switches_nothing_more() ->
 def test_a_place_that_was_passed_while_all_blocks_were_lost_is_made_up_for_at_the_first_tick_possible() -> None:
     world = begun(STRAIGHT)
     world.call(SetOverride(40.0))
-    until(world, lambda: behind(world, 0.5) and np.degrees(world.queue[-1][0]) > 2.01)
+    until(world, lambda: after(world, 0.5) and np.degrees(world.queue[-1][0]) > 2.01)
     assert world.block is not None
     assert world.block.events == ()
     world.lose_blocks = True
     until(world, at_rest(world))
-    assert behind(world, 2.0)
+    assert after(world, 2.0)
     assert world.switched == []
     world.lose_blocks = False
     world.step()
@@ -140,7 +140,7 @@ def test_a_step_switches_what_is_at_its_end() -> None:
 
 def test_a_program_that_was_stopped_switches_no_more_and_the_next_run_counts_on() -> None:
     world = begun(STRAIGHT)
-    until(world, lambda: behind(world, 3.0))
+    until(world, lambda: after(world, 3.0))
     world.call(Halt())
     until(world, at_rest(world))
     world.call(Run())
@@ -153,7 +153,7 @@ def test_a_program_that_was_stopped_switches_no_more_and_the_next_run_counts_on(
 
 def test_a_program_that_has_failed_switches_nothing_more_on_its_path() -> None:
     world = begun("MJ J1=2 F=20\nSET DO glue\nMJ J1=4 F=20\nRESET DO glue\nMJ J1=20 F=20\nEND")
-    until(world, lambda: behind(world, 6.0))
+    until(world, lambda: after(world, 6.0))
     world.agent.receive(Estop("e1", True, "test", "a hand in the cell"), world.now)
     until(world, at_rest(world))
     world.run(0.3)
@@ -166,7 +166,7 @@ def test_a_program_that_has_failed_switches_nothing_more_on_its_path() -> None:
 
 def test_an_interrupted_program_switches_the_rest_once_it_goes_on_and_nothing_again() -> None:
     world = begun(STRAIGHT)
-    until(world, lambda: behind(world, 4.0))
+    until(world, lambda: after(world, 4.0))
     world.agent.receive(Estop("e1", True, "test", "a hand in the cell"), world.now)
     until(world, at_rest(world))
     world.run(0.2)
@@ -282,7 +282,7 @@ def test_blocks_say_that_a_program_runs_from_its_start_to_its_end_in_pauses_too_
     world.call(Run())
     until(world, lambda: "WAIT" in world.state.waiting_for)
     assert world.blocks[-1].program
-    until(world, lambda: behind(world, 1.5))
+    until(world, lambda: after(world, 1.5))
     world.call(Halt())
     until(world, lambda: world.state.mode is Mode.HALTED and at_rest(world)())
     assert not world.blocks[-1].program

@@ -13,7 +13,7 @@ from robot_agent.agent.blocks.sources import CorrectedPath, GovernedPath, Jogged
 from robot_agent.agent.planning.planner import Planner
 from robot_agent.agent.planning.plans import Planned, PlanRequest
 from robot_agent.language import JointStep
-from robot_agent.trajectory.sources import CorrectionFrame, CorrectionLimits, JogSource, JointAxes, Target, Wish
+from robot_agent.trajectory.sources import CorrectionFrame, CorrectionLimits, JogSource, JogWish, JointAxes, Target
 from robot_agent.workspace import PlacedRobot
 from tests.unit.six_axis_arm import arm
 
@@ -39,7 +39,7 @@ def path() -> Planned:
 
 
 def jog() -> JogSource:
-    return JogSource(ARM, PLANNER.limits, CYCLE_S, JointAxes(PLANNER.limits), Wish(0, 0.2))
+    return JogSource(ARM, PLANNER.limits, CYCLE_S, JointAxes(PLANNER.limits), JogWish(0, 0.2))
 
 
 SOURCES: dict[str, Callable[[], MotionSource]] = {

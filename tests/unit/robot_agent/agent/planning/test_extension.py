@@ -118,7 +118,7 @@ def test_extension_that_comes_too_late_is_dropped_and_the_robot_goes_on_from_whe
 
 
 def test_extension_that_is_late_is_asked_for_again_farther_ahead() -> None:
-    """Its last move, which asks for a stop behind it, says nothing about how its first one is joined."""
+    """Its last move, which asks for a stop after it, says nothing about how its first one is joined."""
     world = running(TO_START + 4 * ROUND + "ML Y=10 F=300 R=0\nML Z=1340\nEND")
     until(world, lambda: len(world.planned) > 1)
     world.plans_held = True

@@ -15,7 +15,7 @@ from robot_agent.model.description import ProfileKind, Shaping
 from robot_agent.trajectory import Limits
 from robot_agent.trajectory.governor.rate_bounds import RateBounds
 from robot_agent.trajectory.governor.speed_cap import SpeedCap
-from robot_agent.trajectory.governor.track import Track
+from robot_agent.trajectory.governor.travel import Travel
 from robot_agent.workspace import PlacedRobot
 from tests.unit.six_axis_arm import arm
 
@@ -89,8 +89,8 @@ def test_slow_motion_stays_between_its_samples_where_its_body_is(program: str) -
 
 def test_what_is_remembered_along_a_slow_motion_does_not_grow_with_time() -> None:
     motion = planned("ML X=500 FC=0.1").motion
-    track = Track.of(motion, forwards=True)
-    bounds, cap = RateBounds(track, LIMITS), SpeedCap(track, 0.25)
+    travel = Travel.of(motion, forwards=True)
+    bounds, cap = RateBounds(travel, LIMITS), SpeedCap(travel, 0.25)
     tracemalloc.start()
     used = []
     for tau in np.arange(0.0, 200.0, 0.25):
@@ -99,5 +99,5 @@ def test_what_is_remembered_along_a_slow_motion_does_not_grow_with_time() -> Non
         used.append(tracemalloc.get_traced_memory()[0])
     tracemalloc.stop()
     assert max(used[400:]) < 1.1 * max(used[:400]) < 50_000_000
-    assert bounds.row(3.0) == RateBounds(track, LIMITS).row(3.0)
-    assert cap.rate(3.0, 1.0) == SpeedCap(track, 0.25).rate(3.0, 1.0)
+    assert bounds.row(3.0) == RateBounds(travel, LIMITS).row(3.0)
+    assert cap.rate(3.0, 1.0) == SpeedCap(travel, 0.25).rate(3.0, 1.0)

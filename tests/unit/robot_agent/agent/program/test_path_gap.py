@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from cell.config.settings import PathWindow
 from robot_agent.agent.planning.dry_run import dry_run
 from robot_agent.agent.planning.plans import Planned
-from robot_agent.agent.program.path_gap import Gap, Place
+from robot_agent.agent.program.path_gap import Gap, Stretch
 from robot_agent.language import parse_program
 from tests.unit.agent_world import AgentWorld
 
@@ -30,7 +30,7 @@ def line() -> Planned:
 def test_the_nearest_point_is_that_of_dense_samples(share: float, low: float, beside: list[float]) -> None:
     motion = line().motion
     first, last = low * motion.duration_s, min(low + 0.3, 1.0) * motion.duration_s
-    place = Place(line(), first, last, first)
+    place = Stretch(line(), first, last, first)
     q = motion.q(np.array(first + share * (last - first))) + WINDOW.turn_rad * np.array(beside)
     gap = Gap.between(place, q, motion.model, WINDOW)
     taus = np.linspace(first, last, 20_001)

@@ -1,4 +1,4 @@
-"""WAIT: it stands still with the program, and gives back the zone behind it meanwhile."""
+"""WAIT: it stands still with the program, and gives back the zone after it meanwhile."""
 
 import numpy as np
 import pytest

@@ -40,9 +40,9 @@ def test_the_jacobian_is_the_derivative_of_the_pose(family: str, joints: int | N
     model, q = robot(family, joints), random_joints(family, 1000, joints)
     jacobian, step = model.jacobian(q), 1e-6
     for i, change in enumerate(np.eye(model.n) * step):
-        ahead, behind = model.forward(q + change), model.forward(q - change)
-        np.testing.assert_allclose(jacobian[:, :3, i], (ahead - behind)[:, :3, 3] / (2 * step), atol=1e-6)
-        turn = ahead[:, :3, :3] @ np.swapaxes(behind[:, :3, :3], -1, -2)
+        ahead, after = model.forward(q + change), model.forward(q - change)
+        np.testing.assert_allclose(jacobian[:, :3, i], (ahead - after)[:, :3, 3] / (2 * step), atol=1e-6)
+        turn = ahead[:, :3, :3] @ np.swapaxes(after[:, :3, :3], -1, -2)
         spin = (turn - np.swapaxes(turn, -1, -2)) / (4 * step)
         np.testing.assert_allclose(jacobian[:, 3:, i], spin[:, (2, 0, 1), (1, 2, 0)], atol=1e-6)
 

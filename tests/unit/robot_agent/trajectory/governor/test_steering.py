@@ -9,10 +9,12 @@ from robot_agent.trajectory import PathState
 from robot_agent.trajectory.governor import rate_bounds
 from robot_agent.trajectory.governor.rate_bounds import RateBounds
 from robot_agent.trajectory.governor.steering import Steering, _bends, _slopes
-from robot_agent.trajectory.governor.track import Track
+from robot_agent.trajectory.governor.travel import Travel
 from tests.unit.governor_drive import LIMITS, MOTIONS
 
-WAYS = [(motion, Steering(RateBounds(Track.of(motion, forwards), LIMITS))) for motion in MOTIONS for forwards in (1, 0)]
+WAYS = [
+    (motion, Steering(RateBounds(Travel.of(motion, forwards), LIMITS))) for motion in MOTIONS for forwards in (1, 0)
+]
 
 
 @settings(max_examples=300, deadline=None)
@@ -25,9 +27,9 @@ WAYS = [(motion, Steering(RateBounds(Track.of(motion, forwards), LIMITS))) for m
     st.sampled_from([1.0, 0.5, 0.1]),
 )
 def test_every_way_to_a_rate_ends_there_in_finite_time(
-    track: int, place: float, rate: float, slope: float, target: float, share: float
+    travel: int, place: float, rate: float, slope: float, target: float, share: float
 ) -> None:
-    motion, steering = WAYS[track]
+    motion, steering = WAYS[travel]
     law = steering.change(PathState(place * motion.duration_s, rate, slope), target, share)
     assert np.isfinite(law.states).all()
     assert np.isfinite(law.times).all()
@@ -38,12 +40,12 @@ def test_every_way_to_a_rate_ends_there_in_finite_time(
 def test_joints_that_the_table_leaves_out_rule_nowhere(monkeypatch: pytest.MonkeyPatch) -> None:
     rng, left_out = np.random.default_rng(4), 0
     for motion in MOTIONS:
-        kept = RateBounds(Track.of(motion, forwards=True), LIMITS)
+        kept = RateBounds(Travel.of(motion, forwards=True), LIMITS)
         places = rng.uniform(0.0, motion.duration_s, 300)
         rows = [kept.row(place) for place in places]
         with monkeypatch.context() as patched:
             patched.setattr(rate_bounds, "_may_rule", lambda table: np.ones(table.shape[1:], dtype=bool))
-            every = RateBounds(Track.of(motion, forwards=True), LIMITS)
+            every = RateBounds(Travel.of(motion, forwards=True), LIMITS)
             whole = [every.row(place) for place in places]
         for row, all_joints, rate, share in zip(rows, whole, rng.uniform(size=300), rng.uniform(size=300), strict=True):
             lowest, highest = _slopes(all_joints, rate)

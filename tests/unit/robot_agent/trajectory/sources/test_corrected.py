@@ -43,7 +43,7 @@ STRETCHED = plan(ARM, Sequence([JointMove(OUT + 0.2 * np.eye(6)[0], 0.3, 1)]), L
 
 
 class Followed:
-    """Plays the source's blocks, each joined five ticks behind the one before."""
+    """Plays the source's blocks, each joined five ticks after the one before."""
 
     def __init__(
         self,
@@ -62,7 +62,7 @@ class Followed:
         self.source.target = target
         given = self.source.samples(NOMINAL).then(self.source.brake())
         self.played += list(given.first(ticks).q)
-        self.ramp = given.behind(ticks)
+        self.ramp = given.after(ticks)
         assert not given.qd[-1].any()
         assert not np.any(given.q[-1] != given.q[-2])
         self.source.resume(ticks)

@@ -126,9 +126,9 @@ def test_in_a_singular_pose_it_stands_and_says_why() -> None:
 def test_at_the_edge_of_its_reach_it_stands_and_says_so() -> None:
     jogged = Jogged(np.array([0.3, 0.55, -1.2, 0.09, 2.0, 0.3]))
     key = jogged.press("Z", 0.25)
-    jogged.run(key, 120)
+    jogged.run(key, 160)
     assert "reach" in key.ruled_by or "elbow" in key.ruled_by
-    assert tcp_speeds(jogged)[-5:].max() < 2e-3
+    assert tcp_speeds(jogged)[-5:].max() == 0.0
     assert (jogged.shares() < WITHIN).all()
 
 

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from robot_agent.model import PathLimits, ProfileKind, Shaping
+from robot_agent.model import PathSpeeds, ProfileKind, Shaping
 from robot_agent.paths import Arc, Block, JointMove, Line, Sequence
 from robot_agent.paths.curves import bezier
 from robot_agent.trajectory import Motion, plan
@@ -113,7 +113,7 @@ def test_quintic_between_any_states_has_the_worked_coefficients() -> None:
     np.testing.assert_allclose(pieces.coefficients[0, :, 0], worked["coefficients"], atol=1e-9)
 
 
-def planned(kind: ProfileKind, *blocks: Block, filter_s: float = 0.0, path: PathLimits = LIMITS.path) -> Motion:
+def planned(kind: ProfileKind, *blocks: Block, filter_s: float = 0.0, path: PathSpeeds = LIMITS.path) -> Motion:
     limits = replace(LIMITS, shaping=Shaping(kind, filter_s), path=path)
     return plan(MODEL, Sequence(blocks), limits, start=START)
 

@@ -69,7 +69,7 @@ def test_endless_loop_with_three_blocks_of_look_ahead_never_stops(speed: float, 
     around = loop(length, radius, speed)
     motion, passed, speeds, dt = planned(*around[:AHEAD]), [], [], 0.002
     for number in range(AHEAD, blocks):
-        # behind the middle of the block after the first, on a tick: the block under way and two others are known
+        # after the middle of the block after the first, on a tick: the block under way and two others are known
         first = motion.ends[0] if len(motion.ends) > AHEAD else 0.0
         tau = np.ceil((first + motion.ends[-AHEAD]) / 2.0 / dt) * dt
         longer = extended(motion, tau, around[number % 4])

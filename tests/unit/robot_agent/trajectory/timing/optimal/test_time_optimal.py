@@ -8,7 +8,7 @@ from toppra.algorithm import TOPPRA
 from toppra.constraint import JointAccelerationConstraint, JointVelocityConstraint
 from toppra.interpolator import AbstractGeometricPath
 
-from robot_agent.model.description import PathLimits
+from robot_agent.model.description import PathSpeeds
 from robot_agent.trajectory import Limits
 from robot_agent.trajectory.timing.affine import Affine
 from robot_agent.trajectory.timing.optimal.reachability import fastest_speeds
@@ -20,7 +20,7 @@ from tests.unit.smooth_joint_paths import ACCELERATION, VELOCITY, smooth_path
 
 def limits(jerk_s: float) -> Limits:
     """The limits of the comparison; full acceleration after `jerk_s`."""
-    return Limits(VELOCITY, ACCELERATION, ACCELERATION / jerk_s, PathLimits(*[1.0] * 6), 1.5)
+    return Limits(VELOCITY, ACCELERATION, ACCELERATION / jerk_s, PathSpeeds(*[1.0] * 6), 1.5)
 
 
 def by_toppra(seed: int) -> float:

@@ -13,7 +13,7 @@ Numbers = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Track:
+class Travel:
     """Path time `way` [s] grows in the direction of travel; forwards it is tau, backwards the time left to tau 0."""
 
     motion: Motion
@@ -25,7 +25,7 @@ class Track:
     """Of the polynomials of the motion."""
 
     @classmethod
-    def of(cls, motion: Motion, forwards: bool) -> "Track":
+    def of(cls, motion: Motion, forwards: bool) -> "Travel":
         rests = motion.rests if forwards else (motion.duration_s - motion.rests)[::-1]
         degree = 5 if motion.pieces.coefficients[:, 4:].any() else 3
         return cls(motion, 1.0 if forwards else -1.0, tuple(rests.tolist()), degree)
@@ -41,14 +41,14 @@ class Track:
         return taus if self.sign > 0.0 else self.motion.duration_s - taus
 
     def taus(self, way: Numbers) -> Numbers:
-        """The other way round; a rest of the track is exactly the rest of the motion."""
+        """The other way round; a rest of the travel is exactly the rest of the motion."""
         if self.sign > 0.0:
             return way
         at = np.minimum(np.searchsorted(self.rests, way), len(self.rests) - 1)
         return np.where(np.array(self.rests)[at] == way, self.motion.rests[::-1][at], self.motion.duration_s - way)
 
     def state(self, state: PathState) -> PathState:
-        """A state in tau as a state of the track."""
+        """A state in tau as a state of the travel."""
         return PathState(self.way(state.tau), self.sign * state.rate, self.sign * state.rate_dot)
 
     def sampled(self, taus: Numbers) -> tuple[Numbers, Numbers]:
