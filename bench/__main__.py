@@ -10,6 +10,7 @@ from rich.console import Console
 from rich.table import Table
 from ruckig import InputParameter, Ruckig, Trajectory
 
+from bench.arms import arms
 from bench.corrections import corrections
 from bench.drives import simulated_drives
 from bench.estop import emergency_stop
@@ -120,7 +121,7 @@ def main() -> None:
     iterating = load_model(NUMERIC)
     inverse = kinematics(model, iterating, q)
     own = [profile(), *motions(model, limits), *mixed_motion(model, limits), *corrections(model, iterating)]
-    for row in [*inverse, *own, *emergency_stop(), *simulated_drives(), *gateways(), *load(), *rests()]:
+    for row in [*inverse, *own, *emergency_stop(), *simulated_drives(), *gateways(), *load(), *arms(), *rests()]:
         table.add_row(*row.cells())
     Console().print(table)
 

@@ -146,6 +146,11 @@ def _on_multicast(folder: Path) -> Path:
     return cell
 
 
+def free_endpoint() -> str:
+    """Where nobody listens yet."""
+    return f"tcp/127.0.0.1:{_free(socket.SOCK_STREAM)}"
+
+
 def _free(kind: socket.SocketKind) -> int:
     with socket.socket(socket.AF_INET, kind) as free:
         free.bind(("127.0.0.1", 0))

@@ -36,38 +36,38 @@ def load(seconds: float = 30.0) -> list[Row]:
     with tempfile.TemporaryDirectory() as folder:
         cell = copy_on_free_ports(Path(folder))
         _without_end(cell.parent / "programs")
-        with _running(cell) as parent:
+        with running(cell) as parent:
             time.sleep(SETTLE_S)
-            used = _used(_family(parent), seconds)
+            seen = used(family(parent), seconds)
     with bare_cell() as processes:
         time.sleep(BARE_SETTLE_S)
-        bare = sum(each.seconds for each in _used(processes, seconds)) / seconds
-    share = sum(each.seconds for each in used) / seconds
+        bare = sum(each.seconds for each in used(processes, seconds)) / seconds
+    share = sum(each.seconds for each in seen) / seconds
     what = "two arms at 250 Hz, all processes, per second"
     return [
         Row(what, share, share / ALLOWED_TWO_ARMS, "of 60 % of a core"),
         Row(what, share, share / bare, "of bare messages and frames at the same rates"),
         *(
             Row(f"- {each.name}", each.seconds / seconds, each.seconds / seconds / share, "of all")
-            for each in used
+            for each in seen
             if each.seconds
         ),
     ]
 
 
 @dataclass(frozen=True, slots=True)
-class _Used:
+class Used:
     """Processor time of a process."""
 
     name: str
     seconds: float
 
 
-def _used(processes: list[int], seconds: float) -> list[_Used]:
+def used(processes: list[int], seconds: float) -> list[Used]:
     """Of each process, in so many seconds from now on."""
     before = [_cpu_s(pid) for pid in processes]
     time.sleep(seconds)
-    return [_Used(_name(pid), _cpu_s(pid) - had_s) for pid, had_s in zip(processes, before, strict=True)]
+    return [Used(_name(pid), _cpu_s(pid) - had_s) for pid, had_s in zip(processes, before, strict=True)]
 
 
 def _without_end(programs: Path) -> None:
@@ -76,7 +76,8 @@ def _without_end(programs: Path) -> None:
 
 
 @contextmanager
-def _running(cell: Path) -> Iterator[int]:
+def running(cell: Path) -> Iterator[int]:
+    """`cell up` with all programs; its process id."""
     words = [sys.executable, "-c", _CELL, "up", str(cell), "--run"]
     process = subprocess.Popen(words, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
     try:
@@ -86,7 +87,7 @@ def _running(cell: Path) -> Iterator[int]:
         process.wait()
 
 
-def _family(parent: int) -> list[int]:
+def family(parent: int) -> list[int]:
     """A process and all that it has started."""
     found, index = [parent], 0
     while index < len(found):

@@ -1,0 +1,132 @@
+"""How many arms a host holds: cells that grow by an arm, until their cycles are late where an idle loop's are not.
+
+`python -m bench.arms` alone; each cell is run for half a minute.
+"""
+
+import os
+import re
+import shutil
+import tempfile
+import time
+from contextlib import ExitStack
+from pathlib import Path
+
+from bench.gateway import copy_on_free_ports, free_endpoint
+from bench.idle import IdleLoop
+from bench.load import family, running, used
+from bench.owner import CYCLE_S
+from bench.timing import Row
+from cell.config.load import load_cell
+from cell.config.settings import CellSettings
+from cell.messages import GatewayState
+from cell.net.options import Link
+from cell.net.session import CellSession
+
+MOST = 8
+"""What the project promises on two cores."""
+_READY_S = 120.0
+_SETTLE_S = 5.0
+_APART_MM = 6000
+_PROGRAM = """LABEL again
+MJ J1=-40 J2=-8 J3=62 J4=-30 J5=36 J6=-10 F=80
+ML Z=1250 F=500
+MJ J1=40 J2=-12 J3=65 J4=0 J5=37 J6=0 F=80
+GOTO again
+"""
+
+
+def arms(seconds: float = 20.0) -> list[Row]:
+    """Cells of two arms and more, six axes each at 250 Hz, simulated drives without the wire's time."""
+    rows = []
+    for count in range(2, MOST + 1):
+        row, kept = _measure(count, seconds)
+        rows.append(row)
+        if not kept:
+            break
+    return rows
+
+
+def _measure(count: int, seconds: float) -> tuple[Row, bool]:
+    """A row, and whether no more cycles were late than of the loop beside it."""
+    with tempfile.TemporaryDirectory() as folder, ExitStack() as stack:
+        cell = _cell_of(count, Path(folder))
+        idle = stack.enter_context(IdleLoop(CYCLE_S, fifo=True))
+        parent = stack.enter_context(running(cell))
+        watcher = _Watcher(load_cell(cell), stack)
+        up = watcher.wait_for_motion()
+        time.sleep(_SETTLE_S)
+        before = watcher.late()
+        share = sum(each.seconds for each in used(family(parent), seconds)) / seconds
+        late = watcher.late() - before
+        idle_late = sum(late_s > 0.5 * CYCLE_S for late_s in idle.lateness_s()[-round(seconds / CYCLE_S) :])
+    cores = os.cpu_count() or 1
+    cycles = round(count * seconds / CYCLE_S)
+    told = f"{late} of {cycles} cycles late, {idle_late} of the idle loop's" if up else "not all of them came to move"
+    row = Row(f"{count} arms at 250 Hz, all processes, per second", share, share / cores, f"of {cores} cores; {told}")
+    return row, up and late <= count * idle_late
+
+
+class _Watcher:
+    """What the gateways of a cell say."""
+
+    def __init__(self, settings: CellSettings, stack: ExitStack) -> None:
+        self._gateways = list(settings.gateways)
+        link = Link("client", connect=(settings.manager.endpoint,), open_timeout_s=_READY_S)
+        session = stack.enter_context(CellSession(settings.name, link, "observer", "arms", "bench-arms"))
+        self._latest = session.watch("gateway/*/state")
+        self._newest: dict[str, GatewayState] = {}
+
+    def _look(self) -> None:
+        for message in self._latest.take_new():
+            if isinstance(message, GatewayState):
+                self._newest[message.gateway] = message
+
+    def wait_for_motion(self) -> bool:
+        """Until every gateway plays blocks."""
+        deadline = time.monotonic() + _READY_S
+        while time.monotonic() < deadline:
+            self._look()
+            if sum(each.counters.blocks_accepted > 100 for each in self._newest.values()) == len(self._gateways):
+                return True
+            time.sleep(0.1)
+        return False
+
+    def late(self) -> int:
+        """Cycles that were late since the gateways started."""
+        time.sleep(0.5)
+        self._look()
+        return sum(each.counters.late_cycles for each in self._newest.values())
+
+
+def _cell_of(count: int, folder: Path) -> Path:
+    """A cell of so many of the example's left arm, in a row and out of one another's reach."""
+    cell = copy_on_free_ports(folder)
+    home = cell.parent
+    drives = (home / "left_drives.yaml").read_text().replace("wire_time: true", "wire_time: false")
+    shutil.rmtree(home / "programs")
+    (home / "again.prog").write_text(_PROGRAM)
+    gateways, robots = [], []
+    for number in range(count):
+        name = f"arm{number}"
+        text = re.sub(r"\bleft\b", name, drives).replace("two_arms_left", f"arms_{number}")
+        (home / f"{name}.yaml").write_text(text)
+        gateways.append(f'  {name}_bus: {{endpoint: "{free_endpoint()}", drives: {name}.yaml}}')
+        robots.append(
+            f"  {name}: {{model: ../models/six_axis.yaml, gateway: {name}_bus, program: again.prog,"
+            f" base: {{X: {_APART_MM * number}, Y: 0, Z: 0, A: 0, B: 0, C: 0}}}}"
+        )
+    names = ", ".join(f"arm{number}" for number in range(count))
+    cell.write_text(
+        "cell: arms\nunits: {length: mm, angle: deg}\n"
+        f'manager: {{endpoint: "{free_endpoint()}"}}\n'
+        + "\n".join(["gateways:", *gateways, "robots:", *robots])
+        + "\nzones: {aside: {size: [100, 100, 100], pose: {X: 0, Y: 9000, Z: 0, A: 0, B: 0, C: 0}, "
+        + f"robots: [{names}]}}}}\n"
+        "times: {feedback_lost_s: 0.8, owner_silent_s: 2}\n"
+    )
+    return cell
+
+
+if __name__ == "__main__":
+    for row in arms():
+        print("  ".join(row.cells()), flush=True)
