@@ -10,7 +10,7 @@ import pytest
 from rich.console import Console
 
 from cell.commands.client.cell_view import Snapshot
-from cell.commands.up import orders
+from cell.commands.up import orders, supervisor
 from cell.commands.up.display import Show
 from cell.commands.up.supervisor import Supervisor
 from cell.messages import Call, Event, ManagerState, Mode, ProgramState, ProgramStatus, Reply, RobotState, Run, Severity
@@ -78,6 +78,7 @@ def test_a_robot_that_refuses_to_run_ends_a_run_until_done_with_its_reason(monke
 def test_a_cell_that_stays_tells_it_once_and_orders_no_more(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(orders, "PATIENCE_S", 0.2)
     monkeypatch.setattr(orders, "RETRY_S", 0.02)
+    monkeypatch.setattr(supervisor, "_WATCH_S", 0.001)
     cell = Cell(Mode.READY, lambda call: Reply(call.id, False, "it has a negative override"))
     with orders.Orders(cell, Run()) as run:  # type: ignore[arg-type]
         cell.supervisor._watch(cell, cell, cell.show, run, False)  # type: ignore[arg-type]
