@@ -45,6 +45,7 @@ class Onlooker:
 
 
 def test_both_programs_run_to_their_end_and_bodies_are_never_in_the_zone_together(live: LiveCell) -> None:
+    live.without_repeats("left", "right")
     up = live.up("--until-done")
     up.wait_for_output("all robots enabled", 60.0)
     onlooker = Onlooker(live)
