@@ -168,7 +168,7 @@ class GatewayCore:
         yield from self._scan.step(now)
         yield from self._press(now)
         self._confirm()
-        yield from self._log.take()
+        yield from self._log.take(now)
         yield from self._calls.take(now)
         yield from self._tell(now)
         self.trim_s = self._phase.trim(now)

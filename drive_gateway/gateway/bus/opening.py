@@ -38,3 +38,5 @@ def open_bus(settings: BusSettings) -> can.BusABC:
         raise BusError(settings, str(error), "correct the channel, bit rate or options of the bus file") from error
     except (can.CanError, OSError) as error:
         raise BusError(settings, str(error), remedy_of(settings)) from error
+    except Exception as error:  # a driver may raise whatever it likes
+        raise BusError(settings, f"{type(error).__name__}: {error}", remedy_of(settings)) from error

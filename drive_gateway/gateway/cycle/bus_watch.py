@@ -20,9 +20,6 @@ from drive_gateway.gateway.nodes.node import Node
 from drive_gateway.gateway.robots.robot import Robot
 from drive_gateway.gateway.trouble import Trouble
 
-TELL_S = 10.0
-"""A second master that has nothing to stop is told again after this time."""
-
 
 class BusWatch:
     """A bus that fails stops its robots at once; the drives stop by themselves, because they miss the gateway.
@@ -34,7 +31,6 @@ class BusWatch:
         self, settings: GatewaySettings, robots: Collection[Robot], nodes: Collection[Node], log: EventLog
     ) -> None:
         self._bus = settings.bus
-        self._quiet_until = 0.0
         self._robots = robots
         self._nodes = nodes
         self._log = log
@@ -73,9 +69,8 @@ class BusWatch:
         moving = [group for group in groups if group.power.stoppable or group.setup.motion is not None]
         for group in moving:
             group.fault(trouble, now)
-        if not moving and now >= self._quiet_until:
-            self._quiet_until = now + TELL_S
-            self._log.warn(trouble.code, trouble.text, trouble.remedy)
+        if not moving:
+            self._log.warn_repeated(trouble.code, trouble.text, trouble.remedy, "bus", now)
 
     def _failed(self, text: str, now: float) -> None:
         trouble = Trouble("bus_failed", f"{name_of(self._bus)} failed: {text}", remedy_of(self._bus))
