@@ -19,6 +19,8 @@ class Trouble:
     remedy: str
     node_id: int | None = None
     emergency_code: int | None = None
+    stops: bool = True
+    """Else it is told and nothing more."""
 
     def instead_of(self, first: "Trouble | None") -> "Trouble":
         """Which is the cause to be shown: the first, but for one that says which axis of a node the first was about."""

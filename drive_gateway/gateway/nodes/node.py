@@ -135,14 +135,17 @@ class Node:
         emergency = decode_emergency(data, self._emergencies)
         if emergency is None:
             return
-        if emergency.gone:
-            self.emergency = None
-            self._errors.clear()
+        if emergency.reset:
+            if emergency.gone:
+                self.emergency = None
+                self._errors.clear()
             return
-        self.emergency = emergency
+        if emergency.stops or self.emergency is None or not self.emergency.stops:
+            self.emergency = emergency
         if self.operational:
             text = f"{self.label} reports {emergency.code:04X}h: {emergency.meaning}"
-            self._troubles.append(Trouble(EMERGENCY, text, emergency.remedy, self.id, emergency.code))
+            stops = emergency.stops
+            self._troubles.append(Trouble(EMERGENCY, text, emergency.remedy, self.id, emergency.code, stops))
         if len(self._axes) > 1:
             for axis in self._axes:
                 axis.ask_error()
@@ -151,12 +154,12 @@ class Node:
         """An axis of a node with several tells its own error (603Fh), 0: it has none."""
         register = 0 if self.emergency is None else self.emergency.register
         error = emergency_of(code, register, self._emergencies)
-        if self.emergency is None or error.gone:
+        if self.emergency is None or error.reset:
             self._errors.pop(label, None)
             return
         if self._errors.get(label) != error and self.operational:
             text = f"{label} has the error {code:04X}h: {error.meaning}"
-            self._troubles.append(Trouble(AXIS_ERROR, text, error.remedy, self.id, code))
+            self._troubles.append(Trouble(AXIS_ERROR, text, error.remedy, self.id, code, error.stops))
         self._errors[label] = error
 
     def emergency_of(self, label: str) -> Emergency | None:

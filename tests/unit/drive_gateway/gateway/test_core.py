@@ -344,6 +344,62 @@ def quick_stopped(world: World, node_id: int) -> bool:
     return S.QUICK_STOP_ACTIVE in world.drives[node_id].statuses
 
 
+def emcy(node_id: int, code: int, register: int = 0x81) -> CanFrame:
+    return CanFrame(0x080 + node_id, struct.pack("<HB5x", code, register))
+
+
+def test_a_storm_of_emergencies_is_told_at_once_and_then_with_its_number() -> None:
+    world, _ = moving_world()
+    for _ in range(round(11.0 / CYCLE_S)):
+        world.tell(emcy(1, 0x4310))
+        world.cycle()
+    told = [event.text for event in world.events if event.code == "emergency"]
+    assert len(told) == 2
+    assert "times more in 10 s" in told[1]
+    assert int(told[1].split("(")[-1].split()[0]) == pytest.approx(10.0 / CYCLE_S, abs=2)
+
+
+def test_an_emergency_that_comes_again_after_a_reset_is_told_again() -> None:
+    world, owner = moving_world()
+    for number in (1, 2):
+        world.tell(emcy(1, 0x4310))
+        world.until(lambda number=number: world.codes().count("emergency") == number)
+        world.until(lambda: world.ask(ResetDrives("left", owner)).ok)
+
+
+def test_a_warning_of_a_drive_that_goes_on_is_told_and_stops_nothing() -> None:
+    world = World()
+    owner = world.enabled()
+    world.living = owner
+    for _ in range(100):
+        world.tell(emcy(1, 0x8120, 0x11))
+        world.cycle()
+    assert world.feedback.enabled
+    [told] = [event for event in world.events if event.code == "drive_warning"]
+    assert "8120h: CAN error passive" in told.text
+    assert "emergency" not in world.codes()
+
+
+def test_a_warning_of_a_drive_that_does_not_go_on_is_its_faults_reason() -> None:
+    world, _ = moving_world()
+    world.tell(*world.drives[1].fail(0x8120))
+    stopped_by(world, "drive_fault")
+    alarm = next(event for event in world.events if event.code == "drive_fault")
+    assert "8120h" in alarm.text
+
+
+def test_one_error_of_several_that_is_gone_does_not_take_the_others_with_it() -> None:
+    world = World()
+    world.ready()
+    world.tell(emcy(1, 0x4310), emcy(1, 0x8120), emcy(1, 0x0000, 0x09))
+    world.run(0.5)
+    assert world.state is not None
+    assert world.state.nodes[0].emergency_code == 0x4310
+    world.tell(emcy(1, 0x0000, 0x00))
+    world.run(0.5)
+    assert world.state.nodes[0].emergency_code is None
+
+
 def test_an_emergency_message_stops_all_drives_of_the_robot() -> None:
     world, _ = moving_world()
     world.tell(*world.drives[1].fail(0x8611))
