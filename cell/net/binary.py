@@ -77,7 +77,7 @@ from cell.net.errors import CodecError
 MOST_AXES = 64
 MOST_SAMPLES = 10_000
 MOST_NUMBERS = 2**18
-"""Of all samples of a block: a gateway reads one within its bus cycle. It is 6 s of 14 axes with torque, each ms."""
+"""Of all samples of a block: a gateway reads one within its bus cycle. It is 10 s of 8 axes with torque, each ms."""
 MOST_COUNT = 2**62
 """Of ticks, sequences and owners: what is computed from them still fits its field."""
 LARGEST = 1e12

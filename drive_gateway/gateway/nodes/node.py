@@ -6,7 +6,8 @@ from typing import Protocol
 from cell.core import Effect
 from drive_gateway.canopen.emcy import Emergency, decode_emergency, emergency_of
 from drive_gateway.canopen.nmt import NmtState, decode_heartbeat
-from drive_gateway.canopen.sdo import SdoChannel
+from drive_gateway.canopen.sdo import SdoChannel, SdoDone
+from drive_gateway.cia402.preparation import HEARTBEAT_CONSUMER, LIFE_TIME_FACTOR
 from drive_gateway.config.settings import AxisSettings, GatewaySettings
 from drive_gateway.gateway.effects import Frame
 from drive_gateway.gateway.nodes.bring_up import BringUp, Phase
@@ -79,6 +80,8 @@ class Node:
         self._bring_up = BringUp(self.label, axes, settings, self.sdo, references, outputs)
         self._guarding = Guarding(self.id, settings.heartbeat_producer_s) if first.guarded else None
         self._heartbeat_at = 0.0
+        self.parted = False
+        """It was told not to watch the gateway any more."""
         self._lost = False
         self._stop = NetworkStop(self.id)
         self._troubles: list[Trouble] = []
@@ -202,6 +205,18 @@ class Node:
         """NMT stop, for drives that nothing else stops; they must stand within `lasts_s`."""
         self._stop.begin(now, lasts_s)
         self._leave()
+
+    def part(self) -> None:
+        """The gateway ends in order: a node that went on watching it would tell an error (8130h) and stand in a fault.
+
+        The next bring-up writes what it watches again. A node that lacks the object watches nothing.
+        """
+
+        def done(_outcome: SdoDone) -> None:
+            self.parted = True
+
+        index, sub, size = (LIFE_TIME_FACTOR, 0, 1) if self._guarding is not None else (HEARTBEAT_CONSUMER, 1, 4)
+        self.sdo.submit(index, sub, bytes(size), done, asked=True)
 
     def may_return(self, now: float, idle: bool) -> bool:
         """It is lost and may be brought up again: now that nothing moves (`idle`), or to see what NMT stop did."""

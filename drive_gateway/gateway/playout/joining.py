@@ -25,7 +25,7 @@ VELOCITY_TOLERANCE = 1e-5
 """[rad/s or m/s] the same for velocities, and at the end of a block."""
 RELATIVE_TOLERANCE = 0.01
 """Share by which finite differences may pass a limit."""
-LONGEST_S = 6.0
+LONGEST_S = 10.0
 """A block and its lead are shorter than this, which bounds the time of a check; the longest ramp of a cell is 5 s."""
 
 

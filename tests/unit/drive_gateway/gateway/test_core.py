@@ -21,8 +21,10 @@ from cell.messages import (
     Who,
 )
 from drive_gateway.canopen.frame import CanFrame
+from drive_gateway.canopen.sdo import Sdo, SdoDone
 from drive_gateway.config.settings import RobotDrives
 from drive_gateway.gateway.bus.bus_news import BusBack, BusDisturbed, BusFailed, SecondMaster
+from drive_gateway.gateway.core import PART_S
 from drive_gateway.gateway.effects import DrivesSlow, Frame, TakeBlocks
 from tests.unit.gateway_world import CYCLE_S, TIMES, KindManager, World, axis, block, gateway_settings, s_motion
 
@@ -717,3 +719,47 @@ def test_simulated_drives_that_do_not_keep_up_are_an_event() -> None:
     world.cycle()
     (event,) = world.events
     assert (event.code, event.severity, event.text) == ("simulation_slow", Severity.WARNING, "too slow")
+
+
+# Whoever lives, and the last words
+
+
+def test_an_old_block_that_comes_again_and_again_is_no_sign_of_life_of_its_owner() -> None:
+    world = World()
+    owner = world.enabled()
+    world.hold(owner)
+    old = world._back[-1]
+    world.run(0.2)
+    for _ in range(round((TIMES.owner_silent_s + 0.5) / CYCLE_S)):
+        world.tell(old)
+        world.cycle()
+    assert "claim_ended" in world.codes()
+    assert world.feedback.owner == 0
+
+
+def test_one_lost_answer_at_the_hand_over_is_asked_for_again() -> None:
+    world = World()
+    world.ready()
+    drive, lost = world.drives[1], []
+    answer = drive.sdo
+
+    def sdo(request: Sdo) -> SdoDone:
+        if request.index == 0x607A and request.data is None and not lost:
+            lost.append(request)
+            return SdoDone(request.request_id, b"", None, "No SDO response received within 0.5 s")
+        return answer(request)
+
+    drive.sdo = sdo
+    world.enabled()
+    assert lost
+
+
+def test_a_drive_that_answers_nothing_any_more_does_not_keep_a_gateway_from_ending() -> None:
+    world = World()
+    world.ready()
+    answer = world.drives[1].sdo
+    world.drives[1].sdo = lambda request: (
+        SdoDone("1/0", b"", None, "lost") if request.data == bytes(4) and request.index == 0x1016 else answer(request)
+    )
+    world.tell(Shutdown())
+    world.until(lambda: world.finished, within_s=PART_S + 1.0)
