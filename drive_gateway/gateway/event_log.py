@@ -24,7 +24,8 @@ class _Repeated:
 class EventLog:
     """Collects what people should know until the core publishes it.
 
-    `about`: an event that may come in each cycle names what it is about, and is told with its number of times.
+    What others send may come in each cycle, and is then told with its number of times. What is dangerous is told each
+    time.
     """
 
     def __init__(self, gateway: str, boot: str) -> None:
@@ -40,18 +41,21 @@ class EventLog:
         self._say(self._event(Severity.WARNING, code, text, remedy, {}))
 
     def warn_repeated(self, code: str, text: str, remedy: str, about: Hashable, now: float) -> None:
-        """A warning of something that goes on."""
+        """A warning that may come in each cycle; `about` tells apart what has the same code."""
         self._say_repeated(self._event(Severity.WARNING, code, text, remedy, {}), about, now)
 
-    def alarm(self, trouble: Trouble, robot: str, now: float, again: bool = False) -> None:
-        """A trouble of a robot's drives; `again`: the robot has troubles already, and this one may be one of them."""
+    def alarm(self, trouble: Trouble, robot: str, now: float, anew: bool = True) -> None:
+        """A trouble of a robot's drives; `anew`: it is what stops the robot, so it is told whenever it was told last."""
         data: Data = {"robot": robot}
         if trouble.node_id is not None:
             data["node_id"] = trouble.node_id
         if trouble.emergency_code is not None:
             data["emergency_code"] = trouble.emergency_code
         event = self._event(Severity.ALARM, trouble.code, f"{robot}: {trouble.text}", trouble.remedy, data)
-        if not again:
+        if not trouble.repeats:
+            self._say(event)
+            return
+        if anew:
             self._repeated.pop((trouble.code, event.text), None)
         self._say_repeated(event, event.text, now)
 

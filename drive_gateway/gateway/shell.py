@@ -249,7 +249,7 @@ class GatewayShell:
         """Where a recording is written. Raises `RecordError` for names that lead out of the folder for them."""
         if self._recordings is None:
             raise RecordError("this gateway was started without a state folder, so it records nothing")
-        if name != Path(name).name or name.startswith("."):
+        if not name or name != Path(name).name or name.startswith("."):
             allowed = f"allowed are names of files without a folder; they are written to {self._recordings}"
             raise RecordError(f"{name!r} is no name for a recording: {allowed}")
         self._recordings.mkdir(parents=True, exist_ok=True)

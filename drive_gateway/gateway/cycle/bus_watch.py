@@ -18,7 +18,7 @@ from drive_gateway.gateway.cycle.measured_load import MeasuredLoad
 from drive_gateway.gateway.event_log import EventLog
 from drive_gateway.gateway.nodes.node import Node
 from drive_gateway.gateway.robots.robot import Robot
-from drive_gateway.gateway.trouble import Trouble
+from drive_gateway.gateway.trouble import SECOND_MASTER, Trouble
 
 
 class BusWatch:
@@ -64,7 +64,7 @@ class BusWatch:
     def _commanded_by_two(self, text: str, now: float) -> None:
         """Nobody knows what drives do that two masters command: whatever has torque is stopped."""
         found, remedy = f"{name_of(self._bus)}: {text}", "look for a second master on the bus and take it off"
-        trouble = Trouble("second_master", found, remedy)
+        trouble = Trouble(SECOND_MASTER, found, remedy)
         groups = [robot.group for robot in self._robots]
         moving = [group for group in groups if group.power.stoppable or group.setup.motion is not None]
         for group in moving:

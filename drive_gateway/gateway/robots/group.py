@@ -128,7 +128,7 @@ class DriveGroup:
     def fault(self, trouble: Trouble, now: float) -> None:
         """Stop all drives of the robot with voltage on; nothing moves again before reset and enable."""
         stopped = self.power.state in (PowerState.STOPPING, PowerState.FAULT)
-        self._log.alarm(trouble, self.robot, now, again=stopped)
+        self._log.alarm(trouble, self.robot, now, anew=not stopped)
         if stopped:
             self.permits.trouble = trouble.instead_of(self.permits.trouble)
             return
@@ -182,8 +182,8 @@ class DriveGroup:
 
     def _mind_rest(self, now: float) -> None:
         """Axes that should stand must come to rest; in `ON` it is the following error that is watched."""
-        for trouble in self._brake_watch.step(self.power.state is PowerState.OFF):
-            self._log.alarm(trouble, self.robot, now, again=True)
+        for trouble in self._brake_watch.step(self.power.state is PowerState.OFF, now):
+            self._log.alarm(trouble, self.robot, now)
         if self.watch.standing or self.power.stoppable:
             self._stop_watch.forget()
             return

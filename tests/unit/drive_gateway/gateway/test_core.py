@@ -26,6 +26,7 @@ from drive_gateway.config.settings import RobotDrives
 from drive_gateway.gateway.bus.bus_news import BusBack, BusDisturbed, BusFailed, SecondMaster
 from drive_gateway.gateway.core import PART_S
 from drive_gateway.gateway.effects import DrivesSlow, Frame, TakeBlocks
+from drive_gateway.gateway.event_log import MOST_KINDS
 from tests.unit.gateway_world import CYCLE_S, TIMES, KindManager, World, axis, block, gateway_settings, s_motion
 
 S = AxisStatus
@@ -359,6 +360,16 @@ def test_a_storm_of_emergencies_is_told_at_once_and_then_with_its_number() -> No
     assert len(told) == 2
     assert "times more in 10 s" in told[1]
     assert int(told[1].split("(")[-1].split()[0]) == pytest.approx(10.0 / CYCLE_S, abs=2)
+
+
+def test_a_storm_of_ever_other_codes_is_told_with_its_number_too() -> None:
+    world, _ = moving_world()
+    for code in range(0x1000, 0x1000 + 2000):
+        world.tell(emcy(1, code))
+        world.cycle()
+    assert MOST_KINDS <= world.codes().count("emergency") <= MOST_KINDS + 1
+    world.run(10.0)
+    assert any("times more in 10 s" in event.text for event in world.events)
 
 
 def test_an_emergency_that_comes_again_after_a_reset_is_told_again() -> None:
