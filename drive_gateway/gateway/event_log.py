@@ -45,7 +45,7 @@ class EventLog:
         self._say_repeated(self._event(Severity.WARNING, code, text, remedy, {}), about, now)
 
     def alarm(self, trouble: Trouble, robot: str, now: float, anew: bool = True) -> None:
-        """A trouble of a robot's drives; `anew`: it is what stops the robot, so it is told whenever it was told last."""
+        """A trouble of a robot's drives; `anew`: the robot had none, so this one is told in any case."""
         data: Data = {"robot": robot}
         if trouble.node_id is not None:
             data["node_id"] = trouble.node_id

@@ -61,6 +61,8 @@ class SteadyBus:
         self._unsent = 0
         self._unsent_since: float | None = None
         """Since then no frame was sent; `None`: the newest was."""
+        self._old: can.BusABC | None = None
+        """A handle that is of no use any more, until it is closed."""
         self._broken = ""
         """Why the handle is of no use any more, found by whoever sends."""
         self._quiet_until: dict[str, float] = {}
@@ -80,7 +82,7 @@ class SteadyBus:
             return None
         if self._unsent_since is not None and time.monotonic() - self._unsent_since > UNSENT_S:
             # Some drivers say of an adapter that is gone only that nothing can be sent; opening tells.
-            self.close()
+            self._let_go()
             return None
         if self._failed and (message is not None or not self._bus_off):
             self._failed = self._bus_off = False
@@ -116,15 +118,23 @@ class SteadyBus:
         return self._bus is None
 
     def close(self) -> None:
+        self._let_go()
+        self._close_old()
+
+    def _let_go(self) -> None:
+        """Nothing goes through the handle any more. It is closed by whoever opens the next: that may take long."""
         with self._lock:
-            bus, self._bus = self._bus, None
+            self._bus, self._old = None, self._bus or self._old
+
+    def _close_old(self) -> None:
+        bus, self._old = self._old, None
         if bus is not None:
             # An adapter that is gone may not even let itself be closed.
             with suppress(Exception):
                 bus.shutdown()
 
     def _drop(self, text: str) -> None:
-        self.close()
+        self._let_go()
         self._bus_off = False
         self._reopen_at = time.monotonic() + REOPEN_S
         self._fail(text)
@@ -186,6 +196,7 @@ class SteadyBus:
             time.sleep(min(left_s, timeout_s))
             return None
         self._reopen_at = time.monotonic() + REOPEN_S
+        self._close_old()
         try:
             bus = self._opened()
         except GatewayError as error:

@@ -218,3 +218,15 @@ def test_an_adapter_that_only_cannot_send_any_more_is_opened_again_and_fails_whe
 def test_a_bus_that_raises_at_the_start_says_what_to_do(opened: Opened) -> None:
     with pytest.raises(BusError, match="AttributeError: no dll; check that the adapter is plugged in"):
         opened(AttributeError("no dll"), interface="pcan")
+
+
+def test_a_handle_that_takes_long_to_close_does_not_keep_the_cycle_that_finds_it_broken(
+    opened: Opened, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    bus, _ = opened(bad := Handle(DOWN), Handle())
+    monkeypatch.setattr(steady_bus, "REOPEN_S", 0.5)
+    assert bus.receive(0.0) is None
+    assert bus.closed
+    assert bad.open, "closing is the work of the thread that opens the next"
+    bus.close()
+    assert not bad.open
