@@ -20,7 +20,7 @@ SWITCH_S = 1e-4
 """So long another thread waits for the interpreter while a loop computes."""
 CLOSEST = 0.8
 """Of a cycle: no two first effects leave closer. A drive that gets two SYNCs at once gets two targets at once."""
-_SLIP = 0.2
+SLIP = 0.2
 """Of a cycle: where the first effect leaves so much too late after the one before, the schedule slips with it."""
 _LOOP_PRIORITY, _FEEDING_PRIORITY = 50, 60
 
@@ -114,7 +114,7 @@ class _Schedule:
         """The first effect of the cycle has left; answers how much too late after the one before [s]."""
         now = time.monotonic()
         late_s = now - self._left - self._cycle_s
-        if late_s > _SLIP * self._cycle_s:
+        if late_s > SLIP * self._cycle_s:
             self.due += late_s
         self._left = now
         return late_s

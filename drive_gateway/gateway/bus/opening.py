@@ -32,7 +32,7 @@ def open_bus(settings: BusSettings) -> can.BusABC:
         raise BusError(settings, f"python-can has no interface {settings.interface!r}", f"allowed are {known}")
     try:
         return can.Bus(interface=settings.interface, channel=settings.channel, bitrate=settings.bitrate, **options)
-    except ImportError as error:
+    except (ImportError, can.CanInterfaceNotImplementedError) as error:
         raise BusError(settings, f"a package is missing: {error}", "install it beside this program") from error
     except (TypeError, ValueError) as error:
         raise BusError(settings, str(error), "correct the channel, bit rate or options of the bus file") from error
