@@ -83,6 +83,7 @@ def run_core(
     with _steady_interpreter(switch_s), scheduling(realtime):
         schedule = _Schedule(turns.begin())
         while not stop.is_set():
+            schedule.begin()
             effects = iter(core.step(turns.hand_over(lambda: schedule.apart(inbox()))))
             for first in islice(effects, 1):
                 perform(first)
@@ -104,6 +105,13 @@ class _Schedule:
         self.due = begin
         self._left = begin
         self._cycle_s = 0.0
+        self._slipped_s = 0.0
+
+    def begin(self) -> None:
+        """A cycle begins. What a loop with too much to do is behind by is not made up for either."""
+        late_s = time.monotonic() - self.due
+        self._slipped_s = late_s if late_s > SLIP * self._cycle_s else 0.0
+        self.due += self._slipped_s
 
     def apart(self, messages: Iterable[object]) -> Iterable[object]:
         """Answers `messages` when enough time has passed since the cycle before."""
@@ -114,8 +122,8 @@ class _Schedule:
         """The first effect of the cycle has left; answers how much too late after the one before [s]."""
         now = time.monotonic()
         late_s = now - self._left - self._cycle_s
-        if late_s > SLIP * self._cycle_s:
-            self.due += late_s
+        if late_s - self._slipped_s > SLIP * self._cycle_s:
+            self.due += late_s - self._slipped_s
         self._left = now
         return late_s
 

@@ -187,3 +187,18 @@ def test_threads_that_a_real_time_loop_starts_are_no_real_time_threads() -> None
         worker.join()
     assert policies == [os.SCHED_OTHER]
     assert os.sched_getscheduler(0) & ~os.SCHED_RESET_ON_FORK == os.SCHED_OTHER
+
+
+def test_what_was_late_while_a_loop_had_too_much_to_do_is_not_made_up_for_afterwards() -> None:
+    period_s = 0.02
+    core, left = Recorder(32), []
+
+    def perform(effect: Effect) -> None:
+        if effect != Publish("x"):
+            left.append(time.monotonic())
+        elif len(left) <= 20:
+            time.sleep(1.1 * period_s)
+
+    run_core(core, period_s=period_s, inbox=list, perform=perform, stop=core.stop)
+    assert left[20] - left[0] > 21.0 * period_s
+    assert left[31] - left[21] > 9.6 * period_s
