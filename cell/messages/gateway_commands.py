@@ -88,10 +88,11 @@ class ScanBus(Command):
 @command("gateway")
 @dataclass(frozen=True, slots=True)
 class RecordBus(Command):
-    """Write all frames of the next seconds to a file on the gateway's host; its suffix says the format."""
+    """Write all frames of the next seconds to a file in the gateway's state folder; its suffix says the format."""
 
     verb: ClassVar[str] = "record"
     file: Words
+    """A name without a folder."""
     seconds: Number
 
 

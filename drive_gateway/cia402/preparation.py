@@ -12,6 +12,7 @@ from drive_gateway.config.settings import INT32_MIN, MOTOR_SPEED_RESERVE, AxisSe
 
 INTERPOLATED_POSITION, CYCLIC_SYNCHRONOUS_POSITION = 7, 8
 MOTOR_SPEED = 0x6080
+HEARTBEAT_CONSUMER, LIFE_TIME_FACTOR = 0x1016, 0x100D
 
 
 @dataclass(frozen=True, slots=True)
@@ -126,7 +127,7 @@ def _heartbeats(settings: GatewaySettings) -> list[Preparation]:
     consumer = MASTER_NODE_ID << 16 | _milliseconds(settings.heartbeat_timeout_s)
     return [
         _same("heartbeat of the node", 0x1017, 0, _milliseconds(settings.heartbeat_producer_s), 2),
-        _same("heartbeat of the gateway", 0x1016, 1, consumer, 4),
+        _same("heartbeat of the gateway", HEARTBEAT_CONSUMER, 1, consumer, 4),
     ]
 
 
@@ -135,7 +136,7 @@ def _guarding(settings: GatewaySettings) -> list[Preparation]:
     return [
         _same("no heartbeat of the node", 0x1017, 0, 0, 2),
         _same("guard time", 0x100C, 0, _milliseconds(settings.heartbeat_producer_s), 2),
-        _same("life time factor", 0x100D, 0, life_time_factor(settings), 1),
+        _same("life time factor", LIFE_TIME_FACTOR, 0, life_time_factor(settings), 1),
     ]
 
 

@@ -4,6 +4,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
+from drive_gateway.canopen.emcy import Meaning
 from drive_gateway.canopen.profile_pdos import ProfilePdos
 from drive_gateway.config.simulation import Simulation
 
@@ -183,7 +184,7 @@ class AxisSettings:
     """6007h: a lost connection is answered by a quick stop (3), or by a fault (1)."""
     waived: frozenset[int] = frozenset()
     """Indices of objects that the drive may lack, as axis 1 has them (`OPTIONAL_OBJECTS`)."""
-    emergencies: Mapping[int, tuple[str, str]] = field(default_factory=dict)
+    emergencies: Mapping[int, Meaning] = field(default_factory=dict)
     """Meaning and remedy of the emergency codes of its type of drive, over those of CiA 301 and CiA 402."""
     objects: tuple[OwnObject, ...] = ()
     """Of the drive's own, for example how long it waits for set points before it stops."""

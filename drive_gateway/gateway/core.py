@@ -39,6 +39,8 @@ from drive_gateway.gateway.watch.estop_button import EstopButtons
 STATE_PERIOD_S = 0.2
 SETUP_PERIOD_S = 0.02
 """While a robot is set up, or is to be: the manager and the operator who holds it rely on the newest state."""
+PART_S = 1.0
+"""So long a gateway that ends waits until its nodes have stopped watching it."""
 _SYNC, _TAKE_BLOCKS, _HEARTBEAT = Frame(SYNC_FRAME), TakeBlocks(), Frame(heartbeat_frame(NmtState.OPERATIONAL))
 
 
@@ -106,6 +108,7 @@ class GatewayCore:
         self._named: tuple[str, ...] = ()
         self._confirmed: str | None = None
         self._closing_since: float | None = None
+        self._parting_since: float | None = None
         self._bus = BusWatch(settings, self._robots.values(), self._nodes.values(), self._log)
 
     def receive(self, message: object, now: float) -> None:
@@ -168,11 +171,11 @@ class GatewayCore:
         yield from self._scan.step(now)
         yield from self._press(now)
         self._confirm()
-        yield from self._log.take()
+        yield from self._log.take(now)
         yield from self._calls.take(now)
         yield from self._tell(now)
         self.trim_s = self._phase.trim(now)
-        if self._closing_since is not None and self._all_off():
+        if self._closing_since is not None and self._all_off() and self._parted(now):
             for number in self._nodes:
                 yield Frame(nmt_frame(NmtCommand.ENTER_PRE_OPERATIONAL, number))
             yield Ended()
@@ -273,6 +276,15 @@ class GatewayCore:
 
     def _all_off(self) -> bool:
         return all(robot.group.standstill.idle for robot in self._robots.values())
+
+    def _parted(self, now: float) -> bool:
+        """No node misses the gateway that ends; one that does not answer is not waited for."""
+        if self._parting_since is None:
+            self._parting_since = now
+            for node in self._nodes.values():
+                node.part()
+        late = now - self._parting_since > PART_S
+        return late or all(node.parted or not node.operational for node in self._nodes.values())
 
     def _tell(self, now: float) -> Iterator[Effect]:
         """The state, when it is due or another robot is to be set up."""

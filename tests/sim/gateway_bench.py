@@ -4,7 +4,7 @@ from collections.abc import Callable
 from dataclasses import replace
 
 from cell.config.settings import Times
-from cell.core import Answer, Publish, Request
+from cell.core import Answer, Ended, Publish, Request
 from cell.messages import (
     Call,
     Claim,
@@ -83,6 +83,8 @@ class GatewayBench:
         self.said = ("", "")
         self.alive = True
         """Whether the gateway's process runs."""
+        self.ended = False
+        """It has left its bus in order."""
         self._calls = 0
         self._back: list[object] = []
         self.bus = Bus(configuration, self._deliver)
@@ -178,6 +180,8 @@ class GatewayBench:
             case Sdo():
                 self.requests.append(effect)
                 self._back.append(self.bus.sdo(effect, self.now))
+            case Ended():
+                self.ended = True
             case Publish(DriveFeedback() as feedback):
                 self.feedback = feedback
             case Publish(GatewayState() as state):

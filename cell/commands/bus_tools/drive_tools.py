@@ -193,7 +193,8 @@ def log(
 ) -> None:
     """Write all frames of a bus to a file, for python-can, candump tools or CANalyzer.
 
-    A virtual bus is recorded by its gateway's process; any other is opened here, for listening only.
+    A virtual bus is recorded by its gateway's process, to a file of this name in `recordings` of its state folder; any
+    other is opened here, for listening only.
     """
     drives = drives_of(file, gateway)
     if target.suffix not in FORMATS:
@@ -203,7 +204,7 @@ def log(
             if line is None:
                 refuse_virtual(drives, file)
             else:
-                print(line.ask(RecordBus(str(target.absolute()), seconds)).text)
+                print(line.ask(RecordBus(target.name, seconds)).text)
         return
     stop = stop_event()
     with Recorder(drives.bus, target) as recorder:

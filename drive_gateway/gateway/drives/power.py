@@ -150,9 +150,12 @@ class Power:
 
     def _read_target(self, number: int, node: Drive, target: int) -> None:
         def answered(outcome: SdoDone) -> None:
-            if self.state is not PowerState.HANDING_OVER or outcome.problem:
+            if self.state is not PowerState.HANDING_OVER or outcome.abort_code is not None:
                 return
-            if int.from_bytes(outcome.data, "little", signed=True) == node.axis.wrapped(target):
+            if not outcome.problem and int.from_bytes(outcome.data, "little", signed=True) == node.axis.wrapped(target):
                 self._confirmed.add(number)
+            else:
+                # Lost, or a moment too early; the deadline of the hand-over bounds the repeats.
+                self._read_target(number, node, target)
 
         node.submit(*target_object(node.axis.interpolated), None, answered)

@@ -127,8 +127,9 @@ class DriveGroup:
 
     def fault(self, trouble: Trouble, now: float) -> None:
         """Stop all drives of the robot with voltage on; nothing moves again before reset and enable."""
-        self._log.alarm(trouble, self.robot)
-        if self.power.state in (PowerState.STOPPING, PowerState.FAULT):
+        stopped = self.power.state in (PowerState.STOPPING, PowerState.FAULT)
+        self._log.alarm(trouble, self.robot, now, anew=not stopped)
+        if stopped:
             self.permits.trouble = trouble.instead_of(self.permits.trouble)
             return
         self.permits.trouble = trouble
@@ -182,7 +183,7 @@ class DriveGroup:
     def _mind_rest(self, now: float) -> None:
         """Axes that should stand must come to rest; in `ON` it is the following error that is watched."""
         for trouble in self._brake_watch.step(self.power.state is PowerState.OFF, now):
-            self._log.alarm(trouble, self.robot)
+            self._log.alarm(trouble, self.robot, now)
         if self.watch.standing or self.power.stoppable:
             self._stop_watch.forget()
             return

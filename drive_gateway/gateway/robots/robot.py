@@ -65,7 +65,7 @@ class Robot:
 
     def offer(self, block: SetpointBlock, now: float) -> None:
         """A block from somebody who says to be the owner."""
-        self.claims.alive(block.owner, now)
+        self.claims.sent(block.owner, block.sequence, now)
         outcome = self.group.playout.offer(block)
         if isinstance(outcome, Refused):
             self._refused(block, outcome, now)

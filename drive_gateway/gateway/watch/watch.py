@@ -85,7 +85,11 @@ class Watch:
         `demand` `(n,)` [rad or m] is the sample that the measurement answers.
         """
         for node in self._nodes:
-            yield from node.node.check()
+            for trouble in node.node.check():
+                if trouble.stops:
+                    yield trouble
+                else:
+                    self._log.warn_repeated("drive_warning", trouble.text, trouble.remedy, trouble.text, now)
             self._attend(node.node, now)
             if node.status in _FAULT and not self._in_fault:
                 yield _fault_of(node)

@@ -101,6 +101,16 @@ class SimulatedNode(FaultsOnCommand):
         return self._nmt
 
     @property
+    def now(self) -> float:
+        """The time to which it has come [s]."""
+        return self._now
+
+    @property
+    def emergencies(self) -> Emergencies:
+        """Its errors, and what it tells of them."""
+        return self._emergencies
+
+    @property
     def hears_sync(self) -> bool:
         """Its frames bring its axes forward; without them only time does."""
         return self._nmt is NmtState.OPERATIONAL and not self._silent

@@ -1,5 +1,6 @@
 """One SDO request per node at a time, in order."""
 
+import threading
 from contextlib import nullcontext
 from queue import SimpleQueue
 from unittest.mock import patch
@@ -140,3 +141,35 @@ def test_a_failure_that_nobody_foresaw_is_an_outcome_too() -> None:
     node = _Node()
     node.workers = SdoWorkers([1], lambda frame: {}[frame.id], nullcontext, node.outcomes.put)
     assert node.ask(0x6041, 0, None).problem == "the SDO transfer failed (KeyError: 1537)"
+
+
+def test_the_late_answer_to_a_request_whose_time_was_over_confirms_no_other() -> None:
+    node = _Node("60 83 60 00 00 00 00 00")
+    refusal = CanFrame(0x581, bytes.fromhex("80 84 60 00 22 00 00 08"))
+    answer = threading.Timer(0.05, lambda: node.workers.take(refusal))
+    answer.start()
+    outcome = node.ask(0x6084, 0, bytes(4))
+    answer.join()
+    assert outcome.abort_code == 0x08000022
+
+
+def test_segments_of_a_block_upload_are_taken_whatever_they_begin_with() -> None:
+    text = bytes(number % 251 for number in range(7 * 70))
+    opened = "C2 08 10 00 " + len(text).to_bytes(4, "little").hex()
+    node = _Node("41 08 10 00 " + len(text).to_bytes(4, "little").hex())
+    sent = node.send
+
+    def send(frame: CanFrame) -> None:
+        if frame.data[0] >> 5 == 5 and frame.data[0] & 3 == 0:
+            node.answers = [bytes.fromhex(opened)]
+        sent(frame)
+        if frame.data[0] == 0xA3:
+            for number in range(70):
+                last = 0x80 if number == 69 else 0
+                node.workers.take(CanFrame(0x581, bytes([number + 1 | last]) + text[7 * number : 7 * number + 7]))
+        if frame.data[0] == 0xA2:
+            node.workers.take(CanFrame(0x581, bytes([0xC1, 0, 0]) + bytes(5)))
+
+    node.workers = SdoWorkers([1], send, nullcontext, node.outcomes.put)
+    outcome = node.ask(0x1008, 0, None)
+    assert (outcome.problem, outcome.data) == ("", text)

@@ -117,9 +117,10 @@ def observer(tmp_path_factory: pytest.TempPathFactory) -> Observer:
 def test_a_node_is_reset_configured_and_started_and_says_so_in_between(observer: Observer) -> None:
     reset, start = observer.first("nmt", "82 01"), observer.first("nmt", "01 01")
     booted = reset + observer.seen[reset:].index(("heartbeat", "0"))
-    writes = [place for place, (service, _) in enumerate(observer.seen) if service == "sdo write"]
+    *writes, parted = [place for place, (service, _) in enumerate(observer.seen) if service == "sdo write"]
     operational = observer.first("heartbeat", "5")
-    assert reset < booted < writes[0] < writes[-1] < start < operational
+    assert reset < booted < writes[0] < writes[-1] < start < operational < parted
+    assert observer.seen[parted][1].startswith("1016:01"), "a gateway that ends in order is not watched any more"
 
 
 def test_every_pdo_is_disabled_emptied_mapped_counted_and_enabled_in_this_order(observer: Observer) -> None:
