@@ -169,14 +169,14 @@ def lss_slave(channel: str, node_id: int, identity: tuple[int, int, int, int]) -
 
 
 @contextmanager
-def sending(channel: str, number: int, data: bytes) -> Iterator[can.BusABC]:
+def sending(channel: str, number: int, data: bytes, remote: bool = False) -> Iterator[can.BusABC]:
     """Somebody sends a frame fifty times a second; what is heard beside it can be received from the bus."""
     end = threading.Event()
     with can.Bus(interface="virtual", channel=channel) as bus:
 
         def send() -> None:
             while not end.wait(0.02):
-                bus.send(can.Message(arbitration_id=number, data=data, is_extended_id=False))
+                bus.send(can.Message(arbitration_id=number, data=data, is_extended_id=False, is_remote_frame=remote))
 
         thread = threading.Thread(target=send)
         thread.start()

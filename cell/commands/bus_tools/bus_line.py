@@ -75,6 +75,8 @@ class BusLine:
         self._malformed: dict[int, int] = {}
         self._clients: dict[int, Any] = {}
         self._listeners: list[Heard] = []
+        self.living: set[int] = set()
+        """Nodes whose boot-up or heartbeat was heard."""
         self.network: Any = None
         """Of the `canopen` library; only inside the `with` block."""
 
@@ -82,7 +84,7 @@ class BusLine:
         bus = open_bus(self._place.bus)
         self.network = canopen.Network(bus)
         self.network.NOTIFIER_CYCLE = _POLL_S
-        self.network.listeners = [_Ear(self._on_frame, self._on_failure)]
+        self.network.listeners = [_Ear(self._on_frame, self._on_remote, self._on_failure)]
         self.network.connect()
         try:
             self._refuse_master()
@@ -128,9 +130,15 @@ class BusLine:
         if cob_id.function_code(number) == cob_id.SDO_FROM_NODE and len(data) != _ANSWER_BYTES:
             self._malformed[cob_id.node_id(number)] = len(data)
             return
+        if cob_id.function_code(number) == cob_id.ERROR_CONTROL and len(data) == 1:
+            self.living.add(cob_id.node_id(number))
         for listener in list(self._listeners):
             listener(number, data)
         self.network.notify(number, bytearray(data), 0.0)
+
+    def _on_remote(self, number: int) -> None:
+        if cob_id.function_code(number) == cob_id.ERROR_CONTROL:
+            self._master = self._master or f"node guarding (remote frame {number:03X}h) is heard"
 
     def _on_failure(self, text: str) -> None:
         self._failure = self._failure or text
@@ -246,15 +254,20 @@ class BusLine:
 
 
 class _Ear(can.Listener):
-    """Hands on what is CANopen's business: data frames with 11 bits, and the failure of the bus."""
+    """Hands on what is CANopen's business: frames with 11 bits, and the failure of the bus."""
 
-    def __init__(self, on_frame: Heard, on_failure: Callable[[str], None]) -> None:
+    def __init__(self, on_frame: Heard, on_remote: Callable[[int], None], on_failure: Callable[[str], None]) -> None:
         self._on_frame = on_frame
+        self._on_remote = on_remote
         self._on_failure = on_failure
         self._pause = threading.Event()
 
     def on_message_received(self, msg: can.Message) -> None:
-        if not (msg.is_error_frame or msg.is_remote_frame or msg.is_extended_id):
+        if msg.is_error_frame or msg.is_extended_id:
+            return
+        if msg.is_remote_frame:
+            self._on_remote(msg.arbitration_id)
+        else:
             self._on_frame(msg.arbitration_id, bytes(msg.data))
 
     def on_error(self, exc: Exception) -> None:

@@ -61,6 +61,9 @@ def scan(place: Place) -> None:
         found = bus.answering()
         for node in found:
             print(f"{_who(place, node)}: {_described(bus, node)}")
+        for node in sorted(bus.living - {*found}):
+            print(f"{_who(place, node)}: has a heartbeat and answers no SDO; it may be stopped (`nmt`)")
+            found.append(node)
     if not found:
         raise CommandError("no node answers", "check power, wiring, bit rate and termination")
     silent = [place.label(node) for node in sorted({axis.node_id for _, axis in place.axes} - {*found})]

@@ -91,12 +91,17 @@ def _received(bus: can.BusABC, place: Place, stop: Event, seconds: float | None)
 
 
 def _of_file(file: Path) -> Iterator[can.Message]:
-    """The frames of a recording. Raises `CommandError` where it is none."""
+    """The frames of a recording. Raises `CommandError` where there is none."""
     if file.suffix not in FORMATS:
         raise CommandError(f"{file}: unknown format", f"use one of the suffixes {', '.join(FORMATS)}", 2)
+    empty = True
     try:
         with can.LogReader(str(file)) as log:
             messages: Any = iter(log)
-            yield from messages
-    except (OSError, ValueError, can.CanError) as error:
+            for message in messages:
+                empty = False
+                yield message
+    except Exception as error:  # each format's reader raises errors of its own
         raise CommandError(f"{file} cannot be read: {error}", "name a file that `log` has written") from error
+    if empty:
+        raise CommandError(f"{file} holds no frame", "name a file that `log` has written on a bus with traffic")

@@ -53,13 +53,16 @@ def nmt(
     wanted = None if node == EVERY else meant_node(place, node).id
     instead = "a gateway starts its nodes by itself, its robots obey `cell reset ROBOT` and `cell disable ROBOT`"
     with bus_alone(place, instead, may_move) as bus:
-        nodes = bus.answering() if wanted is None else [wanted]
-        if not nodes:
-            raise CommandError("no node answers", "check power, wiring, bit rate and termination")
+        nodes = sorted({*bus.answering()} | bus.living) if wanted is None else [wanted]
         if order in _TAKES_TORQUE and not may_move:
             for number in nodes:
                 _refuse_torque(bus, number, order)
         silent = _carry_out(bus, wanted or 0, order, nodes, place)
+    if silent is None:
+        raise CommandError(
+            f"no node answers, nor was anything heard within {CONFIRM_S:g} s that confirms {order}",
+            "stopped nodes without a heartbeat (1017h) obey all the same; else check power, wiring and bit rate",
+        )
     if silent:
         raise CommandError(
             f"{', '.join(map(place.label, silent))}: nothing was heard within {CONFIRM_S:g} s that confirms {order}",
@@ -77,21 +80,23 @@ def _refuse_torque(bus: BusLine, node: int, order: NetworkOrder) -> None:
         ) from error
 
 
-def _carry_out(bus: BusLine, addressed: int, order: NetworkOrder, nodes: list[int], place: Place) -> list[int]:
-    """Send the order; answers the nodes that did not confirm it."""
+def _carry_out(bus: BusLine, addressed: int, order: NetworkOrder, nodes: list[int], place: Place) -> list[int] | None:
+    """Send the order; answers which of the nodes did not confirm it, `None` where nobody at all is known."""
     command, shown = _ORDERS[order]
-    open_, done = {*nodes}, threading.Event()
+    open_, confirmed, done = {*nodes}, set[int](), threading.Event()
 
     def heard(number: int, data: bytes) -> None:
         node, state = cob_id.node_id(number), decode_heartbeat(data)
-        if cob_id.function_code(number) == cob_id.ERROR_CONTROL and node in open_ and state is shown:
+        if cob_id.function_code(number) != cob_id.ERROR_CONTROL or state is not shown or node in confirmed:
+            return
+        if node in open_ or not addressed:
             print(f"{place.label(node)}: {'boot-up' if state is NmtState.BOOT_UP else state.words}", flush=True)
-            open_.discard(node)
-            if not open_:
+            confirmed.add(node)
+            if nodes and confirmed >= open_:
                 done.set()
 
     bus.hear(heard)
     frame = nmt_frame(command, addressed)
     bus.send(frame.id, frame.data)
     done.wait(CONFIRM_S)
-    return sorted(open_)
+    return sorted(open_ - confirmed) if nodes or confirmed else None

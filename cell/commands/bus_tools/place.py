@@ -15,6 +15,7 @@ from cell.commands.client.cell_files import running_cell
 from cell.commands.client.cell_view import names
 from cell.commands.errors import CommandError, quoted
 from cell.config import ConfigError, load_cell_alone
+from cell.config.document import read_document
 from cell.config.settings import CellSettings
 from drive_gateway.canopen.eds import Eds
 from drive_gateway.config import AxisSettings, GatewaySettings, load_drives
@@ -219,8 +220,8 @@ def _left_out(words: list[str], by_options: bool) -> int:
         return len(_WHERE)
     if not words or not Path(words[0]).is_file():
         return 0
-    text = Path(words[0]).read_text("utf-8", "replace")
-    return 0 if re.search(r"^['\"]?(gateways|cell)['\"]?\s*:", text, re.MULTILINE) else 1
+    document, _ = read_document(Path(words[0]))
+    return 0 if document is not None and "gateways" in document.keys(()) else 1
 
 
 def _without(args: list[str], words: list[str]) -> list[str]:

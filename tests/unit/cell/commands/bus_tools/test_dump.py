@@ -112,6 +112,13 @@ def test_a_recording_is_shown_in_words(tmp_path: Path, tool_bus: ToolBus) -> Non
     ]
 
 
+@pytest.mark.parametrize(("suffix", "told"), [(".log", "cannot be read: "), (".asc", "holds no frame")])
+def test_a_file_that_is_no_recording_is_told(tmp_path: Path, tool_bus: ToolBus, suffix: str, told: str) -> None:
+    file = tmp_path / f"bus{suffix}"
+    file.write_bytes(b"(no) recording at all\n" * 9)
+    assert f"{file} {told}" in tool_bus.refused("dump", "--log", str(file))
+
+
 def test_a_bus_of_another_process_is_to_be_recorded_there() -> None:
     told = ToolBus("x").refused("dump", str(TWO_ARMS), "left_bus")
     assert "it lives in its gateway's process; record it: drive-gateway log " in told

@@ -13,8 +13,11 @@ from unittest.mock import create_autospec
 
 import can
 import pytest
+from typer.testing import CliRunner
 
+from cell.commands import drive_gateway_command
 from cell.commands.bus_tools import bus_line, node_access
+from cell.config import ConfigError
 from drive_gateway.canopen.axes_eds import eds_text
 from drive_gateway.canopen.nmt import NmtState
 from drive_gateway.config import load_drives
@@ -113,6 +116,23 @@ def test_a_wrong_word_is_one_sentence_before_anything_is_sent(
     assert told in tool_bus.refused(*(word.replace("{drives}", str(drives_file)) for word in words))
 
 
+def test_a_node_that_lives_but_answers_no_sdo_is_in_the_scan(tool_bus: ToolBus) -> None:
+    with sending(tool_bus.channel, 0x709, b"\4"):
+        assert tool_bus.run("scan") == "node 9: has a heartbeat and answers no SDO; it may be stopped (`nmt`)\n"
+    assert "no node answers; check power" in tool_bus.refused("scan")
+
+
+def test_a_cell_file_of_any_form_is_taken_with_its_gateway_and_a_broken_file_is_told(tmp_path: Path) -> None:
+    file = tmp_path / "cell.yaml"
+    file.write_text("{cell: x, gateways: {a: {endpoint: tcp/127.0.0.1:1, drives: none.yaml}}}")
+    told = CliRunner().invoke(drive_gateway_command.app, ["read", str(file), "a", "1"])
+    assert "units" in str(told.exception)
+    file.write_text("cell: [")
+    told = CliRunner().invoke(drive_gateway_command.app, ["read", str(file), "a", "1"])
+    assert isinstance(told.exception, ConfigError)
+    assert f"{file}:1:" in str(told.exception)
+
+
 def test_a_silent_node_is_told_with_what_to_check(tool_bus: ToolBus) -> None:
     told = tool_bus.refused("read", "5", "6041")
     assert "6041h:00 of node 5: No SDO response received within 0.5 s; check power, wiring, bit rate" in told
@@ -146,6 +166,11 @@ def test_beside_a_master_nothing_is_sent_and_its_own_command_is_named(
         assert peer.recv(0.0) is None
     assert f"has a master: {what} ({number:03X}h) is heard; nothing was sent; " in told
     assert instead in told
+
+
+def test_a_master_that_guards_its_nodes_by_remote_frames_is_one(tool_bus: ToolBus) -> None:
+    with sending(tool_bus.channel, 0x705, b"", remote=True):
+        assert "node guarding (remote frame 705h) is heard; nothing was sent" in tool_bus.refused("scan")
 
 
 def test_a_new_drive_with_node_id_127_is_no_master(tool_bus: ToolBus) -> None:
@@ -254,6 +279,20 @@ def test_a_node_without_a_heartbeat_confirms_nothing(tool_bus: ToolBus, monkeypa
         told = tool_bus.refused("nmt", "5", "start")
         assert "node 5: nothing was heard within 0.1 s that confirms start; it may have obeyed all the same" in told
         assert node.nmt.state == "OPERATIONAL"
+
+
+def test_stopped_nodes_are_ordered_by_all_though_they_answer_nothing(tool_bus: ToolBus) -> None:
+    with local_node(tool_bus.channel, 5, {**DRIVE, (0x1017, 0): (U16, 20)}) as node:
+        node.nmt.start_heartbeat(20)
+        assert tool_bus.run("nmt", "all", "stop") == "node 5: Stopped\n"
+        node.network.unsubscribe(0x605)
+        assert tool_bus.run("nmt", "all", "pre-operational") == "node 5: Pre-operational\n"
+        assert "does not tell whether it has torque" in tool_bus.refused("nmt", "all", "reset-node")
+
+
+def test_where_nobody_is_heard_an_order_to_all_says_so(tool_bus: ToolBus, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("cell.commands.bus_tools.network_orders.CONFIRM_S", 0.1)
+    assert "no node answers, nor was anything heard within 0.1 s" in tool_bus.refused("nmt", "all", "start")
 
 
 def test_no_drive_loses_its_torque_by_nmt_unless_that_is_wanted(tool_bus: ToolBus) -> None:
