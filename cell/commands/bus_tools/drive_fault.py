@@ -17,7 +17,7 @@ def fault(
     value: Annotated[
         str | None,
         typer.Argument(
-            metavar="[VALUE]", help="Code of emcy in hex (5112), counts of encoder-jump, milliseconds of late-tpdos."
+            metavar="VALUE", help="Code of emcy in hex (5112), counts of encoder-jump, milliseconds of late-tpdos."
         ),
     ] = None,
     seconds: Annotated[

@@ -94,7 +94,7 @@ def read(
     node: NodeArgument,
     item: Annotated[
         str | None,
-        typer.Argument(metavar="[INDEX:SUB]", help="In hex, such as 6041:00, or the object's name; all without it."),
+        typer.Argument(metavar="INDEX:SUB", help="In hex, such as 6041:00, or the object's name; all without it."),
     ] = None,
     output: Annotated[
         Path | None, typer.Option("-o", "--output", metavar="FILE", help="Write the bytes of that object to this file.")

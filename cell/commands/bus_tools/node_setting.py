@@ -31,7 +31,7 @@ _REFUSALS = {
 
 def node_id(
     place: Place,
-    new: Annotated[int | None, typer.Argument(metavar="[NEW]", help="Node-ID to give it, 1 to 127.")] = None,
+    new: Annotated[int | None, typer.Argument(metavar="NEW", help="Node-ID to give it, 1 to 127.")] = None,
     vendor: Annotated[str | None, typer.Option(metavar="NUMBER", help="1018h:01 of the node that is meant.")] = None,
     product: Annotated[str | None, typer.Option(metavar="NUMBER", help="1018h:02.")] = None,
     revision: Annotated[str | None, typer.Option(metavar="NUMBER", help="1018h:03.")] = None,

@@ -20,7 +20,7 @@ from drive_gateway.gateway.nodes.bring_up import BootStep, boot_plan
 def plan(
     place: Place,
     node: Annotated[
-        str | None, typer.Argument(metavar="[NODE]", help="Node-ID, or ROBOT.AXIS; every node without it.")
+        str | None, typer.Argument(metavar="NODE", help="Node-ID, or ROBOT.AXIS; every node without it.")
     ] = None,
 ) -> None:
     """Show what the gateway would write to its nodes when it starts, object by object; no bus is opened.
