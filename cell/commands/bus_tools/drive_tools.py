@@ -29,6 +29,7 @@ MayMoveOption = Annotated[
     typer.Option("--may-move", help="Do it although something may move. Without effect where the gateway runs."),
 ]
 _DEVICE_TYPE, _IDENTITY = 0x1000, 0x1018
+_IDENTITY_PARTS = ("vendor", "product", "revision", "serial")
 
 
 class Parameters(Enum):
@@ -50,7 +51,7 @@ def scan(place: Place) -> None:
     """Show every node on a bus, also those that no file names.
 
     A running gateway is asked: it knows the state of its drives, and the device type of other nodes. Where none runs
-    the bus is opened here, and every node tells its device type, vendor, product and serial number.
+    the bus is opened here, and every node tells its device type and its identity (1018h).
     """
     with running_gateway(place) as line:
         if line is not None:
@@ -77,8 +78,8 @@ def _who(place: Place, node: int) -> str:
 
 
 def _described(bus: BusLine, node: int) -> str:
-    identity = [_number(bus, node, _IDENTITY, sub) for sub in (1, 2, 4)]
-    texts = [f"{label} {value}" for label, value in zip(("vendor", "product", "serial"), identity, strict=True)]
+    identity = [_number(bus, node, _IDENTITY, sub) for sub in (1, 2, 3, 4)]
+    texts = [f"{label} {value}" for label, value in zip(_IDENTITY_PARTS, identity, strict=True)]
     return f"device type {_number(bus, node, _DEVICE_TYPE, 0)}, {', '.join(texts)}"
 
 
