@@ -9,6 +9,9 @@ from cell.core import Effect
 STORE_PARAMETERS = 0x1010
 SAVE = b"save"
 """What a write to 1010h must hold, so that nothing is stored by mistake."""
+RESTORE_DEFAULTS = 0x1011
+LOAD = b"load"
+"""What a write to 1011h must hold, so that nothing is lost by mistake."""
 
 
 @dataclass(frozen=True, slots=True)

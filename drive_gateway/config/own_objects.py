@@ -90,21 +90,17 @@ def _data(entry: ObjectEntry, value: OwnValue) -> bytes:
     match value:
         case TypedValue(value=number, type=kind):
             size, signed = TYPES[kind]
-            if entry.size and (entry.size, entry.signed) != (size, signed):
-                raise EdsError(f"{kind} for {entry.address} {entry.name}", f"its type, {_type_of(entry)}")
+            if entry.size and entry.kind != kind:
+                raise EdsError(f"{kind} for {entry.address} {entry.name}", f"its type, {entry.kind}")
             return entry.typed(size, signed).pack_number(number)
         case str():
-            if not entry.text:
+            if not (entry.text or entry.octets or entry.real):
                 raise EdsError(f"a text for {entry.address} {entry.name}", "numbers, unless its EDS says it is a text")
             return entry.pack(value)
         case _ if not entry.size:
             allowed = "{value: ..., type: UNSIGNED16} or another data type, or an eds that describes it"
             raise EdsError(f"{entry.address} {entry.name}, whose type is not known", allowed)
     return entry.pack_number(value)
-
-
-def _type_of(entry: ObjectEntry) -> str:
-    return next(name for name, kind in TYPES.items() if kind == (entry.size, entry.signed))
 
 
 def dcf_objects(eds: Eds) -> list[OwnObject]:

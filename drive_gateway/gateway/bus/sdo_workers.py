@@ -15,13 +15,13 @@ from canopen.sdo.client import SdoClient
 
 from drive_gateway.canopen.cob_id import SDO_FROM_NODE, SDO_TO_NODE, function_code, node_id
 from drive_gateway.canopen.frame import CanFrame
-from drive_gateway.canopen.sdo import STORE_PARAMETERS, Sdo, SdoDone, abort_text
+from drive_gateway.canopen.sdo import RESTORE_DEFAULTS, STORE_PARAMETERS, Sdo, SdoDone, abort_text
 from drive_gateway.gateway.bus.sdo_transfer import read_object, write_object
 
 RESPONSE_TIMEOUT_S = 0.5
 """A drive answers an SDO within a few ms; some take long to store a value."""
 STORE_TIMEOUT_S = 3.0
-"""Time in which a drive stores all its parameters; shorter than an operator's call waits."""
+"""Time in which a drive stores or restores all its parameters; shorter than an operator's call waits."""
 _ANSWER_BYTES = 8
 """Of each SDO answer, whatever of it is used (CiA 301)."""
 _ADDRESS = Struct("<HB")
@@ -117,7 +117,8 @@ class SdoWorkers:
     def _work(self, request: Sdo) -> None:
         client = self._clients[request.node_id]
         data, abort_code, problem = b"", None, ""
-        timeout_s = STORE_TIMEOUT_S if request.index == STORE_PARAMETERS else RESPONSE_TIMEOUT_S
+        slow = request.index in (STORE_PARAMETERS, RESTORE_DEFAULTS)
+        timeout_s = STORE_TIMEOUT_S if slow else RESPONSE_TIMEOUT_S
         client.RESPONSE_TIMEOUT = timeout_s
         self._malformed.pop(request.node_id, None)
         self._asked[request.node_id] = _ADDRESS.pack(request.index, request.sub)

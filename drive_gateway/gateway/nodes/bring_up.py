@@ -294,3 +294,15 @@ def _identity(identity: IdentitySettings) -> list[_Step]:
         for sub, (name, value) in enumerate(zip(names, shown, strict=True), start=1)
         if sub == 1 or value is not None
     ]
+
+
+BootStep = _Step
+
+
+def boot_plan(axes: Sequence[AxisSettings], settings: GatewaySettings) -> list[BootStep]:
+    """All requests to a node with these axes between its boot-up and its start, as if every one were answered well.
+
+    Its outputs are off, as they are when the gateway starts. Raises `ValueError` as `preparations` does.
+    """
+    steps = _program(axes, settings, [Reference(axis, None) for axis in axes])
+    return steps + [step for axis in axes for step in _written(digital_outputs(axis, 0))]

@@ -66,6 +66,17 @@ def test_a_negative_value_may_be_its_bit_pattern(tmp_path: Path) -> None:
     assert objects(copy_with(tmp_path, "eds: my.dcf", dcf() + trim)) == {"2F00:00": "feff"}
 
 
+@pytest.mark.parametrize(
+    ("kind", "value", "data"),
+    [("0x0008", "1.5", "0000c03f"), ("0x0016", "0x010203", "030201"), ("0x000A", "01 02 FF", "0102ff")],
+    ids=["REAL32", "UNSIGNED24", "OCTET_STRING"],
+)
+def test_a_dcf_may_hold_values_of_every_type(tmp_path: Path, kind: str, value: str, data: str) -> None:
+    more = f"[2F00]\nParameterName=Trim\nDataType={kind}\nAccessType=rw\nParameterValue={value}\n"
+    copy = copy_with(tmp_path, "eds: my.dcf", dcf(("2000", "10")) + more)
+    assert objects(copy) == {"2000:00": "0a", "2F00:00": data}
+
+
 def test_a_file_of_a_windows_tool_is_read(tmp_path: Path) -> None:
     text = eds_text().replace("ParameterName=Statusword", "ParameterName=Zustand in ½° für J1").encode("cp1252")
     assert objects(copy_with(tmp_path, "eds: my.eds", text, "my.eds")) == {}

@@ -12,6 +12,7 @@ from typer.testing import CliRunner
 from cell.commands import drive_gateway_command
 from cell.commands.bus_tools import drive_tools
 from cell.commands.bus_tools.node_access import NodeAccess
+from cell.commands.bus_tools.place import place_of
 from cell.commands.client.cell_view import Snapshot
 from cell.commands.errors import CommandError
 from cell.commands.operator.drives import drives_table
@@ -76,8 +77,8 @@ def test_an_object_that_can_only_be_written_is_not_read_back(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     nodes = create_autospec(NodeAccess, instance=True)
-    monkeypatch.setattr(drive_tools, "node_access", lambda _file, _gateway: nullcontext(nodes))
-    drive_tools.write(TWO_ARMS, "left_bus", "2", "2020:06", "1")
+    monkeypatch.setattr(drive_tools, "node_access", lambda _place, _command, _may_move: nullcontext(nodes))
+    drive_tools.write(place_of(TWO_ARMS, "left_bus", None, None, None), "2", "2020:06", "1")
     nodes.write.assert_called_once_with(2, 0x2020, 6, b"\x01")
     nodes.read.assert_not_called()
     assert capsys.readouterr().out == "2020h:06  Fault on command, Blocked axis: is written\n"
