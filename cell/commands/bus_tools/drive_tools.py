@@ -18,7 +18,7 @@ from cell.commands.options import CellFileArgument
 from cell.commands.processes.stop import stop_event
 from cell.config import ConfigError, load_cell_alone
 from cell.messages import RecordBus, ScanBus
-from drive_gateway.canopen.cob_id import MASTER_NODE_ID
+from drive_gateway.canopen.cob_id import HIGHEST_NODE_ID
 from drive_gateway.canopen.eds import Eds, ObjectEntry
 from drive_gateway.canopen.sdo import SAVE, STORE_PARAMETERS
 from drive_gateway.config import AxisSettings, GatewaySettings, load_drives
@@ -79,7 +79,7 @@ def _scan_bus(drives: GatewaySettings) -> None:
     for name, axis in ((name, axis) for name, robot in drives.robots.items() for axis in robot.axes):
         before = named.get(axis.node_id)
         named[axis.node_id] = f"{name} {axis.name}" if before is None else f"{before}, {axis.name}"
-    everyone = list(range(1, MASTER_NODE_ID))
+    everyone = list(range(1, HIGHEST_NODE_ID + 1))
     with BusLine(drives, everyone) as bus:
         found = {node: outcome for node, outcome in bus.probe(everyone, _DEVICE_TYPE, 0).items() if not outcome.problem}
         for node in sorted(found):

@@ -261,7 +261,11 @@ class DriveGroup:
                 if node.operational and not node.without_torque:
                     node.stop_by_network(now)
         else:
-            self._answer(False, f"{self.robot} got no further than {state.value}: {found}")
+            self._answer(
+                False,
+                f"{self.robot} got no further than {state.value}: {found}; look at what the drive needs for it, or give it "
+                "more time by switch_on_s in the drives file",
+            )
             self._switch_off(now)
 
     def _obey(self, order: StopOrder, now: float) -> None:

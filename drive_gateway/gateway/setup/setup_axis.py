@@ -222,7 +222,8 @@ class SetupAxis:
         return bool(word & REACHED)
 
     def _mind_the_time(self, now: float) -> None:
-        if now - self._since <= STAGE_S or self.stage in _UNTIMED:
+        within_s = max(STAGE_S, self.node.axis.switch_on_s) if self.stage is Stage.SWITCHING_ON else STAGE_S
+        if now - self._since <= within_s or self.stage in _UNTIMED:
             return
         if self.stage is not Stage.SWITCHING_OFF:
             self.stop(f"{self.node.label} got no further than {self.stage.value}: {self.node.said()}", now)

@@ -18,7 +18,7 @@ from cell.messages import (
     Reply,
 )
 
-_ASK_TIMEOUT_S = 3.0
+_ANSWER_LATE_S = 1.0
 _CLAIM_AGAIN_S = 0.5
 _RELEASE_S = 1.0
 _OTHERS_S = 0.25
@@ -164,12 +164,13 @@ class GatewayLink:
             return None
         return switching, reply is not None and reply.ok, text
 
-    def _ask(self, command: Command, timeout_s: float = _ASK_TIMEOUT_S) -> Ask:
+    def _ask(self, command: Command, timeout_s: float | None = None) -> Ask:
         self._asks += 1
         id = f"{self._claim.robot}-{self._claim.boot}-{self._asks}"
         seen = self.feedback
         heard = None if seen is None else Heard(seen.boot, seen.sequence)
-        return Ask(id, self._to, Call(id, command, heard), timeout_s)
+        patience_s = command.answer_within_s + _ANSWER_LATE_S if timeout_s is None else timeout_s
+        return Ask(id, self._to, Call(id, command, heard), patience_s)
 
 
 class IdleClock:
