@@ -11,7 +11,6 @@ from annotated_types import MaxLen
 
 from cell.messages.common import Count, Duration, Few, Heard, Name, Text
 
-
 SWITCHED_ON_WITHIN_S = 12.0
 """Drives that charge their DC link first take up to 10 s (`switch_on_s` of an axis), and their brakes."""
 

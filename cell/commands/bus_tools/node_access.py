@@ -20,6 +20,7 @@ from cell.net.session import CellSession, new_call
 from drive_gateway.canopen import cob_id
 from drive_gateway.canopen.axis_objects import index_of
 from drive_gateway.canopen.frame import CanFrame
+from drive_gateway.canopen.nmt import NmtState, decode_heartbeat
 from drive_gateway.canopen.sdo import Sdo, SdoDone
 from drive_gateway.config import GatewaySettings, load_drives
 from drive_gateway.gateway.bus.bus_news import BusBack, BusFailed, BusNews, name_of, remedy_of
@@ -107,11 +108,12 @@ class BusLine:
             self._axes.setdefault(axis.node_id, []).append(axis.number)
         self._done: queue.SimpleQueue[SdoDone] = queue.SimpleQueue()
         self._settings = drives.bus
+        self._own_node = drives.node_id
         self._failure = ""
         self._master = ""
         """Which of its frames was heard."""
         self._port = BusPort(drives.bus, self._on_frame, self._on_news)
-        self._workers = SdoWorkers(node_ids, self._port.send, self._port.attend, self._done.put)
+        self._workers = SdoWorkers(node_ids, self._port.send, self._port.attend, self._done.put, drives.sdo_timeout_s)
         self._stack = ExitStack()
 
     def __enter__(self) -> "BusLine":
@@ -189,17 +191,18 @@ class BusLine:
                 self._failure = ""
 
     def _on_frame(self, frame: CanFrame) -> None:
-        self._master = self._master or _of_master(frame)
+        self._master = self._master or _of_master(frame, self._own_node)
         self._workers.take(frame)
 
 
-def _of_master(frame: CanFrame) -> str:
-    """What shows that somebody commands the nodes of a bus; empty for what nodes send by themselves."""
-    what = {
-        cob_id.NMT: "an NMT command",
-        cob_id.SYNC: "SYNC",
-        cob_id.ERROR_CONTROL | cob_id.MASTER_NODE_ID: "a master's heartbeat",
-    }.get(frame.id)
+def _of_master(frame: CanFrame, own_node: int) -> str:
+    """What shows that somebody commands the nodes of a bus; empty for what nodes send by themselves.
+
+    A new drive may have the gateway's own Node-ID; a gateway is Operational whenever it is heard.
+    """
+    what = {cob_id.NMT: "an NMT command", cob_id.SYNC: "SYNC"}.get(frame.id)
+    if frame.id == cob_id.ERROR_CONTROL | own_node and decode_heartbeat(frame.data) is NmtState.OPERATIONAL:
+        what = "a master's heartbeat"
     if what is None:
         what = _COMMANDS.get(cob_id.function_code(frame.id))
     return f"{what} ({frame.id:03X}h) is heard" if what else ""

@@ -16,8 +16,6 @@ from drive_gateway.canopen.frame import CanFrame
 from drive_gateway.canopen.sdo import STORE_PARAMETERS, Sdo, SdoDone, abort_text
 from drive_gateway.gateway.bus.sdo_transfer import read_object, write_object
 
-RESPONSE_TIMEOUT_S = 0.5
-"""A drive answers an SDO within a few ms; some take long to store a value."""
 STORE_TIMEOUT_S = 3.0
 """Time in which a drive stores all its parameters; shorter than an operator's call waits."""
 _ANSWER_BYTES = 8
@@ -39,7 +37,8 @@ class _Network(canopen.Network):
 
 
 class SdoWorkers:
-    """Context manager. `done` gets the outcome of each request, from a worker's thread.
+    """Context manager. `done` gets the outcome of each request, from a worker's thread; a node answers each within
+    `timeout_s`.
 
     A transfer runs inside `attend()`, in which received frames must come to `take` without delay.
     """
@@ -50,8 +49,10 @@ class SdoWorkers:
         send: Callable[[CanFrame], None],
         attend: Callable[[], AbstractContextManager[None]],
         done: Callable[[SdoDone], None],
+        timeout_s: float,
     ) -> None:
         self._done = done
+        self._timeout_s = timeout_s
         self._attend = attend
         self._network = _Network(send)
         self._clients: dict[int, Any] = {}
@@ -95,7 +96,7 @@ class SdoWorkers:
     def _work(self, request: Sdo) -> None:
         client = self._clients[request.node_id]
         data, abort_code, problem = b"", None, ""
-        timeout_s = STORE_TIMEOUT_S if request.index == STORE_PARAMETERS else RESPONSE_TIMEOUT_S
+        timeout_s = max(STORE_TIMEOUT_S, self._timeout_s) if request.index == STORE_PARAMETERS else self._timeout_s
         client.RESPONSE_TIMEOUT = timeout_s
         self._malformed.pop(request.node_id, None)
         try:

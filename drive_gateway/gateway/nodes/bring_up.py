@@ -131,8 +131,8 @@ class BringUp:
                     f"{step.words(self._found)} after {self._timeout_s:g} s: {_remedy(step)}"
                 )
             return (
-                f"{self._label} gave no answer to the {step.where()} within {self._timeout_s:g} s: check the wiring, or "
-                "raise boot_timeout_s"
+                f"{self._label} gave no answer to the {step.where()} within {self._timeout_s:g} s: check the wiring, "
+                "or raise boot_timeout_s"
             )
         heard = "no heartbeat" if nmt is None else f"heartbeat says {nmt.words}"
         return f"{self._label} did not start within {self._timeout_s:g} s: {heard}; check heartbeat (1017h) and TPDO1"
@@ -170,12 +170,10 @@ class BringUp:
             self._go_without(step)
             return
         if outcome.problem and not self._passes(step, code):
-            reason = (
-                f"{outcome.problem}: raise sdo_timeout_s"
-                if code is None
-                else f"{abort_text(code)}: {_lack(step, code)}"
-            )
-            self._fail(f"{self._label} refused {step.where()}: {reason}")
+            if code is None:
+                self._fail(f"{self._label}, {step.where()}: {outcome.problem}; check wiring, or raise sdo_timeout_s")
+            else:
+                self._fail(f"{self._label} refused {step.where()}: {abort_text(code)}; {_lack(step, code)}")
             return
         if not outcome.problem and not step.agrees(outcome.data):
             self._disagrees(step, outcome.data)

@@ -263,8 +263,8 @@ class DriveGroup:
         else:
             self._answer(
                 False,
-                f"{self.robot} got no further than {state.value}: {found}; look at what the drive needs for it, or give it "
-                "more time by switch_on_s in the drives file",
+                f"{self.robot} got no further than {state.value}: {found}; look at what the drive needs for it, or "
+                "give it more time by switch_on_s in the drives file",
             )
             self._switch_off(now)
 
