@@ -4,8 +4,6 @@ from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from canopen import SdoAbortedError
-
 from cell.core import Effect
 
 STORE_PARAMETERS = 0x1010
@@ -35,12 +33,6 @@ class SdoDone:
     data: bytes
     abort_code: int | None = None
     problem: str = ""
-
-
-def abort_text(code: int) -> str:
-    """An abort code by its number and its name (CiA 301, in the words of the `canopen` library)."""
-    name = SdoAbortedError.CODES.get(code, "code not in CiA 301")
-    return f"abort {code:08X}h, {name[0].lower() if name[1].islower() else name[0]}{name[1:]}"
 
 
 class SdoChannel:

@@ -11,9 +11,10 @@ import can
 import canopen
 from canopen.sdo.client import SdoClient
 
+from drive_gateway.canopen.abort_text import abort_text
 from drive_gateway.canopen.cob_id import SDO_FROM_NODE, SDO_TO_NODE, function_code, node_id
 from drive_gateway.canopen.frame import CanFrame
-from drive_gateway.canopen.sdo import STORE_PARAMETERS, Sdo, SdoDone, abort_text
+from drive_gateway.canopen.sdo import STORE_PARAMETERS, Sdo, SdoDone
 from drive_gateway.gateway.bus.sdo_transfer import read_object, write_object
 
 STORE_TIMEOUT_S = 3.0

@@ -8,15 +8,16 @@ from collections.abc import Sequence
 from enum import Enum
 
 from cell.core import Effect
+from drive_gateway.canopen.abort_text import abort_text
 from drive_gateway.canopen.axis_objects import first_axis_index
 from drive_gateway.canopen.nmt import NmtCommand, NmtState, nmt_frame
 from drive_gateway.canopen.optional_objects import OPTIONAL_OBJECTS
 from drive_gateway.canopen.pdo_map import Pdo
-from drive_gateway.canopen.sdo import SdoChannel, SdoDone, abort_text
-from drive_gateway.config.gateway_objects import CYCLE_PERIOD
+from drive_gateway.canopen.sdo import SdoChannel, SdoDone
+from drive_gateway.config.gateway_objects import CYCLE_PERIOD, said_by
 from drive_gateway.config.settings import AxisSettings, GatewaySettings
 from drive_gateway.gateway.effects import Frame
-from drive_gateway.gateway.nodes.program import IDENTITY, Step, output_steps, program
+from drive_gateway.gateway.nodes.program import SYNC_COUNTER, Step, output_steps, program
 from drive_gateway.gateway.playout.outputs import Outputs
 from drive_gateway.gateway.reference.reference import Reference
 
@@ -25,7 +26,10 @@ RETRY_S = 2.0
 
 _ABSENT = (0x06020000, 0x06090011)
 """Abort codes: no such object, no such sub-index."""
+_BUSY = 0x08000022
+"""Abort code: not in the present device state; after its start a node may need a moment until it stores anything."""
 _PDOS = range(0x1400, 0x1C00)
+_OTHER_DRIVE = "take a drive, or a firmware of it, that has this object"
 
 
 class Phase(Enum):
@@ -58,6 +62,9 @@ class BringUp:
         self._steps: deque[Step] = deque()
         self._refused: dict[tuple[int, int], int] = {}
         """Abort codes of writes that the node refused, by index and sub-index: what it shows decides."""
+        self._judged: set[tuple[int, int]] = set()
+        """What is read back."""
+        self._busy_until = 0.0
         self._deadline = 0.0
         self._now = 0.0
         self._booted = False
@@ -146,6 +153,7 @@ class BringUp:
 
     def _configure(self) -> None:
         self._refused.clear()
+        self._busy_until = self._now + self._timeout_s
         self._steps = deque([*self._program, *output_steps(self._axes, self._outputs)])
         self._judged = {step.judges for step in self._steps if step.shown is not None}
         self._go_on()
@@ -168,6 +176,9 @@ class BringUp:
         code = outcome.abort_code
         if step.waived and code in _ABSENT:
             self._go_without(step)
+            return
+        if code == _BUSY and self._now < self._busy_until:
+            self._ask()
             return
         if outcome.problem and not self._passes(step, code):
             if code is None:
@@ -244,12 +255,14 @@ def _object(step: Step) -> str:
 def _lack(step: Step, code: int) -> str:
     """What helps where a node refuses what it must have."""
     if code not in _ABSENT:
-        return _remedy(step)
+        return _OTHER_DRIVE if step.data is None else _remedy(step)
     if first_axis_index(step.index) in OPTIONAL_OBJECTS:
         return f'a drive that may lack it says so in the drives file, waive: ["{first_axis_index(step.index):04X}"]'
+    if step.index == SYNC_COUNTER:
+        return "leave out sync_counter, or take drives that all have this object"
     if step.index in _PDOS:
         return "leave out of the drives file what this PDO is for, or take a drive that has it"
-    return "take a drive, or a firmware of it, that has this object"
+    return _OTHER_DRIVE
 
 
 def _remedy(step: Step) -> str:
@@ -257,7 +270,6 @@ def _remedy(step: Step) -> str:
     if step.index in _PDOS:
         return "set it with the maker's tool, or take a drive whose PDOs can be changed"
     if step.index == CYCLE_PERIOD:
-        return "choose a cycle_s that this drive can take, or say its own value under objects"
-    if step.index == IDENTITY:
-        return "a CANopen node must have it"
-    return "look in the drive's manual which values it takes, and set it with the maker's tool or in the drives file"
+        return "choose a cycle_s that this drive takes, or say its own value under objects"
+    key = said_by(*step.judges)
+    return f"say a value that this drive takes: {key}" if key else "correct it in the drives file"

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 from drive_gateway.canopen.axis_objects import index_of
 from drive_gateway.canopen.cob_id import SYNC
-from drive_gateway.canopen.pdo_map import DISABLED, NO_REMOTE, Pdo, SdoWrite, unused
+from drive_gateway.canopen.pdo_map import DISABLED, NO_REMOTE, Pdo, unused
 from drive_gateway.cia402.preparation import Preparation, digital_outputs, preparations, supervision
 from drive_gateway.config.gateway_objects import CYCLE_PERIOD
 from drive_gateway.config.image import image_of
@@ -21,6 +21,8 @@ SYNC_IDENTIFIER, IDENTITY, SYNC_COUNTER = 0x1005, 0x1018, 0x1019
 MOTOR_RATED_TORQUE = 0x6076
 _HEX = (range(0x1005, 0x1006), range(0x1014, 0x1017), range(0x1018, 0x1019), range(0x1400, 0x1C00))
 """Identifiers, identities and mapping entries, which people write in hex everywhere."""
+_PARTS = {1: "identifier", 2: "transmission type", 3: "inhibit time", 5: "event timer"}
+"""Of the communication parameters of a PDO, by sub-index."""
 _SHORT = 0xFF
 """Counts, transmission types and the like are not."""
 _UNUSED_BIT = 1 << 31
@@ -231,22 +233,26 @@ def _taken_off(pdo: Pdo) -> list[Step]:
 
 def _linked(pdo: Pdo) -> tuple[list[Step], list[Step]]:
     """The writes of one PDO, and the reads that judge them."""
-    present, writes, what = _Identifier(), pdo.writes(), f"mapping of {pdo.name}"
-    identifier = writes[-1]
-    same = (identifier.index, identifier.sub)
+    present, writes = _Identifier(), pdo.writes()
+    same = writes[-1].index, writes[-1].sub
 
-    def step(write: SdoWrite) -> Step:
-        return Step(
-            what, write.index, write.sub, write.data, present=present if (write.index, write.sub) == same else None
+    def what(index: int, sub: int) -> str:
+        return f"{_PARTS[sub] if index == same[0] else 'mapping'} of {pdo.name}"
+
+    before = Step(what(*same), *same, None, asked=True, take=present.heard)
+    told = [
+        Step(
+            what(write.index, write.sub), write.index, write.sub, write.data,
+            present=present if (write.index, write.sub) == same else None,
         )
-
-    before = Step(what, *same, None, asked=True, take=present.heard)
+        for write in writes
+    ]  # fmt: skip
     last = {(write.index, write.sub): write.data for write in writes}
     shown = [
-        Step(what, index, sub, None, data, ignored=NO_REMOTE if (index, sub) == same else 0)
-        for (index, sub), data in last.items()
+        Step(what(*address), *address, None, data, ignored=NO_REMOTE if address == same else 0)
+        for address, data in last.items()
     ]
-    return [before, *(step(write) for write in writes)], shown
+    return [before, *told], shown
 
 
 def _motor(axis: AxisSettings) -> list[Step]:

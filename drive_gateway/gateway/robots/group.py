@@ -136,7 +136,7 @@ class DriveGroup:
         if self.power.state is PowerState.OFF and self.standstill.at_rest:
             self._stand_in_fault(now)
         else:
-            self.setup.abandon(trouble.text, now)
+            self.setup.abandon(f"{trouble.text}; {trouble.remedy}", now)
             self._quick_stop(now)
 
     def observe(self, now: float, tick: int, order: StopOrder | None) -> list[Effect]:

@@ -88,6 +88,8 @@ class SimulatedNode(FaultsOnCommand):
         self._restart_drive = True
         self._silent = False
         self._late = LateFrames()
+        self.boot_s: Callable[[bool], float] = lambda _power_on: BOOT_S
+        """From power-on (true) or a reset of its communication to its boot-up message [s]."""
         self._nmt = NmtState.BOOT_UP
         self._receive: list[ReceivePdo] = []
         self._transmit: list[TransmitPdo] = []
@@ -99,6 +101,16 @@ class SimulatedNode(FaultsOnCommand):
     def nmt(self) -> NmtState:
         """`BOOT_UP` while the node initialises."""
         return self._nmt
+
+    @property
+    def now(self) -> float:
+        """The time to which it has come [s]."""
+        return self._now
+
+    @property
+    def objects(self) -> Objects:
+        """Its object dictionary."""
+        return self._objects
 
     @property
     def hears_sync(self) -> bool:
@@ -169,7 +181,7 @@ class SimulatedNode(FaultsOnCommand):
 
     def _boot(self, now: float) -> list[CanFrame]:
         if self._boot_at is None:
-            self._boot_at = now + BOOT_S
+            self._boot_at = now + self.boot_s(self._restart_drive)
         if now < self._boot_at:
             return []
         if self._restart_drive:

@@ -7,12 +7,13 @@ from dataclasses import replace
 import pytest
 
 from cell.messages import AxisStatus
+from drive_gateway.canopen.abort_text import abort_text
 from drive_gateway.canopen.emcy import decode_emergency
 from drive_gateway.canopen.frame import CanFrame
 from drive_gateway.canopen.nmt import SYNC_FRAME, NmtCommand, NmtState, heartbeat_frame, nmt_frame
 from drive_gateway.canopen.pdo_map import COMMAND, STATUS, process_image
 from drive_gateway.canopen.profile_pdos import ProfileSender
-from drive_gateway.canopen.sdo import Sdo, SdoDone, abort_text
+from drive_gateway.canopen.sdo import Sdo, SdoDone
 from drive_gateway.cia402.state_machine import decode
 from drive_gateway.config import load_drives
 from drive_gateway.config.image import image_of

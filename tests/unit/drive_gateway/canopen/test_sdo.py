@@ -7,8 +7,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from drive_gateway.canopen.abort_text import abort_text
 from drive_gateway.canopen.frame import CanFrame
-from drive_gateway.canopen.sdo import Sdo, SdoChannel, SdoDone, abort_text
+from drive_gateway.canopen.sdo import Sdo, SdoChannel, SdoDone
 from drive_gateway.gateway.bus.sdo_workers import SdoWorkers
 from tests.unit.repository import vectors
 
