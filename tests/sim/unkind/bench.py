@@ -108,13 +108,14 @@ class UnkindBench(GatewayBench):
     # What a robot goes through
 
     def comes_up(self, hopeless: bool = False) -> None:
-        """Raises `Refused`: it is not ready; at once and again where it is `hopeless`."""
+        """Raises `Refused`: it is not ready; where it is `hopeless`, nobody waits long for it."""
         self.stands()
-        until = self.now + (REFUSED_FOR_S if hopeless else UP_WITHIN_S)
+        began = self.now
         while self.state is None or not self.state.ready or self.feedback is None:
             self.cycle()
-            if self.now > until:
-                raise Refused("" if self.state is None else self.state.problem)
+            problem = "" if self.state is None else self.state.problem
+            if self.now - began > (REFUSED_FOR_S if hopeless and problem else UP_WITHIN_S):
+                raise Refused(problem)
         self.run(0.3)
         self.strange_syncs = 0
 

@@ -115,7 +115,7 @@ def refusal(names: list[str]) -> str | None:
 @pytest.mark.soak
 def test_drives_with_several_habits_run_or_are_refused_with_a_sentence_and_never_move_by_themselves() -> None:
     rng = random.Random()
-    for _ in range(200):
+    for _ in range(100):
         names = rng.sample(sorted(TRAITS), rng.randint(2, 4))
         told = refusal(names)
         assert told is None or "node 1 (left J1)" in told, names
