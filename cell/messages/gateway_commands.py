@@ -5,7 +5,7 @@ from typing import Annotated, ClassVar
 
 from annotated_types import MaxLen
 
-from cell.messages.call import Command, command
+from cell.messages.call import SWITCHED_ON_WITHIN_S, Command, command
 from cell.messages.common import Count, Few, Name, Number, Words
 
 
@@ -32,6 +32,7 @@ class Release(Command):
 @dataclass(frozen=True, slots=True)
 class EnableDrives(Command):
     verb: ClassVar[str] = "enable_drives"
+    answer_within_s: ClassVar[float] = SWITCHED_ON_WITHIN_S
     robot: Name
     owner: Count
 

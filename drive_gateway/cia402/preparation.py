@@ -6,7 +6,6 @@ Every value is read back and compared: a drive that keeps another value would st
 from dataclasses import dataclass, replace
 
 from drive_gateway.canopen.axis_objects import index_of
-from drive_gateway.canopen.cob_id import MASTER_NODE_ID
 from drive_gateway.canopen.pdo_map import DIGITAL_OUTPUTS, SdoWrite
 from drive_gateway.config.settings import INT32_MIN, MOTOR_SPEED_RESERVE, AxisSettings, GatewaySettings
 
@@ -124,7 +123,7 @@ def life_time_factor(settings: GatewaySettings) -> int:
 
 
 def _heartbeats(settings: GatewaySettings) -> list[Preparation]:
-    consumer = MASTER_NODE_ID << 16 | _milliseconds(settings.heartbeat_timeout_s)
+    consumer = settings.node_id << 16 | _milliseconds(settings.heartbeat_timeout_s)
     return [
         _same("heartbeat of the node", 0x1017, 0, _milliseconds(settings.heartbeat_producer_s), 2),
         _same("heartbeat of the gateway", HEARTBEAT_CONSUMER, 1, consumer, 4),

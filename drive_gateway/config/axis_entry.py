@@ -14,6 +14,7 @@ from drive_gateway.config.own_objects import OwnObjects
 from drive_gateway.config.settings import (
     BRAKE_S,
     DELAY_CYCLES,
+    SWITCH_ON_S,
     AxisSettings,
     EncoderSettings,
     HomingSettings,
@@ -94,7 +95,7 @@ class AxisEntry(BaseModel):
 
     model_config = STRICT
     type: Literal["rotary", "linear"] = Field("rotary", description="rotary, or linear for an axis that slides")
-    node: int = Field(ge=1, le=127, description="CANopen node-ID, 1 to 126")
+    node: int = Field(ge=1, le=127, description="CANopen node-ID, 1 to 127 but for the gateway's own")
     axis: int = Field(default=1, ge=1, le=AXES, description="which axis of its node, 1 to 3")
     feed: PositiveLength | None = Field(None, description="way of a linear axis per turn behind the gear")
     gear: float = Field(ge=1e-3, le=1e6, description="motor turns per turn of the axis, or of what drives a linear one")
@@ -117,6 +118,12 @@ class AxisEntry(BaseModel):
         ge=0,
         le=0.5,
         description="how long motor and holding brake hold together, while it opens and while it closes; 0: no brake",
+    )
+    switch_on_s: float = Field(
+        default=SWITCH_ON_S,
+        ge=0.1,
+        le=10,
+        description="[s] how long the drive may take to switch on, its DC link and its brake included",
     )
     simulated_start: Number = Field(description="where a simulated drive stands when it is switched on")
     encoder: Literal["absolute", "incremental"] = Field(
@@ -212,6 +219,7 @@ class AxisEntry(BaseModel):
             following_time_s=self.following_time_s,
             delay_cycles=self.delay_cycles,
             brake_s=self.brake_s,
+            switch_on_s=self.switch_on_s,
             simulated_start=self.simulated_start,
             index_counts=self.counts_per_turn,
             linear=self.linear,

@@ -29,6 +29,8 @@ UINT16_MAX = 2**16 - 1
 UINT32_MAX = 2**32 - 1
 HOMING_AT_LIMIT = {17: -1, 18: 1}
 """Homing methods whose home point is the edge of a limit switch, and the direction of the counts in which it is."""
+_START_CYCLES = 3
+"""From the start of a node to the answer of its first SYNC."""
 MILLISECOND_FIELDS = ("heartbeat_producer_s", "heartbeat_timeout_s")
 
 
@@ -38,7 +40,7 @@ def check_drives_file(document: Document, drives: DrivesFile) -> list[Problem]:
         *_interface(document, drives),
         *check_length(document, drives.bus.bitrate, drives.bus.lengths()),
         *_empty(document, drives),
-        *check_nodes(document, list(axes_of(drives))),
+        *check_nodes(document, list(axes_of(drives)), drives.gateway_node),
         *_load(document, drives),
         *_times(document, drives),
         *_guarded(document, drives),
@@ -90,6 +92,7 @@ def _load(document: Document, drives: DrivesFile) -> Iterator[Problem]:
 
 def _times(document: Document, drives: DrivesFile) -> Iterator[Problem]:
     heartbeat = drives.heartbeat_producer_s + drives.overrun_limit_s
+    boot = max(drives.heartbeat_producer_s + _START_CYCLES * drives.cycle_s, drives.sdo_timeout_s)
     rules = (
         ("overrun_limit_s", drives.overrun_limit_s >= drives.cycle_s, f"cycle_s, {drives.cycle_s:g}, or more"),
         (
@@ -105,8 +108,9 @@ def _times(document: Document, drives: DrivesFile) -> Iterator[Problem]:
         ),
         (
             "boot_timeout_s",
-            drives.boot_timeout_s > drives.heartbeat_producer_s,
-            f"more than heartbeat_producer_s, {drives.heartbeat_producer_s:g}",
+            drives.boot_timeout_s > boot,
+            f"more than {boot:g}: sdo_timeout_s, {drives.sdo_timeout_s:g}, and heartbeat_producer_s, "
+            f"{drives.heartbeat_producer_s:g}, with {_START_CYCLES} cycles",
         ),
     )
     for name, holds, allowed in rules:

@@ -4,7 +4,6 @@ from collections.abc import Iterator, Sequence
 
 from cell.config.document import Document
 from cell.config.problem import KeyPath, Problem
-from drive_gateway.canopen.cob_id import MASTER_NODE_ID
 from drive_gateway.config.axis_entry import AxisEntry
 
 NamedAxis = tuple[KeyPath, str, AxisEntry]
@@ -12,14 +11,15 @@ NamedAxis = tuple[KeyPath, str, AxisEntry]
 _HIGHEST = 127
 
 
-def check_nodes(document: Document, axes: Sequence[NamedAxis]) -> Iterator[Problem]:
-    """Each axis of a node once; what belongs to the node said alike by all its axes; no identifier twice."""
+def check_nodes(document: Document, axes: Sequence[NamedAxis], own: int) -> Iterator[Problem]:
+    """Each axis of a node once, none with the gateway's `own` Node-ID; what belongs to the node said alike by all its
+    axes; no identifier twice."""
     seen: dict[tuple[int, int], str] = {}
     firsts: dict[int, NamedAxis] = {}
     for path, who, axis in axes:
-        if axis.node == MASTER_NODE_ID:
+        if axis.node == own:
             found = f"{axis.node}, under which the gateway itself sends its heartbeat"
-            yield document.problem((*path, "node"), found, f"1 to {MASTER_NODE_ID - 1}")
+            yield document.problem((*path, "node"), found, f"1 to {_HIGHEST} but for gateway_node, {own}")
         other = seen.setdefault((axis.node, axis.axis), who)
         first = firsts.setdefault(axis.node, (path, who, axis))
         if other != who:

@@ -8,7 +8,7 @@ from cell.config.units import STRICT
 from drive_gateway.canopen.axis_objects import first_axis_index, index_of
 from drive_gateway.canopen.eds import TYPES, Eds, ObjectEntry
 from drive_gateway.canopen.eds_file import EdsError, is_dcf
-from drive_gateway.config.gateway_objects import said_by
+from drive_gateway.config.gateway_objects import CYCLE_PERIOD, said_by
 from drive_gateway.config.object_address import ObjectAddress, address_of
 from drive_gateway.config.settings import OwnObject
 
@@ -75,7 +75,7 @@ def own_object(address: str, value: OwnValue, axis: int, eds: Eds) -> OwnObject:
     index, sub = address_of(address)
     entry = eds.find(f"{index:04X}:{sub:02X}")
     key = said_by(index, sub)
-    if key is not None:
+    if key is not None and index != CYCLE_PERIOD:
         raise EdsError(f"{entry.address} {entry.name}, which the gateway writes itself", f"for it {key}")
     if index_of(first_axis_index(index), axis) != index and first_axis_index(index) in range(0x6000, 0x6800):
         raise EdsError(

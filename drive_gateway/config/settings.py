@@ -4,6 +4,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
+from drive_gateway.canopen.cob_id import MASTER_NODE_ID
 from drive_gateway.canopen.emcy import Meaning
 from drive_gateway.canopen.profile_pdos import ProfilePdos
 from drive_gateway.config.simulation import Simulation
@@ -13,6 +14,8 @@ DELAY_CYCLES = 2
 """A sample acts with the SYNC after it, and an axis without lag has reached it at the next one, which shows it."""
 BRAKE_S = 0.3
 """Longest overlap of motor and holding brake that is usual."""
+SWITCH_ON_S = 1.5
+"""A drive takes so long at most to reach a state that it is told."""
 SETUP_SHARE = 0.25
 """Share of an axis' speed and acceleration that motions of the drive's own may use."""
 MOTOR_SPEED_RESERVE = 1.2
@@ -138,6 +141,8 @@ class AxisSettings:
     """So many cycles after a sample was sent its drive shows where that left the axis: its following error."""
     brake_s: float = BRAKE_S
     """So long after it got torque its brake may still hold it, and after it lost it the brake may still close."""
+    switch_on_s: float = SWITCH_ON_S
+    """From the order to switch on to Operation Enabled, charging of its DC link and opening of its brake included."""
     number: int = 1
     """Which axis of its node it is, 1 to 3."""
     index_counts: int = 0
@@ -245,8 +250,14 @@ class GatewaySettings:
     tpdo_timeout_s: float
     """Silence of a node's TPDO that stops its robot."""
     boot_timeout_s: float
-    """Within this time after NMT reset a node must have sent its boot-up."""
+    """Within this time after NMT reset a node must have sent its boot-up, and then answer each request."""
     simulated_lag_s: float
     """Lag with which a simulated drive follows its set points."""
     robots: dict[str, RobotDrives]
+    sdo_timeout_s: float = 0.5
+    """A node answers each SDO request within this time."""
+    sync_counter: int = 0
+    """SYNC counts from 1 to this (1019h); 0: it has no counter."""
+    node_id: int = MASTER_NODE_ID
+    """The gateway's own, under which it sends its heartbeat."""
     simulation: Simulation = field(default_factory=Simulation)

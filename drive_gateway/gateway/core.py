@@ -17,7 +17,7 @@ from cell.net.estops import ObeyedEstops
 from cell.net.freshness import Sent
 from drive_gateway.canopen import cob_id
 from drive_gateway.canopen.frame import CanFrame
-from drive_gateway.canopen.nmt import SYNC_FRAME, NmtCommand, NmtState, heartbeat_frame, nmt_frame
+from drive_gateway.canopen.nmt import NmtCommand, NmtState, heartbeat_frame, nmt_frame, sync_frames
 from drive_gateway.canopen.sdo import SdoDone
 from drive_gateway.config.settings import GatewaySettings
 from drive_gateway.gateway.bus.bus_news import BusBack, BusDisturbed, BusFailed, BusTraffic, SecondMaster
@@ -41,7 +41,7 @@ SETUP_PERIOD_S = 0.02
 """While a robot is set up, or is to be: the manager and the operator who holds it rely on the newest state."""
 PART_S = 1.0
 """So long a gateway that ends waits until its nodes have stopped watching it."""
-_SYNC, _TAKE_BLOCKS, _HEARTBEAT = Frame(SYNC_FRAME), TakeBlocks(), Frame(heartbeat_frame(NmtState.OPERATIONAL))
+_TAKE_BLOCKS = TakeBlocks()
 
 
 class GatewayCore:
@@ -87,6 +87,8 @@ class GatewayCore:
             drive.image.inputs.cob_id: drive for drive in self._drives if drive.image.inputs is not None
         }
         self._scan = Scan(self._nodes)
+        self._syncs = [Frame(frame) for frame in sync_frames(settings.sync_counter)]
+        self._heartbeat = Frame(heartbeat_frame(NmtState.OPERATIONAL, settings.node_id))
         self._digest = digest
         self._states = Sent(boot)
         self._turn = SetupTurn(settings.name, digest, self._robots, times, self._states)
@@ -151,7 +153,7 @@ class GatewayCore:
         """One cycle. The effects come one by one: SYNC leaves before anything is computed."""
         self._now = now
         self._tick += 1
-        yield _SYNC
+        yield self._syncs[(self._tick - 1) % len(self._syncs)]
         lateness = self._lateness.cycle(now)
         if lateness > self._settings.overrun_limit_s:
             self._on_overrun(lateness, now)
@@ -167,7 +169,7 @@ class GatewayCore:
         if now >= self._heartbeat_due:
             # From the cycle and from nothing else: when the loop hangs, the drives must miss it.
             self._heartbeat_due = now + self._settings.heartbeat_producer_s
-            yield _HEARTBEAT
+            yield self._heartbeat
         yield from self._scan.step(now)
         yield from self._press(now)
         self._confirm()

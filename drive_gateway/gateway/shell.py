@@ -156,7 +156,9 @@ class GatewayShell:
             drives.on_slow = lambda text: self._arrived.append(DrivesSlow(text, REMEDY))
         self.port = open_port(settings.bus, self._on_frame, self._arrived.append)
         node_ids = {axis.node_id for drives in robots.values() for axis in drives.axes}
-        self.workers = open_workers(node_ids, self.port.send, self.port.attend, self._arrived.append)
+        self.workers = open_workers(
+            node_ids, self.port.send, self.port.attend, self._arrived.append, settings.sdo_timeout_s
+        )
         self.ended = Event()
         self.exit_code = 1
 

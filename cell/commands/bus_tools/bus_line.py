@@ -13,14 +13,17 @@ from canopen.sdo.client import SdoClient
 from cell.commands.bus_tools.place import Place
 from cell.commands.errors import CommandError
 from drive_gateway.canopen import cob_id
+from drive_gateway.canopen.abort_text import abort_text
 from drive_gateway.canopen.axis_objects import AXES, first_axis_index, index_of
 from drive_gateway.canopen.pdo_map import CONTROLWORD, DIGITAL_OUTPUTS, STATUSWORD
-from drive_gateway.canopen.sdo import RESTORE_DEFAULTS, STORE_PARAMETERS, abort_text
+from drive_gateway.canopen.sdo import RESTORE_DEFAULTS, STORE_PARAMETERS
 from drive_gateway.gateway.bus.bus_news import name_of, remedy_of
 from drive_gateway.gateway.bus.opening import BusError, open_bus
 from drive_gateway.gateway.bus.sdo_transfer import read_object, write_object
-from drive_gateway.gateway.bus.sdo_workers import RESPONSE_TIMEOUT_S, STORE_TIMEOUT_S
+from drive_gateway.gateway.bus.sdo_workers import STORE_TIMEOUT_S
 
+SDO_TIMEOUT_S = 0.5
+"""Where no drives file says another: a drive answers within a few ms, some take longer to store a value."""
 LISTEN_S = 1.0
 """A master is heard by then: its SYNC comes every few ms, its heartbeat a few times a second."""
 _POLL_S = 0.02
@@ -70,6 +73,8 @@ class BusLine:
         self._place = place
         self._instead = instead
         self._may_move = may_move
+        self._own_id = cob_id.MASTER_NODE_ID if place.drives is None else place.drives.node_id
+        self._timeout_s = SDO_TIMEOUT_S if place.drives is None else place.drives.sdo_timeout_s
         self._master = ""
         self._failure = ""
         self._malformed: dict[int, int] = {}
@@ -126,7 +131,7 @@ class BusLine:
             self._refuse_failed_bus()
 
     def _on_frame(self, number: int, data: bytes) -> None:
-        self._master = self._master or _of_master(number, data)
+        self._master = self._master or _of_master(number, data, self._own_id)
         if cob_id.function_code(number) == cob_id.SDO_FROM_NODE and len(data) != _ANSWER_BYTES:
             self._malformed[cob_id.node_id(number)] = len(data)
             return
@@ -163,7 +168,7 @@ class BusLine:
         for node_id in range(1, 128):
             self.send(cob_id.SDO_TO_NODE + node_id, question)
             time.sleep(max(0.001, 2 * _FRAME_BITS / self._place.bus.bitrate))
-        time.sleep(RESPONSE_TIMEOUT_S)
+        time.sleep(self._timeout_s)
         self._listeners.remove(heard)
         self._refuse_failed_bus()
         return sorted(found)
@@ -218,7 +223,7 @@ class BusLine:
     def _carry_out(self, node_id: int, index: int, sub: int, transfer: Callable[[Any, int, int], Any]) -> Any:
         client = self._client(node_id)
         slow = index in (STORE_PARAMETERS, RESTORE_DEFAULTS)
-        client.RESPONSE_TIMEOUT = STORE_TIMEOUT_S if slow else RESPONSE_TIMEOUT_S
+        client.RESPONSE_TIMEOUT = max(STORE_TIMEOUT_S, self._timeout_s) if slow else self._timeout_s
         name = f"{index:04X}h:{sub:02X} of {self._place.label(node_id)}"
         self._malformed.pop(node_id, None)
         try:
@@ -275,12 +280,12 @@ class _Ear(can.Listener):
         self._pause.wait(_POLL_S)
 
 
-def _of_master(number: int, data: bytes) -> str:
+def _of_master(number: int, data: bytes, own_id: int) -> str:
     """What shows that somebody commands the nodes of a bus; empty for what nodes send by themselves.
 
-    A master is Operational; a new drive that ships with Node-ID 127 is not.
+    A master is Operational; a new drive that ships with the gateway's Node-ID is not.
     """
     what = _BY_ID.get(number) or _BY_FUNCTION.get(cob_id.function_code(number))
-    if number == cob_id.ERROR_CONTROL | cob_id.MASTER_NODE_ID and data == _OPERATIONAL:
+    if number == cob_id.ERROR_CONTROL | own_id and data == _OPERATIONAL:
         what = "a master's heartbeat"
     return f"{what} ({number:03X}h) is heard" if what else ""

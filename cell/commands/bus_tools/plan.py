@@ -14,7 +14,7 @@ from drive_gateway.config import AxisSettings, GatewaySettings
 from drive_gateway.config.bus_load import bus_load
 from drive_gateway.config.image import image_of
 from drive_gateway.config.load import read_drives
-from drive_gateway.gateway.nodes.bring_up import BootStep, boot_plan
+from drive_gateway.gateway.nodes.program import Step, boot_plan
 
 
 def plan(
@@ -58,12 +58,12 @@ def _lines(axes: list[AxisSettings], settings: GatewaySettings) -> list[str]:
     return lines
 
 
-def _shows(check: BootStep, write: BootStep) -> bool:
+def _shows(check: Step, write: Step) -> bool:
     """It reads back what was written just before."""
     return check.data is None and (check.index, check.sub, check.shown) == (write.index, write.sub, write.data)
 
 
-def _line(verb: str, step: BootStep, eds: Eds) -> str:
+def _line(verb: str, step: Step, eds: Eds) -> str:
     entry = eds.find(f"{step.index:04X}:{step.sub:02X}")
     value = step.shown if step.data is None else step.data
     shown = "" if value is None else f" = {entry.show(value)}"

@@ -13,13 +13,12 @@ import can
 import canopen
 from canopen.sdo.client import SdoClient
 
+from drive_gateway.canopen.abort_text import abort_text
 from drive_gateway.canopen.cob_id import SDO_FROM_NODE, SDO_TO_NODE, function_code, node_id
 from drive_gateway.canopen.frame import CanFrame
-from drive_gateway.canopen.sdo import RESTORE_DEFAULTS, STORE_PARAMETERS, Sdo, SdoDone, abort_text
+from drive_gateway.canopen.sdo import RESTORE_DEFAULTS, STORE_PARAMETERS, Sdo, SdoDone
 from drive_gateway.gateway.bus.sdo_transfer import read_object, write_object
 
-RESPONSE_TIMEOUT_S = 0.5
-"""A drive answers an SDO within a few ms; some take long to store a value."""
 STORE_TIMEOUT_S = 3.0
 """Time in which a drive stores or restores all its parameters; shorter than an operator's call waits."""
 _ANSWER_BYTES = 8
@@ -47,7 +46,8 @@ class _Network(canopen.Network):
 
 
 class SdoWorkers:
-    """Context manager. `done` gets the outcome of each request, from a worker's thread.
+    """Context manager. `done` gets the outcome of each request, from a worker's thread; a node answers each within
+    `timeout_s`.
 
     A transfer runs inside `attend()`, in which received frames must come to `take` without delay.
     """
@@ -58,8 +58,10 @@ class SdoWorkers:
         send: Callable[[CanFrame], None],
         attend: Callable[[], AbstractContextManager[None]],
         done: Callable[[SdoDone], None],
+        timeout_s: float,
     ) -> None:
         self._done = done
+        self._timeout_s = timeout_s
         self._attend = attend
         self._network = _Network(partial(self._sent, send))
         self._clients: dict[int, Any] = {}
@@ -118,7 +120,7 @@ class SdoWorkers:
         client = self._clients[request.node_id]
         data, abort_code, problem = b"", None, ""
         slow = request.index in (STORE_PARAMETERS, RESTORE_DEFAULTS)
-        timeout_s = STORE_TIMEOUT_S if slow else RESPONSE_TIMEOUT_S
+        timeout_s = max(STORE_TIMEOUT_S, self._timeout_s) if slow else self._timeout_s
         client.RESPONSE_TIMEOUT = timeout_s
         self._malformed.pop(request.node_id, None)
         self._asked[request.node_id] = _ADDRESS.pack(request.index, request.sub)

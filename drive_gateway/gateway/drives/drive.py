@@ -133,15 +133,19 @@ class Drive:
     # What the drive sends
 
     def on_tpdo(self, data: bytes, tick: int, now: float) -> None:
-        """Statusword, position and torque, measured at the SYNC numbered `tick`."""
-        if len(data) != self.image.status.data_bytes:
-            self.strange = f"the newest had {len(data)} bytes instead of {self.image.status.data_bytes}"
+        """Statusword, position and torque, measured at the SYNC numbered `tick`.
+
+        A frame may be longer than what is mapped, and then its first bytes count (CiA 301, PDO mapping).
+        """
+        size = self.image.status.data_bytes
+        if len(data) < size:
+            self.strange = f"the newest had {len(data)} bytes instead of {size}"
             return
         torque = None
-        if len(data) == STATUS_WITH_TORQUE.size:
-            statusword, counts, torque = STATUS_WITH_TORQUE.unpack(data)
+        if size == STATUS_WITH_TORQUE.size:
+            statusword, counts, torque = STATUS_WITH_TORQUE.unpack_from(data)
         else:
-            statusword, counts = STATUS.unpack(data)
+            statusword, counts = STATUS.unpack_from(data)
         status = decode(statusword)
         if status is None:
             self.strange = f"the newest shows statusword {statusword:04X}h, which is no state of CiA 402"
@@ -169,8 +173,8 @@ class Drive:
 
     def on_inputs(self, data: bytes, now: float) -> None:
         """The drive's digital inputs."""
-        if len(data) == INPUTS.size:
-            self._inputs, self._inputs_at = INPUTS.unpack(data)[0], now
+        if len(data) >= INPUTS.size:
+            self._inputs, self._inputs_at = INPUTS.unpack_from(data)[0], now
 
     def digital_inputs(self, now: float) -> int | None:
         """The newest digital inputs; `None` when they are too old to be believed."""

@@ -10,7 +10,7 @@ from drive_gateway.cia402.state_machine import DISABLE_VOLTAGE, FAULT_RESET, INT
 from drive_gateway.gateway.drives.drive import Drive
 
 SWITCH_TIMEOUT_S = 1.5
-"""Time for all drives of a robot to reach the state that was asked for; a caller waits 2 s for the answer."""
+"""Time for all drives of a robot to switch off or to be reset; a caller waits 2 s for the answer."""
 RESET_LOW_CYCLES = 3
 """Cycles with the fault-reset bit low before its rising edge, so that no drive misses the edge."""
 HANDOVER_CYCLES = 3
@@ -63,6 +63,7 @@ class Power:
         self._held_since: float | None = None
         """All drives hold their axes against brakes that are still opening."""
         self._brake_s = max(node.axis.brake_s for node in nodes)
+        self._switch_on_s = max(node.axis.switch_on_s for node in nodes)
         self.state = PowerState.OFF
         self._target = _TARGET[self.state]
         self.released = False
@@ -90,10 +91,10 @@ class Power:
         self._cycles = 0
         self._held_since = None
         if state not in (PowerState.HANDING_OVER, PowerState.ENABLING):
-            self._deadline = now + SWITCH_TIMEOUT_S
+            self._deadline = now + (self._switch_on_s if state is PowerState.SWITCHING_ON else SWITCH_TIMEOUT_S)
 
     def late(self, now: float) -> bool:
-        """The drives did not get where they should within `SWITCH_TIMEOUT_S`."""
+        """The drives did not get where they should in time."""
         return self.state in _TIMED and now > self._deadline
 
     def hand_over(self, targets: Sequence[int], now: float) -> None:

@@ -137,7 +137,7 @@ class DriveGroup:
         if self.power.state is PowerState.OFF and self.standstill.at_rest:
             self._stand_in_fault(now)
         else:
-            self.setup.abandon(trouble.text, now)
+            self.setup.abandon(f"{trouble.text}; {trouble.remedy}", now)
             self._quick_stop(now)
 
     def observe(self, now: float, tick: int, order: StopOrder | None) -> list[Effect]:
@@ -262,7 +262,11 @@ class DriveGroup:
                 if node.operational and not node.without_torque:
                     node.stop_by_network(now)
         else:
-            self._answer(False, f"{self.robot} got no further than {state.value}: {found}")
+            self._answer(
+                False,
+                f"{self.robot} got no further than {state.value}: {found}; look at what the drive needs for it, or "
+                "give it more time by switch_on_s in the drives file",
+            )
             self._switch_off(now)
 
     def _obey(self, order: StopOrder, now: float) -> None:

@@ -86,7 +86,7 @@ class SetupAxis:
         """[per mille of the rated one] of mode cyclic torque, on top of what carries the robot."""
         self._began_at = node.counts or 0
         self._cycles = 0
-        self._since = now
+        self._since = self._now = now
         self._enabled_since: float | None = None
         self._sent_stop = False
         self._way = _way(order, node.counts or 0)
@@ -152,6 +152,7 @@ class SetupAxis:
     def step(self, now: float) -> None:
         """One cycle."""
         self._cycles += 1
+        self._now = now
         word, status = self.node.statusword, self.node.status
         enabled = status is AxisStatus.OPERATION_ENABLED
         if self.stage in _UNDER_WAY and self.order.mode != HOMING:
@@ -222,10 +223,12 @@ class SetupAxis:
         return bool(word & REACHED)
 
     def _mind_the_time(self, now: float) -> None:
-        if now - self._since <= STAGE_S or self.stage in _UNTIMED:
+        within_s = max(STAGE_S, self.node.axis.switch_on_s) if self.stage is Stage.SWITCHING_ON else STAGE_S
+        if now - self._since <= within_s or self.stage in _UNTIMED:
             return
         if self.stage is not Stage.SWITCHING_OFF:
-            self.stop(f"{self.node.label} got no further than {self.stage.value}: {self.node.said()}", now)
+            more = "; give it more time by switch_on_s" if self.stage is Stage.SWITCHING_ON else ""
+            self.stop(f"{self.node.label} got no further than {self.stage.value}: {self.node.said()}{more}", now)
             return
         self.problem = f"{self.node.label} did not switch off: {self.node.said()}"
         self.node.stop_by_network(now)
@@ -253,6 +256,7 @@ class SetupAxis:
                 self.node.submit(index, sub, None, shown)
                 return
             self._steps.popleft()
+            self._since = self._now  # a drive may be slow in each of its answers
             if self._steps:
                 self._write()
 

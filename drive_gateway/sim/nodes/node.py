@@ -88,6 +88,8 @@ class SimulatedNode(FaultsOnCommand):
         self._restart_drive = True
         self._silent = False
         self._late = LateFrames()
+        self.boot_s: Callable[[bool], float] = lambda _power_on: BOOT_S
+        """From power-on (true) or a reset of its communication to its boot-up message [s]."""
         self._nmt = NmtState.BOOT_UP
         self._receive: list[ReceivePdo] = []
         self._transmit: list[TransmitPdo] = []
@@ -109,6 +111,11 @@ class SimulatedNode(FaultsOnCommand):
     def emergencies(self) -> Emergencies:
         """Its errors, and what it tells of them."""
         return self._emergencies
+
+    @property
+    def objects(self) -> Objects:
+        """Its object dictionary."""
+        return self._objects
 
     @property
     def hears_sync(self) -> bool:
@@ -179,7 +186,7 @@ class SimulatedNode(FaultsOnCommand):
 
     def _boot(self, now: float) -> list[CanFrame]:
         if self._boot_at is None:
-            self._boot_at = now + BOOT_S
+            self._boot_at = now + self.boot_s(self._restart_drive)
         if now < self._boot_at:
             return []
         if self._restart_drive:

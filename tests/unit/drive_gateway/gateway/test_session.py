@@ -23,10 +23,10 @@ PDO_RECORDS = (0x1400, 0x1600, 0x1800, 0x1A00)
 LINKED = {
     0x1400: [("01", "01 02 00 80"), ("02", "01"), ("01", "01 02 00 00")],
     0x1600: [("00", "00"), ("01", "10 00 40 60"), ("02", "20 00 7a 60"), ("00", "02")],
-    0x1800: [("01", "81 01 00 80"), ("02", "01"), ("01", "81 01 00 00")],
+    0x1800: [("01", "81 01 00 c0"), ("02", "01"), ("01", "81 01 00 40")],
     0x1A00: [("00", "00"), ("01", "10 00 41 60"), ("02", "20 00 64 60"), ("00", "02")],
 }
-"""What is written to each PDO record of node 1: sub-index and bytes."""
+"""What is written to each PDO record of node 1: sub-index and bytes. Bit 30 of the TPDO is as the drive has it."""
 
 
 class Observer:

@@ -242,6 +242,24 @@ def test_a_second_master_is_told(request: pytest.FixtureRequest) -> None:
         assert "somebody else sends 601h" in told.text
 
 
+def test_a_new_drive_with_the_gateways_own_node_id_is_no_second_master(request: pytest.FixtureRequest) -> None:
+    got: SimpleQueue[CanFrame] = SimpleQueue()
+    news: SimpleQueue[BusNews] = SimpleQueue()
+    settings = BusSettings("virtual", request.node.name, 1_000_000, {})
+    with can.Bus(interface="virtual", channel=request.node.name) as peer, BusPort(settings, got.put, news.put) as port:
+        port.send(CanFrame(0x77F, b"\5"))
+        for state in (0x00, 0x7F):
+            peer.send(can.Message(arbitration_id=0x77F, data=[state], is_extended_id=False))
+        port.take()
+        told = news.get_nowait()
+        assert isinstance(told, BusDisturbed)
+        assert "a node has Node-ID 127, the gateway's own: give it another one" in told.text
+        assert news.empty()
+        peer.send(can.Message(arbitration_id=0x77F, data=[5], is_extended_id=False))
+        port.take()
+        assert isinstance(news.get_nowait(), SecondMaster), "a master is Operational"
+
+
 def test_the_bits_of_all_frames_are_counted_whoever_sends_them_and_whatever_they_are(
     request: pytest.FixtureRequest,
 ) -> None:
