@@ -5,6 +5,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from drive_gateway.canopen.profile_pdos import ProfilePdos
+from drive_gateway.config.drive_units import COUNTS, DriveUnits
 from drive_gateway.config.simulation import Simulation
 
 INT32_MIN, INT32_MAX = -(2**31), 2**31 - 1
@@ -12,6 +13,8 @@ DELAY_CYCLES = 2
 """A sample acts with the SYNC after it, and an axis without lag has reached it at the next one, which shows it."""
 BRAKE_S = 0.3
 """Longest overlap of motor and holding brake that is usual."""
+REST_WINDOW = 2e-4
+"""[rad or m] 2 mrad/s or 2 mm/s over the time in which rest is measured."""
 SETUP_SHARE = 0.25
 """Share of an axis' speed and acceleration that motions of the drive's own may use."""
 MOTOR_SPEED_RESERVE = 1.2
@@ -137,6 +140,10 @@ class AxisSettings:
     """So many cycles after a sample was sent its drive shows where that left the axis: its following error."""
     brake_s: float = BRAKE_S
     """So long after it got torque its brake may still hold it, and after it lost it the brake may still close."""
+    units: DriveUnits = COUNTS
+    """In which its drive takes velocities and accelerations."""
+    rest_window: float = REST_WINDOW
+    """[rad or m] an axis that stays within this is at rest, though its loop hunts."""
     number: int = 1
     """Which axis of its node it is, 1 to 3."""
     index_counts: int = 0

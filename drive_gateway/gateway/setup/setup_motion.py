@@ -5,10 +5,11 @@ Such a motion has no block and no path, so the robot counts as not referenced wh
 
 from collections.abc import Sequence
 
-from drive_gateway.cia402.setup_objects import HOMING, SetupOrder
+from drive_gateway.cia402.setup_objects import HOMING, SetupOrder, trial_order
 from drive_gateway.gateway.drives.drive import Drive
 from drive_gateway.gateway.setup.setup_axis import SetupAxis, Stage
 from drive_gateway.gateway.trouble import Trouble
+from drive_gateway.gateway.watch.limit_switches import limit_switches
 
 HOLD_S = 0.5
 """A motion whose operator did not hold it this lately is stopped."""
@@ -84,6 +85,8 @@ class SetupMotion:
                 self.stop(axis.problem, now)
             if axis.attained and axis.order.mode == HOMING:
                 axis.node.reference.found()
+            if axis.attained and axis.order.trial:
+                axis.node.tried = True
         if all(axis.stage is Stage.READY for axis in self._axes):
             for axis in self._axes:
                 axis.start(now)
@@ -91,4 +94,23 @@ class SetupMotion:
             self._begin(now)
 
     def _begin(self, now: float) -> None:
-        self._axes = [SetupAxis(node, order, now) for node, order in self._waiting.pop(0)]
+        """The first group that waits; before it its axes whose units have not been tried since their drive started."""
+        group = [
+            (node, trial_order(node.axis, _free(node, order, now)))
+            for node, order in self._waiting[0]
+            if _new(node, order)
+        ]
+        self._axes = [SetupAxis(node, order, now) for node, order in group or self._waiting.pop(0)]
+
+
+def _new(node: Drive, order: SetupOrder) -> bool:
+    return not (node.tried or order.still or order.press is not None)
+
+
+def _free(node: Drive, order: SetupOrder, now: float) -> int:
+    """Away from a limit switch that is active; else the way of the motion."""
+    active = limit_switches([node], now)
+    for way in (order.free, -order.free):
+        if not any(switch.forbids(way) for switch in active):
+            return way
+    return order.free

@@ -56,7 +56,7 @@ AT_ANY_AGE: dict[type[Command], Command] = {
     ReadObject: ReadObject(1, 0x1018, 1),
     ScanBus: ScanBus(),
     RecordBus: RecordBus("x.asc", 1.0),
-    HoldSetup: HoldSetup("left"),
+    HoldSetup: HoldSetup("left", "c1"),
     Who: Who(),
 }
 
