@@ -88,6 +88,8 @@ class SetupOrder:
     """Direction of the counts (1 or -1) in which the axis can go a little from where it is."""
     trial: bool = False
     """The drive's units are tried (`FirstMotion`)."""
+    back: bool = False
+    """After the trial the axis goes back: what follows stops by time, from where it stood."""
     still: bool = False
     """Nothing moves: the home point is where the axis stands."""
 
@@ -165,11 +167,13 @@ def velocity_order(axis: AxisSettings, motion: Trapezoid, acceleration: float) -
     )
 
 
-def trial_order(axis: AxisSettings, direction: int) -> SetupOrder:
-    """The first motion: a profile velocity that grows from one unit of the drive, forth and back (`FirstMotion`)."""
+def trial_order(axis: AxisSettings, direction: int, back: bool) -> SetupOrder:
+    """The first motion: a profile velocity that grows from one unit of the drive (`FirstMotion`)."""
     ramp = SETUP_SHARE * axis.acceleration
     writes = (SdoWrite(TARGET_VELOCITY, 0, bytes(4)), *_ramps(axis, ramp))
-    return SetupOrder(PROFILE_VELOCITY, writes, ramp_s=SETUP_SHARE * axis.speed / ramp, free=direction, trial=True)
+    return SetupOrder(
+        PROFILE_VELOCITY, writes, ramp_s=SETUP_SHARE * axis.speed / ramp, free=direction, trial=True, back=back
+    )
 
 
 def press_order(torque: TorqueSettings, speed: float, press: Press) -> SetupOrder:

@@ -122,6 +122,11 @@ class AxisEntry(BaseModel):
         description=f"unit in which the drive takes accelerations (6083h, 6084h, 6085h, 609Ah): {ACCELERATION_UNITS}; "
         "as for velocity_unit",
     )
+    try_units: bool = Field(
+        default=True,
+        description="the axis' first motion by its drive tries its units, in mode profile velocity; false for a drive "
+        "without that mode",
+    )
     direction: Literal[1, -1] = Field(description="1, or -1 when the motor turns against the axis")
     offset: Number = Field(description="axis position at encoder count zero")
     speed: Positive = Field(description="set points above this are refused")
@@ -253,6 +258,7 @@ class AxisEntry(BaseModel):
             delay_cycles=self.delay_cycles,
             brake_s=self.brake_s,
             units=self.units(),
+            try_units=self.try_units,
             rest_window=REST_WINDOW if self.rest_window is None else self.rest_window,
             simulated_start=self.simulated_start,
             index_counts=self.counts_per_turn,

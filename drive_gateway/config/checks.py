@@ -188,6 +188,11 @@ def _homing(document: Document, path: KeyPath, axis: AxisEntry) -> Iterator[Prob
 def _whole_units(document: Document, path: KeyPath, axis: AxisEntry) -> Iterator[Problem]:
     """A drive takes whole numbers of its units, 32 bits of them."""
     units, counts = axis.units(), abs(axis.counts_per_unit())
+    if not axis.try_units:
+        allowed = "only for a drive without mode profile velocity: a wrong unit is seen at full speed then, not before"
+        yield document.problem(
+            (*path, "try_units"), "a drive whose units are not tried", allowed, severity=Severity.WARNING
+        )
     stated: list[tuple[KeyPath, float, float, float, str]] = [
         (("quick_stop",), axis.quick_stop, units.acceleration, UINT32_MAX, units.acceleration_name),
         (("speed",), axis.speed, units.velocity, FASTEST_COUNTS, units.velocity_name),

@@ -142,6 +142,8 @@ class AxisSettings:
     """So long after it got torque its brake may still hold it, and after it lost it the brake may still close."""
     units: DriveUnits = COUNTS
     """In which its drive takes velocities and accelerations."""
+    try_units: bool = True
+    """Its first motion by its drive after each start tries them."""
     rest_window: float = REST_WINDOW
     """[rad or m] an axis that stays within this is at rest, though its loop hunts."""
     number: int = 1

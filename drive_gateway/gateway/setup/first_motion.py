@@ -5,7 +5,7 @@ the machine's end. So the drive is told one of its own units first, four times a
 at each rung: whatever the unit means, it is wrong at the slowest speed at which that can be seen.
 """
 
-from math import degrees, log
+from math import degrees
 
 from drive_gateway.config.settings import SETUP_SHARE, AxisSettings
 
@@ -21,9 +21,6 @@ NOISE = 0.02
 """Share of the farthest way by which an axis that holds may hunt."""
 BACK_S = 4.0
 """The way back takes no longer."""
-_GUESSES = {"rpm": 1.0 / 60.0, "0.1 rpm": 1.0 / 600.0, "0.001 rpm": 1.0 / 60_000.0, "deg/s": 1.0 / 360.0,
-            "rev/s": 1.0}  # fmt: skip
-"""Turns of the motor in a second that a drive's unit often is."""
 
 
 class FirstMotion:
@@ -34,13 +31,15 @@ class FirstMotion:
         direction: 1 or -1, of the counts.
         counts: where it stands.
         now: [s]
+        back: it goes back to where it stood.
     """
 
-    def __init__(self, axis: AxisSettings, direction: int, counts: int, now: float) -> None:
+    def __init__(self, axis: AxisSettings, direction: int, counts: int, now: float, back: bool) -> None:
         scale = abs(axis.counts_per_unit)
         self._axis = axis
         self._direction = direction
         self._start = counts
+        self._back = back
         self._unit = axis.units.velocity
         self._farthest = FARTHEST[axis.linear] * scale
         self._noise = max(NOISE * self._farthest, min(2.0 * axis.rest_window * scale, 0.1 * self._farthest), 3.0)
@@ -53,7 +52,7 @@ class FirstMotion:
         self.problem = ""
         """Why the drive must not move on."""
         self.done = False
-        """It moved as it was told, and is back; the velocity is zero."""
+        """It moved as it was told; the velocity is zero."""
 
     def step(self, counts: int, now: float) -> int:
         """One cycle, with the newest measured position."""
@@ -67,7 +66,7 @@ class FirstMotion:
                 way, "moves against the direction that it was told", "direction, or the drive's polarity (607Eh)"
             )
         elif way > TOLERANCE * self._told_way + self._noise:
-            self._fail(way, f"moves faster than it was told{self._guess(way)}", "velocity_unit and counts_per_turn")
+            self._fail(way, "moves faster than it was told", "velocity_unit and counts_per_turn")
         elif self._told < self._top:
             if now - self._rung_at >= RUNG_S:
                 self._told, self._rung_at = min(self._top, FACTOR * self._told), now
@@ -75,7 +74,9 @@ class FirstMotion:
             self._judge_slow(way, now)
         elif self._middle is None and now - self._rung_at >= 0.5 * STEADY_S:
             self._middle = way, now
-        return 0 if self.problem else self._direction * (self._told if self._back_at is None else -self._told)
+        if self.problem or self.done:
+            return 0
+        return self._direction * (self._told if self._back_at is None else -self._told)
 
     def _judge_slow(self, way: float, now: float) -> None:
         if self._middle is not None:
@@ -83,8 +84,9 @@ class FirstMotion:
             measured = (way - since) / (now - at)
             if measured * TOLERANCE < self._told * self._unit - self._noise / (now - at):
                 keys = "velocity_unit, acceleration_unit and counts_per_turn"
-                self._fail(way, f"moves slower than it was told{self._guess(way)}", keys)
+                self._fail(way, "moves slower than it was told", keys)
                 return
+        self.done = not self._back
         self._back_at = now
 
     def _go_back(self, way: float, now: float) -> int:
@@ -105,15 +107,3 @@ class FirstMotion:
             f"{what}: at {told} it was {scale * way:.3g} {unit} from its start, {scale * self._told_way:.3g} {unit} "
             f"were told; it goes no further before that is cleared: correct {keys} in the drives file"
         )
-
-    def _guess(self, way: float) -> str:
-        """The unit that would explain it best, where one comes near."""
-        per_turn = self._axis.units.counts_per_turn
-        if not per_turn or way <= self._noise or self._told_way <= 0.0:
-            return ""
-        measured = self._unit * way / self._told_way
-        off = {name: abs(log(measured / (turns * per_turn))) for name, turns in _GUESSES.items()}
-        off["counts/s"] = abs(log(measured))
-        best = min(off, key=lambda name: off[name])
-        usable = off[best] < log(2.0) and best != self._axis.units.velocity_name
-        return f", as if velocity_unit were {best}" if usable else ""

@@ -146,7 +146,7 @@ class SetupAxis:
         if self.order.mode == PROFILE_VELOCITY:
             self._set_velocity(self.order.velocity)
         if self.order.trial:
-            self._first = FirstMotion(self.node.axis, self.order.free, self.node.counts or 0, now)
+            self._first = FirstMotion(self.node.axis, self.order.free, self.node.counts or 0, now, self.order.back)
         # What stands at once may have been found before the next statusword; else homing must show that it began.
         self._low = ~self.node.statusword if self.order.still else 0
         position = self.order.mode == PROFILE_POSITION
@@ -279,8 +279,9 @@ class SetupAxis:
             self.torque = press.at(elapsed_s)
 
     def _mind_the_ends(self, now: float) -> None:
+        way = self.velocity if self._first is not None else self._way
         for switch in limit_switches([self.node], now):
-            if switch.forbids(self._way):
+            if switch.forbids(way):
                 self.stop(switch.text, now)
 
     def _arrived(self, word: int) -> bool:
@@ -298,12 +299,20 @@ class SetupAxis:
         if now - self._since <= STAGE_S or self.stage in _UNTIMED:
             return
         if self.stage is not Stage.SWITCHING_OFF:
-            self.stop(f"{self.node.label} got no further than {self.stage.value}: {self.node.said()}", now)
+            self.stop(
+                f"{self.node.label} got no further than {self.stage.value}: {self.node.said()}{self._without_mode}", now
+            )
             return
         self.problem = f"{self.node.label} did not switch off: {self.node.said()}"
         self.node.stop_by_network(now)
         self.trouble = Trouble("not_off", self.problem, HARD_WIRED, self.node.axis.node_id)
         self._enter(Stage.ENDED, now)
+
+    @property
+    def _without_mode(self) -> str:
+        if not self.order.trial or self.stage is not Stage.PREPARING:
+            return ""
+        return "; its units are tried in mode profile velocity: where it has none, try_units: false in the drives file"
 
     def _enter(self, stage: Stage, now: float) -> None:
         self.stage, self._since, self._cycles = stage, now, 0
@@ -314,7 +323,8 @@ class SetupAxis:
 
         def written(outcome: SdoDone) -> None:
             if outcome.problem:
-                self.problem = f"{self.node.label} refused {write.index:04X}h:{write.sub:02X}: {outcome.problem}"
+                found = f"{self.node.label} refused {write.index:04X}h:{write.sub:02X}: {outcome.problem}"
+                self.problem = f"{found}{self._without_mode}"
             elif self.stage is Stage.PREPARING:
                 self.node.submit(index, sub, None, shown)
 

@@ -5,8 +5,9 @@ Such a motion has no block and no path, so the robot counts as not referenced wh
 
 from collections.abc import Sequence
 
-from drive_gateway.cia402.setup_objects import HOMING, SetupOrder, trial_order
+from drive_gateway.cia402.setup_objects import HOMING, PROFILE_VELOCITY, SetupOrder, trial_order
 from drive_gateway.gateway.drives.drive import Drive
+from drive_gateway.gateway.setup.first_motion import FARTHEST
 from drive_gateway.gateway.setup.setup_axis import SetupAxis, Stage
 from drive_gateway.gateway.trouble import Trouble
 from drive_gateway.gateway.watch.limit_switches import limit_switches
@@ -95,22 +96,32 @@ class SetupMotion:
 
     def _begin(self, now: float) -> None:
         """The first group that waits; before it its axes whose units have not been tried since their drive started."""
-        group = [
-            (node, trial_order(node.axis, _free(node, order, now)))
-            for node, order in self._waiting[0]
-            if _new(node, order)
-        ]
-        self._axes = [SetupAxis(node, order, now) for node, order in group or self._waiting.pop(0)]
+        trials = [(node, _trial(node, order, now)) for node, order in self._waiting[0] if _new(node, order)]
+        self._axes = [SetupAxis(node, order, now) for node, order in trials or self._waiting.pop(0)]
 
 
 def _new(node: Drive, order: SetupOrder) -> bool:
-    return not (node.tried or order.still or order.press is not None)
+    return node.axis.try_units and not (node.tried or order.still or order.press is not None)
 
 
-def _free(node: Drive, order: SetupOrder, now: float) -> int:
-    """Away from a limit switch that is active; else the way of the motion."""
-    active = limit_switches([node], now)
-    for way in (order.free, -order.free):
-        if not any(switch.forbids(way) for switch in active):
-            return way
-    return order.free
+def _trial(node: Drive, order: SetupOrder, now: float) -> SetupOrder:
+    """The way of the motion, or back where a limit switch or a limit is near.
+
+    It goes back only where what follows starts from here: a drive refuses the way into an active switch.
+    """
+    switches = list(limit_switches([node], now))
+    ways = [
+        way
+        for way in (order.free, -order.free)
+        if not any(switch.forbids(way) for switch in switches) and not _leaves_limits(node, way)
+    ]
+    return trial_order(node.axis, (ways or [order.free])[0], back=order.mode == PROFILE_VELOCITY and not switches)
+
+
+def _leaves_limits(node: Drive, way: int) -> bool:
+    axis = node.axis
+    if axis.limits is None or not node.reference.known:
+        return False
+    farthest = way * FARTHEST[axis.linear] * abs(axis.counts_per_unit)
+    ahead = axis.offset + ((node.counts or 0) + farthest) / axis.counts_per_unit
+    return not axis.limits[0] <= ahead <= axis.limits[1]

@@ -67,8 +67,8 @@ HOMING = (
     Trait(
         "hunts at rest",
         "While it is controlled its position goes up and down by 26 counts every 80 ms.",
-        "limit cycle of a position loop with integral action and static friction: Armstrong-Helouvry, Dupont and Canudas "
-        "de Wit, Automatica 30 (1994), survey of the control of machines with friction",
+        "limit cycle of a position loop with integral action and static friction: Armstrong-Helouvry, Dupont and "
+        "Canudas de Wit, Automatica 30 (1994), survey of the control of machines with friction",
         _hunt,
     ),
 )
