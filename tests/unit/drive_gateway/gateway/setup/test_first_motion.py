@@ -15,11 +15,11 @@ REACTION_S = 0.03
 
 
 def run(
-    unit: str, truth: float, direction: int = 1, back: bool = False, linear: bool = False
+    unit: str, truth: float, direction: int = 1, back: bool = False, linear: bool = False, scale: float = 200_000.0
 ) -> tuple[str, float, int]:
     """One unit of the drive is `truth` counts/s; answers the problem, the farthest way [rad or m], the most told."""
     units = drive_units(unit, "counts/s^2", PER_TURN, 200_000.0 if linear else 0.0)
-    settings = axis("J1", 1, units=units, linear=linear)
+    settings = axis("J1", 1, units=units, linear=linear, counts_per_unit=scale)
     motion = FirstMotion(settings, direction, 500, 0.0, back)
     told, place, far, most = [0] * round(REACTION_S / CYCLE_S), 500.0, 0.0, 0
     for cycle in range(2000):
@@ -31,7 +31,7 @@ def run(
         far = max(far, abs(place - 500.0))
     assert motion.problem or motion.done
     assert told[-1] == 0
-    return motion.problem, far / 200_000.0, most
+    return motion.problem, far / scale, most
 
 
 @pytest.mark.parametrize("direction", [1, -1])
@@ -84,3 +84,12 @@ def test_an_axis_that_turns_the_other_way_round_is_named() -> None:
 def test_an_axis_that_does_not_move_is_named() -> None:
     problem, _, _ = run("counts/s", 0.0)
     assert "moves slower than it was told" in problem
+
+
+@pytest.mark.parametrize(("truth", "gear"), [(PER_TURN / 60.0, 1), (PER_TURN / 360.0, 1), (PER_TURN, 20)])
+def test_units_of_rpm_without_a_gear_and_of_turns_in_a_second_behind_one_are_found_within_a_degree(
+    truth: float, gear: int
+) -> None:
+    problem, far, _ = run("counts/s", truth, scale=gear * PER_TURN / (2.0 * math.pi))
+    assert problem.startswith("moves faster")
+    assert far < math.radians(1.0)
