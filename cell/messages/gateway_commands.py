@@ -150,13 +150,15 @@ class PressAxis(Command):
 @command("gateway")
 @dataclass(frozen=True, slots=True)
 class HoldSetup(Command):
-    """The operator holds the set-up motion, as of the gateway state that the call's `heard` names.
+    """The operator holds his set-up motion, as of the gateway state that the call's `heard` names.
 
     It begins with the first hold. The reply's `data` are `moving`, `done` or `stopped`.
     """
 
     verb: ClassVar[str] = "hold_setup"
     robot: Name
+    order: Name
+    """Id of the call that ordered the motion; a hold of another order holds nothing."""
 
 
 @command("gateway")

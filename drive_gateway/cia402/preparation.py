@@ -49,7 +49,7 @@ def preparations(axis: AxisSettings, settings: GatewaySettings) -> list[Preparat
         _same("interpolation period, power of ten", 0x60C2, 2, exponent, 1),
         *([_same("interpolation sub mode", 0x60C0, 0, axis.interpolation, 2)] if axis.interpolated else []),
         *play(axis),
-        _same("quick-stop deceleration", 0x6085, 0, round(axis.quick_stop * counts), 4),
+        _same("quick-stop deceleration", 0x6085, 0, max(1, axis.units.ramp(axis.quick_stop * counts)), 4),
         _same("quick-stop option", 0x605A, 0, axis.quick_stop_option, 2),
         _same("reaction to a lost connection", 0x6007, 0, axis.connection_lost, 2),
         _same("following-error window", 0x6065, 0, round(axis.following_window * counts), 4),

@@ -164,6 +164,7 @@ def _axes(document: Document, drives: DrivesFile) -> Iterator[Problem]:
             found = f"{axis.interpolation} beside mode {axis.mode}"
             yield document.problem((*path, "interpolation"), found, "mode: interpolated beside it")
         yield from _waived(document, path, axis)
+        yield from _whole_units(document, path, axis)
         for name, bound in (("quick_stop", UINT32_MAX), ("following_window", UINT32_MAX), ("speed", FASTEST_COUNTS)):
             if getattr(axis, name) * counts > bound:
                 most = declared(document, bound / counts, axis.linear)
@@ -186,6 +187,34 @@ def _homing(document: Document, path: KeyPath, axis: AxisEntry) -> Iterator[Prob
             found = document.found((*path, "homing", name))
             allowed = f"{declared(document, most, axis.linear):g} or less{share}"
             yield document.problem((*path, "homing", name), found, allowed)
+
+
+def _whole_units(document: Document, path: KeyPath, axis: AxisEntry) -> Iterator[Problem]:
+    """A drive takes whole numbers of its units, 32 bits of them."""
+    units, counts = axis.units(), abs(axis.counts_per_unit())
+    if not axis.try_units:
+        allowed = "only for a drive without mode profile velocity: a wrong unit is seen at full speed then, not before"
+        yield document.problem(
+            (*path, "try_units"), "a drive whose units are not tried", allowed, severity=Severity.WARNING
+        )
+    stated: list[tuple[KeyPath, float, float, float, str]] = [
+        (("quick_stop",), axis.quick_stop, units.acceleration, UINT32_MAX, units.acceleration_name),
+        (("speed",), axis.speed, units.velocity, FASTEST_COUNTS, units.velocity_name),
+    ]
+    if axis.homing is not None:
+        stated += [
+            (("homing", "fast"), axis.homing.fast, units.velocity, UINT32_MAX, units.velocity_name),
+            (("homing", "slow"), axis.homing.slow, units.velocity, UINT32_MAX, units.velocity_name),
+            (("homing", "acceleration"), axis.homing.acceleration, units.acceleration, UINT32_MAX,
+             units.acceleration_name),
+        ]  # fmt: skip
+    for key, value, unit, most, name in stated:
+        if name.startswith("counts"):
+            continue
+        if not 1.0 <= value * counts / unit <= most:
+            least, highest = (declared(document, bound * unit / counts, axis.linear) for bound in (1.0, most))
+            allowed = f"{least:.4g} to {highest:.4g}: the drive takes whole numbers of {name}, 32 bits"
+            yield document.problem((*path, *key), document.found((*path, *key)), allowed)
 
 
 def _torque(document: Document, path: KeyPath, axis: AxisEntry) -> Iterator[Problem]:

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from drive_gateway.canopen.cob_id import MASTER_NODE_ID
 from drive_gateway.canopen.emcy import Meaning
 from drive_gateway.canopen.profile_pdos import ProfilePdos
+from drive_gateway.config.drive_units import COUNTS, DriveUnits
 from drive_gateway.config.simulation import Simulation
 
 INT32_MIN, INT32_MAX = -(2**31), 2**31 - 1
@@ -16,6 +17,8 @@ BRAKE_S = 0.3
 """Longest overlap of motor and holding brake that is usual."""
 SWITCH_ON_S = 1.5
 """A drive takes so long at most to reach a state that it is told."""
+REST_WINDOW = 2e-4
+"""[rad or m] 2 mrad/s or 2 mm/s over the time in which rest is measured."""
 SETUP_SHARE = 0.25
 """Share of an axis' speed and acceleration that motions of the drive's own may use."""
 MOTOR_SPEED_RESERVE = 1.2
@@ -143,6 +146,12 @@ class AxisSettings:
     """So long after it got torque its brake may still hold it, and after it lost it the brake may still close."""
     switch_on_s: float = SWITCH_ON_S
     """From the order to switch on to Operation Enabled, charging of its DC link and opening of its brake included."""
+    units: DriveUnits = COUNTS
+    """In which its drive takes velocities and accelerations."""
+    try_units: bool = True
+    """Its first motion by its drive after each start tries them."""
+    rest_window: float = REST_WINDOW
+    """[rad or m] an axis that stays within this is at rest, though its loop hunts."""
     number: int = 1
     """Which axis of its node it is, 1 to 3."""
     index_counts: int = 0

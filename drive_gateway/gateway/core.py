@@ -93,7 +93,7 @@ class GatewayCore:
         self._states = Sent(boot)
         self._turn = SetupTurn(settings.name, digest, self._robots, times, self._states)
         seen = self._turn, self._states, times.command_s, STATE_PERIOD_S
-        self._calls = GatewayCalls(settings.name, boot, digest, process, self._robots, self._scan, *seen)
+        self._calls = GatewayCalls(settings.name, boot, digest, process, self._robots, self._scan, *seen, self._log)
         self._estops = ObeyedEstops(boot)
         self._estop_since: float | None = None
         """When the first of the stops in force was received; the gateway's own timer runs from here."""
@@ -305,7 +305,9 @@ class GatewayCore:
             self._estops.named(estop.id, self._sequence)
         nodes = tuple(drive.describe() for drive in self._drives)
         modes = [robot.group.setup.problem for robot in self._robots.values()]
-        problems = [problem for problem in (*(node.problem for node in self._nodes.values()), *modes) if problem]
+        units = [robot.group.permits.wrong_units() for robot in self._robots.values()]
+        found = (*(node.problem for node in self._nodes.values()), *modes, *units)
+        problems = [problem for problem in found if problem]
         problem = self._bus.problem or "; ".join(problems)
         return GatewayState(
             gateway=self._settings.name,

@@ -10,10 +10,11 @@ from drive_gateway.canopen.frame import CanFrame
 from drive_gateway.canopen.pdo_map import CONTROLWORD, INPUTS, STATUS, STATUS_WITH_TORQUE, TARGET_POSITION
 from drive_gateway.canopen.profile_pdos import TARGET_VELOCITY, ProfileSender
 from drive_gateway.canopen.sdo import SdoDone
-from drive_gateway.cia402.state_machine import REMOTE, WARNING, decode
+from drive_gateway.cia402.state_machine import QUICK_STOP, REMOTE, WARNING, controlword, decode
 from drive_gateway.config.image import INPUTS_EVERY, image_of
 from drive_gateway.config.settings import AxisSettings, GatewaySettings
 from drive_gateway.gateway.drives.rest import AxisRest
+from drive_gateway.gateway.drives.shown_units import ShownUnits
 from drive_gateway.gateway.nodes.node import Node
 from drive_gateway.gateway.playout.outputs import Outputs
 from drive_gateway.gateway.reference.reference import Reference
@@ -58,7 +59,10 @@ class Drive:
         """Of its motor's rated torque: what it gives. `None`: it does not tell."""
         self.reference = reference
         self.rest = AxisRest(axis, settings)
+        self.shown_units = ShownUnits(self.label, axis.units)
         self.missing_tpdos = 0
+        self.tried = False
+        """Since its start it has been seen to move as fast as it was told, and that way round."""
         self.found_with_torque = False
         """Its first statusword said so: an earlier gateway ended without switching it off. Nobody has been told yet."""
         self.largest_error: float | None = None
@@ -66,6 +70,8 @@ class Drive:
         self.strange = ""
         """What was wrong with its newest TPDO, for people; empty when nothing was."""
         self.robot = robot
+        self._told = QUICK_STOP
+        """Its newest controlword."""
         self._settings = settings
         self._outputs = outputs
         self._endless = axis.modulus > 0
@@ -192,6 +198,7 @@ class Drive:
         self._tpdo_at = now
         self.operational, self.status = True, self._heard
         self.rest.heard()
+        self.shown_units.ask(self.submit)
 
     def judge_reaction(self, now: float) -> None:
         """Some drives show one pattern in the reaction and in the fault, and keep bit 4 (see `decode`): time tells."""
@@ -226,6 +233,7 @@ class Drive:
         self._tpdo_tick = -1
         self.counts_per_cycle = 0.0
         self.statusword = 0
+        self.tried = False
         self.reference.restarted()
 
     # What the gateway does
@@ -239,20 +247,34 @@ class Drive:
         """Queue a write (`data`) or a read (`None`) of an object of the profile, `index` as axis 1 has it."""
         self.node.sdo.submit(index_of(index, self.axis.number), sub, data, then)
 
-    def command(self, controlword: int, counts: int, counts_per_s: int = 0, per_mille: int = 0) -> list[CanFrame]:
-        """The command of one cycle: target, and what is fed forward of velocity and of torque [of the rated one]."""
+    def leading_to(self, target: AxisStatus) -> int:
+        """The controlword that takes it one transition nearer to `target`.
+
+        While it brakes in its reaction to a fault it hears the last one again: CiA 402 has no command in that state,
+        and a drive that obeys `disable voltage` there would run out.
+        """
+        if self.status is AxisStatus.FAULT_REACTION_ACTIVE and not self.rest.standing:
+            return self._told
+        return controlword(self.status, target)
+
+    def command(self, controlword: int, counts: int, speed: int = 0, per_mille: int = 0) -> list[CanFrame]:
+        """The command of one cycle: target [counts], and what is fed forward of velocity [the drive's unit] and of
+        torque [per mille of the rated one]."""
         if self._endless:
             counts = self.axis.wrapped(counts)
-        return self.image.frames(controlword, counts, counts_per_s, per_mille)
+        self._told = controlword
+        return self.image.frames(controlword, counts, speed, per_mille)
 
     def press(self, controlword: int, per_mille: int) -> list[CanFrame]:
         """The command of one cycle in mode cyclic torque."""
+        self._told = controlword
         return self.image.frames(controlword, self.axis.wrapped(self.counts or 0), target_torque=per_mille)
 
     def command_own(self, controlword: int, target: int, velocity: int, now: float) -> list[CanFrame]:
-        """What commands a motion of the drive's own in this cycle: target [counts] and velocity [counts/s]."""
+        """What commands a motion of the drive's own in this cycle: target [counts] and velocity [the drive's unit]."""
         if self._profile is None:
             return self.command(controlword, target)
+        self._told = controlword
         values = {CONTROLWORD: controlword, TARGET_POSITION: self.axis.wrapped(target), TARGET_VELOCITY: velocity}
         return self._profile.frames(values, now)
 

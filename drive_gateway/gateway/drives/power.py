@@ -6,7 +6,7 @@ from enum import Enum
 from cell.messages.drives import AxisStatus
 from drive_gateway.canopen.pdo_map import target_object
 from drive_gateway.canopen.sdo import SdoDone
-from drive_gateway.cia402.state_machine import DISABLE_VOLTAGE, FAULT_RESET, INTERPOLATE, controlword
+from drive_gateway.cia402.state_machine import DISABLE_VOLTAGE, FAULT_RESET, INTERPOLATE
 from drive_gateway.gateway.drives.drive import Drive
 
 SWITCH_TIMEOUT_S = 1.5
@@ -141,7 +141,7 @@ class Power:
         if self.state is PowerState.OFF and status in _CAN_STOP and not node.rest.standing:
             # Found with torque and in motion: without torque it would run out uncontrolled.
             target = AxisStatus.QUICK_STOP_ACTIVE
-        word = controlword(status, target)
+        word = node.leading_to(target)
         interpolates = node.axis.interpolated and status is target is AxisStatus.OPERATION_ENABLED
         return word | INTERPOLATE if interpolates else word
 

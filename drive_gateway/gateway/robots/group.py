@@ -163,7 +163,7 @@ class DriveGroup:
         position, velocity = self.playout.advance()
         self._sent.add(position)
         counts = self._units.counts(position)
-        speeds = self._units.counts_per_s(velocity)
+        speeds = self._units.speeds(velocity)
         torques = self._units.per_mille(self.playout.torque)
         for node, count, speed, torque in zip(self.nodes, counts, speeds, torques, strict=True):
             if node.addressed:

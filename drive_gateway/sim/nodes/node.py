@@ -18,7 +18,7 @@ from drive_gateway.sim.drives.drive import Drive
 from drive_gateway.sim.nodes.faults import FaultsOnCommand
 from drive_gateway.sim.nodes.late_frames import LateFrames
 from drive_gateway.sim.nodes.ordered_faults import OrderedFaults
-from drive_gateway.sim.services.dictionary import key_of, load_dictionary
+from drive_gateway.sim.services.dictionary import Entry, key_of, load_dictionary
 from drive_gateway.sim.services.emergency import COMMUNICATION_LOST, HEARTBEAT_LOST, PDO_TOO_SHORT, Emergencies
 from drive_gateway.sim.services.heartbeat import GuardedLife, HeartbeatConsumer, HeartbeatProducer
 from drive_gateway.sim.services.objects import ALL, COMMUNICATION, Objects, save_on_command
@@ -96,6 +96,11 @@ class SimulatedNode(FaultsOnCommand):
         self.handlers: dict[int, _Handler] = {}
         """What the node hears at present, by COB-ID."""
         self._restart()
+
+    def add_object(self, index: int, name: str, value: int, writable: bool = False) -> None:
+        """It has one UNSIGNED32 more than its EDS says, which shows `value`; before it is switched on."""
+        key = key_of(index)
+        self._objects.add(Entry(key, name, "I", True, writable, False, 0, 2**32 - 1, value, False, b""))
 
     @property
     def nmt(self) -> NmtState:

@@ -79,6 +79,12 @@ class Objects:
             return AxisObjects(self.numbers, self.guards, self.followers)
         return AxisObjects(_Shifted(self.numbers, axis), _Shifted(self.guards, axis), _Shifted(self.followers, axis))
 
+    def add(self, entry: Entry) -> None:
+        """The drive has one object more, with its default as power-on value."""
+        entries, indices = self._dictionary.entries, self._dictionary.indices
+        self._dictionary = Dictionary({**entries, entry.key: entry}, indices | {entry.key >> 8})
+        self.numbers[entry.key] = entry.default
+
     def restore(self, indices: range) -> None:
         """Power-on values for all objects in `indices`. Neither guards nor followers are called."""
         for key, entry in self._dictionary.entries.items():

@@ -5,6 +5,7 @@ python -m tests.sim.unkind.expected      prints the table
 
 from dataclasses import dataclass
 
+from drive_gateway.canopen.emcy import Meaning
 from drive_gateway.sim.traits.register import TRAITS
 from tests.sim.unkind.bench import Changes
 
@@ -24,6 +25,8 @@ class Expected:
 
 
 TOOL = "set it with the maker's tool"
+_NO_SETUP = "no set-up before its units are in the drives file: stopped within 0.03 deg"
+_TOO_FAST = ("moves faster than it was told", "correct velocity_unit and counts_per_turn")
 
 REFUSED = {
     "no_boot_up": Expected(
@@ -51,6 +54,31 @@ REFUSED = {
     "fixed_event_driven": Expected(
         "not brought up: 1800h:02",
         ("keeps 1800h:02 (transmission type of TPDO 1) at 255, needed is 1", TOOL),
+    ),
+    "emergency_storm": Expected(
+        "stopped as by any error; runs with `severity: warning` for its code",
+        ("reports 4310h", "let the motor cool down"),
+        Changes({}, {"emergencies": {0x4310: Meaning("motor hot", "let it cool down", stops=False)}}),
+    ),
+    "overrun_that_stays": Expected(
+        "stopped as by any error; runs with `severity: warning` for its code",
+        ("reports 8110h", "check the bus load"),
+        Changes({}, {"emergencies": {0x8110: Meaning("CAN overrun", "check the bus load", stops=False)}}),
+    ),
+    "hunts at rest": Expected(
+        "no set-up: it moves against what it is told; runs with `rest_window`",
+        ("moves against the direction that it was told", "correct direction"),
+        Changes({}, {"rest_window": 1e-3}),
+    ),
+    "speeds in rpm": Expected(_NO_SETUP, _TOO_FAST),
+    "speeds in rpm, as 60A9h says": Expected(_NO_SETUP, _TOO_FAST),
+    "accelerations in 0.1 rpm/s": Expected(_NO_SETUP, _TOO_FAST),
+    "speeds in 0.0001 rpm": Expected(
+        _NO_SETUP, ("moves slower than it was told", "correct velocity_unit, acceleration_unit and counts_per_turn")
+    ),
+    "velocities against positions": Expected(
+        "no set-up before `direction` or the drive's polarity (607Eh) is right",
+        ("moves against the direction that it was told", "the drive's polarity (607Eh)"),
     ),
     "unused_pdo_collides": Expected(
         "not brought up: 1803h:01",
