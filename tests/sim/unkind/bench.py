@@ -116,7 +116,8 @@ class UnkindBench(GatewayBench):
             problem = "" if self.state is None else self.state.problem
             if self.now - began > (REFUSED_FOR_S if hopeless and problem else UP_WITHIN_S):
                 raise Refused(problem)
-        self.run(0.3)
+        # Its units are read meanwhile.
+        self.run(0.3 if self.settings.sdo_timeout_s <= 0.5 else 4 * self.settings.sdo_timeout_s)
         self.strange_syncs = 0
 
     def homes(self) -> None:
