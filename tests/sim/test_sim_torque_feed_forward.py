@@ -74,7 +74,7 @@ def test_a_gateway_without_torque_feed_forward_asks_for_none_and_sends_none() ->
 
 def test_a_drive_with_a_motor_of_another_rated_torque_is_not_configured() -> None:
     world = GatewayBench(settings(axis("J1", 1, torque=TorqueSettings(9000, 1.0, 1000.0))))
-    world.bus.nodes[1].drives[0]._shown._rated_mnm = 3600
+    world.bus.nodes[1].drives[0].shown._rated_mnm = 3600
     world.until(lambda: world.state is not None and "another drive" in world.state.problem)
     assert world.state is not None
     assert "rated torque of the motor in mNm (6076h:00) is 3600, the drives file says 9000" in world.state.problem

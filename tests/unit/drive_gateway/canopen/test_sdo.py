@@ -167,6 +167,6 @@ def test_segments_of_a_block_upload_are_taken_whatever_they_begin_with() -> None
         if frame.data[0] == 0xA2:
             node.workers.take(CanFrame(0x581, bytes([0xC1, 0, 0]) + bytes(5)))
 
-    node.workers = SdoWorkers([1], send, nullcontext, node.outcomes.put)
+    node.workers = SdoWorkers([1], send, nullcontext, node.outcomes.put, 0.5)
     outcome = node.ask(0x1008, 0, None)
     assert (outcome.problem, outcome.data) == ("", text)

@@ -115,7 +115,7 @@ TANG 0
 ML Y=250 F=200
 """
     parsed = parse_program(program, "p", MODEL.joint_names)
-    motions, failed = dry_run(Planner(PlacedRobot(MODEL, LIMITS, np.eye(4)), 0.004), parsed, 60.0)
+    motions, failed = dry_run(Planner(PlacedRobot.at(MODEL), 0.004), parsed, 60.0)
     assert failed is None
     first, last = (planned.motion for planned in motions)
     np.testing.assert_allclose(angles_to_the_path(first), -20.0, atol=0.1)
