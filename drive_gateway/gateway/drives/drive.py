@@ -1,19 +1,28 @@
 """One axis and its drive as the gateway sees it: what it last said, and how it is commanded. Its node is a `Node`."""
 
 from collections.abc import Callable, Sequence
+from functools import partial
 
 from cell.messages.drives import AxisStatus
 from cell.messages.gateway_state import NodeStatus
 from drive_gateway.canopen.axis_objects import index_of
 from drive_gateway.canopen.emcy import Emergency
 from drive_gateway.canopen.frame import CanFrame
-from drive_gateway.canopen.pdo_map import CONTROLWORD, INPUTS, STATUS, STATUS_WITH_TORQUE, TARGET_POSITION
+from drive_gateway.canopen.pdo_map import (
+    CONTROLWORD,
+    DIGITAL_OUTPUTS,
+    INPUTS,
+    STATUS,
+    STATUS_WITH_TORQUE,
+    TARGET_POSITION,
+)
 from drive_gateway.canopen.profile_pdos import TARGET_VELOCITY, ProfileSender
-from drive_gateway.canopen.sdo import SdoDone
+from drive_gateway.canopen.sdo import SdoChannel, SdoDone
 from drive_gateway.cia402.state_machine import REMOTE, WARNING, decode
 from drive_gateway.config.image import INPUTS_EVERY, image_of
 from drive_gateway.config.settings import AxisSettings, GatewaySettings
 from drive_gateway.gateway.drives.rest import AxisRest
+from drive_gateway.gateway.nodes.bring_up import BringUp
 from drive_gateway.gateway.nodes.node import Node
 from drive_gateway.gateway.playout.outputs import Outputs
 from drive_gateway.gateway.reference.reference import Reference
@@ -177,6 +186,10 @@ class Drive:
         patience_s = self._settings.tpdo_timeout_s + INPUTS_EVERY * self._settings.cycle_s
         return self._inputs if now - self._inputs_at <= patience_s else None
 
+    def output_object(self, bit: int) -> tuple[int, int, int]:
+        """Index and sub-index of the object that shows a digital output, and its bit there."""
+        return index_of(DIGITAL_OUTPUTS, self.axis.number), 1, bit
+
     # What its node tells
 
     @property
@@ -277,5 +290,19 @@ def drives_of(
     for number in {axis.node_id for axis in axes}:
         mine = sorted((pair for pair in both if pair[0].node_id == number), key=lambda pair: pair[0].number)
         mine_axes, mine_references = zip(*mine, strict=True)
-        nodes[number] = Node(robot, mine_axes, mine_references, settings, outputs)
+        label = f"node {number} ({robot} {', '.join(axis.name for axis in mine_axes)})"
+        boot_by = partial(_boot_of, label, mine_axes, mine_references, settings, outputs)
+        nodes[number] = Node(number, label, mine_axes[0], settings, boot_by)
     return [Drive(robot, axis, settings, nodes[axis.node_id], reference, outputs) for axis, reference in both]
+
+
+def _boot_of(
+    label: str,
+    axes: Sequence[AxisSettings],
+    references: Sequence[Reference],
+    settings: GatewaySettings,
+    outputs: Outputs,
+    sdo: SdoChannel,
+) -> BringUp:
+    """Identity and error control are the node's and the same in all its axes."""
+    return BringUp(label, axes, settings, sdo, references, outputs)

@@ -3,20 +3,23 @@
 Everything has a deadline; a node that fails is tried again slowly, so a drive that is switched on later joins.
 """
 
+from abc import ABC, abstractmethod
 from collections import deque
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum
 
 from cell.core import Effect
 from drive_gateway.canopen.axis_objects import first_axis_index, index_of
+from drive_gateway.canopen.io_map import DEVICE_PROFILE
 from drive_gateway.canopen.nmt import NmtCommand, NmtState, nmt_frame
-from drive_gateway.canopen.optional_objects import OPTIONAL_OBJECTS
+from drive_gateway.canopen.optional_objects import IO_OPTIONAL_OBJECTS, OPTIONAL_OBJECTS
 from drive_gateway.canopen.pdo_map import SdoWrite, unused
 from drive_gateway.canopen.sdo import SdoChannel, SdoDone, abort_text
+from drive_gateway.cia401.preparation import error_behaviour, io_outputs
 from drive_gateway.cia402.preparation import Preparation, digital_outputs, preparations, supervision
-from drive_gateway.config.image import image_of
-from drive_gateway.config.settings import AxisSettings, GatewaySettings, IdentitySettings, OwnObject
+from drive_gateway.config.image import image_of, io_image_of
+from drive_gateway.config.settings import AxisSettings, GatewaySettings, IdentitySettings, IoSettings, OwnObject
 from drive_gateway.gateway.effects import Frame
 from drive_gateway.gateway.playout.outputs import Outputs
 from drive_gateway.gateway.reference.reference import Reference
@@ -28,8 +31,12 @@ IDENTITY = 0x1018
 MOTOR_RATED_TORQUE = 0x6076
 _ABSENT = (0x06020000, 0x06090011)
 """Abort codes: no such object, no such sub-index."""
+_FIXED = (0x06010000, 0x06010002)
+"""Abort codes: this access is not supported, the object is read-only."""
 
 
+_IO_BYTE_S = 0.1
+"""Time for each byte of an I/O node: its mapping, its error behaviour and its outputs."""
 _OWN_OBJECT_S = 0.1
 """Time more for each object of the drive's own, written and read back."""
 
@@ -57,31 +64,44 @@ class _Step:
     """A node that has no such object needs no such value."""
     waived: bool = False
     """A node without the object is brought up nevertheless, and what that costs is told."""
+    fixed: bool = False
+    """A node that does not let it be written is taken as it is, if the read that follows shows what is needed."""
+    low_half: bool = False
+    """Only the first two bytes of what is read count."""
     take: Callable[[bytes], None] | None = None
     """Who wants to know what was read."""
 
 
-class BringUp:
-    """The way of one node to Operational. The node's supervisor feeds it boot-ups, heartbeats and SDO outcomes."""
+class NodeBoot(ABC):
+    """The way of one node to Operational. The node's supervisor feeds it boot-ups, heartbeats and SDO outcomes.
+
+    Args:
+        label: of the node, for people.
+        node_id: of the node.
+        sdo: the node's requests.
+        program: what is written and read, but for its outputs.
+        timeout_s: for its boot-up and its start.
+        configuring_s: for all of `program`.
+    """
+
+    kind = "drive"
+    """What stands there, for people."""
 
     def __init__(
         self,
         label: str,
-        axes: Sequence[AxisSettings],
-        settings: GatewaySettings,
+        node_id: int,
         sdo: SdoChannel,
-        references: Sequence[Reference],
-        outputs: Outputs,
+        program: Sequence[_Step],
+        timeout_s: float,
+        configuring_s: float,
     ) -> None:
         self._label = label
-        self._node_id = axes[0].node_id
-        self._timeout_s = settings.boot_timeout_s
-        own = sum(len(axis.objects) for axis in axes)
-        self._configuring_s = settings.boot_timeout_s * len(axes) + _OWN_OBJECT_S * own
+        self._node_id = node_id
         self._sdo = sdo
-        self._axes = tuple(axes)
-        self._outputs = outputs
-        self._program = _program(axes, settings, references)
+        self._timeout_s = timeout_s
+        self._configuring_s = configuring_s
+        self._program = program
         self._steps: deque[_Step] = deque()
         self._deadline = 0.0
         self._now = 0.0
@@ -160,9 +180,9 @@ class BringUp:
         self._steps = deque([*self._program, *self._output_steps()])
         self._ask()
 
+    @abstractmethod
     def _output_steps(self) -> list[_Step]:
         """An output that keeps its state at a stop keeps it when its node comes back, too."""
-        return [step for axis in self._axes for step in _written(digital_outputs(axis, self._outputs.word(axis.name)))]
 
     def _ask(self) -> None:
         step = self._steps[0]
@@ -174,13 +194,18 @@ class BringUp:
         if step.waived and outcome.abort_code in _ABSENT:
             self._go_without(step)
             return
+        if step.fixed and outcome.abort_code in _FIXED:
+            self._keep_as_it_is()
+            return
         if outcome.problem and not (step.optional and outcome.abort_code in _ABSENT):
             reason = outcome.problem if outcome.abort_code is None else abort_text(outcome.abort_code)
             self._fail(f"{self._label} refused {_where(step)}: {reason}")
             return
+        if step.low_half:
+            outcome = replace(outcome, data=outcome.data[:2])
         if step.constant and step.shown is not None and not _equal(outcome.data, step.shown):
             self._fail(
-                f"{self._label} is another drive: {step.what} ({step.index:04X}h:{step.sub:02X}) is "
+                f"{self._label} is another {self.kind}: {step.what} ({step.index:04X}h:{step.sub:02X}) is "
                 f"{_constant(step, outcome.data)}, the drives file says {_constant(step, step.shown)}; "
                 "connect the right one, or correct the file"
             )
@@ -199,13 +224,59 @@ class BringUp:
         if self._steps:
             self._ask()
 
+    def _keep_as_it_is(self) -> None:
+        """The node does not let it be written; the read that follows judges what it has."""
+        self._steps.popleft()
+        self._go_on()
+
     def _go_without(self, step: _Step) -> None:
         """Neither this object nor its other parts are asked for again."""
         while self._steps and self._steps[0].index == step.index:
             self._steps.popleft()
-        name, cost = OPTIONAL_OBJECTS[first_axis_index(step.index)]
+        name, cost = (OPTIONAL_OBJECTS | IO_OPTIONAL_OBJECTS)[first_axis_index(step.index)]
         self.lacking.append(f"{self._label} has no {step.index:04X}h ({name}), which the drives file waives: {cost}")
         self._go_on()
+
+
+class BringUp(NodeBoot):
+    """That of a node with one to three drives."""
+
+    def __init__(
+        self,
+        label: str,
+        axes: Sequence[AxisSettings],
+        settings: GatewaySettings,
+        sdo: SdoChannel,
+        references: Sequence[Reference],
+        outputs: Outputs,
+    ) -> None:
+        own = sum(len(axis.objects) for axis in axes)
+        configuring_s = settings.boot_timeout_s * len(axes) + _OWN_OBJECT_S * own
+        program = _program(axes, settings, references)
+        super().__init__(label, axes[0].node_id, sdo, program, settings.boot_timeout_s, configuring_s)
+        self._axes = tuple(axes)
+        self._outputs = outputs
+
+    def _output_steps(self) -> list[_Step]:
+        return [step for axis in self._axes for step in _written(digital_outputs(axis, self._outputs.word(axis.name)))]
+
+
+class IoBringUp(NodeBoot):
+    """That of an I/O node; `word` answers what its outputs are to be."""
+
+    kind = "device"
+
+    def __init__(
+        self, label: str, io: IoSettings, settings: GatewaySettings, sdo: SdoChannel, word: Callable[[], int]
+    ) -> None:
+        program = _io_program(io, settings)
+        configuring_s = settings.boot_timeout_s + _IO_BYTE_S * (io.input_bytes + io.output_bytes)
+        super().__init__(label, io.node_id, sdo, program, settings.boot_timeout_s, configuring_s)
+        self._io = io
+        self._word = word
+
+    def _output_steps(self) -> list[_Step]:
+        return _written(io_outputs(self._io, self._word()))
 
 
 def _where(step: _Step) -> str:
@@ -235,6 +306,21 @@ def _program(axes: Sequence[AxisSettings], settings: GatewaySettings, references
     for axis, reference in zip(axes, references, strict=True):
         steps += _axis_program(axis, settings, reference)
     return steps
+
+
+def _io_program(io: IoSettings, settings: GatewaySettings) -> list[_Step]:
+    """Its profile, who watches whom, what its outputs do without a master, and its PDOs, which may be fixed."""
+    kind = DEVICE_PROFILE.to_bytes(2, "little")
+    pdos = io_image_of(io).pdos
+    steps = [*_identity(io.identity), _Step("device profile", 0x1000, 0, None, kind, constant=True, low_half=True)]
+    steps += _written([*supervision(io, settings), *error_behaviour(io)])
+    steps += [
+        _Step("PDO that is not used", *_parts(write), optional=True, fixed=True) for write in unused(io.node_id, pdos)
+    ]
+    writes = [write for pdo in pdos for write in pdo.writes()]
+    steps += [_Step("PDO mapping", *_parts(write), fixed=True) for write in writes]
+    linked = {(write.index, write.sub): write.data for write in writes}
+    return steps + [_Step("PDO mapping", index, sub, None, data) for (index, sub), data in linked.items()]
 
 
 def _written(items: Sequence[Preparation]) -> list[_Step]:

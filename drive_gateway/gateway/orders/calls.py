@@ -27,6 +27,7 @@ from cell.messages import (
 from cell.messages.drive_fault import FaultDrive
 from cell.net.freshness import Sent
 from drive_gateway.gateway.effects import Record, RecordSaid
+from drive_gateway.gateway.io.io_node import IoNode
 from drive_gateway.gateway.nodes.scan import Scan
 from drive_gateway.gateway.orders.fault_orders import FaultOrders
 from drive_gateway.gateway.orders.objects import ObjectAccess
@@ -64,6 +65,7 @@ class GatewayCalls:
         digest: of the configuration; a claim with another one is refused.
         process: what `who` tells besides role, name and boot.
         robots: on this bus, by name.
+        io_nodes: on this bus, by name.
         scan: of the bus.
         turn: the orders for motions of the drives' own.
         states: when the gateway's states were sent.
@@ -79,6 +81,7 @@ class GatewayCalls:
         digest: str,
         process: str,
         robots: Mapping[str, Robot],
+        io_nodes: Mapping[str, IoNode],
         scan: Scan,
         turn: SetupTurn,
         states: Sent,
@@ -91,9 +94,11 @@ class GatewayCalls:
         self._process = process
         self._robots = robots
         self._drives = [drive for robot in robots.values() for drive in robot.group.nodes]
-        self._access = ObjectAccess(
-            {drive.node.id: robot.group for robot in robots.values() for drive in robot.group.nodes}
-        )
+        self._io_nodes = io_nodes
+        groups = [robot.group for robot in robots.values()]
+        of_robots = {drive.node.id: (drive.node, [group]) for group in groups for drive in group.nodes}
+        of_io = {io.node.id: (io.node, [each for each in groups if io in each.io_nodes]) for io in io_nodes.values()}
+        self._access = ObjectAccess(of_robots | of_io)
         self._scan = scan
         self._turn = turn
         self._states = states
@@ -223,6 +228,7 @@ class GatewayCalls:
         for drive in self._drives:
             before = lines.get(drive.node.id)
             lines[drive.node.id] = drive.said() if before is None else f"{before}\n{drive.said()}"
+        lines |= {io.node.id: io.said() for io in self._io_nodes.values()}
         lines |= {
             number: f"node {number}: not in the drives file, device type {device_type:08X}h"
             for number, device_type in strange.items()
