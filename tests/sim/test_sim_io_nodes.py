@@ -7,13 +7,18 @@ import pytest
 
 from cell.messages import (
     Claim,
+    DisableDrives,
     EnableDrives,
     Estop,
     OutputEvent,
     PlayoutState,
+    ReadObject,
     ResetDrives,
+    ScanBus,
     SetpointBlock,
+    SimulateInput,
     SwitchOutput,
+    WriteObject,
 )
 from drive_gateway.canopen.frame import CanFrame
 from drive_gateway.config.settings import IoSettings, NamedInput, OutputSettings, RobotDrives
@@ -115,7 +120,8 @@ def test_it_is_configured_like_a_drive_and_its_outputs_know_what_to_do_without_a
     written = [item for item in asked if item[2] is not None]
     assert [item for item in written if item[0] in (0x1016, 0x1017)] == [(0x1017, 0, "3200"), (0x1016, 1, "c8007f00")]
     assert [item for item in written if item[0] >= 0x6200] == [
-        (0x6207, 1, "00"), (0x6207, 2, "00"), (0x6206, 1, "f7"), (0x6206, 2, "ff"), (0x6200, 1, "00"), (0x6200, 2, "00"),
+        (0x6207, 1, "00"), (0x6207, 2, "00"), (0x6206, 1, "f7"), (0x6206, 2, "ff"),
+        (0x6200, 1, "00"), (0x6200, 2, "00"),
     ]  # fmt: skip
     assert [item for item in written if item[0] in (0x1600, 0x1A00)] == [
         (0x1600, 0, "00"), (0x1600, 1, "08010062"), (0x1600, 2, "08020062"), (0x1600, 0, "02"),
@@ -352,3 +358,54 @@ def test_frames_of_another_length_are_no_inputs() -> None:
         world.cycle()
     assert world.inputs["part_present"] is None
     assert any("1 bytes instead of 2" in text for text in world.events_of("tpdo_silent"))
+
+
+@pytest.mark.parametrize(("name", "node"), [("full", "node 20 (I/O coupler)"), ("pressure", "node 1 (left J1)")])
+def test_inputs_of_simulated_devices_are_set_over_the_bus(name: str, node: str) -> None:
+    world = ready()
+    for on, word in ((True, "on"), (False, "off")):
+        reply = world.ask(SimulateInput("left", name, on))
+        assert reply.text == f"left: input {name} is {word} at the simulated {node}"
+        world.run(0.04)
+        assert world.inputs[name] is on
+
+
+def test_inputs_of_a_device_that_may_be_real_are_never_written() -> None:
+    world = ready()
+    world.coupler._objects.numbers[0x202001] = 1
+    world.requests.clear()
+    reply = world.ask(SimulateInput("left", "full", True))
+    assert not reply.ok
+    assert reply.text.startswith(f"node {COUPLER} (I/O coupler) is no simulated device of this project")
+    assert [request for request in world.requests if request.data is not None] == []
+    unknown = world.ask(SimulateInput("left", "empty", True))
+    assert unknown.text == "left has no input empty; its inputs are part_present, full, pressure"
+
+
+def test_an_operator_reads_its_objects_always_and_writes_them_when_its_robots_are_off() -> None:
+    world = ready()
+    world.owner = world.enabled()
+    assert world.ask(ReadObject(COUPLER, 0x1000, 0)).data == "91010300"
+    assert "is not at rest and switched off" in world.ask(WriteObject(COUPLER, 0x1029, 1, "01")).text
+    world.ask(DisableDrives("left", world.owner))
+    assert world.ask(WriteObject(COUPLER, 0x1029, 1, "01")).ok
+    assert "is the gateway's; change it in the drives file" in world.ask(WriteObject(COUPLER, 0x6200, 1, "01")).text
+    assert "node 20 (I/O coupler): operational" in world.ask(ScanBus()).text
+
+
+def test_a_guarded_node_is_polled_and_missed() -> None:
+    world = ready(replace(IO, guarded=True))
+    assert any(frame.remote and frame.id == 0x700 + COUPLER for frame in world.frames)
+    world.pull_cable()
+    world.until(lambda: not world.state.ready)
+
+
+def test_a_node_without_inputs_is_missed_by_its_heartbeat() -> None:
+    axes = (axis("J1", 1),)
+    robots = {"left": RobotDrives("left", axes, OUTPUTS[:1])}
+    io = replace(IO, input_bytes=0)
+    world = GatewayBench(replace(settings(*axes), robots=robots, io_nodes=(io,)))
+    world.ready()
+    world.bus.nodes[COUPLER].silence()
+    world.run(SILENT_S)
+    assert "heartbeat_lost" in world.codes()

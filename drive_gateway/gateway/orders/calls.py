@@ -20,6 +20,7 @@ from cell.messages import (
     Release,
     ResetDrives,
     ScanBus,
+    SimulateInput,
     SwitchOutput,
     Who,
     WriteObject,
@@ -30,12 +31,13 @@ from drive_gateway.gateway.effects import Record, RecordSaid
 from drive_gateway.gateway.io.io_node import IoNode
 from drive_gateway.gateway.nodes.scan import Scan
 from drive_gateway.gateway.orders.fault_orders import FaultOrders
+from drive_gateway.gateway.orders.input_orders import InputOrders
 from drive_gateway.gateway.orders.objects import ObjectAccess
 from drive_gateway.gateway.orders.replies import Replies
 from drive_gateway.gateway.orders.setup_turn import SetupTurn
 from drive_gateway.gateway.robots.robot import Robot
 
-SEEN_STATE = (Home, MoveAxes, PressAxis, SwitchOutput, AcceptPosition, WriteObject, FaultDrive)
+SEEN_STATE = (Home, MoveAxes, PressAxis, SwitchOutput, AcceptPosition, WriteObject, FaultDrive, SimulateInput)
 """Orders that move, release or switch something: carried out within their time, in view of a `GatewayState`."""
 SEEN_FEEDBACK = (EnableDrives, ResetDrives)
 """The same of a robot's owner, in view of its `DriveFeedback`. What is in neither changes nothing, stops, or switches
@@ -106,6 +108,7 @@ class GatewayCalls:
         self._state_s = state_s
         nodes = {(drive.axis.node_id, drive.axis.number): drive.node for drive in self._drives}
         self._faults = FaultOrders(gateway, nodes)
+        self._inputs = InputOrders(robots)
         self._replies = Replies()
         self._orders: list[Effect] = []
         self._now = 0.0
@@ -148,6 +151,8 @@ class GatewayCalls:
                 self._orders.append(Record(call.id, file, seconds))
             case FaultDrive() as order:
                 self._faults.obey(order, then)
+            case SimulateInput() as order:
+                self._inputs.obey(order, then)
             case command if isinstance(command, RobotCommand):
                 robot = self._robots.get(command.robot)
                 if robot is None:

@@ -28,8 +28,6 @@ class Outputs:
         """Why nothing may be switched on although blocks are played; empty: nothing forbids it."""
         self._settings = {output.name: output for output in outputs}
         self._places = tuple(((output.axis, output.io), output.bit) for output in outputs)
-        self.io_nodes = frozenset(output.io for output in outputs if output.io)
-        """Names of the I/O nodes that have some of them."""
         self._leads = tuple(round(output.lead_s / cycle_s) for output in outputs)
         self._kept = sum(1 << place for place, output in enumerate(outputs) if output.keep)
         self._queue: list[OutputEvent] = []
