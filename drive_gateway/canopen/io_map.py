@@ -18,6 +18,8 @@ ERROR_MODE = 0x6206
 ERROR_VALUE = 0x6207
 DEVICE_PROFILE = 401
 """Lower half of the device type (1000h)."""
+IO_EDS = "cia401_io.eds"
+"""In `drive_gateway.sim`: the objects of an I/O node as CiA 401 has them."""
 MOST_BYTES = 8
 """What fits into one PDO."""
 

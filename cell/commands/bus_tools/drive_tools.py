@@ -1,5 +1,7 @@
 """`drive-gateway scan`, `read`, `write`, `store`, `log`: an operator's tools for one CAN bus."""
 
+from dataclasses import dataclass
+from importlib.resources import files
 from pathlib import Path
 from typing import Annotated
 
@@ -20,12 +22,15 @@ from cell.config import ConfigError, load_cell_alone
 from cell.messages import RecordBus, ScanBus
 from drive_gateway.canopen.cob_id import MASTER_NODE_ID
 from drive_gateway.canopen.eds import Eds, ObjectEntry
+from drive_gateway.canopen.io_map import IO_EDS
 from drive_gateway.canopen.sdo import SAVE, STORE_PARAMETERS
 from drive_gateway.config import AxisSettings, GatewaySettings, load_drives
 from drive_gateway.gateway.bus.recorder import FORMATS, LONGEST_S, Recorder
 
 GatewayArgument = Annotated[str, typer.Argument(metavar="GATEWAY", help="Name of the gateway in the cell file.")]
-NodeArgument = Annotated[str, typer.Argument(metavar="NODE", help="Node-ID, or ROBOT.AXIS such as left.J1.")]
+NodeArgument = Annotated[
+    str, typer.Argument(metavar="NODE", help="Node-ID, ROBOT.AXIS such as left.J1, or an I/O node.")
+]
 _DEVICE_TYPE, _IDENTITY = 0x1000, 0x1018
 
 
@@ -79,6 +84,7 @@ def _scan_bus(drives: GatewaySettings) -> None:
     for name, axis in ((name, axis) for name, robot in drives.robots.items() for axis in robot.axes):
         before = named.get(axis.node_id)
         named[axis.node_id] = f"{name} {axis.name}" if before is None else f"{before}, {axis.name}"
+    named |= {io.node_id: f"I/O {io.name}" for io in drives.io_nodes}
     everyone = list(range(1, MASTER_NODE_ID))
     with BusLine(drives, everyone) as bus:
         found = {node: outcome for node, outcome in bus.probe(everyone, _DEVICE_TYPE, 0).items() if not outcome.problem}
@@ -112,18 +118,19 @@ def read(
     ] = None,
 ) -> None:
     """Read an object of a node, or all parameters that its EDS names but domains; always allowed."""
-    axis, eds = _axis_and_eds(file, gateway, node)
+    named = _node_and_eds(file, gateway, node)
+    eds = named.eds
     if output is not None:
         if item is None:
             raise CommandError("--output takes the bytes of one object", "name it by INDEX:SUB, such as 1021:00")
-        _read_to_file(file, gateway, axis, eds.find(item, axis.number), output)
+        _read_to_file(file, gateway, named.node_id, eds.find(item, named.axis), output)
         return
     every = [entry for entry in eds if entry.readable and not entry.domain]
-    wanted = every if item is None else [eds.find(item, axis.number)]
+    wanted = every if item is None else [eds.find(item, named.axis)]
     with node_access(file, gateway) as nodes:
         for entry in wanted:
             try:
-                value = entry.show(nodes.read(axis.node_id, entry.index, entry.sub))
+                value = entry.show(nodes.read(named.node_id, entry.index, entry.sub))
             except CommandError as error:
                 if item is not None:
                     raise
@@ -131,9 +138,9 @@ def read(
             print(f"{entry.address}  {entry.name}: {value}")
 
 
-def _read_to_file(file: Path, gateway: str, axis: AxisSettings, entry: ObjectEntry, output: Path) -> None:
+def _read_to_file(file: Path, gateway: str, node_id: int, entry: ObjectEntry, output: Path) -> None:
     with node_access(file, gateway) as nodes:
-        data = nodes.read(axis.node_id, entry.index, entry.sub)
+        data = nodes.read(node_id, entry.index, entry.sub)
     try:
         output.write_bytes(data)
     except OSError as error:
@@ -154,14 +161,14 @@ def write(
 
     What the gateway itself writes at boot is refused: the drives file says it. A value below zero needs `--` before it.
     """
-    axis, eds = _axis_and_eds(file, gateway, node)
-    entry = eds.find(item, axis.number)
+    named = _node_and_eds(file, gateway, node)
+    entry = named.eds.find(item, named.axis)
     if not entry.writable:
         raise CommandError(f"{entry.address} {entry.name} is read-only")
     data = _file_bytes(value[1:]) if entry.domain and value.startswith("@") else entry.pack(value)
     with node_access(file, gateway) as nodes:
-        nodes.write(axis.node_id, entry.index, entry.sub, data)
-        shown = entry.show(nodes.read(axis.node_id, entry.index, entry.sub)) if entry.readable else "is written"
+        nodes.write(named.node_id, entry.index, entry.sub, data)
+        shown = entry.show(nodes.read(named.node_id, entry.index, entry.sub)) if entry.readable else "is written"
         print(f"{entry.address}  {entry.name}: {shown}")
 
 
@@ -177,10 +184,10 @@ def store(file: CellFileArgument, gateway: GatewayArgument, node: NodeArgument) 
 
     What the gateway writes at each boot needs no storing. What was set with `write` or the maker's own tool does.
     """
-    axis = named_axis(drives_of(file, gateway), node)
+    node_id = _node_and_eds(file, gateway, node).node_id
     with node_access(file, gateway) as nodes:
-        nodes.write(axis.node_id, STORE_PARAMETERS, 1, SAVE)
-    print(f"node {axis.node_id} has stored its parameters")
+        nodes.write(node_id, STORE_PARAMETERS, 1, SAVE)
+    print(f"node {node_id} has stored its parameters")
 
 
 def log(
@@ -212,12 +219,23 @@ def log(
     print(f"{target} holds {frames} frames")
 
 
-def _axis_and_eds(file: Path, gateway: str, node: str) -> tuple[AxisSettings, Eds]:
-    """The axis that was named, and the objects of its node with all its axes."""
+@dataclass(frozen=True, slots=True)
+class _NamedNode:
+    node_id: int
+    axis: int
+    """Which of its axes was named; 1 at an I/O node."""
+    eds: Eds
+
+
+def _node_and_eds(file: Path, gateway: str, node: str) -> _NamedNode:
+    """The node that was named, and its objects with those of all its axes."""
     drives = drives_of(file, gateway)
+    io = next((io for io in drives.io_nodes if node in (io.name, str(io.node_id))), None)
+    if io is not None:
+        return _NamedNode(io.node_id, 1, Eds(str(files("drive_gateway.sim").joinpath(IO_EDS))))
     axis = named_axis(drives, node)
     axes = sum(other.node_id == axis.node_id for robot in drives.robots.values() for other in robot.axes)
-    return axis, Eds(axis.eds, axes)
+    return _NamedNode(axis.node_id, axis.number, Eds(axis.eds, axes))
 
 
 def named_axis(drives: GatewaySettings, node: str) -> AxisSettings:
@@ -227,4 +245,5 @@ def named_axis(drives: GatewaySettings, node: str) -> AxisSettings:
         if node == label or (node == str(axis.node_id) and axis.number == 1):
             return axis
     known = ", ".join(f"{axis.node_id} ({label})" for label, axis in axes)
+    known += "".join(f", {io.node_id} (I/O {io.name})" for io in drives.io_nodes)
     raise CommandError(f"no node {node!r} on the bus of gateway {drives.name}; its nodes are {known}")

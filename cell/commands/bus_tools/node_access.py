@@ -105,6 +105,7 @@ class BusLine:
         self._axes: dict[int, list[int]] = {}
         for axis in (axis for robot in drives.robots.values() for axis in robot.axes):
             self._axes.setdefault(axis.node_id, []).append(axis.number)
+        self._axes |= {io.node_id: [] for io in drives.io_nodes}
         self._done: queue.SimpleQueue[SdoDone] = queue.SimpleQueue()
         self._settings = drives.bus
         self._failure = ""
@@ -238,6 +239,7 @@ def node_access(file: Path, gateway: str) -> Iterator[NodeAccess]:
         drives = drives_of(file, gateway)
         refuse_virtual(drives, file)
         nodes = list({axis.node_id for robot in drives.robots.values() for axis in robot.axes})
+        nodes += [io.node_id for io in drives.io_nodes]
         yield stack.enter_context(BusLine(drives, nodes))
 
 

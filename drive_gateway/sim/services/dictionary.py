@@ -16,12 +16,11 @@ from canopen.objectdictionary import ODVariable, datatypes
 
 from drive_gateway.canopen.axes_eds import eds_text, objects_of_axes
 from drive_gateway.canopen.axis_objects import AXIS_SPAN
-from drive_gateway.canopen.io_map import DIGITAL_INPUTS, DIGITAL_OUTPUTS, ERROR_MODE, ERROR_VALUE
+from drive_gateway.canopen.io_map import DIGITAL_INPUTS, DIGITAL_OUTPUTS, ERROR_MODE, ERROR_VALUE, IO_EDS
 
 LONGEST_DOMAIN = 4096
 """Bytes that a domain of the drive can keep."""
 STORE_EDS = 0x1021
-IO_EDS = "cia401_io.eds"
 RPDO1_MAPPING, TPDO1_MAPPING = 0x1600, 0x1A00
 
 _CODES = {
