@@ -40,6 +40,8 @@ class IoStatus:
     nmt: Name
     operational: bool
     """It is configured, was started, and is heard."""
+    problem: Text = ""
+    """Why it is not, for people; empty when it is or when its first attempt goes on."""
     emergency_code: Count | None = None
     emergency_text: Text = ""
     outputs: Annotated[dict[Name, Annotated[dict[Name, bool], Few]], Few] = field(default_factory=dict)
@@ -75,7 +77,8 @@ class GatewayState:
     cycle_s: Duration
     interface: Name
     ready: bool
-    """All nodes are configured and operational, and it is known which of them are referenced."""
+    """All nodes are configured and operational, but for I/O nodes whose loss is only told (`on_loss`), and it is known
+    which of them are referenced."""
     problem: Text
     """Why it is not ready, for people; empty when it is."""
     owners: Annotated[dict[Name, Name], Few]

@@ -88,6 +88,8 @@ class GatewayCore:
         told: list[Drive | IoNode] = [*self._drives, *self._io_nodes.values()]
         self._by_inputs = {each.image.inputs.cob_id: each for each in told if each.image.inputs is not None}
         self._io_watch = IoWatch(self._io_nodes.values(), self._robots.values(), self._log)
+        self._only_told = frozenset(io.node.id for io in self._io_nodes.values() if not io.io.stops)
+        """I/O nodes without which everything goes on."""
         self._scan = Scan(self._nodes)
         self._digest = digest
         self._states = Sent(boot)
@@ -305,7 +307,8 @@ class GatewayCore:
             self._estops.named(estop.id, self._sequence)
         nodes = tuple(drive.describe() for drive in self._drives)
         modes = [robot.group.setup.problem for robot in self._robots.values()]
-        problems = [problem for problem in (*(node.problem for node in self._nodes.values()), *modes) if problem]
+        needed = [node for number, node in self._nodes.items() if number not in self._only_told]
+        problems = [problem for problem in (*(node.problem for node in needed), *modes) if problem]
         problem = self._bus.problem or "; ".join(problems)
         return GatewayState(
             gateway=self._settings.name,
@@ -331,7 +334,7 @@ class GatewayCore:
     @property
     def _ready(self) -> bool:
         drives = all(drive.operational and drive.reference.judged for drive in self._drives)
-        return drives and all(io.operational for io in self._io_nodes.values())
+        return drives and all(io.operational or not io.io.stops for io in self._io_nodes.values())
 
     def _counters(self) -> BusCounters:
         playouts = [robot.group.playout for robot in self._robots.values()]

@@ -10,6 +10,8 @@ from cell.messages import (
     DisableDrives,
     EnableDrives,
     Estop,
+    Fault,
+    FaultDrive,
     OutputEvent,
     PlayoutState,
     ReadObject,
@@ -276,6 +278,9 @@ def test_where_its_loss_is_only_told_the_robot_goes_on_and_what_was_on_stays_off
     world.run(SILENT_S)
     assert world.feedback.state is PlayoutState.PLAYING
     assert world.inputs["part_present"] is None
+    assert (world.state.ready, world.state.problem) == (True, "")
+    world.until(lambda: world.status.problem.startswith(f"node {COUPLER} (I/O coupler) did not answer"))
+    assert (world.state.ready, world.state.problem) == (True, "")
     assert world.events_of("output_off") == [
         f"left: output glue was switched off, because node {COUPLER} (I/O coupler) was lost"
     ]
@@ -409,3 +414,12 @@ def test_a_node_without_inputs_is_missed_by_its_heartbeat() -> None:
     world.bus.nodes[COUPLER].silence()
     world.run(SILENT_S)
     assert "heartbeat_lost" in world.codes()
+
+
+def test_a_simulated_io_node_drops_out_on_command_and_has_no_axis_to_block() -> None:
+    world = ready()
+    assert world.ask(FaultDrive(COUPLER, 1, Fault.DROP_OUT, seconds=1.0)).ok
+    world.until(lambda: not world.state.ready, within_s=1.0)
+    world.until(lambda: world.state.ready)
+    refused = world.ask(FaultDrive(COUPLER, 1, Fault.BLOCKED))
+    assert "abort 06090011h, sub-index does not exist" in refused.text

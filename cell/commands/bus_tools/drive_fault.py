@@ -4,7 +4,7 @@ from typing import Annotated
 
 import typer
 
-from cell.commands.bus_tools.drive_tools import GatewayArgument, NodeArgument, named_axis
+from cell.commands.bus_tools.drive_tools import GatewayArgument, NodeArgument, named_node
 from cell.commands.bus_tools.node_access import drives_of, running_gateway
 from cell.commands.errors import CommandError, quoted
 from cell.commands.options import CellFileArgument
@@ -26,14 +26,14 @@ def fault(
         float | None, typer.Option("--for", metavar="S", help="Ends after so many seconds. [default: it stays]")
     ] = None,
 ) -> None:
-    """Let a simulated drive fail, also while it moves; refused for drives that are real.
+    """Let a simulated drive fail, also while it moves; refused for drives that are real. An I/O node can drop out.
 
     The running gateway orders it over the bus: drives of its own process (`--simulate`, `cell up`) and those that run
     alone (`drive-gateway simulate`). What has no end (`--for`) stays until the process of the drives is started again;
     an emcy is over when the drive is reset.
     """
-    axis = named_axis(drives_of(file, gateway), node)
-    order = FaultDrive(axis.node_id, axis.number, kind, _number(kind, value), seconds)
+    named = named_node(drives_of(file, gateway), node)
+    order = FaultDrive(named.node_id, named.axis, kind, _number(kind, value), seconds)
     with running_gateway(file, gateway) as line:
         if line is None:
             raise CommandError(

@@ -1,6 +1,7 @@
 """`drive-gateway scan`, `read`, `write`, `store`, `log`: an operator's tools for one CAN bus."""
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from importlib.resources import files
 from pathlib import Path
 from typing import Annotated
@@ -22,7 +23,7 @@ from cell.config import ConfigError, load_cell_alone
 from cell.messages import RecordBus, ScanBus
 from drive_gateway.canopen.cob_id import MASTER_NODE_ID
 from drive_gateway.canopen.eds import Eds, ObjectEntry
-from drive_gateway.canopen.io_map import IO_EDS
+from drive_gateway.canopen.io_map import DIGITAL_INPUTS, DIGITAL_OUTPUTS, ERROR_MODE, ERROR_VALUE, IO_EDS
 from drive_gateway.canopen.sdo import SAVE, STORE_PARAMETERS
 from drive_gateway.config import AxisSettings, GatewaySettings, load_drives
 from drive_gateway.gateway.bus.recorder import FORMATS, LONGEST_S, Recorder
@@ -118,15 +119,14 @@ def read(
     ] = None,
 ) -> None:
     """Read an object of a node, or all parameters that its EDS names but domains; always allowed."""
-    named = _node_and_eds(file, gateway, node)
+    named = named_node(drives_of(file, gateway), node)
     eds = named.eds
     if output is not None:
         if item is None:
             raise CommandError("--output takes the bytes of one object", "name it by INDEX:SUB, such as 1021:00")
         _read_to_file(file, gateway, named.node_id, eds.find(item, named.axis), output)
         return
-    every = [entry for entry in eds if entry.readable and not entry.domain]
-    wanted = every if item is None else [eds.find(item, named.axis)]
+    wanted = named.readable if item is None else [eds.find(item, named.axis)]
     with node_access(file, gateway) as nodes:
         for entry in wanted:
             try:
@@ -161,7 +161,7 @@ def write(
 
     What the gateway itself writes at boot is refused: the drives file says it. A value below zero needs `--` before it.
     """
-    named = _node_and_eds(file, gateway, node)
+    named = named_node(drives_of(file, gateway), node)
     entry = named.eds.find(item, named.axis)
     if not entry.writable:
         raise CommandError(f"{entry.address} {entry.name} is read-only")
@@ -184,7 +184,7 @@ def store(file: CellFileArgument, gateway: GatewayArgument, node: NodeArgument) 
 
     What the gateway writes at each boot needs no storing. What was set with `write` or the maker's own tool does.
     """
-    node_id = _node_and_eds(file, gateway, node).node_id
+    node_id = named_node(drives_of(file, gateway), node).node_id
     with node_access(file, gateway) as nodes:
         nodes.write(node_id, STORE_PARAMETERS, 1, SAVE)
     print(f"node {node_id} has stored its parameters")
@@ -220,26 +220,38 @@ def log(
 
 
 @dataclass(frozen=True, slots=True)
-class _NamedNode:
+class NamedNode:
+    """A node that was named, and which of its axes."""
+
     node_id: int
     axis: int
-    """Which of its axes was named; 1 at an I/O node."""
+    """1 at an I/O node."""
     eds: Eds
+    """Its objects, with those of all its axes."""
+    longest: Mapping[int, int] = field(default_factory=dict)
+    """Highest sub-index of objects that the EDS shows longer than the node has them."""
+
+    @property
+    def readable(self) -> list[ObjectEntry]:
+        """All its parameters but domains."""
+        entries = [entry for entry in self.eds if entry.readable and not entry.domain]
+        return [entry for entry in entries if entry.sub <= self.longest.get(entry.index, entry.sub)]
 
 
-def _node_and_eds(file: Path, gateway: str, node: str) -> _NamedNode:
-    """The node that was named, and its objects with those of all its axes."""
-    drives = drives_of(file, gateway)
+def named_node(drives: GatewaySettings, node: str) -> NamedNode:
+    """What `ROBOT.AXIS`, a Node-ID or the name of an I/O node means. Raises `CommandError` with all that there are."""
     io = next((io for io in drives.io_nodes if node in (io.name, str(io.node_id))), None)
     if io is not None:
-        return _NamedNode(io.node_id, 1, Eds(str(files("drive_gateway.sim").joinpath(IO_EDS))))
-    axis = named_axis(drives, node)
+        longest = {DIGITAL_INPUTS: io.input_bytes}
+        longest |= dict.fromkeys((DIGITAL_OUTPUTS, ERROR_MODE, ERROR_VALUE), io.output_bytes)
+        return NamedNode(io.node_id, 1, Eds(str(files("drive_gateway.sim").joinpath(IO_EDS))), longest)
+    axis = _named_axis(drives, node)
     axes = sum(other.node_id == axis.node_id for robot in drives.robots.values() for other in robot.axes)
-    return _NamedNode(axis.node_id, axis.number, Eds(axis.eds, axes))
+    return NamedNode(axis.node_id, axis.number, Eds(axis.eds, axes))
 
 
-def named_axis(drives: GatewaySettings, node: str) -> AxisSettings:
-    """The axis that `ROBOT.AXIS` means, the first one of a Node-ID. Raises `CommandError` with all that there are."""
+def _named_axis(drives: GatewaySettings, node: str) -> AxisSettings:
+    """The axis that `ROBOT.AXIS` means, the first one of a Node-ID."""
     axes = [(f"{name}.{axis.name}", axis) for name, robot in drives.robots.items() for axis in robot.axes]
     for label, axis in axes:
         if node == label or (node == str(axis.node_id) and axis.number == 1):

@@ -50,7 +50,7 @@ def drives_table(settings: CellSettings, seen: Snapshot) -> Table:
             words = (node.nmt, drive_text(node), following_error(node), trouble(node))
             table.add_row(name, str(node.node_id), f"{node.robot} {node.axis}", *words)
         for io in gateway.io_nodes if gateway is not None else ():
-            table.add_row(name, str(io.node_id), f"I/O {io.name}", io.nmt, io_text(io), "", emergency(io))
+            table.add_row(name, str(io.node_id), f"I/O {io.name}", io.nmt, io_text(io), "", emergency(io) or io.problem)
     return table
 
 

@@ -51,6 +51,7 @@ class IoNode:
             node_id=self.io.node_id,
             nmt="unknown" if self.node.nmt is None else self.node.nmt.words,
             operational=self.operational,
+            problem=self.node.problem,
             emergency_code=None if emergency is None else emergency.code,
             emergency_text="" if emergency is None else emergency.meaning,
             outputs={robot: outputs.shown(io=self.io.name) for robot, outputs in self._switched_by.items()},

@@ -107,6 +107,7 @@ class GatewayCalls:
         self._command_s = command_s
         self._state_s = state_s
         nodes = {(drive.axis.node_id, drive.axis.number): drive.node for drive in self._drives}
+        nodes |= {(io.node.id, 1): io.node for io in io_nodes.values()}
         self._faults = FaultOrders(gateway, nodes)
         self._inputs = InputOrders(robots)
         self._replies = Replies()

@@ -1,14 +1,12 @@
 """What shows of a simulated node's drives, and faults that a test or a demonstration asks for."""
 
-from abc import ABC, abstractmethod
-
 from drive_gateway.sim.axis.axis_servo import AxisServo
 from drive_gateway.sim.drives.drive import Drive
 from drive_gateway.sim.drives.power_state import DriveState
 
 
-class FaultsOnCommand(ABC):
-    """The part of a node that breaks when it is told to; those of its axis are in `AxisServo`."""
+class FaultsOnCommand:
+    """What breaks of a node's drives when it is told to; faults of an axis are in `AxisServo`."""
 
     drives: tuple[Drive, ...]
 
@@ -31,14 +29,6 @@ class FaultsOnCommand(ABC):
     def top_speed(self) -> float:
         """[counts/s] that the axis cannot exceed."""
         return self.drives[0].top_speed
-
-    @abstractmethod
-    def silence(self, silent: bool = True) -> None:
-        """The bus cable is pulled: the node neither hears nor is heard, its drive goes on by itself."""
-
-    @abstractmethod
-    def delay_tpdos(self, late_s: float) -> None:
-        """The node measures as ever and sends what SYNC asks for `late_s` too late; 0 ends it."""
 
     def set_input(self, bit: int, closed: bool, axis: int = 1) -> None:
         """A digital input of an axis' drive (60FDh) opens or closes; 16 and 17 are its enable inputs."""

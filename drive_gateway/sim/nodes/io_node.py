@@ -7,6 +7,7 @@ NMT, one whose bit is 0 keeps its own. As most couplers do, this one takes a mas
 
 from drive_gateway.canopen.io_map import DIGITAL_INPUTS, DIGITAL_OUTPUTS, ERROR_MODE, ERROR_VALUE
 from drive_gateway.sim.nodes.node import NodeServices
+from drive_gateway.sim.nodes.ordered_faults import OrderedFaults
 from drive_gateway.sim.nodes.ordered_inputs import OrderedInputs
 from drive_gateway.sim.services.dictionary import key_of, load_io_dictionary
 from drive_gateway.sim.services.emergency import COMMUNICATION_LOST
@@ -26,6 +27,7 @@ class SimulatedIoNode(NodeServices):
         self._inputs = [0] * input_bytes
         self._output_subs = range(1, output_bytes + 1)
         self._failed: set[int] = set()
+        self._ordered = OrderedFaults(self, [self._objects.of_axis(1)])
         OrderedInputs(self._objects.of_axis(1), 8 * input_bytes, self.set_input)
         self._restart()
 
@@ -55,7 +57,7 @@ class SimulatedIoNode(NodeServices):
         """Inputs and outputs do not move by themselves."""
 
     def _orders(self, now: float) -> None:
-        """Inputs are set as soon as they are ordered."""
+        self._ordered.step(now)
 
     def _power_on(self) -> None:
         self._show()

@@ -339,7 +339,7 @@ class SimulatedNode(NodeServices, FaultsOnCommand):
             for axis, objects, servo in zip_longest(axes, of_axes, servos)
         )
         self._emergencies.held = lambda code: any(code in drive.faults for drive in self.drives)
-        self._ordered = OrderedFaults(self, of_axes)
+        self._ordered = OrderedFaults(self, of_axes, self)
         for drive, objects in zip(self.drives, of_axes, strict=True):
             OrderedInputs(objects, _DRIVE_INPUTS, drive.input)
         self._restart()
