@@ -25,6 +25,7 @@ from cell.messages import (
 from drive_gateway.canopen.frame import CanFrame
 from drive_gateway.config.settings import IoSettings, NamedInput, OutputSettings, RobotDrives
 from drive_gateway.gateway.drives.output_frames import REPEAT_S
+from drive_gateway.sim.services.dictionary import Dictionary
 from tests.sim.gateway_bench import CYCLE_S, GatewayBench, axis, settings
 
 COUPLER = 20
@@ -423,3 +424,22 @@ def test_a_simulated_io_node_drops_out_on_command_and_has_no_axis_to_block() -> 
     world.until(lambda: world.state.ready)
     refused = world.ask(FaultDrive(COUPLER, 1, Fault.BLOCKED))
     assert "abort 06090011h, sub-index does not exist" in refused.text
+
+
+def test_an_object_that_it_lacks_is_refused_unless_waived_and_then_told_with_what_that_costs() -> None:
+    world = IoBench()
+    world.coupler._objects._dictionary = _without(world, 0x6206)
+    world.until(lambda: world.state is not None and bool(world.state.problem))
+    assert "refused write of 6206h:01 (error mode of the outputs" in world.state.problem
+    world = IoBench(replace(IO, waived=frozenset({0x6206})))
+    world.coupler._objects._dictionary = _without(world, 0x6206)
+    world.ready()
+    (text,) = world.events_of("object_missing")
+    assert text.endswith("what its outputs do when the gateway is gone is its own setting")
+
+
+def _without(world: IoBench, index: int) -> Dictionary:
+    """The objects of the node but one."""
+    whole = world.coupler._objects._dictionary
+    left = {key: entry for key, entry in whole.entries.items() if key >> 8 != index}
+    return Dictionary(left, whole.indices - {index})

@@ -104,8 +104,7 @@ class IoNode:
         """Its inputs have come since the node's start, where it has some."""
         return self._inputs is not None or self.image.inputs is None
 
-    def started(self, now: float) -> None:
-        self._inputs_at = now
+    def started(self, now: float) -> None:  # noqa: ARG002 - inputs are as old as they are
         self.operational = True
 
     def silent_s(self, now: float, tick: int) -> float:  # noqa: ARG002 - its inputs do not come with every SYNC

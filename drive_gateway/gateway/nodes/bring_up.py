@@ -35,8 +35,8 @@ _FIXED = (0x06010000, 0x06010002)
 """Abort codes: this access is not supported, the object is read-only."""
 
 
-_IO_BYTE_S = 0.1
-"""Time for each byte of an I/O node: its mapping, its error behaviour and its outputs."""
+_IO_BYTE_S = 0.2
+"""Time more for each byte of an I/O node: its mapping, its error behaviour and its outputs."""
 _OWN_OBJECT_S = 0.1
 """Time more for each object of the drive's own, written and read back."""
 
@@ -86,6 +86,8 @@ class NodeBoot(ABC):
 
     kind = "drive"
     """What stands there, for people."""
+    optional = OPTIONAL_OBJECTS
+    """What it may lack: name and cost by index."""
 
     def __init__(
         self,
@@ -233,7 +235,7 @@ class NodeBoot(ABC):
         """Neither this object nor its other parts are asked for again."""
         while self._steps and self._steps[0].index == step.index:
             self._steps.popleft()
-        name, cost = (OPTIONAL_OBJECTS | IO_OPTIONAL_OBJECTS)[first_axis_index(step.index)]
+        name, cost = self.optional[first_axis_index(step.index)]
         self.lacking.append(f"{self._label} has no {step.index:04X}h ({name}), which the drives file waives: {cost}")
         self._go_on()
 
@@ -265,6 +267,7 @@ class IoBringUp(NodeBoot):
     """That of an I/O node; `word` answers what its outputs are to be."""
 
     kind = "device"
+    optional = IO_OPTIONAL_OBJECTS
 
     def __init__(
         self, label: str, io: IoSettings, settings: GatewaySettings, sdo: SdoChannel, word: Callable[[], int]
