@@ -13,6 +13,7 @@ import uuid
 from collections.abc import Callable, Collection
 from contextlib import ExitStack
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 from types import TracebackType
 from typing import Self
@@ -346,7 +347,8 @@ class RestCell:
             way = -np.copysign(_SETUP_WAY_RAD, self._y())
             reply = self.ask_gateway(MoveAxes(ROBOT, {"J1": float(way)}, True, 1.0, False))
             if reply is not None and reply.ok:
-                return Held(self, lambda: self.ask_gateway(HoldSetup(ROBOT)), 0.1)
+                hold = HoldSetup(ROBOT, reply.id)
+                return Held(self, partial(self.ask_gateway, hold), 0.1)
             self.record(lambda _: False, 0.2)
         raise RuntimeError(f"no set-up within {READY_S:g} s; {self.refused}; {self.gateway}")
 

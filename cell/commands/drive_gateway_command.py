@@ -6,8 +6,9 @@ from typing import Annotated
 
 import typer
 
-from cell.commands.bus_tools import drive_tools
+from cell.commands.bus_tools import compare, drive_errors, drive_tools, dump, network_orders, node_setting, plan
 from cell.commands.bus_tools.drive_fault import fault
+from cell.commands.bus_tools.place import BusCommand, bus_tool
 from cell.commands.client.cell_files import process_cell
 from cell.commands.client.cell_view import names
 from cell.commands.errors import CommandError, run_app
@@ -134,13 +135,25 @@ def _example(words: str) -> str:
     return f"Example: drive-gateway {words}"
 
 
-_CELL = "cell_configs/two_arms/cell.yaml"
-app.command(epilog=_example(f"scan {_CELL} left_bus"))(drive_tools.scan)
-app.command(epilog=_example(f"read {_CELL} left_bus left.J1 6041:00"))(drive_tools.read)
-app.command(epilog=_example(f"write {_CELL} left_bus left.J1 6081:00 100000"))(drive_tools.write)
-app.command(epilog=_example(f"store {_CELL} left_bus left.J1"))(drive_tools.store)
-app.command(epilog=_example(f"log {_CELL} left_bus left.asc --seconds 5"))(drive_tools.log)
-app.command(epilog=_example(f"fault {_CELL} left_bus left.J1 emcy 5112"))(fault)
+_CELL = "cell_configs/two_arms/cell.yaml left_bus"
+_DRIVES = "cell_configs/two_arms/left_drives.yaml"
+for _tool, _words in (
+    (drive_tools.scan, "scan --channel can0 --bitrate 500000"),
+    (drive_tools.read, f"read {_CELL} left.J1 6041:00"),
+    (drive_tools.write, f"write {_CELL} left.J1 6081:00 100000"),
+    (drive_tools.store, f"store {_CELL} left.J1"),
+    (drive_tools.restore, "restore --channel can0 5 --parameters application"),
+    (drive_tools.log, f"log {_CELL} left.asc --seconds 5"),
+    (dump.dump, f"dump {_DRIVES} --kind emcy --kind sdo --node 1"),
+    (drive_errors.errors, f"errors {_DRIVES} left.J1"),
+    (network_orders.nmt, "nmt --channel can0 5 reset-node"),
+    (node_setting.node_id, "node-id --channel can0 5"),
+    (compare.compare, f"compare {_DRIVES} left.J1 --dcf drive.dcf"),
+    (plan.plan, f"plan {_DRIVES} left.J1"),
+    (fault, f"fault {_CELL} left.J1 emcy 5112"),
+):
+    app.command(cls=BusCommand, epilog=_example(_words))(bus_tool(_tool))
+app.command(epilog=_example(f"check {_DRIVES}"))(plan.check)
 
 
 def _settings(file: Path, gateway: str, parent_pipe: int | None) -> CellSettings:

@@ -24,6 +24,7 @@ def check_cell_file(document: Document, cell: CellFile) -> list[Problem]:
         *_endpoints(document, cell),
         *_names(document, cell),
         *_corrections(document, cell),
+        *_things(document, cell),
         *_times(document, cell),
     ]
 
@@ -84,6 +85,12 @@ def _corrections(document: Document, cell: CellFile) -> Iterator[Problem]:
                 yield document.problem((*path, "conveyor"), f"unknown conveyor {correction.conveyor!r}", allowed)
             if correction.conveyor is not None and correction.largest_turn is not None:
                 yield document.problem((*path, "largest_turn"), "a turn", "no largest_turn: belts do not turn")
+
+
+def _things(document: Document, cell: CellFile) -> Iterator[Problem]:
+    robots = document.keys(("robots",))
+    for name, thing in cell.things.items():
+        yield from thing.problems(document, ("things", name), robots)
 
 
 def _times(document: Document, cell: CellFile) -> Iterator[Problem]:

@@ -22,6 +22,7 @@ from cell.config.settings import (
     Times,
     ZoneSettings,
 )
+from cell.config.thing_entry import ThingEntry
 from cell.config.units import STRICT, Milliseconds, Number, PositiveAngle, PositiveLength, Seconds, Units
 from cell.geometry import frame_from_points, quaternion
 from cell.messages.common import ECHO_S
@@ -195,6 +196,7 @@ class CellFile(BaseModel):
     gateways: dict[Name, GatewayEntry] = Field(description="gateways by name", json_schema_extra={"minProperties": 1})
     conveyors: dict[Name, ConveyorEntry] = Field(default={}, description="belts that robots may follow, by name")
     zones: dict[Name, ZoneEntry] = Field(default={}, description="exclusive zones by name")
+    things: dict[Name, ThingEntry] = Field(default={}, description="what robots keep away from, by name")
     times: TimesEntry = Field(TimesEntry.model_construct(), description="deadlines in seconds")
     on_manager_return: Annotated[OnManagerReturn, Field(strict=False)] = Field(
         OnManagerReturn.OPERATOR,
@@ -207,6 +209,7 @@ class CellFile(BaseModel):
             name: ConveyorSettings(name, belt.frame(), belt.counts_per_metre, belt.largest_speed, belt.parts)
             for name, belt in self.conveyors.items()
         }
+        things = tuple(thing.settings(name, document) for name, thing in self.things.items())
         return CellSettings(
             name=self.cell,
             file=document.file,
@@ -220,6 +223,7 @@ class CellFile(BaseModel):
                     document.beside(robot.program),
                     {key: entry.settings(key, conveyors) for key, entry in robot.corrections.items()},
                     robot.path_window.settings(),
+                    things,
                 )
                 for name, robot in self.robots.items()
             },

@@ -1,6 +1,7 @@
 """From the cell file to settings, or to all of its problems."""
 
 import dataclasses
+import hashlib
 from pathlib import Path
 
 from cell.config.cell_checks import check_cell_file
@@ -93,4 +94,13 @@ def _named_files(document: Document) -> tuple[dict[str, Value], list[Problem]]:
             problems.append(text)
         else:
             files[path_text(naming.path)] = text
+    for name in document.keys(("things",)):
+        naming = Naming(document, ("things", name, "mesh", "file"))
+        if (file := naming.file()) is None:
+            continue
+        try:
+            files[path_text(naming.path)] = hashlib.sha256(file.read_bytes()).hexdigest()
+        except OSError as error:
+            unreadable = f"{str(file)!r}, which cannot be read: {error.strerror or error}"
+            problems.append(document.problem(naming.path, unreadable, "an STL or OBJ file"))
     return files, list(dict.fromkeys(problems))

@@ -59,6 +59,57 @@ class CorrectionSettings:
 
 
 @dataclass(frozen=True, slots=True)
+class BoxShape:
+    """Edge lengths [m]; the pose is in its middle."""
+
+    size_m: tuple[float, float, float]
+
+
+@dataclass(frozen=True, slots=True)
+class SphereShape:
+    """A ball about its pose."""
+
+    radius_m: float
+
+
+@dataclass(frozen=True, slots=True)
+class CylinderShape:
+    """A round column about Z; the pose is in its middle."""
+
+    radius_m: float
+    length_m: float
+
+
+@dataclass(frozen=True, slots=True)
+class HalfSpaceShape:
+    """All below the plane Z = 0 of its pose."""
+
+
+@dataclass(frozen=True, slots=True)
+class MeshShape:
+    """Triangles of an STL or OBJ file in whose numbers 1 is `unit_m`."""
+
+    file: Path
+    unit_m: float
+
+
+Shape = BoxShape | SphereShape | CylinderShape | HalfSpaceShape | MeshShape
+
+
+@dataclass(frozen=True, slots=True)
+class ThingSettings:
+    """Something that stands in the cell."""
+
+    name: str
+    shape: Shape
+    pose: PoseSettings
+    margin_m: float
+    """Nearer no robot comes."""
+    may_touch: dict[str, tuple[str, ...]]
+    """By robot the names of links that are not kept away."""
+
+
+@dataclass(frozen=True, slots=True)
 class PathWindow:
     """How far each joint of a stopped robot may be from its path, so that its program goes on without a return."""
 
@@ -77,6 +128,8 @@ class RobotSettings:
     program: Path
     corrections: dict[str, CorrectionSettings] = field(default_factory=dict)
     path_window: PathWindow = PathWindow()
+    things: tuple[ThingSettings, ...] = ()
+    """All that stands in the cell."""
 
 
 @dataclass(frozen=True, slots=True)

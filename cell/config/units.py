@@ -69,6 +69,7 @@ Length = Annotated[Number, AfterValidator(_length)]
 Angle = Annotated[Number, AfterValidator(_angle)]
 """An angle, or an angular speed, acceleration or jerk, in the file's unit; SI after validation."""
 PositiveLength = Annotated[Positive, AfterValidator(_length)]
+NotNegativeLength = Annotated[float, Field(ge=0, le=LARGEST), AfterValidator(_length)]
 PositiveAngle = Annotated[Positive, AfterValidator(_angle)]
 Milliseconds = Annotated[float, Field(gt=0, le=60_000), AfterValidator(_not_tiny)]
 Seconds = Annotated[float, Field(gt=0, le=3600), AfterValidator(_not_tiny)]

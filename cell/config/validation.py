@@ -115,7 +115,10 @@ def _problem(detail: ErrorDetails, path: KeyPath, document: Document, schema: ty
 
 def _allowed(detail: ErrorDetails) -> str:
     template = _ALLOWED.get(detail["type"])
-    return template.format(**detail.get("ctx", {})).replace("^", "").replace("$", "") if template else detail["msg"]
+    if template is None:
+        return detail["msg"]
+    text = template.format(**detail.get("ctx", {}))
+    return text.replace("^", "").replace("$", "") if detail["type"] == "string_pattern_mismatch" else text
 
 
 def _with_tuples(value: Value) -> Any:

@@ -3,6 +3,7 @@
 from cell.geometry.box import Box, capsule_box_distance, capsules_touch_box, point_box_distance
 from cell.geometry.errors import GeometryError, NoFrame, NotAPose, WrongShape
 from cell.geometry.frame import frame_from_axes, frame_from_points
+from cell.geometry.mesh import Mesh
 from cell.geometry.occupied import OccupiedSpace, body_touches_box
 from cell.geometry.pose import (
     check_poses,
@@ -16,13 +17,19 @@ from cell.geometry.pose import (
     transform_points,
 )
 from cell.geometry.segment import segment_distance
+from cell.geometry.solid import Cylinder, HalfSpace, Solid, Sphere
 
 __all__ = [
     "Box",
+    "Cylinder",
     "GeometryError",
+    "HalfSpace",
+    "Mesh",
     "NoFrame",
     "NotAPose",
     "OccupiedSpace",
+    "Solid",
+    "Sphere",
     "WrongShape",
     "body_touches_box",
     "capsule_box_distance",

@@ -36,6 +36,14 @@ class Box:
         """A box from the plain numbers of a zone's settings or message."""
         return cls(np.array(size_m), pose_from(np.array(position_m), np.array(quaternion_xyzw)))
 
+    def capsule_distance(self, points: Array, radii: Array, within: float = np.inf) -> Array:  # noqa: ARG002
+        """As `Solid`; see `capsule_box_distance`."""
+        return capsule_box_distance(points, radii, self)
+
+    def bounds(self) -> tuple[Array, float]:
+        """As `Solid`."""
+        return self.pose_world_box[:3, 3], float(np.linalg.norm(self.size) / 2.0)
+
 
 _ROUNDING = 1e-9
 """What only rounding decides is looked at exactly."""

@@ -11,12 +11,17 @@ from annotated_types import MaxLen
 
 from cell.messages.common import Count, Duration, Few, Heard, Name, Text
 
+SWITCHED_ON_WITHIN_S = 12.0
+"""Drives that charge their DC link first take up to 10 s (`switch_on_s` of an axis), and their brakes."""
+
 
 @dataclass(frozen=True, slots=True)
 class Command:
     """What is asked for; each kind names its verb."""
 
     verb: ClassVar[str]
+    answer_within_s: ClassVar[float] = 2.0
+    """Whoever is asked answers within this time, or says that it has none."""
 
 
 C = TypeVar("C", bound=Command)

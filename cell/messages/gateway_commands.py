@@ -5,7 +5,7 @@ from typing import Annotated, ClassVar
 
 from annotated_types import MaxLen
 
-from cell.messages.call import Command, command
+from cell.messages.call import SWITCHED_ON_WITHIN_S, Command, command
 from cell.messages.common import Count, Few, Name, Number, Words
 
 
@@ -32,6 +32,7 @@ class Release(Command):
 @dataclass(frozen=True, slots=True)
 class EnableDrives(Command):
     verb: ClassVar[str] = "enable_drives"
+    answer_within_s: ClassVar[float] = SWITCHED_ON_WITHIN_S
     robot: Name
     owner: Count
 
@@ -88,10 +89,11 @@ class ScanBus(Command):
 @command("gateway")
 @dataclass(frozen=True, slots=True)
 class RecordBus(Command):
-    """Write all frames of the next seconds to a file on the gateway's host; its suffix says the format."""
+    """Write all frames of the next seconds to a file in the gateway's state folder; its suffix says the format."""
 
     verb: ClassVar[str] = "record"
     file: Words
+    """A name without a folder."""
     seconds: Number
 
 
@@ -148,13 +150,15 @@ class PressAxis(Command):
 @command("gateway")
 @dataclass(frozen=True, slots=True)
 class HoldSetup(Command):
-    """The operator holds the set-up motion, as of the gateway state that the call's `heard` names.
+    """The operator holds his set-up motion, as of the gateway state that the call's `heard` names.
 
     It begins with the first hold. The reply's `data` are `moving`, `done` or `stopped`.
     """
 
     verb: ClassVar[str] = "hold_setup"
     robot: Name
+    order: Name
+    """Id of the call that ordered the motion; a hold of another order holds nothing."""
 
 
 @command("gateway")

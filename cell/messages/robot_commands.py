@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from typing import ClassVar
 
-from cell.messages.call import Command, command
+from cell.messages.call import SWITCHED_ON_WITHIN_S, Command, command
 from cell.messages.common import CellTime, Name, Number
 from cell.messages.jog import JogFrame
 
@@ -14,6 +14,7 @@ class Enable(Command):
     """Switch the robot's drives on; the robot holds its position."""
 
     verb: ClassVar[str] = "enable"
+    answer_within_s: ClassVar[float] = SWITCHED_ON_WITHIN_S + 1.0
 
 
 @command("robot")

@@ -7,6 +7,9 @@ from numpy.typing import NDArray
 
 from cell.messages.state import Urgency, state
 
+MOST_EVENTS = 100
+"""In one block."""
+
 
 @dataclass(frozen=True, slots=True)
 class OutputEvent:

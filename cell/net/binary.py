@@ -71,10 +71,13 @@ from numpy.typing import NDArray
 
 from cell.messages import AxisStatus, DriveFeedback, OutputEvent, PlayoutState, SetpointBlock
 from cell.messages.presence import MOST_CAPSULES, MOST_POSES, Single
+from cell.messages.setpoints import MOST_EVENTS
 from cell.net.errors import CodecError
 
 MOST_AXES = 64
-MOST_SAMPLES = 100_000
+MOST_SAMPLES = 10_000
+MOST_NUMBERS = 2**18
+"""Of all samples of a block: a gateway reads one within its bus cycle. It is 10 s of 8 axes with torque, each ms."""
 MOST_COUNT = 2**62
 """Of ticks, sequences and owners: what is computed from them still fits its field."""
 LARGEST = 1e12
@@ -110,7 +113,7 @@ def encode_setpoints(block: SetpointBlock) -> bytes:
         events = b"".join(_EVENT.pack(each.tick, each.number, each.output, each.value) for each in block.events)
     except struct.error as error:
         raise CodecError(kind, f"header: {error}") from error
-    _check_block(m, n, block.nominal, block.dt_s)
+    _check_block(m, n, block.nominal, block.dt_s, len(samples), len(block.events))
     return header + name + events + b"".join(array.tobytes() for array in samples)
 
 
@@ -121,12 +124,13 @@ def decode_setpoints(data: bytes) -> SetpointBlock:
     owner, sequence, follows, first_tick, dt_s, nominal, m, n, name_length, flags, event_count = head
     if flags > 3:
         raise CodecError("SetpointBlock", f"flags {flags:#06x}: only bits 0 and 1 are in use")
-    _check_block(m, n, nominal, dt_s)
+    count = 3 if flags & 1 else 2
+    # All sizes by the header first: what is refused costs nothing.
+    _check_block(m, n, nominal, dt_s, count, event_count)
     _check_counts("SetpointBlock", owner, sequence, follows, first_tick)
+    reader.expect(name_length + event_count * _EVENT.size + 8 * count * m * n)
     robot = reader.text(name_length)
     events = tuple(_event(reader.take(_EVENT.size)) for _ in range(event_count))
-    count = 3 if flags & 1 else 2
-    reader.expect(8 * count * m * n)
     samples = reader.floats(count * m * n).reshape(count, m, n)
     torque = samples[2] if flags & 1 else None
     return SetpointBlock(
@@ -143,10 +147,14 @@ def _event(data: bytes) -> OutputEvent:
     return OutputEvent(tick, number, output, bool(value))
 
 
-def _check_block(m: int, n: int, nominal: int, dt_s: float) -> None:
+def _check_block(m: int, n: int, nominal: int, dt_s: float, arrays: int, events: int) -> None:
     if not (1 <= m <= MOST_SAMPLES and 1 <= n <= MOST_AXES and nominal <= m):
         allowed = f"1 to {MOST_SAMPLES} samples, 1 to {MOST_AXES} axes, nominal <= samples"
         raise CodecError("SetpointBlock", f"{m} samples, {nominal} nominal, {n} axes: allowed are {allowed}")
+    if arrays * m * n > MOST_NUMBERS:
+        raise CodecError("SetpointBlock", f"{arrays * m * n} numbers, allowed are up to {MOST_NUMBERS}")
+    if events > MOST_EVENTS:
+        raise CodecError("SetpointBlock", f"{events} events, allowed are up to {MOST_EVENTS}")
     if not 0.0 < dt_s <= 1.0:
         raise CodecError("SetpointBlock", f"dt_s {dt_s}, allowed is above 0 up to 1")
 

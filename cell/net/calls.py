@@ -14,7 +14,6 @@ from cell.net.codec import decode_call, encode
 from cell.net.errors import CodecError
 from cell.net.keys import Keys
 
-ANSWER_WITHIN_S = 2.0
 WAITING_LIMIT = 64
 REMEMBER_S = 60.0
 """So long a call is known by its id; nobody repeats one for longer."""
@@ -27,7 +26,7 @@ class _Waiting:
 
     verb: str
     query: zenoh.Query
-    since: float
+    until: float
 
 
 @dataclass(slots=True)
@@ -37,6 +36,7 @@ class _Known:
     call_id: str
     request_id: str
     since: float
+    within_s: float
     waiting: list[_Waiting]
     outcome: bytes | None = None
 
@@ -46,8 +46,8 @@ class Calls:
 
     A call that is repeated under its id is carried out once; each query of it gets the one outcome. Its id is known for
     60 s, unless more than 1024 other calls come. Where carrying it out twice does harm, its echo (`Call.heard`) must
-    date it as well: after a restart no id is known. A query without an outcome after 2 s, one that cannot be read,
-    and one that finds 64 others waiting get an error reply.
+    date it as well: after a restart no id is known. A query without an outcome after its command's `answer_within_s`,
+    one that cannot be read, and one that finds 64 others waiting get an error reply.
     """
 
     def __init__(self, keys: Keys, prefix: str, now: Callable[[], float] = time.monotonic) -> None:
@@ -71,10 +71,10 @@ class Calls:
         """New requests, in order; also ends queries that have waited too long."""
         now = self._now()
         for known in self._unanswered.values():
-            late = [waiting for waiting in known.waiting if now - waiting.since > ANSWER_WITHIN_S]
+            late = [waiting for waiting in known.waiting if now > waiting.until]
             if late:
                 known.waiting = known.waiting[len(late) :]
-                _fail(late, f"not answered within {ANSWER_WITHIN_S:g} s; this may still be carried out")
+                _fail(late, f"not answered within {known.within_s:g} s; this may still be carried out")
         self._forget(now)
         with self._lock:
             arrived, self._arrived = self._arrived, deque()
@@ -122,7 +122,7 @@ class Calls:
             self._reply(verb, query, known.outcome)
             return None
         if known is not None:
-            known.waiting.append(_Waiting(verb, query, now))
+            known.waiting.append(_Waiting(verb, query, now + known.within_s))
             return None
         waiting = sum(bool(unanswered.waiting) for unanswered in self._unanswered.values())
         if waiting >= WAITING_LIMIT:
@@ -130,7 +130,8 @@ class Calls:
             return None
         self._count += 1
         request = Request(f"{self._prefix}#{self._count}", call)
-        known = _Known(call.id, request.request_id, now, [_Waiting(verb, query, now)])
+        within_s = call.command.answer_within_s
+        known = _Known(call.id, request.request_id, now, within_s, [_Waiting(verb, query, now + within_s)])
         self._known[call.id] = self._unanswered[request.request_id] = known
         return request
 

@@ -1,4 +1,4 @@
-"""The loop around a core: an absolute schedule, no bursts, and a core that learns when its process was frozen."""
+"""The loop around a core: an absolute schedule that slips after a stall, and a core that learns of a freeze."""
 
 import gc
 import os
@@ -7,6 +7,7 @@ import sys
 import time
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
+from itertools import islice
 from threading import Event
 
 from cell.core import Core, Effect, Frozen
@@ -17,6 +18,10 @@ AHEAD_S = 1e-3
 """So long before a cycle a loop with `ahead` takes what has come by then."""
 SWITCH_S = 1e-4
 """So long another thread waits for the interpreter while a loop computes."""
+CLOSEST = 0.8
+"""Of a cycle: no two first effects leave closer. A drive that gets two SYNCs at once gets two targets at once."""
+SLIP = 0.2
+"""Of a cycle: where the first effect leaves so much too late after the one before, the schedule slips with it."""
 _LOOP_PRIORITY, _FEEDING_PRIORITY = 50, 60
 
 
@@ -66,8 +71,9 @@ def run_core(
     """Step `core` every `period_s` until `stop` is set.
 
     In each cycle the core gets what `inbox()` returns, steps once, and its effects go to `perform` one by one.
-    A cycle that starts more than a period late is told to `on_late` (lateness in s); missed cycles are left out, never
-    caught up. `trim` says after each step by how much [s] the next cycle comes later than a period.
+    The first effect of a step leaves at least `CLOSEST` of a cycle after that of the step before. Small delays do not
+    add up; after a larger one all later cycles come later too, none is caught up. One of more than a period is told to
+    `on_late` [s]. `trim` says after each step by how much [s] the next cycle comes later than a period.
     With `ahead` the core gets what that returns `AHEAD_S` before a cycle is due, so that little is left for the cycle.
     After `switch_s` other threads get the interpreter from the loop: what Zenoh brings comes sooner with less, while
     threads that compute much themselves take turns too often then.
@@ -75,18 +81,56 @@ def run_core(
     """
     turns = Turns(core)
     with _steady_interpreter(switch_s), scheduling(realtime):
-        due = turns.begin()
+        schedule = _Schedule(turns.begin())
         while not stop.is_set():
-            now = turns.hand_over(inbox)
-            for effect in core.step(now):
+            schedule.begin()
+            effects = iter(core.step(turns.hand_over(lambda: schedule.apart(inbox()))))
+            for first in islice(effects, 1):
+                perform(first)
+            late_s = schedule.left()
+            for effect in effects:
                 perform(effect)
-            due += period_s if trim is None else period_s + trim()
-            if ahead is not None and _slept_until(due - AHEAD_S):
+            if on_late is not None and late_s > period_s:
+                on_late(late_s)
+            schedule.advance(period_s if trim is None else period_s + trim())
+            if ahead is not None and _slept_until(schedule.due - AHEAD_S):
                 turns.hand_over(ahead)
-            if not _slept_until(due) and (lateness := time.monotonic() - due) > period_s:
-                if on_late is not None:
-                    on_late(lateness)
-                due += period_s * (lateness // period_s)
+            _slept_until(schedule.due)
+
+
+class _Schedule:
+    """When cycles are due [s], by what really left in the cycles before."""
+
+    def __init__(self, begin: float) -> None:
+        self.due = begin
+        self._left = begin
+        self._cycle_s = 0.0
+        self._slipped_s = 0.0
+
+    def begin(self) -> None:
+        """A cycle begins. What a loop with too much to do is behind by is not made up for either."""
+        late_s = time.monotonic() - self.due
+        self._slipped_s = late_s if late_s > SLIP * self._cycle_s else 0.0
+        self.due += self._slipped_s
+
+    def apart(self, messages: Iterable[object]) -> Iterable[object]:
+        """Answers `messages` when enough time has passed since the cycle before."""
+        _slept_until(self._left + CLOSEST * self._cycle_s)
+        return messages
+
+    def left(self) -> float:
+        """The first effect of the cycle has left; answers how much too late after the one before [s]."""
+        now = time.monotonic()
+        late_s = now - self._left - self._cycle_s
+        if late_s - self._slipped_s > SLIP * self._cycle_s:
+            self.due += late_s - self._slipped_s
+        self._left = now
+        return late_s
+
+    def advance(self, cycle_s: float) -> None:
+        """The next cycle is due this much later."""
+        self.due += cycle_s
+        self._cycle_s = cycle_s
 
 
 def _slept_until(due: float) -> bool:
@@ -113,16 +157,21 @@ def _steady_interpreter(switch_s: float) -> Iterator[None]:
 
 @contextmanager
 def scheduling(realtime: bool, *, feeding: bool = False) -> Iterator[None]:
-    """SCHED_FIFO for the calling thread where the system has it and allows it; threads that it starts inherit it.
+    """SCHED_FIFO for the calling thread where the system has it and allows it.
 
-    `feeding`: for threads that bring a loop its messages. They come before every loop: what they do is short, and to
-    wait for the loops of other processes would take a message longer than all the rest of its way.
+    Threads that it starts have no part in it: what works beside a loop (SDO, files) must not come before others.
+    `feeding`: for threads that bring a loop its messages, and those that they start. They come before every loop: what
+    they do is short, and to wait for the loops of other processes would take a message longer than all the rest of its
+    way.
     """
     policy, param = os.sched_getscheduler(0), os.sched_getparam(0)
     if realtime:
+        # A thread may set this flag of sched(7), and not take it back; without a real-time policy it changes nothing.
+        alone = 0 if feeding else os.SCHED_RESET_ON_FORK
+        policy |= alone
         try:
             priority = _FEEDING_PRIORITY if feeding else _LOOP_PRIORITY
-            os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(priority))
+            os.sched_setscheduler(0, os.SCHED_FIFO | alone, os.sched_param(priority))
         except PermissionError:
             realtime = False
     try:

@@ -10,8 +10,9 @@ SDO_TO_NODE = 0x600
 ERROR_CONTROL = 0x700
 """Boot-up, heartbeat and node guarding."""
 
+HIGHEST_NODE_ID = 127
 MASTER_NODE_ID = 127
-"""The gateway's own Node-ID, under which it sends its heartbeat."""
+"""A gateway's own Node-ID, under which it sends its heartbeat, unless its drives file says another one."""
 
 
 def function_code(cob_id: int) -> int:

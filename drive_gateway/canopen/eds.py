@@ -4,6 +4,7 @@ import re
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
+from struct import Struct
 
 from canopen.objectdictionary import ODVariable, datatypes
 
@@ -22,10 +23,14 @@ TYPES = {
     "UNSIGNED64": (8, False),
 }
 """Data types of CiA 301 that are numbers: bytes, and whether they have a sign."""
+_WIDTHS = (8, 16, 24, 32, 40, 48, 56, 64)
 _SIZES = {
     datatypes.BOOLEAN: (1, False),
-    **{getattr(datatypes, name): size for name, size in TYPES.items()},
+    **{getattr(datatypes, f"INTEGER{bits}"): (bits // 8, True) for bits in _WIDTHS},
+    **{getattr(datatypes, f"UNSIGNED{bits}"): (bits // 8, False) for bits in _WIDTHS},
 }
+_REALS = {datatypes.REAL32: Struct("<f"), datatypes.REAL64: Struct("<d")}
+_REAL_OF_SIZE = {layout.size: layout for layout in _REALS.values()}
 _ADDRESS = re.compile(r"(?:0x)?([0-9A-Fa-f]{4})h?(?::([0-9A-Fa-f]{1,2}))?")
 
 
@@ -45,6 +50,22 @@ class ObjectEntry:
     writable: bool
     limits: tuple[int, int] | None = None
     """Lowest and highest value, where the file says them."""
+    real: bool = False
+    """A number with a fraction, REAL32 or REAL64 (IEEE 754)."""
+    octets: bool = False
+    """Bytes without a meaning of their own, OCTET_STRING: people write them in hex."""
+    wide: bool = False
+    """A text of 16-bit characters, UNICODE_STRING."""
+
+    @property
+    def described(self) -> bool:
+        """Its type is known."""
+        return bool(self.size) or self.text or self.domain or self.octets
+
+    @property
+    def kind(self) -> str:
+        """Its data type for people, where it is a number: UNSIGNED16, REAL32."""
+        return f"{'REAL' if self.real else 'INTEGER' if self.signed else 'UNSIGNED'}{8 * self.size}"
 
     @property
     def address(self) -> str:
@@ -53,11 +74,15 @@ class ObjectEntry:
     def show(self, data: bytes) -> str:
         """Bytes for people: a number, decimal and in hex, a text, a domain's length, or the bytes themselves."""
         if self.text:
-            return repr(data.rstrip(b"\0").decode("ascii", "replace"))
+            text = data.decode("utf-16-le" if self.wide else "ascii", "replace")
+            return repr(text.rstrip("\0"))
         if self.domain:
             return f"{len(data)} bytes"
-        if not self.size or len(data) > 8:
-            return data.hex(" ")
+        if not self.size or not 0 < len(data) <= 8:
+            return data.hex(" ") or "no bytes"
+        if self.real and len(data) in _REAL_OF_SIZE:
+            (real,) = _REAL_OF_SIZE[len(data)].unpack(data)
+            return f"{real:.9g} ({int.from_bytes(data, 'little'):0{2 * len(data)}X}h)"
         value = int.from_bytes(data, "little", signed=self.signed)
         return f"{value} ({int.from_bytes(data, 'little'):0{2 * len(data)}X}h)"
 
@@ -66,19 +91,41 @@ class ObjectEntry:
         return replace(self, size=size, signed=signed)
 
     def pack(self, text: str) -> bytes:
-        """The bytes of a value as people write it: decimal, 0x..., or ...h. Raises `EdsError` with the range."""
+        """The bytes of a value as people write it: decimal, 0x..., or ...h; octets in hex. Raises `EdsError`."""
         if self.text:
-            return text.encode("ascii", "replace")
+            return text.encode("utf-16-le" if self.wide else "ascii", "replace")
+        if self.octets:
+            return self._octets(text)
         if self.domain:
             raise EdsError(f"{self.address} {self.name} is a domain", "@FILE, the name of a file with its bytes")
+        if self.real:
+            return self._real(text)
         try:
             value = int(text[:-1], 16) if text.lower().endswith("h") else int(text, 0)
         except ValueError as error:
             raise EdsError(f"{text!r} is no whole number", "123, -5, 0x6F, 6Fh") from error
         return self.pack_number(value)
 
+    def _octets(self, text: str) -> bytes:
+        try:
+            return bytes.fromhex(text.removeprefix("0x"))
+        except ValueError as error:
+            raise EdsError(f"{text!r} for {self.address} {self.name}", "bytes in hex, such as 01 0A FF") from error
+
+    def _real(self, text: str) -> bytes:
+        """As a decimal number, or as its bit pattern."""
+        try:
+            if text.lower().startswith("0x"):
+                return int(text, 16).to_bytes(self.size, "little")
+            return _REAL_OF_SIZE[self.size].pack(float(text))
+        except (ValueError, OverflowError) as error:
+            allowed = f"a {self.kind}, such as -0.25 or 1e-3, or its bit pattern, 0x..."
+            raise EdsError(f"{text!r} for {self.address} {self.name}", allowed) from error
+
     def pack_number(self, value: int) -> bytes:
         """The bytes of a number. Raises `EdsError` with the range."""
+        if self.real:
+            return self._real(str(value))
         if not self.size:
             raise EdsError(
                 f"{self.address} {self.name} has a type that this program cannot write", f"{', '.join(TYPES)}"
@@ -155,18 +202,22 @@ class Eds:
 
 
 def _entry(variable: ODVariable, group: str) -> ObjectEntry:
-    size, signed = _SIZES.get(variable.data_type or 0, (0, False))
+    kind = variable.data_type or 0
+    size, signed = (_REALS[kind].size, True) if kind in _REALS else _SIZES.get(kind, (0, False))
     return ObjectEntry(
         index=variable.index,
         sub=variable.subindex,
         name=group + variable.name,
         size=size,
         signed=signed,
-        text=variable.data_type == datatypes.VISIBLE_STRING,
-        domain=variable.data_type == datatypes.DOMAIN,
+        text=kind in (datatypes.VISIBLE_STRING, datatypes.UNICODE_STRING),
+        domain=kind == datatypes.DOMAIN,
         readable=variable.readable,
         writable=variable.writable,
         limits=_limits(variable),
+        real=kind in _REALS,
+        octets=kind == datatypes.OCTET_STRING,
+        wide=kind == datatypes.UNICODE_STRING,
     )
 
 
@@ -178,7 +229,7 @@ def _limits(variable: ODVariable) -> tuple[int, int] | None:
 
 def _packed(variable: ODVariable, entry: ObjectEntry, raw: str) -> bytes:
     """The bytes of a ParameterValue; a negative number may be written as its bit pattern, 0xFFFE for -2."""
-    if entry.text:
+    if entry.text or entry.octets or entry.real:
         return entry.pack(raw)
     value = getattr(variable, "value", None) if "$NODEID" in raw.upper() else _whole(raw)
     if not isinstance(value, int):

@@ -3,8 +3,20 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
+from typing import NamedTuple
 
 MOTOR_HOT = 0x4310
+WARNINGS = frozenset({0x8120})
+"""Codes of CiA 301 that a drive goes on with: error passive, its frames still come and go."""
+
+
+class Meaning(NamedTuple):
+    """What a code says."""
+
+    text: str
+    remedy: str
+    stops: bool = True
+    """The robot is stopped. Else the code is a warning: a drive that stops by it says so in its statusword."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -15,11 +27,17 @@ class Emergency:
     register: int
     meaning: str
     remedy: str
+    stops: bool
+
+    @property
+    def reset(self) -> bool:
+        """00xxh: an error is gone (CiA 301, 7.2.7.1); others may be there, see `gone`."""
+        return _no_error(self.code)
 
     @property
     def gone(self) -> bool:
-        """00xxh: no error, or errors reset (CiA 301)."""
-        return _no_error(self.code)
+        """No error is there any more: the error register says so too."""
+        return self.reset and not self.register
 
 
 _TABLE: dict[int, tuple[str, str]] = {
@@ -77,34 +95,34 @@ _GROUPS: dict[int, str] = {
 _ASK_MANUAL = "look the code up in the drive's manual"
 
 
-_NONE: Mapping[int, tuple[str, str]] = MappingProxyType({})
+_NONE: Mapping[int, Meaning] = MappingProxyType({})
 
 
-def decode_emergency(data: bytes, own: Mapping[int, tuple[str, str]] = _NONE) -> Emergency | None:
+def decode_emergency(data: bytes, own: Mapping[int, Meaning] = _NONE) -> Emergency | None:
     """The content of an EMCY frame, or `None` when it is too short to be one; `own`: see `emergency_of`."""
     if len(data) < 3:
         return None
     return emergency_of(int.from_bytes(data[:2], "little"), data[2], own)
 
 
-def emergency_of(code: int, register: int, own: Mapping[int, tuple[str, str]]) -> Emergency:
+def emergency_of(code: int, register: int, own: Mapping[int, Meaning]) -> Emergency:
     """A code with what it means.
 
-    `own`: meaning and remedy of codes that the drive's maker gives another meaning, or one at all.
+    `own`: codes that the drive's maker gives another meaning, or one at all.
     """
-    meaning, remedy = own.get(code) or meaning_of(code)
-    return Emergency(code, register, meaning, remedy)
+    meaning = own.get(code) or meaning_of(code)
+    return Emergency(code, register, meaning.text, meaning.remedy, meaning.stops)
 
 
-def meaning_of(code: int) -> tuple[str, str]:
-    """Meaning and remedy of an emergency code; an unknown one is named by its group (high byte)."""
+def meaning_of(code: int) -> Meaning:
+    """What an emergency code means; an unknown one is named by its group (high byte)."""
     if _no_error(code):
-        return "no error", ""
+        return Meaning("no error", "", stops=False)
     if code in _TABLE:
-        return _TABLE[code]
+        return Meaning(*_TABLE[code], stops=code not in WARNINGS)
     high = code >> 8
     group = _GROUPS.get(high) or _GROUPS.get(high & 0xF0) or "unknown group"
-    return f"{group}, code not in the table", _ASK_MANUAL
+    return Meaning(f"{group}, code not in the table", _ASK_MANUAL)
 
 
 def _no_error(code: int) -> bool:

@@ -30,6 +30,11 @@ class NmtState(IntEnum):
         return self.name.replace("_", "-").capitalize()
 
 
+def sync_frames(overflow: int) -> list[CanFrame]:
+    """SYNC as it goes round: one frame without data, or with a counter from 1 to `overflow` (1019h, CiA 301)."""
+    return [CanFrame(SYNC, bytes((count,))) for count in range(1, overflow + 1)] or [SYNC_FRAME]
+
+
 def nmt_frame(command: NmtCommand, node_id: int) -> CanFrame:
     """The unconfirmed command to one node (0: all of them); its effect shows in the node's heartbeat."""
     return CanFrame(NMT, bytes((command, node_id)))

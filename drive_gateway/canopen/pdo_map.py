@@ -36,6 +36,9 @@ ON_EVENT = 254
 """Transmission type: an RPDO acts on arrival, a TPDO comes by the drive's own timer."""
 DISABLED = 1 << 31
 """Bit 31 of a PDO's COB-ID: the PDO does not exist."""
+NO_REMOTE = 1 << 30
+"""Bit 30 of a TPDO's COB-ID: no remote frame asks for it. A node may refuse to change it (CiA 301, 1800h); in an RPDO's
+COB-ID it is reserved. So it stays as the node has it."""
 PDOS = range(1, 5)
 """An axis has up to four PDOs in each direction."""
 
@@ -110,6 +113,12 @@ class Pdo:
             return []
         inhibit, timer = round(self.period_s * 10_000), round(self.period_s * 1000)
         return [SdoWrite(self._communication, 3, _u16(inhibit)), SdoWrite(self._communication, 5, _u16(timer))]
+
+    @property
+    def name(self) -> str:
+        """For people, counted from the first PDO of its axis: RPDO 1."""
+        of_axis = "" if self.axis == 1 else f" of axis {self.axis}"
+        return f"{'RPDO' if self.receive else 'TPDO'} {self.number}{of_axis}"
 
     def unlinked(self) -> SdoWrite:
         """The write that takes this PDO off the bus."""
@@ -228,11 +237,12 @@ def entries_of(entries: Iterable[int], axis: int) -> tuple[int, ...]:
     return tuple(index_of(entry >> 16, axis) << 16 | entry & 0xFFFF for entry in entries)
 
 
-def unused(node_id: int, linked: tuple[Pdo, ...], axis: int = 1) -> list[SdoWrite]:
-    """Every other PDO of the axis is taken off the bus: what it has from its factory may collide with another node."""
+def unused(node_id: int, linked: tuple[Pdo, ...], axis: int = 1) -> list[Pdo]:
+    """Every other PDO of the axis, to be taken off the bus: what it has from its factory may collide with another
+    node."""
     used = {(pdo.receive, pdo.number) for pdo in linked}
     return [
-        Pdo(number, receive, node_id, (), axis=axis).unlinked()
+        Pdo(number, receive, node_id, (), axis=axis)
         for receive in (True, False)
         for number in PDOS
         if (receive, number) not in used

@@ -7,12 +7,12 @@ from dataclasses import dataclass, replace
 from typing import Protocol
 
 from drive_gateway.canopen.axis_objects import index_of
-from drive_gateway.canopen.cob_id import MASTER_NODE_ID
 from drive_gateway.canopen.pdo_map import DIGITAL_OUTPUTS, SdoWrite
 from drive_gateway.config.settings import INT32_MIN, MOTOR_SPEED_RESERVE, AxisSettings, GatewaySettings
 
 INTERPOLATED_POSITION, CYCLIC_SYNCHRONOUS_POSITION = 7, 8
 MOTOR_SPEED = 0x6080
+HEARTBEAT_CONSUMER, LIFE_TIME_FACTOR = 0x1016, 0x100D
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,7 +62,7 @@ def preparations(axis: AxisSettings, settings: GatewaySettings) -> list[Preparat
         same("interpolation period, power of ten", 0x60C2, 2, exponent, 1),
         *([same("interpolation sub mode", 0x60C0, 0, axis.interpolation, 2)] if axis.interpolated else []),
         *play(axis),
-        same("quick-stop deceleration", 0x6085, 0, round(axis.quick_stop * counts), 4),
+        same("quick-stop deceleration", 0x6085, 0, max(1, axis.units.ramp(axis.quick_stop * counts)), 4),
         same("quick-stop option", 0x605A, 0, axis.quick_stop_option, 2),
         same("reaction to a lost connection", 0x6007, 0, axis.connection_lost, 2),
         same("following-error window", 0x6065, 0, round(axis.following_window * counts), 4),
@@ -137,10 +137,10 @@ def life_time_factor(settings: GatewaySettings) -> int:
 
 
 def _heartbeats(settings: GatewaySettings) -> list[Preparation]:
-    consumer = MASTER_NODE_ID << 16 | _milliseconds(settings.heartbeat_timeout_s)
+    consumer = settings.node_id << 16 | _milliseconds(settings.heartbeat_timeout_s)
     return [
         same("heartbeat of the node", 0x1017, 0, _milliseconds(settings.heartbeat_producer_s), 2),
-        same("heartbeat of the gateway", 0x1016, 1, consumer, 4),
+        same("heartbeat of the gateway", HEARTBEAT_CONSUMER, 1, consumer, 4),
     ]
 
 
@@ -149,7 +149,7 @@ def _guarding(settings: GatewaySettings) -> list[Preparation]:
     return [
         same("no heartbeat of the node", 0x1017, 0, 0, 2),
         same("guard time", 0x100C, 0, _milliseconds(settings.heartbeat_producer_s), 2),
-        same("life time factor", 0x100D, 0, life_time_factor(settings), 1),
+        same("life time factor", LIFE_TIME_FACTOR, 0, life_time_factor(settings), 1),
     ]
 
 

@@ -19,6 +19,9 @@ FAULT_RESET = 0x0080
 WARNING = 1 << 7
 """Bit 7 of the statusword: no fault, but something is near its limit or blocks one direction."""
 
+FOLLOWS_COMMAND = 1 << 12
+"""Bit 12 of the statusword in the modes in which blocks are played: set points are followed (modes 7 and 8)."""
+
 REMOTE = 1 << 9
 """Bit 9 of the statusword: the drive obeys its controlword; without it somebody has it under local control."""
 

@@ -18,6 +18,7 @@ class AxisUnits:
 
     def __init__(self, axes: Sequence[AxisSettings]) -> None:
         self._scale = np.array([axis.counts_per_unit for axis in axes], dtype=np.float64)
+        self._speed_scale = self._scale / np.array([axis.units.velocity for axis in axes])
         self._offset = np.array([axis.offset for axis in axes], dtype=np.float64)
         fitting = np.array([axis.int32_range for axis in axes])
         allowed = np.array([(-np.inf, np.inf) if axis.limits is None else axis.limits for axis in axes])
@@ -33,9 +34,9 @@ class AxisUnits:
         """Nearest counts of `position` (n,) [rad or m], which must fit into an int32."""
         return [int(count) for count in np.rint((position - self._offset) * self._scale).tolist()]
 
-    def counts_per_s(self, velocity: Floats) -> list[int]:
-        """Nearest counts per second of `velocity` (n,) [rad/s or m/s]."""
-        return [int(speed) for speed in np.rint(velocity * self._scale).tolist()]
+    def speeds(self, velocity: Floats) -> list[int]:
+        """Nearest numbers in the drives' own units (60B1h) of `velocity` (n,) [rad/s or m/s]."""
+        return [int(speed) for speed in np.rint(velocity * self._speed_scale).tolist()]
 
     def per_mille(self, torque: Floats) -> list[int]:
         """Nearest per mille of the motors' rated torques for `torque` (n,) [Nm or N] at the axes; 0 without one."""

@@ -4,16 +4,19 @@ import math
 from pathlib import Path
 from typing import Annotated, Literal
 
-from pydantic import BaseModel, Field, ValidationInfo, field_validator
+from pydantic import AfterValidator, BaseModel, Field, ValidationInfo, field_validator
 
 from cell.config.fields import FileName, Name
 from cell.config.units import STRICT, Number, Positive, PositiveLength, Seconds, in_si
 from drive_gateway.canopen.axis_objects import AXES
+from drive_gateway.config.drive_units import ACCELERATION_UNITS, VELOCITY_UNITS, DriveUnits, drive_units, unit_of
 from drive_gateway.config.object_address import ObjectAddress, address_of
 from drive_gateway.config.own_objects import OwnObjects
 from drive_gateway.config.settings import (
     BRAKE_S,
     DELAY_CYCLES,
+    REST_WINDOW,
+    SWITCH_ON_S,
     AxisSettings,
     EncoderSettings,
     HomingSettings,
@@ -22,12 +25,23 @@ from drive_gateway.config.settings import (
     TorqueSettings,
 )
 
+METHODS = frozenset({*range(-128, 0), *range(1, 15), *range(17, 31), 33, 34, 35, 37})
+"""Homing methods (CiA 402-2, 6098h): 15, 16, 31, 32 and 36 are reserved, and 0 is none."""
+
+
+def _method(number: int) -> int:
+    if number not in METHODS:
+        raise ValueError("1 to 14, 17 to 30, 33, 34, 35 or 37; -128 to -1 as the drive's manual has them")
+    return number
+
 
 class HomingEntry(BaseModel):
     """How one axis finds its home point; directions are those of the drive's counts."""
 
     model_config = STRICT
-    method: Literal[1, 2, 7, 11, 17, 18, 23, 27, 33, 34, 35, 37] = Field(description="homing method of CiA 402 (6098h)")
+    method: Annotated[int, AfterValidator(_method)] = Field(
+        description="homing method of CiA 402 (6098h): 1 to 14, 17 to 30, 33 to 35, 37; -128 to -1 are the maker's own"
+    )
     fast: Positive = Field(description="speed towards the switch")
     slow: Positive = Field(description="speed off the switch")
     acceleration: Positive = Field(description="acceleration while homing")
@@ -94,11 +108,26 @@ class AxisEntry(BaseModel):
 
     model_config = STRICT
     type: Literal["rotary", "linear"] = Field("rotary", description="rotary, or linear for an axis that slides")
-    node: int = Field(ge=1, le=127, description="CANopen node-ID, 1 to 126")
+    node: int = Field(ge=1, le=127, description="CANopen node-ID, 1 to 127 but for the gateway's own")
     axis: int = Field(default=1, ge=1, le=AXES, description="which axis of its node, 1 to 3")
     feed: PositiveLength | None = Field(None, description="way of a linear axis per turn behind the gear")
     gear: float = Field(ge=1e-3, le=1e6, description="motor turns per turn of the axis, or of what drives a linear one")
     counts_per_turn: int = Field(gt=0, le=2**40, description="encoder counts per motor turn")
+    velocity_unit: Annotated[str, AfterValidator(unit_of(VELOCITY_UNITS))] = Field(
+        default="counts/s",
+        description=f"unit in which the drive takes velocities (6081h, 6099h, 60B1h, 60FFh): {VELOCITY_UNITS}; of the "
+        "motor's shaft, or of the axis where it is a length; with a factor: 0.1 rpm",
+    )
+    acceleration_unit: Annotated[str, AfterValidator(unit_of(ACCELERATION_UNITS))] = Field(
+        default="counts/s^2",
+        description=f"unit in which the drive takes accelerations (6083h, 6084h, 6085h, 609Ah): {ACCELERATION_UNITS}; "
+        "as for velocity_unit",
+    )
+    try_units: bool = Field(
+        default=True,
+        description="the axis' first motion by its drive tries its units, in mode profile velocity; false for a drive "
+        "without that mode",
+    )
     direction: Literal[1, -1] = Field(description="1, or -1 when the motor turns against the axis")
     offset: Number = Field(description="axis position at encoder count zero")
     speed: Positive = Field(description="set points above this are refused")
@@ -117,6 +146,17 @@ class AxisEntry(BaseModel):
         ge=0,
         le=0.5,
         description="how long motor and holding brake hold together, while it opens and while it closes; 0: no brake",
+    )
+    switch_on_s: float = Field(
+        default=SWITCH_ON_S,
+        ge=0.1,
+        le=10,
+        description="[s] how long the drive may take to switch on, its DC link and its brake included",
+    )
+    rest_window: Positive | None = Field(
+        default=None,
+        description="an axis that stays within this for 0.1 s is at rest; without it 0.2 mrad or 0.2 mm. Larger for a "
+        "drive that hunts",
     )
     simulated_start: Number = Field(description="where a simulated drive stands when it is switched on")
     encoder: Literal["absolute", "incremental"] = Field(
@@ -174,6 +214,18 @@ class AxisEntry(BaseModel):
     def _si(cls, value: float, info: ValidationInfo) -> float:
         return in_si(value, info.data.get("type") == "linear", info)
 
+    @field_validator("velocity_unit", "acceleration_unit")
+    @classmethod
+    def _of_its_kind(cls, unit: str, info: ValidationInfo) -> str:
+        if "m/s" in unit and info.data.get("type") != "linear":
+            raise ValueError("a unit of angles or counts for an axis that turns")
+        return unit
+
+    @field_validator("rest_window")
+    @classmethod
+    def _rest_window_si(cls, window: float | None, info: ValidationInfo) -> float | None:
+        return None if window is None else in_si(window, info.data.get("type") == "linear", info)
+
     @field_validator("homing")
     @classmethod
     def _homing_si(cls, homing: HomingEntry | None, info: ValidationInfo) -> HomingEntry | None:
@@ -212,6 +264,10 @@ class AxisEntry(BaseModel):
             following_time_s=self.following_time_s,
             delay_cycles=self.delay_cycles,
             brake_s=self.brake_s,
+            switch_on_s=self.switch_on_s,
+            units=self.units(),
+            try_units=self.try_units,
+            rest_window=REST_WINDOW if self.rest_window is None else self.rest_window,
             simulated_start=self.simulated_start,
             index_counts=self.counts_per_turn,
             linear=self.linear,
@@ -255,6 +311,10 @@ class AxisEntry(BaseModel):
             status=None if check.status is None else address_of(check.status),
             battery_mask=check.battery_mask,
         )
+
+    def units(self) -> DriveUnits:
+        per_metre = abs(self.counts_per_unit()) if self.linear else 0.0
+        return drive_units(self.velocity_unit, self.acceleration_unit, self.counts_per_turn, per_metre)
 
     def counts_per_unit(self) -> float:
         """Encoder counts per radian, or metre, of the axis, with its sign."""

@@ -32,6 +32,8 @@ UINT16_MAX = 2**16 - 1
 UINT32_MAX = 2**32 - 1
 HOMING_AT_LIMIT = {17: -1, 18: 1}
 """Homing methods whose home point is the edge of a limit switch, and the direction of the counts in which it is."""
+_START_CYCLES = 3
+"""From the start of a node to the answer of its first SYNC."""
 MILLISECOND_FIELDS = ("heartbeat_producer_s", "heartbeat_timeout_s")
 
 
@@ -41,7 +43,7 @@ def check_drives_file(document: Document, drives: DrivesFile) -> list[Problem]:
         *_interface(document, drives),
         *check_length(document, drives.bus.bitrate, drives.bus.lengths()),
         *_empty(document, drives),
-        *check_nodes(document, list(axes_of(drives))),
+        *check_nodes(document, list(axes_of(drives)), drives.gateway_node),
         *check_io_nodes(document, drives, list(axes_of(drives))),
         *check_places(document, drives),
         *_load(document, drives),
@@ -107,6 +109,7 @@ def _load(document: Document, drives: DrivesFile) -> Iterator[Problem]:
 
 def _times(document: Document, drives: DrivesFile) -> Iterator[Problem]:
     heartbeat = drives.heartbeat_producer_s + drives.overrun_limit_s
+    boot = max(drives.heartbeat_producer_s + _START_CYCLES * drives.cycle_s, drives.sdo_timeout_s)
     rules = (
         ("overrun_limit_s", drives.overrun_limit_s >= drives.cycle_s, f"cycle_s, {drives.cycle_s:g}, or more"),
         (
@@ -122,8 +125,9 @@ def _times(document: Document, drives: DrivesFile) -> Iterator[Problem]:
         ),
         (
             "boot_timeout_s",
-            drives.boot_timeout_s > drives.heartbeat_producer_s,
-            f"more than heartbeat_producer_s, {drives.heartbeat_producer_s:g}",
+            drives.boot_timeout_s > boot,
+            f"more than {boot:g}: sdo_timeout_s, {drives.sdo_timeout_s:g}, and heartbeat_producer_s, "
+            f"{drives.heartbeat_producer_s:g}, with {_START_CYCLES} cycles",
         ),
     )
     for name, holds, allowed in rules:
@@ -178,6 +182,7 @@ def _axes(document: Document, drives: DrivesFile) -> Iterator[Problem]:
             found = f"{axis.interpolation} beside mode {axis.mode}"
             yield document.problem((*path, "interpolation"), found, "mode: interpolated beside it")
         yield from _waived(document, path, axis.waive, OPTIONAL_OBJECTS)
+        yield from _whole_units(document, path, axis)
         for name, bound in (("quick_stop", UINT32_MAX), ("following_window", UINT32_MAX), ("speed", FASTEST_COUNTS)):
             if getattr(axis, name) * counts > bound:
                 most = declared(document, bound / counts, axis.linear)
@@ -200,6 +205,34 @@ def _homing(document: Document, path: KeyPath, axis: AxisEntry) -> Iterator[Prob
             found = document.found((*path, "homing", name))
             allowed = f"{declared(document, most, axis.linear):g} or less{share}"
             yield document.problem((*path, "homing", name), found, allowed)
+
+
+def _whole_units(document: Document, path: KeyPath, axis: AxisEntry) -> Iterator[Problem]:
+    """A drive takes whole numbers of its units, 32 bits of them."""
+    units, counts = axis.units(), abs(axis.counts_per_unit())
+    if not axis.try_units:
+        allowed = "only for a drive without mode profile velocity: a wrong unit is seen at full speed then, not before"
+        yield document.problem(
+            (*path, "try_units"), "a drive whose units are not tried", allowed, severity=Severity.WARNING
+        )
+    stated: list[tuple[KeyPath, float, float, float, str]] = [
+        (("quick_stop",), axis.quick_stop, units.acceleration, UINT32_MAX, units.acceleration_name),
+        (("speed",), axis.speed, units.velocity, FASTEST_COUNTS, units.velocity_name),
+    ]
+    if axis.homing is not None:
+        stated += [
+            (("homing", "fast"), axis.homing.fast, units.velocity, UINT32_MAX, units.velocity_name),
+            (("homing", "slow"), axis.homing.slow, units.velocity, UINT32_MAX, units.velocity_name),
+            (("homing", "acceleration"), axis.homing.acceleration, units.acceleration, UINT32_MAX,
+             units.acceleration_name),
+        ]  # fmt: skip
+    for key, value, unit, most, name in stated:
+        if name.startswith("counts"):
+            continue
+        if not 1.0 <= value * counts / unit <= most:
+            least, highest = (declared(document, bound * unit / counts, axis.linear) for bound in (1.0, most))
+            allowed = f"{least:.4g} to {highest:.4g}: the drive takes whole numbers of {name}, 32 bits"
+            yield document.problem((*path, *key), document.found((*path, *key)), allowed)
 
 
 def _torque(document: Document, path: KeyPath, axis: AxisEntry) -> Iterator[Problem]:

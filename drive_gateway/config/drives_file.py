@@ -9,6 +9,7 @@ from pydantic import BaseModel, Field
 from cell.config.fields import Name
 from cell.config.units import STRICT, Seconds, Units
 from drive_gateway.canopen.axis_objects import index_of
+from drive_gateway.canopen.cob_id import MASTER_NODE_ID
 from drive_gateway.canopen.pdo_map import DIGITAL_OUTPUTS
 from drive_gateway.config.axis_entry import AxisEntry
 from drive_gateway.config.bus_length import BusLengths
@@ -84,7 +85,16 @@ class DrivesFile(BaseModel):
     heartbeat_producer_s: Seconds = Field(description="period of the heartbeats (1017h)")
     heartbeat_timeout_s: Seconds = Field(description="silence of a heartbeat that is a fault (1016h)")
     tpdo_timeout_s: Seconds = Field(description="silence of a node's TPDO that stops its robot")
-    boot_timeout_s: Seconds = Field(description="time for a node's boot-up after its reset")
+    boot_timeout_s: Seconds = Field(description="time for a node's boot-up after its reset, and for each of its values")
+    sdo_timeout_s: Annotated[float, Field(gt=0, le=30)] = Field(
+        default=0.5, description="[s] a node answers each SDO request within this time"
+    )
+    sync_counter: Annotated[int, Field(ge=2, le=240)] | None = Field(
+        default=None, description="SYNC counts from 1 to this (1019h), for drives that need it; without: no counter"
+    )
+    gateway_node: int = Field(
+        default=MASTER_NODE_ID, ge=1, le=127, description="the gateway's own Node-ID, which no node may have"
+    )
     simulated_lag_s: float = Field(ge=0, le=1, description="lag of a simulated drive behind its set points")
     profile_pdos: ProfilePdosEntry | None = Field(
         default=None, description="PDOs for motions that the drives make by themselves; without: cyclic image and SDO"
@@ -109,6 +119,9 @@ class DrivesFile(BaseModel):
             heartbeat_timeout_s=self.heartbeat_timeout_s,
             tpdo_timeout_s=self.tpdo_timeout_s,
             boot_timeout_s=self.boot_timeout_s,
+            sdo_timeout_s=self.sdo_timeout_s,
+            sync_counter=self.sync_counter or 0,
+            node_id=self.gateway_node,
             simulated_lag_s=self.simulated_lag_s,
             robots={
                 robot: RobotDrives(

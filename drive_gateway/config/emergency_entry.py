@@ -1,7 +1,7 @@
-"""What a maker's own emergency codes mean: a table per type of drive in the drives file."""
+"""What a maker's own emergency codes mean, and which are warnings: a table per type of drive in the drives file."""
 
 from collections.abc import Iterator, Mapping
-from typing import Annotated
+from typing import Annotated, Literal
 
 from pydantic import BaseModel, Field
 
@@ -9,6 +9,7 @@ from cell.config.document import Document
 from cell.config.fields import Name
 from cell.config.problem import KeyPath, Problem
 from cell.config.units import STRICT
+from drive_gateway.canopen.emcy import Meaning, meaning_of
 
 Text = Annotated[str, Field(min_length=1, max_length=200)]
 Code = Annotated[
@@ -17,22 +18,33 @@ Code = Annotated[
 
 
 class EmergencyEntry(BaseModel):
-    """One code."""
+    """One code. What is left out is as CiA 301 and CiA 402 have it."""
 
     model_config = STRICT
-    meaning: Text = Field(description="what the drive says")
-    remedy: Text = Field(description="what a person does about it")
+    meaning: Text | None = Field(default=None, description="what the drive says")
+    remedy: Text | None = Field(default=None, description="what a person does about it")
+    severity: Literal["warning", "fault"] | None = Field(
+        default=None,
+        description="a fault stops the robot, a warning is told as long as the drive goes on; left out: 8120h is a "
+        "warning, all others are faults",
+    )
+
+    def of(self, code: int) -> Meaning:
+        common = meaning_of(code)
+        stops = common.stops if self.severity is None else self.severity == "fault"
+        return Meaning(self.meaning or common.text, self.remedy or common.remedy, stops)
 
 
 EmergencyTables = Annotated[
     dict[Name, dict[Code, EmergencyEntry]],
-    Field(description="meanings of emergency codes (hex) by type of drive, over those of CiA 301 and CiA 402"),
+    Field(description="emergency codes (hex) by type of drive: meaning and severity, over those of CiA 301 and 402"),
 ]
 
 
-def codes_of(tables: EmergencyTables, name: str | None) -> Mapping[int, tuple[str, str]]:
-    """Meaning and remedy by code of the type `name`."""
-    return {} if name is None else {int(code, 16): (text.meaning, text.remedy) for code, text in tables[name].items()}
+def codes_of(tables: EmergencyTables, name: str | None) -> Mapping[int, Meaning]:
+    """What the codes of the type `name` mean."""
+    codes = {} if name is None else tables[name]
+    return {int(code, 16): entry.of(int(code, 16)) for code, entry in codes.items()}
 
 
 def check_emergencies(

@@ -9,9 +9,11 @@ _SETPOINT = "nothing: it is commanded in each cycle"
 _MOTION = "nothing: the gateway writes it before each motion of the drive's own"
 _INTERPOLATION_DATA = 0x60C1
 """The gateway sends its first sub-object; what others mean is the maker's."""
+CYCLE_PERIOD = 0x1006
+"""Communication cycle period: the gateway writes `cycle_s` where the drive has it, unless the drives file names it."""
 _WRITTEN: dict[int, str] = {
     0x1005: _IDENTIFIER,
-    0x1006: "cycle_s",
+    CYCLE_PERIOD: "cycle_s",
     0x100C: _HEARTBEAT,
     0x100D: _HEARTBEAT,
     0x1010: "nothing: it is a command, `drive-gateway store`",
@@ -19,6 +21,7 @@ _WRITTEN: dict[int, str] = {
     0x1014: _IDENTIFIER,
     0x1016: _HEARTBEAT,
     0x1017: _HEARTBEAT,
+    0x1019: "sync_counter",
     0x6007: "connection_lost",
     0x6040: _SETPOINT,
     0x605A: "quick_stop_option",

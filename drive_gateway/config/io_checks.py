@@ -4,9 +4,8 @@ from collections.abc import Iterator, Mapping, Sequence
 
 from cell.config.document import Document
 from cell.config.problem import KeyPath, Problem
-from drive_gateway.canopen.cob_id import MASTER_NODE_ID
 from drive_gateway.config.drives_file import DrivesFile
-from drive_gateway.config.node_checks import NamedAxis
+from drive_gateway.config.node_checks import HIGHEST_NODE_ID, NamedAxis
 from drive_gateway.config.output_entry import InputEntry, OutputEntry
 
 MOST_INPUTS = 64
@@ -19,9 +18,10 @@ def check_io_nodes(document: Document, drives: DrivesFile, axes: Sequence[NamedA
     taken = {axis.node + axis.axis - 1: who for _, who, axis in reversed(axes)}
     for name, io in drives.io_nodes.items():
         path: KeyPath = ("io_nodes", name)
-        if io.node == MASTER_NODE_ID:
+        if io.node == drives.gateway_node:
             found = f"{io.node}, under which the gateway itself sends its heartbeat"
-            yield document.problem((*path, "node"), found, f"1 to {MASTER_NODE_ID - 1}")
+            allowed = f"1 to {HIGHEST_NODE_ID} but for gateway_node, {drives.gateway_node}"
+            yield document.problem((*path, "node"), found, allowed)
         other = taken.setdefault(io.node, f"I/O node {name}")
         if other != f"I/O node {name}":
             yield document.problem((*path, "node"), f"{io.node}, that of {other} too", "a Node-ID of its own")

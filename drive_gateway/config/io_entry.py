@@ -7,6 +7,7 @@ from pydantic import BaseModel, Field
 
 from cell.config.fields import Name
 from cell.config.units import STRICT
+from drive_gateway.canopen.emcy import Meaning
 from drive_gateway.canopen.io_map import MOST_BYTES
 from drive_gateway.config.axis_entry import IdentityEntry
 from drive_gateway.config.settings import IoSettings
@@ -16,7 +17,7 @@ class IoNodeEntry(BaseModel):
     """A node with digital inputs and outputs (CiA 401), for the robots of this bus."""
 
     model_config = STRICT
-    node: int = Field(ge=1, le=127, description="CANopen node-ID, 1 to 126")
+    node: int = Field(ge=1, le=127, description="CANopen node-ID, another than gateway_node")
     input_bytes: int = Field(default=0, ge=0, le=MOST_BYTES, description="bytes of inputs: sub-indices of 6000h")
     output_bytes: int = Field(default=0, ge=0, le=MOST_BYTES, description="bytes of outputs: sub-indices of 6200h")
     on_loss: Literal["stop", "tell"] = Field(
@@ -32,7 +33,7 @@ class IoNodeEntry(BaseModel):
         default=(), max_length=3, description="objects that this node may lack; each costs something that is told"
     )
 
-    def settings(self, name: str, kept: int, emergencies: Mapping[int, tuple[str, str]]) -> IoSettings:
+    def settings(self, name: str, kept: int, emergencies: Mapping[int, Meaning]) -> IoSettings:
         """`kept`: bits of the outputs that stay as they are when their robot is stopped."""
         return IoSettings(
             name=name,

@@ -8,7 +8,7 @@ from cell.config.units import STRICT
 from drive_gateway.canopen.axis_objects import first_axis_index, index_of
 from drive_gateway.canopen.eds import TYPES, Eds, ObjectEntry
 from drive_gateway.canopen.eds_file import EdsError, is_dcf
-from drive_gateway.config.gateway_objects import said_by
+from drive_gateway.config.gateway_objects import CYCLE_PERIOD, said_by
 from drive_gateway.config.object_address import ObjectAddress, address_of
 from drive_gateway.config.settings import OwnObject
 
@@ -75,7 +75,7 @@ def own_object(address: str, value: OwnValue, axis: int, eds: Eds) -> OwnObject:
     index, sub = address_of(address)
     entry = eds.find(f"{index:04X}:{sub:02X}")
     key = said_by(index, sub)
-    if key is not None:
+    if key is not None and index != CYCLE_PERIOD:
         raise EdsError(f"{entry.address} {entry.name}, which the gateway writes itself", f"for it {key}")
     if index_of(first_axis_index(index), axis) != index and first_axis_index(index) in range(0x6000, 0x6800):
         raise EdsError(
@@ -90,21 +90,17 @@ def _data(entry: ObjectEntry, value: OwnValue) -> bytes:
     match value:
         case TypedValue(value=number, type=kind):
             size, signed = TYPES[kind]
-            if entry.size and (entry.size, entry.signed) != (size, signed):
-                raise EdsError(f"{kind} for {entry.address} {entry.name}", f"its type, {_type_of(entry)}")
+            if entry.size and entry.kind != kind:
+                raise EdsError(f"{kind} for {entry.address} {entry.name}", f"its type, {entry.kind}")
             return entry.typed(size, signed).pack_number(number)
         case str():
-            if not entry.text:
+            if not (entry.text or entry.octets or entry.real):
                 raise EdsError(f"a text for {entry.address} {entry.name}", "numbers, unless its EDS says it is a text")
             return entry.pack(value)
         case _ if not entry.size:
             allowed = "{value: ..., type: UNSIGNED16} or another data type, or an eds that describes it"
             raise EdsError(f"{entry.address} {entry.name}, whose type is not known", allowed)
     return entry.pack_number(value)
-
-
-def _type_of(entry: ObjectEntry) -> str:
-    return next(name for name, kind in TYPES.items() if kind == (entry.size, entry.signed))
 
 
 def dcf_objects(eds: Eds) -> list[OwnObject]:

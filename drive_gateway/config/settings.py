@@ -4,7 +4,10 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
+from drive_gateway.canopen.cob_id import MASTER_NODE_ID
+from drive_gateway.canopen.emcy import Meaning
 from drive_gateway.canopen.profile_pdos import ProfilePdos
+from drive_gateway.config.drive_units import COUNTS, DriveUnits
 from drive_gateway.config.simulation import Simulation
 
 INT32_MIN, INT32_MAX = -(2**31), 2**31 - 1
@@ -12,6 +15,10 @@ DELAY_CYCLES = 2
 """A sample acts with the SYNC after it, and an axis without lag has reached it at the next one, which shows it."""
 BRAKE_S = 0.3
 """Longest overlap of motor and holding brake that is usual."""
+SWITCH_ON_S = 1.5
+"""A drive takes so long at most to reach a state that it is told."""
+REST_WINDOW = 2e-4
+"""[rad or m] 2 mrad/s or 2 mm/s over the time in which rest is measured."""
 SETUP_SHARE = 0.25
 """Share of an axis' speed and acceleration that motions of the drive's own may use."""
 MOTOR_SPEED_RESERVE = 1.2
@@ -105,7 +112,7 @@ class IoSettings:
     """The node is watched by node guarding instead of heartbeats, for nodes that have none."""
     waived: frozenset[int] = frozenset()
     """Indices of objects that the node may lack (`IO_OPTIONAL_OBJECTS`)."""
-    emergencies: Mapping[int, tuple[str, str]] = field(default_factory=dict)
+    emergencies: Mapping[int, Meaning] = field(default_factory=dict)
     """Meaning and remedy of the emergency codes of its type of node, over those of CiA 301."""
 
 
@@ -176,6 +183,14 @@ class AxisSettings:
     """So many cycles after a sample was sent its drive shows where that left the axis: its following error."""
     brake_s: float = BRAKE_S
     """So long after it got torque its brake may still hold it, and after it lost it the brake may still close."""
+    switch_on_s: float = SWITCH_ON_S
+    """From the order to switch on to Operation Enabled, charging of its DC link and opening of its brake included."""
+    units: DriveUnits = COUNTS
+    """In which its drive takes velocities and accelerations."""
+    try_units: bool = True
+    """Its first motion by its drive after each start tries them."""
+    rest_window: float = REST_WINDOW
+    """[rad or m] an axis that stays within this is at rest, though its loop hunts."""
     number: int = 1
     """Which axis of its node it is, 1 to 3."""
     index_counts: int = 0
@@ -224,7 +239,7 @@ class AxisSettings:
     """6007h: a lost connection is answered by a quick stop (3), or by a fault (1)."""
     waived: frozenset[int] = frozenset()
     """Indices of objects that the drive may lack, as axis 1 has them (`OPTIONAL_OBJECTS`)."""
-    emergencies: Mapping[int, tuple[str, str]] = field(default_factory=dict)
+    emergencies: Mapping[int, Meaning] = field(default_factory=dict)
     """Meaning and remedy of the emergency codes of its type of drive, over those of CiA 301 and CiA 402."""
     objects: tuple[OwnObject, ...] = ()
     """Of the drive's own, for example how long it waits for set points before it stops."""
@@ -286,9 +301,15 @@ class GatewaySettings:
     tpdo_timeout_s: float
     """Silence of a node's TPDO that stops its robot."""
     boot_timeout_s: float
-    """Within this time after NMT reset a node must have sent its boot-up."""
+    """Within this time after NMT reset a node must have sent its boot-up, and then answer each request."""
     simulated_lag_s: float
     """Lag with which a simulated drive follows its set points."""
     robots: dict[str, RobotDrives]
+    sdo_timeout_s: float = 0.5
+    """A node answers each SDO request within this time."""
+    sync_counter: int = 0
+    """SYNC counts from 1 to this (1019h); 0: it has no counter."""
+    node_id: int = MASTER_NODE_ID
+    """The gateway's own, under which it sends its heartbeat."""
     simulation: Simulation = field(default_factory=Simulation)
     io_nodes: tuple[IoSettings, ...] = ()

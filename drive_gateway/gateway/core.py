@@ -17,7 +17,7 @@ from cell.net.estops import ObeyedEstops
 from cell.net.freshness import Sent
 from drive_gateway.canopen import cob_id
 from drive_gateway.canopen.frame import CanFrame
-from drive_gateway.canopen.nmt import SYNC_FRAME, NmtCommand, NmtState, heartbeat_frame, nmt_frame
+from drive_gateway.canopen.nmt import NmtCommand, NmtState, heartbeat_frame, nmt_frame, sync_frames
 from drive_gateway.canopen.sdo import SdoDone
 from drive_gateway.config.settings import GatewaySettings
 from drive_gateway.gateway.bus.bus_news import BusBack, BusDisturbed, BusFailed, BusTraffic, SecondMaster
@@ -41,7 +41,9 @@ from drive_gateway.gateway.watch.estop_button import EstopButtons
 STATE_PERIOD_S = 0.2
 SETUP_PERIOD_S = 0.02
 """While a robot is set up, or is to be: the manager and the operator who holds it rely on the newest state."""
-_SYNC, _TAKE_BLOCKS, _HEARTBEAT = Frame(SYNC_FRAME), TakeBlocks(), Frame(heartbeat_frame(NmtState.OPERATIONAL))
+PART_S = 1.0
+"""So long a gateway that ends waits until its nodes have stopped watching it."""
+_TAKE_BLOCKS = TakeBlocks()
 
 
 class GatewayCore:
@@ -91,12 +93,14 @@ class GatewayCore:
         self._only_told = frozenset(io.node.id for io in self._io_nodes.values() if not io.io.stops)
         """I/O nodes without which everything goes on."""
         self._scan = Scan(self._nodes)
+        self._syncs = [Frame(frame) for frame in sync_frames(settings.sync_counter)]
+        self._heartbeat = Frame(heartbeat_frame(NmtState.OPERATIONAL, settings.node_id))
         self._digest = digest
         self._states = Sent(boot)
         self._turn = SetupTurn(settings.name, digest, self._robots, times, self._states)
         seen = self._turn, self._states, times.command_s, STATE_PERIOD_S
         self._calls = GatewayCalls(
-            settings.name, boot, digest, process, self._robots, self._io_nodes, self._scan, *seen
+            settings.name, boot, digest, process, self._robots, self._io_nodes, self._scan, *seen, self._log
         )
         self._estops = ObeyedEstops(boot)
         self._estop_since: float | None = None
@@ -118,6 +122,7 @@ class GatewayCore:
         """So long inputs that bounce lead to no other state."""
         self._confirmed: str | None = None
         self._closing_since: float | None = None
+        self._parting_since: float | None = None
         self._bus = BusWatch(settings, self._robots.values(), self._nodes.values(), self._log)
 
     def receive(self, message: object, now: float) -> None:
@@ -160,7 +165,7 @@ class GatewayCore:
         """One cycle. The effects come one by one: SYNC leaves before anything is computed."""
         self._now = now
         self._tick += 1
-        yield _SYNC
+        yield self._syncs[(self._tick - 1) % len(self._syncs)]
         lateness = self._lateness.cycle(now)
         if lateness > self._settings.overrun_limit_s:
             self._on_overrun(lateness, now)
@@ -177,15 +182,15 @@ class GatewayCore:
         if now >= self._heartbeat_due:
             # From the cycle and from nothing else: when the loop hangs, the drives must miss it.
             self._heartbeat_due = now + self._settings.heartbeat_producer_s
-            yield _HEARTBEAT
+            yield self._heartbeat
         yield from self._scan.step(now)
         yield from self._press(now)
         self._confirm()
-        yield from self._log.take()
+        yield from self._log.take(now)
         yield from self._calls.take(now)
         yield from self._tell(now)
         self.trim_s = self._phase.trim(now)
-        if self._closing_since is not None and self._all_off():
+        if self._closing_since is not None and self._all_off() and self._parted(now):
             for number in self._nodes:
                 yield Frame(nmt_frame(NmtCommand.ENTER_PRE_OPERATIONAL, number))
             yield Ended()
@@ -287,6 +292,15 @@ class GatewayCore:
     def _all_off(self) -> bool:
         return all(robot.group.standstill.idle for robot in self._robots.values())
 
+    def _parted(self, now: float) -> bool:
+        """No node misses the gateway that ends; one that does not answer is not waited for."""
+        if self._parting_since is None:
+            self._parting_since = now
+            for node in self._nodes.values():
+                node.part()
+        late = now - self._parting_since > PART_S
+        return late or all(node.parted or not node.operational for node in self._nodes.values())
+
     def _tell(self, now: float) -> Iterator[Effect]:
         """The state, when it is due, another robot is to be set up, or a named input changes."""
         names = self._turn.names()
@@ -307,8 +321,10 @@ class GatewayCore:
             self._estops.named(estop.id, self._sequence)
         nodes = tuple(drive.describe() for drive in self._drives)
         modes = [robot.group.setup.problem for robot in self._robots.values()]
+        units = [robot.group.permits.wrong_units() for robot in self._robots.values()]
         needed = [node for number, node in self._nodes.items() if number not in self._only_told]
-        problems = [problem for problem in (*(node.problem for node in needed), *modes) if problem]
+        found = (*(node.problem for node in needed), *modes, *units)
+        problems = [problem for problem in found if problem]
         problem = self._bus.problem or "; ".join(problems)
         return GatewayState(
             gateway=self._settings.name,

@@ -10,8 +10,6 @@ from functools import partial
 from pathlib import Path
 from threading import Event, Thread
 
-import can
-
 from cell.config.settings import Times
 from cell.core import Answer, Effect, Ended, Publish, Shutdown
 from cell.messages.event import Event as CellEvent
@@ -28,7 +26,7 @@ from drive_gateway.config.settings import GatewaySettings
 from drive_gateway.errors import GatewayError
 from drive_gateway.gateway.bus.bus_news import BusTraffic
 from drive_gateway.gateway.bus.bus_port import BusPort
-from drive_gateway.gateway.bus.recorder import LONGEST_S, Recorder
+from drive_gateway.gateway.bus.recorder import LONGEST_S, Recorder, RecordError
 from drive_gateway.gateway.bus.sdo_workers import SdoWorkers
 from drive_gateway.gateway.core import GatewayCore
 from drive_gateway.gateway.effects import (
@@ -47,6 +45,8 @@ from drive_gateway.sim.shell import Robots, SimulatedDrives
 
 CLOSING_S = 5.0
 """After its own e-stop delay a gateway that is stopped gets this long to switch its drives off."""
+RECORDINGS = "recordings"
+"""The folder below the state folder to which a gateway writes what it is asked to record, and nowhere else."""
 ALONE_SWITCH_S = 2e-5
 """So long Zenoh's threads wait for the interpreter, unless the drives compute in this process too."""
 _CLOCK_S = 0.25
@@ -104,7 +104,15 @@ def run_gateway(
         drives = stack.enter_context(SimulatedDrives(settings, robots)) if simulate and not inner else None
         opener = (lambda _: InnerBus(settings, robots)) if inner else None
         shell = GatewayShell(
-            core, settings, times, session, stop, store, drives, open_port=partial(BusPort, opener=opener)
+            core,
+            settings,
+            times,
+            session,
+            stop,
+            store,
+            drives,
+            open_port=partial(BusPort, opener=opener),
+            recordings=None if state_folder is None else state_folder / RECORDINGS,
         )
         return shell.run()
 
@@ -125,8 +133,10 @@ class GatewayShell:
         open_port: Callable[..., BusPort] = BusPort,
         open_workers: type[SdoWorkers] = SdoWorkers,
         now: Callable[[], float] = time.monotonic,
+        recordings: Path | None = None,
     ) -> None:
         robots = settings.robots
+        self._recordings = recordings
         self._now = now
         self._core = core
         self._settings = settings
@@ -147,7 +157,9 @@ class GatewayShell:
         self.port = open_port(settings.bus, self._on_frame, self._arrived.append)
         node_ids = {axis.node_id for drives in robots.values() for axis in drives.axes}
         node_ids |= {io.node_id for io in settings.io_nodes}
-        self.workers = open_workers(node_ids, self.port.send, self.port.attend, self._arrived.append)
+        self.workers = open_workers(
+            node_ids, self.port.send, self.port.attend, self._arrived.append, settings.sdo_timeout_s
+        )
         self.ended = Event()
         self.exit_code = 1
 
@@ -222,18 +234,29 @@ class GatewayShell:
     def _record(self, order: Record) -> None:
         seconds = min(order.seconds, LONGEST_S)
         try:
-            recorder = Recorder(self._settings.bus, Path(order.file))
-        except (GatewayError, OSError, can.CanError) as error:
+            file = self._recording_file(order.file)
+            recorder = Recorder(self._settings.bus, file)
+        except (GatewayError, OSError) as error:
             self._arrived.append(RecordSaid(order.call_id, False, str(error)))
             return
-        self._arrived.append(RecordSaid(order.call_id, True, f"the gateway writes {order.file} for {seconds:g} s"))
+        self._arrived.append(RecordSaid(order.call_id, True, f"the gateway writes {file} for {seconds:g} s"))
         try:
             with recorder:
                 frames = recorder.run(seconds, self.ended)
         except (GatewayError, OSError) as error:
-            self._arrived.append(RecordEnded(f"{order.file}: {error}"))
+            self._arrived.append(RecordEnded(f"{file}: {error}"))
             return
-        self._arrived.append(RecordEnded(f"{order.file} holds {frames} frames"))
+        self._arrived.append(RecordEnded(f"{file} holds {frames} frames"))
+
+    def _recording_file(self, name: str) -> Path:
+        """Where a recording is written. Raises `RecordError` for names that lead out of the folder for them."""
+        if self._recordings is None:
+            raise RecordError("this gateway was started without a state folder, so it records nothing")
+        if not name or name != Path(name).name or name.startswith("."):
+            allowed = f"allowed are names of files without a folder; they are written to {self._recordings}"
+            raise RecordError(f"{name!r} is no name for a recording: {allowed}")
+        self._recordings.mkdir(parents=True, exist_ok=True)
+        return self._recordings / name
 
     def _closing(self) -> list[object]:
         now = self._now()

@@ -9,6 +9,10 @@ EMERGENCY = "emergency"
 AXIS_ERROR = "axis_error"
 """Code of the error of one axis of a node with several."""
 
+SECOND_MASTER = "second_master"
+"""Code of frames that only this gateway may send, and somebody else sends."""
+_SENT = (EMERGENCY, AXIS_ERROR, SECOND_MASTER)
+
 
 @dataclass(frozen=True, slots=True)
 class Trouble:
@@ -19,6 +23,13 @@ class Trouble:
     remedy: str
     node_id: int | None = None
     emergency_code: int | None = None
+    stops: bool = True
+    """Else it is told and nothing more."""
+
+    @property
+    def repeats(self) -> bool:
+        """Somebody sends it, as often as he likes."""
+        return self.code in _SENT
 
     def instead_of(self, first: "Trouble | None") -> "Trouble":
         """Which is the cause to be shown: the first, but for one that says which axis of a node the first was about."""

@@ -1,4 +1,5 @@
-"""Where in the world a robot stands and moves: its base, swept bodies, their published form, zones that they cross."""
+"""Where in the world a robot stands and moves: its base, swept bodies, their published form, zones
+that they cross, things that they must not touch."""
 
 from robot_agent.workspace.body import (
     BODY_GROWTH_M,
@@ -12,22 +13,28 @@ from robot_agent.workspace.body import (
 from robot_agent.workspace.braking import BRAKING_RESERVE, Braking
 from robot_agent.workspace.placed_robot import PlacedRobot
 from robot_agent.workspace.swept_body import Sweep, sweep
+from robot_agent.workspace.things import TOOL, Things, Touch, solid_of, unknown_links
 from robot_agent.workspace.zones import Crossing, crossings, zone_box
 
 __all__ = [
     "BODY_GROWTH_M",
     "BRAKING_RESERVE",
+    "TOOL",
     "Braking",
     "Crossing",
     "Envelope",
     "PlacedRobot",
     "Sweep",
+    "Things",
+    "Touch",
     "body_message",
     "crossings",
     "envelope",
     "joined",
+    "solid_of",
     "standing_body",
     "sweep",
     "unknown_body",
+    "unknown_links",
     "zone_box",
 ]

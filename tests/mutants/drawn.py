@@ -206,12 +206,12 @@ DRAWN: tuple[Mutant, ...] = (
     ),
     Mutant(
         "drawn-19",
-        "drop a condition, drive_gateway/gateway/nodes/bring_up.py line 188",
+        "drop a condition, drive_gateway/gateway/nodes/bring_up.py, whether a value agrees",
         (
             Edit(
                 "drive_gateway/gateway/nodes/bring_up.py",
-                "        if step.shown is not None and not _equal(outcome.data, step.shown):\n",
-                "        if step.shown is not None:\n",
+                "        if not outcome.problem and not step.agrees(outcome.data):\n",
+                "        if not outcome.problem:\n",
             ),
         ),
     ),

@@ -273,7 +273,7 @@ RULES = (
         (
             Edit(
                 "drive_gateway/gateway/nodes/node.py",
-                "            self._troubles.append(Trouble(EMERGENCY, text, emergency.remedy, self.id, emergency.code))",
+                "            self._troubles.append(Trouble(EMERGENCY, text, emergency.remedy, self.id, emergency.code, stops))",
                 "            _ = text",
             ),
             Edit(

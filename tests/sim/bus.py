@@ -52,15 +52,9 @@ class Bus:
     def sdo(self, request: Sdo, now: float) -> SdoDone:
         """Carry an SDO out with expedited frames, as the gateway's shell does with the canopen library."""
         node = self.nodes[request.node_id]
-        answers = node.receive(CanFrame(0x600 + request.node_id, _request_bytes(request)), now)
+        answers = node.receive(CanFrame(0x600 + request.node_id, request_bytes(request)), now)
         answer = next((frame.data for frame in answers if frame.id == 0x580 + request.node_id), None)
-        if answer is None:
-            return SdoDone(request.request_id, b"", None, "no answer")
-        if answer[0] == _ABORT:
-            code = int.from_bytes(answer[4:8], "little")
-            return SdoDone(request.request_id, b"", code, f"abort {code:08X}h")
-        size = 4 - (answer[0] >> 2 & 0x3) if request.data is None else 0
-        return SdoDone(request.request_id, bytes(answer[4 : 4 + size]))
+        return SdoDone(request.request_id, b"", None, "no answer") if answer is None else outcome_of(request, answer)
 
 
 class LivingBus(Bus):
@@ -198,7 +192,17 @@ class SimWorkers:
         self._port.later(self._rng.uniform(*_SDO_S), lambda: self._tell(done))
 
 
-def _request_bytes(request: Sdo) -> bytes:
+def outcome_of(request: Sdo, answer: bytes) -> SdoDone:
+    """What an expedited answer says."""
+    if answer[0] == _ABORT:
+        code = int.from_bytes(answer[4:8], "little")
+        return SdoDone(request.request_id, b"", code, f"abort {code:08X}h")
+    size = 4 - (answer[0] >> 2 & 0x3) if request.data is None else 0
+    return SdoDone(request.request_id, bytes(answer[4 : 4 + size]))
+
+
+def request_bytes(request: Sdo) -> bytes:
+    """An expedited request."""
     object_bytes = request.index.to_bytes(2, "little") + bytes([request.sub])
     if request.data is None:
         return b"\x40" + object_bytes + bytes(4)

@@ -4,7 +4,7 @@ from collections.abc import Callable
 from dataclasses import replace
 
 from cell.config.settings import Times
-from cell.core import Answer, Publish, Request
+from cell.core import Answer, Ended, Publish, Request
 from cell.messages import (
     Call,
     Claim,
@@ -15,6 +15,9 @@ from cell.messages import (
     Event,
     GatewayState,
     HoldSetup,
+    Home,
+    MoveAxes,
+    PressAxis,
     Reply,
 )
 from drive_gateway.canopen.frame import CanFrame
@@ -79,11 +82,16 @@ class GatewayBench:
         """Frames that the bus swallows, in both directions."""
         self.manager: KindManager | None = KindManager()
         self.holder = ""
-        """Robot whose set-up an operator holds."""
+        """Robot whose set-up an operator holds, ..."""
+        self.order = ""
+        """... by the id of his newest order that was let in."""
         self.said = ("", "")
         self.alive = True
         """Whether the gateway's process runs."""
+        self.ended = False
+        """It has left its bus in order."""
         self._calls = 0
+        self._orders: set[str] = set()
         self._back: list[object] = []
         self.bus = Bus(configuration, self._deliver)
         self.restart_gateway()
@@ -107,7 +115,7 @@ class GatewayBench:
         for message in back:
             self.core.receive(message, self.now)
         if self.holder and round(self.now / self.settings.cycle_s) % 25 == 0:
-            self.request(HoldSetup(self.holder), "hold")
+            self.request(HoldSetup(self.holder, self.order), "hold")
         for effect in self.core.step(self.now):
             self._perform(effect)
 
@@ -130,6 +138,8 @@ class GatewayBench:
         self._calls += 1
         request_id = name or f"r{self._calls}"
         heard = echo_for(command, self.state, self.feedback)
+        if isinstance(command, Home | MoveAxes | PressAxis):
+            self._orders.add(f"c{self._calls}")
         self._back.append(Request(request_id, Call(f"c{self._calls}", command, heard)))
         return request_id
 
@@ -178,6 +188,8 @@ class GatewayBench:
             case Sdo():
                 self.requests.append(effect)
                 self._back.append(self.bus.sdo(effect, self.now))
+            case Ended():
+                self.ended = True
             case Publish(DriveFeedback() as feedback):
                 self.feedback = feedback
             case Publish(GatewayState() as state):
@@ -190,5 +202,7 @@ class GatewayBench:
                 self.events.append(event)
             case Answer(request_id, Reply() as reply):
                 self.replies[request_id] = reply
+                if reply.ok and reply.id in self._orders:
+                    self.order = reply.id
                 if request_id == "hold":
                     self.said = (reply.text, reply.data)

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable
 from typing import Protocol
 
 from cell.core import Arrived, Core, Effect
-from cell.net.runner import Turns
+from cell.net.runner import SLIP, Turns
 from tests.sim.clock import Clock
 from tests.sim.exchange import SimSession
 
@@ -115,10 +115,8 @@ class Process:
             perform(effect)
 
     def _plan_next(self) -> None:
-        """On an absolute schedule; missed cycles are left out."""
-        period_s = self._period_s + getattr(self.core, "trim_s", 0.0)
-        self._due += self.session.host.lasts(period_s)
-        late_s = self._clock.now - self._due
-        if late_s > 0.0:
-            self._due += self._period_s * (late_s // self._period_s)
+        """On an absolute schedule, which slips after a freeze."""
+        if self._clock.now - self._due > SLIP * self._period_s:
+            self._due = self._clock.now
+        self._due += self.session.host.lasts(self._period_s + getattr(self.core, "trim_s", 0.0))
         self._clock.after(max(0.0, self._due - self._clock.now), self._turn)

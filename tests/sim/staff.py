@@ -9,6 +9,7 @@ from cell.messages import (
     Enable,
     Mode,
     ProgramState,
+    Reply,
     ResetEstop,
     ResetRobot,
     Return,
@@ -40,6 +41,7 @@ class Staff:
         self._stopped: dict[frozenset[str], float] = {}
         """Since when these emergency stops are seen in force."""
         world.operator(PATIENT)
+        world.on_published.append(self._hear)
         world.clock.after(_LOOK_EVERY_S, self._look)
 
     @property
@@ -63,6 +65,16 @@ class Staff:
                     self.adopt(PATIENT, zone)
                     self.clear(PATIENT, zone)
         self._world.clock.after(_LOOK_EVERY_S, self._look)
+
+    def _hear(self, _: str, message: object) -> None:
+        """Do what a refused `adopt` recommends: clear the zone of those who are silent and seen outside, then again."""
+        if isinstance(message, Reply) and not message.ok and "then once more `cell zone adopt" in message.text:
+            zone = message.text.partition("`cell zone clear ")[2].partition("`")[0]
+            inside = [robot for robot in self._facts.robots if zone in self._facts.inside_now(robot)]
+            if self.working and len(inside) == 1 and not any(map(self._facts.moving, self._facts.robots)):
+                self._world.clock.after(
+                    _LOOK_EVERY_S, self._world.operate, "manager", ClearZone(zone, PATIENT), PATIENT
+                )
 
     def _refer(self, feedback: DriveFeedback) -> None:
         """Say that a robot whose drives have lost where they are is where they show it, having looked."""

@@ -1,9 +1,10 @@
 """What an emergency of a real drive says: its maker's own meaning, and no error where there is none."""
 
+from drive_gateway.canopen.emcy import Meaning
 from drive_gateway.canopen.frame import CanFrame
 from tests.sim.gateway_bench import GatewayBench, axis, settings
 
-OWN = {0xFF01: ("pump of the cooling stands", "look at the pump")}
+OWN = {0xFF01: Meaning("pump of the cooling stands", "look at the pump")}
 
 
 def test_a_code_of_the_makers_own_stops_the_robot_with_its_meaning_and_remedy() -> None:

@@ -41,10 +41,11 @@ class FullArm(World):
         assert self.clock.run_until(self.clock.now + within_s, happened), self.seen.events
 
     def order(self, to: str, command: Command) -> None:
-        """An operator's order that is done."""
+        """An operator's order that is done; one that the network lost is given again."""
         before = len(self.seen.replies)
-        self.operate(to, command)
-        self.until(lambda: len(self.seen.replies) > before)
+        while len(self.seen.replies) == before:
+            self.operate(to, command)
+            self.clock.run_until(self.clock.now + 3.0, lambda: len(self.seen.replies) > before)
         reply = self.seen.replies[-1][2]
         assert reply is not None
         assert reply.ok, reply.text

@@ -7,6 +7,7 @@ import pytest
 
 from cell.messages import Home, MoveAxes, SetpointBlock
 from drive_gateway.canopen.frame import CanFrame
+from drive_gateway.canopen.pdo_map import NO_REMOTE
 from drive_gateway.canopen.sdo import Sdo
 from drive_gateway.config import load_drives
 from tests.sim.gateway_bench import GatewayBench
@@ -82,7 +83,7 @@ def test_every_node_shows_the_pdo_map_of_the_thesis_and_the_cyclic_image_as_its_
         assert homed.read(node, 0x1600 + number, 0) == len(entries)
     tpdos |= {2: LIMIT_SWITCHES} if node <= 3 else {}
     for number, entries in tpdos.items():
-        assert homed.read(node, 0x1800 + number, 1) == 0x180 + 0x100 * number + node
+        assert homed.read(node, 0x1800 + number, 1) & ~NO_REMOTE == 0x180 + 0x100 * number + node
         assert [homed.read(node, 0x1A00 + number, 1 + sub) for sub in range(len(entries))] == entries
         assert homed.read(node, 0x1A00 + number, 0) == len(entries)
     assert [homed.read(node, 0x1800, sub) for sub in (2, 3, 5)] == [0xFE, 400, 40]

@@ -3,6 +3,7 @@
 from dataclasses import replace
 from itertools import pairwise
 
+from cell.core import Shutdown
 from cell.messages import AxisStatus
 from drive_gateway.canopen.frame import CanFrame
 from tests.sim.gateway_bench import GatewayBench, axis, settings
@@ -56,3 +57,18 @@ def test_a_guarded_drive_brakes_by_itself_when_its_master_is_gone() -> None:
     world.restart_gateway()
     world.ready()
     assert world.feedback.axes[0] in (AxisStatus.SWITCH_ON_DISABLED, AxisStatus.FAULT)
+
+
+def test_no_node_misses_a_gateway_that_ends_in_order_whichever_way_it_watches() -> None:
+    world, emergencies = enabled(), list[CanFrame]()
+    world.lost = lambda frame: bool(frame.id in (0x081, 0x082) and emergencies.append(frame))
+    world.tell(Shutdown())
+    world.until(lambda: world.ended)
+    world.alive = False
+    world.run(2.0)
+    assert emergencies == []
+    world.restart_gateway()
+    world.ready()
+    world.enabled()
+    world.alive = False
+    world.until(lambda: {frame.id for frame in emergencies} == {0x081, 0x082}, within_s=2.0)

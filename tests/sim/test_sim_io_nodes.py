@@ -280,7 +280,7 @@ def test_where_its_loss_is_only_told_the_robot_goes_on_and_what_was_on_stays_off
     assert world.feedback.state is PlayoutState.PLAYING
     assert world.inputs["part_present"] is None
     assert (world.state.ready, world.state.problem) == (True, "")
-    world.until(lambda: world.status.problem.startswith(f"node {COUPLER} (I/O coupler) did not answer"))
+    world.until(lambda: world.status.problem.startswith(f"node {COUPLER} (I/O coupler) sent no boot-up"))
     assert (world.state.ready, world.state.problem) == (True, "")
     assert world.events_of("output_off") == [
         f"left: output glue was switched off, because node {COUPLER} (I/O coupler) was lost"
@@ -341,7 +341,7 @@ def test_a_fixed_mapping_of_other_bytes_is_told_with_what_it_has() -> None:
     _fix(world, 0x06010002)
     world.coupler._objects.numbers[0x1A00 << 8] = 2
     world.until(lambda: world.state is not None and "1A00h" in world.state.problem)
-    assert "1A00h:00 (PDO mapping, expected 1), found 2" in world.state.problem
+    assert "keeps 1A00h:00 (mapping of TPDO 1) at 2, needed is 1" in world.state.problem
 
 
 def _fix(world: IoBench, code: int) -> None:
@@ -423,7 +423,7 @@ def test_a_simulated_io_node_drops_out_on_command_and_has_no_axis_to_block() -> 
     world.until(lambda: not world.state.ready, within_s=1.0)
     world.until(lambda: world.state.ready)
     refused = world.ask(FaultDrive(COUPLER, 1, Fault.BLOCKED))
-    assert "abort 06090011h, sub-index does not exist" in refused.text
+    assert "abort 06090011h, subindex does not exist" in refused.text
 
 
 def test_an_object_that_it_lacks_is_refused_unless_waived_and_then_told_with_what_that_costs() -> None:

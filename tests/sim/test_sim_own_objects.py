@@ -24,7 +24,7 @@ def test_a_drive_that_keeps_another_value_is_not_brought_up_and_is_told_with_wha
         SdoDone(request.request_id, b"\x03") if request.index == 0x2000 else answered(request, now)
     )
     world.until(lambda: world.state is not None and world.state.problem != "")
-    assert "last at read of 2000h:00 (set-point time-out, expected 4), found 3" in world.state.problem
+    assert "was told 2000h:00 (set-point time-out) as 4 and still shows 3 after 1 s" in world.state.problem
 
 
 def test_an_object_that_can_only_be_written_is_not_read() -> None:

@@ -135,6 +135,8 @@ def test_the_mode_is_back_at_cyclic_synchronous_position_before_the_robot_is_ena
         (MoveAxes("left", {"J9": 0.1}, True, 1.0, False), "left has no axis J9; its axes are J1, J2, J3"),
         (MoveAxes("left", {"J1": 0.1}, False, 1.0, False), "J1 of left not referenced; home first"),
         (MoveAxes("left", {"J3": 0.1}, True, 2.0, False), "1 axes at speed 2; allowed are one or more, above 0"),
+        (MoveAxes("left", {"J3": 1e200}, True, 1.0, False), "J3 would go by 5.72958e+201 deg; allowed are 2.46083e+06"),
+        (MoveAxes("left", {"J3": 1e300}, True, 1.0, True), "allowed are 2.46083e+06, 32 bits of counts"),
         (Home("left", ("J3",)), "node 3 (left J3) has no homing in the drives file"),
     ],
 )

@@ -100,9 +100,18 @@ class Cell:
         self._before = now
         self.world.clock.after(0.02, self._watch)
 
+    def _order(self, robot: str) -> str:
+        """Id of the newest order for it that was let in."""
+        let_in = [
+            reply.id
+            for *_, command, reply in self.world.seen.replies
+            if isinstance(command, MoveAxes) and command.robot == robot and reply.ok
+        ]
+        return let_in[-1] if let_in else ""
+
     def _hold(self) -> None:
         for robot in self.held:
-            self.world.operate(self.gateway(robot), HoldSetup(robot))
+            self.world.operate(self.gateway(robot), HoldSetup(robot, self._order(robot)))
         self.world.clock.after(HOLD_S, self._hold)
 
 

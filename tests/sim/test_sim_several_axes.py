@@ -18,6 +18,7 @@ from cell.messages import (
     WriteObject,
 )
 from drive_gateway.canopen.frame import CanFrame
+from drive_gateway.canopen.pdo_map import NO_REMOTE
 from drive_gateway.config.settings import EncoderSettings, InputSettings
 from drive_gateway.sim.drives.power_state import DriveState
 from tests.sim.gateway_bench import CYCLE_S, GatewayBench, axis, homing, settings
@@ -86,7 +87,7 @@ def test_each_node_is_reset_configured_and_started_once_and_each_axis_written_at
     assert [indices.count(index) for index in (0x1016, 0x1017, 0x6060, 0x6860, 0x7060)] == [1, 1, 1, 1, 1]
     for record, cob_id in ((0x1400, 0x201), (0x1440, 0x202), (0x1480, 0x203), (0x1800, 0x181), (0x1880, 0x183)):
         linked = [data for index, sub, data in written if (index, sub) == (record, 1)]
-        assert linked[-1] == struct.pack("<I", cob_id)
+        assert struct.unpack("<I", linked[-1])[0] & ~NO_REMOTE == cob_id
     assert (0x1640, 2, struct.pack("<I", 0x687A0020)) in written
     assert (0x1A80, 1, struct.pack("<I", 0x70410010)) in written
 

@@ -97,7 +97,7 @@ def test_an_operator_who_lets_go_halts_the_motion_on_its_ramp(command: Command, 
 
 def test_a_drive_that_does_not_halt_gets_a_quick_stop() -> None:
     world = set_up(VELOCITY)
-    setup = world.bus.nodes[1].drives[0]._setup
+    setup = world.bus.nodes[1].drives[0].setup
     obey = setup.obey
     setup.obey = lambda mode, word: obey(mode, word & ~0x100)
     world.holder = ""

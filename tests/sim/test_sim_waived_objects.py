@@ -76,6 +76,6 @@ def test_drives_that_answer_a_lost_gateway_by_a_fault_are_reset_and_enabled_agai
     world.alive = False
     world.run(0.5)
     world.restart_gateway()
-    world.until(lambda: world.state is not None and world.state.ready)
+    world.ready()
     assert status(world)[0] == "FAULT"
     reset_and_enable(world)

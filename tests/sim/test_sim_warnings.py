@@ -47,7 +47,7 @@ def test_a_warning_that_comes_and_goes_is_over_when_it_stays_away() -> None:
     for now, word in ((0.0, 0x2B7), (1.0, 0x237), (5.0, 0x2B7), (6.0, 0x237), (5.1 + QUIET_S, 0x237), (30.0, 0x237)):
         drive.statusword = word
         warnings.step(now)
-        told.append([effect.message.code for effect in log.take()])  # type: ignore[attr-defined]
+        told.append([effect.message.code for effect in log.take(now)])  # type: ignore[attr-defined]
     assert told == [["drive_warning"], [], [], [], ["drive_warning_over"], []]
 
 

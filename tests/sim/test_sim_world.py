@@ -287,7 +287,7 @@ def test_a_process_that_is_stopped_leaves_in_order(bundle: CellBundle) -> None:
     assert not np.abs(world.seen.feedback["left"].velocity).max() > 0.01
     world.stop(LEFT_BUS)
     until(world, lambda: (LEFT_BUS, "ended") in lives)
-    assert {node.state for node in world.buses[LEFT_BUS].nodes.values()} == {DriveState.READY_TO_SWITCH_ON}
+    assert {node.state for node in world.buses[LEFT_BUS].nodes.values()} == {DriveState.SWITCH_ON_DISABLED}
 
 
 def test_the_drives_of_a_killed_gateway_stop_and_a_restarted_one_finds_them_so(bundle: CellBundle) -> None:

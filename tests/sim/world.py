@@ -181,7 +181,7 @@ class World:
             stop,
             None,
             open_port=port.opened,
-            open_workers=lambda _nodes, _send, _attend, done: SimWorkers(port, self.rng, done),
+            open_workers=lambda _nodes, _send, _attend, done, _timeout_s: SimWorkers(port, self.rng, done),
             now=session.host.read,
         )
         session.declare_alive()

@@ -6,6 +6,7 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import replace
+from pathlib import Path
 
 from cell.messages import Command, DriveFeedback, GatewayState, Reply
 from cell.net.errors import NoAnswer
@@ -55,7 +56,9 @@ class Client:
 
 
 @contextmanager
-def running_gateway(settings: GatewaySettings | None = None) -> Iterator[tuple[Client, threading.Event, list[int]]]:
+def running_gateway(
+    settings: GatewaySettings | None = None, state_folder: Path | None = None
+) -> Iterator[tuple[Client, threading.Event, list[int]]]:
     """The gateway's client, what stops it, and its exit codes."""
     with socket.socket() as free:
         free.bind(("127.0.0.1", 0))
@@ -65,7 +68,10 @@ def running_gateway(settings: GatewaySettings | None = None) -> Iterator[tuple[C
 
     def gateway() -> None:
         link = Link("peer", listen=(endpoint,))
-        codes.append(run_gateway(settings, TIMES, cell="c", digest="d", link=link, stop=stop, simulate=True))
+        names = {"cell": "c", "digest": "d"}
+        codes.append(
+            run_gateway(settings, TIMES, **names, link=link, stop=stop, simulate=True, state_folder=state_folder)
+        )
 
     thread = threading.Thread(target=gateway)
     thread.start()

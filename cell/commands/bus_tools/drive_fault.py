@@ -4,22 +4,20 @@ from typing import Annotated
 
 import typer
 
-from cell.commands.bus_tools.drive_tools import GatewayArgument, NodeArgument, named_node
-from cell.commands.bus_tools.node_access import drives_of, running_gateway
-from cell.commands.errors import CommandError, quoted
-from cell.commands.options import CellFileArgument
+from cell.commands.bus_tools.node_access import running_gateway
+from cell.commands.bus_tools.place import NodeArgument, Place, meant_node, number_text
+from cell.commands.errors import CommandError
 from cell.messages.drive_fault import NEEDS_VALUE, Fault, FaultDrive
 
 
 def fault(
-    file: CellFileArgument,
-    gateway: GatewayArgument,
+    place: Place,
     node: NodeArgument,
     kind: Annotated[Fault, typer.Argument(metavar="FAULT", help=", ".join(Fault) + ".")],
     value: Annotated[
         str | None,
         typer.Argument(
-            metavar="[VALUE]", help="Code of emcy in hex (5112), counts of encoder-jump, milliseconds of late-tpdos."
+            metavar="VALUE", help="Code of emcy in hex (5112), counts of encoder-jump, milliseconds of late-tpdos."
         ),
     ] = None,
     seconds: Annotated[
@@ -32,13 +30,13 @@ def fault(
     alone (`drive-gateway simulate`). What has no end (`--for`) stays until the process of the drives is started again;
     an emcy is over when the drive is reset.
     """
-    named = named_node(drives_of(file, gateway), node)
-    order = FaultDrive(named.node_id, named.axis, kind, _number(kind, value), seconds)
-    with running_gateway(file, gateway) as line:
+    meant = meant_node(place, node)
+    order = FaultDrive(meant.id, meant.axis, kind, _number(kind, value), seconds)
+    with running_gateway(place) as line:
         if line is None:
             raise CommandError(
-                f"gateway {gateway} does not run, and only it orders a fault",
-                f"drive-gateway run {quoted(file)} {gateway} --simulate; without --simulate where its drives run alone",
+                f"gateway {place.name} does not run, and only it orders a fault",
+                f"{place.command('run', '--simulate')}; without --simulate where its drives run alone",
             )
         typer.echo(line.ask(order).text)
 
@@ -47,7 +45,7 @@ def _number(kind: Fault, text: str | None) -> int | None:
     if text is None:
         return None
     try:
-        return int(text.removesuffix("h"), 16) if kind is Fault.EMERGENCY else int(text)
+        return int(number_text(text).removesuffix("h"), 16) if kind is Fault.EMERGENCY else int(number_text(text))
     except ValueError as error:
         allowed = "a code in hex, such as 5112" if kind is Fault.EMERGENCY else "a whole number"
         wanted = f"{kind} takes {allowed}" if kind in NEEDS_VALUE else f"{kind} takes no value"

@@ -1,136 +1,121 @@
-"""`drive-gateway scan`, `read`, `write`, `store`, `log`: an operator's tools for one CAN bus."""
+"""`drive-gateway scan`, `read`, `write`, `store`, `restore`, `log`: an operator's tools for one CAN bus."""
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
-from importlib.resources import files
+from enum import Enum
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from cell.commands.bus_tools.node_access import (
-    BusLine,
-    drives_of,
-    node_access,
+from cell.commands.bus_tools.bus_line import BusLine, Refused, Silent
+from cell.commands.bus_tools.node_access import gateways_way, node_access, running_gateway
+from cell.commands.bus_tools.place import (
+    EdsOption,
+    MeantNode,
+    NodeArgument,
+    Place,
+    meant_node,
+    number_text,
     refuse_virtual,
-    running_gateway,
 )
-from cell.commands.client.cell_view import names
 from cell.commands.errors import CommandError
-from cell.commands.options import CellFileArgument
 from cell.commands.processes.stop import stop_event
-from cell.config import ConfigError, load_cell_alone
 from cell.messages import RecordBus, ScanBus
-from drive_gateway.canopen.cob_id import MASTER_NODE_ID
-from drive_gateway.canopen.eds import Eds, ObjectEntry
-from drive_gateway.canopen.io_map import DIGITAL_INPUTS, DIGITAL_OUTPUTS, ERROR_MODE, ERROR_VALUE, IO_EDS
-from drive_gateway.canopen.sdo import SAVE, STORE_PARAMETERS
-from drive_gateway.config import AxisSettings, GatewaySettings, load_drives
+from drive_gateway.canopen.eds import TYPES, ObjectEntry
+from drive_gateway.canopen.sdo import LOAD, RESTORE_DEFAULTS, SAVE, STORE_PARAMETERS
 from drive_gateway.gateway.bus.recorder import FORMATS, LONGEST_S, Recorder
 
-GatewayArgument = Annotated[str, typer.Argument(metavar="GATEWAY", help="Name of the gateway in the cell file.")]
-NodeArgument = Annotated[
-    str, typer.Argument(metavar="NODE", help="Node-ID, ROBOT.AXIS such as left.J1, or an I/O node.")
+MayMoveOption = Annotated[
+    bool,
+    typer.Option("--may-move", help="Do it although something may move. Without effect where the gateway runs."),
 ]
 _DEVICE_TYPE, _IDENTITY = 0x1000, 0x1018
+_IDENTITY_PARTS = ("vendor", "product", "revision", "serial")
 
 
-def scan(
-    file: Annotated[Path, typer.Argument(metavar="FILE", help="The cell file, or a drives file.", show_default=False)],
-    gateway: Annotated[
-        str | None, typer.Argument(metavar="[GATEWAY]", help="Gateway of the cell file; none for a drives file.")
-    ] = None,
-) -> None:
+class Parameters(Enum):
+    """Which parameters a command is about: sub-indices of 1010h and 1011h (CiA 301)."""
+
+    ALL = "all"
+    COMMUNICATION = "communication"
+    APPLICATION = "application"
+
+    @property
+    def sub(self) -> int:
+        return [*Parameters].index(self) + 1
+
+
+ParametersOption = Annotated[Parameters, typer.Option("--parameters", "-p", help="Which of them.")]
+
+
+def scan(place: Place) -> None:
     """Show every node on a bus, also those that no file names.
 
     A running gateway is asked: it knows the state of its drives, and the device type of other nodes. Where none runs
-    the bus is opened here, and every node tells its device type, vendor, product and serial number.
+    the bus is opened here, and every node tells its device type and its identity (1018h).
     """
-    if gateway is None:
-        if not file.is_file():
-            raise CommandError(f"{file}: no such drives file", "name a drives file, or a cell file and a gateway")
-        drives = _drives_alone(file)
-        if drives.bus.interface == "virtual":
-            raise CommandError(
-                f"the bus {drives.bus.channel} is virtual: it lives in its gateway's process",
-                "name the cell file and the gateway, so that the gateway is asked",
-            )
-        _scan_bus(drives)
-        return
-    with running_gateway(file, gateway) as line:
+    with running_gateway(place) as line:
         if line is not None:
             print(line.ask(ScanBus()).text)
             return
-    drives = drives_of(file, gateway)
-    refuse_virtual(drives, file)
-    _scan_bus(drives)
-
-
-def _drives_alone(file: Path) -> GatewaySettings:
-    """A drives file that no cell file names. Raises `CommandError` for a cell file, `ConfigError` for its problems."""
-    try:
-        return load_drives(file, file.stem)
-    except ConfigError:
-        try:
-            gateways = load_cell_alone(file).gateways
-        except ConfigError:
-            pass
-        else:
-            raise CommandError(f"{file} is a cell file: name one of its gateways, too: {names(gateways)}") from None
-        raise
-
-
-def _scan_bus(drives: GatewaySettings) -> None:
-    named: dict[int, str] = {}
-    for name, axis in ((name, axis) for name, robot in drives.robots.items() for axis in robot.axes):
-        before = named.get(axis.node_id)
-        named[axis.node_id] = f"{name} {axis.name}" if before is None else f"{before}, {axis.name}"
-    named |= {io.node_id: f"I/O {io.name}" for io in drives.io_nodes}
-    everyone = list(range(1, MASTER_NODE_ID))
-    with BusLine(drives, everyone) as bus:
-        found = {node: outcome for node, outcome in bus.probe(everyone, _DEVICE_TYPE, 0).items() if not outcome.problem}
-        for node in sorted(found):
-            identity = [_number(bus, node, sub) for sub in (1, 2, 4)]
-            texts = [f"{label} {value}" for label, value in zip(("vendor", "product", "serial"), identity, strict=True)]
-            who = named.get(node, "not in the drives file")
-            print(f"node {node} ({who}): device type {found[node].data[::-1].hex().upper()}h, {', '.join(texts)}")
-        silent = [f"{node} ({who})" for node, who in named.items() if node not in found]
+    refuse_virtual(place)
+    with BusLine(place, gateways_way(place, "scan")) as bus:
+        found = bus.answering()
+        for node in found:
+            print(f"{_who(place, node)}: {_described(bus, node)}")
+        for node in sorted(bus.living - {*found}):
+            print(f"{_who(place, node)}: has a heartbeat and answers no SDO; it may be stopped (`nmt`)")
+            found.append(node)
+    if not found:
+        raise CommandError("no node answers", "check power, wiring, bit rate and termination")
+    silent = [place.label(node) for node in sorted({*place.node_ids} - {*found})]
     if silent:
-        raise CommandError(f"no answer from node {', '.join(silent)}", "check power, wiring, bit rate and Node-ID")
+        raise CommandError(f"no answer from {', '.join(silent)}", "check power, wiring, bit rate and Node-ID")
 
 
-def _number(bus: BusLine, node: int, sub: int) -> str:
+def _who(place: Place, node: int) -> str:
+    named = place.drives is None or node in place.node_ids
+    return place.label(node) if named else f"node {node} (not in the drives file)"
+
+
+def _described(bus: BusLine, node: int) -> str:
+    identity = [_number(bus, node, _IDENTITY, sub) for sub in (1, 2, 3, 4)]
+    texts = [f"{label} {value}" for label, value in zip(_IDENTITY_PARTS, identity, strict=True)]
+    return f"device type {_number(bus, node, _DEVICE_TYPE, 0)}, {', '.join(texts)}"
+
+
+def _number(bus: BusLine, node: int, index: int, sub: int) -> str:
     try:
-        return bus.read(node, _IDENTITY, sub)[::-1].hex().upper() + "h"
-    except CommandError:
+        return bus.read(node, index, sub)[::-1].hex().upper() + "h"
+    except Refused:
         return "unknown"
 
 
 def read(
-    file: CellFileArgument,
-    gateway: GatewayArgument,
+    place: Place,
     node: NodeArgument,
     item: Annotated[
         str | None,
-        typer.Argument(metavar="[INDEX:SUB]", help="In hex, such as 6041:00, or the object's name. [default: all]"),
+        typer.Argument(metavar="INDEX:SUB", help="In hex, such as 6041:00, or the object's name; all without it."),
     ] = None,
     output: Annotated[
         Path | None, typer.Option("-o", "--output", metavar="FILE", help="Write the bytes of that object to this file.")
     ] = None,
+    eds: EdsOption = None,
 ) -> None:
     """Read an object of a node, or all parameters that its EDS names but domains; always allowed."""
-    named = named_node(drives_of(file, gateway), node)
-    eds = named.eds
+    meant = meant_node(place, node, eds)
     if output is not None:
         if item is None:
-            raise CommandError("--output takes the bytes of one object", "name it by INDEX:SUB, such as 1021:00")
-        _read_to_file(file, gateway, named.node_id, eds.find(item, named.axis), output)
+            raise CommandError("--output takes the bytes of one object", "name it by INDEX:SUB, such as 1021:00", 2)
+        _read_to_file(place, meant, meant.eds.find(item, meant.axis), output)
         return
-    wanted = named.readable if item is None else [eds.find(item, named.axis)]
-    with node_access(file, gateway) as nodes:
+    wanted = meant.readable if item is None else [meant.eds.find(item, meant.axis)]
+    with node_access(place, "read") as nodes:
         for entry in wanted:
             try:
-                value = entry.show(nodes.read(named.node_id, entry.index, entry.sub))
+                value = entry.show(nodes.read(meant.id, entry.index, entry.sub))
+            except Silent:
+                raise
             except CommandError as error:
                 if item is not None:
                     raise
@@ -138,9 +123,9 @@ def read(
             print(f"{entry.address}  {entry.name}: {value}")
 
 
-def _read_to_file(file: Path, gateway: str, node_id: int, entry: ObjectEntry, output: Path) -> None:
-    with node_access(file, gateway) as nodes:
-        data = nodes.read(node_id, entry.index, entry.sub)
+def _read_to_file(place: Place, meant: MeantNode, entry: ObjectEntry, output: Path) -> None:
+    with node_access(place, "read") as nodes:
+        data = nodes.read(meant.id, entry.index, entry.sub)
     try:
         output.write_bytes(data)
     except OSError as error:
@@ -149,27 +134,49 @@ def _read_to_file(file: Path, gateway: str, node_id: int, entry: ObjectEntry, ou
 
 
 def write(
-    file: CellFileArgument,
-    gateway: GatewayArgument,
+    place: Place,
     node: NodeArgument,
     item: Annotated[str, typer.Argument(metavar="INDEX:SUB", help="In hex, such as 6081:00, or the object's name.")],
     value: Annotated[
-        str, typer.Argument(metavar="VALUE", help="Decimal, 0x... or ...h; a text for a text; @FILE for a domain.")
+        str,
+        typer.Argument(
+            metavar="VALUE", help="-5, 1.5, 0x... or ...h; a text for a text; 01 0A for octets; @FILE for a domain."
+        ),
     ],
+    kind: Annotated[
+        str | None,
+        typer.Option("--type", metavar="TYPE", help=f"Of an object that no EDS describes: {', '.join(TYPES)}."),
+    ] = None,
+    may_move: MayMoveOption = False,
+    eds: EdsOption = None,
 ) -> None:
-    """Write an object of a node; only while its robot is at rest and switched off.
+    """Write an object of a node, while it is without torque.
 
-    What the gateway itself writes at boot is refused: the drives file says it. A value below zero needs `--` before it.
+    A running gateway writes it when its robot is at rest and switched off, but not what it writes itself at boot, which
+    the drives file says. Where none runs it is written here: while a drive of the node has its power stage on every
+    write is refused, and always a controlword (6040h) that switches torque on, digital outputs (60FEh: they may open a
+    brake) and objects of the profile of a node without a statusword. `--may-move` lets these through. Targets (607Ah,
+    60FFh, 6071h) of a drive without torque are only numbers.
     """
-    named = named_node(drives_of(file, gateway), node)
-    entry = named.eds.find(item, named.axis)
+    meant = meant_node(place, node, eds)
+    value, entry = number_text(value), meant.eds.find(item, meant.axis)
     if not entry.writable:
         raise CommandError(f"{entry.address} {entry.name} is read-only")
+    if kind is not None:
+        entry = _typed(entry, kind.upper())
     data = _file_bytes(value[1:]) if entry.domain and value.startswith("@") else entry.pack(value)
-    with node_access(file, gateway) as nodes:
-        nodes.write(named.node_id, entry.index, entry.sub, data)
-        shown = entry.show(nodes.read(named.node_id, entry.index, entry.sub)) if entry.readable else "is written"
+    with node_access(place, "write", may_move) as nodes:
+        nodes.write(meant.id, entry.index, entry.sub, data)
+        shown = entry.show(nodes.read(meant.id, entry.index, entry.sub)) if entry.readable else "is written"
         print(f"{entry.address}  {entry.name}: {shown}")
+
+
+def _typed(entry: ObjectEntry, kind: str) -> ObjectEntry:
+    if kind not in TYPES:
+        raise CommandError(f"no data type {kind}", f"use one of {', '.join(TYPES)}", 2)
+    if entry.described:
+        raise CommandError(f"--type {kind} for {entry.address} {entry.name}, whose type is known", "leave it out", 2)
+    return entry.typed(*TYPES[kind])
 
 
 def _file_bytes(name: str) -> bytes:
@@ -179,20 +186,41 @@ def _file_bytes(name: str) -> bytes:
         raise CommandError(f"{name} cannot be read: {error}", "name the file with the object's bytes") from error
 
 
-def store(file: CellFileArgument, gateway: GatewayArgument, node: NodeArgument) -> None:
-    """Let a drive keep its parameters over the end of its supply (1010h); only while its robot is switched off.
+def store(
+    place: Place,
+    node: NodeArgument,
+    parameters: ParametersOption = Parameters.ALL,
+    may_move: MayMoveOption = False,
+) -> None:
+    """Let a drive keep its parameters over the end of its supply (1010h); only while it is without torque.
 
     What the gateway writes at each boot needs no storing. What was set with `write` or the maker's own tool does.
     """
-    node_id = named_node(drives_of(file, gateway), node).node_id
-    with node_access(file, gateway) as nodes:
-        nodes.write(node_id, STORE_PARAMETERS, 1, SAVE)
-    print(f"node {node_id} has stored its parameters")
+    meant = meant_node(place, node)
+    with node_access(place, "store", may_move) as nodes:
+        nodes.write(meant.id, STORE_PARAMETERS, parameters.sub, SAVE)
+    print(f"node {meant.id} has stored its parameters ({parameters.value})")
+
+
+def restore(
+    place: Place,
+    node: NodeArgument,
+    parameters: ParametersOption = Parameters.ALL,
+    may_move: MayMoveOption = False,
+) -> None:
+    """Give a drive the parameters of its factory again (1011h); only while it is without torque.
+
+    They hold from the node's next start on (`nmt NODE reset-node`, or its supply). All of them are: what the maker's
+    tool has set, servo loops for example, is lost, and with some drives the Node-ID too.
+    """
+    meant = meant_node(place, node)
+    with node_access(place, "restore", may_move) as nodes:
+        nodes.write(meant.id, RESTORE_DEFAULTS, parameters.sub, LOAD)
+    print(f"node {meant.id} restores its parameters ({parameters.value}) at its next start")
 
 
 def log(
-    file: CellFileArgument,
-    gateway: GatewayArgument,
+    place: Place,
     target: Annotated[
         Path, typer.Argument(metavar="LOG", help=f"File to write: {', '.join(FORMATS)} (candump, ASC, BLF).")
     ],
@@ -200,62 +228,19 @@ def log(
 ) -> None:
     """Write all frames of a bus to a file, for python-can, candump tools or CANalyzer.
 
-    A virtual bus is recorded by its gateway's process; any other is opened here, for listening only.
+    A virtual bus is recorded by its gateway's process, to a file of this name in `recordings` of its state folder; any
+    other is opened here, for listening only.
     """
-    drives = drives_of(file, gateway)
     if target.suffix not in FORMATS:
         raise CommandError(f"{target}: unknown format", f"use one of the suffixes {', '.join(FORMATS)}")
-    if drives.bus.interface == "virtual":
-        with running_gateway(file, gateway) as line:
-            if line is None:
-                refuse_virtual(drives, file)
-            else:
-                print(line.ask(RecordBus(str(target.absolute()), seconds)).text)
-        return
+    if place.in_one_process:
+        with running_gateway(place) as line:
+            if line is not None:
+                print(line.ask(RecordBus(target.name, seconds)).text)
+                return
+        refuse_virtual(place)
     stop = stop_event()
-    with Recorder(drives.bus, target) as recorder:
-        print(f"recording {drives.bus.interface} {drives.bus.channel} for {seconds:g} s; Ctrl-C ends it", flush=True)
+    with Recorder(place.bus, target) as recorder:
+        print(f"recording {place.bus.interface} {place.bus.channel} for {seconds:g} s; Ctrl-C ends it", flush=True)
         frames = recorder.run(seconds, stop)
     print(f"{target} holds {frames} frames")
-
-
-@dataclass(frozen=True, slots=True)
-class NamedNode:
-    """A node that was named, and which of its axes."""
-
-    node_id: int
-    axis: int
-    """1 at an I/O node."""
-    eds: Eds
-    """Its objects, with those of all its axes."""
-    longest: Mapping[int, int] = field(default_factory=dict)
-    """Highest sub-index of objects that the EDS shows longer than the node has them."""
-
-    @property
-    def readable(self) -> list[ObjectEntry]:
-        """All its parameters but domains."""
-        entries = [entry for entry in self.eds if entry.readable and not entry.domain]
-        return [entry for entry in entries if entry.sub <= self.longest.get(entry.index, entry.sub)]
-
-
-def named_node(drives: GatewaySettings, node: str) -> NamedNode:
-    """What `ROBOT.AXIS`, a Node-ID or the name of an I/O node means. Raises `CommandError` with all that there are."""
-    io = next((io for io in drives.io_nodes if node in (io.name, str(io.node_id))), None)
-    if io is not None:
-        longest = {DIGITAL_INPUTS: io.input_bytes}
-        longest |= dict.fromkeys((DIGITAL_OUTPUTS, ERROR_MODE, ERROR_VALUE), io.output_bytes)
-        return NamedNode(io.node_id, 1, Eds(str(files("drive_gateway.sim").joinpath(IO_EDS))), longest)
-    axis = _named_axis(drives, node)
-    axes = sum(other.node_id == axis.node_id for robot in drives.robots.values() for other in robot.axes)
-    return NamedNode(axis.node_id, axis.number, Eds(axis.eds, axes))
-
-
-def _named_axis(drives: GatewaySettings, node: str) -> AxisSettings:
-    """The axis that `ROBOT.AXIS` means, the first one of a Node-ID."""
-    axes = [(f"{name}.{axis.name}", axis) for name, robot in drives.robots.items() for axis in robot.axes]
-    for label, axis in axes:
-        if node == label or (node == str(axis.node_id) and axis.number == 1):
-            return axis
-    known = ", ".join(f"{axis.node_id} ({label})" for label, axis in axes)
-    known += "".join(f", {io.node_id} (I/O {io.name})" for io in drives.io_nodes)
-    raise CommandError(f"no node {node!r} on the bus of gateway {drives.name}; its nodes are {known}")

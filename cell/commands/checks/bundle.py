@@ -8,6 +8,7 @@ from cell.commands.checks.buses import check_buses
 from cell.commands.checks.drives import check_drives
 from cell.commands.checks.programs import check_programs
 from cell.commands.checks.readings import NamedFiles, Readings, read_named_files
+from cell.commands.checks.things import check_things
 from cell.commands.checks.times import check_times
 from cell.config.load import cell_settings, read_cell
 from cell.config.problem import Problem, refuses
@@ -42,7 +43,7 @@ def check_cell(path: str | Path) -> tuple[CellBundle | None, list[Problem]]:
     if reading.content is not None:
         readings = Readings(reading.document, reading.content, named)
         problems += [*check_drives(readings), *check_times(readings), *check_buses(readings)]
-        problems += check_bodies(readings, models)
+        problems += [*check_bodies(readings, models), *check_things(readings, models)]
     problems = _in_order(problems)
     if settings is None or refuses(problems):
         return None, problems
@@ -70,7 +71,7 @@ def _kinematic_models(named: NamedFiles) -> tuple[dict[str, Model], list[Problem
 def _bundle(settings: CellSettings, named: NamedFiles, models: dict[str, Model]) -> CellBundle:
     return CellBundle(
         cell=settings,
-        robots={name: PlacedRobot.at(models[name], robot.base) for name, robot in settings.robots.items()},
+        robots={name: PlacedRobot.of(robot, models[name]) for name, robot in settings.robots.items()},
         gateways={gateway: drives.settings(gateway) for gateway, _, drives in named.usable_drives()},
     )
 

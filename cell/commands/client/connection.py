@@ -123,7 +123,8 @@ class Connection:
         if self.stop is not None and self.stop.is_set():
             raise CommandError(f"{command.verb}: broken off before it was sent to {to}")
         try:
-            return ask_until_answered(self.session, to, new_call(command, heard), ANSWER_TIMEOUT_S, self.stop)
+            patience_s = max(ANSWER_TIMEOUT_S, command.answer_within_s + TRY_S)
+            return ask_until_answered(self.session, to, new_call(command, heard), patience_s, self.stop)
         except CallError as error:
             raise CommandError(
                 f"{command.verb}: {to} gave no usable answer: {error}",

@@ -183,12 +183,13 @@ def _run(
         drives: RobotDrives = load_drives(settings.gateways[gateway].drives, gateway).robots[robot]
         command = order(drives, alone)
         operator.check_files(f"gateway {gateway}", operator.gateway_state(gateway).digest)
-        print(f"{robot}: {operator.ask_gateway(gateway, command).text}", flush=True)
+        begun = operator.ask_gateway(gateway, command)
+        print(f"{robot}: {begun.text}", flush=True)
         said, state = "", "moving"
         while state == "moving":
             if stop.wait(HOLD_PERIOD_S):
                 raise CommandError(f"{robot}: let go of; its drives stop and switch off")
-            reply = operator.ask_gateway(gateway, HoldSetup(robot))
+            reply = operator.ask_gateway(gateway, HoldSetup(robot, begun.id))
             state = reply.data
             if reply.text != said:
                 said = reply.text

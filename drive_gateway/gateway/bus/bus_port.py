@@ -10,8 +10,9 @@ from typing import Self
 import can
 
 from cell.net.runner import scheduling
-from drive_gateway.canopen.cob_id import SDO_TO_NODE, function_code
+from drive_gateway.canopen.cob_id import ERROR_CONTROL, SDO_TO_NODE, function_code, node_id
 from drive_gateway.canopen.frame import CanFrame
+from drive_gateway.canopen.nmt import NmtState, decode_heartbeat
 from drive_gateway.config.settings import BusSettings
 from drive_gateway.gateway.bus.bus_news import BusNews, SecondMaster
 from drive_gateway.gateway.bus.opening import BusError
@@ -145,10 +146,16 @@ class BusPort:
         if number not in self._own:
             self._on_frame(CanFrame(number, bytes(message.data), message.is_remote_frame))
         elif not self._open.hears_itself:
-            self._tell_of_other(number)
+            self._tell_of_other(number, bytes(message.data))
 
-    def _tell_of_other(self, number: int) -> None:
+    def _tell_of_other(self, number: int, data: bytes) -> None:
         text = f"somebody else sends {number:03X}h, which only this gateway may"
+        if function_code(number) == ERROR_CONTROL and decode_heartbeat(data) is not NmtState.OPERATIONAL:
+            # Whoever commands a bus is Operational; a new drive is not, and many have this Node-ID from their factory.
+            own = node_id(number)
+            text = f"a node has Node-ID {own}, the gateway's own: give it another one, or this gateway by gateway_node"
+            self._open.disturbed("own Node-ID", text)
+            return
         if function_code(number) == SDO_TO_NODE:
             self._open.disturbed("master", f"{text}; its tools read and write objects through the gateway")
             return

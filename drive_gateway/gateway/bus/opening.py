@@ -32,9 +32,11 @@ def open_bus(settings: BusSettings) -> can.BusABC:
         raise BusError(settings, f"python-can has no interface {settings.interface!r}", f"allowed are {known}")
     try:
         return can.Bus(interface=settings.interface, channel=settings.channel, bitrate=settings.bitrate, **options)
-    except ImportError as error:
+    except (ImportError, can.CanInterfaceNotImplementedError) as error:
         raise BusError(settings, f"a package is missing: {error}", "install it beside this program") from error
     except (TypeError, ValueError) as error:
         raise BusError(settings, str(error), "correct the channel, bit rate or options of the bus file") from error
     except (can.CanError, OSError) as error:
         raise BusError(settings, str(error), remedy_of(settings)) from error
+    except Exception as error:  # a driver may raise whatever it likes
+        raise BusError(settings, f"{type(error).__name__}: {error}", remedy_of(settings)) from error

@@ -1,6 +1,7 @@
 """All frames of a bus to a file, through a handle of its own on the same channel (candump, Vector ASC, Vector BLF)."""
 
 import time
+from contextlib import suppress
 from pathlib import Path
 from threading import Event
 
@@ -46,8 +47,10 @@ class Recorder:
         return self
 
     def __exit__(self, *_error: object) -> None:
-        self._bus.shutdown()
         self._logger.stop()
+        # An adapter that is gone may not even let itself be closed; what was recorded is in the file.
+        with suppress(Exception):
+            self._bus.shutdown()
 
     def run(self, seconds: float, stop: Event) -> int:
         """Write what comes within `seconds`, or until `stop` is set; answers the number of frames.
@@ -60,7 +63,7 @@ class Recorder:
         while (left := end - time.monotonic()) > 0 and not stop.is_set():
             try:
                 message = self._bus.recv(min(left, _POLL_S))
-            except (can.CanError, OSError) as error:
+            except Exception as error:  # drivers raise whatever they like
                 text = f"{name_of(self._settings)}: the recording broke off after {frames} frames: {error}"
                 raise RecordError(f"{text}; {remedy_of(self._settings)}") from error
             if message is not None:

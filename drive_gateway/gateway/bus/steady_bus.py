@@ -3,6 +3,7 @@
 import threading
 import time
 from collections.abc import Callable
+from contextlib import suppress
 
 import can
 from can.interfaces.udp_multicast import UdpMulticastBus
@@ -10,8 +11,8 @@ from can.interfaces.udp_multicast import UdpMulticastBus
 from drive_gateway.canopen.bus_load import frame_bits
 from drive_gateway.config.settings import BusSettings
 from drive_gateway.errors import GatewayError
-from drive_gateway.gateway.bus.bus_news import BusBack, BusDisturbed, BusFailed, BusNews
-from drive_gateway.gateway.bus.opening import open_bus
+from drive_gateway.gateway.bus.bus_news import BusBack, BusDisturbed, BusFailed, BusNews, remedy_of
+from drive_gateway.gateway.bus.opening import BusError, open_bus
 from drive_gateway.gateway.bus.own_frames import leave_out_own
 
 Opener = Callable[[BusSettings], can.BusABC]
@@ -25,6 +26,8 @@ _PASSIVE = 0x30
 """In its second data byte: the receiver or the transmitter is error passive."""
 _ERRORS_AT_ONCE = 64
 """Error frames that are passed over to find a frame after them."""
+UNSENT_S = 2.0
+"""A handle that has sent nothing for so long, although it should have, is opened anew."""
 TELL_S = 10.0
 """The same trouble of a bus that still works is told again after this time."""
 
@@ -32,8 +35,9 @@ TELL_S = 10.0
 class SteadyBus:
     """One thread calls `receive`, any may call `send`. What happens to the bus goes to `on_news`, from either.
 
-    An interface that goes down, an adapter that is unplugged, and a controller in bus-off are failures. Of the first
-    two a handle does not recover with every driver, so another one is opened every `REOPEN_S` until one can be read.
+    An interface that goes down, an adapter that is unplugged or garbles, and a controller in bus-off are failures,
+    whatever the driver raises. Of all but the last a handle does not recover with every driver, so another one is
+    opened every `REOPEN_S` until one can be read. Frames that find no room, because nobody acknowledges any, are none.
     `opener` makes a handle; python-can by the settings where it is left out.
 
     Raises:
@@ -55,6 +59,12 @@ class SteadyBus:
         self._bus_off = False
         self._reopen_at = 0.0
         self._unsent = 0
+        self._unsent_since: float | None = None
+        """Since then no frame was sent; `None`: the newest was."""
+        self._old: can.BusABC | None = None
+        """A handle that is of no use any more, until it is closed."""
+        self._broken = ""
+        """Why the handle is of no use any more, found by whoever sends."""
         self._quiet_until: dict[str, float] = {}
 
     def receive(self, timeout_s: float) -> can.Message | None:
@@ -63,19 +73,16 @@ class SteadyBus:
         if bus is None:
             return None
         try:
-            message = bus.recv(timeout_s)
-            for _ in range(_ERRORS_AT_ONCE):
-                if message is None or not message.is_error_frame:
-                    break
-                self._judge(message)
-                message = bus.recv(0.0)
-        except (can.CanError, OSError) as error:
-            self.close()
-            self._bus_off = False
-            self._reopen_at = time.monotonic() + REOPEN_S
-            self._fail(str(error))
+            message = self._read(bus, timeout_s)
+        except Exception as error:  # python-can has its own kinds, drivers and serial ports raise others
+            self._broken = self._broken or _reason(error)
+            message = None
+        if self._broken:
+            self._drop(self._broken)
             return None
-        if message is not None and message.is_error_frame:
+        if self._unsent_since is not None and time.monotonic() - self._unsent_since > UNSENT_S:
+            # Some drivers say of an adapter that is gone only that nothing can be sent; opening tells.
+            self._let_go()
             return None
         if self._failed and (message is not None or not self._bus_off):
             self._failed = self._bus_off = False
@@ -91,9 +98,14 @@ class SteadyBus:
                     message.timestamp = self._mark
                     self._bus.send(message)
                     self.sent_bits += bits_of(message)
+                    self._unsent_since = None
                 return
             except (can.CanError, OSError) as error:
-                problem = str(error)
+                problem = _reason(error)
+            except Exception as error:
+                problem = self._broken = _reason(error)
+            if self._unsent_since is None:
+                self._unsent_since = time.monotonic()
             if told:
                 return
             self._unsent += 1
@@ -106,10 +118,42 @@ class SteadyBus:
         return self._bus is None
 
     def close(self) -> None:
+        self._let_go()
+        self._close_old()
+
+    def _let_go(self) -> None:
+        """Nothing goes through the handle any more. It is closed by whoever opens the next: that may take long."""
         with self._lock:
-            if self._bus is not None:
-                self._bus.shutdown()
-            self._bus = None
+            self._bus, self._old = None, self._bus or self._old
+
+    def _close_old(self) -> None:
+        bus, self._old = self._old, None
+        if bus is not None:
+            # An adapter that is gone may not even let itself be closed.
+            with suppress(Exception):
+                bus.shutdown()
+
+    def _drop(self, text: str) -> None:
+        self._let_go()
+        self._bus_off = False
+        self._reopen_at = time.monotonic() + REOPEN_S
+        self._fail(text)
+
+    def _read(self, bus: can.BusABC, timeout_s: float) -> can.Message | None:
+        """The next data or remote frame; error frames and what is no frame are passed over."""
+        for _ in range(_ERRORS_AT_ONCE):
+            try:
+                message = bus.recv(timeout_s)
+            except can.CanOperationError as error:
+                if not _foreign(bus, error):
+                    raise
+                self.disturbed("foreign", f"somebody sends datagrams to its group that are no frames: {error}")
+            else:
+                if message is None or not message.is_error_frame:
+                    return message
+                self._judge(message)
+            timeout_s = 0.0
+        return None
 
     def _judge(self, message: can.Message) -> None:
         found = _meaning(message) if self._settings.interface == "socketcan" else ""
@@ -134,7 +178,12 @@ class SteadyBus:
 
     def _opened(self) -> can.BusABC:
         """A handle; its own frames come back to it only where that cannot be helped."""
-        bus = self._open(self._settings)
+        try:
+            bus = self._open(self._settings)
+        except GatewayError:
+            raise
+        except Exception as error:
+            raise BusError(self._settings, _reason(error), remedy_of(self._settings)) from error
         if isinstance(bus, UdpMulticastBus):
             self._mark = leave_out_own(bus)
             self.hears_itself = not self._mark
@@ -147,12 +196,14 @@ class SteadyBus:
             time.sleep(min(left_s, timeout_s))
             return None
         self._reopen_at = time.monotonic() + REOPEN_S
+        self._close_old()
         try:
             bus = self._opened()
-        except GatewayError:
+        except GatewayError as error:
+            self._fail(error.found if isinstance(error, BusError) else str(error))
             return None
         with self._lock:
-            self._bus = bus
+            self._bus, self._broken, self._unsent_since = bus, "", None
         return bus
 
 
@@ -160,6 +211,17 @@ def bits_of(message: can.Message) -> int:
     """Bits of a frame on the wire with worst-case stuffing; an extended identifier has 20 more, 5 stuffed ones too."""
     bits = _BITS[0 if message.is_remote_frame else min(len(message.data), 8)]
     return bits + 25 if message.is_extended_id else bits
+
+
+def _reason(error: Exception) -> str:
+    """For people; the kinds of python-can and the system speak for themselves."""
+    text = str(error)
+    return text if text and isinstance(error, (can.CanError, OSError)) else f"{type(error).__name__}: {text}"
+
+
+def _foreign(bus: can.BusABC, error: can.CanOperationError) -> bool:
+    """Only a datagram could not be read; python-can keeps what it found in it as cause."""
+    return isinstance(bus, UdpMulticastBus) and not isinstance(error.__cause__, OSError | None)
 
 
 def _meaning(message: can.Message) -> str:

@@ -19,10 +19,7 @@ from drive_gateway.gateway.cycle.measured_load import MeasuredLoad
 from drive_gateway.gateway.event_log import EventLog
 from drive_gateway.gateway.nodes.node import Node
 from drive_gateway.gateway.robots.robot import Robot
-from drive_gateway.gateway.trouble import Trouble
-
-TELL_S = 10.0
-"""A second master that has nothing to stop is told again after this time."""
+from drive_gateway.gateway.trouble import SECOND_MASTER, Trouble
 
 
 class BusWatch:
@@ -35,7 +32,6 @@ class BusWatch:
         self, settings: GatewaySettings, robots: Collection[Robot], nodes: Collection[Node], log: EventLog
     ) -> None:
         self._bus = settings.bus
-        self._quiet_until = 0.0
         self._robots = robots
         self._nodes = nodes
         self._log = log
@@ -68,14 +64,13 @@ class BusWatch:
     def _commanded_by_two(self, text: str, now: float) -> None:
         """Nobody knows what drives do that two masters command: whatever has torque is stopped."""
         found, remedy = f"{name_of(self._bus)}: {text}", "look for a second master on the bus and take it off"
-        trouble = Trouble("second_master", found, remedy)
+        trouble = Trouble(SECOND_MASTER, found, remedy)
         groups = [robot.group for robot in self._robots]
         moving = [group for group in groups if group.power.stoppable or group.setup.motion is not None]
         for group in moving:
             group.fault(trouble, now)
-        if not moving and now >= self._quiet_until:
-            self._quiet_until = now + TELL_S
-            self._log.warn(trouble.code, trouble.text, trouble.remedy)
+        if not moving:
+            self._log.warn_repeated(trouble.code, trouble.text, trouble.remedy, "bus", now)
 
     def _failed(self, text: str, now: float) -> None:
         trouble = Trouble("bus_failed", f"{name_of(self._bus)} failed: {text}", remedy_of(self._bus))

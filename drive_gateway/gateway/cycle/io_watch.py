@@ -42,7 +42,9 @@ class IoWatch:
         if not io.operational:
             for group in users:
                 group.outputs.lost(io.io.name, f"{io.label} was lost")
-        if io.io.stops and users:
+        if not trouble.stops:
+            self._log.warn_repeated("io_warning", trouble.text, trouble.remedy, trouble.text, now)
+        elif io.io.stops and users:
             for group in users:
                 group.fault(trouble, now)
         else:

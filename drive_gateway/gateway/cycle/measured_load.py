@@ -6,8 +6,6 @@ from drive_gateway.config.bus_load import BusLoad
 from drive_gateway.gateway.event_log import EventLog
 
 WINDOW_S = 1.0
-TELL_S = 10.0
-"""Too much traffic is told again after this time."""
 
 
 class MeasuredLoad:
@@ -27,7 +25,6 @@ class MeasuredLoad:
         self._log = log
         self._begin: tuple[float, int] | None = None
         self._steady = False
-        self._quiet_until = 0.0
         self.share: float | None = None
         """0 to 1, above 1 on a bus without a wire; `None` before the first second is over."""
 
@@ -43,11 +40,12 @@ class MeasuredLoad:
         self.share = (bits - before) / ((now - since) * self._bitrate)
         # Only a second that also began with all nodes up is judged.
         was_steady, self._steady = self._steady, self._settled()
-        if was_steady and self._steady and self.share > self._planned.total and now >= self._quiet_until:
-            self._quiet_until = now + TELL_S
-            self._log.warn(
+        if was_steady and self._steady and self.share > self._planned.total:
+            self._log.warn_repeated(
                 "bus_load",
                 f"the bus is loaded to {100.0 * self.share:.0f} %; what is configured takes "
                 f"{100.0 * self._planned.cyclic:.0f} %, and {100.0 * self._planned.kept:.0f} % is kept free beside it",
                 "look with `drive-gateway log` who sends what no drives file asks for",
+                about="bus",
+                now=now,
             )

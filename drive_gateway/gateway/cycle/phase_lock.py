@@ -1,10 +1,16 @@
 """Holds the SYNCs of a bus to multiples of its cycle by the cell clock, so that all buses of a cell keep in step."""
 
+import math
+
 from cell.messages import ManagerState
 from cell.net.clock import ManagerClock
 
 MOST_RATE = 100e-6
-"""[s/s] The cycle is never longer or shorter by more; drives and agents see nothing of it."""
+"""[s/s] The cycle is no longer or shorter by more; drives and agents see nothing of it."""
+CATCH_UP_RATE = 0.005
+"""[s/s] The same after the own cycles have slipped: half a cycle of 20 ms is made up for within 2 s."""
+SLIP = 0.1
+"""Of a cycle: one that begins so much too late after the one before may have moved all later ones."""
 SILENT_S = 2.0
 """A manager that was not heard for so long gives no clock."""
 _PROPORTIONAL = 0.5
@@ -18,8 +24,9 @@ _RE_WRAP = 0.75
 class PhaseLock:
     """A phase-locked loop of second order over the instants at which cycles begin.
 
-    Where the manager's clock jumps, or another manager comes, the new phase is approached at `MOST_RATE` at most.
-    Without a manager the loop runs free, by the own clock.
+    Where the manager's clock jumps, or another manager comes, the new phase is approached at `MOST_RATE` at most. After
+    a stall of the own loop, which leaves its cycles late, it is `CATCH_UP_RATE` until the phase is there. Without a
+    manager the loop runs free, by the own clock.
     """
 
     def __init__(self, cycle_s: float) -> None:
@@ -27,6 +34,9 @@ class PhaseLock:
         self._clock = ManagerClock()
         self._heard_at: float | None = None
         self._drift = 0.0
+        self._due: float | None = None
+        """When the next cycle begins, by the own clock."""
+        self._catching_up = False
         self.error_s: float | None = None
         """How much the newest SYNC was behind its moment by the cell clock, within one cycle; `None`: no manager."""
 
@@ -37,11 +47,20 @@ class PhaseLock:
 
     def trim(self, now: float) -> float:
         """By how much the next cycle is to come later than a cycle after this one, which began at `now` [s]."""
+        slipped = self._due is not None and now - self._due > SLIP * self._cycle_s
+        trim = self._trim(now, slipped)
+        self._due = now + self._cycle_s + trim
+        return trim
+
+    def _trim(self, now: float, slipped: bool) -> float:
         moment = self._clock.moment(now)
         if moment is None or self._heard_at is None or now - self._heard_at > SILENT_S:
-            self.error_s, self._drift = None, 0.0
+            self.error_s, self._drift, self._catching_up = None, 0.0, False
             return 0.0
         self.error_s = self._near(moment.seconds)
+        self._catching_up = (self._catching_up or slipped) and abs(self.error_s) > CATCH_UP_RATE * self._cycle_s
+        if self._catching_up:
+            return -math.copysign(CATCH_UP_RATE, self.error_s) * self._cycle_s
         rate = _PROPORTIONAL * self.error_s + self._drift
         if abs(rate) < MOST_RATE:
             self._drift += _INTEGRAL * self.error_s * self._cycle_s

@@ -1,7 +1,6 @@
 """One axis and its drive as the gateway sees it: what it last said, and how it is commanded. Its node is a `Node`."""
 
 from collections.abc import Callable, Sequence
-from functools import partial
 
 from cell.messages.drives import AxisStatus
 from cell.messages.gateway_state import NodeStatus
@@ -17,13 +16,14 @@ from drive_gateway.canopen.pdo_map import (
     TARGET_POSITION,
 )
 from drive_gateway.canopen.profile_pdos import TARGET_VELOCITY, ProfileSender
-from drive_gateway.canopen.sdo import SdoChannel, SdoDone
-from drive_gateway.cia402.state_machine import REMOTE, WARNING, decode
+from drive_gateway.canopen.sdo import SdoDone
+from drive_gateway.cia402.state_machine import QUICK_STOP, REMOTE, WARNING, controlword, decode
 from drive_gateway.config.image import INPUTS_EVERY, image_of
 from drive_gateway.config.settings import AxisSettings, GatewaySettings
 from drive_gateway.gateway.drives.rest import AxisRest
-from drive_gateway.gateway.nodes.bring_up import BringUp
+from drive_gateway.gateway.drives.shown_units import ShownUnits
 from drive_gateway.gateway.nodes.node import Node
+from drive_gateway.gateway.nodes.program import drive_program
 from drive_gateway.gateway.playout.outputs import Outputs
 from drive_gateway.gateway.reference.reference import Reference
 
@@ -67,7 +67,10 @@ class Drive:
         """Of its motor's rated torque: what it gives. `None`: it does not tell."""
         self.reference = reference
         self.rest = AxisRest(axis, settings)
+        self.shown_units = ShownUnits(self.label, axis.units)
         self.missing_tpdos = 0
+        self.tried = False
+        """Since its start it has been seen to move as fast as it was told, and that way round."""
         self.found_with_torque = False
         """Its first statusword said so: an earlier gateway ended without switching it off. Nobody has been told yet."""
         self.largest_error: float | None = None
@@ -75,6 +78,8 @@ class Drive:
         self.strange = ""
         """What was wrong with its newest TPDO, for people; empty when nothing was."""
         self.robot = robot
+        self._told = QUICK_STOP
+        """Its newest controlword."""
         self._settings = settings
         self._outputs = outputs
         self._endless = axis.modulus > 0
@@ -142,15 +147,19 @@ class Drive:
     # What the drive sends
 
     def on_tpdo(self, data: bytes, tick: int, now: float) -> None:
-        """Statusword, position and torque, measured at the SYNC numbered `tick`."""
-        if len(data) != self.image.status.data_bytes:
-            self.strange = f"the newest had {len(data)} bytes instead of {self.image.status.data_bytes}"
+        """Statusword, position and torque, measured at the SYNC numbered `tick`.
+
+        A frame may be longer than what is mapped, and then its first bytes count (CiA 301, PDO mapping).
+        """
+        size = self.image.status.data_bytes
+        if len(data) < size:
+            self.strange = f"the newest had {len(data)} bytes instead of {size}"
             return
         torque = None
-        if len(data) == STATUS_WITH_TORQUE.size:
-            statusword, counts, torque = STATUS_WITH_TORQUE.unpack(data)
+        if size == STATUS_WITH_TORQUE.size:
+            statusword, counts, torque = STATUS_WITH_TORQUE.unpack_from(data)
         else:
-            statusword, counts = STATUS.unpack(data)
+            statusword, counts = STATUS.unpack_from(data)
         status = decode(statusword)
         if status is None:
             self.strange = f"the newest shows statusword {statusword:04X}h, which is no state of CiA 402"
@@ -178,8 +187,8 @@ class Drive:
 
     def on_inputs(self, data: bytes, now: float) -> None:
         """The drive's digital inputs."""
-        if len(data) == INPUTS.size:
-            self._inputs, self._inputs_at = INPUTS.unpack(data)[0], now
+        if len(data) >= INPUTS.size:
+            self._inputs, self._inputs_at = INPUTS.unpack_from(data)[0], now
 
     def digital_inputs(self, now: float) -> int | None:
         """The newest digital inputs; `None` when they are too old to be believed."""
@@ -201,6 +210,7 @@ class Drive:
         self._tpdo_at = now
         self.operational, self.status = True, self._heard
         self.rest.heard()
+        self.shown_units.ask(self.submit)
 
     def judge_reaction(self, now: float) -> None:
         """Some drives show one pattern in the reaction and in the fault, and keep bit 4 (see `decode`): time tells."""
@@ -235,6 +245,7 @@ class Drive:
         self._tpdo_tick = -1
         self.counts_per_cycle = 0.0
         self.statusword = 0
+        self.tried = False
         self.reference.restarted()
 
     # What the gateway does
@@ -248,20 +259,34 @@ class Drive:
         """Queue a write (`data`) or a read (`None`) of an object of the profile, `index` as axis 1 has it."""
         self.node.sdo.submit(index_of(index, self.axis.number), sub, data, then)
 
-    def command(self, controlword: int, counts: int, counts_per_s: int = 0, per_mille: int = 0) -> list[CanFrame]:
-        """The command of one cycle: target, and what is fed forward of velocity and of torque [of the rated one]."""
+    def leading_to(self, target: AxisStatus) -> int:
+        """The controlword that takes it one transition nearer to `target`.
+
+        While it brakes in its reaction to a fault it hears the last one again: CiA 402 has no command in that state,
+        and a drive that obeys `disable voltage` there would run out.
+        """
+        if self.status is AxisStatus.FAULT_REACTION_ACTIVE and not self.rest.standing:
+            return self._told
+        return controlword(self.status, target)
+
+    def command(self, controlword: int, counts: int, speed: int = 0, per_mille: int = 0) -> list[CanFrame]:
+        """The command of one cycle: target [counts], and what is fed forward of velocity [the drive's unit] and of
+        torque [per mille of the rated one]."""
         if self._endless:
             counts = self.axis.wrapped(counts)
-        return self.image.frames(controlword, counts, counts_per_s, per_mille)
+        self._told = controlword
+        return self.image.frames(controlword, counts, speed, per_mille)
 
     def press(self, controlword: int, per_mille: int) -> list[CanFrame]:
         """The command of one cycle in mode cyclic torque."""
+        self._told = controlword
         return self.image.frames(controlword, self.axis.wrapped(self.counts or 0), target_torque=per_mille)
 
     def command_own(self, controlword: int, target: int, velocity: int, now: float) -> list[CanFrame]:
-        """What commands a motion of the drive's own in this cycle: target [counts] and velocity [counts/s]."""
+        """What commands a motion of the drive's own in this cycle: target [counts] and velocity [the drive's unit]."""
         if self._profile is None:
             return self.command(controlword, target)
+        self._told = controlword
         values = {CONTROLWORD: controlword, TARGET_POSITION: self.axis.wrapped(target), TARGET_VELOCITY: velocity}
         return self._profile.frames(values, now)
 
@@ -291,18 +316,7 @@ def drives_of(
         mine = sorted((pair for pair in both if pair[0].node_id == number), key=lambda pair: pair[0].number)
         mine_axes, mine_references = zip(*mine, strict=True)
         label = f"node {number} ({robot} {', '.join(axis.name for axis in mine_axes)})"
-        boot_by = partial(_boot_of, label, mine_axes, mine_references, settings, outputs)
-        nodes[number] = Node(number, label, mine_axes[0], settings, boot_by)
+        boot = drive_program(mine_axes, settings, mine_references, outputs)
+        # Error control and emergencies are the node's and the same in all its axes.
+        nodes[number] = Node(number, label, mine_axes[0], settings, boot)
     return [Drive(robot, axis, settings, nodes[axis.node_id], reference, outputs) for axis, reference in both]
-
-
-def _boot_of(
-    label: str,
-    axes: Sequence[AxisSettings],
-    references: Sequence[Reference],
-    settings: GatewaySettings,
-    outputs: Outputs,
-    sdo: SdoChannel,
-) -> BringUp:
-    """Identity and error control are the node's and the same in all its axes."""
-    return BringUp(label, axes, settings, sdo, references, outputs)

@@ -6,11 +6,11 @@ from enum import Enum
 from cell.messages.drives import AxisStatus
 from drive_gateway.canopen.pdo_map import target_object
 from drive_gateway.canopen.sdo import SdoDone
-from drive_gateway.cia402.state_machine import DISABLE_VOLTAGE, FAULT_RESET, INTERPOLATE, controlword
+from drive_gateway.cia402.state_machine import DISABLE_VOLTAGE, FAULT_RESET, INTERPOLATE
 from drive_gateway.gateway.drives.drive import Drive
 
 SWITCH_TIMEOUT_S = 1.5
-"""Time for all drives of a robot to reach the state that was asked for; a caller waits 2 s for the answer."""
+"""Time for all drives of a robot to switch off or to be reset; a caller waits 2 s for the answer."""
 RESET_LOW_CYCLES = 3
 """Cycles with the fault-reset bit low before its rising edge, so that no drive misses the edge."""
 HANDOVER_CYCLES = 3
@@ -63,6 +63,7 @@ class Power:
         self._held_since: float | None = None
         """All drives hold their axes against brakes that are still opening."""
         self._brake_s = max(node.axis.brake_s for node in nodes)
+        self._switch_on_s = max(node.axis.switch_on_s for node in nodes)
         self.state = PowerState.OFF
         self._target = _TARGET[self.state]
         self.released = False
@@ -90,10 +91,10 @@ class Power:
         self._cycles = 0
         self._held_since = None
         if state not in (PowerState.HANDING_OVER, PowerState.ENABLING):
-            self._deadline = now + SWITCH_TIMEOUT_S
+            self._deadline = now + (self._switch_on_s if state is PowerState.SWITCHING_ON else SWITCH_TIMEOUT_S)
 
     def late(self, now: float) -> bool:
-        """The drives did not get where they should within `SWITCH_TIMEOUT_S`."""
+        """The drives did not get where they should in time."""
         return self.state in _TIMED and now > self._deadline
 
     def hand_over(self, targets: Sequence[int], now: float) -> None:
@@ -140,7 +141,7 @@ class Power:
         if self.state is PowerState.OFF and status in _CAN_STOP and not node.rest.standing:
             # Found with torque and in motion: without torque it would run out uncontrolled.
             target = AxisStatus.QUICK_STOP_ACTIVE
-        word = controlword(status, target)
+        word = node.leading_to(target)
         interpolates = node.axis.interpolated and status is target is AxisStatus.OPERATION_ENABLED
         return word | INTERPOLATE if interpolates else word
 
@@ -150,9 +151,12 @@ class Power:
 
     def _read_target(self, number: int, node: Drive, target: int) -> None:
         def answered(outcome: SdoDone) -> None:
-            if self.state is not PowerState.HANDING_OVER or outcome.problem:
+            if self.state is not PowerState.HANDING_OVER or outcome.abort_code is not None:
                 return
-            if int.from_bytes(outcome.data, "little", signed=True) == node.axis.wrapped(target):
+            if not outcome.problem and int.from_bytes(outcome.data, "little", signed=True) == node.axis.wrapped(target):
                 self._confirmed.add(number)
+            else:
+                # Lost, or a moment too early; the deadline of the hand-over bounds the repeats.
+                self._read_target(number, node, target)
 
         node.submit(*target_object(node.axis.interpolated), None, answered)

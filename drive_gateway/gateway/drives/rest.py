@@ -8,9 +8,8 @@ from drive_gateway.config.settings import MOTOR_SPEED_RESERVE, AxisSettings, Gat
 
 REST_S = 0.1
 """An axis stands when it was measured within its window for this long."""
-REST_WINDOW = 2e-4
-"""[rad or m] that window, at least `LEAST_COUNTS`: 2 mrad/s or 2 mm/s over `REST_S`."""
 LEAST_COUNTS = 3.0
+"""The window is never smaller: an encoder between two counts shows one or the other."""
 BRAKING_RESERVE = 2.0
 """A loaded axis may need so many times the braking time that its speed and its deceleration give."""
 
@@ -29,7 +28,8 @@ class AxisRest:
         """[s] from silence to rest, at the longest: the drive must miss its gateway first."""
         self.moved_at = 0.0
         """When it was last seen to leave the window around where it had been."""
-        self._window = max(REST_WINDOW * abs(axis.counts_per_unit), LEAST_COUNTS)
+        self.window = max(axis.rest_window * abs(axis.counts_per_unit), LEAST_COUNTS)
+        """[counts]"""
         self._anchor: int | None = None
         self._still_since = 0.0
         self._silent_since: float | None = None
@@ -42,7 +42,7 @@ class AxisRest:
         if self._anchor is None:
             self._anchor, self._still_since = counts, now
             self.standing = False
-        elif abs(counts - self._anchor) > self._window:
+        elif abs(counts - self._anchor) > self.window:
             self._anchor, self._still_since, self.moved_at = counts, now, now
             self.standing = False
         elif not self.standing and now - self._still_since >= REST_S:

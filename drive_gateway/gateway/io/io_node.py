@@ -3,12 +3,11 @@
 from cell.messages.gateway_state import IoStatus
 from drive_gateway.canopen.frame import CanFrame
 from drive_gateway.canopen.io_map import DIGITAL_OUTPUTS
-from drive_gateway.canopen.sdo import SdoChannel
 from drive_gateway.config.image import INPUTS_EVERY, io_image_of
 from drive_gateway.config.settings import GatewaySettings, IoSettings
 from drive_gateway.gateway.drives.output_frames import OutputSender
-from drive_gateway.gateway.nodes.bring_up import IoBringUp
 from drive_gateway.gateway.nodes.node import Node
+from drive_gateway.gateway.nodes.program import io_node_program
 from drive_gateway.gateway.playout.outputs import Outputs
 
 
@@ -34,11 +33,8 @@ class IoNode:
         self._inputs: int | None = None
         """`None`: not measured since the node's start."""
         self._inputs_at = 0.0
-        self.node = Node(io.node_id, self.label, io, settings, self._boot)
+        self.node = Node(io.node_id, self.label, io, settings, io_node_program(io, settings, self._word))
         self.node.attach(self)
-
-    def _boot(self, sdo: SdoChannel) -> IoBringUp:
-        return IoBringUp(self.label, self.io, self._settings, sdo, self._word)
 
     def serve(self, robot: str, outputs: Outputs) -> None:
         """A robot may have outputs at this node."""

@@ -3,42 +3,28 @@
 Everything has a deadline; a node that fails is tried again slowly, so a drive that is switched on later joins.
 """
 
-from abc import ABC, abstractmethod
 from collections import deque
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
 from enum import Enum
 
 from cell.core import Effect
-from drive_gateway.canopen.axis_objects import first_axis_index, index_of
-from drive_gateway.canopen.io_map import DEVICE_PROFILE
+from drive_gateway.canopen.abort_text import abort_text
+from drive_gateway.canopen.axis_objects import first_axis_index
 from drive_gateway.canopen.nmt import NmtCommand, NmtState, nmt_frame
-from drive_gateway.canopen.optional_objects import IO_OPTIONAL_OBJECTS, OPTIONAL_OBJECTS
-from drive_gateway.canopen.pdo_map import SdoWrite, unused
-from drive_gateway.canopen.sdo import SdoChannel, SdoDone, abort_text
-from drive_gateway.cia401.preparation import error_behaviour, io_outputs
-from drive_gateway.cia402.preparation import Preparation, digital_outputs, preparations, supervision
-from drive_gateway.config.image import image_of, io_image_of
-from drive_gateway.config.settings import AxisSettings, GatewaySettings, IdentitySettings, IoSettings, OwnObject
+from drive_gateway.canopen.pdo_map import Pdo
+from drive_gateway.canopen.sdo import SdoChannel, SdoDone
+from drive_gateway.config.gateway_objects import CYCLE_PERIOD, said_by
+from drive_gateway.config.settings import GatewaySettings
 from drive_gateway.gateway.effects import Frame
-from drive_gateway.gateway.playout.outputs import Outputs
-from drive_gateway.gateway.reference.reference import Reference
+from drive_gateway.gateway.nodes.program import SYNC_COUNTER, BootProgram, Step
 
 RETRY_S = 2.0
 """Pause before a node that failed is tried again."""
 
-IDENTITY = 0x1018
-MOTOR_RATED_TORQUE = 0x6076
 _ABSENT = (0x06020000, 0x06090011)
 """Abort codes: no such object, no such sub-index."""
-_FIXED = (0x06010000, 0x06010002)
-"""Abort codes: this access is not supported, the object is read-only."""
-
-
-_IO_BYTE_S = 0.2
-"""Time more for each byte of an I/O node: its mapping, its error behaviour and its outputs."""
-_OWN_OBJECT_S = 0.1
-"""Time more for each object of the drive's own, written and read back."""
+_BUSY = 0x08000022
+"""Abort code: not in the present device state; after its start a node may need a moment until it stores anything."""
+_PDOS = range(0x1400, 0x1C00)
 
 
 class Phase(Enum):
@@ -49,62 +35,31 @@ class Phase(Enum):
     OPERATIONAL = "operational"
 
 
-@dataclass(frozen=True, slots=True)
-class _Step:
-    """One SDO request; `shown` is what a read must return, `None` for anything."""
-
-    what: str
-    index: int
-    sub: int
-    data: bytes | None
-    shown: bytes | None = None
-    constant: bool = False
-    """A node that shows something else is the wrong one."""
-    optional: bool = False
-    """A node that has no such object needs no such value."""
-    waived: bool = False
-    """A node without the object is brought up nevertheless, and what that costs is told."""
-    fixed: bool = False
-    """A node that does not let it be written is taken as it is, if the read that follows shows what is needed."""
-    low_half: bool = False
-    """Only the first two bytes of what is read count."""
-    take: Callable[[bytes], None] | None = None
-    """Who wants to know what was read."""
-
-
-class NodeBoot(ABC):
+class BringUp:
     """The way of one node to Operational. The node's supervisor feeds it boot-ups, heartbeats and SDO outcomes.
 
     Args:
         label: of the node, for people.
         node_id: of the node.
+        settings: of the bus.
         sdo: the node's requests.
-        program: what is written and read, but for its outputs.
-        timeout_s: for its boot-up and its start.
-        configuring_s: for all of `program`.
+        program: what it is asked and told.
     """
 
-    kind = "drive"
-    """What stands there, for people."""
-    optional = OPTIONAL_OBJECTS
-    """What it may lack: name and cost by index."""
-
     def __init__(
-        self,
-        label: str,
-        node_id: int,
-        sdo: SdoChannel,
-        program: Sequence[_Step],
-        timeout_s: float,
-        configuring_s: float,
+        self, label: str, node_id: int, settings: GatewaySettings, sdo: SdoChannel, program: BootProgram
     ) -> None:
         self._label = label
         self._node_id = node_id
+        self._timeout_s = settings.boot_timeout_s
         self._sdo = sdo
-        self._timeout_s = timeout_s
-        self._configuring_s = configuring_s
         self._program = program
-        self._steps: deque[_Step] = deque()
+        self._steps: deque[Step] = deque()
+        self._refused: dict[tuple[int, int], int] = {}
+        """Abort codes of writes that the node refused, by index and sub-index: what it shows decides."""
+        self._judged: set[tuple[int, int]] = set()
+        """What is read back."""
+        self._busy_until = 0.0
         self._deadline = 0.0
         self._now = 0.0
         self._booted = False
@@ -118,29 +73,34 @@ class NodeBoot(ABC):
     @property
     def kept(self) -> frozenset[tuple[int, int]]:
         """Index and sub-index of all objects that are written when the node is brought up."""
-        steps = [*self._program, *self._output_steps()]
-        return frozenset((step.index, step.sub) for step in steps if step.data is not None)
+        steps = [*self._program.steps, *self._program.outputs()]
+        return frozenset(step.address for step in steps if step.data is not None)
 
     def restart(self, now: float) -> None:
         """Begin again, at once."""
         self._sdo.forget()
+        self._booted = False
         self.phase = Phase.WAITING
         self._deadline = now
 
     def booted(self) -> None:
         """The node sent its boot-up; a second one while it is configured: the first was that of its power-on."""
-        self._booted = True
+        self._booted = self.phase is not Phase.WAITING or self.problem != ""
         if self.phase is Phase.CONFIGURING:
             self._sdo.forget()
             self._configure()
+        elif self.phase is Phase.WAITING and self.problem:
+            # It was too slow, or is switched on only now: it is as after a reset, and another one would take as long.
+            self._deadline = self._now
 
     def step(self, now: float, nmt: NmtState | None, measured: bool) -> list[Effect]:
         """Do what is due; `nmt` and `measured` are the node's newest heartbeat and whether its TPDO has come."""
         self._now = now
         match self.phase:
             case Phase.WAITING if now >= self._deadline:
-                self._booted = False
                 self._enter(Phase.RESETTING)
+                if self._booted:
+                    return []
                 return [Frame(nmt_frame(NmtCommand.RESET_COMMUNICATION, self._node_id))]
             case Phase.RESETTING if self._booted:
                 self._enter(Phase.CONFIGURING)
@@ -157,229 +117,154 @@ class NodeBoot(ABC):
 
     def _enter(self, phase: Phase) -> None:
         self.phase = phase
-        self._deadline = self._now + (self._configuring_s if phase is Phase.CONFIGURING else self._timeout_s)
+        self._deadline = self._now + self._timeout_s
 
     def _late(self, nmt: NmtState | None) -> str:
         if self.phase is Phase.RESETTING:
             return (
-                f"{self._label} did not answer within {self._timeout_s} s after NMT reset: "
-                "check power, wiring, bit rate and Node-ID"
+                f"{self._label} sent no boot-up within {self._timeout_s:g} s after NMT reset: check power, wiring, "
+                "bit rate and Node-ID; a node that starts more slowly needs a longer boot_timeout_s"
             )
         if self.phase is Phase.CONFIGURING:
             step = self._steps[0]
-            found = f", found {_number(self._found)}" if step.shown is not None and self._found else ""
-            return f"{self._label} was not configured within {self._configuring_s} s, last at {_where(step)}{found}"
+            if step.shown is not None and self._found:
+                return (
+                    f"{self._label} was told {_object(step)} as {step.words(step.shown)} and still shows "
+                    f"{step.words(self._found)} after {self._timeout_s:g} s: {self._remedy(step)}"
+                )
+            return (
+                f"{self._label} gave no answer to the {step.where()} within {self._timeout_s:g} s: check the wiring, "
+                "or raise boot_timeout_s"
+            )
         heard = "no heartbeat" if nmt is None else f"heartbeat says {nmt.words}"
-        return f"{self._label} did not start within {self._timeout_s} s: {heard}; check heartbeat (1017h) and TPDO1"
+        return f"{self._label} did not start within {self._timeout_s:g} s: {heard}; check heartbeat (1017h) and TPDO1"
 
     def _fail(self, problem: str) -> None:
         self._sdo.forget()
+        self._booted = False
         self.phase = Phase.WAITING
         self.problem = problem
         self._deadline = self._now + RETRY_S
 
     def _configure(self) -> None:
-        self._steps = deque([*self._program, *self._output_steps()])
-        self._ask()
+        self._refused.clear()
+        self._busy_until = self._now + self._timeout_s
+        self._steps = deque([*self._program.steps, *self._program.outputs()])
+        self._judged = {step.judges for step in self._steps if step.shown is not None}
+        self._go_on()
 
-    @abstractmethod
-    def _output_steps(self) -> list[_Step]:
-        """An output that keeps its state at a stop keeps it when its node comes back, too."""
+    def _go_on(self) -> None:
+        """The next request that changes something; each may take as long as the whole start of a node."""
+        while self._steps and self._steps[0].needless:
+            self._steps.popleft()
+        self._deadline = self._now + self._timeout_s
+        if self._steps:
+            self._ask()
 
     def _ask(self) -> None:
         step = self._steps[0]
         self._found = b""
-        self._sdo.submit(step.index, step.sub, step.data, self._answered)
+        self._sdo.submit(step.index, step.sub, step.sent, self._answered)
 
     def _answered(self, outcome: SdoDone) -> None:
         step = self._steps[0]
-        if step.waived and outcome.abort_code in _ABSENT:
+        code = outcome.abort_code
+        if step.waived and code in _ABSENT:
             self._go_without(step)
             return
-        if step.fixed and outcome.abort_code in _FIXED:
-            self._keep_as_it_is()
-            return
-        if outcome.problem and not (step.optional and outcome.abort_code in _ABSENT):
-            reason = outcome.problem if outcome.abort_code is None else abort_text(outcome.abort_code)
-            self._fail(f"{self._label} refused {_where(step)}: {reason}")
-            return
-        if step.low_half:
-            outcome = replace(outcome, data=outcome.data[:2])
-        if step.constant and step.shown is not None and not _equal(outcome.data, step.shown):
-            self._fail(
-                f"{self._label} is another {self.kind}: {step.what} ({step.index:04X}h:{step.sub:02X}) is "
-                f"{_constant(step, outcome.data)}, the drives file says {_constant(step, step.shown)}; "
-                "connect the right one, or correct the file"
-            )
-            return
-        if step.shown is not None and not _equal(outcome.data, step.shown):
-            # A drive may need a moment until it shows what was set; the deadline of the phase bounds the repeats.
+        if code == _BUSY and self._now < self._busy_until:
             self._ask()
-            self._found = outcome.data
+            return
+        if outcome.problem and not self._passes(step, code):
+            if code is None:
+                self._fail(f"{self._label}, {step.where()}: {outcome.problem}; check wiring, or raise sdo_timeout_s")
+            else:
+                self._fail(f"{self._label} refused {step.where()}: {abort_text(code)}; {self._lack(step, code)}")
+            return
+        if not outcome.problem and not step.agrees(outcome.data):
+            self._disagrees(step, outcome.data)
             return
         if step.take is not None:
             step.take(outcome.data)
         self._steps.popleft()
         self._go_on()
 
-    def _go_on(self) -> None:
-        if self._steps:
+    def _passes(self, step: Step, code: int | None) -> bool:
+        """A refusal that does not end the attempt: nothing depends on the object, or what it shows will decide."""
+        if code is None:
+            return False
+        if step.asked or (step.optional and code in _ABSENT):
+            return True
+        if code in _ABSENT or step.data is None:
+            return False
+        if step.leave is not None:
+            return self._stays(step, step.leave)
+        if step.address in self._judged:
+            self._refused[step.address] = code
+            return True
+        return False
+
+    def _disagrees(self, step: Step, found: bytes) -> None:
+        """The node shows something else than was wanted."""
+        wanted, refusal = step.words(step.shown or b""), self._refused.get(step.judges)
+        if step.constant:
+            self._fail(
+                f"{self._label} is another {self._program.kind}: {step.what} ({step.index:04X}h:{step.sub:02X}) is "
+                f"{step.words(found)}, the drives file says {wanted}; "
+                "connect the right one, or correct the file"
+            )
+        elif refusal is not None:
+            self._fail(
+                f"{self._label} keeps {_object(step)} at {step.words(found)}, needed is {wanted} "
+                f"({abort_text(refusal)}): {self._remedy(step)}"
+            )
+        else:
+            # A drive may need a moment until it shows what was set; the deadline of the phase bounds the repeats.
             self._ask()
+            self._found = found
 
-    def _keep_as_it_is(self) -> None:
-        """The node does not let it be written; the read that follows judges what it has."""
-        self._steps.popleft()
-        self._go_on()
+    def _stays(self, step: Step, pdo: Pdo) -> bool:
+        """A PDO that cannot be taken off the bus disturbs nobody with the identifier that CiA 301 gives it."""
+        value = None if step.present is None else step.present.value
+        if value is None or value & 0x3FFFFFFF != pdo.cob_id:
+            return False
+        self.lacking.append(
+            f"{self._label} keeps {pdo.name} ({step.index:04X}h:{step.sub:02X}) on the bus, which is not used: it adds "
+            "to the bus load"
+        )
+        return True
 
-    def _go_without(self, step: _Step) -> None:
+    def _go_without(self, step: Step) -> None:
         """Neither this object nor its other parts are asked for again."""
         while self._steps and self._steps[0].index == step.index:
             self._steps.popleft()
-        name, cost = self.optional[first_axis_index(step.index)]
+        name, cost = self._program.optional[first_axis_index(step.index)]
         self.lacking.append(f"{self._label} has no {step.index:04X}h ({name}), which the drives file waives: {cost}")
         self._go_on()
 
+    def _lack(self, step: Step, code: int) -> str:
+        """What helps where a node refuses what it must have."""
+        kind, index = self._program.kind, first_axis_index(step.index)
+        other = f"take a {kind}, or a firmware of it, that has this object"
+        if code not in _ABSENT:
+            return other if step.data is None else self._remedy(step)
+        if index in self._program.optional:
+            return f'a {kind} that may lack it says so in the drives file, waive: ["{index:04X}"]'
+        if step.index == SYNC_COUNTER:
+            return "leave out sync_counter, or take drives that all have this object"
+        if step.index in _PDOS:
+            return f"leave out of the drives file what this PDO is for, or take a {kind} that has it"
+        return other
 
-class BringUp(NodeBoot):
-    """That of a node with one to three drives."""
-
-    def __init__(
-        self,
-        label: str,
-        axes: Sequence[AxisSettings],
-        settings: GatewaySettings,
-        sdo: SdoChannel,
-        references: Sequence[Reference],
-        outputs: Outputs,
-    ) -> None:
-        own = sum(len(axis.objects) for axis in axes)
-        configuring_s = settings.boot_timeout_s * len(axes) + _OWN_OBJECT_S * own
-        program = _program(axes, settings, references)
-        super().__init__(label, axes[0].node_id, sdo, program, settings.boot_timeout_s, configuring_s)
-        self._axes = tuple(axes)
-        self._outputs = outputs
-
-    def _output_steps(self) -> list[_Step]:
-        return [step for axis in self._axes for step in _written(digital_outputs(axis, self._outputs.word(axis.name)))]
-
-
-class IoBringUp(NodeBoot):
-    """That of an I/O node; `word` answers what its outputs are to be."""
-
-    kind = "device"
-    optional = IO_OPTIONAL_OBJECTS
-
-    def __init__(
-        self, label: str, io: IoSettings, settings: GatewaySettings, sdo: SdoChannel, word: Callable[[], int]
-    ) -> None:
-        program = _io_program(io, settings)
-        configuring_s = settings.boot_timeout_s + _IO_BYTE_S * (io.input_bytes + io.output_bytes)
-        super().__init__(label, io.node_id, sdo, program, settings.boot_timeout_s, configuring_s)
-        self._io = io
-        self._word = word
-
-    def _output_steps(self) -> list[_Step]:
-        return _written(io_outputs(self._io, self._word()))
+    def _remedy(self, step: Step) -> str:
+        """What helps where a node keeps a value of its own."""
+        if step.index in _PDOS:
+            return f"set it with the maker's tool, or take a {self._program.kind} whose PDOs can be changed"
+        if step.index == CYCLE_PERIOD:
+            return f"choose a cycle_s that this {self._program.kind} takes, or say its own value under objects"
+        key = said_by(*step.judges)
+        return f"say a value that this {self._program.kind} takes: {key}" if key else "correct it in the drives file"
 
 
-def _where(step: _Step) -> str:
-    kind = "read of" if step.data is None else "write of"
-    expected = "" if step.shown is None else f", expected {_number(step.shown)}"
-    return f"{kind} {step.index:04X}h:{step.sub:02X} ({step.what}{expected})"
-
-
-def _constant(step: _Step, data: bytes) -> str:
-    """Identities are written in hex everywhere, quantities are not."""
-    return f"{_number(data):X}h" if step.index == IDENTITY else f"{_number(data)}"
-
-
-def _equal(found: bytes, expected: bytes) -> bool:
-    """Equal as numbers: a node may show a value in another length than it was written in."""
-    return len(found) > 0 and _number(found) == _number(expected)
-
-
-def _number(data: bytes) -> int:
-    return int.from_bytes(data, "little")
-
-
-def _program(axes: Sequence[AxisSettings], settings: GatewaySettings, references: Sequence[Reference]) -> list[_Step]:
-    """First what belongs to the node and what only the drive knows of, units for example, then each axis."""
-    steps = [*_identity(axes[0].identity), *_written(supervision(axes[0], settings))]
-    steps += [step for axis in axes for item in axis.objects for step in _own(item)]
-    for axis, reference in zip(axes, references, strict=True):
-        steps += _axis_program(axis, settings, reference)
-    return steps
-
-
-def _io_program(io: IoSettings, settings: GatewaySettings) -> list[_Step]:
-    """Its profile, who watches whom, what its outputs do without a master, and its PDOs, which may be fixed."""
-    kind = DEVICE_PROFILE.to_bytes(2, "little")
-    pdos = io_image_of(io).pdos
-    steps = [*_identity(io.identity), _Step("device profile", 0x1000, 0, None, kind, constant=True, low_half=True)]
-    steps += _written([*supervision(io, settings), *error_behaviour(io)])
-    steps += [
-        _Step("PDO that is not used", *_parts(write), optional=True, fixed=True) for write in unused(io.node_id, pdos)
-    ]
-    writes = [write for pdo in pdos for write in pdo.writes()]
-    steps += [_Step("PDO mapping", *_parts(write), fixed=True) for write in writes]
-    linked = {(write.index, write.sub): write.data for write in writes}
-    return steps + [_Step("PDO mapping", index, sub, None, data) for (index, sub), data in linked.items()]
-
-
-def _written(items: Sequence[Preparation]) -> list[_Step]:
-    """Each value, and what shows it."""
-    steps = []
-    for item in items:
-        write, waived = item.write, item.waived
-        steps.append(_Step(item.what, write.index, write.sub, write.data, waived=waived))
-        steps.append(_Step(item.what, item.shown_index, item.shown_sub, None, write.data, waived=waived))
-    return steps
-
-
-def _own(item: OwnObject) -> list[_Step]:
-    """An object that can only be written is not read back."""
-    write = _Step(item.name, item.index, item.sub, item.data)
-    return [write, _Step(item.name, item.index, item.sub, None, item.data)] if item.readable else [write]
-
-
-def _axis_program(axis: AxisSettings, settings: GatewaySettings, reference: Reference) -> list[_Step]:
-    steps = _motor(axis) + _written(preparations(axis, settings))
-    encoder = axis.absolute
-    if encoder is not None and encoder.serial is not None:
-        steps.append(_Step("serial number of the encoder", *encoder.serial, None, take=reference.hear_serial))
-    if encoder is not None and encoder.status is not None:
-        steps.append(_Step("status of the encoder", *encoder.status, None, take=reference.hear_status))
-    pdos = image_of(axis).pdos
-    steps += [
-        _Step("PDO that is not used", *_parts(write), optional=True)
-        for write in unused(axis.node_id, pdos, axis.number)
-    ]
-    writes = [write for pdo in pdos for write in pdo.writes()]
-    steps += [_Step("PDO mapping", *_parts(write)) for write in writes]
-    linked = {(write.index, write.sub): write.data for write in writes}
-    return steps + [_Step("PDO mapping", index, sub, None, data) for (index, sub), data in linked.items()]
-
-
-def _motor(axis: AxisSettings) -> list[_Step]:
-    """What torques are told in must be what the drive takes them in."""
-    if axis.torque is None:
-        return []
-    rated = axis.torque.rated_mnm.to_bytes(4, "little")
-    what = "rated torque of the motor in mNm"
-    return [_Step(what, index_of(MOTOR_RATED_TORQUE, axis.number), 0, None, rated, constant=True)]
-
-
-def _parts(write: SdoWrite) -> tuple[int, int, bytes]:
-    return write.index, write.sub, write.data
-
-
-def _identity(identity: IdentitySettings) -> list[_Step]:
-    """The vendor is always read: whoever has no identity object is no CANopen node."""
-    wanted = (identity.vendor, identity.product, identity.revision, identity.serial)
-    names = ("vendor-ID", "product code", "revision number", "serial number")
-    shown = [None if value is None else value.to_bytes(4, "little") for value in wanted]
-    return [
-        _Step(name, IDENTITY, sub, None, value, constant=True)
-        for sub, (name, value) in enumerate(zip(names, shown, strict=True), start=1)
-        if sub == 1 or value is not None
-    ]
+def _object(step: Step) -> str:
+    return f"{step.index:04X}h:{step.sub:02X} ({step.what})"

@@ -3,18 +3,20 @@
 Its axes are `Drive`s; the one module of an I/O node is an `IoNode`.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import Protocol
 
 from cell.core import Effect
-from drive_gateway.canopen.emcy import Emergency, decode_emergency, emergency_of
+from drive_gateway.canopen.emcy import Emergency, Meaning, decode_emergency, emergency_of
 from drive_gateway.canopen.nmt import NmtState, decode_heartbeat
-from drive_gateway.canopen.sdo import SdoChannel
+from drive_gateway.canopen.sdo import SdoChannel, SdoDone
+from drive_gateway.cia402.preparation import HEARTBEAT_CONSUMER, LIFE_TIME_FACTOR
 from drive_gateway.config.settings import GatewaySettings
 from drive_gateway.gateway.effects import Frame
-from drive_gateway.gateway.nodes.bring_up import NodeBoot, Phase
+from drive_gateway.gateway.nodes.bring_up import BringUp, Phase
 from drive_gateway.gateway.nodes.guarding import Guarding
 from drive_gateway.gateway.nodes.network_stop import NetworkStop
+from drive_gateway.gateway.nodes.program import BootProgram
 from drive_gateway.gateway.trouble import AXIS_ERROR, EMERGENCY, Trouble
 
 
@@ -52,7 +54,7 @@ class Watched(Protocol):
         """By node guarding instead of heartbeats."""
 
     @property
-    def emergencies(self) -> Mapping[int, tuple[str, str]]:
+    def emergencies(self) -> Mapping[int, Meaning]:
         """Meaning and remedy of its maker's own emergency codes."""
 
 
@@ -64,7 +66,7 @@ class Node:
         label: of the node, for people.
         watched: its error control.
         settings: of the bus.
-        boot_by: makes its way to Operational of its requests.
+        program: what it is asked and told when it is brought up.
     """
 
     def __init__(
@@ -73,7 +75,7 @@ class Node:
         label: str,
         watched: Watched,
         settings: GatewaySettings,
-        boot_by: Callable[[SdoChannel], NodeBoot],
+        program: BootProgram,
     ) -> None:
         self.id = node_id
         self.label = label
@@ -88,9 +90,11 @@ class Node:
         self.nmt: NmtState | None = None
         self._axes: list[AxisOfNode] = []
         self._settings = settings
-        self._bring_up = boot_by(self.sdo)
+        self._bring_up = BringUp(label, node_id, settings, self.sdo, program)
         self._guarding = Guarding(self.id, settings.heartbeat_producer_s) if watched.guarded else None
         self._heartbeat_at = 0.0
+        self.parted = False
+        """It was told not to watch the gateway any more."""
         self._lost = False
         self._stop = NetworkStop(self.id)
         self._troubles: list[Trouble] = []
@@ -147,14 +151,17 @@ class Node:
         emergency = decode_emergency(data, self._emergencies)
         if emergency is None:
             return
-        if emergency.gone:
-            self.emergency = None
-            self._errors.clear()
+        if emergency.reset:
+            if emergency.gone:
+                self.emergency = None
+                self._errors.clear()
             return
-        self.emergency = emergency
+        if emergency.stops or self.emergency is None or not self.emergency.stops:
+            self.emergency = emergency
         if self.operational:
             text = f"{self.label} reports {emergency.code:04X}h: {emergency.meaning}"
-            self._troubles.append(Trouble(EMERGENCY, text, emergency.remedy, self.id, emergency.code))
+            stops = emergency.stops
+            self._troubles.append(Trouble(EMERGENCY, text, emergency.remedy, self.id, emergency.code, stops))
         if len(self._axes) > 1:
             for axis in self._axes:
                 axis.ask_error()
@@ -163,12 +170,12 @@ class Node:
         """An axis of a node with several tells its own error (603Fh), 0: it has none."""
         register = 0 if self.emergency is None else self.emergency.register
         error = emergency_of(code, register, self._emergencies)
-        if self.emergency is None or error.gone:
+        if self.emergency is None or error.reset:
             self._errors.pop(label, None)
             return
         if self._errors.get(label) != error and self.operational:
             text = f"{label} has the error {code:04X}h: {error.meaning}"
-            self._troubles.append(Trouble(AXIS_ERROR, text, error.remedy, self.id, code))
+            self._troubles.append(Trouble(AXIS_ERROR, text, error.remedy, self.id, code, error.stops))
         self._errors[label] = error
 
     def emergency_of(self, label: str) -> Emergency | None:
@@ -211,6 +218,18 @@ class Node:
         """NMT stop, for drives that nothing else stops; they must stand within `lasts_s`."""
         self._stop.begin(now, lasts_s)
         self._leave()
+
+    def part(self) -> None:
+        """The gateway ends in order: a node that went on watching it would tell an error (8130h) and stand in a fault.
+
+        The next bring-up writes what it watches again. A node that lacks the object watches nothing.
+        """
+
+        def done(_outcome: SdoDone) -> None:
+            self.parted = True
+
+        index, sub, size = (LIFE_TIME_FACTOR, 0, 1) if self._guarding is not None else (HEARTBEAT_CONSUMER, 1, 4)
+        self.sdo.submit(index, sub, bytes(size), done, asked=True)
 
     def may_return(self, now: float, idle: bool) -> bool:
         """It is lost and may be brought up again: now that nothing moves (`idle`), or to see what NMT stop did."""

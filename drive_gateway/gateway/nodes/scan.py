@@ -4,7 +4,7 @@ from collections.abc import Callable, Collection
 from math import ceil
 
 from cell.core import Effect
-from drive_gateway.canopen.cob_id import MASTER_NODE_ID, SDO_TO_NODE
+from drive_gateway.canopen.cob_id import HIGHEST_NODE_ID, SDO_TO_NODE
 from drive_gateway.canopen.frame import CanFrame
 from drive_gateway.gateway.effects import Frame
 
@@ -22,10 +22,13 @@ Found = Callable[[dict[int, int]], None]
 
 
 class Scan:
-    """Looks for nodes that are not in the drives file; those that are have their own SDO channel and are left alone."""
+    """Looks for nodes that are not in the drives file; those that are have their own SDO channel and are left alone.
+
+    The gateway's own Node-ID is asked, too: a new drive may have it from its factory, and a gateway answers no SDO.
+    """
 
     def __init__(self, known: Collection[int]) -> None:
-        self._strange = [number for number in range(1, MASTER_NODE_ID) if number not in known]
+        self._strange = [number for number in range(1, HIGHEST_NODE_ID + 1) if number not in known]
         self._asking: list[int] = []
         self._waiting: list[Found] = []
         self._found: dict[int, int] = {}

@@ -28,6 +28,7 @@ from cell.messages import (
 from cell.messages.drive_fault import FaultDrive
 from cell.net.freshness import Sent
 from drive_gateway.gateway.effects import Record, RecordSaid
+from drive_gateway.gateway.event_log import EventLog
 from drive_gateway.gateway.io.io_node import IoNode
 from drive_gateway.gateway.nodes.scan import Scan
 from drive_gateway.gateway.orders.fault_orders import FaultOrders
@@ -74,6 +75,7 @@ class GatewayCalls:
         command_s: an order that moves, releases or switches something is carried out no later than this after it was
             made [s].
         state_s: the gateway's states are so far apart, so what an operator has seen may be older by that [s].
+        log: where a call is told that failed.
     """
 
     def __init__(
@@ -89,6 +91,7 @@ class GatewayCalls:
         states: Sent,
         command_s: float,
         state_s: float,
+        log: EventLog,
     ) -> None:
         self._gateway = gateway
         self._boot = boot
@@ -106,6 +109,7 @@ class GatewayCalls:
         self._states = states
         self._command_s = command_s
         self._state_s = state_s
+        self._log = log
         nodes = {(drive.axis.node_id, drive.axis.number): drive.node for drive in self._drives}
         nodes |= {(io.node.id, 1): io.node for io in io_nodes.values()}
         self._faults = FaultOrders(gateway, nodes)
@@ -126,7 +130,22 @@ class GatewayCalls:
             if problem:
                 self._replies.give(call.id, False, problem)
             else:
-                self._do(call)
+                self._guarded(call)
+
+    def _guarded(self, call: Call) -> None:
+        """A call that the gateway cannot carry out is answered, and the gateway goes on."""
+        try:
+            self._do(call)
+        except Exception as error:
+            found = f"{type(error).__name__}: {error}"
+            self._log.warn(
+                "call_failed",
+                f"the call {call.command.verb} could not be carried out ({found}): {call.command}",
+                "report this with the call; no other part of the gateway is affected",
+            )
+            self._replies.give(
+                call.id, False, f"gateway {self._gateway} could not carry out {call.command.verb}: {found}"
+            )
 
     def recorded(self, said: RecordSaid) -> None:
         """The shell answers a call for a recording."""
@@ -176,7 +195,7 @@ class GatewayCalls:
                 if problem:
                     then(False, problem)
                 else:
-                    self._turn.take(robot, command, self._now, then)
+                    self._turn.take(robot, command, call.id, self._now, then)
             case EnableDrives() if problem := self._turn.elsewhere(robot.name):
                 then(False, f"{robot.name} stays off: {problem}")
             case EnableDrives() if self._turn.waiting(robot.name):
@@ -184,7 +203,7 @@ class GatewayCalls:
             case AcceptPosition(_, axes):
                 then(*robot.accept(axes))
             case HoldSetup():
-                text, data = robot.hold(self._now - self._states.age(call.heard, self._now))
+                text, data = robot.hold(command.order, self._now - self._states.age(call.heard, self._now))
                 self._replies.give(call.id, True, text, data=data)
             case SwitchOutput() as order:
                 robot.hand.order(order, then)

@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 
 from cell.messages.drive_fault import LONGEST_S, NEEDS_VALUE, Fault, FaultDrive
+from drive_gateway.canopen.abort_text import abort_text
 from drive_gateway.canopen.fault_object import (
     DURATION_BYTES,
     DURATION_SUB,
@@ -11,7 +12,7 @@ from drive_gateway.canopen.fault_object import (
     MARK_SUB,
     fault_index,
 )
-from drive_gateway.canopen.sdo import SdoDone, abort_text
+from drive_gateway.canopen.sdo import SdoDone
 from drive_gateway.gateway.nodes.node import Node
 from drive_gateway.gateway.orders.objects import Told
 

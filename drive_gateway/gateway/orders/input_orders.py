@@ -3,9 +3,10 @@
 from collections.abc import Mapping
 
 from cell.messages import SimulateInput
+from drive_gateway.canopen.abort_text import abort_text
 from drive_gateway.canopen.fault_object import MARK, MARK_SUB, fault_index
 from drive_gateway.canopen.input_object import CLOSE_SUB, OPEN_SUB, inputs_index
-from drive_gateway.canopen.sdo import SdoDone, abort_text
+from drive_gateway.canopen.sdo import SdoDone
 from drive_gateway.gateway.drives.drive import Drive
 from drive_gateway.gateway.io.io_node import IoNode
 from drive_gateway.gateway.orders.objects import Told

@@ -3,6 +3,7 @@
 from collections.abc import Callable, Mapping, Sequence
 
 from cell.messages import ReadObject, WriteObject
+from drive_gateway.canopen.abort_text import abort_text
 from drive_gateway.canopen.axis_objects import first_axis_index
 from drive_gateway.canopen.pdo_map import (
     CONTROLWORD,
@@ -13,7 +14,7 @@ from drive_gateway.canopen.pdo_map import (
     VELOCITY_OFFSET,
 )
 from drive_gateway.canopen.profile_pdos import TARGET_VELOCITY
-from drive_gateway.canopen.sdo import SdoDone, abort_text
+from drive_gateway.canopen.sdo import SdoDone
 from drive_gateway.gateway.nodes.node import Node
 from drive_gateway.gateway.robots.group import DriveGroup
 

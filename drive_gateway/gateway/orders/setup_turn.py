@@ -27,6 +27,8 @@ class _Order:
     """One robot's order, from the call to the end of its motion."""
 
     call: SetupCall
+    id: str
+    """Of the call; its holds name it."""
     then: Then | None
     """Who waits for the answer; None once the motion may begin."""
     until: float
@@ -87,7 +89,7 @@ class SetupTurn:
         order = self._orders.get(robot)
         return order is not None and order.then is not None
 
-    def take(self, robot: Robot, call: SetupCall, now: float, then: Then) -> None:
+    def take(self, robot: Robot, call: SetupCall, call_id: str, now: float, then: Then) -> None:
         """An operator's order: it waits for its turn, at most `PATIENCE_S`, or is refused at once."""
         problem = self._refusal(robot, call, now)
         if robot.name in self._orders:
@@ -95,7 +97,7 @@ class SetupTurn:
         if problem:
             then(False, problem)
         else:
-            self._orders[robot.name] = _Order(call, then, now + PATIENCE_S)
+            self._orders[robot.name] = _Order(call, call_id, then, now + PATIENCE_S)
 
     def drop(self, robot: str, why: str) -> None:
         """What has not begun does not begin."""
@@ -125,7 +127,7 @@ class SetupTurn:
             then(False, refusal or f"{robot.name} is not set up: {why_not}")
             return
         order.then = None
-        then(True, robot.set_up(order.call, now))
+        then(True, robot.set_up(order.call, order.id, now))
 
     def _refusal(self, robot: Robot, call: SetupCall, now: float) -> str:
         """What waiting does not change."""

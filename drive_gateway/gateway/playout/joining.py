@@ -13,7 +13,7 @@ from enum import Enum
 import numpy as np
 from numpy.typing import NDArray
 
-from cell.messages.setpoints import SetpointBlock
+from cell.messages.setpoints import MOST_EVENTS, SetpointBlock
 from drive_gateway.cia402.units import AxisUnits
 from drive_gateway.config.settings import AxisSettings
 
@@ -25,10 +25,8 @@ VELOCITY_TOLERANCE = 1e-5
 """[rad/s or m/s] the same for velocities, and at the end of a block."""
 RELATIVE_TOLERANCE = 0.01
 """Share by which finite differences may pass a limit."""
-LONGEST_S = 30.0
-"""A block and its lead are shorter than this, which bounds memory and the time of a check."""
-MOST_EVENTS = 100
-"""In one block."""
+LONGEST_S = 10.0
+"""A block and its lead are shorter than this, which bounds the time of a check; the longest ramp of a cell is 5 s."""
 
 
 class Refusal(Enum):

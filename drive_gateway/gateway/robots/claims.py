@@ -18,6 +18,7 @@ class ClaimBook:
         self._replaced: set[str] = set()
         self._last_boot = ""
         self._alive_at = 0.0
+        self._newest_block = 0
         self.owner = 0
         """Number of the present claim; 0: nobody."""
         self.boot = ""
@@ -40,14 +41,20 @@ class ClaimBook:
             return ClaimRefused(f"robot {self._robot} still moves; ask again when it is at rest")
         if self._last_boot and self._last_boot != boot:
             self._replaced.add(self._last_boot)
-        self.owner, self.boot, self._last_boot = self._next, boot, boot
+        self.owner, self.boot, self._last_boot, self._newest_block = self._next, boot, boot, 0
         self._next += 1
         self._alive_at = now
         return self.owner
 
     def alive(self, owner: int, now: float) -> None:
-        """A set-point block or a call of this owner came."""
+        """This owner lives: a call of it came."""
         if owner == self.owner:
+            self._alive_at = now
+
+    def sent(self, owner: int, block: int, now: float) -> None:
+        """A set-point block with this sequence came; one that the network held back or repeats proves nothing."""
+        if owner == self.owner and block > self._newest_block:
+            self._newest_block = block
             self._alive_at = now
 
     def expire(self, at_rest: bool, now: float) -> bool:

@@ -143,8 +143,9 @@ class DriveGroup:
 
     def fault(self, trouble: Trouble, now: float) -> None:
         """Stop all drives of the robot with voltage on; nothing moves again before reset and enable."""
-        self._log.alarm(trouble, self.robot)
-        if self.power.state in (PowerState.STOPPING, PowerState.FAULT):
+        stopped = self.power.state in (PowerState.STOPPING, PowerState.FAULT)
+        self._log.alarm(trouble, self.robot, now, anew=not stopped)
+        if stopped:
             self.permits.trouble = trouble.instead_of(self.permits.trouble)
             return
         self.permits.trouble = trouble
@@ -152,7 +153,7 @@ class DriveGroup:
         if self.power.state is PowerState.OFF and self.standstill.at_rest:
             self._stand_in_fault(now)
         else:
-            self.setup.abandon(trouble.text, now)
+            self.setup.abandon(f"{trouble.text}; {trouble.remedy}", now)
             self._quick_stop(now)
 
     def observe(self, now: float, tick: int, order: StopOrder | None) -> list[Effect]:
@@ -178,7 +179,7 @@ class DriveGroup:
         position, velocity = self.playout.advance()
         self._sent.add(position)
         counts = self._units.counts(position)
-        speeds = self._units.counts_per_s(velocity)
+        speeds = self._units.speeds(velocity)
         torques = self._units.per_mille(self.playout.torque)
         for node, count, speed, torque in zip(self.nodes, counts, speeds, torques, strict=True):
             if node.addressed:
@@ -198,7 +199,7 @@ class DriveGroup:
     def _mind_rest(self, now: float) -> None:
         """Axes that should stand must come to rest; in `ON` it is the following error that is watched."""
         for trouble in self._brake_watch.step(self.power.state is PowerState.OFF, now):
-            self._log.alarm(trouble, self.robot)
+            self._log.alarm(trouble, self.robot, now)
         if self.watch.standing or self.power.stoppable:
             self._stop_watch.forget()
             return
@@ -277,7 +278,11 @@ class DriveGroup:
                 if node.operational and not node.without_torque:
                     node.stop_by_network(now)
         else:
-            self._answer(False, f"{self.robot} got no further than {state.value}: {found}")
+            self._answer(
+                False,
+                f"{self.robot} got no further than {state.value}: {found}; look at what the drive needs for it, or "
+                "give it more time by switch_on_s in the drives file",
+            )
             self._switch_off(now)
 
     def _obey(self, order: StopOrder, now: float) -> None:

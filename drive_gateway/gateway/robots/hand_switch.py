@@ -5,7 +5,8 @@ be in a fault or switched off: somebody may have to free a person or a part.
 """
 
 from cell.messages import SwitchOutput
-from drive_gateway.canopen.sdo import SdoDone, abort_text
+from drive_gateway.canopen.abort_text import abort_text
+from drive_gateway.canopen.sdo import SdoDone
 from drive_gateway.config.settings import OutputSettings
 from drive_gateway.gateway.drives.drive import Drive
 from drive_gateway.gateway.drives.power import PowerState

@@ -74,6 +74,8 @@ class Permits:
             return f"{self._robot} stays off: {self.order.reason}"
         if self._setup.problem:
             return f"{self._robot} stays off: {self._setup.problem}"
+        if wrong := self.wrong_units():
+            return f"{self._robot} stays off: {wrong}"
         if self._setup.busy:
             return f"{self._robot} is being set up; enable it when that is done"
         operational = all(node.operational for node in self._nodes)
@@ -101,10 +103,16 @@ class Permits:
             return f"{self._robot} is {self._power.state.value}; disable it first"
         if self.inputs:
             return f"{self._robot} stays off: {self._open()}"
+        if wrong := self.wrong_units():
+            return f"{self._robot} stays off: {wrong}"
         operational = all(node.operational for node in self._nodes)
         if not (operational and self._watch.standing and self._power.all_in(AxisStatus.SWITCH_ON_DISABLED)):
             return f"{self._robot} must stand, all nodes in {_OFF}: {self.said()}"
         return ""
+
+    def wrong_units(self) -> str:
+        """Which drives say that they take speeds or ramps in another unit than they are told in."""
+        return "; ".join(node.shown_units.problem for node in self._nodes if node.shown_units.problem)
 
     def accept(self) -> str:
         """An operator's word about where axes are."""

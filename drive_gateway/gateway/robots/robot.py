@@ -67,7 +67,7 @@ class Robot:
 
     def offer(self, block: SetpointBlock, now: float) -> None:
         """A block from somebody who says to be the owner."""
-        self.claims.alive(block.owner, now)
+        self.claims.sent(block.owner, block.sequence, now)
         outcome = self.group.playout.offer(block)
         if isinstance(outcome, Refused):
             self._refused(block, outcome, now)
@@ -121,16 +121,22 @@ class Robot:
         """Raise `SetupRefused` where a motion of the drives' own cannot be."""
         planned(self.group, call, now)
 
-    def set_up(self, call: SetupCall, now: float) -> str:
-        """A motion of the drives' own begins as soon as its operator holds it; answers which. Raises `SetupRefused`."""
+    def set_up(self, call: SetupCall, order: str, now: float) -> str:
+        """A motion of the drives' own begins as soon as its operator holds it; answers which. Raises `SetupRefused`.
+
+        `order` is the id of the call, by which it is held.
+        """
         motion, nodes = planned(self.group, call, now)
-        self.group.setup.begin(motion, nodes)
+        self.group.setup.begin(motion, order, nodes)
         self._log.info("setup", f"{motion.what} begins; it stops when its operator lets go")
         return f"{motion.what} begins"
 
-    def hold(self, at: float) -> tuple[str, str]:
-        """The operator held it at `at` [s]: what goes on, for people and in one word."""
+    def hold(self, order: str, at: float) -> tuple[str, str]:
+        """Whoever ordered the motion held it at `at` [s]: what goes on, for people and in one word."""
         motion, ended = self.group.setup.motion, self.group.setup.ended
+        if order != self.group.setup.order:
+            other = "another order moves it" if motion is not None else "it is not being set up by this order"
+            return f"{self.name}: {other}", "stopped"
         if motion is not None:
             motion.hold(at)
             return motion.progress(), "moving"

@@ -83,6 +83,8 @@ def move_motion(group: DriveGroup, call: MoveAxes, now: float) -> Plan:
         call.targets[node.axis.name] - (0.0 if call.relative else group.watch.position[group.nodes.index(node)])
         for node in nodes
     ]
+    for node, distance in zip(nodes, distances, strict=True):
+        _keep_range(node, distance)
     share = SETUP_SHARE * call.speed
     ramps = [SETUP_SHARE * node.axis.acceleration for node in nodes]
     motions = together(distances, [share * node.axis.speed for node in nodes], ramps)
@@ -96,7 +98,10 @@ def move_motion(group: DriveGroup, call: MoveAxes, now: float) -> Plan:
         _keep_limits(node.axis, node.reference.known, group.watch.position[group.nodes.index(node)] + distance)
         _leave_switches(node, distance * node.axis.counts_per_unit, now)
         if call.by_velocity:
-            orders.append((node, velocity_order(node.axis, motion, ramp)))
+            try:
+                orders.append((node, velocity_order(node.axis, motion, ramp)))
+            except ValueError as error:
+                raise SetupRefused(f"{error}; go faster, or by position") from None
         else:
             orders.append((node, position_order(node.axis, target, motion, ramp)))
     kind = "profile velocity" if call.by_velocity else "profile position"
@@ -139,6 +144,15 @@ def press_motion(group: DriveGroup, call: PressAxis, now: float) -> Plan:
     _leave_switches(node, press.per_mille, now)
     order = press_order(torque, SETUP_SHARE * node.axis.speed, press)
     return SetupMotion(f"torque of {group.robot} ({node.axis.name})", [[(node, order)]], now), [node]
+
+
+def _keep_range(node: Drive, distance: float) -> None:
+    """A way is judged before anything is computed with it."""
+    unit, factor = _unit(node.axis)
+    most = (INT32_MAX - INT32_MIN) / abs(node.axis.counts_per_unit)
+    if not abs(distance) <= most:
+        found = f"{factor * distance:.6g} {unit}"
+        raise SetupRefused(f"{node.axis.name} would go by {found}; allowed are {factor * most:.6g}, 32 bits of counts")
 
 
 def _unit(axis: AxisSettings) -> tuple[str, float]:

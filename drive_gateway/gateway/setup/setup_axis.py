@@ -22,9 +22,10 @@ from drive_gateway.cia402.setup_objects import (
     TARGET_VELOCITY,
     Press,
     SetupOrder,
+    position_window,
 )
-from drive_gateway.cia402.state_machine import controlword
 from drive_gateway.gateway.drives.drive import Drive
+from drive_gateway.gateway.setup.first_motion import FirstMotion
 from drive_gateway.gateway.trouble import HARD_WIRED, Trouble
 from drive_gateway.gateway.watch.limit_switches import limit_switches
 
@@ -34,6 +35,16 @@ SETTLED_CYCLES = 6
 """Cycles after which a statusword surely answers the newest controlword or object."""
 HALT_RESERVE = 2.0
 """An axis may need so many times its ramp until it has halted; then it gets a quick stop."""
+SETTLED_S = 0.1
+"""A drive that is enabled in homing shows the bits of that mode after this time, however late its statusword comes."""
+LATE = 2.0
+"""A profile position takes no more than so many times its time, and a stage's more."""
+OVER_SPEED = 1.5
+"""Times the speed that it was told, and ..."""
+OVER_SPEED_COUNTS = 4.0
+"""... so many counts in a cycle more, is too fast, ..."""
+OVER_SPEED_CYCLES = 3
+"""... for so many cycles: at its home point a drive counts on from another number within one."""
 
 
 class Stage(Enum):
@@ -81,14 +92,20 @@ class SetupAxis:
         self.halted = False
         """It was told to halt before its end."""
         self.velocity = 0
-        """[counts/s] for 60FFh."""
+        """[the drive's unit] for 60FFh."""
         self.torque = 0
         """[per mille of the rated one] of mode cyclic torque, on top of what carries the robot."""
         self._began_at = node.counts or 0
         self._cycles = 0
-        self._since = now
+        self._since = self._now = now
         self._enabled_since: float | None = None
         self._sent_stop = False
+        self._cleared = False
+        """No set point is acknowledged, so the edge of the next one counts."""
+        self._low = 0
+        """Statusword bits that were 0 since homing began."""
+        self._too_fast = 0
+        self._first: FirstMotion | None = None
         self._way = _way(order, node.counts or 0)
         mode = SdoWrite(MODE, 0, order.mode.to_bytes(1, "little"))
         self._steps = deque([(write, write.index, write.sub) for write in order.writes] + [(mode, MODE_DISPLAY, 0)])
@@ -101,12 +118,12 @@ class SetupAxis:
 
     @property
     def controlword(self) -> int:
-        word = controlword(self.node.status, _TARGETS.get(self.stage, AxisStatus.SWITCH_ON_DISABLED))
+        word = self.node.leading_to(_TARGETS.get(self.stage, AxisStatus.SWITCH_ON_DISABLED))
         if self.stage is Stage.HALTING:
             word |= HALT
         homing = self.order.mode == HOMING and self.stage in (Stage.MOVING, Stage.HALTING)
         # A set point is taken on the rising edge, when the target has arrived for sure.
-        setting = self.stage is Stage.STARTING and self._cycles > 3
+        setting = self.stage is Stage.STARTING and self._cleared
         return word | START if homing or setting else word
 
     @property
@@ -116,7 +133,8 @@ class SetupAxis:
 
     def progress(self) -> str:
         """What it does, and with which torque it presses, for people."""
-        doing = f"{self.node.axis.name} {self.stage.value}"
+        trying = self.order.trial and self.stage is Stage.MOVING
+        doing = f"{self.node.axis.name} {'tries its units' if trying else self.stage.value}"
         if self.order.press is None or self.stage is not Stage.MOVING or self.node.torque is None:
             return doing
         # Two digits: each change is a line on the operator's screen.
@@ -127,6 +145,10 @@ class SetupAxis:
         """All axes are ready."""
         if self.order.mode == PROFILE_VELOCITY:
             self._set_velocity(self.order.velocity)
+        if self.order.trial:
+            self._first = FirstMotion(self.node.axis, self.order.free, self.node.counts or 0, now, self.order.back)
+        # What stands at once may have been found before the next statusword; else homing must show that it began.
+        self._low = ~self.node.statusword if self.order.still else 0
         position = self.order.mode == PROFILE_POSITION
         self._enter(Stage.STARTING if position else Stage.MOVING, now)
 
@@ -152,10 +174,13 @@ class SetupAxis:
     def step(self, now: float) -> None:
         """One cycle."""
         self._cycles += 1
+        self._now = now
         word, status = self.node.statusword, self.node.status
         enabled = status is AxisStatus.OPERATION_ENABLED
         if self.stage in _UNDER_WAY and self.order.mode != HOMING:
             self._mind_the_ends(now)
+        if self.stage in _UNDER_WAY:
+            self._mind_the_speed(now)
         match self.stage:
             case Stage.PREPARING if not self._steps:
                 self._enter(Stage.SWITCHING_ON, now)
@@ -163,12 +188,16 @@ class SetupAxis:
                 self._await_brake(now)
             case stage if stage in _UNDER_WAY and not enabled:
                 self.stop(f"{self.node.label} left Operation Enabled, it is in {status.words}", now)
-            case Stage.STARTING if self._cycles > 3 and word & ACKNOWLEDGED:
+            case Stage.STARTING if not self._cleared:
+                self._cleared = self._cycles > 3 and not word & ACKNOWLEDGED
+            case Stage.STARTING if word & ACKNOWLEDGED:
                 self._enter(Stage.ACKNOWLEDGING, now)
             case Stage.ACKNOWLEDGING if not word & ACKNOWLEDGED:
                 self._enter(Stage.MOVING, now)
             case Stage.MOVING if self.order.press is not None:
                 self._press(self.order.press, now)
+            case Stage.MOVING if self._first is not None:
+                self._try_units(self._first, now)
             case Stage.MOVING:
                 self._watch(word, now)
             case Stage.HALTING | Stage.STOPPING if self.node.rest.standing:
@@ -183,20 +212,61 @@ class SetupAxis:
         """A motion that begins against a brake that is still opening begins with a jump; a torque does not."""
         if self._enabled_since is None:
             self._enabled_since = now
-        if self.order.press is not None or now - self._enabled_since >= self.node.axis.brake_s:
+        opens_s = max(self.node.axis.brake_s, SETTLED_S if self.order.mode == HOMING else 0.0)
+        if self.order.press is not None or now - self._enabled_since >= opens_s:
             self._enter(Stage.READY, now)
 
     def _watch(self, word: int, now: float) -> None:
         if self.order.mode == PROFILE_VELOCITY and now - self._since >= self.order.stop_s and not self._sent_stop:
             self._sent_stop = True
             self._cycles = 0
+            self.node.rest.measure_anew()
             self._set_velocity(0)
+        self._low |= ~word
         if self._cycles < SETTLED_CYCLES:
             return
-        if self.order.mode == HOMING and word & FAILED:
+        if self.order.mode == HOMING and word & self._low & FAILED:
             self.stop(f"{self.node.label} did not find its home point (homing error)", now)
         elif self._arrived(word):
             self._enter(Stage.SWITCHING_OFF, now)
+        else:
+            self._mind_the_end(word, now)
+
+    def _mind_the_end(self, word: int, now: float) -> None:
+        """A motion that goes on says so; one that has a time ends within it."""
+        if self.order.mode == HOMING and now - self._since > STAGE_S and word & ~self._low & (ATTAINED | FAILED):
+            kept = "attained (bit 12)" if word & ATTAINED else "error (bit 13)"
+            said = f"its statusword {word:04X}h keeps homing {kept} of an earlier homing"
+            self.stop(f"{self.node.label} does not show that homing began: {said}; switch its supply off and on", now)
+        elif self.order.target is not None and now - self._since > LATE * self.order.lasts_s + STAGE_S:
+            said = "says target reached" if word & REACHED else "does not say target reached (bit 10)"
+            left = self.order.target - (self.node.counts or 0)
+            why = "look at its own limits (607Dh, 607Fh), velocity_unit and acceleration_unit"
+            self.stop(f"{self.node.label} {said}, {left} counts before the target that it was given; {why}", now)
+
+    def _try_units(self, first: FirstMotion, now: float) -> None:
+        velocity = first.step(self.node.counts or 0, now)
+        if first.problem:
+            self.stop(f"{self.node.label} {first.problem}", now)
+            return
+        if velocity != self.velocity:
+            self._set_velocity(velocity)
+        if first.done:
+            self.node.rest.measure_anew()
+            self._enter(Stage.HALTING, now)
+
+    def _mind_the_speed(self, now: float) -> None:
+        """Faster than it was told: another unit, another ratio, or nobody holds it."""
+        measured = abs(self.node.velocity * self.node.axis.counts_per_unit)
+        reserve = measured * OVER_SPEED_COUNTS / max(abs(self.node.counts_per_cycle), OVER_SPEED_COUNTS)
+        if measured - reserve <= OVER_SPEED * self.order.fastest:
+            self._too_fast = 0
+            return
+        self._too_fast += 1
+        if self._too_fast >= OVER_SPEED_CYCLES:
+            times = f"{measured / self.order.fastest:.3g} times as fast as it was told"
+            keys = "velocity_unit and counts_per_turn in the drives file"
+            self.stop(f"{self.node.label} moves {times}; correct {keys}", now)
 
     def _press(self, press: Press, now: float) -> None:
         """Torque moves what nothing holds: that ends it."""
@@ -210,27 +280,41 @@ class SetupAxis:
             self.torque = press.at(elapsed_s)
 
     def _mind_the_ends(self, now: float) -> None:
+        way = self.velocity if self._first is not None else self._way
         for switch in limit_switches([self.node], now):
-            if switch.forbids(self._way):
+            if switch.forbids(way):
                 self.stop(switch.text, now)
 
     def _arrived(self, word: int) -> bool:
+        """The drive says so, of this motion and of none before, and is measured to stand."""
+        if not self.node.rest.standing:
+            return False
         if self.order.mode == HOMING:
-            return bool(word & ATTAINED) and bool(word & REACHED)
+            return bool(word & self._low & ATTAINED) and bool(word & REACHED)
         if self.order.mode == PROFILE_VELOCITY:
             return self._sent_stop and bool(word & STANDING)
-        return bool(word & REACHED)
+        near = max(2.0 * position_window(self.node.axis), self.node.rest.window)
+        return bool(word & REACHED) and abs(self.target - (self.node.counts or 0)) <= near
 
     def _mind_the_time(self, now: float) -> None:
-        if now - self._since <= STAGE_S or self.stage in _UNTIMED:
+        within_s = max(STAGE_S, self.node.axis.switch_on_s) if self.stage is Stage.SWITCHING_ON else STAGE_S
+        if now - self._since <= within_s or self.stage in _UNTIMED:
             return
         if self.stage is not Stage.SWITCHING_OFF:
-            self.stop(f"{self.node.label} got no further than {self.stage.value}: {self.node.said()}", now)
+            more = "; give it more time by switch_on_s" if self.stage is Stage.SWITCHING_ON else ""
+            found = f"{self.node.label} got no further than {self.stage.value}: {self.node.said()}"
+            self.stop(f"{found}{self._without_mode}{more}", now)
             return
         self.problem = f"{self.node.label} did not switch off: {self.node.said()}"
         self.node.stop_by_network(now)
         self.trouble = Trouble("not_off", self.problem, HARD_WIRED, self.node.axis.node_id)
         self._enter(Stage.ENDED, now)
+
+    @property
+    def _without_mode(self) -> str:
+        if not self.order.trial or self.stage is not Stage.PREPARING:
+            return ""
+        return "; its units are tried in mode profile velocity: where it has none, try_units: false in the drives file"
 
     def _enter(self, stage: Stage, now: float) -> None:
         self.stage, self._since, self._cycles = stage, now, 0
@@ -241,8 +325,10 @@ class SetupAxis:
 
         def written(outcome: SdoDone) -> None:
             if outcome.problem:
-                self.problem = f"{self.node.label} refused {write.index:04X}h:{write.sub:02X}: {outcome.problem}"
+                found = f"{self.node.label} refused {write.index:04X}h:{write.sub:02X}: {outcome.problem}"
+                self.problem = f"{found}{self._without_mode}"
             elif self.stage is Stage.PREPARING:
+                self._since = self._now  # a drive may be slow in each of its answers
                 self.node.submit(index, sub, None, shown)
 
         def shown(outcome: SdoDone) -> None:
@@ -253,6 +339,7 @@ class SetupAxis:
                 self.node.submit(index, sub, None, shown)
                 return
             self._steps.popleft()
+            self._since = self._now
             if self._steps:
                 self._write()
 
@@ -275,4 +362,6 @@ def _way(order: SetupOrder, counts: int) -> int:
     """In whose direction the axis goes, or presses, from `counts`."""
     if order.press is not None:
         return order.press.per_mille
+    if order.trial:
+        return order.free
     return order.velocity if order.target is None else order.target - counts

@@ -20,6 +20,8 @@ class SetupDesk:
         self._modes = ModeKeeper(log)
         self.motion: SetupMotion | None = None
         """What goes on."""
+        self.order = ""
+        """Id of the call that ordered the newest motion: only who made it holds it."""
         self.ended: SetupMotion | None = None
         """The newest motion that is over."""
 
@@ -33,8 +35,8 @@ class SetupDesk:
         """Which drives do not go back to their mode, and why; empty when all do."""
         return self._modes.problem
 
-    def begin(self, motion: SetupMotion, nodes: Sequence[Drive]) -> None:
-        self.motion = motion
+    def begin(self, motion: SetupMotion, order: str, nodes: Sequence[Drive]) -> None:
+        self.motion, self.order = motion, order
         for node in nodes:
             self._modes.left(node)
 

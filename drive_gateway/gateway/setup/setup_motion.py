@@ -5,10 +5,12 @@ Such a motion has no block and no path, so the robot counts as not referenced wh
 
 from collections.abc import Sequence
 
-from drive_gateway.cia402.setup_objects import HOMING, SetupOrder
+from drive_gateway.cia402.setup_objects import HOMING, PROFILE_VELOCITY, SetupOrder, trial_order
 from drive_gateway.gateway.drives.drive import Drive
+from drive_gateway.gateway.setup.first_motion import FARTHEST
 from drive_gateway.gateway.setup.setup_axis import SetupAxis, Stage
 from drive_gateway.gateway.trouble import Trouble
+from drive_gateway.gateway.watch.limit_switches import limit_switches
 
 HOLD_S = 0.5
 """A motion whose operator did not hold it this lately is stopped."""
@@ -84,6 +86,8 @@ class SetupMotion:
                 self.stop(axis.problem, now)
             if axis.attained and axis.order.mode == HOMING:
                 axis.node.reference.found()
+            if axis.attained and axis.order.trial:
+                axis.node.tried = True
         if all(axis.stage is Stage.READY for axis in self._axes):
             for axis in self._axes:
                 axis.start(now)
@@ -91,4 +95,33 @@ class SetupMotion:
             self._begin(now)
 
     def _begin(self, now: float) -> None:
-        self._axes = [SetupAxis(node, order, now) for node, order in self._waiting.pop(0)]
+        """The first group that waits; before it its axes whose units have not been tried since their drive started."""
+        trials = [(node, _trial(node, order, now)) for node, order in self._waiting[0] if _new(node, order)]
+        self._axes = [SetupAxis(node, order, now) for node, order in trials or self._waiting.pop(0)]
+
+
+def _new(node: Drive, order: SetupOrder) -> bool:
+    return node.axis.try_units and not (node.tried or order.still or order.press is not None)
+
+
+def _trial(node: Drive, order: SetupOrder, now: float) -> SetupOrder:
+    """The way of the motion, or back where a limit switch or a limit is near.
+
+    It goes back only where what follows starts from here: a drive refuses the way into an active switch.
+    """
+    switches = list(limit_switches([node], now))
+    ways = [
+        way
+        for way in (order.free, -order.free)
+        if not any(switch.forbids(way) for switch in switches) and not _leaves_limits(node, way)
+    ]
+    return trial_order(node.axis, (ways or [order.free])[0], back=order.mode == PROFILE_VELOCITY and not switches)
+
+
+def _leaves_limits(node: Drive, way: int) -> bool:
+    axis = node.axis
+    if axis.limits is None or not node.reference.known:
+        return False
+    farthest = way * FARTHEST[axis.linear] * abs(axis.counts_per_unit)
+    ahead = axis.offset + ((node.counts or 0) + farthest) / axis.counts_per_unit
+    return not axis.limits[0] <= ahead <= axis.limits[1]

@@ -5,6 +5,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from cell.messages.drives import AxisStatus
+from drive_gateway.cia402.state_machine import FOLLOWS_COMMAND
 from drive_gateway.cia402.units import AxisUnits
 from drive_gateway.config.settings import GatewaySettings
 from drive_gateway.gateway.drives.drive import Drive
@@ -85,7 +86,11 @@ class Watch:
         `demand` `(n,)` [rad or m] is the sample that the measurement answers.
         """
         for node in self._nodes:
-            yield from node.node.check()
+            for trouble in node.node.check():
+                if trouble.stops:
+                    yield trouble
+                else:
+                    self._log.warn_repeated("drive_warning", trouble.text, trouble.remedy, trouble.text, now)
             attend(node.node, self._power.state in (PowerState.OFF, PowerState.FAULT), now, self._log)
             if node.status in _FAULT and not self._in_fault:
                 yield _fault_of(node)
@@ -145,5 +150,6 @@ def _fault_of(node: Drive) -> Trouble:
 
 
 def _following_error(node: Drive, error: float) -> Trouble:
-    text = f"{node.label} is {error:.4g} beside its command, allowed {node.axis.following_window:.4g}"
+    deaf = "" if node.statusword & FOLLOWS_COMMAND else "; its statusword says that it does not follow it (bit 12 is 0)"
+    text = f"{node.label} is {error:.4g} beside its command, allowed {node.axis.following_window:.4g}{deaf}"
     return Trouble("following_error", text, "look for a collision or a blocked axis, then reset", node.axis.node_id)

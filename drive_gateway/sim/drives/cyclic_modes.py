@@ -12,6 +12,7 @@ from drive_gateway.sim.axis.axis_servo import AxisServo
 from drive_gateway.sim.axis.motor_data import RAD_S_PER_RPM
 from drive_gateway.sim.drives.position_bounds import PositionRange
 from drive_gateway.sim.drives.reference import Reference
+from drive_gateway.sim.drives.user_units import UserUnits
 from drive_gateway.sim.services.dictionary import key_of
 from drive_gateway.sim.services.objects import AxisObjects
 
@@ -35,11 +36,14 @@ _PERIOD_EXPONENT = key_of(0x60C2, 2)
 class CyclicModes:
     """Set points of one drive. `mode` answers the displayed mode while the drive is enabled, else 0."""
 
-    def __init__(self, objects: AxisObjects, servo: AxisServo, reference: Reference, mode: Callable[[], int]) -> None:
+    def __init__(
+        self, objects: AxisObjects, servo: AxisServo, reference: Reference, mode: Callable[[], int], units: UserUnits
+    ) -> None:
         self._numbers = objects.numbers
         self._servo = servo
         self._reference = reference
         self._mode = mode
+        self._units = units
         self._range = PositionRange(objects.numbers)
         self._interpolating = False
         self._setpoint_at = 0.0
@@ -97,7 +101,7 @@ class CyclicModes:
 
     def _feed(self, velocity: int) -> None:
         if self.active:
-            self._servo.feed(velocity)
+            self._servo.feed(self._units.velocity * velocity)
 
     def _feed_torque(self, per_mille: int) -> None:
         if self.active:

@@ -14,6 +14,7 @@ from drive_gateway.sim.drives.power_state import FAULT_RESET, Command, DriveStat
 from drive_gateway.sim.drives.reference import Reference
 from drive_gateway.sim.drives.setup_modes import HOMING, SETUP_MODES, SetupModes
 from drive_gateway.sim.drives.shown import FilteredVelocity, Shown
+from drive_gateway.sim.drives.user_units import UserUnits
 from drive_gateway.sim.drives.windows import FollowingWindow
 from drive_gateway.sim.services.abort import Abort, AccessRefused
 from drive_gateway.sim.services.dictionary import key_of
@@ -72,14 +73,17 @@ class Drive:
         self._cycle_s = cycle_s
         self._numbers = objects.numbers
         self.reference = Reference(axis)
-        self._options = OptionCodes(objects, self._brake)
-        self._setup = SetupModes(objects, self.servo, self.reference, self._options)
-        self._cyclic = CyclicModes(objects, self.servo, self.reference, self._mode_in_force)
+        self.units = UserUnits()
+        self.obeys_in_reaction = False
+        """It takes its voltage off when it is told so while it brakes in its reaction to a fault."""
+        self._options = OptionCodes(objects, self.units, self._brake)
+        self.setup = SetupModes(objects, self.servo, self.reference, self._options, self.units)
+        self._cyclic = CyclicModes(objects, self.servo, self.reference, self._mode_in_force, self.units)
         self.state = DriveState.NOT_READY_TO_SWITCH_ON
         self._displayed = FilteredVelocity(objects.numbers)
         self._window = FollowingWindow(objects.numbers)
         rated_mnm = 0 if axis.torque is None else axis.torque.rated_mnm
-        self._shown = Shown(objects.numbers, self.servo, self.reference, rated_mnm)
+        self.shown = Shown(objects.numbers, self.servo, self.reference, self.units, rated_mnm)
         self._emergencies = emergencies
         self._cause_present = cause_present
         self._now: float | None = None
@@ -174,13 +178,13 @@ class Drive:
 
     def _set_mode(self, mode: int) -> None:
         """A drive in motion goes on in its mode; it shows and takes the new one when it stands (`advance`)."""
-        standing = abs(self.servo.velocity) <= self._numbers[_STANDSTILL]
+        standing = self._slow
         if mode == self._numbers[_MODE_DISPLAY] or (self.state is DriveState.OPERATION_ENABLED and not standing):
             return
         self._numbers[_MODE_DISPLAY] = mode
         self.servo.hold()
         self._cyclic.begin()
-        self._setup.begin()
+        self.setup.begin()
         self._show()
 
     def _obey(self, controlword: int) -> None:
@@ -191,7 +195,7 @@ class Drive:
         elif rising & FAULT_RESET:
             self._acknowledge()
         if self.state is DriveState.OPERATION_ENABLED:
-            self._setup.obey(self._numbers[_MODE_DISPLAY], controlword)
+            self.setup.obey(self._numbers[_MODE_DISPLAY], controlword)
             self._cyclic.obey(controlword)
 
     def _mode_in_force(self) -> int:
@@ -212,6 +216,9 @@ class Drive:
         return self._inputs & _ENABLE_INPUTS == _ENABLE_INPUTS
 
     def _command(self, command: Command) -> None:
+        if self.obeys_in_reaction and self.state is _S.FAULT_REACTION_ACTIVE and command is Command.DISABLE_VOLTAGE:
+            self._enter(DriveState.FAULT)
+            return
         target = commanded(self.state, command, self._options.stays_in_quick_stop())
         self._leaving = None
         if target is self.state:
@@ -242,7 +249,7 @@ class Drive:
         if state is DriveState.OPERATION_ENABLED:
             self.servo.hold()
             self._cyclic.begin()
-            self._setup.begin()
+            self.setup.begin()
             self._window.begin()
         self.state = state
         self._leaving = None
@@ -258,7 +265,7 @@ class Drive:
                 self._stopped()
         elif self.state is DriveState.OPERATION_ENABLED:
             if self._numbers[_MODE_DISPLAY] in SETUP_MODES:
-                self._setup.advance(self._numbers[_MODE_DISPLAY], step_s)
+                self.setup.advance(self._numbers[_MODE_DISPLAY], step_s)
             servo.follow(step_s)
         else:
             servo.rest(step_s, self._brake)
@@ -283,15 +290,19 @@ class Drive:
     @property
     def _at_end(self) -> bool:
         """It runs into a limit switch; homing looks for them, so it may."""
-        if self._numbers[_MODE_DISPLAY] == HOMING or abs(self.servo.velocity) <= self._numbers[_STANDSTILL]:
+        if self._numbers[_MODE_DISPLAY] == HOMING or self._slow:
             return False
         return self.reference.switches.stop(self.servo.position, self.servo.velocity)
+
+    @property
+    def _slow(self) -> bool:
+        return abs(self.servo.velocity) <= self.units.velocity * self._numbers[_STANDSTILL]
 
     def _show(self) -> None:
         """Statusword and measurements into their objects."""
         mode = self._numbers[_MODE_DISPLAY]
         bits = self._cyclic.bits
         if self.state is DriveState.OPERATION_ENABLED and mode in SETUP_MODES:
-            bits |= self._setup.bits(mode)
+            bits |= self.setup.bits(mode)
         self._numbers[_INPUTS] = self._inputs | self.reference.switches.inputs(self.servo.position)
-        self._shown.update(self.state, bits, FOLLOWING_ERROR in self.faults)
+        self.shown.update(self.state, bits, FOLLOWING_ERROR in self.faults)

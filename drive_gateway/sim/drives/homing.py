@@ -15,6 +15,7 @@ class HomingState(Enum):
     IDLE = "not started"
     SEARCHING = "fast towards the switch"
     LEAVING = "slowly off the switch"
+    ENTERING = "slowly onto the switch again"
     INDEXING = "slowly to the index pulse"
     BRAKING = "home was found"
     ATTAINED = "referenced"
@@ -42,10 +43,13 @@ class Homing:
         self._reversed = False
         self._seen = False
         self._before = 0.0
+        self.keeps_result = False
+        """What the last homing ended with is shown until the next one begins."""
         self.state = HomingState.IDLE
 
     def idle(self) -> None:
-        self.state = HomingState.IDLE
+        if not self.keeps_result:
+            self.state = HomingState.IDLE
 
     def start(self, number: int, place: float) -> None:
         """Begin at `place`; a method that the drive or its encoder does not have fails at once."""
@@ -54,14 +58,14 @@ class Homing:
             self.state = HomingState.FAILED
             return
         self._method = method
-        self._direction = -method.away
+        self._direction = method.first
         self._reversed = self._seen = False
         self._before = place
         self.state = HomingState.INDEXING if method.look is Look.PULSE else HomingState.SEARCHING
 
     def abort(self) -> None:
         """The start bit fell, or halt: the axis brakes and is not referenced."""
-        if self.state in (HomingState.SEARCHING, HomingState.LEAVING, HomingState.INDEXING):
+        if self.state in (HomingState.SEARCHING, HomingState.LEAVING, HomingState.ENTERING, HomingState.INDEXING):
             self.state = HomingState.FAILED
 
     def step(self, place: float, speeds: HomingSpeeds, offset: int, step_s: float) -> None:
@@ -76,8 +80,11 @@ class Homing:
             case HomingState.LEAVING:
                 velocity = speeds.slow * self._method.away
                 self._leave(place, offset)
+            case HomingState.ENTERING:
+                velocity = speeds.slow * self._method.last
+                self._enter(place, offset)
             case HomingState.INDEXING:
-                velocity = speeds.slow * self._method.away
+                velocity = speeds.slow * self._method.last
                 self._look_for_pulse(place, offset)
         self._before = place
         self._profile.run(velocity, speeds.ramp, step_s)
@@ -89,7 +96,7 @@ class Homing:
         self.state = HomingState.BRAKING
 
     def _active(self, place: float) -> bool:
-        if self._method.look is Look.HOME:
+        if self._method.look is not Look.LIMIT:
             return self._switches.home[0] <= place <= self._switches.home[1]
         return self._switches.at_limit(place, self._direction)
 
@@ -97,7 +104,7 @@ class Homing:
         if self._active(place):
             self._seen = True
             self.state = HomingState.LEAVING
-        elif self._method.look is Look.HOME and self._switches.at_limit(place, self._direction):
+        elif self._method.look is not Look.LIMIT and self._switches.at_limit(place, self._direction):
             if self._reversed:
                 self.state = HomingState.FAILED
             self._reversed = True
@@ -110,19 +117,30 @@ class Homing:
         # It may have shot over the cam while it braked; then it comes back to it first.
         edge = self._switches.edge(self._method)
         if self._seen and (place - edge) * self._method.away > 0.0:
-            if self._method.pulse:
-                self._before = edge
-                self.state = HomingState.INDEXING
-                self._look_for_pulse(place, offset)
+            if self._method.inward:
+                self.state = HomingState.ENTERING
             else:
-                self._found(edge, offset)
-        elif self._method.look is Look.HOME and self._switches.at_any_limit(place):
+                self._at_edge(edge, place, offset)
+        elif self._method.look is not Look.LIMIT and self._switches.at_any_limit(place):
             self.state = HomingState.FAILED
+
+    def _enter(self, place: float, offset: int) -> None:
+        edge = self._switches.edge(self._method)
+        if (place - edge) * self._method.last >= 0.0:
+            self._at_edge(edge, place, offset)
+
+    def _at_edge(self, edge: float, place: float, offset: int) -> None:
+        if not self._method.pulse:
+            self._found(edge, offset)
+            return
+        self._before = edge
+        self.state = HomingState.INDEXING
+        self._look_for_pulse(place, offset)
 
     def _look_for_pulse(self, place: float, offset: int) -> None:
         """The first pulse that the axis passes, or has passed since the edge."""
         pulse = self._switches.pulse_between(self._before, place)
-        if pulse is not None and (place - self._before) * self._method.away > 0.0:
+        if pulse is not None and (place - self._before) * self._method.last > 0.0:
             self._found(pulse, offset)
-        elif self._switches.at_limit(place, self._method.away):
+        elif self._switches.at_limit(place, self._method.last):
             self.state = HomingState.FAILED

@@ -1,6 +1,7 @@
 """How a drive stops (CiA 402): quick stop 605Ah, shutdown 605Bh, disable operation 605Ch, halt 605Dh, fault 605Eh."""
 
 from drive_gateway.sim.drives.power_state import DriveState
+from drive_gateway.sim.drives.user_units import UserUnits
 from drive_gateway.sim.services.abort import Abort, AccessRefused
 from drive_gateway.sim.services.dictionary import key_of
 from drive_gateway.sim.services.objects import AxisObjects
@@ -19,9 +20,10 @@ _LEAVING = {DriveState.SWITCHED_ON: _DISABLE_OPERATION, DriveState.READY_TO_SWIT
 class OptionCodes:
     """The option codes of one axis. Decelerations are in counts/s^2."""
 
-    def __init__(self, objects: AxisObjects, hardest: float) -> None:
+    def __init__(self, objects: AxisObjects, units: UserUnits, hardest: float) -> None:
         """`hardest`: deceleration at the current limit."""
         self._numbers = objects.numbers
+        self._units = units
         self._hardest = hardest
         objects.guards[_QUICK_STOP] = _known
 
@@ -50,8 +52,10 @@ class OptionCodes:
 
     def _of(self, option: int) -> float:
         if option == _SLOW_DOWN:
-            return float(self._numbers[_PROFILE_DECELERATION])
-        return float(self._numbers[_QUICK_STOP_DECELERATION]) if option == _QUICK else self._hardest
+            return self._units.acceleration * self._numbers[_PROFILE_DECELERATION]
+        if option == _QUICK:
+            return self._units.acceleration * self._numbers[_QUICK_STOP_DECELERATION]
+        return self._hardest
 
 
 def _known(option: int) -> None:

@@ -1,8 +1,8 @@
 """Where a simulated axis is and where its drive believes it is: encoder, reference, switches and index pulse."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum
-from math import ceil, floor
+from math import ceil, floor, inf
 
 from drive_gateway.config.settings import AxisSettings
 
@@ -20,7 +20,8 @@ class Look(Enum):
     """What a homing method looks for first."""
 
     LIMIT = "the limit switch against the direction in which it is left"
-    HOME = "the home switch"
+    HOME = "the home switch, a cam somewhere on the way"
+    END = "the home switch, active from its edge to an end of the way"
     PULSE = "the index pulse"
     HERE = "nothing"
 
@@ -33,17 +34,37 @@ class Method:
     away: float = 0.0
     pulse: bool = False
     """Home is the first index pulse after the edge."""
+    inward: bool = False
+    """It turns round behind the edge and takes it, or the pulse behind it, on its way onto the switch."""
+    first: float = 0.0
+    """Direction in which it looks for the switch."""
+
+    @property
+    def last(self) -> float:
+        """Direction in which home is taken."""
+        return -self.away if self.inward else self.away
 
 
+_AT_EDGES = {
+    1: Method(Look.LIMIT, 1.0, first=-1.0),
+    2: Method(Look.LIMIT, -1.0, first=1.0),
+    3: Method(Look.END, -1.0, first=1.0),
+    4: Method(Look.END, -1.0, inward=True, first=1.0),
+    5: Method(Look.END, 1.0, first=-1.0),
+    6: Method(Look.END, 1.0, inward=True, first=-1.0),
+    7: Method(Look.HOME, -1.0, first=1.0),
+    8: Method(Look.HOME, -1.0, inward=True, first=1.0),
+    9: Method(Look.HOME, 1.0, inward=True, first=1.0),
+    10: Method(Look.HOME, 1.0, first=1.0),
+    11: Method(Look.HOME, 1.0, first=-1.0),
+    12: Method(Look.HOME, 1.0, inward=True, first=-1.0),
+    13: Method(Look.HOME, -1.0, inward=True, first=-1.0),
+    14: Method(Look.HOME, -1.0, first=-1.0),
+}
+"""Which edge, and from which side; `away` is the side of the edge that is off the switch."""
 METHODS = {
-    1: Method(Look.LIMIT, 1.0, pulse=True),
-    2: Method(Look.LIMIT, -1.0, pulse=True),
-    7: Method(Look.HOME, -1.0, pulse=True),
-    11: Method(Look.HOME, 1.0, pulse=True),
-    17: Method(Look.LIMIT, 1.0),
-    18: Method(Look.LIMIT, -1.0),
-    23: Method(Look.HOME, -1.0),
-    27: Method(Look.HOME, 1.0),
+    **{number: replace(method, pulse=True) for number, method in _AT_EDGES.items()},
+    **{number + 16: method for number, method in _AT_EDGES.items()},
     33: Method(Look.PULSE, -1.0, pulse=True),
     34: Method(Look.PULSE, 1.0, pulse=True),
     35: Method(Look.HERE),
@@ -76,22 +97,30 @@ class Switches:
         """
         scale = abs(axis.counts_per_unit)
         span, width = _SPAN * scale, _HOME_WIDTH * scale
-        method = METHODS[35] if axis.homing is None else METHODS[axis.homing.method]
+        # A method of a maker's own is none of this drive's: its switches are anywhere.
+        method = METHODS[35] if axis.homing is None else METHODS.get(axis.homing.method, METHODS[35])
         place = axis.simulated_start if axis.homing is None else axis.homing.position
         home = (place - axis.offset) * axis.counts_per_unit
-        edge = home - method.away * _BEFORE_PULSE * axis.index_counts if method.pulse else home
+        edge = home - method.last * _BEFORE_PULSE * axis.index_counts if method.pulse else home
         low = edge - width if method.away > 0.0 else edge
+        cam = (low, low + width)
+        if method.look is Look.END:
+            cam = (-inf, edge) if method.away > 0.0 else (edge, inf)
         ends = [home - span, home + span]
         if axis.limit_switches is not None:
             ends = sorted((end - axis.offset) * axis.counts_per_unit for end in axis.limit_switches)
         if method.look is Look.LIMIT:
             ends[method.away < 0.0] = edge
-        shown = {Look.HOME: _HOME_BIT, Look.LIMIT: _POSITIVE_BIT if method.away < 0.0 else _NEGATIVE_BIT}
+        shown = {
+            Look.HOME: _HOME_BIT,
+            Look.END: _HOME_BIT,
+            Look.LIMIT: _POSITIVE_BIT if method.away < 0.0 else _NEGATIVE_BIT,
+        }
         stops = axis.limit_switches is not None
         return cls(
             negative=ends[0],
             positive=ends[1],
-            home=(low, low + width),
+            home=cam,
             index=axis.index_counts,
             phase=home,
             wired=shown.get(method.look, 0) | (_NEGATIVE_BIT | _POSITIVE_BIT if stops else 0),
@@ -113,7 +142,7 @@ class Switches:
 
     def edge(self, method: Method) -> float:
         """Where the switch of a method lets go."""
-        if method.look is Look.HOME:
+        if method.look is not Look.LIMIT:
             return self.home[1] if method.away > 0.0 else self.home[0]
         return self.negative if method.away > 0.0 else self.positive
 

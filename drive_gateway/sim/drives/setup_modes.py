@@ -10,6 +10,7 @@ from drive_gateway.sim.drives.option_codes import OptionCodes
 from drive_gateway.sim.drives.position_bounds import PositionRange, SoftwareLimits
 from drive_gateway.sim.drives.profile import Profile
 from drive_gateway.sim.drives.reference import Reference
+from drive_gateway.sim.drives.user_units import UserUnits
 from drive_gateway.sim.drives.windows import VelocityWindows
 from drive_gateway.sim.services.dictionary import key_of
 from drive_gateway.sim.services.objects import AxisObjects
@@ -30,16 +31,22 @@ _HOMING_FAST, _HOMING_SLOW, _HOMING_RAMP = key_of(0x6099, 1), key_of(0x6099, 2),
 class SetupModes:
     """Trajectory of an enabled drive in one of `SETUP_MODES`. Positions of the profile are those of the axis itself."""
 
-    def __init__(self, objects: AxisObjects, servo: AxisServo, reference: Reference, options: OptionCodes) -> None:
+    def __init__(
+        self, objects: AxisObjects, servo: AxisServo, reference: Reference, options: OptionCodes, units: UserUnits
+    ) -> None:
         self._numbers = objects.numbers
+        self._units = units
         self._options = options
         self._range = PositionRange(objects.numbers)
         self._limits = SoftwareLimits(objects)
-        self._windows = VelocityWindows(objects.numbers)
+        self._windows = VelocityWindows(objects.numbers, units)
         self._servo = servo
         self._reference = reference
         self._profile = Profile(servo.position)
-        self._homing = Homing(reference, self._profile)
+        self.homing = Homing(reference, self._profile)
+        self.reached_lasts_s = 0.0
+        """Target reached is still shown so long after a new set point was taken."""
+        self._reached_before_s = 0.0
         self._word = 0
         self._target: float | None = None
         self._next: float | None = None
@@ -49,7 +56,7 @@ class SetupModes:
     def begin(self) -> None:
         """The drive was enabled, or the mode changed: stand where the axis is."""
         self._profile.begin(self._servo.position)
-        self._homing.idle()
+        self.homing.idle()
         self._target = self._next = None
         self._acknowledged = False
         self._inside_s = 0.0
@@ -61,9 +68,9 @@ class SetupModes:
         self._word = word
         if mode == HOMING:
             if rising & _START:
-                self._homing.start(self._numbers[_METHOD], self._servo.position)
+                self.homing.start(self._numbers[_METHOD], self._servo.position)
             if falling & _START or word & _HALT:
-                self._homing.abort()
+                self.homing.abort()
         elif mode == PROFILE_POSITION:
             if rising & _START and not self._acknowledged:
                 self._take_target(word)
@@ -74,12 +81,15 @@ class SetupModes:
         """Move the demand by one step and hand it to the axis."""
         numbers, profile = self._numbers, self._profile
         halted = bool(self._word & _HALT)
-        ramps = (float(numbers[_ACCELERATION]), float(numbers[_DECELERATION]))
+        self._reached_before_s = max(0.0, self._reached_before_s - step_s)
+        per_s, per_s2 = self._units.velocity, self._units.acceleration
+        ramps = (per_s2 * numbers[_ACCELERATION], per_s2 * numbers[_DECELERATION])
         if mode == HOMING:
-            speeds = HomingSpeeds(numbers[_HOMING_FAST], numbers[_HOMING_SLOW], numbers[_HOMING_RAMP])
-            self._homing.step(self._servo.position, speeds, numbers[_HOME_OFFSET], step_s)
+            fast, slow = per_s * numbers[_HOMING_FAST], per_s * numbers[_HOMING_SLOW]
+            speeds = HomingSpeeds(fast, slow, per_s2 * numbers[_HOMING_RAMP])
+            self.homing.step(self._servo.position, speeds, numbers[_HOME_OFFSET], step_s)
         elif mode == PROFILE_VELOCITY:
-            wanted = 0.0 if halted else float(numbers[_TARGET_VELOCITY])
+            wanted = 0.0 if halted else self._wanted_velocity
             slower = abs(wanted) < abs(profile.velocity)
             braking = self._options.halt_deceleration() if halted else ramps[1]
             profile.run(wanted, braking if slower else ramps[0], step_s)
@@ -87,7 +97,7 @@ class SetupModes:
         elif halted:
             profile.run(0.0, self._options.halt_deceleration(), step_s)
         elif self._target is not None:
-            profile.approach(self._target, float(numbers[_SPEED]), ramps, step_s)
+            profile.approach(self._target, per_s * numbers[_SPEED], ramps, step_s)
             self._arrive(step_s)
         self._servo.interpolate(profile.position, step_s)
 
@@ -95,17 +105,22 @@ class SetupModes:
         """Bits 10, 12 and 13 of the statusword."""
         if mode == HOMING:
             still = self._profile.velocity == 0.0
-            attained = self._homing.state is HomingState.ATTAINED
-            failed = self._homing.state is HomingState.FAILED
+            attained = self.homing.state is HomingState.ATTAINED
+            failed = self.homing.state is HomingState.FAILED
             return still * _REACHED | attained * _MODE_12 | failed * _MODE_13
         if mode == PROFILE_VELOCITY:
             velocity = self._servo.velocity
-            wanted = 0 if self._word & _HALT else self._numbers[_TARGET_VELOCITY]
+            wanted = 0.0 if self._word & _HALT else self._wanted_velocity
             reached = self._windows.reached(velocity, wanted)
             return reached * _REACHED | self._windows.standing(velocity) * _MODE_12
         halted = bool(self._word & _HALT) and self._profile.velocity == 0.0
         reached = halted or (self._inside_s * 1000.0 >= self._numbers[_POSITION_TIME] and self._inside)
-        return reached * _REACHED | self._acknowledged * _MODE_12
+        return (reached or self._reached_before_s > 0.0) * _REACHED | self._acknowledged * _MODE_12
+
+    @property
+    def _wanted_velocity(self) -> float:
+        """[counts/s]"""
+        return self._units.velocity_sign * self._units.velocity * self._numbers[_TARGET_VELOCITY]
 
     @property
     def _inside(self) -> bool:
@@ -122,6 +137,7 @@ class SetupModes:
         if not word & _RELATIVE:
             target = self._range.nearest(target, self._profile.position)
         self._acknowledged = True
+        self._reached_before_s = self.reached_lasts_s
         travels = self._target is not None and self._profile.position != self._target
         if travels and not word & _AT_ONCE:
             self._next = target

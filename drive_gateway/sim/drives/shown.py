@@ -7,6 +7,7 @@ from drive_gateway.sim.drives.position_bounds import PositionRange, clipped
 from drive_gateway.sim.drives.power_state import DriveState
 from drive_gateway.sim.drives.reference import Reference
 from drive_gateway.sim.drives.setup_modes import HOMING
+from drive_gateway.sim.drives.user_units import UserUnits
 from drive_gateway.sim.services.dictionary import key_of
 
 _STATUSWORD = key_of(0x6041)
@@ -33,13 +34,22 @@ class Shown:
     """Writes the objects that only the drive itself writes."""
 
     def __init__(
-        self, numbers: MutableMapping[int, int], servo: AxisServo, reference: Reference, rated_mnm: int
+        self,
+        numbers: MutableMapping[int, int],
+        servo: AxisServo,
+        reference: Reference,
+        units: UserUnits,
+        rated_mnm: int,
     ) -> None:
         """`rated_mnm`: rated torque of the motor [mNm]; 0: not known."""
         self._numbers = numbers
         self._range = PositionRange(numbers)
         self._rated_mnm = rated_mnm
         self._servo = servo
+        self._units = units
+        self.hunts_by = 0
+        """[counts] The position that it shows goes up and down by so much while it is controlled."""
+        self._shown_times = 0
         self._reference = reference
 
     def update(self, state: DriveState, mode_bits: int, following_error: bool) -> None:
@@ -63,10 +73,16 @@ class Shown:
             per_mille = round(1e6 * servo.torque_nm / self._rated_mnm)
             numbers[_TORQUE_ACTUAL] = max(-_MOST_TORQUE, min(_MOST_TORQUE, per_mille))
         numbers[_ENCODER_SERIAL], numbers[_ENCODER_STATUS] = reference.serial, reference.battery_empty
-        numbers[_POSITION_ACTUAL] = self._range.shown(servo.position - shift)
-        numbers[_VELOCITY_ACTUAL] = clipped(servo.velocity)
+        numbers[_POSITION_ACTUAL] = self._range.shown(servo.position - shift + self._hunting(state))
+        numbers[_VELOCITY_ACTUAL] = clipped(servo.velocity / self._units.velocity)
         numbers[_POSITION_DEMAND] = self._range.shown(servo.demand - shift)
         numbers[_FOLLOWING_ERROR_ACTUAL] = clipped(servo.error)
+
+    def _hunting(self, state: DriveState) -> int:
+        """A loop with static friction goes to and fro around its place (a limit cycle)."""
+        self._shown_times += 1
+        controlled = state in (DriveState.OPERATION_ENABLED, DriveState.QUICK_STOP_ACTIVE)
+        return self.hunts_by * (1 if self._shown_times // 20 % 2 else -1) if controlled else 0
 
 
 class FilteredVelocity:

@@ -6,6 +6,7 @@
 
 from collections.abc import MutableMapping
 
+from drive_gateway.sim.drives.user_units import UserUnits
 from drive_gateway.sim.services.dictionary import key_of
 
 _FOLLOWING, _FOLLOWING_TIME = key_of(0x6065), key_of(0x6066)
@@ -31,10 +32,11 @@ class FollowingWindow:
 
 
 class VelocityWindows:
-    """Two windows around speeds [counts/s], each with its own time [ms]."""
+    """Two windows around speeds [counts/s; in their objects the drive's unit], each with its own time [ms]."""
 
-    def __init__(self, numbers: MutableMapping[int, int]) -> None:
+    def __init__(self, numbers: MutableMapping[int, int], units: UserUnits) -> None:
         self._numbers = numbers
+        self._units = units
         self.begin()
 
     def begin(self) -> None:
@@ -43,16 +45,19 @@ class VelocityWindows:
 
     def step(self, velocity: float, wanted: float, step_s: float) -> None:
         """Take the measured speed and the one that is wanted, of one step."""
-        numbers = self._numbers
-        self._inside_s = self._inside_s + step_s if abs(velocity - wanted) <= numbers[_WINDOW] else 0.0
-        self._above_s = self._above_s + step_s if abs(velocity) > numbers[_THRESHOLD] else 0.0
+        self._inside_s = self._inside_s + step_s if self._inside(velocity, wanted) else 0.0
+        self._above_s = self._above_s + step_s if self._above(velocity) else 0.0
 
     def reached(self, velocity: float, wanted: float) -> bool:
         """The speed is within 606Dh of the wanted one, and has been for the time of 606Eh."""
-        inside = abs(velocity - wanted) <= self._numbers[_WINDOW]
-        return inside and 1000.0 * self._inside_s >= self._numbers[_WINDOW_TIME]
+        return self._inside(velocity, wanted) and 1000.0 * self._inside_s >= self._numbers[_WINDOW_TIME]
 
     def standing(self, velocity: float) -> bool:
         """Not above 606Fh, or not for longer than the time of 6070h."""
-        above = abs(velocity) > self._numbers[_THRESHOLD]
-        return not (above and 1000.0 * self._above_s > self._numbers[_THRESHOLD_TIME])
+        return not (self._above(velocity) and 1000.0 * self._above_s > self._numbers[_THRESHOLD_TIME])
+
+    def _inside(self, velocity: float, wanted: float) -> bool:
+        return abs(velocity - wanted) <= self._units.velocity * self._numbers[_WINDOW]
+
+    def _above(self, velocity: float) -> bool:
+        return abs(velocity) > self._units.velocity * self._numbers[_THRESHOLD]

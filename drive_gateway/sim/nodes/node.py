@@ -22,7 +22,7 @@ from drive_gateway.sim.nodes.faults import FaultsOnCommand
 from drive_gateway.sim.nodes.late_frames import LateFrames
 from drive_gateway.sim.nodes.ordered_faults import OrderedFaults
 from drive_gateway.sim.nodes.ordered_inputs import OrderedInputs
-from drive_gateway.sim.services.dictionary import Dictionary, key_of, load_dictionary
+from drive_gateway.sim.services.dictionary import Dictionary, Entry, key_of, load_dictionary
 from drive_gateway.sim.services.emergency import COMMUNICATION_LOST, HEARTBEAT_LOST, PDO_TOO_SHORT, Emergencies
 from drive_gateway.sim.services.heartbeat import GuardedLife, HeartbeatConsumer, HeartbeatProducer
 from drive_gateway.sim.services.objects import ALL, COMMUNICATION, Objects, save_on_command
@@ -73,6 +73,8 @@ class NodeServices(ABC):
         self._restart_drive = True
         self._silent = False
         self._late = LateFrames()
+        self.boot_s: Callable[[bool], float] = lambda _power_on: BOOT_S
+        """From power-on (true) or a reset of its communication to its boot-up message [s]."""
         self._nmt = NmtState.BOOT_UP
         self._receive: list[ReceivePdo] = []
         self._transmit: list[TransmitPdo] = []
@@ -120,10 +122,30 @@ class NodeServices(ABC):
         """The node measures as ever and sends what SYNC asks for `late_s` too late; 0 ends it."""
         self._late.late_s = late_s
 
+    def add_object(self, index: int, name: str, value: int, writable: bool = False) -> None:
+        """It has one UNSIGNED32 more than its EDS says, which shows `value`; before it is switched on."""
+        key = key_of(index)
+        self._objects.add(Entry(key, name, "I", True, writable, False, 0, 2**32 - 1, value, False, b""))
+
     @property
     def nmt(self) -> NmtState:
         """`BOOT_UP` while the node initialises."""
         return self._nmt
+
+    @property
+    def now(self) -> float:
+        """The time to which it has come [s]."""
+        return self._now
+
+    @property
+    def emergencies(self) -> Emergencies:
+        """Its errors, and what it tells of them."""
+        return self._emergencies
+
+    @property
+    def objects(self) -> Objects:
+        """Its object dictionary."""
+        return self._objects
 
     @property
     def hears_sync(self) -> bool:
@@ -188,7 +210,7 @@ class NodeServices(ABC):
 
     def _boot(self, now: float) -> list[CanFrame]:
         if self._boot_at is None:
-            self._boot_at = now + BOOT_S
+            self._boot_at = now + self.boot_s(self._restart_drive)
         if now < self._boot_at:
             return []
         if self._restart_drive:

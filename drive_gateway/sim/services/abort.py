@@ -26,6 +26,7 @@ class Abort(IntEnum):
     MAXIMUM_BELOW_MINIMUM = 0x06090036
     CANNOT_STORE = 0x08000020
     DEVICE_STATE = 0x08000022
+    NO_DATA = 0x08000024
 
 
 class AccessRefused(Exception):

@@ -73,6 +73,10 @@ class Emergencies:
         self._active.remove(code)
         self._tell(self._active[-1] if self._active else _NO_ERROR)
 
+    def say(self, code: int, register: int) -> None:
+        """Tell a code with this error register, whatever is there."""
+        self.pending.append(CanFrame(self._cob_id, _LAYOUT.pack(code, register)))
+
     def clear_history(self) -> None:
         """Delete what 1003h remembers."""
         for sub in range(_HISTORY_LENGTH + 1):
@@ -89,7 +93,7 @@ class Emergencies:
         for active in self._active:
             register |= register_bits(active)
         self._numbers[_ERROR_REGISTER] = register
-        self.pending.append(CanFrame(self._cob_id, _LAYOUT.pack(code, register)))
+        self.say(code, register)
 
 
 def _only_zero(value: int) -> None:

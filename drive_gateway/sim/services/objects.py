@@ -79,6 +79,12 @@ class Objects:
             return AxisObjects(self.numbers, self.guards, self.followers)
         return AxisObjects(_Shifted(self.numbers, axis), _Shifted(self.guards, axis), _Shifted(self.followers, axis))
 
+    def add(self, entry: Entry) -> None:
+        """The drive has one object more, with its default as power-on value."""
+        entries, indices = self._dictionary.entries, self._dictionary.indices
+        self._dictionary = Dictionary({**entries, entry.key: entry}, indices | {entry.key >> 8})
+        self.numbers[entry.key] = entry.default
+
     def restore(self, indices: range) -> None:
         """Power-on values for all objects in `indices`. Neither guards nor followers are called."""
         for key, entry in self._dictionary.entries.items():
@@ -98,6 +104,29 @@ class Objects:
             if entry.code and entry.readable and entry.writable and parameter:
                 self._saved[key] = self.numbers[key]
         self._saved_domains = dict(self._domains)
+
+    def declare(self, entry: Entry) -> None:
+        """Have this object, at its power-on value; an entry of the same key goes."""
+        entries = {**self._dictionary.entries, entry.key: entry}
+        self._dictionary = Dictionary(entries, self._dictionary.indices | {entry.key >> 8})
+        if entry.code:
+            self.numbers[entry.key] = entry.default + (self._node_id if entry.relative else 0)
+
+    def lack(self, index: int) -> None:
+        """Have no object at this index."""
+        entries = {key: entry for key, entry in self._dictionary.entries.items() if key >> 8 != index}
+        self._dictionary = Dictionary(entries, self._dictionary.indices - {index})
+
+    def guard(self, key: int, guard: Callable[[int], None]) -> None:
+        """Ask `guard`, too, before a value is stored; it is asked first."""
+        before = self.guards.get(key)
+
+        def both(value: int) -> None:
+            guard(value)
+            if before is not None:
+                before(value)
+
+        self.guards[key] = both
 
     def entry(self, key: int) -> Entry:
         """Raises:

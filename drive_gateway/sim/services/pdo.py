@@ -18,6 +18,8 @@ INVALID = 1 << 31
 """Bit 31 of a COB-ID: the PDO does not exist."""
 NO_REMOTE = 1 << 30
 """Bit 30 of a TPDO's COB-ID: it is not sent on a remote frame."""
+_CLOCK_S = 1e-9
+"""Sums of cycles are not exact."""
 LAST_CYCLIC = 240
 """Transmission types up to here belong to SYNC."""
 
@@ -91,7 +93,7 @@ class TransmitPdo:
     def on_time(self, now: float) -> CanFrame | None:
         if self._type <= LAST_CYCLIC:
             return None
-        age_s = now - self._sent_at
+        age_s = now - self._sent_at + _CLOCK_S
         content = self._content()
         changed = content != self._sent and (self._sent is None or age_s >= self._inhibit_s)
         if not changed and (self._event_s == 0.0 or age_s < self._event_s):

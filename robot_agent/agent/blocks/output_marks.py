@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from cell.messages import OutputEvent
+from cell.messages.setpoints import MOST_EVENTS
 from robot_agent.agent.blocks.motion_source import SentBlock
 from robot_agent.agent.planning.plans import Planned
 from robot_agent.language import Switch
@@ -18,8 +19,6 @@ from robot_agent.trajectory import Motion
 
 _AT_S = 1e-5
 """The robot stands at a mark when it is this much planned time in front of it: a stop there may end a little before."""
-_MOST_EVENTS = 100
-"""A gateway refuses a block with more; what is left comes with the next one."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -117,7 +116,7 @@ class OutputMarks:
             tick = block.first_tick + index
             output = self.names.index(mark.switch.output)
             events.append(OutputEvent(tick, self._before + number, output, mark.switch.on))
-            if len(events) == _MOST_EVENTS:
+            if len(events) == MOST_EVENTS:  # what is left comes with the next block
                 break
         self._said = max([self._said, *(event.number for event in events)])
         return tuple(events)

@@ -1,7 +1,7 @@
 """The agent's side of its gateway: the claim, the newest feedback, and when drives are switched."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from cell.core import Ask, AskDone, Effect
 from cell.messages import (
@@ -19,6 +19,7 @@ from cell.messages import (
 )
 
 _ASK_TIMEOUT_S = 3.0
+"""So long one query waits; a call whose command takes longer is then repeated under its id, for a query may be lost."""
 _CLAIM_AGAIN_S = 0.5
 _RELEASE_S = 1.0
 _OTHERS_S = 0.25
@@ -32,6 +33,10 @@ class Switching:
     request_id: str
     call_id: str
     command: Command
+    call: Call
+    """To the gateway."""
+    tries: int
+    """So often it may still be repeated."""
 
 
 class GatewayLink:
@@ -46,6 +51,8 @@ class GatewayLink:
         self._release_until: float | None = None
         self._claim_due = -math.inf
         self._switching: dict[str, Switching] = {}
+        self._again: list[Effect] = []
+        """Calls to be repeated."""
         self._sequence = -1
         self._heard_at = -math.inf
         self._only_others_since: float | None = None
@@ -99,13 +106,14 @@ class GatewayLink:
         self._sequence, self._only_others_since = -1, None
 
     def claim_if_due(self, now: float) -> list[Effect]:
-        """Ask for the robot until the gateway says yes."""
+        """Ask for the robot until the gateway says yes, and again what had no answer yet."""
+        again, self._again = self._again, []
         if self.grant is not None or self._claim_ask is not None or now < self._claim_due:
-            return []
+            return again
         self._claim_due = now + _CLAIM_AGAIN_S
         ask = self._ask(self._claim)
         self._claim_ask = ask.ask_id
-        return [ask]
+        return [*again, ask]
 
     def release(self, now: float) -> list[Effect]:
         """Give the robot back; to be called until `released`.
@@ -130,8 +138,10 @@ class GatewayLink:
 
     def switch(self, command: Command, request_id: str = "", call_id: str = "") -> Effect:
         """Ask the gateway to switch the drives, for an operator's request if there is one."""
-        ask = self._ask(command)
-        self._switching[ask.ask_id] = Switching(request_id, call_id, command)
+        call = self._call(command)
+        ask = Ask(call.id, self._to, call, _ASK_TIMEOUT_S)
+        tries = math.ceil(command.answer_within_s / _ASK_TIMEOUT_S) - 1
+        self._switching[ask.ask_id] = Switching(request_id, call_id, command, call, tries)
         return ask
 
     @property
@@ -162,14 +172,23 @@ class GatewayLink:
         switching = self._switching.pop(outcome.ask_id, None)
         if switching is None:
             return None
+        if reply is None and switching.tries and self.grant is not None:
+            self._asks += 1
+            ask = Ask(f"{switching.call.id}-{self._asks}", self._to, switching.call, _ASK_TIMEOUT_S)
+            self._switching[ask.ask_id] = replace(switching, tries=switching.tries - 1)
+            self._again.append(ask)
+            return None
         return switching, reply is not None and reply.ok, text
 
     def _ask(self, command: Command, timeout_s: float = _ASK_TIMEOUT_S) -> Ask:
+        call = self._call(command)
+        return Ask(call.id, self._to, call, timeout_s)
+
+    def _call(self, command: Command) -> Call:
         self._asks += 1
-        id = f"{self._claim.robot}-{self._claim.boot}-{self._asks}"
         seen = self.feedback
         heard = None if seen is None else Heard(seen.boot, seen.sequence)
-        return Ask(id, self._to, Call(id, command, heard), timeout_s)
+        return Call(f"{self._claim.robot}-{self._claim.boot}-{self._asks}", command, heard)
 
 
 class IdleClock:

@@ -6,6 +6,7 @@ from itertools import groupby
 import numpy as np
 from numpy.typing import NDArray
 
+from cell.geometry import transform_points
 from cell.messages import ZoneGeometry
 from robot_agent.agent.planning.plans import Extended, ExtendRequest, PlanFailed, Planned, PlanRequest
 from robot_agent.agent.planning.targets import joint_target, pose_target
@@ -15,7 +16,7 @@ from robot_agent.paths import Arc, Block, JointMove, Line, PathError, Sequence, 
 from robot_agent.paths.arc import evenly_turned
 from robot_agent.paths.legs import end_of, half_turns
 from robot_agent.trajectory import Motion, PlanError, plan, spliced
-from robot_agent.workspace import PlacedRobot, crossings, sweep
+from robot_agent.workspace import PlacedRobot, Sweep, crossings, sweep
 
 ZONE_MARGIN_M = 0.03
 """A robot stops this far in front of a zone it may not enter: more than the growth of a published body."""
@@ -28,6 +29,7 @@ class Planner:
         self.model = robot.model
         self.limits = robot.limits
         self.pose_world_base = robot.pose_world_base
+        self.things = robot.things
         self.cycle_s = cycle_s
 
     def plan(self, request: PlanRequest | ExtendRequest) -> Planned | PlanFailed:
@@ -35,10 +37,10 @@ class Planner:
         try:
             sequence = Sequence(self._blocks(request))
             if isinstance(request, ExtendRequest):
-                return self._extended(request, sequence)
+                return self._free(self._extended(request, sequence), request.splice_s - request.cut_s)
             motion = plan(self.model, sequence, self.limits, start=request.start, cycle_s=self.cycle_s)
             planned = self._with_body(request.id, _lines(sequence), motion, request.zones)
-            return replace(planned, switches=_switches(request))
+            return self._free(replace(planned, switches=_switches(request)))
         except PlanError as error:
             return PlanFailed(request.id, error.line, str(error))
         except KinematicsError as error:
@@ -56,6 +58,32 @@ class Planner:
             first_tau=self.cycle_s if cut_s > 0.0 else request.first_tau, cut_s=cut_s, splice_s=at_s - cut_s,
             switches=(request.switches + _switches(request))[-blocks:],
         )  # fmt: skip
+
+    def _free(self, planned: Planned, from_tau: float = 0.0) -> Planned | PlanFailed:
+        """The motion, if from this tau [s] on it touches nothing that it must not."""
+        if not self.things:
+            return planned
+        first = max(int(np.searchsorted(planned.taus, from_tau, side="right")) - 1, 0)
+        body, taus, motion = planned.sweep, planned.taus[first:], planned.motion
+        onward = Sweep(body.points[first:], body.radii, body.chords[first:], body.bulge[first:])
+
+        def points_at(times: NDArray[np.float64]) -> NDArray[np.float64]:
+            return transform_points(self.pose_world_base, self.model.capsules(motion.q(times)))
+
+        touch = self.things.first_touch(onward, taus, points_at)
+        if touch is None:
+            return planned
+        line = planned.line_at(touch.tau)
+        before = taus[taus < touch.tau]
+        free = (
+            "not even where it begins" if len(before) == 0 else f"free up to {self._joints(motion.q(before[-1:])[0])}"
+        )
+        return PlanFailed(planned.id, line, f"line {line}: {touch}, {touch.tau:.2f} s after the motion begins; {free}")
+
+    def _joints(self, q: NDArray[np.float64]) -> str:
+        """For people, as in a program."""
+        shown = np.where(self.model.linear, 1000.0 * q, np.degrees(q))
+        return " ".join(f"{name}={value:.4g}" for name, value in zip(self.model.joint_names, shown, strict=True))
 
     def half_turns(self, request: PlanRequest | ExtendRequest) -> set[int]:
         """Program lines of the request on which the tool makes half a turn at once, whose two ways are as long."""

@@ -1,4 +1,4 @@
-"""Zones in the way of samples that no plan has checked: jogs and corrected paths."""
+"""Things and zones in the way of samples that no plan has checked: jogs and corrected paths."""
 
 from collections.abc import Callable
 
@@ -12,7 +12,7 @@ _WANTED_S = 1.0
 
 
 class ZoneGuard:
-    """Closes the way into zones without a grant, and remembers for whom to ask."""
+    """Closes the way into things, and into zones without a grant; remembers for which of them to ask."""
 
     def __init__(self, zones: ZoneClaims) -> None:
         self._zones = zones
@@ -36,8 +36,10 @@ class ZoneGuard:
         """What judges the samples of a robot."""
 
         def clear(states: States) -> str:
-            """The zone that states would enter without a grant."""
+            """The thing that states would touch, or the zone that they would enter without a grant."""
             path = sweep(planner.model, planner.pose_world_base, states.q)
+            if thing := planner.things.in_the_way(path):
+                return thing
             crossed = self._zones.crossed(path, ZONE_MARGIN_M)
             if crossed is None:
                 return "the zones of the cell have not been heard yet"

@@ -149,6 +149,8 @@ class OnThisMotion(_OfCommands):
             for robot in facts.robots
         }
         self._cursor = dict.fromkeys(facts.robots, 0)
+        self._back = dict.fromkeys(facts.robots, 0)
+        """The newest way back to the path that has been seen, by its number; 0: none."""
         self._first: dict[int, Planned] = {}
         """By sweep: the same plan that is given again has the same."""
 
@@ -167,6 +169,9 @@ class OnThisMotion(_OfCommands):
         left = np.ones(len(moved), dtype=bool)
         if backs:
             left = self._off(backs, q[moved], allowed) > allowed
+            if self._back[robot] != backs[0].id:
+                # What a robot had not followed yet when it was stopped may lie on the motion before.
+                self._back[robot], self._cursor[robot] = backs[0].id, max(self._cursor[robot] - 1, 0)
         cursor, on_it = self._cursor[robot], len(moved) - int(left.sum())
         while left.any() and cursor < len(planned):
             motion = planned[cursor]

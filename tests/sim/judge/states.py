@@ -134,7 +134,8 @@ class ModeIsTheCase(Invariant):
     def look(self, sample: Sample) -> None:
         since, told_s = self._began.get(sample.robot, (-inf, 0.0))
         if since != sample.mode_since:
-            told = sample.shown if sample.mode not in (Mode.FAULT, Mode.ESTOP) else None
+            drives_stop_it = sample.mode in (Mode.FAULT, Mode.ESTOP) or self.facts.hindered(sample.robot, sample.at)
+            told = None if drives_stop_it else sample.shown
             told_s = inf if told is None else told.message.stop_time_s
             since, told_s = self._began[sample.robot] = sample.mode_since, told_s
         since_s = sample.at - since

@@ -36,6 +36,7 @@ SHELLS = {
     "drive_gateway/gateway/bus/sdo_workers.py": "the threads that wait for SDOs",
     "drive_gateway/gateway/bus/sdo_transfer.py": "the waits of the canopen client",
     "drive_gateway/gateway/bus/recorder.py": "writes frames to a file",
+    "drive_gateway/canopen/abort_text.py": "canopen's names of abort codes",
     "drive_gateway/canopen/axes_eds.py": "canopen's reader of EDS files",
     "drive_gateway/canopen/eds.py": "canopen's reader of EDS files",
     "drive_gateway/canopen/eds_file.py": "canopen's reader of EDS files",

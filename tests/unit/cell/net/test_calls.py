@@ -6,7 +6,7 @@ import pytest
 
 from cell.core import Answer, Request
 from cell.messages import Call, Reply, Run
-from cell.net.calls import ANSWER_WITHIN_S, REMEMBER_S, REMEMBERED, WAITING_LIMIT, Calls
+from cell.net.calls import REMEMBER_S, REMEMBERED, WAITING_LIMIT, Calls
 from cell.net.codec import decode, encode_call
 from cell.net.keys import Keys
 from cell.net.session import new_call
@@ -90,7 +90,7 @@ def test_what_nobody_can_ask_for_any_more_is_forgotten(serving: Serving) -> None
 def test_a_call_that_is_repeated_after_its_time_out_joins_what_is_still_under_way(serving: Serving) -> None:
     call = new_call(Run())
     first, [request] = serving.ask(call)
-    serving.now += ANSWER_WITHIN_S + 0.1
+    serving.now += Run.answer_within_s + 0.1
     assert serving.calls.take() == []
     assert ["may still be carried out" in error for error in first.errors] == [True]
     second, requests = serving.ask(call)
@@ -103,9 +103,9 @@ def test_a_call_that_is_repeated_after_its_time_out_joins_what_is_still_under_wa
 def test_each_repetition_has_its_own_time_out(serving: Serving) -> None:
     call = new_call(Run())
     first, _ = serving.ask(call)
-    serving.now += ANSWER_WITHIN_S / 2
+    serving.now += Run.answer_within_s / 2
     second, _ = serving.ask(call)
-    serving.now += ANSWER_WITHIN_S / 2 + 0.1
+    serving.now += Run.answer_within_s / 2 + 0.1
     serving.calls.take()
     assert (len(first.errors), len(second.errors)) == (1, 0)
 
@@ -115,7 +115,7 @@ def test_calls_that_nobody_waits_for_any_more_do_not_keep_new_ones_out(serving: 
         serving.ask(new_call(Run()))
     refused, requests = serving.ask(new_call(Run()))
     assert (requests, len(refused.errors)) == ([], 1)
-    serving.now += ANSWER_WITHIN_S + 0.1
+    serving.now += Run.answer_within_s + 0.1
     serving.calls.take()
     _, requests = serving.ask(new_call(Run()))
     assert len(requests) == 1

@@ -3,6 +3,7 @@
 import dataclasses
 import json
 import math
+import struct
 from typing import Any
 
 import numpy as np
@@ -282,3 +283,24 @@ def test_samples_whose_squares_overflow_are_refused_where_they_are_read() -> Non
 def test_a_count_that_leaves_no_room_for_what_is_computed_from_it_is_refused() -> None:
     with pytest.raises(CodecError, match="a count of"):
         decode(SetpointBlock, encode(block(first_tick=2**64 - 1)))
+
+
+@pytest.mark.parametrize(
+    ("at", "layout", "value", "found"),
+    [(58, "<H", 65_535, "65535 events"), (48, "<I", 2**31, "samples"), (48, "<IH", (10_000, 64), "numbers")],
+)
+def test_a_block_that_says_of_itself_that_it_is_too_large_is_refused_by_its_header(
+    at: int, layout: str, value: int | tuple[int, int], found: str
+) -> None:
+    data = bytearray(encode(block(events=(OutputEvent(11, 3, 1, True),))) + bytes(65_535 * 19))
+    struct.pack_into(layout, data, at, *(value if isinstance(value, tuple) else (value,)))
+    with pytest.raises(CodecError, match=found):
+        decode(SetpointBlock, bytes(data))
+
+
+def test_a_block_whose_size_is_not_that_of_its_header_is_refused_before_it_is_read() -> None:
+    data = encode(block(events=(OutputEvent(11, 3, 7, True),)))
+    broken = bytearray(data[:-8])
+    broken[60 + 4 + 18] = 7
+    with pytest.raises(CodecError, match="bytes, the header asks for"):
+        decode(SetpointBlock, bytes(broken))

@@ -1,14 +1,17 @@
 """The loop around a core, with a real clock but no statement about its speed."""
 
 import gc
+import itertools
+import os
+import random
 import sys
 import time
-from threading import Event
+from threading import Event, Thread
 
 import pytest
 
 from cell.core import Effect, Frozen, Publish
-from cell.net.runner import AHEAD_S, FREEZE_S, new_boot, run_core
+from cell.net.runner import AHEAD_S, CLOSEST, FREEZE_S, new_boot, run_core, scheduling
 
 
 class Recorder:
@@ -126,3 +129,76 @@ def test_a_loop_without_time_left_takes_nothing_ahead() -> None:
         core, period_s=0.5 * AHEAD_S, inbox=list, perform=lambda _: None, stop=core.stop, ahead=lambda: ["too early"]
     )
     assert core.received == []
+
+
+def test_cycles_never_come_close_together_whatever_stalls_and_for_how_long() -> None:
+    period_s, rng = 0.02, random.Random(4)
+    core, left = Recorder(60), []
+
+    def stall() -> None:
+        if rng.random() < 0.15:
+            time.sleep(rng.uniform(0.001, 0.05))
+
+    def inbox() -> list[object]:
+        stall()
+        return []
+
+    def perform(effect: Effect) -> None:
+        if effect != Publish("x"):
+            left.append(time.monotonic())
+        stall()
+
+    run_core(core, period_s=period_s, inbox=inbox, perform=perform, stop=core.stop, ahead=inbox)
+    spacings = [after - before for before, after in itertools.pairwise(left)]
+    assert max(spacings) > 1.5 * period_s, "nothing has stalled"
+    assert min(spacings) >= CLOSEST * period_s
+
+
+def test_small_delays_do_not_add_up_and_after_a_long_one_the_schedule_slips_as_a_whole() -> None:
+    period_s = 0.05
+    core, left = Recorder(12), []
+
+    def perform(effect: Effect) -> None:
+        if effect != Publish("x"):
+            left.append(time.monotonic())
+        elif len(left) == 6:
+            time.sleep(1.9 * period_s)
+
+    def inbox() -> list[object]:
+        time.sleep(0.1 * period_s)
+        return []
+
+    run_core(core, period_s=period_s, inbox=inbox, perform=perform, stop=core.stop)
+    spacings = [(after - before) / period_s for before, after in itertools.pairwise(left)]
+    assert max(spacings) > 1.9
+    late = spacings.index(max(spacings))
+    assert min(spacings[:late] + spacings[late + 1 :]) > CLOSEST
+    assert sum(spacings[:late]) == pytest.approx(late, abs=0.4)
+    assert sum(spacings[late + 1 :]) == pytest.approx(len(spacings) - late - 1, abs=0.4)
+
+
+def test_threads_that_a_real_time_loop_starts_are_no_real_time_threads() -> None:
+    policies: list[int] = []
+    with scheduling(realtime=True):
+        if os.sched_getscheduler(0) & ~os.SCHED_RESET_ON_FORK != os.SCHED_FIFO:
+            pytest.skip("this process may not have real-time threads")
+        worker = Thread(target=lambda: policies.append(os.sched_getscheduler(0)))
+        worker.start()
+        worker.join()
+    assert policies == [os.SCHED_OTHER]
+    assert os.sched_getscheduler(0) & ~os.SCHED_RESET_ON_FORK == os.SCHED_OTHER
+
+
+def test_what_was_late_while_a_loop_had_too_much_to_do_is_not_made_up_for_afterwards() -> None:
+    period_s = 0.02
+    core, left = Recorder(32), []
+
+    def perform(effect: Effect) -> None:
+        if effect != Publish("x"):
+            left.append(time.monotonic())
+        elif len(left) <= 20:
+            time.sleep(1.1 * period_s)
+
+    run_core(core, period_s=period_s, inbox=list, perform=perform, stop=core.stop)
+    assert left[20] - left[0] > 21.0 * period_s
+    assert left[31] - left[21] > 9.6 * period_s

@@ -74,3 +74,47 @@ def test_an_address_outside_the_file_is_read_as_bytes() -> None:
 def test_a_file_that_is_no_eds_is_named() -> None:
     with pytest.raises(EdsError, match=r"nowhere\.eds: cannot be read"):
         Eds("nowhere.eds")
+
+
+_TYPED = "[2F00]\nParameterName=x\nAccessType=rw\nDataType={}\n"
+
+
+@pytest.mark.parametrize(
+    ("kind", "text", "packed", "shown"),
+    [
+        ("0x0008", "-0.25", "000080be", "-0.25 (BE800000h)"),
+        ("0x0008", "0x3F800000", "0000803f", "1 (3F800000h)"),
+        ("0x0011", "1e-3", "fca9f1d24d62503f", "0.001 (3F50624DD2F1A9FCh)"),
+        ("0x0016", "0x10203", "030201", "66051 (010203h)"),
+        ("0x0010", "-2", "feffff", "-2 (FFFFFEh)"),
+        ("0x000A", "01 0a FF", "010aff", "01 0a ff"),
+        ("0x000B", "Öl", "d6006c00", "'Öl'"),
+    ],
+    ids=["REAL32", "pattern", "REAL64", "UNSIGNED24", "INTEGER24", "OCTET_STRING", "UNICODE_STRING"],
+)
+def test_values_of_every_type_are_packed_and_shown(
+    tmp_path: Path, kind: str, text: str, packed: str, shown: str
+) -> None:
+    file = tmp_path / "my.eds"
+    file.write_text(_TYPED.format(kind))
+    entry = Eds(str(file)).find("2F00")
+    assert entry.pack(text).hex() == packed
+    assert entry.show(bytes.fromhex(packed)) == shown
+
+
+@pytest.mark.parametrize(
+    ("kind", "text", "allowed"),
+    [
+        ("0x0008", "1e99", "a REAL32, such as"),
+        ("0x0008", "soon", "a REAL32, such as"),
+        ("0x0016", "0x1000000", "0 to 16777215"),
+        ("0x000A", "xyz", "bytes in hex"),
+    ],
+)
+def test_a_value_that_is_none_of_its_type_says_what_is_allowed(
+    tmp_path: Path, kind: str, text: str, allowed: str
+) -> None:
+    file = tmp_path / "my.eds"
+    file.write_text(_TYPED.format(kind))
+    with pytest.raises(EdsError, match=f"allowed: {allowed}"):
+        Eds(str(file)).find("2F00").pack(text)

@@ -6,7 +6,7 @@ import pytest
 
 from drive_gateway.canopen import cob_id
 from drive_gateway.canopen.bus_load import cyclic_load
-from drive_gateway.canopen.emcy import decode_emergency, meaning_of
+from drive_gateway.canopen.emcy import Meaning, decode_emergency, meaning_of
 from drive_gateway.canopen.nmt import NmtCommand, NmtState, decode_heartbeat, heartbeat_frame, nmt_frame
 from drive_gateway.canopen.pdo_map import COMMAND, STATUS, SdoWrite, process_image
 from tests.unit.repository import vectors
@@ -63,12 +63,17 @@ def test_a_known_emergency_has_its_meaning(code: int, meaning: str) -> None:
 
 
 def test_a_table_of_the_drives_own_goes_before_the_common_one() -> None:
-    own = {0x4310: ("motor cable torn", "replace it")}
+    own = {0x4310: Meaning("motor cable torn", "replace it")}
     told = [decode_emergency(bytes.fromhex(data), own) for data in ("1043080000000000", "8042080000000000")]
     assert [emergency.meaning for emergency in told if emergency] == [
         "motor cable torn",
         "over-temperature of the device",
     ]
+
+
+def test_errors_are_gone_when_the_error_register_says_so_too() -> None:
+    told = [decode_emergency(bytes.fromhex(data)) for data in ("0000000000000000", "0000110000000000")]
+    assert [(each.reset, each.gone) for each in told if each] == [(True, True), (True, False)]
 
 
 @by_what("tpdo1")

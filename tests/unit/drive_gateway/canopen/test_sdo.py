@@ -1,16 +1,16 @@
 """One SDO request per node at a time, in order."""
 
+import threading
 from contextlib import nullcontext
 from queue import SimpleQueue
-from unittest.mock import patch
 
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from drive_gateway.canopen.abort_text import abort_text
 from drive_gateway.canopen.frame import CanFrame
-from drive_gateway.canopen.sdo import Sdo, SdoChannel, SdoDone, abort_text
-from drive_gateway.gateway.bus import sdo_workers
+from drive_gateway.canopen.sdo import Sdo, SdoChannel, SdoDone
 from drive_gateway.gateway.bus.sdo_workers import SdoWorkers
 from tests.unit.repository import vectors
 
@@ -65,11 +65,11 @@ def test_an_abort_is_told_by_number_and_name() -> None:
 class _Node:
     """Answers requests as bytes, in the thread that sends them."""
 
-    def __init__(self, *answers: str | bytes) -> None:
+    def __init__(self, *answers: str | bytes, timeout_s: float = 0.5) -> None:
         self.answers = [bytes.fromhex(answer) if isinstance(answer, str) else answer for answer in answers]
         self.requests: list[bytes] = []
         self.outcomes: SimpleQueue[SdoDone] = SimpleQueue()
-        self.workers = SdoWorkers([1], self.send, nullcontext, self.outcomes.put)
+        self.workers = SdoWorkers([1], self.send, nullcontext, self.outcomes.put, timeout_s)
 
     def send(self, frame: CanFrame) -> None:
         self.requests.append(frame.data)
@@ -99,21 +99,20 @@ def test_a_read_gives_the_bytes_of_the_answer() -> None:
 def test_a_refused_write_comes_back_with_its_abort_code() -> None:
     outcome = _Node("80 41 60 00 02 00 01 06").ask(0x6041, 0, b"\0\0")
     assert outcome.abort_code == 0x06010002
-    assert "read-only" in outcome.problem
+    assert "read only" in outcome.problem
 
 
 @pytest.mark.parametrize("data", [None, b"\1\0"], ids=["read", "write"])
 @pytest.mark.parametrize("answer", ["", "80", "60", "80 41 60 00", "80 41 60 00 02 00 01", "4b 41 60 00"])
 def test_an_answer_that_is_too_short_is_told_with_its_length(answer: str, data: bytes | None) -> None:
-    with patch.object(sdo_workers, "RESPONSE_TIMEOUT_S", 0.005):
-        outcome = _Node(answer).ask(0x6041, 0, data)
+    outcome = _Node(answer, timeout_s=0.005).ask(0x6041, 0, data)
     assert outcome.abort_code is None
     assert f"an answer had {len(bytes.fromhex(answer))} bytes, allowed are 8" in outcome.problem
 
 
 def test_a_short_segment_is_told_too() -> None:
-    with patch.object(sdo_workers, "RESPONSE_TIMEOUT_S", 0.005):
-        assert "an answer had 3 bytes" in _Node("41 08 10 00 20 00 00 00", "00 43 4D").ask(0x1008, 0, None).problem
+    node = _Node("41 08 10 00 20 00 00 00", "00 43 4D", timeout_s=0.005)
+    assert "an answer had 3 bytes" in node.ask(0x1008, 0, None).problem
 
 
 ANSWERS = st.builds(
@@ -129,14 +128,45 @@ ANSWERS = st.builds(
 )
 @settings(max_examples=12, deadline=None)
 def test_whatever_a_node_answers_the_request_has_an_outcome(answers: list[bytes], data: bytes | None) -> None:
-    node = _Node(*answers)
-    with patch.object(sdo_workers, "RESPONSE_TIMEOUT_S", 0.002):
-        outcome = node.ask(0x6041, 0, data)
+    node = _Node(*answers, timeout_s=0.002)
+    outcome = node.ask(0x6041, 0, data)
     assert outcome.request_id == "1/1"
     assert node.outcomes.empty()
 
 
 def test_a_failure_that_nobody_foresaw_is_an_outcome_too() -> None:
     node = _Node()
-    node.workers = SdoWorkers([1], lambda frame: {}[frame.id], nullcontext, node.outcomes.put)
+    node.workers = SdoWorkers([1], lambda frame: {}[frame.id], nullcontext, node.outcomes.put, 0.5)
     assert node.ask(0x6041, 0, None).problem == "the SDO transfer failed (KeyError: 1537)"
+
+
+def test_the_late_answer_to_a_request_whose_time_was_over_confirms_no_other() -> None:
+    node = _Node("60 83 60 00 00 00 00 00")
+    refusal = CanFrame(0x581, bytes.fromhex("80 84 60 00 22 00 00 08"))
+    answer = threading.Timer(0.05, lambda: node.workers.take(refusal))
+    answer.start()
+    outcome = node.ask(0x6084, 0, bytes(4))
+    answer.join()
+    assert outcome.abort_code == 0x08000022
+
+
+def test_segments_of_a_block_upload_are_taken_whatever_they_begin_with() -> None:
+    text = bytes(number % 251 for number in range(7 * 70))
+    opened = "C2 08 10 00 " + len(text).to_bytes(4, "little").hex()
+    node = _Node("41 08 10 00 " + len(text).to_bytes(4, "little").hex())
+    sent = node.send
+
+    def send(frame: CanFrame) -> None:
+        if frame.data[0] >> 5 == 5 and frame.data[0] & 3 == 0:
+            node.answers = [bytes.fromhex(opened)]
+        sent(frame)
+        if frame.data[0] == 0xA3:
+            for number in range(70):
+                last = 0x80 if number == 69 else 0
+                node.workers.take(CanFrame(0x581, bytes([number + 1 | last]) + text[7 * number : 7 * number + 7]))
+        if frame.data[0] == 0xA2:
+            node.workers.take(CanFrame(0x581, bytes([0xC1, 0, 0]) + bytes(5)))
+
+    node.workers = SdoWorkers([1], send, nullcontext, node.outcomes.put, 0.5)
+    outcome = node.ask(0x1008, 0, None)
+    assert (outcome.problem, outcome.data) == ("", text)

@@ -64,7 +64,8 @@ def test_an_option_that_is_a_list_is_refused_once_with_all_that_is_allowed(tmp_p
          "robots.left.axes.J3.node: found another error_control than that of left.J2, on the same node, allowed"),
         ("node: 3", "node: 3, axis: 4", "axis: §4", "robots.left.axes.J3.axis: found 4, allowed 3 or less"),
         ("node: 3", "node: 127", "§127",
-         "robots.left.axes.J3.node: found 127, under which the gateway itself sends its heartbeat, allowed 1 to 126"),
+         "robots.left.axes.J3.node: found 127, under which the gateway itself sends its heartbeat, allowed 1 to 127 "
+         "but for gateway_node, 127"),
         ("node: 3", "node: 2, axis: 2, waive: ['1016']", "node: §2, axis",
          "robots.left.axes.J3.node: found 1016h waived by one of left.J2 and left.J3, on the same node, allowed"),
         ("node: 3", "node: 128", "§128", "robots.left.axes.J3.node: found 128, allowed 127 or less"),
@@ -82,7 +83,8 @@ def test_an_option_that_is_a_list_is_refused_once_with_all_that_is_allowed(tmp_p
         ("tpdo_timeout_s: 0.6", "tpdo_timeout_s: 0.007", "§0.007",
          "tpdo_timeout_s: found 0.007, allowed 0.008 or more, two cycles"),
         ("boot_timeout_s: 5", "boot_timeout_s: 0.1", "boot_timeout_s: §0.1",
-         "boot_timeout_s: found 0.1, allowed more than heartbeat_producer_s, 0.1"),
+         "boot_timeout_s: found 0.1, allowed more than 0.5: sdo_timeout_s, 0.5, and heartbeat_producer_s, 0.1, "
+         "with 3 cycles"),
         ("simulated_lag_s: 0.008", "simulated_lag_s: 0.0115", "quick_stop: 1300, following_window: §3",
          "robots.left.axes.J6.following_window: found 3, allowed more than 3.036: simulated drives lag by speed times "
          "simulated_lag_s"),

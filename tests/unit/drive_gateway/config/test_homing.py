@@ -28,6 +28,22 @@ def test_an_incremental_axis_says_how_it_homes(tmp_path: Path) -> None:
     assert axis.homing.position == pytest.approx(math.radians(-170))
 
 
+@pytest.mark.parametrize("method", [-128, -1, 3, 14, 22, 30, 37])
+def test_every_homing_method_of_the_standard_and_of_a_maker_can_be_said(tmp_path: Path, method: int) -> None:
+    copy = copy_with(tmp_path, HOMING.replace("method: 17", f"method: {method}"))
+    homing = load_drives(copy.drives, "left_bus").robots["left"].axes[0].homing
+    assert homing is not None
+    assert homing.method == method
+
+
+def test_an_axis_says_in_which_units_its_drive_takes_speeds_and_ramps(tmp_path: Path) -> None:
+    copy = copy_with(tmp_path, "velocity_unit: 0.1 rpm, acceleration_unit: deg/s^2, rest_window: 0.05")
+    axis = load_drives(copy.drives, "left_bus").robots["left"].axes[0]
+    assert axis.units.velocity == pytest.approx(131072 / 600)
+    assert axis.units.acceleration == pytest.approx(131072 / 360)
+    assert axis.rest_window == pytest.approx(math.radians(0.05))
+
+
 def test_an_absolute_axis_says_how_it_is_checked(tmp_path: Path) -> None:
     copy = copy_with(tmp_path, 'encoder_check: {window: 0.5, serial: "2010:01", status: "2010:02", battery_mask: 1}')
     encoder = load_drives(copy.drives, "left_bus").robots["left"].axes[0].absolute
@@ -99,6 +115,12 @@ def test_an_eds_is_looked_for_beside_the_drives_file(tmp_path: Path) -> None:
             "limit_switches: [-175, 175], inputs: {door: [1]}",
             "inputs: found bit 0 or 1, allowed other bits: these are the limit switches",
         ),
+        (HOMING.replace("method: 17", "method: 31"), "homing.method: found 31, allowed 1 to 14, 17 to 30, 33, 34, 35"),
+        ("velocity_unit: furlongs", "velocity_unit: found 'furlongs', allowed one of counts/s, rpm, rev/s, deg/s"),
+        ("velocity_unit: 0 rpm", "velocity_unit: found '0 rpm', allowed one of counts/s, rpm"),
+        ("acceleration_unit: rpm", "acceleration_unit: found 'rpm', allowed one of counts/s^2, rpm/s"),
+        ("velocity_unit: mm/s", "velocity_unit: found 'mm/s', allowed a unit of angles or counts"),
+        (f"velocity_unit: 100 rpm, {HOMING}", "homing.slow: found 1, allowed 3.333 to"),
         (HOMING.replace("slow: 1", "slow: 20"), "homing.slow: found 20, allowed 10 or less"),
         (HOMING.replace("fast: 10", "fast: 200"), "homing.fast: found 200, allowed 30.25 or less, a quarter"),
         (

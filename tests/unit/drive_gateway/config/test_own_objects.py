@@ -7,10 +7,15 @@ import pytest
 from cell.config import ConfigError
 from cell.config.problem import Severity
 from drive_gateway.canopen.axes_eds import eds_text
+from drive_gateway.canopen.eds import Eds
 from drive_gateway.config import load_drives
 from drive_gateway.config.load import read_drives
+from drive_gateway.config.own_objects import TypedValue, own_object
 from drive_gateway.config.settings import OwnObject
+from drive_gateway.gateway.nodes.program import program
+from drive_gateway.gateway.reference.reference import Reference
 from tests.unit.config_world import DRIVES, Copy
+from tests.unit.gateway_world import axis, gateway_settings
 
 NODE = "{node: 1, gear: 180"
 SECTION = "\n[2000]\nParameterName="
@@ -64,6 +69,17 @@ def test_the_values_of_a_file_that_is_no_dcf_are_not_written(tmp_path: Path) -> 
 def test_a_negative_value_may_be_its_bit_pattern(tmp_path: Path) -> None:
     trim = "[2F00]\nParameterName=Trim\nDataType=0x0003\nAccessType=rw\nParameterValue=0xFFFE\n"
     assert objects(copy_with(tmp_path, "eds: my.dcf", dcf() + trim)) == {"2F00:00": "feff"}
+
+
+@pytest.mark.parametrize(
+    ("kind", "value", "data"),
+    [("0x0008", "1.5", "0000c03f"), ("0x0016", "0x010203", "030201"), ("0x000A", "01 02 FF", "0102ff")],
+    ids=["REAL32", "UNSIGNED24", "OCTET_STRING"],
+)
+def test_a_dcf_may_hold_values_of_every_type(tmp_path: Path, kind: str, value: str, data: str) -> None:
+    more = f"[2F00]\nParameterName=Trim\nDataType={kind}\nAccessType=rw\nParameterValue={value}\n"
+    copy = copy_with(tmp_path, "eds: my.dcf", dcf(("2000", "10")) + more)
+    assert objects(copy) == {"2000:00": "0a", "2F00:00": data}
 
 
 def test_a_file_of_a_windows_tool_is_read(tmp_path: Path) -> None:
@@ -168,3 +184,15 @@ def test_a_way_to_stop_that_the_gateway_does_not_know_is_refused(tmp_path: Path,
 
 def test_what_the_interpolation_data_hold_besides_the_set_point_is_the_makers(tmp_path: Path) -> None:
     assert objects(copy_with(tmp_path, 'objects: {"60C1:02": {value: 1, type: INTEGER32}}')) == {"60C1:02": "01000000"}
+
+
+def test_the_period_of_sync_may_be_said_for_a_drive_that_wants_another_one() -> None:
+    """Without it the gateway writes its cycle; a DCF, which holds all values of a device, does not count."""
+    item = own_object("1006:00", TypedValue(value=8000, type="UNSIGNED32"), 1, Eds())
+    assert (item.index, item.data) == (0x1006, bytes.fromhex("401f0000"))
+    axis_settings = axis("J1", 1, objects=(item,))
+    steps = program([axis_settings], gateway_settings(), [Reference(axis_settings, None)])
+    assert [step.data.hex() for step in steps if step.index == 0x1006 and step.data is not None] == [
+        "00000000",  # while the counter changes, where it does
+        "401f0000",
+    ]

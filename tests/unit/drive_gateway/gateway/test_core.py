@@ -21,9 +21,12 @@ from cell.messages import (
     Who,
 )
 from drive_gateway.canopen.frame import CanFrame
+from drive_gateway.canopen.sdo import Sdo, SdoDone
 from drive_gateway.config.settings import RobotDrives
 from drive_gateway.gateway.bus.bus_news import BusBack, BusDisturbed, BusFailed, SecondMaster
+from drive_gateway.gateway.core import PART_S
 from drive_gateway.gateway.effects import DrivesSlow, Frame, TakeBlocks
+from drive_gateway.gateway.event_log import MOST_KINDS
 from tests.unit.gateway_world import CYCLE_S, TIMES, KindManager, World, axis, block, gateway_settings, s_motion
 
 S = AxisStatus
@@ -120,7 +123,7 @@ def test_a_node_that_does_not_answer_is_named_and_joins_later() -> None:
     world = World()
     world.drives[2].alive = False
     world.until(lambda: world.state is not None and world.state.problem)
-    assert "node 2 (left J2) did not answer" in world.state.problem
+    assert "node 2 (left J2) sent no boot-up within 0.5 s" in world.state.problem
     assert "Node-ID" in world.state.problem
     assert world.codes() == ["node_absent"]
     world.drives[2].alive = True
@@ -140,7 +143,7 @@ def test_a_node_that_keeps_another_value_is_not_started() -> None:
 
     drive.sdo = keeps_its_own
     world.until(lambda: world.state is not None and world.state.problem)
-    assert "6085h:00 (quick-stop deceleration, expected 8000000), found 77" in world.state.problem
+    assert "6085h:00 (quick-stop deceleration) as 8000000 and still shows 77" in world.state.problem
     assert drive.nmt == 0x7F
 
 
@@ -342,6 +345,72 @@ def test_a_drive_that_does_not_switch_off_is_an_alarm_and_its_node_is_stopped() 
 
 def quick_stopped(world: World, node_id: int) -> bool:
     return S.QUICK_STOP_ACTIVE in world.drives[node_id].statuses
+
+
+def emcy(node_id: int, code: int, register: int = 0x81) -> CanFrame:
+    return CanFrame(0x080 + node_id, struct.pack("<HB5x", code, register))
+
+
+def test_a_storm_of_emergencies_is_told_at_once_and_then_with_its_number() -> None:
+    world, _ = moving_world()
+    for _ in range(round(11.0 / CYCLE_S)):
+        world.tell(emcy(1, 0x4310))
+        world.cycle()
+    told = [event.text for event in world.events if event.code == "emergency"]
+    assert len(told) == 2
+    assert "times more in 10 s" in told[1]
+    assert int(told[1].split("(")[-1].split()[0]) == pytest.approx(10.0 / CYCLE_S, abs=2)
+
+
+def test_a_storm_of_ever_other_codes_is_told_with_its_number_too() -> None:
+    world, _ = moving_world()
+    for code in range(0x1000, 0x1000 + 2000):
+        world.tell(emcy(1, code))
+        world.cycle()
+    assert MOST_KINDS <= world.codes().count("emergency") <= MOST_KINDS + 1
+    world.run(10.0)
+    assert any("times more in 10 s" in event.text for event in world.events)
+
+
+def test_an_emergency_that_comes_again_after_a_reset_is_told_again() -> None:
+    world, owner = moving_world()
+    for number in (1, 2):
+        world.tell(emcy(1, 0x4310))
+        world.until(lambda number=number: world.codes().count("emergency") == number)
+        world.until(lambda: world.ask(ResetDrives("left", owner)).ok)
+
+
+def test_a_warning_of_a_drive_that_goes_on_is_told_and_stops_nothing() -> None:
+    world = World()
+    owner = world.enabled()
+    world.living = owner
+    for _ in range(100):
+        world.tell(emcy(1, 0x8120, 0x11))
+        world.cycle()
+    assert world.feedback.enabled
+    [told] = [event for event in world.events if event.code == "drive_warning"]
+    assert "8120h: CAN error passive" in told.text
+    assert "emergency" not in world.codes()
+
+
+def test_a_warning_of_a_drive_that_does_not_go_on_is_its_faults_reason() -> None:
+    world, _ = moving_world()
+    world.tell(*world.drives[1].fail(0x8120))
+    stopped_by(world, "drive_fault")
+    alarm = next(event for event in world.events if event.code == "drive_fault")
+    assert "8120h" in alarm.text
+
+
+def test_one_error_of_several_that_is_gone_does_not_take_the_others_with_it() -> None:
+    world = World()
+    world.ready()
+    world.tell(emcy(1, 0x4310), emcy(1, 0x8120), emcy(1, 0x0000, 0x09))
+    world.run(0.5)
+    assert world.state is not None
+    assert world.state.nodes[0].emergency_code == 0x4310
+    world.tell(emcy(1, 0x0000, 0x00))
+    world.run(0.5)
+    assert world.state.nodes[0].emergency_code is None
 
 
 def test_an_emergency_message_stops_all_drives_of_the_robot() -> None:
@@ -558,7 +627,7 @@ def test_a_drive_under_local_control_is_not_switched_on_and_the_operator_is_told
     reply = world.ask(EnableDrives("left", owner))
     assert not reply.ok
     assert reply.text.startswith("left got no further than switching on: node 1 (left J1): Switched On")
-    assert reply.text.endswith("node 2 (left J2): Switch On Disabled, under local control (statusword bit 9 is 0)")
+    assert "node 2 (left J2): Switch On Disabled, under local control (statusword bit 9 is 0); look" in reply.text
 
 
 def test_a_drive_that_keeps_another_target_at_the_hand_over_gets_no_torque_to_move_with() -> None:
@@ -661,3 +730,47 @@ def test_simulated_drives_that_do_not_keep_up_are_an_event() -> None:
     world.cycle()
     (event,) = world.events
     assert (event.code, event.severity, event.text) == ("simulation_slow", Severity.WARNING, "too slow")
+
+
+# Whoever lives, and the last words
+
+
+def test_an_old_block_that_comes_again_and_again_is_no_sign_of_life_of_its_owner() -> None:
+    world = World()
+    owner = world.enabled()
+    world.hold(owner)
+    old = world._back[-1]
+    world.run(0.2)
+    for _ in range(round((TIMES.owner_silent_s + 0.5) / CYCLE_S)):
+        world.tell(old)
+        world.cycle()
+    assert "claim_ended" in world.codes()
+    assert world.feedback.owner == 0
+
+
+def test_one_lost_answer_at_the_hand_over_is_asked_for_again() -> None:
+    world = World()
+    world.ready()
+    drive, lost = world.drives[1], []
+    answer = drive.sdo
+
+    def sdo(request: Sdo) -> SdoDone:
+        if request.index == 0x607A and request.data is None and not lost:
+            lost.append(request)
+            return SdoDone(request.request_id, b"", None, "No SDO response received within 0.5 s")
+        return answer(request)
+
+    drive.sdo = sdo
+    world.enabled()
+    assert lost
+
+
+def test_a_drive_that_answers_nothing_any_more_does_not_keep_a_gateway_from_ending() -> None:
+    world = World()
+    world.ready()
+    answer = world.drives[1].sdo
+    world.drives[1].sdo = lambda request: (
+        SdoDone("1/0", b"", None, "lost") if request.data == bytes(4) and request.index == 0x1016 else answer(request)
+    )
+    world.tell(Shutdown())
+    world.until(lambda: world.finished, within_s=PART_S + 1.0)

@@ -23,10 +23,10 @@ PDO_RECORDS = (0x1400, 0x1600, 0x1800, 0x1A00)
 LINKED = {
     0x1400: [("01", "01 02 00 80"), ("02", "01"), ("01", "01 02 00 00")],
     0x1600: [("00", "00"), ("01", "10 00 40 60"), ("02", "20 00 7a 60"), ("00", "02")],
-    0x1800: [("01", "81 01 00 80"), ("02", "01"), ("01", "81 01 00 00")],
+    0x1800: [("01", "81 01 00 c0"), ("02", "01"), ("01", "81 01 00 40")],
     0x1A00: [("00", "00"), ("01", "10 00 41 60"), ("02", "20 00 64 60"), ("00", "02")],
 }
-"""What is written to each PDO record of node 1: sub-index and bytes."""
+"""What is written to each PDO record of node 1: sub-index and bytes. Bit 30 of the TPDO is as the drive has it."""
 
 
 class Observer:
@@ -117,9 +117,10 @@ def observer(tmp_path_factory: pytest.TempPathFactory) -> Observer:
 def test_a_node_is_reset_configured_and_started_and_says_so_in_between(observer: Observer) -> None:
     reset, start = observer.first("nmt", "82 01"), observer.first("nmt", "01 01")
     booted = reset + observer.seen[reset:].index(("heartbeat", "0"))
-    writes = [place for place, (service, _) in enumerate(observer.seen) if service == "sdo write"]
+    *writes, parted = [place for place, (service, _) in enumerate(observer.seen) if service == "sdo write"]
     operational = observer.first("heartbeat", "5")
-    assert reset < booted < writes[0] < writes[-1] < start < operational
+    assert reset < booted < writes[0] < writes[-1] < start < operational < parted
+    assert observer.seen[parted][1].startswith("1016:01"), "a gateway that ends in order is not watched any more"
 
 
 def test_every_pdo_is_disabled_emptied_mapped_counted_and_enabled_in_this_order(observer: Observer) -> None:

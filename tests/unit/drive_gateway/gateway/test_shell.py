@@ -1,11 +1,12 @@
 """The gateway as it runs: its own thread, a python-can bus, simulated drives and Zenoh."""
 
 from importlib.resources import files
+from pathlib import Path
 
 import numpy as np
 import pytest
 
-from cell.messages import Claim, EnableDrives, Fault, FaultDrive, ReadObject
+from cell.messages import Claim, EnableDrives, Fault, FaultDrive, ReadObject, RecordBus
 from drive_gateway.config.settings import BusSettings
 from drive_gateway.gateway.bus.opening import BusError, open_bus
 from tests.unit.gateway_thread import running_gateway
@@ -47,3 +48,22 @@ def test_a_block_sent_over_zenoh_moves_a_simulated_drive_and_a_stop_switches_it_
         stop.set()
         client.until(lambda: bool(codes))
         assert codes == [0]
+
+
+def test_a_recording_is_a_file_in_the_state_folder_wherever_its_name_leads(tmp_path: Path) -> None:
+    (tmp_path / "kept.log").write_text("not to be lost")
+    with running_gateway(state_folder=tmp_path / "state") as (client, _stop, _codes):
+        for name in ("../kept.log", "../../kept.log", str(tmp_path / "kept.log"), "x/y.log", "..", ".log", ""):
+            refused = client.ask(RecordBus(name, 0.1))
+            assert not refused.ok
+            assert "is no name for a recording: allowed are names of files without a folder" in refused.text
+        reply = client.ask(RecordBus("bus.log", 0.1))
+    assert reply.ok, reply.text
+    assert str(tmp_path / "state" / "recordings" / "bus.log") in reply.text
+    assert (tmp_path / "state" / "recordings" / "bus.log").exists()
+    assert (tmp_path / "kept.log").read_text() == "not to be lost"
+
+
+def test_a_gateway_without_a_state_folder_records_nothing() -> None:
+    with running_gateway() as (client, _stop, _codes):
+        assert "without a state folder" in client.ask(RecordBus("bus.log", 0.1)).text

@@ -3,22 +3,21 @@
 import threading
 import time
 from collections.abc import Iterator
-from dataclasses import replace
 
 import can
 import pytest
 
-from cell.commands.bus_tools.node_access import BusLine
+from cell.commands.bus_tools.bus_line import BusLine
+from cell.commands.bus_tools.place import Place
 from cell.commands.errors import CommandError
-from drive_gateway.config.settings import BusSettings, GatewaySettings
-from tests.unit.gateway_world import gateway_settings
+from drive_gateway.config.settings import BusSettings
 
 
 @pytest.fixture
-def bus(request: pytest.FixtureRequest) -> Iterator[tuple[GatewaySettings, can.BusABC]]:
-    settings = replace(gateway_settings(), bus=BusSettings("virtual", request.node.name, 1_000_000, {}))
+def bus(request: pytest.FixtureRequest) -> Iterator[tuple[Place, can.BusABC]]:
+    place = Place(BusSettings("virtual", request.node.name, 1_000_000, {}))
     with can.Bus(interface="virtual", channel=request.node.name) as peer:
-        yield settings, peer
+        yield place, peer
 
 
 def repeat(peer: can.BusABC, number: int, end: threading.Event) -> None:
@@ -38,14 +37,17 @@ def repeat(peer: can.BusABC, number: int, end: threading.Event) -> None:
     ],
 )
 def test_where_a_master_is_heard_nothing_is_sent_though_no_gateway_answers(
-    bus: tuple[GatewaySettings, can.BusABC], number: int, what: str
+    bus: tuple[Place, can.BusABC], number: int, what: str
 ) -> None:
-    settings, peer = bus
+    place, peer = bus
     end = threading.Event()
     thread = threading.Thread(target=repeat, args=(peer, number, end))
     thread.start()
     try:
-        with pytest.raises(CommandError, match="nothing was sent") as refused, BusLine(settings, [1, 2]):
+        with (
+            pytest.raises(CommandError, match="nothing was sent") as refused,
+            BusLine(place, "drive-gateway read"),
+        ):
             pass
     finally:
         end.set()
@@ -54,10 +56,10 @@ def test_where_a_master_is_heard_nothing_is_sent_though_no_gateway_answers(
     assert peer.recv(0.0) is None
 
 
-def test_what_nodes_say_by_themselves_is_no_master(bus: tuple[GatewaySettings, can.BusABC]) -> None:
-    settings, peer = bus
+def test_what_nodes_say_by_themselves_is_no_master(bus: tuple[Place, can.BusABC]) -> None:
+    place, peer = bus
     for number in (0x181, 0x081, 0x701, 0x581):
         peer.send(can.Message(arbitration_id=number, data=b"\5", is_extended_id=False))
     before = time.monotonic()
-    with BusLine(settings, [1, 2]):
+    with BusLine(place, "drive-gateway read"):
         assert time.monotonic() - before >= 1.0

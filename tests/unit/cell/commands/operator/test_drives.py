@@ -12,6 +12,7 @@ from typer.testing import CliRunner
 from cell.commands import drive_gateway_command
 from cell.commands.bus_tools import drive_tools
 from cell.commands.bus_tools.node_access import NodeAccess
+from cell.commands.bus_tools.place import Place, meant_node, place_of
 from cell.commands.client.cell_view import Snapshot
 from cell.commands.errors import CommandError
 from cell.commands.operator.drives import drives_table
@@ -61,13 +62,14 @@ def test_an_io_node_is_a_row_with_its_outputs_and_inputs_stand_below() -> None:
 def test_an_io_node_is_known_by_its_name_and_its_number_with_the_objects_that_it_has() -> None:
     drives = load_drives(TWO_ARMS.parent / "left_drives.yaml", "left_bus")
     drives = replace(drives, io_nodes=(IoSettings("coupler", 20, input_bytes=1, output_bytes=0),))
+    place = Place(drives.bus, drives)
     for name in ("coupler", "20"):
-        named = drive_tools.named_node(drives, name)
-        assert (named.node_id, named.axis) == (20, 1)
+        named = meant_node(place, name)
+        assert (named.id, named.axis, named.label) == (20, 1, "node 20 (I/O coupler)")
         shown = [(entry.index, entry.sub) for entry in named.readable if entry.index >= 0x6000 and entry.sub]
         assert shown == [(0x6000, 1)]
     with pytest.raises(CommandError, match=r"6 \(left.J6\), 20 \(I/O coupler\)"):
-        drive_tools.named_node(drives, "valves")
+        meant_node(place, "valves")
 
 
 def test_states_have_the_names_of_the_standard() -> None:
@@ -104,8 +106,8 @@ def test_an_object_that_can_only_be_written_is_not_read_back(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     nodes = create_autospec(NodeAccess, instance=True)
-    monkeypatch.setattr(drive_tools, "node_access", lambda _file, _gateway: nullcontext(nodes))
-    drive_tools.write(TWO_ARMS, "left_bus", "2", "2020:06", "1")
+    monkeypatch.setattr(drive_tools, "node_access", lambda _place, _command, _may_move: nullcontext(nodes))
+    drive_tools.write(place_of(TWO_ARMS, "left_bus", None, None, None), "2", "2020:06", "1")
     nodes.write.assert_called_once_with(2, 0x2020, 6, b"\x01")
     nodes.read.assert_not_called()
     assert capsys.readouterr().out == "2020h:06  Fault on command, Blocked axis: is written\n"

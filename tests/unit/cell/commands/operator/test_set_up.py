@@ -103,7 +103,7 @@ class Line:
 def test_an_order_and_each_hold_are_made_in_view_of_the_gateways_newest_state(monkeypatch: pytest.MonkeyPatch) -> None:
     line = Line()
     assert line.say(monkeypatch, "home", "left").exit_code == 0
-    assert line.commands == [Home("left", ()), HoldSetup("left")]
+    assert line.commands == [Home("left", ()), HoldSetup("left", line.asked[0][1].id)]
     assert {(to, call.heard) for to, call in line.asked} == {("gateway/left_bus", Heard("g", 7))}
     assert line.connected_to == [None]
 

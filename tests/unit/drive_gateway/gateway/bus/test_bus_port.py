@@ -5,6 +5,7 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager, nullcontext
 from queue import SimpleQueue
+from threading import Event
 
 import can
 import pytest
@@ -114,6 +115,79 @@ def test_a_multicast_bus_gives_a_port_only_what_others_send(monkeypatch: pytest.
         assert read == ids(got) == [TPDO]
 
 
+def test_a_stranger_on_the_multicast_group_is_no_failed_bus() -> None:
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as free:
+        free.bind(("127.0.0.1", 0))
+        number = free.getsockname()[1]
+    options = {"port": number, "hop_limit": 0}
+    settings = BusSettings("udp_multicast", "239.74.163.3", 1_000_000, options)
+    got: SimpleQueue[CanFrame] = SimpleQueue()
+    news: SimpleQueue[BusNews] = SimpleQueue()
+    with (
+        can.Bus(interface="udp_multicast", channel="239.74.163.3", **options) as peer,
+        BusPort(settings, got.put, news.put) as port,
+    ):
+        for garbage in (b"\xff\xfe garbage", b"\x81\xa1x\x01", b"\x01", bytes(4000)):
+            peer._multicast.send(garbage)  # type: ignore[attr-defined]
+        send(peer, TPDO)
+        deadline = time.monotonic() + DEADLINE_S
+        while got.empty() and time.monotonic() < deadline:
+            port.take()
+        assert ids(got) == [TPDO]
+    told = [news.get_nowait() for _ in range(news.qsize())]
+    assert [type(item) for item in told] == [BusDisturbed]
+    assert "are no frames" in told[0].text  # type: ignore[union-attr]
+
+
+@pytest.mark.parametrize("error", [ValueError("no hex"), AttributeError("no port"), OSError(5, "I/O error")])
+def test_no_adapter_ends_the_loop_that_reads_it(request: pytest.FixtureRequest, error: Exception) -> None:
+    """A handle that raises in all it does, while an answer is waited for and while none is."""
+
+    class Broken(can.BusABC):
+        def __init__(self) -> None:
+            super().__init__("x")
+
+        def recv(self, _timeout: float | None = None) -> can.Message | None:
+            raise error
+
+        def send(self, _message: can.Message, _timeout: float | None = None) -> None:
+            raise error
+
+        def shutdown(self) -> None:
+            self._is_shutdown = True
+            raise error
+
+    works = Event()
+
+    def opener(settings: BusSettings) -> can.BusABC:
+        if news.empty():
+            return Broken()
+        if not works.is_set():
+            raise error
+        return can.Bus(interface="virtual", channel=settings.channel)
+
+    got: SimpleQueue[CanFrame] = SimpleQueue()
+    news: SimpleQueue[BusNews] = SimpleQueue()
+    settings = BusSettings("virtual", request.node.name, 1_000_000, {})
+    with (
+        can.Bus(interface="virtual", channel=request.node.name) as peer,
+        BusPort(settings, got.put, news.put, opener) as port,
+    ):
+        for _ in range(3):
+            port.send(CanFrame(SYNC, b""))
+            port.take()
+            with port.attend():
+                port.take()
+        works.set()
+        deadline = time.monotonic() + DEADLINE_S
+        while got.empty() and time.monotonic() < deadline:
+            port.take()
+            send(peer, TPDO)
+        assert not got.empty()
+    told = [news.get_nowait() for _ in range(news.qsize())]
+    assert [type(item) for item in told if not isinstance(item, BusDisturbed)] == [BusFailed, BusBack]
+
+
 def test_a_node_that_babbles_cannot_keep_the_cycle(request: pytest.FixtureRequest) -> None:
     with port_and_peer(request) as (port, peer, got):
         send(peer, *[TPDO] * 1000)
@@ -166,6 +240,24 @@ def test_a_second_master_is_told(request: pytest.FixtureRequest) -> None:
         told = news.get_nowait()
         assert isinstance(told, BusDisturbed), "an SDO commands no motion"
         assert "somebody else sends 601h" in told.text
+
+
+def test_a_new_drive_with_the_gateways_own_node_id_is_no_second_master(request: pytest.FixtureRequest) -> None:
+    got: SimpleQueue[CanFrame] = SimpleQueue()
+    news: SimpleQueue[BusNews] = SimpleQueue()
+    settings = BusSettings("virtual", request.node.name, 1_000_000, {})
+    with can.Bus(interface="virtual", channel=request.node.name) as peer, BusPort(settings, got.put, news.put) as port:
+        port.send(CanFrame(0x77F, b"\5"))
+        for state in (0x00, 0x7F):
+            peer.send(can.Message(arbitration_id=0x77F, data=[state], is_extended_id=False))
+        port.take()
+        told = news.get_nowait()
+        assert isinstance(told, BusDisturbed)
+        assert "a node has Node-ID 127, the gateway's own: give it another one" in told.text
+        assert news.empty()
+        peer.send(can.Message(arbitration_id=0x77F, data=[5], is_extended_id=False))
+        port.take()
+        assert isinstance(news.get_nowait(), SecondMaster), "a master is Operational"
 
 
 def test_the_bits_of_all_frames_are_counted_whoever_sends_them_and_whatever_they_are(

@@ -1,5 +1,6 @@
 """A bus that fails: it is told once, opened again, and told when it is back."""
 
+import struct
 from collections.abc import Callable
 
 import can
@@ -8,6 +9,7 @@ import pytest
 from drive_gateway.config.settings import BusSettings
 from drive_gateway.gateway.bus import steady_bus
 from drive_gateway.gateway.bus.bus_news import BusBack, BusDisturbed, BusFailed, BusNews
+from drive_gateway.gateway.bus.opening import BusError
 from drive_gateway.gateway.bus.steady_bus import SteadyBus
 
 FRAME = can.Message(arbitration_id=0x701, data=b"\x05", is_extended_id=False)
@@ -17,9 +19,16 @@ DOWN = can.CanOperationError("Error receiving: Network is down", 100)
 class Handle:
     """Gives and takes what the script says; at its end nothing comes any more."""
 
-    def __init__(self, *script: can.Message | Exception | None, full: bool = False) -> None:
+    def __init__(
+        self,
+        *script: can.Message | Exception | None,
+        full: bool = False,
+        sends: Exception | None = None,
+        closes: Exception | None = None,
+    ) -> None:
         self._script = list(script)
         self._full = full
+        self._sends, self._closes = sends, closes
         self.open = True
         self.sent: list[int] = []
 
@@ -34,10 +43,14 @@ class Handle:
         assert self.open
         if self._full:
             raise can.CanOperationError("Failed to transmit: No buffer space available", 105)
+        if self._sends is not None:
+            raise self._sends
         self.sent.append(message.arbitration_id)
 
     def shutdown(self) -> None:
         self.open = False
+        if self._closes is not None:
+            raise self._closes
 
 
 Opened = Callable[..., tuple[SteadyBus, list[BusNews]]]
@@ -47,9 +60,16 @@ Opened = Callable[..., tuple[SteadyBus, list[BusNews]]]
 def opened(monkeypatch: pytest.MonkeyPatch) -> Opened:
     """Makes a bus whose handles are these, one after the other, without pauses."""
 
-    def make(*handles: Handle, interface: str = "socketcan") -> tuple[SteadyBus, list[BusNews]]:
+    def make(*handles: Handle | Exception, interface: str = "socketcan") -> tuple[SteadyBus, list[BusNews]]:
         waiting, news = list(handles), list[BusNews]()
-        monkeypatch.setattr(steady_bus, "open_bus", lambda _settings: waiting.pop(0))
+
+        def open_next(_settings: BusSettings) -> can.BusABC:
+            handle = waiting.pop(0)
+            if isinstance(handle, Exception):
+                raise handle
+            return handle  # type: ignore[return-value]
+
+        monkeypatch.setattr(steady_bus, "open_bus", open_next)
         monkeypatch.setattr(steady_bus, "REOPEN_S", 0.0)
         return SteadyBus(BusSettings(interface, "can0", 1_000_000, {}), news.append), news
 
@@ -125,3 +145,88 @@ def test_frames_that_find_no_room_are_counted_and_told_from_time_to_time(
     assert "1 so far, the newest 701h" in texts[0]
     assert "No buffer space available" in texts[0]
     assert "4 so far" in texts[1]
+
+
+WHATEVER = (
+    OSError(19, "No such device"),
+    ValueError("invalid literal for int() with base 16: b'ZZZ'"),
+    struct.error("unpack requires a buffer of 8 bytes"),
+    AttributeError("'NoneType' object has no attribute 'read'"),
+    RuntimeError(),
+    can.CanOperationError("the adapter was unplugged"),
+)
+"""What serial adapters, gs_usb and PCAN were seen to raise."""
+
+
+@pytest.mark.parametrize(
+    ("where", "error"),
+    [
+        (where, error)
+        for where in ("recv", "send", "recv and shutdown", "construction", "shutdown")
+        for error in WHATEVER
+        # A frame that finds no room is told as such.
+        if where != "send" or not isinstance(error, OSError | can.CanError)
+    ],
+)
+def test_whatever_a_driver_raises_wherever_is_a_failed_bus_with_its_reason_and_good_again_when_it_works(
+    opened: Opened, where: str, error: Exception
+) -> None:
+    good = Handle(FRAME)
+    closes = error if "shutdown" in where else None
+    bad = Handle(sends=error) if where == "send" else Handle(error if "recv" in where else DOWN, closes=closes)
+    bus, news = opened(bad, *([error, error] if where == "construction" else []), good)
+    bus.send(FRAME)
+    bus.receive(0.0)
+    failed = [item.text for item in news if isinstance(item, BusFailed)]
+    assert len(failed) == 1
+    if where != "construction" and where != "shutdown":
+        assert str(error) in failed[0]
+        assert failed[0].strip(" :")
+    while not any(isinstance(item, BusBack) for item in news):
+        bus.send(FRAME)
+        assert bus.receive(0.0) in (None, FRAME)
+    assert len([item for item in news if isinstance(item, BusFailed)]) == 1
+    bus.send(FRAME)
+    assert good.sent[-1] == 0x701
+    bus.close()
+
+
+def test_a_bus_off_controller_that_is_unplugged_is_opened_again(opened: Opened) -> None:
+    bus, news = opened(Handle(error_frame(0x040), None, AttributeError("gone")), Handle(FRAME))
+    assert bus.receive(0.0) is None
+    assert bus.receive(0.0) is None
+    assert [type(item) for item in news] == [BusFailed]
+    assert bus.receive(0.0) is FRAME
+    assert [type(item) for item in news] == [BusFailed, BusBack]
+
+
+def test_an_adapter_that_only_cannot_send_any_more_is_opened_again_and_fails_when_that_fails(
+    opened: Opened, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(steady_bus, "UNSENT_S", 0.0)
+    gone = can.CanInitializationError("no device found")
+    bus, news = opened(Handle(full=True), Handle(full=True), gone, good := Handle())
+    while not any(isinstance(item, BusBack) for item in news):
+        bus.send(FRAME)
+        bus.receive(0.0)
+    assert [type(item) for item in news] == [BusDisturbed, BusFailed, BusBack]
+    assert "no device found" in news[1].text  # type: ignore[union-attr]
+    bus.send(FRAME)
+    assert good.sent
+
+
+def test_a_bus_that_raises_at_the_start_says_what_to_do(opened: Opened) -> None:
+    with pytest.raises(BusError, match="AttributeError: no dll; check that the adapter is plugged in"):
+        opened(AttributeError("no dll"), interface="pcan")
+
+
+def test_a_handle_that_takes_long_to_close_does_not_keep_the_cycle_that_finds_it_broken(
+    opened: Opened, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    bus, _ = opened(bad := Handle(DOWN), Handle())
+    monkeypatch.setattr(steady_bus, "REOPEN_S", 0.5)
+    assert bus.receive(0.0) is None
+    assert bus.closed
+    assert bad.open, "closing is the work of the thread that opens the next"
+    bus.close()
+    assert not bad.open

@@ -4,7 +4,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cell.messages import ManagerState
-from drive_gateway.gateway.cycle.phase_lock import SILENT_S, PhaseLock
+from drive_gateway.gateway.cycle.phase_lock import CATCH_UP_RATE, SILENT_S, PhaseLock
 
 CYCLE_S = 0.004
 STEP_S = 0.4e-6 * (1.0 + 1e-9)
@@ -86,3 +86,19 @@ def test_without_a_manager_the_loop_runs_free_and_goes_on_when_one_is_heard() ->
     assert (bus.trims[-1], bus.lock.error_s) == (0.0, None)
     bus.run(0.1)
     assert bus.trims[-1] != 0.0
+
+
+@given(st.floats(0.2 * CYCLE_S, 0.05))
+@settings(max_examples=20, deadline=None)
+def test_after_a_stall_the_phase_is_caught_up_within_2_s_and_held_as_gently_as_before(stall_s: float) -> None:
+    bus = Bus(3.0)
+    bus.run(40.0)
+    bus.trims.clear()
+    bus.now += stall_s
+    bus.run(2.0)
+    assert abs(bus.off_s) < 50e-6
+    assert max(abs(trim) for trim in bus.trims) <= CATCH_UP_RATE * CYCLE_S * (1.0 + 1e-9)
+    bus.trims.clear()
+    bus.run(20.0)
+    assert max(abs(trim) for trim in bus.trims) <= STEP_S
+    assert abs(bus.off_s) < 20e-6

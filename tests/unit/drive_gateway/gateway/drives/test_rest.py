@@ -29,6 +29,16 @@ def test_an_axis_stands_when_it_was_measured_within_its_window_for_a_tenth_of_a_
     assert not rest.standing
 
 
+def test_a_drive_that_hunts_stands_within_the_window_of_its_axis() -> None:
+    hunting = [500, 605] * 14
+    rest = AxisRest(axis("J1", 1), SETTINGS)
+    fed(rest, hunting)
+    assert not rest.standing
+    rest = AxisRest(axis("J1", 1, rest_window=6e-4), SETTINGS)
+    fed(rest, hunting)
+    assert rest.standing
+
+
 def test_time_without_measurements_is_no_rest() -> None:
     rest = AxisRest(axis("J1", 1), SETTINGS)
     rest.take(500, 10.0)

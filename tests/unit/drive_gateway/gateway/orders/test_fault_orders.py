@@ -69,7 +69,7 @@ def test_a_write_that_fails_is_told_and_nothing_follows_it(sub: int) -> None:
     world.drives[1].refuse[0x2020, sub] = 0x06090030
     reply = world.ask(FaultDrive(1, 1, Fault.BLOCKED))
     assert not reply.ok
-    assert reply.text == "node 1 (left J1) was not told to fail: abort 06090030h, value out of range"
+    assert reply.text == "node 1 (left J1) was not told to fail: abort 06090030h, value range of parameter exceeded"
     assert len(written(world)) == (0 if sub == 2 else 1)
 
 

@@ -58,7 +58,7 @@ AT_ANY_AGE: dict[type[Command], Command] = {
     ReadObject: ReadObject(1, 0x1018, 1),
     ScanBus: ScanBus(),
     RecordBus: RecordBus("x.asc", 1.0),
-    HoldSetup: HoldSetup("left"),
+    HoldSetup: HoldSetup("left", "c1"),
     Who: Who(),
 }
 
@@ -125,3 +125,18 @@ def test_a_gateway_that_was_frozen_believes_nothing_that_was_made_before(world: 
     heard = seen(world, EnableDrives)
     world.tell(Frozen(0.3))
     assert "no longer known" in answer(world, EnableDrives("left", world.feedback.owner), heard).text
+
+
+def test_a_call_that_fails_is_answered_and_the_gateway_goes_on(monkeypatch: pytest.MonkeyPatch) -> None:
+    world = World()
+    world.ready()
+
+    def fail(*_: object) -> None:
+        raise OverflowError("math range error")
+
+    monkeypatch.setattr(world.core._scan, "begin", fail)
+    refused = world.ask(ScanBus())
+    assert not refused.ok
+    assert refused.text == "gateway left_bus could not carry out scan: OverflowError: math range error"
+    assert "call_failed" in world.codes()
+    assert world.ask(Who()).ok

@@ -40,12 +40,17 @@ class SetupWorld(World):
             self.hold(self.held)
         super().cycle(lateness_s)
 
-    def hold(self, robot: str, heard: Heard | None = None) -> str:
+    def hold(self, robot: str, heard: Heard | None = None, order: str = "") -> str:
         self.counted += 1
         name = f"h{self.counted}"
         seen = heard or Heard(self.state.boot, self.state.sequence)
-        self.tell(Request(name, Call(name, HoldSetup(robot), seen)))
+        self.tell(Request(name, Call(name, HoldSetup(robot, order or self.order), seen)))
         return name
+
+    @property
+    def order(self) -> str:
+        """Id of the newest order that was let in."""
+        return self.core._robots["left"].group.setup.order
 
     @property
     def motion(self) -> bool:
@@ -108,6 +113,18 @@ def test_holds_that_the_network_held_back_do_not_go_on_holding() -> None:
         world.hold("left", last)
         world.cycle()
         assert world.now - let_go < 0.8
+
+
+def test_only_who_ordered_a_motion_holds_it() -> None:
+    world = SetupWorld()
+    world.moving()
+    world.held, let_go = "", world.now
+    while "setup_stopped" not in world.codes():
+        other = world.hold("left", order="somebody else's")
+        world.cycle()
+        assert world.now - let_go < 0.8
+    assert world.replies[other].text == "left: another order moves it"
+    assert world.replies[other].data == "stopped"
 
 
 def test_nobody_who_answers_within_the_patience_of_the_call_is_told_as_the_reason() -> None:

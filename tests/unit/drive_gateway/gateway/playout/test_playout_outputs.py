@@ -8,8 +8,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cell.messages import OutputEvent, SetpointBlock
+from cell.messages.setpoints import MOST_EVENTS
 from drive_gateway.config.settings import OutputSettings
-from drive_gateway.gateway.playout.joining import MOST_EVENTS, Refusal, Refused
+from drive_gateway.gateway.playout.joining import Refusal, Refused
 from drive_gateway.gateway.playout.outputs import Outputs
 from drive_gateway.gateway.playout.playout import Accepted, Playout
 from tests.unit.gateway_world import CYCLE_S, axis, block

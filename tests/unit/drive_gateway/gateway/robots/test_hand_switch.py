@@ -176,6 +176,7 @@ def test_nor_while_its_drives_brake() -> None:
 def test_nor_while_an_axis_homes() -> None:
     world = HandWorld(homing=HomingSettings(37, fast=0.4, slow=0.05, acceleration=5.0, position=0.0, order=1))
     world.manager = KindManager()
+    world.run(0.2)
     assert world.ask(Home("left", ())).ok
     assert world.refusal("gripper", on=True) == "left: it is being set up; switch outputs when that is done"
 

@@ -10,7 +10,6 @@ from canopen.sdo.client import SdoClient
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from drive_gateway.canopen.sdo import ABORT_CODES
 from drive_gateway.gateway.bus.sdo_transfer import read_object, write_object
 from drive_gateway.sim.services.abort import Abort
 from drive_gateway.sim.services.dictionary import LONGEST_DOMAIN, STORE_EDS, key_of, load_dictionary
@@ -174,7 +173,7 @@ LAST_ABC = "81 61 62 63 00 00 00 00"
 )
 def test_a_refusal_has_its_code_and_its_object(requests: list[str], code: Abort, address: str) -> None:
     assert answers(*requests)[-1] == f"80 {address} {int(code).to_bytes(4, 'little').hex(' ').upper()}"
-    assert code in ABORT_CODES
+    assert code in canopen.SdoAbortedError.CODES
 
 
 def test_after_an_abort_within_the_segments_the_next_transfer_works() -> None:

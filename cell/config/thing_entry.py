@@ -1,0 +1,90 @@
+"""Schema of a thing that robots keep away from: a table, a post, a wall, a fixture."""
+
+from collections.abc import Iterator
+from typing import Annotated, Literal
+
+from pydantic import BaseModel, BeforeValidator, Field
+
+from cell.config.document import Document
+from cell.config.fields import FileName, Name, Pose
+from cell.config.problem import KeyPath, Problem
+from cell.config.settings import (
+    BoxShape,
+    CylinderShape,
+    HalfSpaceShape,
+    MeshShape,
+    Shape,
+    SphereShape,
+    ThingSettings,
+)
+from cell.config.units import STRICT, NotNegativeLength, PositiveLength
+
+MARGIN_M = 0.005
+SHAPES = ("box", "sphere", "cylinder", "half_space", "mesh")
+_UNITS_M = {"m": 1.0, "mm": 0.001, "inch": 0.0254}
+
+
+Link = Annotated[str, BeforeValidator(lambda name: str(name) if type(name) is int else name)]
+"""Links have numbers for names where they have no better one."""
+
+
+class CylinderEntry(BaseModel):
+    """A round column about Z of its pose."""
+
+    model_config = STRICT
+    radius: PositiveLength = Field(description="of the column")
+    length: PositiveLength = Field(description="along Z, half of it to either side of the pose")
+
+
+class MeshEntry(BaseModel):
+    """A surface of triangles."""
+
+    model_config = STRICT
+    file: FileName = Field(description="an STL or OBJ file, relative to this one")
+    unit: Literal["mm", "m", "inch"] = Field(description="mm, m or inch: what a 1 in the file means")
+
+
+class ThingEntry(BaseModel):
+    """Something that stands in the cell; robots keep `margin` away from it."""
+
+    model_config = STRICT
+    pose: Pose = Field(description="pose in world of its middle, of a half space a point of its face: X, Y, Z, A, B, C")
+    box: tuple[PositiveLength, PositiveLength, PositiveLength] | None = Field(
+        None, description="a box: edge lengths [x, y, z]; or another shape"
+    )
+    sphere: PositiveLength | None = Field(None, description="a ball: its radius")
+    cylinder: CylinderEntry | None = Field(None, description="a round column about Z: {radius, length}")
+    half_space: Literal[True] | None = Field(
+        None, description="true: all below the plane Z = 0 of the pose, a floor or a wall; Z points to the free side"
+    )
+    mesh: MeshEntry | None = Field(None, description="triangles of a file: {file, unit}; bodies must come from outside")
+    margin: NotNegativeLength = Field(MARGIN_M, description="nearer than this no robot comes; default 5 mm")
+    may_touch: dict[Name, tuple[Link, ...]] = Field(
+        default={}, description="by robot, the links that are not kept away: names as in `cell model`, or tool"
+    )
+
+    def problems(self, document: Document, path: KeyPath, robots: list[str]) -> Iterator[Problem]:
+        """What the schema cannot say."""
+        shapes = [shape for shape in SHAPES if getattr(self, shape) is not None]
+        if len(shapes) != 1:
+            found = " and ".join(shapes) or "no shape"
+            yield document.problem(path, found, f"exactly one of {', '.join(SHAPES)}", at_key=not shapes)
+        for robot in self.may_touch:
+            if robot not in robots:
+                allowed = f"one of {', '.join(robots)}"
+                yield document.problem((*path, "may_touch", robot), f"unknown robot {robot!r}", allowed, at_key=True)
+
+    def settings(self, name: str, document: Document) -> ThingSettings:
+        """The settings; exactly one shape is given."""
+        return ThingSettings(name, self._shape(document), self.pose.settings(), self.margin, dict(self.may_touch))
+
+    def _shape(self, document: Document) -> Shape:
+        if self.box is not None:
+            return BoxShape(self.box)
+        if self.sphere is not None:
+            return SphereShape(self.sphere)
+        if self.cylinder is not None:
+            return CylinderShape(self.cylinder.radius, self.cylinder.length)
+        if self.mesh is not None:
+            return MeshShape(document.beside(self.mesh.file), _UNITS_M[self.mesh.unit])
+        return HalfSpaceShape()

@@ -1,0 +1,109 @@
+"""A solid of triangles. Distances are by python-fcl, whose tree of boxes finds the near triangles."""
+
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cell.geometry.arrays import Array
+from cell.geometry.errors import GeometryError, WrongShape
+from cell.geometry.pose import check_poses
+
+KINDS = (".stl", ".obj")
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Mesh:
+    """The surface of a solid: what is wholly inside it touches nothing, so a body must come from outside."""
+
+    vertices: Array
+    """`(v, 3)` [m] in the frame of `pose_world_mesh`."""
+    triangles: NDArray[np.int64]
+    """`(t, 3)` indices of vertices."""
+    pose_world_mesh: Array
+    """`(4, 4)`."""
+    _tree: Any = field(init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        import fcl  # some 20 ms that a cell without a mesh need not wait for
+
+        if len(self.triangles) == 0 or not np.isfinite(self.vertices).all():
+            raise GeometryError("mesh: found no triangle or no finite vertex, needed are both")
+        object.__setattr__(self, "pose_world_mesh", check_poses(self.pose_world_mesh, "pose of the mesh"))
+        tree = fcl.BVHModel()
+        tree.beginModel(len(self.triangles), len(self.vertices))
+        tree.addSubModel(np.ascontiguousarray(self.vertices, float), np.ascontiguousarray(self.triangles, np.int64))
+        tree.endModel()
+        pose = fcl.Transform(self.pose_world_mesh[:3, :3], self.pose_world_mesh[:3, 3])
+        object.__setattr__(self, "_tree", fcl.CollisionObject(tree, pose))
+
+    @classmethod
+    def of_file(cls, file: Path, scale: float, pose_world_mesh: Array) -> Self:
+        """Of an STL or OBJ file; `scale` is the length of its unit [m].
+
+        Raises:
+            GeometryError: the file is no mesh that can be read.
+        """
+        import coal  # comes with Pinocchio
+
+        try:
+            read = coal.MeshLoader().load(str(file), np.full(3, scale))
+            corners = [read.tri_indices(number) for number in range(read.num_tris)]
+            triangles = [[each[0], each[1], each[2]] for each in corners]
+            vertices = np.array(read.vertices(), dtype=float).reshape(-1, 3)
+        except (RuntimeError, ValueError, TypeError) as error:
+            raise GeometryError(f"{file.name}: found no mesh ({error}), allowed are STL and OBJ files") from error
+        return cls(vertices, np.array(triangles, dtype=np.int64).reshape(-1, 3), pose_world_mesh)
+
+    def __reduce__(self) -> tuple[type["Mesh"], tuple[Array, NDArray[np.int64], Array]]:
+        """The tree is made anew where it is unpacked: plans are made in a process of their own."""
+        return Mesh, (self.vertices, self.triangles, self.pose_world_mesh)
+
+    def capsule_distance(self, points: Array, radii: Array, within: float = np.inf) -> Array:
+        """As `Solid`; where a capsule touches it is 0."""
+        points = np.asarray(points, dtype=float)
+        if points.shape[-2:] != (2, 3):
+            raise WrongShape("capsule end points", points.shape, "(..., 2, 3)")
+        radii = np.broadcast_to(radii, points.shape[:-2])
+        distances = np.empty(radii.shape)
+        for index in np.ndindex(distances.shape):
+            distances[index] = self._distance(points[index], float(radii[index]), within)
+        return distances
+
+    def _distance(self, ends: Array, radius: float, within: float) -> float:
+        """Whether something touches is known some fifty times sooner than how far it is."""
+        import fcl
+
+        start, end = ends
+        length, pose = float(np.linalg.norm(end - start)), fcl.Transform(_along(end - start), (start + end) / 2.0)
+
+        def touches(grown: float) -> bool:
+            capsule = fcl.CollisionObject(fcl.Capsule(radius + grown, length), pose)
+            return bool(fcl.collide(self._tree, capsule, fcl.CollisionRequest(), fcl.CollisionResult()))
+
+        if np.isfinite(within) and not touches(within):
+            return within
+        if touches(0.0):
+            return 0.0
+        capsule = fcl.CollisionObject(fcl.Capsule(radius, length), pose)
+        return max(float(fcl.distance(self._tree, capsule, fcl.DistanceRequest(), fcl.DistanceResult())), 0.0)
+
+    def bounds(self) -> tuple[Array, float]:
+        """As `Solid`."""
+        low, high = self.vertices.min(axis=0), self.vertices.max(axis=0)
+        middle = (low + high) / 2.0
+        radius = float(np.linalg.norm(self.vertices - middle, axis=-1).max())
+        return self.pose_world_mesh[:3, :3] @ middle + self.pose_world_mesh[:3, 3], radius
+
+
+def _along(way: Array) -> Array:
+    """A rotation whose Z points along `way` `(3,)`; any where that is zero."""
+    length = np.linalg.norm(way)
+    if length == 0.0:
+        return np.eye(3)
+    z = way / length
+    x = np.cross([1.0, 0.0, 0.0] if abs(z[0]) < 0.9 else [0.0, 1.0, 0.0], z)
+    x /= np.linalg.norm(x)
+    return np.stack([x, np.cross(z, x), z], axis=-1)

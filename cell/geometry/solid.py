@@ -1,0 +1,139 @@
+"""Solids that a capsule keeps away from: what they have in common, and the round and the endless ones."""
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+
+from cell.geometry.arrays import Array
+from cell.geometry.errors import GeometryError, WrongShape
+from cell.geometry.pose import check_poses
+
+_HALVINGS = 60
+"""Of the place on an axis that is nearest to a cylinder: fewer than the bits of a float decide."""
+
+
+class Solid(Protocol):
+    """A closed body in world."""
+
+    def capsule_distance(self, points: Array, radii: Array, within: float = np.inf) -> Array:
+        """Distance `(...)` [m] of capsules, end points `(..., 2, 3)` in world; at most 0 exactly where they touch.
+
+        Below zero it need be no depth: a capsule whose axis is inside may have minus its radius. What is farther than
+        `within` [m] may be told as that.
+        """
+        ...
+
+    def bounds(self) -> tuple[Array, float]:
+        """Centre `(3,)` and radius [m] of a ball that holds the solid; the radius is infinite where none does."""
+        ...
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Sphere:
+    """A ball: `centre` `(3,)` in world and its radius [m]."""
+
+    centre: Array
+    radius: float
+
+    def __post_init__(self) -> None:
+        _check_length("sphere", "radius", self.radius)
+
+    def capsule_distance(self, points: Array, radii: Array, within: float = np.inf) -> Array:  # noqa: ARG002
+        """As `Solid`; exact, and below zero the depth along the line to the centre."""
+        start, way = _axes(points)
+        square = np.einsum("...k,...k", way, way)
+        along = np.einsum("...k,...k", self.centre - start, way)
+        share = np.clip(along / np.where(square > 0.0, square, 1.0), 0.0, 1.0)
+        away = start + share[..., None] * way - self.centre
+        return np.asarray(np.linalg.norm(away, axis=-1) - radii - self.radius)
+
+    def bounds(self) -> tuple[Array, float]:
+        """As `Solid`."""
+        return self.centre, self.radius
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Cylinder:
+    """A round column about Z of its pose, which is at half its length [m]."""
+
+    radius: float
+    length: float
+    pose_world_cylinder: Array
+    """`(4, 4)`."""
+
+    def __post_init__(self) -> None:
+        _check_length("cylinder", "radius", self.radius)
+        _check_length("cylinder", "length", self.length)
+        object.__setattr__(self, "pose_world_cylinder", check_poses(self.pose_world_cylinder, "pose of the cylinder"))
+
+    def capsule_distance(self, points: Array, radii: Array, within: float = np.inf) -> Array:  # noqa: ARG002
+        """As `Solid`. The distance is convex along the axis, so its least place is found by where it stops falling."""
+        start, way = _axes((np.asarray(points) - self._centre) @ self.pose_world_cylinder[:3, :3])
+        low, high = np.zeros(start.shape[:-1]), np.ones(start.shape[:-1])
+        for _ in range(_HALVINGS):
+            middle = (low + high) / 2.0
+            rises = self._slope(start + middle[..., None] * way, way) > 0.0
+            low, high = np.where(rises, low, middle), np.where(rises, middle, high)
+        nearest = [self._distance(start + share[..., None] * way) for share in (low, high)]
+        return np.asarray(np.minimum(*nearest) - radii)
+
+    def bounds(self) -> tuple[Array, float]:
+        """As `Solid`."""
+        return self._centre, float(np.hypot(self.radius, self.length / 2.0))
+
+    @property
+    def _centre(self) -> Array:
+        return self.pose_world_cylinder[:3, 3]
+
+    def _outside(self, points: Array) -> tuple[Array, Array, Array]:
+        """How far beside the round wall and beyond the ends; and the distance from Z."""
+        from_axis = np.hypot(points[..., 0], points[..., 1])
+        beside = np.maximum(from_axis - self.radius, 0.0)
+        beyond = np.maximum(np.abs(points[..., 2]) - self.length / 2.0, 0.0)
+        return beside, beyond, from_axis
+
+    def _distance(self, points: Array) -> Array:
+        beside, beyond, _ = self._outside(points)
+        return np.asarray(np.hypot(beside, beyond))
+
+    def _slope(self, points: Array, way: Array) -> Array:
+        """Half the derivative of the squared distance along `way`; it never falls."""
+        beside, beyond, from_axis = self._outside(points)
+        outwards = points[..., 0] * way[..., 0] + points[..., 1] * way[..., 1]
+        around = np.where(from_axis > 0.0, outwards / np.where(from_axis > 0.0, from_axis, 1.0), 0.0)
+        return np.asarray(beside * around + beyond * np.sign(points[..., 2]) * way[..., 2])
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class HalfSpace:
+    """All below the plane Z = 0 of a pose: a floor, or a wall; its Z points to the free side."""
+
+    pose_world_plane: Array
+    """`(4, 4)`."""
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "pose_world_plane", check_poses(self.pose_world_plane, "pose of the half space"))
+
+    def capsule_distance(self, points: Array, radii: Array, within: float = np.inf) -> Array:  # noqa: ARG002
+        """As `Solid`; exact, and below zero the depth."""
+        _axes(points)
+        above = (np.asarray(points) - self.pose_world_plane[:3, 3]) @ self.pose_world_plane[:3, 2]
+        return np.asarray(above.min(axis=-1) - radii)
+
+    def bounds(self) -> tuple[Array, float]:
+        """As `Solid`."""
+        return self.pose_world_plane[:3, 3], np.inf
+
+
+def _axes(points: Array) -> tuple[Array, Array]:
+    """Start of each capsule's axis and the way to its end."""
+    points = np.asarray(points, dtype=float)
+    if points.shape[-2:] != (2, 3):
+        raise WrongShape("capsule end points", points.shape, "(..., 2, 3)")
+    return points[..., 0, :], points[..., 1, :] - points[..., 0, :]
+
+
+def _check_length(what: str, which: str, length: float) -> None:
+    if not 0.0 < length < np.inf:
+        raise GeometryError(f"{which} of a {what}: found {length:g} m, allowed is a length above zero")

@@ -1,0 +1,97 @@
+"""Round, endless and meshed solids against fine sampling, another library, and a box of the same form."""
+
+import pickle
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from cell.geometry import Box, Cylinder, GeometryError, HalfSpace, Mesh, Sphere, pose_from
+
+RNG = np.random.default_rng(11)
+TURNED = pose_from(np.array([0.3, -0.2, 0.5]), np.array([0.1, 0.2, 0.3, 0.9]) / np.linalg.norm([0.1, 0.2, 0.3, 0.9]))
+SHARES = np.linspace(0.0, 1.0, 2001)
+ROUND = st.sampled_from([-1.0, -0.6, -0.4, 0.0, 0.4, 0.6, 1.0])
+NUMBER = ROUND | st.floats(-2.0, 2.0)
+CAPSULE = st.tuples(*[NUMBER] * 6).map(lambda numbers: np.array(numbers).reshape(2, 3))
+
+
+def along(ends: np.ndarray) -> np.ndarray:
+    return ends[0] + SHARES[:, None] * (ends[1] - ends[0])
+
+
+@given(ends=CAPSULE, upright=st.booleans())
+@settings(max_examples=300, deadline=None)
+def test_the_distance_from_a_cylinder_is_the_least_along_the_axis(ends: np.ndarray, upright: bool) -> None:
+    pose = np.eye(4) if upright else TURNED
+    cylinder = Cylinder(0.4, 1.2, pose)
+    local = (along(ends) - pose[:3, 3]) @ pose[:3, :3]
+    beside = np.maximum(np.hypot(local[:, 0], local[:, 1]) - 0.4, 0.0)
+    sampled = np.hypot(beside, np.maximum(np.abs(local[:, 2]) - 0.6, 0.0)).min()
+    exact = float(cylinder.capsule_distance(ends, np.array(0.0)))
+    step = np.linalg.norm(ends[1] - ends[0]) / (len(SHARES) - 1)
+    assert sampled - step <= exact <= sampled + 1e-12
+
+
+@given(ends=CAPSULE)
+@settings(max_examples=200, deadline=None)
+def test_the_distance_from_a_ball_is_the_least_along_the_axis(ends: np.ndarray) -> None:
+    ball = Sphere(np.array([0.4, -0.6, 0.0]), 0.4)
+    sampled = np.linalg.norm(along(ends) - ball.centre, axis=-1).min() - 0.4
+    exact = float(ball.capsule_distance(ends, np.array(0.0)))
+    assert sampled - np.linalg.norm(ends[1] - ends[0]) / (len(SHARES) - 1) <= exact <= sampled + 1e-12
+
+
+def test_a_half_space_is_all_below_its_plane() -> None:
+    floor = HalfSpace(np.eye(4))
+    ends = np.array([[[0, 0, 1.0], [5, 0, 0.3]], [[0, 0, 1.0], [0, 0, -0.2]], [[9, 9, 0.1], [9, 9, 0.1]]])
+    np.testing.assert_allclose(floor.capsule_distance(ends, np.array(0.1)), [0.2, -0.3, 0.0], atol=1e-15)
+
+
+def block(size: tuple[float, float, float]) -> tuple[np.ndarray, np.ndarray]:
+    corners = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)]) * np.array(size) / 2.0
+    sides = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
+    return corners, np.array([t for a, b, c, d in sides for t in ((a, b, c), (a, c, d))])
+
+
+def test_a_mesh_in_the_form_of_a_box_has_the_distances_of_the_box() -> None:
+    size = (0.5, 0.3, 0.8)
+    mesh, box = Mesh(*block(size), TURNED), Box(np.array(size), TURNED)
+    ends, radii = RNG.uniform(-1.5, 1.5, (400, 2, 3)), RNG.uniform(0.01, 0.2, 400)
+    of_mesh, of_box = mesh.capsule_distance(ends, radii), box.capsule_distance(ends, radii)
+    apart = of_box > 1e-6
+    assert apart.sum() > 200
+    np.testing.assert_allclose(of_mesh[apart], of_box[apart], atol=1e-5)
+    crosses = (of_box < -1e-6) & (np.abs((ends - TURNED[:3, 3]) @ TURNED[:3, :3]) > np.array(size) / 2).any((-1, -2))
+    assert crosses.sum() > 50
+    assert (of_mesh[crosses] == 0.0).all()
+
+
+@pytest.mark.parametrize("solid", [Cylinder(0.4, 1.2, TURNED), Sphere(TURNED[:3, 3], 0.5), Box(np.ones(3), TURNED)])
+def test_the_ball_of_a_solid_holds_it(solid: Cylinder | Sphere | Box) -> None:
+    centre, radius = solid.bounds()
+    points = np.repeat(RNG.uniform(-2.0, 2.0, (2000, 1, 3)), 2, axis=1)
+    inside = solid.capsule_distance(points, np.array(1e-9)) <= 0.0
+    assert inside.any()
+    assert (np.linalg.norm(points[inside, 0] - centre, axis=-1) <= radius + 1e-6).all()
+
+
+def test_files_of_triangles_are_read_in_their_unit(tmp_path: Path) -> None:
+    corners, triangles = block((500, 300, 800))
+    file = tmp_path / "block.obj"
+    lines = [f"v {x} {y} {z}" for x, y, z in corners] + [f"f {a + 1} {b + 1} {c + 1}" for a, b, c in triangles]
+    file.write_text("\n".join(lines) + "\n")
+    mesh = Mesh.of_file(file, 0.001, np.eye(4))
+    above = np.array([[0.0, 0.0, 1.0], [0.0, 0.0, 2.0]])
+    for each in (mesh, pickle.loads(pickle.dumps(mesh))):  # as it goes to the process that plans
+        assert float(each.capsule_distance(above, np.array(0.1))) == pytest.approx(0.5, abs=1e-6)
+
+
+@pytest.mark.parametrize("text", ["", "no mesh", "v 0 0 0\n"])
+def test_a_file_without_triangles_is_refused_by_name(tmp_path: Path, text: str) -> None:
+    file = tmp_path / "empty.obj"
+    file.write_text(text)
+    with pytest.raises(GeometryError, match="mesh"):
+        Mesh.of_file(file, 1.0, np.eye(4))
