@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from cell.core import Shutdown
 from cell.messages import (
     Claim,
     DisableDrives,
@@ -22,10 +23,11 @@ from cell.messages import (
     SwitchOutput,
     WriteObject,
 )
+from drive_gateway.canopen.emcy import Meaning
 from drive_gateway.canopen.frame import CanFrame
 from drive_gateway.config.settings import IoSettings, NamedInput, OutputSettings, RobotDrives
 from drive_gateway.gateway.drives.output_frames import REPEAT_S
-from drive_gateway.sim.services.dictionary import Dictionary
+from drive_gateway.sim.services.dictionary import Dictionary, key_of
 from tests.sim.gateway_bench import CYCLE_S, GatewayBench, axis, settings
 
 COUPLER = 20
@@ -298,6 +300,17 @@ def test_a_gateway_that_starts_again_begins_with_its_outputs_off() -> None:
     assert world.coupler.outputs == 0
 
 
+def test_a_gateway_that_ends_in_order_leaves_on_what_is_kept_and_no_error() -> None:
+    world, emergencies = moving(), list[CanFrame]()
+    world.lost = lambda frame: bool(frame.id == 0x080 + COUPLER and emergencies.append(frame))
+    world.tell(Shutdown())
+    world.until(lambda: world.ended)
+    world.alive = False
+    world.run(1.0)
+    assert world.coupler.outputs == GRIPPER_BIT
+    assert emergencies == [], "it does not miss the gateway"
+
+
 def test_an_operator_switches_an_output_and_is_answered_when_the_node_shows_it() -> None:
     world = ready()
     reply = world.ask(SwitchOutput("left", "gripper", True, "anna@pc"))
@@ -342,6 +355,26 @@ def test_a_fixed_mapping_of_other_bytes_is_told_with_what_it_has() -> None:
     world.coupler._objects.numbers[0x1A00 << 8] = 2
     world.until(lambda: world.state is not None and "1A00h" in world.state.problem)
     assert "keeps 1A00h:00 (mapping of TPDO 1) at 2, needed is 1" in world.state.problem
+
+
+def test_a_node_that_supports_no_remote_frames_keeps_bit_30_of_its_identifiers() -> None:
+    world = IoBench()
+    numbers = world.coupler.objects.numbers
+    for number in range(4):
+        key = key_of(0x1800 + number, 1)
+        world.coupler.objects.followers[key] = lambda value, key=key: numbers.update({key: value | 1 << 30})
+    world.ready()
+    assert numbers[key_of(0x1800, 1)] == 0x40000000 | 0x180 + COUPLER
+
+
+def test_an_emergency_that_is_only_a_warning_is_told_and_stops_nobody() -> None:
+    world = moving(
+        replace(IO, emergencies={0x2320: Meaning("an output at its limit", "look at its lamp", stops=False)})
+    )
+    world.coupler.raise_emergency(0x2320)
+    world.run(0.2)
+    assert world.feedback.state is PlayoutState.PLAYING
+    assert ["an output at its limit" in text for text in world.events_of("io_warning")] == [True]
 
 
 def _fix(world: IoBench, code: int) -> None:
