@@ -46,6 +46,7 @@ COMMANDS = {
         ".operator.simulate", "conveyor", f"cell simulate conveyor belt --speed 50 --every 200 -f {BELT}"
     ),
     "simulate sensor": Subcommand(".operator.simulate", "sensor", f"cell simulate sensor picker seam Z=5 -f {BELT}"),
+    "simulate input": Subcommand(".operator.simulate", "input_", f"cell simulate input left part_present on -f {FILE}"),
 }
 """The register of subcommands: by its words, in which module of `cell.commands` its function is, and an example.
 
@@ -55,7 +56,7 @@ GROUPS = {
     "zone": ("An operator's word about an exclusive zone.", f"cell zone clear handover -f {FILE}"),
     "setup": ("An operator's word about the robot in set-up.", f"cell setup clear left -f {FILE}"),
     "simulate": (
-        "Measurements without a machine, for simulated cells.",
+        "Measurements and signals without a machine, for simulated cells.",
         f"cell simulate conveyor belt --speed 50 -f {BELT}",
     ),
 }

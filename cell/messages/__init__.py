@@ -26,10 +26,11 @@ from cell.messages.gateway_commands import (
     Release,
     ResetDrives,
     ScanBus,
+    SimulateInput,
     SwitchOutput,
     WriteObject,
 )
-from cell.messages.gateway_state import BusCounters, GatewayState, NodeStatus
+from cell.messages.gateway_state import BusCounters, GatewayState, IoStatus, NodeStatus
 from cell.messages.jog import JogFrame, JogHeld
 from cell.messages.manager_commands import AdoptZone, ClearSetup, ClearZone, ListEvents, ResetEstop, SetEstop
 from cell.messages.manager_state import ManagerState, SetupStatus, ZoneDeadlock, ZoneState, ZoneStatus
@@ -94,6 +95,7 @@ __all__ = [
     "Heard",
     "HoldSetup",
     "Home",
+    "IoStatus",
     "Jog",
     "JogFrame",
     "JogHeld",
@@ -128,6 +130,7 @@ __all__ = [
     "SetpointBlock",
     "SetupStatus",
     "Severity",
+    "SimulateInput",
     "Step",
     "SwitchOutput",
     "Token",

@@ -178,6 +178,17 @@ class SwitchOutput(Command):
 
 @command("gateway")
 @dataclass(frozen=True, slots=True)
+class SimulateInput(Command):
+    """Close (on) or open a named digital input of a simulated drive or I/O node; real ones are never written."""
+
+    verb: ClassVar[str] = "simulate_input"
+    robot: Name
+    input: Name
+    on: bool
+
+
+@command("gateway")
+@dataclass(frozen=True, slots=True)
 class AcceptPosition(Command):
     """An operator has looked: axes (none named: all that are in doubt) are where their drives show them."""
 

@@ -32,6 +32,23 @@ class NodeStatus:
 
 
 @dataclass(frozen=True, slots=True)
+class IoStatus:
+    """One I/O node (CiA 401): its NMT state as last heard, and the newest emergency code with its meaning."""
+
+    name: Name
+    node_id: Count
+    nmt: Name
+    operational: bool
+    """It is configured, was started, and is heard."""
+    problem: Text = ""
+    """Why it is not, for people; empty when it is or when its first attempt goes on."""
+    emergency_code: Count | None = None
+    emergency_text: Text = ""
+    outputs: Annotated[dict[Name, Annotated[dict[Name, bool], Few]], Few] = field(default_factory=dict)
+    """Robot: its digital outputs at this node by name, on or off."""
+
+
+@dataclass(frozen=True, slots=True)
 class BusCounters:
     """What the cycle loop counts since the start."""
 
@@ -60,7 +77,8 @@ class GatewayState:
     cycle_s: Duration
     interface: Name
     ready: bool
-    """All nodes are configured and operational, and it is known which of them are referenced."""
+    """All nodes are configured and operational, but for I/O nodes whose loss is only told (`on_loss`), and it is known
+    which of them are referenced."""
     problem: Text
     """Why it is not ready, for people; empty when it is."""
     owners: Annotated[dict[Name, Name], Few]
@@ -77,5 +95,9 @@ class GatewayState:
     """Of its configuration."""
     era: Count = 0
     """Grows from one run of the gateway to the next: the number of the first claim of this run."""
+    io_nodes: Annotated[tuple[IoStatus, ...], Few] = ()
+    inputs: Annotated[dict[Name, Annotated[dict[Name, bool | None], Few]], Few] = field(default_factory=dict)
+    """Robot: its named digital inputs, of drives and I/O nodes: true is closed (1), null is not known, because nobody
+    has measured it lately."""
     estop: Name | None = None
     """Id of the oldest emergency stop in force here, confirmed or not; it ends only after the manager heard of it."""

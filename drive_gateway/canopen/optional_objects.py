@@ -1,4 +1,4 @@
-"""Objects that a CiA 402 drive may lack, and what a cell loses without them."""
+"""Objects that a CiA 402 drive or a CiA 401 I/O node may lack, and what a cell loses without them."""
 
 OPTIONAL_OBJECTS: dict[int, tuple[str, str]] = {
     0x1016: (
@@ -21,3 +21,12 @@ OPTIONAL_OBJECTS: dict[int, tuple[str, str]] = {
     ),
 }
 """By index, as axis 1 has it: name, and the cost of going without."""
+IO_OPTIONAL_OBJECTS: dict[int, tuple[str, str]] = {
+    0x1016: (
+        "heartbeat of the gateway",
+        "it does not notice a gateway that is gone, so its outputs stay as they are",
+    ),
+    0x6206: ("error mode of the outputs", "what its outputs do when the gateway is gone is its own setting"),
+    0x6207: ("error value of the outputs", "what its outputs do when the gateway is gone is its own setting"),
+}
+"""The same of an I/O node."""

@@ -148,6 +148,10 @@ class ProcessImage:
     """For motions that the drive makes by itself, of type `ON_EVENT`."""
 
     @property
+    def node_id(self) -> int:
+        return self.command.node_id
+
+    @property
     def pdos(self) -> tuple[Pdo, ...]:
         """All of them, in the order in which they are linked."""
         return (*self.profile, *self._cyclic)

@@ -4,6 +4,7 @@ Every value is read back and compared: a drive that keeps another value would st
 """
 
 from dataclasses import dataclass, replace
+from typing import Protocol
 
 from drive_gateway.canopen.axis_objects import index_of
 from drive_gateway.canopen.pdo_map import DIGITAL_OUTPUTS, SdoWrite
@@ -31,9 +32,21 @@ class Preparation:
         return replace(self, write=write, shown_index=index_of(self.shown_index, axis))
 
 
-def supervision(axis: AxisSettings, settings: GatewaySettings) -> list[Preparation]:
-    """How the node of this axis and its master watch each other."""
-    return _waived(axis, _guarding(settings) if axis.guarded else _heartbeats(settings))
+class Supervised(Protocol):
+    """What the drives file says of a node's error control."""
+
+    @property
+    def guarded(self) -> bool:
+        """By node guarding instead of heartbeats."""
+
+    @property
+    def waived(self) -> frozenset[int]:
+        """Indices of objects that it may lack."""
+
+
+def supervision(node: Supervised, settings: GatewaySettings) -> list[Preparation]:
+    """How this node, or that of this axis, and its master watch each other."""
+    return waived(node, _guarding(settings) if node.guarded else _heartbeats(settings))
 
 
 def preparations(axis: AxisSettings, settings: GatewaySettings) -> list[Preparation]:
@@ -45,19 +58,19 @@ def preparations(axis: AxisSettings, settings: GatewaySettings) -> list[Preparat
     counts = abs(axis.counts_per_unit)
     period, exponent = interpolation_period(settings.cycle_s)
     values = [
-        _same("interpolation period", 0x60C2, 1, period, 1),
-        _same("interpolation period, power of ten", 0x60C2, 2, exponent, 1),
-        *([_same("interpolation sub mode", 0x60C0, 0, axis.interpolation, 2)] if axis.interpolated else []),
+        same("interpolation period", 0x60C2, 1, period, 1),
+        same("interpolation period, power of ten", 0x60C2, 2, exponent, 1),
+        *([same("interpolation sub mode", 0x60C0, 0, axis.interpolation, 2)] if axis.interpolated else []),
         *play(axis),
-        _same("quick-stop deceleration", 0x6085, 0, max(1, axis.units.ramp(axis.quick_stop * counts)), 4),
-        _same("quick-stop option", 0x605A, 0, axis.quick_stop_option, 2),
-        _same("reaction to a lost connection", 0x6007, 0, axis.connection_lost, 2),
-        _same("following-error window", 0x6065, 0, round(axis.following_window * counts), 4),
-        _same("following-error time", 0x6066, 0, _milliseconds(axis.following_time_s), 2),
+        same("quick-stop deceleration", 0x6085, 0, max(1, axis.units.ramp(axis.quick_stop * counts)), 4),
+        same("quick-stop option", 0x605A, 0, axis.quick_stop_option, 2),
+        same("reaction to a lost connection", 0x6007, 0, axis.connection_lost, 2),
+        same("following-error window", 0x6065, 0, round(axis.following_window * counts), 4),
+        same("following-error time", 0x6066, 0, _milliseconds(axis.following_time_s), 2),
         *_limits(axis),
         *_range(axis),
     ]
-    return [item.of_axis(axis.number) for item in _waived(axis, values)]
+    return [item.of_axis(axis.number) for item in waived(axis, values)]
 
 
 def digital_outputs(axis: AxisSettings, on: int) -> list[Preparation]:
@@ -65,14 +78,15 @@ def digital_outputs(axis: AxisSettings, on: int) -> list[Preparation]:
     if not axis.output_mask:
         return []
     values = [
-        _same("digital outputs", DIGITAL_OUTPUTS, 1, on, 4),
-        _same("mask of the digital outputs", DIGITAL_OUTPUTS, 2, axis.output_mask, 4),
+        same("digital outputs", DIGITAL_OUTPUTS, 1, on, 4),
+        same("mask of the digital outputs", DIGITAL_OUTPUTS, 2, axis.output_mask, 4),
     ]
     return [item.of_axis(axis.number) for item in values]
 
 
-def _waived(axis: AxisSettings, items: list[Preparation]) -> list[Preparation]:
-    return [replace(item, waived=item.write.index in axis.waived) for item in items]
+def waived(node: Supervised, items: list[Preparation]) -> list[Preparation]:
+    """The same, marked where the node may lack the object."""
+    return [replace(item, waived=item.write.index in node.waived) for item in items]
 
 
 def play(axis: AxisSettings) -> list[Preparation]:
@@ -81,7 +95,7 @@ def play(axis: AxisSettings) -> list[Preparation]:
     if axis.torque is None:
         return [mode]
     return [
-        _same("highest motor speed", MOTOR_SPEED, 0, round(MOTOR_SPEED_RESERVE * axis.speed * axis.torque.rpm), 4),
+        same("highest motor speed", MOTOR_SPEED, 0, round(MOTOR_SPEED_RESERVE * axis.speed * axis.torque.rpm), 4),
         mode,
     ]
 
@@ -91,8 +105,8 @@ def _range(axis: AxisSettings) -> list[Preparation]:
     if not axis.modulus:
         return []
     return [
-        _same("lowest count of a turn", 0x607B, 1, 0, 4),
-        _same("highest count of a turn", 0x607B, 2, axis.modulus - 1, 4),
+        same("lowest count of a turn", 0x607B, 1, 0, 4),
+        same("highest count of a turn", 0x607B, 2, axis.modulus - 1, 4),
     ]
 
 
@@ -105,9 +119,9 @@ def _limits(axis: AxisSettings) -> list[Preparation]:
         return []
     low, high = sorted(round((limit - axis.offset) * axis.counts_per_unit) for limit in axis.limits)
     return [
-        _same("lowest position of all", 0x607D, 1, INT32_MIN, 4),
-        _same("highest position", 0x607D, 2, high, 4),
-        _same("lowest position", 0x607D, 1, low, 4),
+        same("lowest position of all", 0x607D, 1, INT32_MIN, 4),
+        same("highest position", 0x607D, 2, high, 4),
+        same("lowest position", 0x607D, 1, low, 4),
     ]
 
 
@@ -125,17 +139,17 @@ def life_time_factor(settings: GatewaySettings) -> int:
 def _heartbeats(settings: GatewaySettings) -> list[Preparation]:
     consumer = settings.node_id << 16 | _milliseconds(settings.heartbeat_timeout_s)
     return [
-        _same("heartbeat of the node", 0x1017, 0, _milliseconds(settings.heartbeat_producer_s), 2),
-        _same("heartbeat of the gateway", HEARTBEAT_CONSUMER, 1, consumer, 4),
+        same("heartbeat of the node", 0x1017, 0, _milliseconds(settings.heartbeat_producer_s), 2),
+        same("heartbeat of the gateway", HEARTBEAT_CONSUMER, 1, consumer, 4),
     ]
 
 
 def _guarding(settings: GatewaySettings) -> list[Preparation]:
     """Guarding and heartbeat share an identifier, so a node has one of them: the heartbeat goes first."""
     return [
-        _same("no heartbeat of the node", 0x1017, 0, 0, 2),
-        _same("guard time", 0x100C, 0, _milliseconds(settings.heartbeat_producer_s), 2),
-        _same("life time factor", LIFE_TIME_FACTOR, 0, life_time_factor(settings), 1),
+        same("no heartbeat of the node", 0x1017, 0, 0, 2),
+        same("guard time", 0x100C, 0, _milliseconds(settings.heartbeat_producer_s), 2),
+        same("life time factor", LIFE_TIME_FACTOR, 0, life_time_factor(settings), 1),
     ]
 
 
@@ -153,7 +167,8 @@ def interpolation_period(cycle_s: float) -> tuple[int, int]:
     raise ValueError(f"cycle {cycle_s} s is no interpolation period of a drive: allowed are {allowed}")
 
 
-def _same(what: str, index: int, sub: int, value: int, size: int) -> Preparation:
+def same(what: str, index: int, sub: int, value: int, size: int) -> Preparation:
+    """A value of `size` bytes that the object which it is written to shows."""
     data = value.to_bytes(size, "little", signed=value < 0)
     return Preparation(what, SdoWrite(index, sub, data), index, sub)
 

@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from drive_gateway.canopen.bus_load import cyclic_load
+from drive_gateway.canopen.io_map import IoImage
 from drive_gateway.canopen.pdo_map import ProcessImage
 
 KEPT_FREE = 0.10
@@ -32,9 +33,9 @@ class BusLoad:
         return self.total > WARN_ABOVE
 
 
-def bus_load(images: Sequence[ProcessImage], bitrate: int, cycle_s: float, heartbeat_s: float) -> BusLoad:
+def bus_load(images: Sequence[ProcessImage | IoImage], bitrate: int, cycle_s: float, heartbeat_s: float) -> BusLoad:
     """The load of nodes with these process images."""
-    nodes = {image.command.node_id for image in images}
+    nodes = {image.node_id for image in images}
     bits = sum(image.bits_per_cycle for image in images)
     timed = sum(image.timed_bits_s for image in images)
     return BusLoad(cyclic_load(len(nodes), bitrate, cycle_s, heartbeat_s, bits, timed))

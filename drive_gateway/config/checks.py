@@ -1,21 +1,24 @@
 """What must hold within a drives file beyond its schema."""
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
+from itertools import chain
 
 from can.interfaces import VALID_INTERFACES
 
 from cell.config.document import Document
 from cell.config.problem import KeyPath, Problem, Severity
 from cell.config.reading import declared
-from drive_gateway.canopen.optional_objects import OPTIONAL_OBJECTS
+from drive_gateway.canopen.io_map import IoImage
+from drive_gateway.canopen.optional_objects import IO_OPTIONAL_OBJECTS, OPTIONAL_OBJECTS
 from drive_gateway.canopen.pdo_map import ProcessImage
 from drive_gateway.config.axis_entry import AxisEntry
 from drive_gateway.config.bus_length import check_length
 from drive_gateway.config.bus_load import KEPT_FREE, REFUSE_ABOVE, WARN_ABOVE, bus_load
 from drive_gateway.config.drives_file import DrivesFile
 from drive_gateway.config.emergency_entry import check_emergencies
-from drive_gateway.config.image import image_of
+from drive_gateway.config.image import image_of, io_image_of
+from drive_gateway.config.io_checks import check_io_nodes, check_places
 from drive_gateway.config.node_checks import check_nodes
 from drive_gateway.config.object_checks import check_objects
 from drive_gateway.config.output_checks import check_outputs
@@ -41,6 +44,8 @@ def check_drives_file(document: Document, drives: DrivesFile) -> list[Problem]:
         *check_length(document, drives.bus.bitrate, drives.bus.lengths()),
         *_empty(document, drives),
         *check_nodes(document, list(axes_of(drives)), drives.gateway_node),
+        *check_io_nodes(document, drives, list(axes_of(drives))),
+        *check_places(document, drives),
         *_load(document, drives),
         *_times(document, drives),
         *_guarded(document, drives),
@@ -49,10 +54,20 @@ def check_drives_file(document: Document, drives: DrivesFile) -> list[Problem]:
         *check_profile_pdos(document, drives.profile_pdos, _images(drives)),
         *check_simulation(document, drives),
         *check_emergencies(
-            document, drives.emergencies, ((path, axis.emergencies) for path, _, axis in axes_of(drives))
+            document,
+            drives.emergencies,
+            chain(
+                ((path, axis.emergencies) for path, _, axis in axes_of(drives)),
+                ((("io_nodes", name), io.emergencies) for name, io in drives.io_nodes.items()),
+            ),
         ),
         *check_objects(document, list(axes_of(drives)), drives.bus.bitrate),
         *check_outputs(document, drives),
+        *(
+            problem
+            for name, io in drives.io_nodes.items()
+            for problem in _waived(document, ("io_nodes", name), io.waive, IO_OPTIONAL_OBJECTS, "node")
+        ),
     ]
 
 
@@ -74,14 +89,16 @@ def _images(drives: DrivesFile) -> list[ProcessImage]:
 
 
 def _load(document: Document, drives: DrivesFile) -> Iterator[Problem]:
-    images = _images(drives)
+    io_nodes = [io_image_of(io.settings(name, 0, {})) for name, io in drives.io_nodes.items()]
+    images: list[ProcessImage | IoImage] = [*_images(drives), *io_nodes]
     load = bus_load(images, drives.bus.bitrate, drives.cycle_s, drives.heartbeat_producer_s)
     if not load.high:
         return
+    also = f" and {len(io_nodes)} I/O nodes" if io_nodes else ""
     found = (
-        f"a bus load of {100 * load.total:.0f} % ({len(images)} axes every {1000 * drives.cycle_s:g} ms at "
-        f"{drives.bus.bitrate // 1000} kbit/s: {100 * load.cyclic:.0f} % with worst-case stuffing, and "
-        f"{100 * KEPT_FREE:.0f} % kept for SDO and EMCY)"
+        f"a bus load of {100 * load.total:.0f} % ({len(images) - len(io_nodes)} axes{also} every "
+        f"{1000 * drives.cycle_s:g} ms at {drives.bus.bitrate // 1000} kbit/s: {100 * load.cyclic:.0f} % with "
+        f"worst-case stuffing, and {100 * KEPT_FREE:.0f} % kept for SDO and EMCY)"
     )
     if load.refused:
         yield document.problem(("cycle_s",), found, f"up to {100 * REFUSE_ABOVE:.0f} %")
@@ -121,7 +138,8 @@ def _times(document: Document, drives: DrivesFile) -> Iterator[Problem]:
 def _guarded(document: Document, drives: DrivesFile) -> Iterator[Problem]:
     """A guarded node counts polls (100Dh, 8 bits), and may lose one of them."""
     polls = drives.heartbeat_timeout_s / drives.heartbeat_producer_s
-    guarded = any(axis.error_control == "guarding" for _, _, axis in axes_of(drives))
+    ways = {axis.error_control for _, _, axis in axes_of(drives)}
+    guarded = "guarding" in ways | {io.error_control for io in drives.io_nodes.values()}
     if guarded and not 2 <= round(polls, 6) <= 255:
         allowed = f"2 to 255 times heartbeat_producer_s, {drives.heartbeat_producer_s:g}, for nodes that are guarded"
         yield document.problem(("heartbeat_timeout_s",), f"{drives.heartbeat_timeout_s:g}", allowed)
@@ -163,7 +181,7 @@ def _axes(document: Document, drives: DrivesFile) -> Iterator[Problem]:
         if axis.interpolation and axis.mode != "interpolated":
             found = f"{axis.interpolation} beside mode {axis.mode}"
             yield document.problem((*path, "interpolation"), found, "mode: interpolated beside it")
-        yield from _waived(document, path, axis)
+        yield from _waived(document, path, axis.waive, OPTIONAL_OBJECTS)
         yield from _whole_units(document, path, axis)
         for name, bound in (("quick_stop", UINT32_MAX), ("following_window", UINT32_MAX), ("speed", FASTEST_COUNTS)):
             if getattr(axis, name) * counts > bound:
@@ -230,11 +248,17 @@ def _torque(document: Document, path: KeyPath, axis: AxisEntry) -> Iterator[Prob
         yield document.problem((*path, "speed"), document.found((*path, "speed")), allowed)
 
 
-def _waived(document: Document, path: KeyPath, axis: AxisEntry) -> Iterator[Problem]:
-    for number, index in enumerate(axis.waive):
-        name, cost = OPTIONAL_OBJECTS[int(index, 16)]
-        found = f"a drive that may lack {index}h ({name}): {cost}"
-        allowed = "only where the drive has no such object and this is accepted"
+def _waived(
+    document: Document,
+    path: KeyPath,
+    waive: Sequence[str],
+    optional: Mapping[int, tuple[str, str]],
+    what: str = "drive",
+) -> Iterator[Problem]:
+    for number, index in enumerate(waive):
+        name, cost = optional[int(index, 16)]
+        found = f"a {what} that may lack {index}h ({name}): {cost}"
+        allowed = f"only where the {what} has no such object and this is accepted"
         yield document.problem((*path, "waive", number), found, allowed, severity=Severity.WARNING)
 
 

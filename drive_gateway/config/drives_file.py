@@ -14,7 +14,8 @@ from drive_gateway.canopen.pdo_map import DIGITAL_OUTPUTS
 from drive_gateway.config.axis_entry import AxisEntry
 from drive_gateway.config.bus_length import BusLengths
 from drive_gateway.config.emergency_entry import EmergencyTables, codes_of
-from drive_gateway.config.output_entry import OutputEntry, mask_of
+from drive_gateway.config.io_entry import IoNodeEntry
+from drive_gateway.config.output_entry import InputEntry, OutputEntry, mask_of
 from drive_gateway.config.own_objects import EdsFiles, own_objects
 from drive_gateway.config.profile_entry import ProfilePdosEntry
 from drive_gateway.config.settings import (
@@ -22,6 +23,7 @@ from drive_gateway.config.settings import (
     AxisSettings,
     BusSettings,
     GatewaySettings,
+    IoSettings,
     RobotDrives,
 )
 from drive_gateway.config.simulation import Level, Simulation
@@ -54,19 +56,26 @@ class BusEntry(BaseModel):
 
 
 class RobotEntry(BaseModel):
-    """The axes of one robot."""
+    """The axes of one robot, and what hangs on it."""
 
     model_config = STRICT
     axes: dict[AxisName, AxisEntry] = Field(
         description="axes by name, in the joints' order", json_schema_extra={"minProperties": 1}
     )
     outputs: dict[Name, OutputEntry] = Field(
-        default={}, description="digital outputs of the drives by name", json_schema_extra={"maxProperties": 32}
+        default={},
+        description="digital outputs of the drives and I/O nodes by name",
+        json_schema_extra={"maxProperties": 32},
+    )
+    inputs: dict[Name, InputEntry] = Field(
+        default={},
+        description="digital inputs of the drives and I/O nodes that are told by name",
+        json_schema_extra={"maxProperties": 64},
     )
 
 
 class DrivesFile(BaseModel):
-    """One CAN bus, its gateway's times and its drives."""
+    """One CAN bus, its gateway's times, its drives and I/O nodes."""
 
     model_config = STRICT
     units: Units = Field(description="units of lengths and angles: {length: mm, angle: deg}")
@@ -96,6 +105,8 @@ class DrivesFile(BaseModel):
         description="robots on this bus by name", json_schema_extra={"minProperties": 1}
     )
 
+    io_nodes: dict[Name, IoNodeEntry] = Field(default={}, description="I/O nodes (CiA 401) on this bus by name")
+
     def settings(self, name: str, folder: Path = Path()) -> GatewaySettings:
         """The same in SI for the gateway `name`, files relative to `folder`; only for a file without problems."""
         files = EdsFiles()
@@ -117,6 +128,7 @@ class DrivesFile(BaseModel):
                     robot,
                     tuple(self._whole(robot, joint, folder, files) for joint in entry.axes),
                     tuple(output.settings(output_name) for output_name, output in entry.outputs.items()),
+                    tuple(item.settings(input_name) for input_name, item in entry.inputs.items()),
                 )
                 for robot, entry in self.robots.items()
             },
@@ -127,7 +139,13 @@ class DrivesFile(BaseModel):
                 axes=self.simulated_axes(),
                 whole_robots=self.simulation.masses == "robot",
             ),
+            io_nodes=tuple(self._io_node(io, entry) for io, entry in self.io_nodes.items()),
         )
+
+    def _io_node(self, name: str, entry: IoNodeEntry) -> IoSettings:
+        outputs = [output for robot in self.robots.values() for output in robot.outputs.values()]
+        kept = sum(1 << output.bit for output in outputs if output.io == name and output.at_stop == "keep")
+        return entry.settings(name, kept, codes_of(self.emergencies, entry.emergencies))
 
     def axis(self, robot: str, name: str, folder: Path = Path()) -> AxisSettings:
         """One axis with what the whole file says of it."""
@@ -136,6 +154,7 @@ class DrivesFile(BaseModel):
             entry.axes[name].settings(name, folder),
             profile_pdos=None if self.profile_pdos is None else self.profile_pdos.pdos(),
             output_mask=mask_of(entry.outputs.values(), name),
+            input_mask=mask_of(entry.inputs.values(), name),
         )
 
     def _whole(self, robot: str, name: str, folder: Path, files: EdsFiles) -> AxisSettings:

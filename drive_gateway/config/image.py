@@ -1,10 +1,11 @@
-"""What the axes of a drives file exchange with their gateway."""
+"""What the axes and I/O nodes of a drives file exchange with their gateway."""
 
+from drive_gateway.canopen.io_map import IoImage, io_image
 from drive_gateway.canopen.pdo_map import EVERY_SYNC, ProcessImage, process_image
-from drive_gateway.config.settings import AxisSettings
+from drive_gateway.config.settings import AxisSettings, GatewaySettings, IoSettings
 
 INPUTS_EVERY = 2
-"""SYNCs from one message of an axis' inputs to the next; limit switches come with every SYNC."""
+"""SYNCs from one message of an axis' or I/O node's inputs to the next; limit switches come with every SYNC."""
 
 
 def image_of(axis: AxisSettings) -> ProcessImage:
@@ -22,8 +23,19 @@ def image_of(axis: AxisSettings) -> ProcessImage:
     )
 
 
+def io_image_of(io: IoSettings) -> IoImage:
+    """The process image of an I/O node."""
+    return io_image(io.node_id, io.input_bytes, io.output_bytes, INPUTS_EVERY)
+
+
+def images_of(gateway: GatewaySettings) -> list[ProcessImage | IoImage]:
+    """Those of all axes and I/O nodes of a bus."""
+    axes = [image_of(axis) for robot in gateway.robots.values() for axis in robot.axes]
+    return [*axes, *map(io_image_of, gateway.io_nodes)]
+
+
 def _inputs_every(axis: AxisSettings) -> int:
     """A limit switch is told with the statusword of the same SYNC, so that it is known why a drive stopped."""
     if axis.limit_switches is not None:
         return EVERY_SYNC
-    return 0 if axis.inputs is None else INPUTS_EVERY
+    return 0 if axis.inputs is None and not axis.input_mask else INPUTS_EVERY

@@ -8,7 +8,7 @@ from drive_gateway.config.axis_entry import AxisEntry
 
 NamedAxis = tuple[KeyPath, str, AxisEntry]
 """An axis with its place in the file and its name for people, which begins with its robot's."""
-_HIGHEST = 127
+HIGHEST_NODE_ID = 127
 
 
 def check_nodes(document: Document, axes: Sequence[NamedAxis], own: int) -> Iterator[Problem]:
@@ -19,7 +19,7 @@ def check_nodes(document: Document, axes: Sequence[NamedAxis], own: int) -> Iter
     for path, who, axis in axes:
         if axis.node == own:
             found = f"{axis.node}, under which the gateway itself sends its heartbeat"
-            yield document.problem((*path, "node"), found, f"1 to {_HIGHEST} but for gateway_node, {own}")
+            yield document.problem((*path, "node"), found, f"1 to {HIGHEST_NODE_ID} but for gateway_node, {own}")
         other = seen.setdefault((axis.node, axis.axis), who)
         first = firsts.setdefault(axis.node, (path, who, axis))
         if other != who:
@@ -55,7 +55,7 @@ def _numbers(document: Document, axes: Sequence[NamedAxis], seen: dict[tuple[int
             yield document.problem((*path, "axis"), found, "the axes of a node from 1 on, none left out")
         taken = axis.node + axis.axis - 1
         other = next((name for (node, _), name in seen.items() if node == taken), None)
-        if other is not None or taken > _HIGHEST:
+        if other is not None or taken > HIGHEST_NODE_ID:
             owner = f"of {other}" if other is not None else "beyond the highest"
             found = f"axis {axis.axis} of node {axis.node}, whose PDOs have the identifiers of Node-ID {taken}, {owner}"
             yield document.problem((*path, "axis"), found, "Node-IDs that leave room for all axes of each node")

@@ -1,4 +1,4 @@
-"""Whether the digital outputs of a drives file can be switched: their axes, bits and objects, the RPDO for them."""
+"""Whether the digital outputs of a drives file can be switched: the objects of their axes, the RPDO for them."""
 
 from collections.abc import Iterator
 
@@ -9,7 +9,7 @@ from drive_gateway.canopen.eds import Eds
 from drive_gateway.canopen.eds_file import EdsError
 from drive_gateway.canopen.pdo_map import DIGITAL_OUTPUTS
 from drive_gateway.config.axis_entry import AxisEntry
-from drive_gateway.config.drives_file import DrivesFile, RobotEntry
+from drive_gateway.config.drives_file import DrivesFile
 from drive_gateway.config.object_address import address_of
 
 MOST_OUTPUTS = 32
@@ -19,28 +19,14 @@ _NEEDED = ("60FE:01", "60FE:02", "1402:01", "1602:01")
 
 
 def check_outputs(document: Document, drives: DrivesFile) -> Iterator[Problem]:
-    """All contradictions of the outputs with each other and with their axes."""
+    """All contradictions of the outputs with their axes; where each is says `io_checks`."""
     for robot, entry in drives.robots.items():
         path: KeyPath = ("robots", robot, "outputs")
         if len(entry.outputs) > MOST_OUTPUTS:
             yield document.problem(path, f"{len(entry.outputs)} outputs", f"up to {MOST_OUTPUTS}", at_key=True)
-        yield from _places(document, path, robot, entry)
-        for name in dict.fromkeys(output.axis for output in entry.outputs.values()):
+        for name in dict.fromkeys(output.axis for output in entry.outputs.values() if output.axis is not None):
             if name in entry.axes:
                 yield from _drive(document, ("robots", robot, "axes", name), entry.axes[name], drives)
-
-
-def _places(document: Document, path: KeyPath, robot: str, entry: RobotEntry) -> Iterator[Problem]:
-    """Each at a drive of its robot, and each bit once."""
-    seen: dict[tuple[str, int], str] = {}
-    for name, output in entry.outputs.items():
-        if output.axis not in entry.axes:
-            allowed = f"an axis of {robot}: {', '.join(entry.axes)}"
-            yield document.problem((*path, name, "axis"), repr(output.axis), allowed)
-        other = seen.setdefault((output.axis, output.bit), name)
-        if other != name:
-            found = f"{output.bit}, that of {other} too"
-            yield document.problem((*path, name, "bit"), found, f"each bit of 60FEh of {output.axis} once")
 
 
 def _drive(document: Document, path: KeyPath, axis: AxisEntry, drives: DrivesFile) -> Iterator[Problem]:

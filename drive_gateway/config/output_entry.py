@@ -1,4 +1,4 @@
-"""Schema of a digital output in a drives file, and what it says as settings."""
+"""Schema of the digital outputs and named inputs of a robot in a drives file, and what they say as settings."""
 
 from collections.abc import Iterable
 from typing import Annotated, Literal
@@ -6,18 +6,23 @@ from typing import Annotated, Literal
 from pydantic import BaseModel, Field
 
 from cell.config.units import STRICT
-from drive_gateway.config.settings import OutputSettings
+from drive_gateway.config.settings import NamedInput, OutputSettings
 
 LONGEST_LEAD_S = 0.08
 """A block's nominal part is at least 0.1 s long, and an event is told no sooner."""
 
+Place = Annotated[str, Field(min_length=1)]
+
 
 class OutputEntry(BaseModel):
-    """A bit of 60FEh that programs can switch where the motion passes a place."""
+    """A bit of a drive's 60FEh or of an I/O node that programs can switch where the motion passes a place."""
 
     model_config = STRICT
-    axis: Annotated[str, Field(min_length=1)] = Field(description="the axis whose drive has the output")
-    bit: int = Field(ge=0, le=31, description="bit of 60FEh:01")
+    axis: Place | None = Field(default=None, description="the axis whose drive has the output; else `io`")
+    io: Place | None = Field(default=None, description="the I/O node that has the output, one of `io_nodes`")
+    bit: int = Field(
+        ge=0, le=63, description="bit of 60FEh:01, 0 to 31; of an I/O node from the first bit of its first output byte"
+    )
     lead_s: float = Field(
         default=0.0,
         ge=0,
@@ -29,13 +34,27 @@ class OutputEntry(BaseModel):
     )
 
     def settings(self, name: str) -> OutputSettings:
-        return OutputSettings(name, self.axis, self.bit, self.lead_s, self.at_stop == "keep")
+        return OutputSettings(name, self.axis or "", self.bit, self.lead_s, self.at_stop == "keep", self.io or "")
 
 
-def mask_of(outputs: Iterable[OutputEntry], axis: str) -> int:
-    """The bits of 60FEh that are outputs of one axis' drive."""
+class InputEntry(BaseModel):
+    """A bit of a drive's 60FDh or of an I/O node that is told by its name."""
+
+    model_config = STRICT
+    axis: Place | None = Field(default=None, description="the axis whose drive has the input; else `io`")
+    io: Place | None = Field(default=None, description="the I/O node that has the input, one of `io_nodes`")
+    bit: int = Field(
+        ge=0, le=63, description="bit of 60FDh, 0 to 31; of an I/O node from the first bit of its first input byte"
+    )
+
+    def settings(self, name: str) -> NamedInput:
+        return NamedInput(name, self.axis or "", self.bit, self.io or "")
+
+
+def mask_of(bits: Iterable[OutputEntry] | Iterable[InputEntry], axis: str) -> int:
+    """The bits of 60FEh, or of 60FDh, that are outputs, or named inputs, of one axis' drive."""
     mask = 0
-    for output in outputs:
-        if output.axis == axis:
-            mask |= 1 << output.bit
+    for item in bits:
+        if item.axis == axis:
+            mask |= 1 << item.bit
     return mask

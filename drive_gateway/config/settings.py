@@ -65,16 +65,55 @@ class InputSettings:
 
 @dataclass(frozen=True, slots=True)
 class OutputSettings:
-    """A digital output of a drive (60FEh) that blocks can switch."""
+    """A digital output of a drive (60FEh) or of an I/O node (6200h) that blocks can switch."""
 
     name: str
     axis: str
-    """Whose drive has it."""
+    """Whose drive has it; empty: an I/O node has it."""
     bit: int
+    """Of 60FEh:01; of an I/O node counted on from byte to byte, 8 is bit 0 of 6200h:02."""
     lead_s: float = 0.0
     """It is switched so much before the motion reaches the place, because what hangs on it takes that long."""
     keep: bool = False
     """It stays as it is when its robot is stopped; else it goes off."""
+    io: str = ""
+    """I/O node that has it; empty: a drive has it."""
+
+
+@dataclass(frozen=True, slots=True)
+class NamedInput:
+    """A digital input that has a name: of a drive (60FDh) or of an I/O node (6000h)."""
+
+    name: str
+    axis: str
+    """Whose drive has it; empty: an I/O node has it."""
+    bit: int
+    """Of 60FDh; of an I/O node counted on from byte to byte, 8 is bit 0 of 6000h:02."""
+    io: str = ""
+    """I/O node that has it; empty: a drive has it."""
+
+
+@dataclass(frozen=True, slots=True)
+class IoSettings:
+    """An I/O node (CiA 401) with digital inputs and outputs, for the robots that name some of them."""
+
+    name: str
+    node_id: int
+    input_bytes: int
+    """Sub-indices of 6000h that come with its TPDO, 0 to 8."""
+    output_bytes: int
+    """Sub-indices of 6200h that go with its RPDO, 0 to 8."""
+    stops: bool = True
+    """Robots that name an input or output of it stop when it falls silent; else that is only told."""
+    kept: int = 0
+    """Outputs that stay as they are when the node misses the gateway; all others go off."""
+    identity: IdentitySettings = IdentitySettings()
+    guarded: bool = False
+    """The node is watched by node guarding instead of heartbeats, for nodes that have none."""
+    waived: frozenset[int] = frozenset()
+    """Indices of objects that the node may lack (`IO_OPTIONAL_OBJECTS`)."""
+    emergencies: Mapping[int, Meaning] = field(default_factory=dict)
+    """Meaning and remedy of the emergency codes of its type of node, over those of CiA 301."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -174,6 +213,8 @@ class AxisSettings:
     """`None`: the drive's inputs are not looked at."""
     output_mask: int = 0
     """Bits of the drive's digital outputs (60FEh) that blocks can switch."""
+    input_mask: int = 0
+    """Bits of the drive's digital inputs (60FDh) that have a name."""
     interpolated: bool = False
     """Blocks are played in interpolated position mode, for drives that have no cyclic synchronous position."""
     interpolation: int = 0
@@ -231,6 +272,7 @@ class RobotDrives:
     axes: tuple[AxisSettings, ...]
     outputs: tuple[OutputSettings, ...] = ()
     """Up to 32, in the order in which a claim names them."""
+    inputs: tuple[NamedInput, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -270,3 +312,4 @@ class GatewaySettings:
     node_id: int = MASTER_NODE_ID
     """The gateway's own, under which it sends its heartbeat."""
     simulation: Simulation = field(default_factory=Simulation)
+    io_nodes: tuple[IoSettings, ...] = ()

@@ -1,4 +1,4 @@
-"""The gateway's core: one CAN bus, its drives and the robots they belong to.
+"""The gateway's core: one CAN bus, its drives and I/O nodes, and the robots they belong to.
 
 Order of a cycle: the TPDOs that answer the SYNC before, SYNC, then the RPDOs for the next one. A sample that is sent in
 the cycle of SYNC `tick` acts at SYNC `tick + 1`. Blocks are taken last, right before the RPDOs are made: one that has
@@ -22,11 +22,13 @@ from drive_gateway.canopen.sdo import SdoDone
 from drive_gateway.config.settings import GatewaySettings
 from drive_gateway.gateway.bus.bus_news import BusBack, BusDisturbed, BusFailed, BusTraffic, SecondMaster
 from drive_gateway.gateway.cycle.bus_watch import BusWatch
+from drive_gateway.gateway.cycle.io_watch import IoWatch
 from drive_gateway.gateway.cycle.lateness import Lateness
 from drive_gateway.gateway.cycle.phase_lock import PhaseLock
 from drive_gateway.gateway.drives.drive import Drive
 from drive_gateway.gateway.effects import DrivesSlow, Frame, RecordEnded, RecordSaid, TakeBlocks
 from drive_gateway.gateway.event_log import EventLog
+from drive_gateway.gateway.io.io_node import IoNode
 from drive_gateway.gateway.nodes.scan import Scan
 from drive_gateway.gateway.orders.calls import GatewayCalls
 from drive_gateway.gateway.orders.setup_turn import SetupTurn
@@ -76,16 +78,20 @@ class GatewayCore:
         self._boot = boot
         self._first_owner = first_owner
         self._log = EventLog(settings.name, boot)
+        self._io_nodes = {io.name: IoNode(io, settings) for io in settings.io_nodes}
         self._robots = {
-            name: Robot(drives, settings, times, boot, first_owner, self._log, stored or {})
+            name: Robot(drives, settings, times, boot, first_owner, self._log, stored or {}, self._io_nodes)
             for name, drives in settings.robots.items()
         }
         self._drives = [drive for robot in self._robots.values() for drive in robot.group.nodes]
         self._nodes = {drive.node.id: drive.node for drive in self._drives}
+        self._nodes |= {io.node.id: io.node for io in self._io_nodes.values()}
         self._by_status: dict[int, Drive] = {drive.image.status.cob_id: drive for drive in self._drives}
-        self._by_inputs: dict[int, Drive] = {
-            drive.image.inputs.cob_id: drive for drive in self._drives if drive.image.inputs is not None
-        }
+        told: list[Drive | IoNode] = [*self._drives, *self._io_nodes.values()]
+        self._by_inputs = {each.image.inputs.cob_id: each for each in told if each.image.inputs is not None}
+        self._io_watch = IoWatch(self._io_nodes.values(), self._robots.values(), self._log)
+        self._only_told = frozenset(io.node.id for io in self._io_nodes.values() if not io.io.stops)
+        """I/O nodes without which everything goes on."""
         self._scan = Scan(self._nodes)
         self._syncs = [Frame(frame) for frame in sync_frames(settings.sync_counter)]
         self._heartbeat = Frame(heartbeat_frame(NmtState.OPERATIONAL, settings.node_id))
@@ -93,7 +99,9 @@ class GatewayCore:
         self._states = Sent(boot)
         self._turn = SetupTurn(settings.name, digest, self._robots, times, self._states)
         seen = self._turn, self._states, times.command_s, STATE_PERIOD_S
-        self._calls = GatewayCalls(settings.name, boot, digest, process, self._robots, self._scan, *seen, self._log)
+        self._calls = GatewayCalls(
+            settings.name, boot, digest, process, self._robots, self._io_nodes, self._scan, *seen, self._log
+        )
         self._estops = ObeyedEstops(boot)
         self._estop_since: float | None = None
         """When the first of the stops in force was received; the gateway's own timer runs from here."""
@@ -108,6 +116,10 @@ class GatewayCore:
         self._state_due = 0.0
         self._heartbeat_due = 0.0
         self._named: tuple[str, ...] = ()
+        self._inputs: dict[str, dict[str, bool | None]] = {}
+        """As they were told."""
+        self._quiet_until = 0.0
+        """So long inputs that bounce lead to no other state."""
         self._confirmed: str | None = None
         self._closing_since: float | None = None
         self._parting_since: float | None = None
@@ -159,12 +171,13 @@ class GatewayCore:
             self._on_overrun(lateness, now)
         self._turn.step(now)
         order = self._stop_order()
-        after: list[Effect] = []
+        after = self._io_watch.observe(now, self._tick)
         for robot in self._robots.values():
             after += robot.observe(now, self._tick, order)
         yield _TAKE_BLOCKS
         for robot in self._robots.values():
             yield from robot.command(now, self._tick)
+        yield from self._io_watch.command(now)
         yield from after
         if now >= self._heartbeat_due:
             # From the cycle and from nothing else: when the loop hangs, the drives must miss it.
@@ -201,9 +214,9 @@ class GatewayCore:
         if drive is not None:
             drive.on_tpdo(frame.data, self._tick, now)
             return
-        drive = self._by_inputs.get(frame.id)
-        if drive is not None:
-            drive.on_inputs(frame.data, now)
+        inputs = self._by_inputs.get(frame.id)
+        if inputs is not None:
+            inputs.on_inputs(frame.data, now)
             return
         node = self._nodes.get(cob_id.node_id(frame.id))
         if node is None and cob_id.function_code(frame.id) == cob_id.SDO_FROM_NODE:
@@ -289,10 +302,13 @@ class GatewayCore:
         return late or all(node.parted or not node.operational for node in self._nodes.values())
 
     def _tell(self, now: float) -> Iterator[Effect]:
-        """The state, when it is due or another robot is to be set up."""
+        """The state, when it is due, another robot is to be set up, or a named input changes."""
         names = self._turn.names()
-        if now >= self._state_due or names != self._named:
-            self._named = names
+        inputs = {name: robot.group.inputs.values(now) for name, robot in self._robots.items()}
+        changed = inputs != self._inputs and now >= self._quiet_until
+        if now >= self._state_due or names != self._named or changed:
+            self._named, self._inputs = names, inputs
+            self._quiet_until = now + SETUP_PERIOD_S
             self._state_due = now + (SETUP_PERIOD_S if names else STATE_PERIOD_S)
             yield Publish(self._state())
 
@@ -306,7 +322,8 @@ class GatewayCore:
         nodes = tuple(drive.describe() for drive in self._drives)
         modes = [robot.group.setup.problem for robot in self._robots.values()]
         units = [robot.group.permits.wrong_units() for robot in self._robots.values()]
-        found = (*(node.problem for node in self._nodes.values()), *modes, *units)
+        needed = [node for number, node in self._nodes.items() if number not in self._only_told]
+        found = (*(node.problem for node in needed), *modes, *units)
         problems = [problem for problem in found if problem]
         problem = self._bus.problem or "; ".join(problems)
         return GatewayState(
@@ -315,7 +332,7 @@ class GatewayCore:
             sequence=self._sequence,
             cycle_s=self._settings.cycle_s,
             interface=self._settings.bus.interface,
-            ready=not problem and all(drive.operational and drive.reference.judged for drive in self._drives),
+            ready=self._ready and not problem,
             problem=problem,
             owners={name: robot.claims.boot for name, robot in self._robots.items() if robot.claims.owner},
             estop_confirmed=self._confirmed,
@@ -325,8 +342,15 @@ class GatewayCore:
             heard=self._turn.echo,
             digest=self._digest,
             era=self._first_owner,
+            io_nodes=tuple(io.describe() for io in self._io_nodes.values()),
+            inputs={robot: named for robot, named in self._inputs.items() if named},
             estop=estop.id if estop is not None else None,
         )
+
+    @property
+    def _ready(self) -> bool:
+        drives = all(drive.operational and drive.reference.judged for drive in self._drives)
+        return drives and all(io.operational or not io.io.stops for io in self._io_nodes.values())
 
     def _counters(self) -> BusCounters:
         playouts = [robot.group.playout for robot in self._robots.values()]

@@ -156,6 +156,7 @@ class GatewayShell:
             drives.on_slow = lambda text: self._arrived.append(DrivesSlow(text, REMEDY))
         self.port = open_port(settings.bus, self._on_frame, self._arrived.append)
         node_ids = {axis.node_id for drives in robots.values() for axis in drives.axes}
+        node_ids |= {io.node_id for io in settings.io_nodes}
         self.workers = open_workers(
             node_ids, self.port.send, self.port.attend, self._arrived.append, settings.sdo_timeout_s
         )

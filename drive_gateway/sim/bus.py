@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 
 from drive_gateway.canopen.frame import CanFrame
-from drive_gateway.sim.nodes.node import SimulatedNode
+from drive_gateway.sim.nodes.node import NodeServices
 from drive_gateway.sim.wire import Wire
 
 IN_STEP_S = 0.005
@@ -19,7 +19,7 @@ class SimulatedBus:
         apart_s: how far apart in time its axes may be; they may be so only where they share nothing.
     """
 
-    def __init__(self, nodes: Sequence[SimulatedNode], bitrate: int | None, apart_s: float = IN_STEP_S) -> None:
+    def __init__(self, nodes: Sequence[NodeServices], bitrate: int | None, apart_s: float = IN_STEP_S) -> None:
         self.nodes = nodes
         self._apart_s = apart_s
         self._moved: float | None = None

@@ -21,7 +21,8 @@ from drive_gateway.sim.axis.dc_bus import DcBus
 from drive_gateway.sim.axis.full_servo import FullServo
 from drive_gateway.sim.axis.robot_load import RobotLoad, RobotTorques, Shaft
 from drive_gateway.sim.bus import SimulatedBus
-from drive_gateway.sim.nodes.node import SimulatedNode
+from drive_gateway.sim.nodes.io_node import SimulatedIoNode
+from drive_gateway.sim.nodes.node import NodeServices, SimulatedNode
 from drive_gateway.sim.pace import REMEDY, ComputingTime
 
 _log = logging.getLogger(__name__)
@@ -122,8 +123,8 @@ class SimulatedDrives:
         return min(max(due - time.monotonic(), _GRAIN_S), STEP_S)
 
 
-def simulated_nodes(settings: GatewaySettings, robots: Robots | None = None) -> list[SimulatedNode]:
-    """One node per Node-ID. They wait for set points as long as a cycle of this gateway may be late.
+def simulated_nodes(settings: GatewaySettings, robots: Robots | None = None) -> list[NodeServices]:
+    """One node per Node-ID, those with drives first; these wait for set points as long as a cycle may be late.
 
     `robots` put their loads on the axes beside those of the file, at the full level only.
     """
@@ -133,12 +134,13 @@ def simulated_nodes(settings: GatewaySettings, robots: Robots | None = None) -> 
     for name, robot in settings.robots.items():
         for axis in robot.axes:
             by_node.setdefault(axis.node_id, []).append((name, axis))
-    nodes = []
+    nodes: list[NodeServices] = []
     for named in by_node.values():
         named.sort(key=lambda pair: pair[1].number)
         behind = [servos.get((name, axis.name)) for name, axis in named]
         axes = [axis for _, axis in named]
         nodes.append(SimulatedNode(axes, settings.cycle_s, settings.simulated_lag_s, timeout, behind))
+    nodes += [SimulatedIoNode(io.node_id, io.input_bytes, io.output_bytes) for io in settings.io_nodes]
     return nodes
 
 

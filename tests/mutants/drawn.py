@@ -121,8 +121,8 @@ DRAWN: tuple[Mutant, ...] = (
         (
             Edit(
                 "drive_gateway/gateway/playout/outputs.py",
-                "        self._places = tuple((output.axis, output.bit) for output in outputs)\n        self._leads = tuple(round(output.lead_s / cycle_s) for output in outputs)\n",
-                "        self._leads = tuple(round(output.lead_s / cycle_s) for output in outputs)\n        self._places = tuple((output.axis, output.bit) for output in outputs)\n",
+                "        self._places = tuple(((output.axis, output.io), output.bit) for output in outputs)\n        self._leads = tuple(round(output.lead_s / cycle_s) for output in outputs)\n",
+                "        self._leads = tuple(round(output.lead_s / cycle_s) for output in outputs)\n        self._places = tuple(((output.axis, output.io), output.bit) for output in outputs)\n",
             ),
         ),
         "the two lines do not depend on each other",

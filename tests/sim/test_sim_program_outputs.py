@@ -4,31 +4,40 @@ from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
+import pytest
 
 from cell.messages import Command, DriveFeedback, Halt, Mode, ProgramState, Reply, SwitchOutput
 from tests.sim.operator import PatientOperator
 from tests.sim.scenario import BAD
 from tests.sim.world import World, load_bundle
-from tests.unit.config_world import Copy
+from tests.unit.config_world import DRIVES, Copy
 
 PROGRAM = "MJ J1=5 F=30\nSET DO gripper\nMJ J1=10 F=30\nRESET DO gripper\nMJ J1=12 F=30\nEND"
 GRIPPER = 1 << 16
 
 
-def test_the_gripper_is_closed_exactly_between_its_two_places(tmp_path: Path) -> None:
+@pytest.mark.parametrize("place", ["at a drive", "at an I/O node"])
+def test_the_gripper_is_closed_exactly_between_its_two_places(tmp_path: Path, place: str) -> None:
     copy = Copy(tmp_path)
+    at_io = place == "at an I/O node"
+    if at_io:
+        copy.change(DRIVES, "gripper: {axis: J6, bit: 16,", "gripper: {io: coupler, bit: 16,")
+        copy.add(DRIVES, "io_nodes: {coupler: {node: 20, input_bytes: 1, output_bytes: 3}}")
     programs = copy.folder / "two_arms" / "programs"
     (programs / "left.prog").write_text(PROGRAM)
     (programs / "right.prog").write_text("HOME\nEND")
     world = World(load_bundle(copy.folder / "two_arms" / "cell.yaml"), 3, BAD)
-    node = world.buses["gateway/left_bus"].nodes[6]
+    nodes = world.buses["gateway/left_bus"].nodes
     heard: list[tuple[float, int]] = []
     on_bus: set[int] = set()
+
+    def on_node() -> int:
+        return nodes[20].outputs if at_io else nodes[6].outputs[0].on
 
     def look(feedback: DriveFeedback) -> None:
         if feedback.robot == "left":
             heard.append((float(np.degrees(feedback.commanded[0])), feedback.outputs))
-            on_bus.add(node.outputs[0].on)
+            on_bus.add(on_node())
 
     world.on_feedback.append(look)
     PatientOperator(world)
@@ -36,11 +45,11 @@ def test_the_gripper_is_closed_exactly_between_its_two_places(tmp_path: Path) ->
         world.clock.now + 30.0,
         lambda: "left" in world.seen.robots and world.seen.robots["left"].program.state is ProgramState.DONE,
     )
-    place, on = np.array(heard).T
-    assert place[-1] > 11.9
-    assert np.array_equal(on == 1, (place > 5.0 - 1e-3) & (place < 10.0 - 1e-3))
+    angle, on = np.array(heard).T
+    assert angle[-1] > 11.9
+    assert np.array_equal(on == 1, (angle > 5.0 - 1e-3) & (angle < 10.0 - 1e-3))
     assert on_bus == {0, GRIPPER}
-    assert node.outputs[0].on == 0
+    assert on_node() == 0
 
 
 def test_by_hand_it_opens_only_while_the_program_is_halted_and_the_next_statement_closes_it_again(

@@ -28,7 +28,7 @@ def errors(
     the maker's. `--clear` writes 0 to 1003h:00, while the node is without torque.
     """
     meant = meant_node(place, node)
-    own = {} if meant.settings is None else meant.settings.emergencies
+    own = meant.emergencies
     with node_access(place, "errors", may_move) as nodes:
         register = _number(nodes.read(meant.id, _REGISTER, 0))
         bits = [name for bit, name in enumerate(_REGISTER_BITS) if register >> bit & 1]

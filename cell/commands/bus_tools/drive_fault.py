@@ -24,7 +24,7 @@ def fault(
         float | None, typer.Option("--for", metavar="S", help="Ends after so many seconds. [default: it stays]")
     ] = None,
 ) -> None:
-    """Let a simulated drive fail, also while it moves; refused for drives that are real.
+    """Let a simulated drive fail, also while it moves; refused for drives that are real. An I/O node can drop out.
 
     The running gateway orders it over the bus: drives of its own process (`--simulate`, `cell up`) and those that run
     alone (`drive-gateway simulate`). What has no end (`--for`) stays until the process of the drives is started again;

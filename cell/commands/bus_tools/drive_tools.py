@@ -67,13 +67,13 @@ def scan(place: Place) -> None:
             found.append(node)
     if not found:
         raise CommandError("no node answers", "check power, wiring, bit rate and termination")
-    silent = [place.label(node) for node in sorted({axis.node_id for _, axis in place.axes} - {*found})]
+    silent = [place.label(node) for node in sorted({*place.node_ids} - {*found})]
     if silent:
         raise CommandError(f"no answer from {', '.join(silent)}", "check power, wiring, bit rate and Node-ID")
 
 
 def _who(place: Place, node: int) -> str:
-    named = place.drives is None or any(axis.node_id == node for _, axis in place.axes)
+    named = place.drives is None or node in place.node_ids
     return place.label(node) if named else f"node {node} (not in the drives file)"
 
 
@@ -109,8 +109,7 @@ def read(
             raise CommandError("--output takes the bytes of one object", "name it by INDEX:SUB, such as 1021:00", 2)
         _read_to_file(place, meant, meant.eds.find(item, meant.axis), output)
         return
-    every = [entry for entry in meant.eds if entry.readable and not entry.domain]
-    wanted = every if item is None else [meant.eds.find(item, meant.axis)]
+    wanted = meant.readable if item is None else [meant.eds.find(item, meant.axis)]
     with node_access(place, "read") as nodes:
         for entry in wanted:
             try:

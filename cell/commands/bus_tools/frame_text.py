@@ -4,7 +4,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from enum import StrEnum
 
-from cell.commands.bus_tools.place import Place
+from cell.commands.bus_tools.place import Place, io_eds
 from drive_gateway.canopen import cob_id
 from drive_gateway.canopen.abort_text import abort_text
 from drive_gateway.canopen.axis_objects import first_axis_index
@@ -14,7 +14,7 @@ from drive_gateway.canopen.frame import CanFrame
 from drive_gateway.canopen.nmt import NmtCommand, NmtState, decode_heartbeat
 from drive_gateway.canopen.pdo_map import CONTROLWORD, STATUSWORD, Pdo
 from drive_gateway.cia402.state_machine import decode
-from drive_gateway.config.image import image_of
+from drive_gateway.config.image import image_of, io_image_of
 
 _TIME, _LSS_TO_NODE, _LSS_FROM_NODE = 0x100, 0x7E5, 0x7E4
 _TPDOS = range(0x180, 0x580, 0x100)
@@ -57,6 +57,11 @@ class FrameReader:
             eds = self._eds.setdefault(axis.node_id, Eds(axis.eds, axis.number))
             for pdo in image_of(axis).pdos:
                 self._pdos[pdo.cob_id] = (pdo, label, eds)
+        for io in place.io_nodes:
+            self._eds[io.node_id] = io_eds()
+            self._emergencies[io.node_id] = io.emergencies
+            for pdo in io_image_of(io).pdos:
+                self._pdos[pdo.cob_id] = (pdo, f"I/O {io.name}", self._eds[io.node_id])
         self._plain = Eds()
         self._names: dict[tuple[int, int, int], ObjectEntry] = {}
 

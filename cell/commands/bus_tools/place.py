@@ -5,6 +5,7 @@ import inspect
 import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from importlib.resources import files
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -17,9 +18,11 @@ from cell.commands.errors import CommandError, quoted
 from cell.config import ConfigError, load_cell_alone
 from cell.config.document import read_document
 from cell.config.settings import CellSettings
-from drive_gateway.canopen.eds import Eds
+from drive_gateway.canopen.eds import Eds, ObjectEntry
+from drive_gateway.canopen.emcy import Meaning
+from drive_gateway.canopen.io_map import DIGITAL_INPUTS, DIGITAL_OUTPUTS, ERROR_MODE, ERROR_VALUE, IO_EDS
 from drive_gateway.config import AxisSettings, GatewaySettings, load_drives
-from drive_gateway.config.settings import BusSettings
+from drive_gateway.config.settings import BusSettings, IoSettings
 
 IN_ONE_PROCESS = ("virtual",)
 """Interfaces of python-can whose buses no other process sees."""
@@ -49,10 +52,14 @@ _WHERE: dict[str, Any] = {"file": _FILE, "gateway": _GATEWAY}
 _OPTIONS: dict[str, Any] = {"interface": _INTERFACE, "channel": _CHANNEL, "bitrate": _BITRATE}
 _NAME_A_BUS = "name a cell file and one of its gateways, or a drives file alone, or --channel (and --interface)"
 
-NodeArgument = Annotated[str, typer.Argument(metavar="NODE", help="Node-ID, or ROBOT.AXIS such as left.J1.")]
+NodeArgument = Annotated[
+    str, typer.Argument(metavar="NODE", help="Node-ID, ROBOT.AXIS such as left.J1, or an I/O node.")
+]
 EdsOption = Annotated[
     Path | None,
-    typer.Option("--eds", metavar="FILE", help="EDS or DCF of the node, instead of the axis' own or plain CiA 402."),
+    typer.Option(
+        "--eds", metavar="FILE", help="EDS or DCF of the node, instead of the axis' own or plain CiA 402 or 401."
+    ),
 ]
 
 
@@ -83,9 +90,20 @@ class Place:
         robots = {} if self.drives is None else self.drives.robots
         return [(f"{name}.{axis.name}", axis) for name, robot in robots.items() for axis in robot.axes]
 
+    @property
+    def io_nodes(self) -> tuple[IoSettings, ...]:
+        """Every I/O node of the drives file."""
+        return () if self.drives is None else self.drives.io_nodes
+
+    @property
+    def node_ids(self) -> list[int]:
+        """Every node of the drives file, drives first."""
+        return [*dict.fromkeys(axis.node_id for _, axis in self.axes), *(io.node_id for io in self.io_nodes)]
+
     def label(self, node_id: int) -> str:
-        """A node for people, with the axes that the file gives to it."""
-        named = ", ".join(label for label, axis in self.axes if axis.node_id == node_id)
+        """A node for people, with what the file says it is."""
+        axes = [label for label, axis in self.axes if axis.node_id == node_id]
+        named = ", ".join([*axes, *(f"I/O {io.name}" for io in self.io_nodes if io.node_id == node_id)])
         return f"node {node_id} ({named})" if named else f"node {node_id}"
 
     def command(self, words: str, rest: str = "") -> str:
@@ -105,22 +123,54 @@ class MeantNode:
     eds: Eds
     settings: AxisSettings | None = None
     """What the drives file says of that axis."""
+    io: IoSettings | None = None
+    """What the drives file says of that I/O node."""
+
+    @property
+    def emergencies(self) -> Mapping[int, Meaning]:
+        """What the drives file says of its emergency codes."""
+        of = self.settings or self.io
+        return {} if of is None else of.emergencies
+
+    @property
+    def readable(self) -> list[ObjectEntry]:
+        """All its parameters but domains."""
+        longest = {} if self.io is None else _longest(self.io)
+        entries = [entry for entry in self.eds if entry.readable and not entry.domain]
+        return [entry for entry in entries if entry.sub <= longest.get(entry.index, entry.sub)]
 
 
 def meant_node(place: Place, text: str, eds: Path | None = None) -> MeantNode:
-    """The node that a Node-ID or `ROBOT.AXIS` means. Raises `CommandError`, and `EdsError` for its file."""
+    """The node that a Node-ID, `ROBOT.AXIS` or the name of an I/O node means.
+
+    Raises `CommandError`, and `EdsError` for its file.
+    """
     axes = place.axes
     for label, axis in axes:
         if text == label or (text == str(axis.node_id) and axis.number == 1):
             count = sum(other.node_id == axis.node_id for _, other in axes)
             file = axis.eds if eds is None else str(eds)
             return MeantNode(axis.node_id, axis.number, place.label(axis.node_id), Eds(file, count), axis)
+    for io in place.io_nodes:
+        if text in (io.name, str(io.node_id)):
+            return MeantNode(io.node_id, 1, place.label(io.node_id), io_eds(eds), io=io)
     if re.fullmatch(r"[0-9]{1,3}", text) and 1 <= int(text) <= 127:
         return MeantNode(int(text), 1, f"node {int(text)}", Eds("" if eds is None else str(eds)))
-    known = ", ".join(f"{axis.node_id} ({label})" for label, axis in axes)
+    named = [(axis.node_id, label) for label, axis in axes] + [(io.node_id, f"I/O {io.name}") for io in place.io_nodes]
+    known = ", ".join(f"{number} ({label})" for number, label in named)
     where = f" on the bus of gateway {place.name}" if place.drives else ""
     also = f"; its nodes are {known}, others have their Node-ID" if known else ""
     raise CommandError(f"no node {text!r}{where}{also}", "a Node-ID is 1 to 127", 2)
+
+
+def io_eds(file: Path | None = None) -> Eds:
+    """The objects of an I/O node: those of a file, or those that CiA 401 has."""
+    return Eds(str(files("drive_gateway.sim").joinpath(IO_EDS)) if file is None else str(file))
+
+
+def _longest(io: IoSettings) -> dict[int, int]:
+    """Highest sub-index of objects that the EDS of CiA 401 shows longer than the node has them."""
+    return {DIGITAL_INPUTS: io.input_bytes} | dict.fromkeys((DIGITAL_OUTPUTS, ERROR_MODE, ERROR_VALUE), io.output_bytes)
 
 
 def place_of(

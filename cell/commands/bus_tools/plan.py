@@ -5,16 +5,18 @@ from typing import Annotated
 
 import typer
 
-from cell.commands.bus_tools.place import Place, meant_node
+from cell.commands.bus_tools.place import Place, io_eds, meant_node
 from cell.commands.errors import CommandError
 from cell.config.problem import refuses
 from drive_gateway.canopen.eds import Eds
+from drive_gateway.canopen.io_map import IoImage
+from drive_gateway.canopen.pdo_map import ProcessImage
 from drive_gateway.cia402.preparation import interpolation_period
 from drive_gateway.config import AxisSettings, GatewaySettings
 from drive_gateway.config.bus_load import bus_load
-from drive_gateway.config.image import image_of
+from drive_gateway.config.image import image_of, io_image_of
 from drive_gateway.config.load import read_drives
-from drive_gateway.gateway.nodes.program import Step, boot_plan
+from drive_gateway.gateway.nodes.program import Step, boot_plan, io_boot_plan
 
 
 def plan(
@@ -30,25 +32,31 @@ def plan(
     if place.drives is None:
         raise CommandError("no drives file is named", "name one, or a cell file and a gateway", 2)
     wanted = None if node is None else meant_node(place, node).id
-    nodes: dict[int, list[AxisSettings]] = {}
-    for _, axis in place.axes:
-        nodes.setdefault(axis.node_id, []).append(axis)
+    nodes = place.node_ids
     if wanted is not None and wanted not in nodes:
         raise CommandError(f"node {wanted} is not in the drives file", f"its nodes are {', '.join(map(str, nodes))}")
-    for number, axes in nodes.items():
+    for number in nodes:
         if wanted in (None, number):
             print(f"{place.label(number)}: NMT reset communication, and after its boot-up:")
-            for line in _lines(sorted(axes, key=lambda axis: axis.number), place.drives):
+            for line in _lines(*_steps(place, place.drives, number)):
                 print(f"  {line}")
             print("  NMT start")
 
 
-def _lines(axes: list[AxisSettings], settings: GatewaySettings) -> list[str]:
-    eds = Eds(axes[0].eds, len(axes))
+def _steps(place: Place, settings: GatewaySettings, node_id: int) -> tuple[list[Step], Eds]:
+    """All requests to a node, and the names of its objects."""
+    io = next((io for io in place.io_nodes if io.node_id == node_id), None)
+    if io is not None:
+        return io_boot_plan(io, settings), io_eds()
+    mine: list[AxisSettings] = [axis for _, axis in place.axes if axis.node_id == node_id]
+    axes = sorted(mine, key=lambda axis: axis.number)
     try:
-        steps = boot_plan(axes, settings)
+        return boot_plan(axes, settings), Eds(axes[0].eds, len(axes))
     except ValueError as error:
         raise CommandError(str(error), "correct cycle_s in the drives file") from error
+
+
+def _lines(steps: list[Step], eds: Eds) -> list[str]:
     lines, at = [], 0
     while at < len(steps):
         step, after = steps[at], steps[at + 1] if at + 1 < len(steps) else None
@@ -99,11 +107,12 @@ def check(
 
 def _sum_up(drives: GatewaySettings) -> None:
     axes = [axis for robot in drives.robots.values() for axis in robot.axes]
-    images = [image_of(axis) for axis in axes]
+    images: list[ProcessImage | IoImage] = [*map(image_of, axes), *map(io_image_of, drives.io_nodes)]
     load = bus_load(images, drives.bus.bitrate, drives.cycle_s, drives.heartbeat_producer_s)
     bus = f"{drives.bus.interface} {drives.bus.channel}, {drives.bus.bitrate / 1000:g} kbit/s"
     nodes = len({axis.node_id for axis in axes})
-    print(f"{drives.name} is good: {bus}, {nodes} nodes, {len(axes)} axes, cycle {1000 * drives.cycle_s:g} ms")
+    also = f", {len(drives.io_nodes)} I/O nodes" if drives.io_nodes else ""
+    print(f"{drives.name} is good: {bus}, {nodes} nodes, {len(axes)} axes{also}, cycle {1000 * drives.cycle_s:g} ms")
     print(f"bus load {100 * load.total:.0f} %: worst case of the cyclic frames, and 10 % for SDO and EMCY")
     for name, robot in drives.robots.items():
         listed = ", ".join(f"{axis.name} {axis.node_id}" for axis in robot.axes)

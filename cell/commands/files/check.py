@@ -13,7 +13,7 @@ from cell.commands.checks.motions import ProgramCourse, check_motions, listed
 from cell.config.problem import Problem, refuses
 from drive_gateway.config import GatewaySettings
 from drive_gateway.config.bus_load import bus_load
-from drive_gateway.config.image import image_of
+from drive_gateway.config.image import images_of
 
 
 def check(file: Annotated[Path, typer.Argument(metavar="FILE", help="The cell file.", show_default=False)]) -> None:
@@ -77,13 +77,13 @@ def _millimetres(xyz: tuple[float, float, float]) -> str:
 
 
 def _bus_cells(gateway: GatewaySettings) -> tuple[str, ...]:
-    images = [image_of(axis) for robot in gateway.robots.values() for axis in robot.axes]
+    images = images_of(gateway)
     load = bus_load(images, gateway.bus.bitrate, gateway.cycle_s, gateway.heartbeat_producer_s)
     bus = f"{gateway.bus.interface} {gateway.bus.channel}"
     return (
         bus,
         f"{gateway.bus.bitrate / 1000:g}",
-        str(len({image.command.node_id for image in images})),
+        str(len({image.node_id for image in images})),
         f"{1000 * gateway.cycle_s:g}",
         f"{100 * load.total:.0f} %",
     )

@@ -1,5 +1,6 @@
 """`cell drives`: every drive of a running cell, once."""
 
+from collections.abc import Mapping
 from pathlib import Path
 
 from rich.box import SIMPLE_HEAD
@@ -12,11 +13,11 @@ from cell.commands.client.state_table import gateway_line
 from cell.commands.errors import CommandError, quoted
 from cell.commands.options import CELL_FILE, CellFileOption, ConnectOption
 from cell.config.settings import CellSettings
-from cell.messages import GatewayState, NodeStatus
+from cell.messages import GatewayState, IoStatus, NodeStatus
 
 
 def drives(file: CellFileOption = Path(CELL_FILE), endpoint: ConnectOption = None) -> None:
-    """Show every drive of the running cell once: NMT, drive state and outputs, emergencies, counters of the bus.
+    """Show every drive and I/O node once: NMT, drive state, inputs and outputs, emergencies, counters of the bus.
 
     Exits with 1 when a gateway is silent or not ready.
     """
@@ -34,8 +35,10 @@ def drives(file: CellFileOption = Path(CELL_FILE), endpoint: ConnectOption = Non
 
 
 def drives_table(settings: CellSettings, seen: Snapshot) -> Table:
-    """One row per node of all gateways that are heard; one line per bus below."""
-    counters = [bus_line(name, seen.gateways.get(name)) for name in settings.gateways]
+    """One row per axis and I/O node of all gateways that are heard; below, named inputs and one line per bus."""
+    heard = [gateway for name in settings.gateways if (gateway := seen.gateways.get(name)) is not None]
+    counters = [f"inputs of {robot}: {inputs_text(named)}" for each in heard for robot, named in each.inputs.items()]
+    counters += [bus_line(name, seen.gateways.get(name)) for name in settings.gateways]
     title, caption = f"drives of cell {settings.name}", "\n".join(counters)
     table = Table(title=title, title_justify="left", caption=caption, box=SIMPLE_HEAD, padding=(0, 1, 0, 0))
     table.caption_justify = "left"
@@ -46,7 +49,28 @@ def drives_table(settings: CellSettings, seen: Snapshot) -> Table:
         for node in gateway.nodes if gateway is not None else ():
             words = (node.nmt, drive_text(node), following_error(node), trouble(node))
             table.add_row(name, str(node.node_id), f"{node.robot} {node.axis}", *words)
+        for io in gateway.io_nodes if gateway is not None else ():
+            table.add_row(name, str(io.node_id), f"I/O {io.name}", io.nmt, io_text(io), "", emergency(io) or io.problem)
     return table
+
+
+def inputs_text(named: Mapping[str, bool | None]) -> str:
+    """Digital inputs by name; one that nobody has measured lately is unknown."""
+    words = {True: "on", False: "off", None: "unknown"}
+    return ", ".join(f"{name} {words[value]}" for name, value in named.items())
+
+
+def io_text(io: IoStatus) -> str:
+    """Whether an I/O node works, and what its outputs were told."""
+    outputs = [
+        f"{robot} {name} {'on' if on else 'off'}" for robot, all_ in io.outputs.items() for name, on in all_.items()
+    ]
+    return ", ".join(["works" if io.operational else "does not work", *outputs])
+
+
+def emergency(node: NodeStatus | IoStatus) -> str:
+    """The newest one that was not acknowledged."""
+    return "" if node.emergency_code is None else f"{node.emergency_code:04X}h {node.emergency_text}"
 
 
 def drive_text(node: NodeStatus) -> str:
@@ -62,9 +86,8 @@ def following_error(node: NodeStatus) -> str:
 
 def trouble(node: NodeStatus) -> str:
     """The newest emergency that was not acknowledged, and why the axis is not referenced."""
-    emergency = "" if node.emergency_code is None else f"{node.emergency_code:04X}h {node.emergency_text}"
     reference = "" if node.referenced else f"not referenced: {node.reference_missing}"
-    return "; ".join(filter(None, (emergency, reference)))
+    return "; ".join(filter(None, (emergency(node), reference)))
 
 
 def bus_line(name: str, gateway: GatewayState | None) -> str:

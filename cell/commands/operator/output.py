@@ -1,5 +1,6 @@
 """`cell output`: the digital outputs of a robot's drives, listed, or one of them switched by hand."""
 
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated
 
@@ -13,8 +14,9 @@ from cell.commands.emergency.words import operator_name
 from cell.commands.errors import CommandError
 from cell.commands.operator.robot_orders import OnOff
 from cell.commands.options import CELL_FILE, CellFileOption, ConnectOption, RobotArgument
-from cell.messages import AxisStatus, GatewayState, SwitchOutput
+from cell.messages import AxisStatus, GatewayState, IoStatus, NodeStatus, SwitchOutput
 from drive_gateway.config import RobotDrives, load_drives
+from drive_gateway.config.settings import OutputSettings
 
 
 def output(
@@ -67,19 +69,34 @@ def outputs_table(drives: RobotDrives, state: GatewayState) -> Table:
     What a silent drive does with its outputs nobody knows.
     """
     nodes = {node.axis: node for node in state.nodes if node.robot == drives.robot}
+    io_nodes = {io.name: io for io in state.io_nodes}
     title = f"digital outputs of {drives.robot}"
     table = Table(title=title, title_justify="left", box=SIMPLE_HEAD, padding=(0, 1, 0, 0))
     for heading in ("output", "state", "at_stop", "axis", "node", "bit", "NMT", "drive"):
         table.add_column(heading, overflow="fold")
     for item in drives.outputs:
-        node = nodes.get(item.axis)
-        if node is None or item.name not in node.outputs:
-            found, where = "unknown to its gateway", ("", "", "")
-        else:
-            told = "on" if node.outputs[item.name] else "off"
-            found = "unknown" if node.drive is AxisStatus.SILENT else told
-            where = (str(node.node_id), node.nmt, node.drive.words)
+        found, where = _at_io(item, drives.robot, io_nodes) if item.io else _at_axis(item, nodes)
         number, nmt, drive = where
         at_stop = "keep" if item.keep else "off"
-        table.add_row(item.name, found, at_stop, item.axis, number, str(item.bit), nmt, drive)
+        carrier = f"I/O {item.io}" if item.io else item.axis
+        table.add_row(item.name, found, at_stop, carrier, number, str(item.bit), nmt, drive)
     return table
+
+
+def _at_axis(item: OutputSettings, nodes: Mapping[str, NodeStatus]) -> tuple[str, tuple[str, str, str]]:
+    """State of an output; Node-ID, NMT state and drive state of its node."""
+    node = nodes.get(item.axis)
+    if node is None or item.name not in node.outputs:
+        return "unknown to its gateway", ("", "", "")
+    told = "on" if node.outputs[item.name] else "off"
+    found = "unknown" if node.drive is AxisStatus.SILENT else told
+    return found, (str(node.node_id), node.nmt, node.drive.words)
+
+
+def _at_io(item: OutputSettings, robot: str, io_nodes: Mapping[str, IoStatus]) -> tuple[str, tuple[str, str, str]]:
+    """The same at an I/O node, which has no drive state."""
+    io = io_nodes.get(item.io)
+    if io is None or item.name not in io.outputs.get(robot, {}):
+        return "unknown to its gateway", ("", "", "")
+    told = "on" if io.outputs[robot][item.name] else "off"
+    return told if io.operational else "unknown", (str(io.node_id), io.nmt, "")

@@ -1,4 +1,4 @@
-"""`cell simulate conveyor`, `cell simulate sensor`: measurements without a machine, to try what follows them."""
+"""`cell simulate conveyor`, `sensor` and `input`: measurements and signals without a machine, to try what follows."""
 
 import math
 import time
@@ -11,10 +11,11 @@ import typer
 from cell.commands.client.cell_view import names
 from cell.commands.client.connection import Connection, connect
 from cell.commands.errors import CommandError
+from cell.commands.operator.robot_orders import OnOff
 from cell.commands.options import CELL_FILE, CellFileOption, ConnectOption, RobotArgument
 from cell.commands.processes.stop import stop_event
 from cell.config.settings import SensorFrame
-from cell.messages import CellTime, ConveyorCount, Correction, ManagerState
+from cell.messages import CellTime, ConveyorCount, Correction, ManagerState, SimulateInput
 from cell.net.clock import ManagerClock
 
 PERIOD_S = 0.02
@@ -70,6 +71,26 @@ def sensor(
         typer.echo(f"sensor {name} measures {' '.join(offset)} for {robot} until Ctrl-C")
         x, y, z, a, b, c = values
         _measure(operator, lambda at, _: Correction(robot, name, at, (x, y, z), (a, b, c)))
+
+
+def input_(
+    robot: RobotArgument,
+    name: Annotated[str, typer.Argument(metavar="INPUT", help="Of the drives file.")],
+    switch: Annotated[OnOff, typer.Argument(metavar="on|off", help="on closes it, off opens it.")],
+    file: CellFileOption = Path(CELL_FILE),
+    endpoint: ConnectOption = None,
+) -> None:
+    """Set a named digital input of a simulated drive or I/O node; it stays so until it is set again or started anew.
+
+    The running gateway orders it over the bus; devices that are real are never written.
+    """
+    with connect(file, endpoint) as operator:
+        operator.check_robot(robot)
+        gateway = operator.settings.robots[robot].gateway
+        reply = operator.order_gateway(gateway, SimulateInput(robot, name, switch is OnOff.ON))
+        if not reply.ok:
+            raise CommandError(f"gateway {gateway}: {reply.text}")
+        typer.echo(reply.text)
 
 
 def sensor_offset(words: list[str]) -> tuple[float, ...]:

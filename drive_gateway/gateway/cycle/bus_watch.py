@@ -3,6 +3,7 @@
 from collections.abc import Collection
 
 from drive_gateway.config.bus_load import bus_load
+from drive_gateway.config.image import images_of
 from drive_gateway.config.settings import GatewaySettings
 from drive_gateway.gateway.bus.bus_news import (
     BusBack,
@@ -34,8 +35,7 @@ class BusWatch:
         self._robots = robots
         self._nodes = nodes
         self._log = log
-        images = [drive.image for robot in robots for drive in robot.group.nodes]
-        planned = bus_load(images, settings.bus.bitrate, settings.cycle_s, settings.heartbeat_producer_s)
+        planned = bus_load(images_of(settings), settings.bus.bitrate, settings.cycle_s, settings.heartbeat_producer_s)
         self.planned = planned.cyclic
         """Share of the wire that what is configured takes."""
         self.load = MeasuredLoad(planned, settings.bus.bitrate, lambda: all(node.operational for node in nodes), log)

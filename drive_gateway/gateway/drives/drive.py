@@ -7,7 +7,14 @@ from cell.messages.gateway_state import NodeStatus
 from drive_gateway.canopen.axis_objects import index_of
 from drive_gateway.canopen.emcy import Emergency
 from drive_gateway.canopen.frame import CanFrame
-from drive_gateway.canopen.pdo_map import CONTROLWORD, INPUTS, STATUS, STATUS_WITH_TORQUE, TARGET_POSITION
+from drive_gateway.canopen.pdo_map import (
+    CONTROLWORD,
+    DIGITAL_OUTPUTS,
+    INPUTS,
+    STATUS,
+    STATUS_WITH_TORQUE,
+    TARGET_POSITION,
+)
 from drive_gateway.canopen.profile_pdos import TARGET_VELOCITY, ProfileSender
 from drive_gateway.canopen.sdo import SdoDone
 from drive_gateway.cia402.state_machine import QUICK_STOP, REMOTE, WARNING, controlword, decode
@@ -16,6 +23,7 @@ from drive_gateway.config.settings import AxisSettings, GatewaySettings
 from drive_gateway.gateway.drives.rest import AxisRest
 from drive_gateway.gateway.drives.shown_units import ShownUnits
 from drive_gateway.gateway.nodes.node import Node
+from drive_gateway.gateway.nodes.program import drive_program
 from drive_gateway.gateway.playout.outputs import Outputs
 from drive_gateway.gateway.reference.reference import Reference
 
@@ -187,6 +195,10 @@ class Drive:
         patience_s = self._settings.tpdo_timeout_s + INPUTS_EVERY * self._settings.cycle_s
         return self._inputs if now - self._inputs_at <= patience_s else None
 
+    def output_object(self, bit: int) -> tuple[int, int, int]:
+        """Index and sub-index of the object that shows a digital output, and its bit there."""
+        return index_of(DIGITAL_OUTPUTS, self.axis.number), 1, bit
+
     # What its node tells
 
     @property
@@ -303,5 +315,8 @@ def drives_of(
     for number in {axis.node_id for axis in axes}:
         mine = sorted((pair for pair in both if pair[0].node_id == number), key=lambda pair: pair[0].number)
         mine_axes, mine_references = zip(*mine, strict=True)
-        nodes[number] = Node(robot, mine_axes, mine_references, settings, outputs)
+        label = f"node {number} ({robot} {', '.join(axis.name for axis in mine_axes)})"
+        boot = drive_program(mine_axes, settings, mine_references, outputs)
+        # Error control and emergencies are the node's and the same in all its axes.
+        nodes[number] = Node(number, label, mine_axes[0], settings, boot)
     return [Drive(robot, axis, settings, nodes[axis.node_id], reference, outputs) for axis, reference in both]

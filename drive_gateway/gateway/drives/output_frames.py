@@ -3,7 +3,7 @@
 from collections.abc import Iterator, Sequence
 
 from drive_gateway.canopen.frame import CanFrame
-from drive_gateway.canopen.pdo_map import OUTPUTS, Pdo
+from drive_gateway.canopen.pdo_map import Pdo
 from drive_gateway.gateway.drives.drive import Drive
 from drive_gateway.gateway.playout.outputs import Outputs
 
@@ -16,26 +16,30 @@ class OutputFrames:
 
     def __init__(self, drives: Sequence[Drive], outputs: Outputs) -> None:
         self._outputs = outputs
-        self._senders = [_Sender(drive, drive.image.outputs) for drive in drives if drive.image.outputs is not None]
+        self._senders = [
+            (drive, OutputSender(drive.image.outputs)) for drive in drives if drive.image.outputs is not None
+        ]
 
     def due(self, now: float) -> Iterator[CanFrame]:
         """They act with the next SYNC, like the set points of the same cycle."""
-        for sender in self._senders:
-            frame = sender.due(self._outputs.word(sender.axis), now)
+        for drive, sender in self._senders:
+            frame = sender.due(self._outputs.word(drive.axis.name), now) if drive.addressed else None
             if frame is not None:
                 yield frame
 
 
-class _Sender:
-    def __init__(self, drive: Drive, pdo: Pdo) -> None:
-        self.axis = drive.axis.name
-        self._drive = drive
+class OutputSender:
+    """The frames of one PDO that carries outputs."""
+
+    def __init__(self, pdo: Pdo) -> None:
         self._cob_id = pdo.cob_id
+        self._bytes = pdo.data_bytes
         self._told: int | None = None
         self._due = 0.0
 
     def due(self, word: int, now: float) -> CanFrame | None:
-        if not self._drive.addressed or (word == self._told and now < self._due):
+        """The frame with the outputs of `word`, bit 0 first, when they have changed or were told long ago."""
+        if word == self._told and now < self._due:
             return None
         self._told, self._due = word, now + REPEAT_S
-        return CanFrame(self._cob_id, OUTPUTS.pack(word))
+        return CanFrame(self._cob_id, word.to_bytes(self._bytes, "little"))

@@ -4,22 +4,18 @@ Everything has a deadline; a node that fails is tried again slowly, so a drive t
 """
 
 from collections import deque
-from collections.abc import Sequence
 from enum import Enum
 
 from cell.core import Effect
 from drive_gateway.canopen.abort_text import abort_text
 from drive_gateway.canopen.axis_objects import first_axis_index
 from drive_gateway.canopen.nmt import NmtCommand, NmtState, nmt_frame
-from drive_gateway.canopen.optional_objects import OPTIONAL_OBJECTS
 from drive_gateway.canopen.pdo_map import Pdo
 from drive_gateway.canopen.sdo import SdoChannel, SdoDone
 from drive_gateway.config.gateway_objects import CYCLE_PERIOD, said_by
-from drive_gateway.config.settings import AxisSettings, GatewaySettings
+from drive_gateway.config.settings import GatewaySettings
 from drive_gateway.gateway.effects import Frame
-from drive_gateway.gateway.nodes.program import SYNC_COUNTER, Step, output_steps, program
-from drive_gateway.gateway.playout.outputs import Outputs
-from drive_gateway.gateway.reference.reference import Reference
+from drive_gateway.gateway.nodes.program import SYNC_COUNTER, BootProgram, Step
 
 RETRY_S = 2.0
 """Pause before a node that failed is tried again."""
@@ -29,7 +25,6 @@ _ABSENT = (0x06020000, 0x06090011)
 _BUSY = 0x08000022
 """Abort code: not in the present device state; after its start a node may need a moment until it stores anything."""
 _PDOS = range(0x1400, 0x1C00)
-_OTHER_DRIVE = "take a drive, or a firmware of it, that has this object"
 
 
 class Phase(Enum):
@@ -41,24 +36,24 @@ class Phase(Enum):
 
 
 class BringUp:
-    """The way of one node to Operational. The node's supervisor feeds it boot-ups, heartbeats and SDO outcomes."""
+    """The way of one node to Operational. The node's supervisor feeds it boot-ups, heartbeats and SDO outcomes.
+
+    Args:
+        label: of the node, for people.
+        node_id: of the node.
+        settings: of the bus.
+        sdo: the node's requests.
+        program: what it is asked and told.
+    """
 
     def __init__(
-        self,
-        label: str,
-        axes: Sequence[AxisSettings],
-        settings: GatewaySettings,
-        sdo: SdoChannel,
-        references: Sequence[Reference],
-        outputs: Outputs,
+        self, label: str, node_id: int, settings: GatewaySettings, sdo: SdoChannel, program: BootProgram
     ) -> None:
         self._label = label
-        self._node_id = axes[0].node_id
+        self._node_id = node_id
         self._timeout_s = settings.boot_timeout_s
         self._sdo = sdo
-        self._axes = tuple(axes)
-        self._outputs = outputs
-        self._program = program(axes, settings, references)
+        self._program = program
         self._steps: deque[Step] = deque()
         self._refused: dict[tuple[int, int], int] = {}
         """Abort codes of writes that the node refused, by index and sub-index: what it shows decides."""
@@ -78,7 +73,7 @@ class BringUp:
     @property
     def kept(self) -> frozenset[tuple[int, int]]:
         """Index and sub-index of all objects that are written when the node is brought up."""
-        steps = [*self._program, *output_steps(self._axes, self._outputs)]
+        steps = [*self._program.steps, *self._program.outputs()]
         return frozenset(step.address for step in steps if step.data is not None)
 
     def restart(self, now: float) -> None:
@@ -135,7 +130,7 @@ class BringUp:
             if step.shown is not None and self._found:
                 return (
                     f"{self._label} was told {_object(step)} as {step.words(step.shown)} and still shows "
-                    f"{step.words(self._found)} after {self._timeout_s:g} s: {_remedy(step)}"
+                    f"{step.words(self._found)} after {self._timeout_s:g} s: {self._remedy(step)}"
                 )
             return (
                 f"{self._label} gave no answer to the {step.where()} within {self._timeout_s:g} s: check the wiring, "
@@ -154,7 +149,7 @@ class BringUp:
     def _configure(self) -> None:
         self._refused.clear()
         self._busy_until = self._now + self._timeout_s
-        self._steps = deque([*self._program, *output_steps(self._axes, self._outputs)])
+        self._steps = deque([*self._program.steps, *self._program.outputs()])
         self._judged = {step.judges for step in self._steps if step.shown is not None}
         self._go_on()
 
@@ -184,7 +179,7 @@ class BringUp:
             if code is None:
                 self._fail(f"{self._label}, {step.where()}: {outcome.problem}; check wiring, or raise sdo_timeout_s")
             else:
-                self._fail(f"{self._label} refused {step.where()}: {abort_text(code)}; {_lack(step, code)}")
+                self._fail(f"{self._label} refused {step.where()}: {abort_text(code)}; {self._lack(step, code)}")
             return
         if not outcome.problem and not step.agrees(outcome.data):
             self._disagrees(step, outcome.data)
@@ -214,14 +209,14 @@ class BringUp:
         wanted, refusal = step.words(step.shown or b""), self._refused.get(step.judges)
         if step.constant:
             self._fail(
-                f"{self._label} is another drive: {step.what} ({step.index:04X}h:{step.sub:02X}) is "
+                f"{self._label} is another {self._program.kind}: {step.what} ({step.index:04X}h:{step.sub:02X}) is "
                 f"{step.words(found)}, the drives file says {wanted}; "
                 "connect the right one, or correct the file"
             )
         elif refusal is not None:
             self._fail(
                 f"{self._label} keeps {_object(step)} at {step.words(found)}, needed is {wanted} "
-                f"({abort_text(refusal)}): {_remedy(step)}"
+                f"({abort_text(refusal)}): {self._remedy(step)}"
             )
         else:
             # A drive may need a moment until it shows what was set; the deadline of the phase bounds the repeats.
@@ -243,33 +238,33 @@ class BringUp:
         """Neither this object nor its other parts are asked for again."""
         while self._steps and self._steps[0].index == step.index:
             self._steps.popleft()
-        name, cost = OPTIONAL_OBJECTS[first_axis_index(step.index)]
+        name, cost = self._program.optional[first_axis_index(step.index)]
         self.lacking.append(f"{self._label} has no {step.index:04X}h ({name}), which the drives file waives: {cost}")
         self._go_on()
+
+    def _lack(self, step: Step, code: int) -> str:
+        """What helps where a node refuses what it must have."""
+        kind, index = self._program.kind, first_axis_index(step.index)
+        other = f"take a {kind}, or a firmware of it, that has this object"
+        if code not in _ABSENT:
+            return other if step.data is None else self._remedy(step)
+        if index in self._program.optional:
+            return f'a {kind} that may lack it says so in the drives file, waive: ["{index:04X}"]'
+        if step.index == SYNC_COUNTER:
+            return "leave out sync_counter, or take drives that all have this object"
+        if step.index in _PDOS:
+            return f"leave out of the drives file what this PDO is for, or take a {kind} that has it"
+        return other
+
+    def _remedy(self, step: Step) -> str:
+        """What helps where a node keeps a value of its own."""
+        if step.index in _PDOS:
+            return f"set it with the maker's tool, or take a {self._program.kind} whose PDOs can be changed"
+        if step.index == CYCLE_PERIOD:
+            return f"choose a cycle_s that this {self._program.kind} takes, or say its own value under objects"
+        key = said_by(*step.judges)
+        return f"say a value that this {self._program.kind} takes: {key}" if key else "correct it in the drives file"
 
 
 def _object(step: Step) -> str:
     return f"{step.index:04X}h:{step.sub:02X} ({step.what})"
-
-
-def _lack(step: Step, code: int) -> str:
-    """What helps where a node refuses what it must have."""
-    if code not in _ABSENT:
-        return _OTHER_DRIVE if step.data is None else _remedy(step)
-    if first_axis_index(step.index) in OPTIONAL_OBJECTS:
-        return f'a drive that may lack it says so in the drives file, waive: ["{first_axis_index(step.index):04X}"]'
-    if step.index == SYNC_COUNTER:
-        return "leave out sync_counter, or take drives that all have this object"
-    if step.index in _PDOS:
-        return "leave out of the drives file what this PDO is for, or take a drive that has it"
-    return _OTHER_DRIVE
-
-
-def _remedy(step: Step) -> str:
-    """What helps where a node keeps a value of its own."""
-    if step.index in _PDOS:
-        return "set it with the maker's tool, or take a drive whose PDOs can be changed"
-    if step.index == CYCLE_PERIOD:
-        return "choose a cycle_s that this drive takes, or say its own value under objects"
-    key = said_by(*step.judges)
-    return f"say a value that this drive takes: {key}" if key else "correct it in the drives file"

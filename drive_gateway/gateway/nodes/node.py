@@ -1,25 +1,27 @@
-"""One node as the gateway watches it: bring-up, network state, errors, signs of life; its axes are `Drive`s."""
+"""One node as the gateway watches it: bring-up, network state, errors, signs of life.
 
-from collections.abc import Sequence
+Its axes are `Drive`s; the one module of an I/O node is an `IoNode`.
+"""
+
+from collections.abc import Mapping, Sequence
 from typing import Protocol
 
 from cell.core import Effect
-from drive_gateway.canopen.emcy import Emergency, decode_emergency, emergency_of
+from drive_gateway.canopen.emcy import Emergency, Meaning, decode_emergency, emergency_of
 from drive_gateway.canopen.nmt import NmtState, decode_heartbeat
 from drive_gateway.canopen.sdo import SdoChannel, SdoDone
 from drive_gateway.cia402.preparation import HEARTBEAT_CONSUMER, LIFE_TIME_FACTOR
-from drive_gateway.config.settings import AxisSettings, GatewaySettings
+from drive_gateway.config.settings import GatewaySettings
 from drive_gateway.gateway.effects import Frame
 from drive_gateway.gateway.nodes.bring_up import BringUp, Phase
 from drive_gateway.gateway.nodes.guarding import Guarding
 from drive_gateway.gateway.nodes.network_stop import NetworkStop
-from drive_gateway.gateway.playout.outputs import Outputs
-from drive_gateway.gateway.reference.reference import Reference
+from drive_gateway.gateway.nodes.program import BootProgram
 from drive_gateway.gateway.trouble import AXIS_ERROR, EMERGENCY, Trouble
 
 
 class AxisOfNode(Protocol):
-    """What a node needs to know of each of its axes, and tells it."""
+    """What a node needs to know of each of its axes, or of the one module that an I/O node is, and tells it."""
 
     label: str
     strange: str
@@ -44,41 +46,52 @@ class AxisOfNode(Protocol):
         """The node is reset: what it said before says nothing any more."""
 
 
+class Watched(Protocol):
+    """What the drives file says of a node beside its configuration."""
+
+    @property
+    def guarded(self) -> bool:
+        """By node guarding instead of heartbeats."""
+
+    @property
+    def emergencies(self) -> Mapping[int, Meaning]:
+        """Meaning and remedy of its maker's own emergency codes."""
+
+
 class Node:
     """Bring-up and supervision of one node. Troubles are kept until its robot takes them with `check`.
 
     Args:
-        robot: whose axes the node drives, all of them.
-        axes: of the node, by rising number. Identity and error control are the node's and the same in all of them.
-        references: of these axes.
+        node_id: of the node.
+        label: of the node, for people.
+        watched: its error control.
         settings: of the bus.
-        outputs: of the robot.
+        program: what it is asked and told when it is brought up.
     """
 
     def __init__(
         self,
-        robot: str,
-        axes: Sequence[AxisSettings],
-        references: Sequence[Reference],
+        node_id: int,
+        label: str,
+        watched: Watched,
         settings: GatewaySettings,
-        outputs: Outputs,
+        program: BootProgram,
     ) -> None:
-        first = axes[0]
-        self.id = first.node_id
-        self.label = f"node {self.id} ({robot} {', '.join(axis.name for axis in axes)})"
-        self.sdo = SdoChannel(self.id)
+        self.id = node_id
+        self.label = label
+        self.sdo = SdoChannel(node_id)
         self.operational = False
         """Brought up, and not lost since."""
         self.emergency: Emergency | None = None
         self._errors: dict[str, Emergency] = {}
         """Of axes of a node with several, by their labels."""
         self.told_problem = ""
-        self._emergencies = first.emergencies
+        self._emergencies = watched.emergencies
         self.nmt: NmtState | None = None
         self._axes: list[AxisOfNode] = []
         self._settings = settings
-        self._bring_up = BringUp(self.label, axes, settings, self.sdo, references, outputs)
-        self._guarding = Guarding(self.id, settings.heartbeat_producer_s) if first.guarded else None
+        self._bring_up = BringUp(label, node_id, settings, self.sdo, program)
+        self._guarding = Guarding(self.id, settings.heartbeat_producer_s) if watched.guarded else None
         self._heartbeat_at = 0.0
         self.parted = False
         """It was told not to watch the gateway any more."""

@@ -4,20 +4,23 @@ A refused write is no reason by itself: an object that can only be read, or that
 what is wanted. So each value is read back, and only what the node shows counts.
 """
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
 
 from drive_gateway.canopen.axis_objects import index_of
 from drive_gateway.canopen.cob_id import SYNC
+from drive_gateway.canopen.io_map import DEVICE_PROFILE
+from drive_gateway.canopen.optional_objects import IO_OPTIONAL_OBJECTS, OPTIONAL_OBJECTS
 from drive_gateway.canopen.pdo_map import DISABLED, NO_REMOTE, Pdo, unused
+from drive_gateway.cia401.preparation import error_behaviour, io_outputs
 from drive_gateway.cia402.preparation import Preparation, digital_outputs, preparations, supervision
 from drive_gateway.config.gateway_objects import CYCLE_PERIOD
-from drive_gateway.config.image import image_of
-from drive_gateway.config.settings import AxisSettings, GatewaySettings, IdentitySettings, OwnObject
+from drive_gateway.config.image import image_of, io_image_of
+from drive_gateway.config.settings import AxisSettings, GatewaySettings, IdentitySettings, IoSettings, OwnObject
 from drive_gateway.gateway.playout.outputs import Outputs
 from drive_gateway.gateway.reference.reference import Reference
 
-SYNC_IDENTIFIER, IDENTITY, SYNC_COUNTER = 0x1005, 0x1018, 0x1019
+DEVICE_TYPE, SYNC_IDENTIFIER, IDENTITY, SYNC_COUNTER = 0x1000, 0x1005, 0x1018, 0x1019
 MOTOR_RATED_TORQUE = 0x6076
 _HEX = (range(0x1005, 0x1006), range(0x1014, 0x1017), range(0x1018, 0x1019), range(0x1400, 0x1C00))
 """Identifiers, identities and mapping entries, which people write in hex everywhere."""
@@ -27,6 +30,8 @@ _SHORT = 0xFF
 """Counts, transmission types and the like are not."""
 _UNUSED_BIT = 1 << 31
 """Of 1005h: it has no meaning (CiA 301)."""
+_ADDITIONAL_INFORMATION = 0xFFFF0000
+"""Of 1000h: the other half is the device profile."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -81,9 +86,10 @@ class Step:
         return self.shown is None or (len(found) > 0 and not (number(found) ^ number(self.shown)) & ~self.ignored)
 
     def words(self, data: bytes) -> str:
-        """A value of this object for people."""
+        """A value of this object for people, without what is the node's own."""
         hexadecimal = any(self.index in some for some in _HEX) and (number(data) > _SHORT or self.index == IDENTITY)
-        return f"{number(data):X}h" if hexadecimal else f"{number(data)}"
+        value = number(data) & ~self.ignored
+        return f"{value:X}h" if hexadecimal else f"{value}"
 
     def where(self) -> str:
         kind = "read of" if self.data is None else "write of"
@@ -147,6 +153,38 @@ def number(data: bytes) -> int:
     return int.from_bytes(data, "little")
 
 
+@dataclass(frozen=True, slots=True)
+class BootProgram:
+    """All that one node is asked and told."""
+
+    steps: Sequence[Step]
+    """All but the outputs."""
+    outputs: Callable[[], list[Step]]
+    """The outputs as they are to be when the node starts."""
+    kind: str = "drive"
+    """What stands there, for people."""
+    optional: Mapping[int, tuple[str, str]] = field(default_factory=lambda: OPTIONAL_OBJECTS)
+    """What it may lack: name and cost by index."""
+
+
+def drive_program(
+    axes: Sequence[AxisSettings], settings: GatewaySettings, references: Sequence[Reference], outputs: Outputs
+) -> BootProgram:
+    """That of a node with one to three drives. An output that keeps its state at a stop keeps it at its return, too."""
+    words = [(axis, outputs) for axis in axes]
+    return BootProgram(
+        program(axes, settings, references),
+        lambda: [step for axis, on in words for step in _written(digital_outputs(axis, on.word(axis.name)))],
+    )
+
+
+def io_node_program(io: IoSettings, settings: GatewaySettings, word: Callable[[], int]) -> BootProgram:
+    """That of an I/O node; `word` answers what its outputs are to be."""
+    return BootProgram(
+        io_program(io, settings), lambda: _written(io_outputs(io, word())), "device", IO_OPTIONAL_OBJECTS
+    )
+
+
 def program(axes: Sequence[AxisSettings], settings: GatewaySettings, references: Sequence[Reference]) -> list[Step]:
     """First what belongs to the node and what only the drive knows of, units for example, then each axis."""
     own = [item for axis in axes for item in axis.objects]
@@ -166,9 +204,18 @@ def boot_plan(axes: Sequence[AxisSettings], settings: GatewaySettings) -> list[S
     return steps + [step for axis in axes for step in _written(digital_outputs(axis, 0))]
 
 
-def output_steps(axes: Sequence[AxisSettings], outputs: Outputs) -> list[Step]:
-    """An output that keeps its state at a stop keeps it when its node comes back, too."""
-    return [step for axis in axes for step in _written(digital_outputs(axis, outputs.word(axis.name)))]
+def io_program(io: IoSettings, settings: GatewaySettings) -> list[Step]:
+    """Its profile, who watches whom, what its outputs do without a master, and its PDOs, which may be fixed."""
+    profile = DEVICE_PROFILE.to_bytes(4, "little")
+    kind = Step("device profile", DEVICE_TYPE, 0, None, profile, ignored=_ADDITIONAL_INFORMATION, constant=True)
+    steps = [*_identity(io.identity), kind, *_sync(settings, ())]
+    steps += _written([*supervision(io, settings), *error_behaviour(io)])
+    return steps + _pdos(io.node_id, io_image_of(io).pdos)
+
+
+def io_boot_plan(io: IoSettings, settings: GatewaySettings) -> list[Step]:
+    """All requests to an I/O node, as `boot_plan` has them."""
+    return io_program(io, settings) + _written(io_outputs(io, 0))
 
 
 def _sync(settings: GatewaySettings, own: Sequence[OwnObject]) -> list[Step]:
@@ -224,9 +271,12 @@ def _axis_program(axis: AxisSettings, settings: GatewaySettings, reference: Refe
         steps.append(Step("serial number of the encoder", *encoder.serial, None, take=reference.hear_serial))
     if encoder is not None and encoder.status is not None:
         steps.append(Step("status of the encoder", *encoder.status, None, take=reference.hear_status))
-    pdos = image_of(axis).pdos
-    for pdo in unused(axis.node_id, pdos, axis.number):
-        steps += _taken_off(pdo)
+    return steps + _pdos(axis.node_id, image_of(axis).pdos, axis.number)
+
+
+def _pdos(node_id: int, pdos: tuple[Pdo, ...], axis: int = 1) -> list[Step]:
+    """Those that are not used are taken off the bus first."""
+    steps = [step for pdo in unused(node_id, pdos, axis) for step in _taken_off(pdo)]
     linked = [_linked(pdo) for pdo in pdos]
     return steps + [step for writes, _ in linked for step in writes] + [step for _, reads in linked for step in reads]
 

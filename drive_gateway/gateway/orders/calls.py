@@ -20,6 +20,7 @@ from cell.messages import (
     Release,
     ResetDrives,
     ScanBus,
+    SimulateInput,
     SwitchOutput,
     Who,
     WriteObject,
@@ -28,14 +29,16 @@ from cell.messages.drive_fault import FaultDrive
 from cell.net.freshness import Sent
 from drive_gateway.gateway.effects import Record, RecordSaid
 from drive_gateway.gateway.event_log import EventLog
+from drive_gateway.gateway.io.io_node import IoNode
 from drive_gateway.gateway.nodes.scan import Scan
 from drive_gateway.gateway.orders.fault_orders import FaultOrders
+from drive_gateway.gateway.orders.input_orders import InputOrders
 from drive_gateway.gateway.orders.objects import ObjectAccess
 from drive_gateway.gateway.orders.replies import Replies
 from drive_gateway.gateway.orders.setup_turn import SetupTurn
 from drive_gateway.gateway.robots.robot import Robot
 
-SEEN_STATE = (Home, MoveAxes, PressAxis, SwitchOutput, AcceptPosition, WriteObject, FaultDrive)
+SEEN_STATE = (Home, MoveAxes, PressAxis, SwitchOutput, AcceptPosition, WriteObject, FaultDrive, SimulateInput)
 """Orders that move, release or switch something: carried out within their time, in view of a `GatewayState`."""
 SEEN_FEEDBACK = (EnableDrives, ResetDrives)
 """The same of a robot's owner, in view of its `DriveFeedback`. What is in neither changes nothing, stops, or switches
@@ -65,6 +68,7 @@ class GatewayCalls:
         digest: of the configuration; a claim with another one is refused.
         process: what `who` tells besides role, name and boot.
         robots: on this bus, by name.
+        io_nodes: on this bus, by name.
         scan: of the bus.
         turn: the orders for motions of the drives' own.
         states: when the gateway's states were sent.
@@ -81,6 +85,7 @@ class GatewayCalls:
         digest: str,
         process: str,
         robots: Mapping[str, Robot],
+        io_nodes: Mapping[str, IoNode],
         scan: Scan,
         turn: SetupTurn,
         states: Sent,
@@ -94,9 +99,11 @@ class GatewayCalls:
         self._process = process
         self._robots = robots
         self._drives = [drive for robot in robots.values() for drive in robot.group.nodes]
-        self._access = ObjectAccess(
-            {drive.node.id: robot.group for robot in robots.values() for drive in robot.group.nodes}
-        )
+        self._io_nodes = io_nodes
+        groups = [robot.group for robot in robots.values()]
+        of_robots = {drive.node.id: (drive.node, [group]) for group in groups for drive in group.nodes}
+        of_io = {io.node.id: (io.node, [each for each in groups if io in each.io_nodes]) for io in io_nodes.values()}
+        self._access = ObjectAccess(of_robots | of_io)
         self._scan = scan
         self._turn = turn
         self._states = states
@@ -104,7 +111,9 @@ class GatewayCalls:
         self._state_s = state_s
         self._log = log
         nodes = {(drive.axis.node_id, drive.axis.number): drive.node for drive in self._drives}
+        nodes |= {(io.node.id, 1): io.node for io in io_nodes.values()}
         self._faults = FaultOrders(gateway, nodes)
+        self._inputs = InputOrders(robots)
         self._replies = Replies()
         self._orders: list[Effect] = []
         self._now = 0.0
@@ -162,6 +171,8 @@ class GatewayCalls:
                 self._orders.append(Record(call.id, file, seconds))
             case FaultDrive() as order:
                 self._faults.obey(order, then)
+            case SimulateInput() as order:
+                self._inputs.obey(order, then)
             case command if isinstance(command, RobotCommand):
                 robot = self._robots.get(command.robot)
                 if robot is None:
@@ -242,6 +253,7 @@ class GatewayCalls:
         for drive in self._drives:
             before = lines.get(drive.node.id)
             lines[drive.node.id] = drive.said() if before is None else f"{before}\n{drive.said()}"
+        lines |= {io.node.id: io.said() for io in self._io_nodes.values()}
         lines |= {
             number: f"node {number}: not in the drives file, device type {device_type:08X}h"
             for number, device_type in strange.items()

@@ -1,6 +1,6 @@
 """An operator's access to the object dictionaries of the nodes: reading always, writing only when it is safe."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 
 from cell.messages import ReadObject, WriteObject
 from drive_gateway.canopen.abort_text import abort_text
@@ -44,19 +44,19 @@ class ObjectAccess:
     What the gateway writes and reads back at boot is not for writing here: the drives file would not be true any more.
     """
 
-    def __init__(self, groups: Mapping[int, DriveGroup]) -> None:
-        """`groups`: the robot's drives that each node belongs to, by Node-ID."""
-        self._groups = groups
+    def __init__(self, nodes: Mapping[int, tuple[Node, Sequence[DriveGroup]]]) -> None:
+        """`nodes`: each with the drives of the robots that it belongs to, by Node-ID."""
+        self._nodes = nodes
 
     def obey(self, command: ReadObject | WriteObject, then: Told) -> None:
         """Do it, or say why not."""
-        group = self._groups.get(command.node_id)
-        if group is None:
-            known = ", ".join(str(number) for number in sorted(self._groups))
+        found = self._nodes.get(command.node_id)
+        if found is None:
+            known = ", ".join(str(number) for number in sorted(self._nodes))
             then(False, f"no node {command.node_id} on this bus; its nodes are {known}", "")
             return
-        node = next(drive.node for drive in group.nodes if drive.node.id == command.node_id)
-        problem = _write_problem(command, node, group) if isinstance(command, WriteObject) else ""
+        node, groups = found
+        problem = _write_problem(command, node, groups) if isinstance(command, WriteObject) else ""
         if problem:
             then(False, problem, "")
             return
@@ -73,7 +73,7 @@ class ObjectAccess:
         node.sdo.submit(command.index, command.sub, data, answered, asked=True)
 
 
-def _write_problem(command: WriteObject, node: Node, group: DriveGroup) -> str:
+def _write_problem(command: WriteObject, node: Node, groups: Sequence[DriveGroup]) -> str:
     try:
         length = len(bytes.fromhex(command.data))
     except ValueError:
@@ -85,6 +85,8 @@ def _write_problem(command: WriteObject, node: Node, group: DriveGroup) -> str:
         return f"{name} is the gateway's, nobody else writes it"
     if (command.index, command.sub) in node.kept:
         return f"{name} is the gateway's; change it in the drives file"
-    if not group.standstill.switched_off:
+    for group in groups:
+        if group.standstill.switched_off:
+            continue
         return f"{group.robot} is not at rest and switched off: {group.permits.said()}; disable it first"
     return ""

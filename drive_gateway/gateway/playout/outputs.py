@@ -27,7 +27,7 @@ class Outputs:
         self.barred = ""
         """Why nothing may be switched on although blocks are played; empty: nothing forbids it."""
         self._settings = {output.name: output for output in outputs}
-        self._places = tuple((output.axis, output.bit) for output in outputs)
+        self._places = tuple(((output.axis, output.io), output.bit) for output in outputs)
         self._leads = tuple(round(output.lead_s / cycle_s) for output in outputs)
         self._kept = sum(1 << place for place, output in enumerate(outputs) if output.keep)
         self._queue: list[OutputEvent] = []
@@ -86,15 +86,23 @@ class Outputs:
         """Switch an output of the robot by hand; what blocks are still to switch remains."""
         self._set(self.names.index(name), on)
 
-    def word(self, axis: str) -> int:
-        """What 60FEh:01 of one axis' drive is to be."""
+    def word(self, axis: str = "", io: str = "") -> int:
+        """What 60FEh:01 of one axis' drive, or 6200h of one I/O node, is to be for this robot."""
         places = enumerate(self._places)
-        return sum(1 << bit for place, (name, bit) in places if name == axis and self.on >> place & 1)
+        return sum(1 << bit for place, (where, bit) in places if where == (axis, io) and self.on >> place & 1)
 
-    def shown(self, axis: str) -> dict[str, bool]:
-        """The outputs of one axis' drive, and whether they are on."""
+    def shown(self, axis: str = "", io: str = "") -> dict[str, bool]:
+        """The outputs of one axis' drive, or of one I/O node, and whether they are on."""
         places = enumerate(self._places)
-        return {self.names[place]: bool(self.on >> place & 1) for place, (name, _) in places if name == axis}
+        return {self.names[place]: bool(self.on >> place & 1) for place, (where, _) in places if where == (axis, io)}
+
+    def lost(self, io: str, why: str) -> None:
+        """An I/O node is gone: what is not to be kept there goes off, so that it is off when the node comes back."""
+        off = self.on & ~self._kept
+        gone = [place for place, (where, _) in enumerate(self._places) if where == ("", io) and off >> place & 1]
+        for place in gone:
+            self._stopped.append((self.names[place], why))
+            self.on &= ~(1 << place)
 
     def _set(self, place: int, on: bool) -> None:
         mask = 1 << place

@@ -7,13 +7,15 @@ import numpy as np
 from cell.core import Effect
 from cell.messages.drives import AxisStatus, PlayoutState
 from drive_gateway.cia402.units import AxisUnits
-from drive_gateway.config.settings import GatewaySettings, RobotDrives
+from drive_gateway.config.settings import GatewaySettings, OutputSettings, RobotDrives
 from drive_gateway.gateway.drives.drive import Drive, drives_of
 from drive_gateway.gateway.drives.output_frames import OutputFrames
 from drive_gateway.gateway.drives.position_keeper import PositionKeeper
 from drive_gateway.gateway.drives.power import Power, PowerState
 from drive_gateway.gateway.effects import Frame
 from drive_gateway.gateway.event_log import EventLog
+from drive_gateway.gateway.io.io_node import IoNode
+from drive_gateway.gateway.io.named_inputs import NamedInputs
 from drive_gateway.gateway.playout.outputs import Outputs
 from drive_gateway.gateway.playout.playout import Playout
 from drive_gateway.gateway.reference.encoder_record import EncoderRecord
@@ -42,6 +44,7 @@ class DriveGroup:
         settings: GatewaySettings,
         log: EventLog,
         stored: Mapping[str, EncoderRecord],
+        io_nodes: Mapping[str, IoNode],
     ) -> None:
         axes = drives.axes
         self.robot = drives.robot
@@ -59,12 +62,25 @@ class DriveGroup:
         self.standstill = Standstill(self.nodes, self.power, self.watch, self.playout, self.setup)
         self._stop_watch = StopWatch(self.nodes)
         self._brake_watch = BrakeWatch(self.nodes)
-        self.permits = Permits(self.robot, self.nodes, self.power, self.watch, self.setup)
+        used = [*(output.io for output in drives.outputs), *(item.io for item in drives.inputs)]
+        self.io_nodes = tuple(io for name, io in io_nodes.items() if name in used)
+        """Those that have an input or output of this robot."""
+        for io in self.io_nodes:
+            io.serve(self.robot, self.outputs)
+        self.inputs = NamedInputs(drives.inputs, self.nodes, io_nodes)
+        needed = [io for io in self.io_nodes if io.io.stops]
+        self.permits = Permits(self.robot, self.nodes, self.power, self.watch, self.setup, needed)
         self._log = log
         self._units = AxisUnits(axes)
         self._window: Floats = np.array([axis.following_window for axis in axes])
         self._sent = SentSamples(self.watch.position, [axis.delay_cycles for axis in axes])
         self._then: Then | None = None
+
+    def carrier(self, output: OutputSettings) -> Drive | IoNode:
+        """Who has an output of this robot."""
+        if output.io:
+            return next(io for io in self.io_nodes if io.io.name == output.io)
+        return next(drive for drive in self.nodes if drive.axis.name == output.axis)
 
     @property
     def operational(self) -> bool:

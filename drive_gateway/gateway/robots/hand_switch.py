@@ -6,13 +6,12 @@ be in a fault or switched off: somebody may have to free a person or a part.
 
 from cell.messages import SwitchOutput
 from drive_gateway.canopen.abort_text import abort_text
-from drive_gateway.canopen.axis_objects import index_of
-from drive_gateway.canopen.pdo_map import DIGITAL_OUTPUTS
 from drive_gateway.canopen.sdo import SdoDone
 from drive_gateway.config.settings import OutputSettings
 from drive_gateway.gateway.drives.drive import Drive
 from drive_gateway.gateway.drives.power import PowerState
 from drive_gateway.gateway.event_log import EventLog
+from drive_gateway.gateway.io.io_node import IoNode
 from drive_gateway.gateway.robots.group import DriveGroup, Then
 
 CONFIRM_S = 1.0
@@ -47,26 +46,26 @@ class HandSwitch:
         if output is None:
             then(False, self._unknown(order.output))
             return
-        drive = next(drive for drive in self._group.nodes if drive.axis.name == output.axis)
-        problem = self._problem(output, drive, order.on)
+        carrier = self._group.carrier(output)
+        problem = self._problem(output, carrier, order.on)
         if problem:
             then(False, f"{order.robot}: {problem}")
             return
         if outputs.is_on(output.name) is not order.on:
             outputs.switch(output.name, order.on)
             self._log.info("output_by_hand", f"{_what(order)} was switched {_word(order.on)} by hand, by {order.by}")
-        self._told.append(_Told(self._group, drive, output, order, then, now + CONFIRM_S))
+        self._told.append(_Told(self._group, carrier, output, order, then, now + CONFIRM_S))
 
     def _unknown(self, name: str) -> str:
         names = self._group.outputs.names
         known = f"its outputs are {', '.join(names)}" if names else "`outputs` of the drives file names none"
         return f"{self._group.robot} has no output {name}; {known}"
 
-    def _problem(self, output: OutputSettings, drive: Drive, on: bool) -> str:
+    def _problem(self, output: OutputSettings, carrier: Drive | IoNode, on: bool) -> str:
         """Why it must not be switched, or cannot be told; empty when it may."""
         group = self._group
-        if not drive.operational:
-            return f"output {output.name} is at {drive.said()}; it is told nothing before it is operational"
+        if not carrier.operational:
+            return f"output {output.name} is at {carrier.said()}; it is told nothing before it is operational"
         if group.setup.motion is not None:
             return "it is being set up; switch outputs when that is done"
         if group.playout.programmed:
@@ -88,22 +87,27 @@ class HandSwitch:
 
 
 class _Told:
-    """One output that was switched, until its drive shows it in 60FEh:01."""
+    """One output that was switched, until its drive shows it in 60FEh:01, or its I/O node in 6200h."""
 
     def __init__(
-        self, group: DriveGroup, drive: Drive, output: OutputSettings, order: SwitchOutput, then: Then, deadline: float
+        self,
+        group: DriveGroup,
+        carrier: Drive | IoNode,
+        output: OutputSettings,
+        order: SwitchOutput,
+        then: Then,
+        deadline: float,
     ) -> None:
         self._outputs = group.outputs
-        self._drive = drive
-        self._bit = output.bit
+        self._carrier = carrier
+        self._index, self._sub, self._bit = carrier.output_object(output.bit)
         self._order = order
         self._then = then
         self._deadline = deadline
         self._asked = False
         self._confirmed = False
         self._found = "does not answer"
-        index = index_of(DIGITAL_OUTPUTS, drive.axis.number)
-        self._object = f"{index:04X}h:01"
+        self._object = f"{self._index:04X}h:{self._sub:02X}"
 
     def answered(self, now: float) -> bool:
         """One cycle; true when the operator has the answer."""
@@ -112,16 +116,16 @@ class _Told:
             text = f"was switched {_word(order.on)}, and is {_word(not order.on)} again"
             self._then(False, f"{_what(order)} {text}: a stop, a program or another order came after")
         elif self._confirmed:
-            self._then(True, f"{_what(order)} is {_word(order.on)}: {self._drive.label} {self._found}")
+            self._then(True, f"{_what(order)} is {_word(order.on)}: {self._carrier.label} {self._found}")
         elif now > self._deadline:
             text = f"was told to be {_word(order.on)}, but not confirmed within {CONFIRM_S:g} s"
             look = "look what it does before you rely on it"
-            self._then(False, f"{_what(order)} {text}: {self._drive.label} {self._found}; {look}")
+            self._then(False, f"{_what(order)} {text}: {self._carrier.label} {self._found}; {look}")
         else:
             if not self._asked:
                 # It goes out after the frame of this cycle and the SYNC with which that acts.
                 self._asked = True
-                self._drive.submit(DIGITAL_OUTPUTS, 1, None, self._read)
+                self._carrier.node.sdo.submit(self._index, self._sub, None, self._read)
             return False
         return True
 
@@ -131,7 +135,7 @@ class _Told:
             self._found = f"does not tell {self._object}, {reason}"
             return
         shown = int.from_bytes(outcome.data, "little")
-        self._found = f"shows {self._object} = {shown:08X}h"
+        self._found = f"shows {self._object} = {shown:0{2 * len(outcome.data)}X}h"
         self._confirmed = bool(shown >> self._bit & 1) is self._order.on
         # The frame may have been lost; it is repeated.
         self._asked = self._confirmed

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from cell.messages.drives import AxisStatus
 from drive_gateway.gateway.drives.drive import Drive
 from drive_gateway.gateway.drives.power import Power, PowerState
+from drive_gateway.gateway.io.io_node import IoNode
 from drive_gateway.gateway.setup.setup_desk import SetupDesk
 from drive_gateway.gateway.trouble import HARD_WIRED, Trouble
 from drive_gateway.gateway.watch.inputs import InputKind, OpenInput
@@ -33,14 +34,24 @@ class Permits:
         power: what they were told.
         watch: what they measure.
         setup: what they do by themselves.
+        io_nodes: without which it does not run.
     """
 
-    def __init__(self, robot: str, nodes: Sequence[Drive], power: Power, watch: Watch, setup: SetupDesk) -> None:
+    def __init__(
+        self,
+        robot: str,
+        nodes: Sequence[Drive],
+        power: Power,
+        watch: Watch,
+        setup: SetupDesk,
+        io_nodes: Sequence[IoNode],
+    ) -> None:
         self._robot = robot
         self._nodes = nodes
         self._power = power
         self._watch = watch
         self._setup = setup
+        self._io_nodes = io_nodes
         self.order: StopOrder | None = None
         """What keeps the robot off."""
         self.trouble: Trouble | None = None
@@ -77,7 +88,8 @@ class Permits:
             return f"{self._robot} stays off: {_at_ends(self._watch.limit_switches)}"
         if not operational or not self._power.all_in(AxisStatus.SWITCH_ON_DISABLED):
             return f"{self._robot} cannot be enabled, all nodes must be in {_OFF}: {self.said()}"
-        return ""
+        absent = [io.said() for io in self._io_nodes if not io.operational]
+        return f"{self._robot} cannot be enabled without its I/O nodes: {'; '.join(absent)}" if absent else ""
 
     def setup(self) -> str:
         """Motion that the drives make by themselves."""

@@ -17,6 +17,7 @@ from cell.messages.setpoints import SetpointBlock
 from cell.net.freshness import Sent
 from drive_gateway.config.settings import GatewaySettings, RobotDrives
 from drive_gateway.gateway.event_log import EventLog
+from drive_gateway.gateway.io.io_node import IoNode
 from drive_gateway.gateway.playout.joining import Refusal, Refused
 from drive_gateway.gateway.reference.encoder_record import EncoderRecord
 from drive_gateway.gateway.robots.claims import ClaimBook, ClaimRefused
@@ -47,9 +48,10 @@ class Robot:
         first_owner: int,
         log: EventLog,
         stored: Mapping[str, EncoderRecord],
+        io_nodes: Mapping[str, IoNode],
     ) -> None:
         self.name = drives.robot
-        self.group = DriveGroup(drives, settings, log, stored)
+        self.group = DriveGroup(drives, settings, log, stored, io_nodes)
         self.hand = HandSwitch(self.group, log)
         self.claims = ClaimBook(drives.robot, first_owner, times.owner_silent_s)
         self._settings = settings

@@ -91,7 +91,7 @@ class Watch:
                     yield trouble
                 else:
                     self._log.warn_repeated("drive_warning", trouble.text, trouble.remedy, trouble.text, now)
-            self._attend(node.node, now)
+            attend(node.node, self._power.state in (PowerState.OFF, PowerState.FAULT), now, self._log)
             if node.status in _FAULT and not self._in_fault:
                 yield _fault_of(node)
         self.limit_switches = tuple(limit_switches(self._nodes, now))
@@ -129,15 +129,16 @@ class Watch:
     def _in_fault(self) -> bool:
         return self._power.state in (PowerState.STOPPING, PowerState.FAULT, PowerState.RESETTING)
 
-    def _attend(self, node: Node, now: float) -> None:
-        """A node that was lost is brought up again when nothing moves; an absent one is told once."""
-        if node.may_return(now, self._power.state in (PowerState.OFF, PowerState.FAULT)):
-            node.bring_up_again(now)
-        elif node.problem and node.problem != node.told_problem and not node.lost:
-            self._log.warn("node_absent", node.problem, "correct the cause; the node is tried again by itself")
-        node.told_problem = node.problem
-        for text in node.take_lacking():
-            self._log.warn("object_missing", text, "where that is too much, use a drive that has the object")
+
+def attend(node: Node, idle: bool, now: float, log: EventLog) -> None:
+    """A node that was lost is brought up again when nothing moves (`idle`); an absent one is told once."""
+    if node.may_return(now, idle):
+        node.bring_up_again(now)
+    elif node.problem and node.problem != node.told_problem and not node.lost:
+        log.warn("node_absent", node.problem, "correct the cause; the node is tried again by itself")
+    node.told_problem = node.problem
+    for text in node.take_lacking():
+        log.warn("object_missing", text, "where that is too much, use a device that has the object")
 
 
 def _fault_of(node: Drive) -> Trouble:

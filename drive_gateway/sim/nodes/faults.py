@@ -1,20 +1,14 @@
 """What shows of a simulated node's drives, and faults that a test or a demonstration asks for."""
 
-from abc import ABC, abstractmethod
-
 from drive_gateway.sim.axis.axis_servo import AxisServo
 from drive_gateway.sim.drives.drive import Drive
 from drive_gateway.sim.drives.power_state import DriveState
-from drive_gateway.sim.nodes.late_frames import LateFrames
 
 
-class FaultsOnCommand(ABC):
-    """The part of a node that breaks when it is told to; those of its axis are in `AxisServo`."""
+class FaultsOnCommand:
+    """What breaks of a node's drives when it is told to; faults of an axis are in `AxisServo`."""
 
     drives: tuple[Drive, ...]
-    _late: LateFrames
-    _silent: bool
-    _restart_drive: bool
 
     @property
     def state(self) -> DriveState:
@@ -36,19 +30,6 @@ class FaultsOnCommand(ABC):
         """[counts/s] that the axis cannot exceed."""
         return self.drives[0].top_speed
 
-    @abstractmethod
-    def _restart(self) -> None:
-        """The node starts anew, its drive too where `_restart_drive` says so."""
-
-    def silence(self, silent: bool = True) -> None:
-        """The bus cable is pulled: the node neither hears nor is heard, its drive goes on by itself."""
-        self._silent = silent
-
-    def power_cycle(self) -> None:
-        """The node's supply fails for a moment: it starts again with power-on values, the brake holds the axis."""
-        self._restart_drive = True
-        self._restart()
-
     def set_input(self, bit: int, closed: bool, axis: int = 1) -> None:
         """A digital input of an axis' drive (60FDh) opens or closes; 16 and 17 are its enable inputs."""
         self.drives[axis - 1].input(bit, closed)
@@ -64,7 +45,3 @@ class FaultsOnCommand(ABC):
     def raise_emergency(self, code: int, axis: int = 1) -> None:
         """The drive of an axis finds an error: EMCY with `code`, braking, fault. The cause is gone when it is reset."""
         self.drives[axis - 1].fault(code)
-
-    def delay_tpdos(self, late_s: float) -> None:
-        """The node measures as ever and sends what SYNC asks for `late_s` too late; 0 ends it."""
-        self._late.late_s = late_s

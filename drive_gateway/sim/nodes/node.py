@@ -1,9 +1,12 @@
-"""One simulated node: network states, services and their gating (CiA 301) around its drives (CiA 402), one per axis.
+"""One simulated node: network states, services and their gating (CiA 301) around its device.
+
+The device is one to three drives (CiA 402), or inputs and outputs (CiA 401, `io_node`).
 
 Nothing here knows a clock: time is what the caller says. A node that produces a heartbeat is not guarded: the two share
 an identifier.
 """
 
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
 from functools import partial
 from itertools import zip_longest
@@ -18,7 +21,8 @@ from drive_gateway.sim.drives.drive import Drive
 from drive_gateway.sim.nodes.faults import FaultsOnCommand
 from drive_gateway.sim.nodes.late_frames import LateFrames
 from drive_gateway.sim.nodes.ordered_faults import OrderedFaults
-from drive_gateway.sim.services.dictionary import Entry, key_of, load_dictionary
+from drive_gateway.sim.nodes.ordered_inputs import OrderedInputs
+from drive_gateway.sim.services.dictionary import Dictionary, Entry, key_of, load_dictionary
 from drive_gateway.sim.services.emergency import COMMUNICATION_LOST, HEARTBEAT_LOST, PDO_TOO_SHORT, Emergencies
 from drive_gateway.sim.services.heartbeat import GuardedLife, HeartbeatConsumer, HeartbeatProducer
 from drive_gateway.sim.services.objects import ALL, COMMUNICATION, Objects, save_on_command
@@ -35,53 +39,34 @@ _CONSUMER = key_of(0x1016, 1)
 _PRODUCER = key_of(0x1017)
 _ERROR_BEHAVIOUR = key_of(0x1029, 1)
 _SETPOINT_TIMEOUT = key_of(0x2000)
+_DRIVE_INPUTS = 32
+"""Bits of 60FDh."""
 _STATE_AFTER_LOSS = {0: NmtState.PRE_OPERATIONAL, 2: NmtState.STOPPED}
 
 _Handler = Callable[[bytes, float], list[CanFrame]]
 
 
-class SimulatedNode(FaultsOnCommand):
-    """A CANopen node with one to three CiA 402 drives.
+class NodeServices(ABC):
+    """What every simulated CANopen node does, whatever device it is.
 
     `receive` takes every frame of the bus and answers; `step` must be called at least every 10 ms. The node is switched
     on by the first of these calls.
 
     Args:
-        axes: of this node, number 1 first and none left out: Node-ID, units, speed and start.
-        cycle_s: cycle of the drives' position controllers [s].
-        lag_s: lag of an axis behind its set points [s].
-        setpoint_timeout: interpolation periods without a set point that are a fault (power-on value of 2000h);
-            `None`: as in the EDS.
-        servos: the axes behind the drives; `None`, and where none is left: one of the fast level.
+        node_id: of the node.
+        dictionary: its objects, those of the communication profile among them.
     """
 
-    def __init__(
-        self,
-        axes: Sequence[AxisSettings],
-        cycle_s: float,
-        lag_s: float,
-        setpoint_timeout: int | None = None,
-        servos: Sequence[AxisServo | None] = (),
-    ) -> None:
-        self.node_id = axes[0].node_id
-        self._setpoint_timeout = setpoint_timeout
-        self._objects = Objects(load_dictionary(len(axes)), self.node_id)
+    def __init__(self, node_id: int, dictionary: Dictionary) -> None:
+        self.node_id = node_id
+        self._objects = Objects(dictionary, self.node_id)
         self._emergencies = Emergencies(self._objects, self.node_id)
         self._consumer = HeartbeatConsumer()
         self._producer = HeartbeatProducer()
         self._guarded = GuardedLife()
         self._sdo = SdoServer(self._objects)
-        of_axes = [self._objects.of_axis(axis.number) for axis in axes]
-        self.outputs = tuple(map(DigitalOutputs, of_axes))
-        self._timeouts = [objects.numbers for objects in of_axes]
-        self.drives = tuple(
-            Drive(axis, cycle_s, lag_s, objects, self._emergencies, self._cause_present, servo)
-            for axis, objects, servo in zip_longest(axes, of_axes, servos)
-        )
-        self._emergencies.held = lambda code: any(code in drive.faults for drive in self.drives)
         self._parameters = PdoParameters(self._objects, lambda: self._nmt is NmtState.OPERATIONAL)
         save_on_command(self._objects)
-        self._ordered = OrderedFaults(self, of_axes)
         self._objects.followers[_CONSUMER] = self._watch_master
         self._objects.followers[_PRODUCER] = lambda value: self._producer.configure(value, self._now)
         self._now = 0.0
@@ -95,7 +80,47 @@ class SimulatedNode(FaultsOnCommand):
         self._transmit: list[TransmitPdo] = []
         self.handlers: dict[int, _Handler] = {}
         """What the node hears at present, by COB-ID."""
+
+    # What the device is
+
+    @abstractmethod
+    def advance(self, now: float) -> None:
+        """Let what it drives move up to `now`."""
+
+    @abstractmethod
+    def _orders(self, now: float) -> None:
+        """Carry out what was ordered of the device itself by SDO."""
+
+    @abstractmethod
+    def _power_on(self) -> None:
+        """The device has its power-on values; what it drives begins anew."""
+
+    @abstractmethod
+    def _booted(self) -> None:
+        """After a power-on the device is up."""
+
+    @abstractmethod
+    def _keep_faults(self) -> None:
+        """A fault outlives a reset of the communication and is told again."""
+
+    @abstractmethod
+    def _disconnect(self, code: int = COMMUNICATION_LOST) -> None:
+        """The master is gone."""
+
+    # Faults on command
+
+    def silence(self, silent: bool = True) -> None:
+        """The bus cable is pulled: the node neither hears nor is heard, its device goes on by itself."""
+        self._silent = silent
+
+    def power_cycle(self) -> None:
+        """The node's supply fails for a moment: it starts again with power-on values, a brake holds its axis."""
+        self._restart_drive = True
         self._restart()
+
+    def delay_tpdos(self, late_s: float) -> None:
+        """The node measures as ever and sends what SYNC asks for `late_s` too late; 0 ends it."""
+        self._late.late_s = late_s
 
     def add_object(self, index: int, name: str, value: int, writable: bool = False) -> None:
         """It has one UNSIGNED32 more than its EDS says, which shows `value`; before it is switched on."""
@@ -149,7 +174,7 @@ class SimulatedNode(FaultsOnCommand):
     def timers(self) -> list[CanFrame]:
         """What the node sends by itself at the time that it has come to."""
         now = self._now
-        self._ordered.step(now)
+        self._orders(now)
         frames: list[CanFrame] = []
         if self._nmt is NmtState.BOOT_UP:
             frames += self._boot(now)
@@ -177,14 +202,8 @@ class SimulatedNode(FaultsOnCommand):
         self._emergencies.reset()
         self._objects.restore(ALL if self._restart_drive else COMMUNICATION)
         if self._restart_drive:
-            if self._setpoint_timeout is not None:
-                for numbers in self._timeouts:
-                    numbers[_SETPOINT_TIMEOUT] = self._setpoint_timeout
-            for drive in self.drives:
-                drive.reset()
-        for drive in self.drives:
-            for code in drive.faults:  # a fault outlives a reset of the communication and is told again
-                self._emergencies.occur(code)
+            self._power_on()
+        self._keep_faults()
         self._consumer.configure(0)
         self._guarded.restart()
         self._producer.configure(0, self._now)
@@ -196,8 +215,7 @@ class SimulatedNode(FaultsOnCommand):
             return []
         if self._restart_drive:
             self._restart_drive = False
-            for drive in self.drives:
-                drive.started()
+            self._booted()
         self._enter(NmtState.PRE_OPERATIONAL)
         return [self._error_control(NmtState.BOOT_UP)]
 
@@ -275,19 +293,6 @@ class SimulatedNode(FaultsOnCommand):
         if self._nmt is NmtState.OPERATIONAL and after is not None:
             self._enter(after)
 
-    def _disconnect(self, code: int = COMMUNICATION_LOST) -> None:
-        for drive, outputs in zip(self.drives, self.outputs, strict=True):
-            drive.connection_lost(code)
-            outputs.disconnected()
-
-    def advance(self, now: float) -> None:
-        """Let its axes move up to `now`."""
-        for drive in self.drives:
-            drive.advance(now)
-
-    def _cause_present(self, code: int) -> bool:
-        return code == HEARTBEAT_LOST and (self._consumer.lost or self._guarded.lost)
-
     # Services
 
     def _on_sdo(self, data: bytes, now: float) -> list[CanFrame]:
@@ -324,6 +329,73 @@ class SimulatedNode(FaultsOnCommand):
                 self._emergencies.vanish(HEARTBEAT_LOST)
             return [CanFrame(cob_id, bytes((self._guarded.polled(self._nmt, self._now),)))]
         return [pdo.frame() for pdo in self._transmit if pdo.cob_id == cob_id and pdo.remote]
+
+
+class SimulatedNode(NodeServices, FaultsOnCommand):
+    """A CANopen node with one to three CiA 402 drives.
+
+    Args:
+        axes: of this node, number 1 first and none left out: Node-ID, units, speed and start.
+        cycle_s: cycle of the drives' position controllers [s].
+        lag_s: lag of an axis behind its set points [s].
+        setpoint_timeout: interpolation periods without a set point that are a fault (power-on value of 2000h);
+            `None`: as in the EDS.
+        servos: the axes behind the drives; `None`, and where none is left: one of the fast level.
+    """
+
+    def __init__(
+        self,
+        axes: Sequence[AxisSettings],
+        cycle_s: float,
+        lag_s: float,
+        setpoint_timeout: int | None = None,
+        servos: Sequence[AxisServo | None] = (),
+    ) -> None:
+        super().__init__(axes[0].node_id, load_dictionary(len(axes)))
+        self._setpoint_timeout = setpoint_timeout
+        of_axes = [self._objects.of_axis(axis.number) for axis in axes]
+        self.outputs = tuple(map(DigitalOutputs, of_axes))
+        self._timeouts = [objects.numbers for objects in of_axes]
+        self.drives = tuple(
+            Drive(axis, cycle_s, lag_s, objects, self._emergencies, self._cause_present, servo)
+            for axis, objects, servo in zip_longest(axes, of_axes, servos)
+        )
+        self._emergencies.held = lambda code: any(code in drive.faults for drive in self.drives)
+        self._ordered = OrderedFaults(self, of_axes, self)
+        for drive, objects in zip(self.drives, of_axes, strict=True):
+            OrderedInputs(objects, _DRIVE_INPUTS, drive.input)
+        self._restart()
+
+    def advance(self, now: float) -> None:
+        for drive in self.drives:
+            drive.advance(now)
+
+    def _orders(self, now: float) -> None:
+        self._ordered.step(now)
+
+    def _power_on(self) -> None:
+        if self._setpoint_timeout is not None:
+            for numbers in self._timeouts:
+                numbers[_SETPOINT_TIMEOUT] = self._setpoint_timeout
+        for drive in self.drives:
+            drive.reset()
+
+    def _booted(self) -> None:
+        for drive in self.drives:
+            drive.started()
+
+    def _keep_faults(self) -> None:
+        for drive in self.drives:
+            for code in drive.faults:
+                self._emergencies.occur(code)
+
+    def _disconnect(self, code: int = COMMUNICATION_LOST) -> None:
+        for drive, outputs in zip(self.drives, self.outputs, strict=True):
+            drive.connection_lost(code)
+            outputs.disconnected()
+
+    def _cause_present(self, code: int) -> bool:
+        return code == HEARTBEAT_LOST and (self._consumer.lost or self._guarded.lost)
 
 
 def _unheard(_data: bytes, _now: float) -> list[CanFrame]:

@@ -4,6 +4,7 @@ from collections import deque
 from collections.abc import Callable, MutableMapping, Sequence
 from dataclasses import dataclass
 from functools import partial
+from typing import Protocol
 
 from cell.messages.drive_fault import Fault
 from drive_gateway.canopen.fault_object import DURATION_SUB, FAULT_SUBS, FIRST_INDEX
@@ -12,6 +13,7 @@ from drive_gateway.sim.services.abort import Abort, AccessRefused
 from drive_gateway.sim.services.dictionary import key_of
 from drive_gateway.sim.services.objects import AxisObjects
 
+_OF_NODE = (Fault.DROP_OUT, Fault.LATE_TPDOS)
 _DURATION = key_of(FIRST_INDEX, DURATION_SUB)
 
 
@@ -24,6 +26,16 @@ class _Order:
     """0: it stays."""
 
 
+class FaultsOfNode(Protocol):
+    """What befalls a node as a whole."""
+
+    def silence(self, silent: bool = True) -> None:
+        """Its cable is out."""
+
+    def delay_tpdos(self, late_s: float) -> None:
+        """What SYNC asks for is sent too late; 0 ends it."""
+
+
 class OrderedFaults:
     """The node's answer comes first, so that one that is told to drop out confirms it. No reset ends a fault.
 
@@ -31,15 +43,19 @@ class OrderedFaults:
 
     Args:
         node: what fails.
-        axes: the objects of its axes, number 1 first.
+        axes: the objects of its axes, number 1 first; of an I/O node its own.
+        drives: of these axes; none at an I/O node, which only drops out or is late.
     """
 
-    def __init__(self, node: FaultsOnCommand, axes: Sequence[AxisObjects]) -> None:
+    def __init__(self, node: FaultsOfNode, axes: Sequence[AxisObjects], drives: FaultsOnCommand | None = None) -> None:
         self._node = node
+        self._drives = drives
         self._ordered: deque[_Order] = deque()
         self._ends: dict[tuple[int, Fault], tuple[float, Callable[[], None]]] = {}
         for axis, objects in enumerate(axes, start=1):
             for fault, (sub, _) in FAULT_SUBS.items():
+                if drives is None and fault not in _OF_NODE:
+                    continue
                 key = key_of(FIRST_INDEX, sub)
                 objects.guards[key] = partial(_check, fault, objects.numbers)
                 objects.followers[key] = partial(self._take, axis, fault, objects.numbers)
@@ -52,13 +68,23 @@ class OrderedFaults:
             order = self._ordered.popleft()
             kind = order.axis, order.fault
             self._end(kind)
-            end = _begin(self._node, order)
+            end = self._begin(order)
             if order.lasts_s > 0.0:
                 self._ends[kind] = (now + order.lasts_s, end)
 
     def _take(self, axis: int, fault: Fault, numbers: MutableMapping[int, int], value: int) -> None:
         self._ordered.append(_Order(axis, fault, value, numbers[_DURATION] / 1000.0))
         numbers[_DURATION] = 0
+
+    def _begin(self, order: _Order) -> Callable[[], None]:
+        """Let the fault begin, or end where 0 was written; answers what ends it."""
+        if order.fault is Fault.DROP_OUT:
+            self._node.silence()
+            return lambda: self._node.silence(False)
+        if order.fault is Fault.LATE_TPDOS or self._drives is None:
+            self._node.delay_tpdos(order.value / 1000.0)
+            return lambda: self._node.delay_tpdos(0.0)
+        return _begin_at_axis(self._drives, order)
 
     def _end(self, kind: tuple[int, Fault]) -> None:
         if kind in self._ends:
@@ -73,16 +99,12 @@ def _check(fault: Fault, numbers: MutableMapping[int, int], value: int) -> None:
         raise AccessRefused(Abort.INCOMPATIBLE)
 
 
-def _begin(node: FaultsOnCommand, order: _Order) -> Callable[[], None]:
-    """Let the fault begin, or end where 0 was written; answers what ends it."""
+def _begin_at_axis(node: FaultsOnCommand, order: _Order) -> Callable[[], None]:
     servo, value = node.drives[order.axis - 1].servo, order.value
     match order.fault:
         case Fault.EMERGENCY:
             node.raise_emergency(value, order.axis)
             return lambda: None
-        case Fault.DROP_OUT:
-            node.silence()
-            return lambda: node.silence(False)
         case Fault.ENCODER_JUMP:
             servo.jump(value)
             return lambda: servo.jump(-value)
@@ -92,9 +114,6 @@ def _begin(node: FaultsOnCommand, order: _Order) -> Callable[[], None]:
         case Fault.HOT_MOTOR:
             servo.heat(value > 0)
             return lambda: servo.heat(False)
-        case Fault.STUCK_BRAKE:
+        case _:
             servo.stick_brake(value > 0)
             return lambda: servo.stick_brake(False)
-        case Fault.LATE_TPDOS:
-            node.delay_tpdos(value / 1000.0)
-            return lambda: node.delay_tpdos(0.0)

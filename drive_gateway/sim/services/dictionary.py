@@ -1,4 +1,4 @@
-"""The object dictionary of a simulated drive, read once from its EDS file and shared by all nodes.
+"""The object dictionary of a simulated drive or I/O node, read once from its EDS file and shared by all nodes.
 
 `canopen` parses the file (CiA 306); what the simulation needs of it is kept in small frozen entries, so that no library
 object is touched while frames are served.
@@ -7,16 +7,21 @@ object is touched while frames are served.
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cache
+from importlib.resources import files
+from io import StringIO
 from struct import Struct
 
+import canopen
 from canopen.objectdictionary import ODVariable, datatypes
 
 from drive_gateway.canopen.axes_eds import eds_text, objects_of_axes
 from drive_gateway.canopen.axis_objects import AXIS_SPAN
+from drive_gateway.canopen.io_map import DIGITAL_INPUTS, DIGITAL_OUTPUTS, ERROR_MODE, ERROR_VALUE, IO_EDS
 
 LONGEST_DOMAIN = 4096
 """Bytes that a domain of the drive can keep."""
 STORE_EDS = 0x1021
+RPDO1_MAPPING, TPDO1_MAPPING = 0x1600, 0x1A00
 
 _CODES = {
     datatypes.INTEGER8: "b",
@@ -91,6 +96,39 @@ def load_dictionary(axes: int = 1) -> Dictionary:
     stored = key_of(STORE_EDS)
     entries[stored] = replace(entries[stored], text=eds_text(axes).encode("ascii"))
     return Dictionary(entries, frozenset(parsed))
+
+
+@cache
+def load_io_dictionary(input_bytes: int, output_bytes: int) -> Dictionary:
+    """That of an I/O node with so many bytes each way, 0 to 8: `cia401_io.eds` without what it has not got."""
+    text = files("drive_gateway.sim").joinpath(IO_EDS).read_text("ascii")
+    parsed = canopen.import_od(_File(text), node_id=0)
+    lengths = dict.fromkeys((DIGITAL_INPUTS, TPDO1_MAPPING), input_bytes)
+    lengths |= dict.fromkeys((DIGITAL_OUTPUTS, ERROR_MODE, ERROR_VALUE, RPDO1_MAPPING), output_bytes)
+    entries: dict[int, Entry] = {}
+    for item in parsed.values():
+        most = lengths.get(item.index)
+        mapping = item.index in (TPDO1_MAPPING, RPDO1_MAPPING)
+        if most == 0 and not mapping:
+            continue
+        for variable in [item] if isinstance(item, ODVariable) else item.values():
+            entry = _entry(variable)
+            if most is not None and variable.subindex == 0:
+                entry = replace(entry, default=most)
+            elif most is not None and variable.subindex > most:
+                if not mapping:
+                    continue
+                entry = replace(entry, default=0)
+            entries[entry.key] = entry
+    stored = key_of(STORE_EDS)
+    entries[stored] = replace(entries[stored], text=text.encode("ascii"))
+    return Dictionary(entries, frozenset(key >> 8 for key in entries))
+
+
+class _File(StringIO):
+    """Text that `canopen` takes for an open file: it looks at the name's ending."""
+
+    name = "io.eds"
 
 
 def _entry(variable: ODVariable) -> Entry:

@@ -390,6 +390,16 @@ def test_the_plan_is_what_the_gateway_writes_object_by_object(drives_file: Path,
     assert tool_bus.run("plan", str(drives_file)).count("NMT start") == 6
 
 
+def test_the_plan_has_io_nodes_and_a_scan_misses_them(simulated: Path, tool_bus: ToolBus) -> None:
+    text = simulated.read_text(encoding="utf-8")
+    simulated.write_text(text.replace("robots:\n", "io_nodes: {coupler: {node: 20, input_bytes: 1}}\nrobots:\n", 1))
+    told = tool_bus.run("plan", str(simulated), "coupler")
+    assert told.startswith("node 20 (I/O coupler): NMT reset communication, and after its boot-up:\n")
+    assert "[device profile]" in told
+    assert tool_bus.run("plan", str(simulated)).count("NMT start") == 7
+    assert "no answer from node 20 (I/O coupler)" in tool_bus.refused("scan", str(simulated))
+
+
 def test_a_drives_file_is_checked_alone(tmp_path: Path, tool_bus: ToolBus) -> None:
     copy = Copy(tmp_path)
     assert "left_drives is good: virtual two_arms_left, 1000 kbit/s, 6 nodes, 6 axes" in tool_bus.run(

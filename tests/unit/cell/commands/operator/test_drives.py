@@ -12,15 +12,16 @@ from typer.testing import CliRunner
 from cell.commands import drive_gateway_command
 from cell.commands.bus_tools import drive_tools
 from cell.commands.bus_tools.node_access import NodeAccess
-from cell.commands.bus_tools.place import place_of
+from cell.commands.bus_tools.place import Place, meant_node, place_of
 from cell.commands.client.cell_view import Snapshot
 from cell.commands.errors import CommandError
 from cell.commands.operator.drives import drives_table
 from cell.commands.operator.set_up import press_of, target_of
 from cell.config import load_cell
-from cell.messages import AxisStatus, BusCounters, GatewayState, NodeStatus, PressAxis
+from cell.messages import AxisStatus, BusCounters, GatewayState, IoStatus, NodeStatus, PressAxis
 from drive_gateway.canopen.nmt import NmtState
 from drive_gateway.config import load_drives
+from drive_gateway.config.settings import IoSettings
 from tests.unit.config_world import TWO_ARMS
 
 
@@ -41,6 +42,34 @@ def test_every_node_is_a_row_with_its_emergency_and_its_meaning() -> None:
     assert cells[6] == "8611h following error over its window; not referenced: home it"
     assert "late cycles 2 of 100, worst 6.0 ms, missing TPDOs 3, blocks 40 taken 1 refused" in str(table.caption)
     assert "gateway right_bus: silent" in str(table.caption)
+
+
+def test_an_io_node_is_a_row_with_its_outputs_and_inputs_stand_below() -> None:
+    io = IoStatus("coupler", 20, "Operational", True, outputs={"left": {"gripper": True}})
+    lost = IoStatus("lamps", 21, "unknown", False, problem="node 21 (I/O lamps) was lost")
+    inputs = {"left": {"part_present": True, "full": False, "pressure": None}}
+    node = NodeStatus(1, "left", "J1", "Operational", AxisStatus.SWITCH_ON_DISABLED)
+    seen = replace(gateway(node), io_nodes=(io, lost), inputs=inputs)
+    table = drives_table(load_cell(TWO_ARMS), Snapshot(gateways={"left_bus": seen}))
+    rows = list(zip(*(column.cells for column in table.columns), strict=True))[1:]
+    assert rows == [
+        ("left_bus", "20", "I/O coupler", "Operational", "works, left gripper on", "", ""),
+        ("left_bus", "21", "I/O lamps", "unknown", "does not work", "", "node 21 (I/O lamps) was lost"),
+    ]
+    assert "inputs of left: part_present on, full off, pressure unknown" in str(table.caption)
+
+
+def test_an_io_node_is_known_by_its_name_and_its_number_with_the_objects_that_it_has() -> None:
+    drives = load_drives(TWO_ARMS.parent / "left_drives.yaml", "left_bus")
+    drives = replace(drives, io_nodes=(IoSettings("coupler", 20, input_bytes=1, output_bytes=0),))
+    place = Place(drives.bus, drives)
+    for name in ("coupler", "20"):
+        named = meant_node(place, name)
+        assert (named.id, named.axis, named.label) == (20, 1, "node 20 (I/O coupler)")
+        shown = [(entry.index, entry.sub) for entry in named.readable if entry.index >= 0x6000 and entry.sub]
+        assert shown == [(0x6000, 1)]
+    with pytest.raises(CommandError, match=r"6 \(left.J6\), 20 \(I/O coupler\)"):
+        meant_node(place, "valves")
 
 
 def test_states_have_the_names_of_the_standard() -> None:

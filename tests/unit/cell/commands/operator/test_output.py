@@ -14,7 +14,7 @@ from cell.commands.client.connection import Connection
 from cell.commands.operator import output as output_command
 from cell.commands.operator.output import outputs_table
 from cell.config import load_cell
-from cell.messages import AxisStatus, BusCounters, Call, GatewayState, Heard, NodeStatus, Reply, SwitchOutput
+from cell.messages import AxisStatus, BusCounters, Call, GatewayState, Heard, IoStatus, NodeStatus, Reply, SwitchOutput
 from drive_gateway.config import RobotDrives, load_drives
 from drive_gateway.config.settings import OutputSettings
 from tests.unit.config_world import TWO_ARMS
@@ -138,6 +138,15 @@ def test_each_output_is_listed_with_its_state_what_a_stop_makes_of_it_and_the_dr
         ("gripper", "on", "keep", "J6", "6", "16", "Operational", "Fault"),
         ("laser", "unknown to its gateway", "off", "J1", "", "3", "", ""),
     ]
+
+
+def test_an_output_of_an_io_node_is_listed_with_its_node_and_unknown_while_that_does_not_work() -> None:
+    left = replace(drives(), outputs=(OutputSettings("valve", "", 9, keep=True, io="coupler"),))
+    works = IoStatus("coupler", 20, "Operational", True, outputs={"left": {"valve": True}})
+    for io, found in ((works, "on"), (replace(works, operational=False), "unknown")):
+        table = outputs_table(left, replace(state(), io_nodes=(io,)))
+        (row,) = zip(*(column.cells for column in table.columns), strict=True)
+        assert row == ("valve", found, "keep", "I/O coupler", "20", "9", "Operational", "")
 
 
 def test_of_a_silent_drive_nobody_knows_what_its_outputs_do() -> None:

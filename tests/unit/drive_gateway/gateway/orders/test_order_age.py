@@ -27,6 +27,7 @@ from cell.messages import (
     Reply,
     ResetDrives,
     ScanBus,
+    SimulateInput,
     SwitchOutput,
     Who,
     WriteObject,
@@ -44,6 +45,7 @@ OF_STATE: dict[type[Command], Command] = {
     AcceptPosition: AcceptPosition("left", ()),
     WriteObject: WriteObject(1, 0x6081, 0, "00000000"),
     FaultDrive: FaultDrive(1, 1, Fault.BLOCKED),
+    SimulateInput: SimulateInput("left", "part", True),
 }
 OF_FEEDBACK: dict[type[Command], Command] = {
     EnableDrives: EnableDrives("left", 100),
