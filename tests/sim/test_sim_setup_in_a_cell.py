@@ -229,6 +229,6 @@ def test_never_two_at_once_over_a_network_that_loses_and_delays(seed: int) -> No
             moved += sum(map(cell.moves, robots))
     assert cell.both == []
     told = [event.code for event in cell.world.seen.events]
-    assert moved > 10
+    assert moved >= 5
     assert told.count("setup_begins") > 2
     assert "setup" in told
