@@ -8,6 +8,7 @@ import re
 import shutil
 import tempfile
 import time
+from collections.abc import Iterator
 from contextlib import ExitStack
 from pathlib import Path
 
@@ -27,6 +28,8 @@ MOST = 8
 _READY_S = 120.0
 _SETTLE_S = 5.0
 _APART_MM = 6000
+_CHANCE = 1e-3
+"""Of the cycles: a few late ones more are what the host did meanwhile."""
 _PROGRAM = """LABEL again
 MJ J1=-40 J2=-8 J3=62 J4=-30 J5=36 J6=-10 F=80
 ML Z=1250 F=500
@@ -35,15 +38,13 @@ GOTO again
 """
 
 
-def arms(seconds: float = 20.0) -> list[Row]:
+def arms(seconds: float = 20.0) -> Iterator[Row]:
     """Cells of two arms and more, six axes each at 250 Hz, simulated drives without the wire's time."""
-    rows = []
     for count in range(2, MOST + 1):
         row, kept = _measure(count, seconds)
-        rows.append(row)
+        yield row
         if not kept:
-            break
-    return rows
+            return
 
 
 def _measure(count: int, seconds: float) -> tuple[Row, bool]:
@@ -63,7 +64,7 @@ def _measure(count: int, seconds: float) -> tuple[Row, bool]:
     cycles = round(count * seconds / CYCLE_S)
     told = f"{late} of {cycles} cycles late, {idle_late} of the idle loop's" if up else "not all of them came to move"
     row = Row(f"{count} arms at 250 Hz, all processes, per second", share, share / cores, f"of {cores} cores; {told}")
-    return row, up and late <= count * idle_late
+    return row, up and late <= count * idle_late + _CHANCE * cycles
 
 
 class _Watcher:
@@ -71,7 +72,7 @@ class _Watcher:
 
     def __init__(self, settings: CellSettings, stack: ExitStack) -> None:
         self._gateways = list(settings.gateways)
-        link = Link("client", connect=(settings.manager.endpoint,), open_timeout_s=_READY_S)
+        link = Link("client", connect=(settings.manager_endpoint,), open_timeout_s=_READY_S)
         session = stack.enter_context(CellSession(settings.name, link, "observer", "arms", "bench-arms"))
         self._latest = session.watch("gateway/*/state")
         self._newest: dict[str, GatewayState] = {}
