@@ -487,7 +487,8 @@ ORDERS: dict[str, Callable[[], object]] = {
 @dataclass(frozen=True, slots=True)
 class Waver(Item):
     """An operator who cannot decide: for a while he halts a robot each time that it is given a zone, before it is
-    inside, and lets it go on at once. News of the manager come to the robot `late_s` after they were sent."""
+    inside, and lets it go on at once. News of the manager come to the robot `late_s` after they were sent, so it may
+    want again what it has just given up, and not have heard yet that it was taken back."""
 
     kind: ClassVar[str] = "wavering operator"
     by: str
@@ -501,16 +502,23 @@ class Waver(Item):
         return _WAVERS_S
 
     def _look(self, stage: Stage, until: float, seen: set[Token]) -> None:
-        facts, world = stage.facts, stage.world
-        shown = facts.shown.get(self.robot)
-        for zone, token in shown.message.holds.items() if shown is not None else ():
-            if token not in seen and not shown.touches(zone, facts.boxes[zone]):
-                seen.add(token)
-                world.operate(f"robot/{self.robot}", Halt(), self.by)
+        facts = stage.facts
+        shown, manager = facts.shown.get(self.robot), facts.manager
+        for zone, status in manager.zones.items() if manager is not None else ():
+            if shown is None or status.holder != self.robot or status.token is None or status.token in seen:
+                continue
+            if not shown.touches(zone, facts.boxes[zone]):
+                seen.add(status.token)
                 then_s = self.then_s * (0.5 + 0.5 * (len(seen) % 4))
-                world.clock.after(then_s, world.operate, f"robot/{self.robot}", Continue(), self.by)
+                # One that does not hold it yet hears of it late, and halted.
+                self._waver(stage, then_s if zone in shown.message.holds else then_s + self.late_s)
         if facts.now < until:
-            world.clock.after(_WAVER_LOOKS_S, self._look, stage, until, seen)
+            stage.world.clock.after(_WAVER_LOOKS_S, self._look, stage, until, seen)
+
+    def _waver(self, stage: Stage, then_s: float) -> None:
+        to = f"robot/{self.robot}"
+        stage.world.operate(to, Halt(), self.by)
+        stage.world.clock.after(then_s, stage.world.operate, to, Continue(), self.by)
 
 
 @dataclass(frozen=True, slots=True)

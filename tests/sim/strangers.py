@@ -14,7 +14,6 @@ from cell.messages import (
     DriveFeedback,
     Halt,
     ManagerState,
-    Mode,
     OutputEvent,
     Presence,
     SetpointBlock,
@@ -36,7 +35,7 @@ _CALM_S = 0.5
 """No claim that is asked for now ends before that is answered."""
 _AHEAD = 3
 """So many sequences a false presence is ahead of the true ones."""
-_AGAIN_S = 0.25
+_AGAIN_S, _HALTED_S = 0.15, 3.0
 _STAYS_S, _LEAVES_S, _SAYS_S = 1.5, 6.0, 0.1
 _FAR_M = 100.0
 _CROWD = 10
@@ -96,51 +95,54 @@ def _velocity(position: NDArray[np.float64], cycle_s: float) -> NDArray[np.float
 
 @dataclass(frozen=True, slots=True)
 class SaidAgain(Item):
-    """A robot is halted and its output switched off by hand; then a block says an event again that was executed."""
+    """A robot that has switched an output on is halted, and the output switched off by hand; then a block says that
+    event again."""
 
     kind: ClassVar[str] = "event said again"
     by: str
     robot: str
 
     def strike(self, stage: Stage) -> float:
-        stage.staff.leave_alone(self.robot, _WAITS_S / 2.0)
-        stage.world.operate(f"robot/{self.robot}", Halt(), self.by)
-        self._look(stage, stage.facts.now + _WAITS_S / 2.0 - 5.0 * _AGAIN_S)
+        self._look(stage, stage.facts.now + _WAITS_S)
         return 0.0
 
     def _look(self, stage: Stage, until: float) -> None:
+        """Wait for an event that was executed, and halt."""
         event = self._executed(stage)
         if event is not None:
-            # Some time after the robot has come to rest: before that nothing is switched by hand.
-            stage.world.clock.after(_AGAIN_S, self._switch_off, stage)
-            for again in range(2, 5):
-                stage.world.clock.after(again * _AGAIN_S, self._say, stage, event)
+            stage.staff.leave_alone(self.robot, _HALTED_S)
+            stage.world.operate(f"robot/{self.robot}", Halt(), self.by)
+            self._again(stage, event, stage.facts.now + _HALTED_S)
         elif stage.facts.now < until:
             stage.world.clock.after(_LOOK_S, self._look, stage, until)
 
-    def _switch_off(self, stage: Stage) -> None:
-        switch = SwitchOutput(self.robot, "gripper", False, self.by)
-        stage.world.operate(stage.facts.gateway_of(self.robot), switch, self.by)
-
     def _executed(self, stage: Stage) -> OutputEvent | None:
-        """An event that has switched something on, of a robot that stands halted."""
+        """The newest event of the present owner that has switched something on."""
+        feedback = stage.facts.feedback.get(self.robot)
+        if feedback is None or not feedback.enabled:
+            return None
+        blocks = stage.facts.blocks[self.robot].items()
+        said = [each for (owner, _), sent in blocks if owner == feedback.owner for each in sent.message.events]
+        return next((each for each in reversed(said) if each.value and each.number <= feedback.event), None)
+
+    def _again(self, stage: Stage, event: OutputEvent, until: float) -> None:
+        """While the robot is halted: as soon as the output is off, say the event."""
         facts = stage.facts
-        feedback, state, newest = (
-            known.get(self.robot) for known in (facts.feedback, facts.states, facts.newest_block)
-        )
-        if not isinstance(feedback, DriveFeedback) or not feedback.enabled or state is None or newest is None:
-            return None
-        if state.mode not in (Mode.HALTED, Mode.READY) or rest_row(newest.message) > 0:  # type: ignore[attr-defined]
-            return None
-        blocks = [sent.message for (owner, _), sent in facts.blocks[self.robot].items() if owner == feedback.owner]
-        said = [each for block in blocks for each in block.events if each.value and each.number <= feedback.event]
-        return said[-1] if said else None
+        feedback, newest = facts.feedback[self.robot], facts.newest_block[self.robot].message
+        if facts.now > until:
+            return
+        stage.world.clock.after(_AGAIN_S, self._again, stage, event, until)
+        if not feedback.enabled or newest.owner != feedback.owner or newest.program or rest_row(newest) > 0:
+            return
+        if not feedback.outputs >> event.output & 1:
+            self._say(stage, event)
+        else:
+            switch = SwitchOutput(self.robot, "gripper", False, self.by)
+            stage.world.operate(facts.gateway_of(self.robot), switch, self.by)
 
     def _say(self, stage: Stage, event: OutputEvent) -> None:
         facts = stage.facts
         feedback, newest = facts.feedback[self.robot], facts.newest_block[self.robot].message
-        if not feedback.enabled or newest.owner != feedback.owner or rest_row(newest) > 0 or newest.program:
-            return
         tick = feedback.tick + max(4, round(_LEAD_S / newest.dt_s))
         again = replace(event, tick=tick)
         nominal = max(1, newest.nominal)
