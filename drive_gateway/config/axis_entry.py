@@ -298,6 +298,7 @@ class AxisEntry(BaseModel):
             connection_lost=self.connection_lost,
             waived=frozenset(int(index, 16) for index in self.waive),
             eds="" if self.eds is None else str(folder / self.eds),
+            like=self.like,
         )
 
     def _torque(self) -> TorqueSettings | None:

@@ -14,7 +14,7 @@ from pydantic import BaseModel, Field
 from cell.config.problem import ConfigError
 from cell.config.reading import read
 from cell.config.units import STRICT
-from drive_gateway.canopen.eds import TYPES, ObjectEntry
+from drive_gateway.canopen.eds import TYPES, Eds, ObjectEntry
 from drive_gateway.canopen.optional_objects import OPTIONAL_OBJECTS
 from drive_gateway.config.object_address import ObjectAddress, address_of
 
@@ -99,6 +99,15 @@ def known_drive(name: str) -> KnownDrive:
     if reading.content is None or reading.problems:
         raise ConfigError(tuple(reading.problems))
     return reading.content
+
+
+def eds_of(file: str, axes: int, like: str | None) -> Eds:
+    """The file; without one plain CiA 402 with so many axes, and the objects of the known drive that they are like.
+
+    Raises:
+        EdsError: the file is missing or no EDS.
+    """
+    return Eds(file, axes, known_drive(like).entries() if like is not None and not file else ())
 
 
 def check_name(name: str) -> str:

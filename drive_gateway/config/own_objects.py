@@ -9,7 +9,7 @@ from drive_gateway.canopen.axis_objects import first_axis_index, index_of
 from drive_gateway.canopen.eds import TYPES, Eds, ObjectEntry
 from drive_gateway.canopen.eds_file import EdsError, is_dcf
 from drive_gateway.config.gateway_objects import CYCLE_PERIOD, said_by
-from drive_gateway.config.known_drive import known_drive
+from drive_gateway.config.known_drive import eds_of
 from drive_gateway.config.object_address import ObjectAddress, address_of
 from drive_gateway.config.settings import OwnObject
 
@@ -38,13 +38,10 @@ class EdsFiles:
         self._read: dict[tuple[str, int, str | None], Eds] = {}
 
     def get(self, file: str, axis: int, like: str | None = None) -> Eds:
-        """The file; without one plain CiA 402 with at least this axis, and the objects of the known drive it is like.
-
-        Raises `EdsError`.
-        """
+        """As `eds_of`, with at least this axis."""
         key = (file, 0, None) if file else ("", axis, like)
         if key not in self._read:
-            self._read[key] = Eds(file, axis, known_drive(like).entries() if like and not file else ())
+            self._read[key] = eds_of(file, axis, like)
         return self._read[key]
 
 

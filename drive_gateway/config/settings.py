@@ -232,6 +232,8 @@ class AxisSettings:
     """PDOs for motions that the drive makes by itself; `None`: these go by the cyclic image and SDO."""
     eds: str = ""
     """File with the names and types of the node's objects; empty: those of plain CiA 402."""
+    like: str | None = None
+    """Known drive, whose maker's objects are known without a file."""
 
     quick_stop_option: int = 6
     """605Ah: brake with `quick_stop` and stay in Quick Stop Active, voltage on (6), or take it off then (2)."""

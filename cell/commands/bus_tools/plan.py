@@ -16,7 +16,7 @@ from drive_gateway.config import AxisSettings, GatewaySettings
 from drive_gateway.config.bus_load import bus_load
 from drive_gateway.config.drives_file import DrivesFile
 from drive_gateway.config.image import image_of, io_image_of
-from drive_gateway.config.known_drive import known_drive
+from drive_gateway.config.known_drive import eds_of, known_drive
 from drive_gateway.config.load import read_drives
 from drive_gateway.gateway.nodes.program import Step, boot_plan, io_boot_plan
 
@@ -53,7 +53,7 @@ def _steps(place: Place, settings: GatewaySettings, node_id: int) -> tuple[list[
     mine: list[AxisSettings] = [axis for _, axis in place.axes if axis.node_id == node_id]
     axes = sorted(mine, key=lambda axis: axis.number)
     try:
-        return boot_plan(axes, settings), Eds(axes[0].eds, len(axes))
+        return boot_plan(axes, settings), eds_of(axes[0].eds, len(axes), axes[0].like)
     except ValueError as error:
         raise CommandError(str(error), "correct cycle_s in the drives file") from error
 

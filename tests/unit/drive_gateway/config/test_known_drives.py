@@ -98,3 +98,9 @@ def test_a_check_of_the_file_shows_each_fact_with_its_source(tmp_path: Path) -> 
     assert result.exit_code == 0, result.output
     assert "like elmo_gold: left.J1; keys of the file go before\n" in result.output
     assert "  velocity_unit: counts/s  [EDS CANeds Gold V002: 6096h is 1/1 and read-only]\n" in result.output
+
+
+def test_the_tools_know_the_objects_of_its_maker(tmp_path: Path) -> None:
+    drives = like(tmp_path, 'like: elmo_gold, objects: {"2F75:00": 10}').drives
+    result = CliRunner().invoke(drive_gateway_command.app, ["plan", str(drives), "left.J1"])
+    assert "write, check  2F75h:00  Extrapolation cycles timeout = 10 (000Ah)" in result.output
