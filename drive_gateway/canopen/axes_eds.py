@@ -1,4 +1,4 @@
-"""The EDS of the simulated drive, which is plain CiA 402, as a node with one to three such drives has it (CiA 306).
+"""The EDS of the simulated drive, CiA 402 with objects of its own, as a node with one to three has it (CiA 306).
 
 Each further axis has its own objects: those of the profile and of the maker 800h on, its PDOs 64 on. The device type
 (1000h) of a node with several axes does not say how each is built; 67FFh, 6FFFh and 77FFh do (CiA 301).

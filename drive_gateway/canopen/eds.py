@@ -1,16 +1,18 @@
-"""Names and types of a node's objects, from its EDS or DCF file (CiA 306, read by `canopen`)."""
+"""Names and types of a node's objects, from its EDS or DCF file (CiA 306)."""
 
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import cache
+from math import inf
 from pathlib import Path
 from struct import Struct
 
-from canopen.objectdictionary import ODVariable, datatypes
+from canopen.objectdictionary import datatypes
 
-from drive_gateway.canopen.axes_eds import NAME, objects_of_axes
+from drive_gateway.canopen.axes_eds import eds_text
 from drive_gateway.canopen.axis_objects import first_axis_index, index_of
-from drive_gateway.canopen.eds_file import EdsError, is_dcf, read_eds
+from drive_gateway.canopen.eds_file import EdsError, FileContent, FileObject, is_dcf, parse_eds, read_eds, whole_number
 
 TYPES = {
     "INTEGER8": (1, True),
@@ -31,6 +33,8 @@ _SIZES = {
 }
 _REALS = {datatypes.REAL32: Struct("<f"), datatypes.REAL64: Struct("<d")}
 _REAL_OF_SIZE = {layout.size: layout for layout in _REALS.values()}
+PLAIN = "plain CiA 402"
+_MAKERS = range(0x2000, 0x6000)
 _ADDRESS = re.compile(r"(?:0x)?([0-9A-Fa-f]{4})h?(?::([0-9A-Fa-f]{1,2}))?")
 
 
@@ -48,8 +52,10 @@ class ObjectEntry:
     """Content of any length, such as a file."""
     readable: bool
     writable: bool
-    limits: tuple[int, int] | None = None
-    """Lowest and highest value, where the file says them."""
+    low: float | None = None
+    """Lowest value, where the file says it."""
+    high: float | None = None
+    """Highest value, where the file says it."""
     real: bool = False
     """A number with a fraction, REAL32 or REAL64 (IEEE 754)."""
     octets: bool = False
@@ -66,6 +72,11 @@ class ObjectEntry:
     def kind(self) -> str:
         """Its data type for people, where it is a number: UNSIGNED16, REAL32."""
         return f"{'REAL' if self.real else 'INTEGER' if self.signed else 'UNSIGNED'}{8 * self.size}"
+
+    @property
+    def makers(self) -> bool:
+        """In the area where each maker has objects of its own."""
+        return self.index in _MAKERS
 
     @property
     def address(self) -> str:
@@ -100,11 +111,17 @@ class ObjectEntry:
             raise EdsError(f"{self.address} {self.name} is a domain", "@FILE, the name of a file with its bytes")
         if self.real:
             return self._real(text)
+        self._known()
         try:
             value = int(text[:-1], 16) if text.lower().endswith("h") else int(text, 0)
         except ValueError as error:
             raise EdsError(f"{text!r} is no whole number", "123, -5, 0x6F, 6Fh") from error
         return self.pack_number(value)
+
+    def _known(self) -> None:
+        if not self.size:
+            allowed = f"an EDS that describes it, or its type: {', '.join(TYPES)}"
+            raise EdsError(f"{self.address} {self.name}, whose type is not known", allowed)
 
     def _octets(self, text: str) -> bytes:
         try:
@@ -116,50 +133,58 @@ class ObjectEntry:
         """As a decimal number, or as its bit pattern."""
         try:
             if text.lower().startswith("0x"):
-                return int(text, 16).to_bytes(self.size, "little")
-            return _REAL_OF_SIZE[self.size].pack(float(text))
+                data = int(text, 16).to_bytes(self.size, "little")
+            else:
+                data = _REAL_OF_SIZE[self.size].pack(float(text))
         except (ValueError, OverflowError) as error:
             allowed = f"a {self.kind}, such as -0.25 or 1e-3, or its bit pattern, 0x..."
             raise EdsError(f"{text!r} for {self.address} {self.name}", allowed) from error
+        (value,) = _REAL_OF_SIZE[self.size].unpack(data)
+        low, high = -inf if self.low is None else self.low, inf if self.high is None else self.high
+        if not (low <= value <= high or self.low is self.high is None):
+            raise EdsError(f"{text} does not fit {self.address} {self.name}", f"{low:g} to {high:g}")
+        return data
 
     def pack_number(self, value: int) -> bytes:
         """The bytes of a number. Raises `EdsError` with the range."""
         if self.real:
             return self._real(str(value))
-        if not self.size:
-            raise EdsError(
-                f"{self.address} {self.name} has a type that this program cannot write", f"{', '.join(TYPES)}"
-            )
+        self._known()
         low = -(1 << 8 * self.size - 1) if self.signed else 0
         high = (1 << 8 * self.size - self.signed) - 1
-        if self.limits is not None:
-            low, high = max(low, self.limits[0]), min(high, self.limits[1])
+        low = low if self.low is None else max(low, round(self.low))
+        high = high if self.high is None else min(high, round(self.high))
         if not low <= value <= high:
             raise EdsError(f"{value} does not fit {self.address} {self.name}", f"{low} to {high}")
         return value.to_bytes(self.size, "little", signed=self.signed)
 
 
 class Eds:
-    """The objects of one kind of node. Without a file: those of the simulated drive, which are plain CiA 402."""
+    """The objects of one kind of node. Without a file those that CiA 402 has, and none of a maker's own."""
 
-    def __init__(self, file: str = "", axes: int = 1) -> None:
-        """`axes`: of the node, 1 to 3; a file says its own. Raises `EdsError`: the file is missing or no EDS."""
-        self._parsed = read_eds(file) if file else objects_of_axes(axes)
+    def __init__(self, file: str = "", axes: int = 1, more: Sequence[ObjectEntry] = ()) -> None:
+        """`axes`: of the node, 1 to 3; a file says its own. `more`: objects that are known beside those of CiA 402.
+
+        Raises `EdsError`: the file is missing or no EDS.
+        """
+        self._content = read_eds(file) if file else _plain(axes)
+        self._entries = {(item.index, item.sub): _entry(item) for item in self._content.objects}
+        if not file:
+            self._entries |= {(entry.index, entry.sub): entry for entry in more}
         self._dcf = is_dcf(file)
-        self.name = Path(file).name if file else NAME
-        self.node_id = self._parsed.node_id if self._dcf else None
+        self.name = Path(file).name if file else PLAIN
+        self.node_id = self._content.node_id if self._dcf else None
         """Of the one device that a DCF is for, if it says it."""
-        self.bitrate = self._parsed.bitrate if self._dcf else None
+        self.bitrate = self._content.bitrate if self._dcf else None
         """[bit/s] in a DCF, if it says it."""
 
     def __iter__(self) -> Iterator[ObjectEntry]:
         """All objects in the order of their indices."""
-        return (entry for _, entry in self._described())
+        return iter(self._entries.values())
 
-    def _described(self) -> Iterator[tuple[ODVariable, ObjectEntry]]:
-        for item in self._parsed.values():
-            for variable in [item] if isinstance(item, ODVariable) else item.values():
-                yield variable, _entry(variable, "" if isinstance(item, ODVariable) else f"{item.name}, ")
+    def __contains__(self, key: tuple[int, int]) -> bool:
+        """It describes the object at this index and sub-index."""
+        return key in self._entries
 
     def parameters(self, wanted: Callable[[int, int], bool]) -> Iterator[tuple[ObjectEntry, bytes]]:
         """What a DCF says to be written: each writable object that has a ParameterValue. An EDS says none.
@@ -170,12 +195,10 @@ class Eds:
         Raises:
             EdsError: a value does not fit its object.
         """
-        if not self._dcf:
-            return
-        for variable, entry in self._described():
-            raw = getattr(variable, "value_raw", None)
-            if raw and entry.writable and not entry.domain and wanted(entry.index, entry.sub):
-                yield entry, _packed(variable, entry, raw)
+        for item in self._content.objects if self._dcf else ():
+            entry = self._entries[item.index, item.sub]
+            if item.value and entry.writable and not entry.domain and wanted(entry.index, entry.sub):
+                yield entry, _packed(entry, item.value, self.node_id)
 
     def find(self, text: str, axis: int = 1) -> ObjectEntry:
         """The object at an address such as 6041, 6041h:00, 0x1018:1, or of that name.
@@ -194,52 +217,76 @@ class Eds:
 
     def _at(self, index: int, sub: int) -> ObjectEntry:
         """A file that does not describe the further axes of its node: they have what axis 1 has."""
-        entries = {(entry.index, entry.sub): entry for entry in self}
-        found = entries.get((index, sub)) or entries.get((first_axis_index(index), sub))
+        found = self._entries.get((index, sub)) or self._entries.get((first_axis_index(index), sub))
         if found is None:
             return ObjectEntry(index, sub, f"not in {self.name}", 0, False, False, False, True, True)
         return replace(found, index=index)
 
 
-def _entry(variable: ODVariable, group: str) -> ObjectEntry:
-    kind = variable.data_type or 0
+@cache
+def _plain(axes: int) -> FileContent:
+    """CiA 402 as the simulated drive has it, without what is that drive's own."""
+    content = parse_eds(eds_text(axes))
+    return replace(content, objects=tuple(item for item in content.objects if item.index not in _MAKERS))
+
+
+def _entry(item: FileObject) -> ObjectEntry:
+    kind = item.kind
     size, signed = (_REALS[kind].size, True) if kind in _REALS else _SIZES.get(kind, (0, False))
+    low, high = _limits(item, size, signed)
     return ObjectEntry(
-        index=variable.index,
-        sub=variable.subindex,
-        name=group + variable.name,
+        index=item.index,
+        sub=item.sub,
+        name=item.name,
         size=size,
         signed=signed,
         text=kind in (datatypes.VISIBLE_STRING, datatypes.UNICODE_STRING),
         domain=kind == datatypes.DOMAIN,
-        readable=variable.readable,
-        writable=variable.writable,
-        limits=_limits(variable),
+        readable="r" in item.access or item.access == "const",
+        writable="w" in item.access,
+        low=low,
+        high=high,
         real=kind in _REALS,
         octets=kind == datatypes.OCTET_STRING,
         wide=kind == datatypes.UNICODE_STRING,
     )
 
 
-def _limits(variable: ODVariable) -> tuple[int, int] | None:
+def _limits(item: FileObject, size: int, signed: bool) -> tuple[float | None, float | None]:
     """Some makers' tools write 0 and 0 where there are none."""
-    low, high = variable.min, variable.max
-    return None if low is None or high is None or low >= high else (low, high)
+    number = _real if item.kind in _REALS else whole_number
+    low, high = number(item.low), number(item.high)
+    if signed and item.kind not in _REALS:
+        low, high = _signed(low, size), _signed(high, size)
+    nothing = low is not None and high is not None and (low > high or low == high == 0)
+    return (None, None) if nothing else (low, high)
 
 
-def _packed(variable: ODVariable, entry: ObjectEntry, raw: str) -> bytes:
-    """The bytes of a ParameterValue; a negative number may be written as its bit pattern, 0xFFFE for -2."""
-    if entry.text or entry.octets or entry.real:
-        return entry.pack(raw)
-    value = getattr(variable, "value", None) if "$NODEID" in raw.upper() else _whole(raw)
-    if not isinstance(value, int):
-        raise EdsError(f"the ParameterValue {raw!r} of {entry.address} {entry.name}", "whole numbers: 123, -5, 0x6F")
-    pattern = entry.signed and raw.lower().startswith("0x") and value >= 1 << 8 * entry.size - 1
-    return entry.pack_number(value - (1 << 8 * entry.size) if pattern else value)
+def _signed(number: float | None, size: int) -> float | None:
+    """A negative number may be written as its bit pattern, 0xFFFE for -2."""
+    return number if number is None or number < 1 << 8 * size - 1 else number - (1 << 8 * size)
 
 
-def _whole(raw: str) -> int | None:
+def _real(text: str) -> float | None:
     try:
-        return int(raw, 0)
+        return float(text)
     except ValueError:
         return None
+
+
+def _packed(entry: ObjectEntry, raw: str, node_id: int | None) -> bytes:
+    """The bytes of a ParameterValue."""
+    if entry.text or entry.octets or entry.real:
+        return entry.pack(raw)
+    value = whole_number(raw)
+    formula = _FORMULA.fullmatch(raw)
+    if formula is not None and node_id is not None:
+        value = node_id + (whole_number(formula[1] or formula[2] or "0") or 0)
+    if value is None:
+        allowed = "whole numbers: 123, -5, 0x6F; $NODEID+0x200 where the DCF says its NodeID"
+        raise EdsError(f"the ParameterValue {raw!r} of {entry.address} {entry.name}", allowed)
+    pattern = entry.signed and raw.lower().startswith("0x")
+    return entry.pack_number(round(_signed(value, entry.size) or 0) if pattern else value)
+
+
+_FORMULA = re.compile(r"(?:(\w+)\s*\+\s*)?\$NODEID(?:\s*\+\s*(\w+))?", re.IGNORECASE)

@@ -4,12 +4,13 @@ import math
 from pathlib import Path
 from typing import Annotated, Literal
 
-from pydantic import AfterValidator, BaseModel, Field, ValidationInfo, field_validator
+from pydantic import AfterValidator, BaseModel, Field, ValidationInfo, WithJsonSchema, field_validator, model_validator
 
 from cell.config.fields import FileName, Name
 from cell.config.units import STRICT, Number, Positive, PositiveLength, Seconds, in_si
 from drive_gateway.canopen.axis_objects import AXES
 from drive_gateway.config.drive_units import ACCELERATION_UNITS, VELOCITY_UNITS, DriveUnits, drive_units, unit_of
+from drive_gateway.config.known_drive import KNOWN_DRIVES, check_name, with_known_keys
 from drive_gateway.config.object_address import ObjectAddress, address_of
 from drive_gateway.config.own_objects import OwnObjects
 from drive_gateway.config.settings import (
@@ -196,6 +197,9 @@ class AxisEntry(BaseModel):
     )
     homing: HomingEntry | None = Field(default=None, description="how the axis finds its home point")
     eds: FileName | None = Field(default=None, description="EDS or DCF of the drive, relative to this file")
+    like: Annotated[str, AfterValidator(check_name), WithJsonSchema({"enum": list(KNOWN_DRIVES)})] | None = Field(
+        default=None, description="a known drive, which says some keys; those of this file go before"
+    )
     emergencies: Name | None = Field(default=None, description="its type of drive in `emergencies` of this file")
     objects: OwnObjects = {}
     quick_stop_option: Literal[2, 6] = Field(
@@ -209,6 +213,11 @@ class AxisEntry(BaseModel):
         default=(), max_length=6, description="objects that this drive may lack; each costs something that is told"
     )
 
+    @model_validator(mode="before")
+    @classmethod
+    def _as_known(cls, entry: object) -> object:
+        return with_known_keys(entry)
+
     @field_validator("offset", "speed", "acceleration", "quick_stop", "following_window", "simulated_start")
     @classmethod
     def _si(cls, value: float, info: ValidationInfo) -> float:
@@ -217,7 +226,7 @@ class AxisEntry(BaseModel):
     @field_validator("velocity_unit", "acceleration_unit")
     @classmethod
     def _of_its_kind(cls, unit: str, info: ValidationInfo) -> str:
-        if "m/s" in unit and info.data.get("type") != "linear":
+        if unit.split()[-1].startswith(("m/s", "mm/s")) and info.data.get("type") != "linear":
             raise ValueError("a unit of angles or counts for an axis that turns")
         return unit
 
@@ -289,6 +298,7 @@ class AxisEntry(BaseModel):
             connection_lost=self.connection_lost,
             waived=frozenset(int(index, 16) for index in self.waive),
             eds="" if self.eds is None else str(folder / self.eds),
+            like=self.like,
         )
 
     def _torque(self) -> TorqueSettings | None:

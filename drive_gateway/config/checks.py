@@ -19,6 +19,7 @@ from drive_gateway.config.drives_file import DrivesFile
 from drive_gateway.config.emergency_entry import check_emergencies
 from drive_gateway.config.image import image_of, io_image_of
 from drive_gateway.config.io_checks import check_io_nodes, check_places
+from drive_gateway.config.known_drive_checks import check_known_drives
 from drive_gateway.config.node_checks import check_nodes
 from drive_gateway.config.object_checks import check_objects
 from drive_gateway.config.output_checks import check_outputs
@@ -62,6 +63,7 @@ def check_drives_file(document: Document, drives: DrivesFile) -> list[Problem]:
             ),
         ),
         *check_objects(document, list(axes_of(drives)), drives.bus.bitrate),
+        *check_known_drives(document, list(axes_of(drives))),
         *check_outputs(document, drives),
         *(
             problem
@@ -255,11 +257,13 @@ def _waived(
     optional: Mapping[int, tuple[str, str]],
     what: str = "drive",
 ) -> Iterator[Problem]:
+    own = document.value((*path, "waive")) is not None
     for number, index in enumerate(waive):
         name, cost = optional[int(index, 16)]
         found = f"a {what} that may lack {index}h ({name}): {cost}"
         allowed = f"only where the {what} has no such object and this is accepted"
-        yield document.problem((*path, "waive", number), found, allowed, severity=Severity.WARNING)
+        place = (*path, "waive", number) if own else (*path, "like")
+        yield document.problem(place, found, allowed, severity=Severity.WARNING)
 
 
 def _limits(document: Document, path: KeyPath, axis: AxisEntry) -> Iterator[Problem]:

@@ -163,7 +163,7 @@ class DrivesFile(BaseModel):
         settings = self.axis(robot, name, folder)
         emergencies = codes_of(self.emergencies, axis.emergencies)
         switched = self._output_objects(robot, axis.node)
-        objects = own_objects(axis.objects, axis.axis, settings.eds, files)
+        objects = own_objects(axis.objects, axis.axis, settings.eds, files, axis.like)
         objects = tuple(item for item in objects if item.index not in switched)
         return replace(settings, emergencies=emergencies, objects=objects)
 

@@ -36,7 +36,7 @@ def _one_node(document: Document, named: NamedAxis, first: NamedAxis) -> Iterato
     _, other, entry = first
     if who.partition(".")[0] != other.partition(".")[0]:
         yield document.problem((*path, "node"), f"{axis.node}, the node of {other} too", "axes of one robot on a node")
-    for name in ("identity", "error_control", "eds", "emergencies"):
+    for name in ("identity", "error_control", "eds", "like", "emergencies"):
         if getattr(axis, name) != getattr(entry, name):
             found = f"another {name} than that of {other}, on the same node"
             yield document.problem((*path, "node"), found, f"the same {name} at all axes of a node")

@@ -17,7 +17,7 @@ def check_objects(document: Document, axes: Sequence[NamedAxis], bitrate: int) -
     seen: dict[tuple[int, tuple[int, int]], str] = {}
     for path, who, axis in axes:
         try:
-            eds = files.get("" if axis.eds is None else str(document.beside(axis.eds)), axis.axis)
+            eds = files.get("" if axis.eds is None else str(document.beside(axis.eds)), axis.axis, axis.like)
             of_dcf = {(item.index, item.sub) for item in dcf_objects(eds)}
         except EdsError as error:
             yield document.problem((*path, "eds"), error.found, error.allowed)

@@ -9,6 +9,7 @@ from drive_gateway.canopen.axis_objects import first_axis_index, index_of
 from drive_gateway.canopen.eds import TYPES, Eds, ObjectEntry
 from drive_gateway.canopen.eds_file import EdsError, is_dcf
 from drive_gateway.config.gateway_objects import CYCLE_PERIOD, said_by
+from drive_gateway.config.known_drive import eds_of
 from drive_gateway.config.object_address import ObjectAddress, address_of
 from drive_gateway.config.settings import OwnObject
 
@@ -34,17 +35,19 @@ class EdsFiles:
     """Each file read once."""
 
     def __init__(self) -> None:
-        self._read: dict[tuple[str, int], Eds] = {}
+        self._read: dict[tuple[str, int, str | None], Eds] = {}
 
-    def get(self, file: str, axis: int) -> Eds:
-        """The file, or plain CiA 402 with at least this axis without one. Raises `EdsError`."""
-        key = (file, 0 if file else axis)
+    def get(self, file: str, axis: int, like: str | None = None) -> Eds:
+        """As `eds_of`, with at least this axis."""
+        key = (file, 0, None) if file else ("", axis, like)
         if key not in self._read:
-            self._read[key] = Eds(file, axis)
+            self._read[key] = eds_of(file, axis, like)
         return self._read[key]
 
 
-def own_objects(objects: dict[str, OwnValue], axis: int, file: str, files: EdsFiles) -> tuple[OwnObject, ...]:
+def own_objects(
+    objects: dict[str, OwnValue], axis: int, file: str, files: EdsFiles, like: str | None = None
+) -> tuple[OwnObject, ...]:
     """What is written to one axis: the DCF's values with axis 1, and over them those of the drives file.
 
     Args:
@@ -52,13 +55,14 @@ def own_objects(objects: dict[str, OwnValue], axis: int, file: str, files: EdsFi
         axis: of its node, 1 to 3.
         file: EDS or DCF; empty: none.
         files: where it is read.
+        like: known drive, whose objects are known without a file.
 
     Raises:
         EdsError: a file, an object or a value that `cell check` refuses.
     """
     if not objects and not is_dcf(file):
         return ()
-    eds = files.get(file, axis)
+    eds = files.get(file, axis, like)
     found = {(item.index, item.sub): item for item in dcf_objects(eds)} if axis == 1 else {}
     for address, value in objects.items():
         item = own_object(address, value, axis, eds)
@@ -97,9 +101,10 @@ def _data(entry: ObjectEntry, value: OwnValue) -> bytes:
             if not (entry.text or entry.octets or entry.real):
                 raise EdsError(f"a text for {entry.address} {entry.name}", "numbers, unless its EDS says it is a text")
             return entry.pack(value)
-        case _ if not entry.size:
-            allowed = "{value: ..., type: UNSIGNED16} or another data type, or an eds that describes it"
-            raise EdsError(f"{entry.address} {entry.name}, whose type is not known", allowed)
+        case _ if not entry.described:
+            whose = "an object of the maker's own" if entry.makers else "whose type is not known"
+            allowed = "the drive's `eds` beside it, or its type: {value: ..., type: UNSIGNED16}"
+            raise EdsError(f"{entry.address} {entry.name}, {whose}", allowed)
     return entry.pack_number(value)
 
 

@@ -231,7 +231,9 @@ class AxisSettings:
     profile_pdos: ProfilePdos | None = None
     """PDOs for motions that the drive makes by itself; `None`: these go by the cyclic image and SDO."""
     eds: str = ""
-    """File with the names and types of the node's objects; empty: plain CiA 402, as the simulated drive has them."""
+    """File with the names and types of the node's objects; empty: those of plain CiA 402."""
+    like: str | None = None
+    """Known drive, whose maker's objects are known without a file."""
 
     quick_stop_option: int = 6
     """605Ah: brake with `quick_stop` and stay in Quick Stop Active, voltage on (6), or take it off then (2)."""

@@ -140,7 +140,8 @@ def write(
     value: Annotated[
         str,
         typer.Argument(
-            metavar="VALUE", help="-5, 1.5, 0x... or ...h; a text for a text; 01 0A for octets; @FILE for a domain."
+            metavar="VALUE",
+            help="-5, 1.5, 0x... or ...h; a text for a text; 01 0A for octets; @FILE for its bytes.",
         ),
     ],
     kind: Annotated[
@@ -164,7 +165,8 @@ def write(
         raise CommandError(f"{entry.address} {entry.name} is read-only")
     if kind is not None:
         entry = _typed(entry, kind.upper())
-    data = _file_bytes(value[1:]) if entry.domain and value.startswith("@") else entry.pack(value)
+    from_file = value.startswith("@") and (entry.domain or not entry.described)
+    data = _file_bytes(value[1:]) if from_file else entry.pack(value)
     with node_access(place, "write", may_move) as nodes:
         nodes.write(meant.id, entry.index, entry.sub, data)
         shown = entry.show(nodes.read(meant.id, entry.index, entry.sub)) if entry.readable else "is written"

@@ -15,6 +15,7 @@ from drive_gateway.canopen.nmt import NmtCommand, NmtState, decode_heartbeat
 from drive_gateway.canopen.pdo_map import CONTROLWORD, STATUSWORD, Pdo
 from drive_gateway.cia402.state_machine import decode
 from drive_gateway.config.image import image_of, io_image_of
+from drive_gateway.config.known_drive import eds_of
 
 _TIME, _LSS_TO_NODE, _LSS_FROM_NODE = 0x100, 0x7E5, 0x7E4
 _TPDOS = range(0x180, 0x580, 0x100)
@@ -54,7 +55,7 @@ class FrameReader:
         self._emergencies = {axis.node_id: axis.emergencies for _, axis in place.axes}
         self._pdos: dict[int, tuple[Pdo, str, Eds]] = {}
         for label, axis in place.axes:
-            eds = self._eds.setdefault(axis.node_id, Eds(axis.eds, axis.number))
+            eds = self._eds.setdefault(axis.node_id, eds_of(axis.eds, axis.number, axis.like))
             for pdo in image_of(axis).pdos:
                 self._pdos[pdo.cob_id] = (pdo, label, eds)
         for io in place.io_nodes:

@@ -22,6 +22,7 @@ from drive_gateway.canopen.eds import Eds, ObjectEntry
 from drive_gateway.canopen.emcy import Meaning
 from drive_gateway.canopen.io_map import DIGITAL_INPUTS, DIGITAL_OUTPUTS, ERROR_MODE, ERROR_VALUE, IO_EDS
 from drive_gateway.config import AxisSettings, GatewaySettings, load_drives
+from drive_gateway.config.known_drive import eds_of
 from drive_gateway.config.settings import BusSettings, IoSettings
 
 IN_ONE_PROCESS = ("virtual",)
@@ -149,8 +150,8 @@ def meant_node(place: Place, text: str, eds: Path | None = None) -> MeantNode:
     for label, axis in axes:
         if text == label or (text == str(axis.node_id) and axis.number == 1):
             count = sum(other.node_id == axis.node_id for _, other in axes)
-            file = axis.eds if eds is None else str(eds)
-            return MeantNode(axis.node_id, axis.number, place.label(axis.node_id), Eds(file, count), axis)
+            described = eds_of(axis.eds if eds is None else str(eds), count, axis.like)
+            return MeantNode(axis.node_id, axis.number, place.label(axis.node_id), described, axis)
     for io in place.io_nodes:
         if text in (io.name, str(io.node_id)):
             return MeantNode(io.node_id, 1, place.label(io.node_id), io_eds(eds), io=io)

@@ -14,7 +14,9 @@ from drive_gateway.canopen.pdo_map import ProcessImage
 from drive_gateway.cia402.preparation import interpolation_period
 from drive_gateway.config import AxisSettings, GatewaySettings
 from drive_gateway.config.bus_load import bus_load
+from drive_gateway.config.drives_file import DrivesFile
 from drive_gateway.config.image import image_of, io_image_of
+from drive_gateway.config.known_drive import eds_of, known_drive
 from drive_gateway.config.load import read_drives
 from drive_gateway.gateway.nodes.program import Step, boot_plan, io_boot_plan
 
@@ -51,7 +53,7 @@ def _steps(place: Place, settings: GatewaySettings, node_id: int) -> tuple[list[
     mine: list[AxisSettings] = [axis for _, axis in place.axes if axis.node_id == node_id]
     axes = sorted(mine, key=lambda axis: axis.number)
     try:
-        return boot_plan(axes, settings), Eds(axes[0].eds, len(axes))
+        return boot_plan(axes, settings), eds_of(axes[0].eds, len(axes), axes[0].like)
     except ValueError as error:
         raise CommandError(str(error), "correct cycle_s in the drives file") from error
 
@@ -103,6 +105,7 @@ def check(
     if reading.content is None or refuses(problems):
         raise typer.Exit(1)
     _sum_up(reading.content.settings(file.stem, file.absolute().parent))
+    _tell_known_drives(reading.content)
 
 
 def _sum_up(drives: GatewaySettings) -> None:
@@ -117,3 +120,13 @@ def _sum_up(drives: GatewaySettings) -> None:
     for name, robot in drives.robots.items():
         listed = ", ".join(f"{axis.name} {axis.node_id}" for axis in robot.axes)
         print(f"robot {name}, axes and their nodes: {listed}")
+
+
+def _tell_known_drives(drives: DrivesFile) -> None:
+    """Each kind that axes are like, with its facts and where they come from."""
+    axes = [(f"{robot}.{name}", axis) for robot, entry in drives.robots.items() for name, axis in entry.axes.items()]
+    for like in dict.fromkeys(axis.like for _, axis in axes if axis.like is not None):
+        named = ", ".join(name for name, axis in axes if axis.like == like)
+        print(f"like {like}: {named}; keys of the file go before")
+        for fact in known_drive(like).facts():
+            print(f"  {fact}")

@@ -1,5 +1,6 @@
 """Names and types of objects as people write and read them."""
 
+from importlib.resources import files
 from pathlib import Path
 
 import pytest
@@ -22,14 +23,14 @@ def test_a_value_is_packed_as_the_object_is_long(text: str, packed: str) -> None
 
 
 def test_a_domain_is_shown_by_its_length_and_written_from_a_file_only() -> None:
-    memory = Eds().find("User memory")
+    memory = Eds(str(files("drive_gateway.sim") / "cia402_drive.eds")).find("User memory")
     assert (memory.address, memory.show(bytes(4000))) == ("2001h:00", "4000 bytes")
     with pytest.raises(EdsError, match=r"2001h:00 User memory is a domain; allowed: @FILE, the name of a file"):
         memory.pack("5")
 
 
 def test_a_value_outside_the_type_names_what_fits() -> None:
-    with pytest.raises(EdsError, match=r"300 does not fit 60C2h:01 .* allowed: 0 to 255"):
+    with pytest.raises(EdsError, match=r"300 does not fit 60C2h:01 .* allowed: 1 to 255"):
         Eds().find("60C2:1").pack("300")
 
 

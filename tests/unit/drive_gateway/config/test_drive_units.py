@@ -1,8 +1,12 @@
 """Units of a drive's speeds and ramps, as the drives file says them and as 60A9h and 60AAh do."""
 
+from pathlib import Path
+
 import pytest
 
+from drive_gateway.config import load_drives
 from drive_gateway.config.drive_units import COUNTS, drive_units
+from tests.unit.config_world import DRIVES, Copy
 
 PER_TURN, PER_METRE = 4096, 200_000.0
 
@@ -56,3 +60,11 @@ def test_speeds_are_the_nearest_whole_numbers_of_the_unit() -> None:
 def test_a_length_is_no_unit_of_an_axis_that_turns() -> None:
     with pytest.raises(ValueError, match="an axis that turns"):
         drive_units("mm/s", "counts/s^2", PER_TURN, 0.0)
+
+
+@pytest.mark.parametrize("units", ["velocity_unit: rpm, acceleration_unit: rpm/s", "acceleration_unit: 0.1 rpm/s"])
+def test_turns_of_the_shaft_are_units_of_an_axis_that_turns(tmp_path: Path, units: str) -> None:
+    """The letters m/s at the end of rpm/s are no length."""
+    copy = Copy(tmp_path).change(DRIVES, "{node: 1, gear: 180", f"{{{units}, node: 1, gear: 180")
+    axis = load_drives(copy.drives, "left_bus").robots["left"].axes[0]
+    assert axis.units.acceleration_name in units

@@ -98,7 +98,7 @@ def test_a_scan_names_the_nodes_of_the_file_that_do_not_answer(drives_file: Path
         (("write", "{drives}", "1", "607A", "-99999999999"), "does not fit 607Ah:00"),
         (("write", "{drives}", "1", "2F00", "1", "--type", "INT"), "no data type INT; use one of INTEGER8"),
         (("write", "{drives}", "1", "607A", "1", "--type", "INTEGER8"), "whose type is known; leave it out"),
-        (("write", "{drives}", "1", "2F00", "1"), "has a type that this program cannot write"),
+        (("write", "{drives}", "1", "2F00", "1"), "whose type is not known; allowed: an EDS that describes it, or"),
         (("read", "{drives}", "1", "--bitrate", "500000"), "--bitrate beside a file, which says it"),
         (("compare", "{drives}", "1"), "no DCF is named; name one with --dcf"),
         (("compare", "{drives}", "1", "--dcf", "x.eds"), "x.eds: cannot be read"),

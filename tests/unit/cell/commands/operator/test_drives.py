@@ -3,6 +3,7 @@
 import math
 from contextlib import nullcontext
 from dataclasses import replace
+from importlib.resources import files
 from pathlib import Path
 from unittest.mock import create_autospec
 
@@ -99,7 +100,7 @@ def test_a_virtual_bus_without_its_gateway_says_where_it_lives(tmp_path: Path) -
 
 def test_a_read_only_object_and_a_value_that_does_not_fit_are_refused_before_anything_is_sent() -> None:
     assert refused("write", str(TWO_ARMS), "left_bus", "1", "6041", "5") == "6041h:00 Statusword is read-only"
-    assert "allowed: 0 to 255" in refused("write", str(TWO_ARMS), "left_bus", "1", "60C2:1", "300")
+    assert "allowed: 1 to 255" in refused("write", str(TWO_ARMS), "left_bus", "1", "60C2:1", "300")
 
 
 def test_an_object_that_can_only_be_written_is_not_read_back(
@@ -107,7 +108,8 @@ def test_an_object_that_can_only_be_written_is_not_read_back(
 ) -> None:
     nodes = create_autospec(NodeAccess, instance=True)
     monkeypatch.setattr(drive_tools, "node_access", lambda _place, _command, _may_move: nullcontext(nodes))
-    drive_tools.write(place_of(TWO_ARMS, "left_bus", None, None, None), "2", "2020:06", "1")
+    eds = Path(str(files("drive_gateway.sim") / "cia402_drive.eds"))
+    drive_tools.write(place_of(TWO_ARMS, "left_bus", None, None, None), "2", "2020:06", "1", eds=eds)
     nodes.write.assert_called_once_with(2, 0x2020, 6, b"\x01")
     nodes.read.assert_not_called()
     assert capsys.readouterr().out == "2020h:06  Fault on command, Blocked axis: is written\n"
