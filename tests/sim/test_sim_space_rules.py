@@ -1,0 +1,170 @@
+"""The rules of cleared space, on a line of places (`tests.sim.space_checker`): they hold, and each is needed."""
+
+from dataclasses import replace
+
+import pytest
+
+from cell.manager.separation.ledger import MOST_OPEN, Ledger
+from cell.messages import Heard
+from cell.messages.sections import Clearance, Way, WayReport
+from robot_agent.agent.space.owned_space import OwnedSpace
+from tests.sim.space_checker import Line, OnTheLine, Rules, places
+from tests.sim.space_checker import sections as cut
+
+_STEPS = 6000
+
+
+@pytest.mark.parametrize("first", range(0, 120, 30))
+def test_two_robots_never_meet_whatever_becomes_of_messages_and_processes(first: int) -> None:
+    lines = [Line(seed, Rules()) for seed in range(first, first + 30)]
+    assert [line.run(_STEPS) for line in lines] == [None] * len(lines)
+    assert sum(line.moves for line in lines) > 10 * len(lines)
+
+
+@pytest.mark.soak
+def test_nor_in_two_thousand_runs() -> None:
+    assert [seed for seed in range(2000) if Line(seed, Rules()).run(_STEPS) is not None] == []
+
+
+class _ForgetsCleared(Ledger):
+    """Drops what it has cleared at the next report, confirmed or not."""
+
+    def hear(self, report: WayReport) -> None:
+        super().hear(replace(report, taken=2**62))
+
+
+class _BodyOnly(Ledger):
+    """Takes what a robot was sent for all that it may use."""
+
+    def hear(self, report: WayReport) -> None:
+        super().hear(replace(report, way=replace(report.way, owned=report.way.committed)))
+
+
+class _WaitsForNobody(Ledger):
+    """Clears before all robots have named it."""
+
+    @property
+    def awaited(self) -> list[str]:
+        return []
+
+
+class _TakesLate(OwnedSpace):
+    """Takes a clearance that it has confirmed, or passed over, before."""
+
+    def take(self, clearance: Clearance) -> None:
+        newest, self.taken = self.taken, -1
+        super().take(clearance)
+        self.taken = max(newest, self.taken)
+
+
+class _IgnoresEpochs(OwnedSpace):
+    """Takes clearances of every manager that it hears."""
+
+    def heard_epoch(self, epoch: int) -> None:
+        if epoch != self.epoch:
+            self.epoch, self.taken = epoch, 0
+
+
+_FAULTS = {
+    "clearances are dropped unconfirmed": (Rules(ledger=_ForgetsCleared), 24),
+    "only the way to rest is reserved": (Rules(ledger=_BodyOnly), 8),
+    "a late clearance is used": (Rules(space=_TakesLate), 2406),
+    "the manager does not wait for all": (Rules(ledger=_WaitsForNobody), 107),
+    "epochs are ignored": (Rules(space=_IgnoresEpochs), 139),
+}
+"""With the first run in which the robots meet."""
+
+
+@pytest.mark.parametrize("fault", _FAULTS)
+def test_without_one_of_the_rules_they_meet(fault: str) -> None:
+    rules, seed = _FAULTS[fault]
+    assert Line(seed, rules).run(_STEPS) is not None
+
+
+def _way(sections: range, committed: int, owned: int) -> Way:
+    return Way(cut(sections), committed, owned)
+
+
+def _report(robot: str, way: Way, *, owner: int = 1, sequence: int = 1, taken: int = 0, epoch: int = 1) -> WayReport:
+    return WayReport(robot, f"boot {owner}", owner, sequence, Heard("m", 1), epoch, taken, True, way)
+
+
+def _ledger() -> Ledger:
+    ledger = Ledger({"r0", "r1"}, "m", 1, OnTheLine())
+    ledger.hear(_report("r1", _way(range(9, 10), 1, 1)))
+    return ledger
+
+
+def test_what_is_asked_for_is_cleared_up_to_the_margin_from_the_other_robot() -> None:
+    ledger = _ledger()
+    ledger.hear(_report("r0", _way(range(2, 12), 1, 1)))
+    (clearance,) = ledger.clear()
+    assert clearance.cleared == 5  # 3 to 7: 8 is beside 9
+    assert clearance.refused is not None
+    assert clearance.refused.by == "r1"
+    assert [places(each) for each in ledger.reserved("r0")] == [[2], [3, 4, 5, 6, 7]]
+
+
+def test_a_late_report_of_a_dead_agent_does_not_count_for_the_living_one() -> None:
+    ledger = _ledger()
+    ledger.hear(_report("r0", _way(range(2, 4), 2, 2), owner=5))
+    ledger.hear(_report("r0", _way(range(20, 22), 2, 2), owner=4, sequence=90))
+    assert [places(each) for each in ledger.reserved("r0")] == [[2, 3]]
+
+
+def test_a_robot_that_does_not_know_where_it_is_stops_the_others_and_keeps_what_it_had() -> None:
+    ledger = _ledger()
+    lost = replace(_report("r1", Way(), owner=2), known=False)
+    ledger.hear(lost)
+    ledger.hear(_report("r0", _way(range(2, 5), 1, 1)))
+    (clearance,) = ledger.clear()
+    assert clearance.cleared == 0
+    assert clearance.refused is not None
+    assert "does not know where it is" in clearance.refused.text
+    assert [places(each) for each in ledger.reserved("r1")] == [[9]]
+
+
+def test_no_more_than_a_few_clearances_wait_for_their_confirmation() -> None:
+    ledger = _ledger()
+    for sequence in range(1, 2 * MOST_OPEN):
+        ledger.hear(_report("r0", _way(range(2, 5), 1, 1), sequence=sequence))
+        assert len(ledger.clear()) == (sequence <= MOST_OPEN)
+    ledger.hear(_report("r0", _way(range(2, 5), 1, 1), sequence=99, taken=1))
+    assert len(ledger.clear()) == 1
+
+
+def test_a_manager_that_hears_of_a_newer_one_clears_nothing_any_more() -> None:
+    ledger = _ledger()
+    ledger.hear(_report("r0", _way(range(2, 5), 1, 1), epoch=2))
+    ledger.hear(_report("r0", _way(range(2, 5), 1, 1), sequence=2))
+    assert ledger.deposed
+    assert ledger.clear()[0].cleared == 0
+
+
+def _clearance(number: int, report: int, cleared: int) -> Clearance:
+    return Clearance("r0", "m", 1, 1, report, number, cleared)
+
+
+def test_a_clearance_that_does_not_continue_what_is_owned_is_taken_and_thrown_away() -> None:
+    space = OwnedSpace(1, 1)
+    way = [3, 4, 5, 6]
+    assert space.follow(way, 1) == 1
+    space.ask(1, way[1:])
+    back = [3, 2, 1]
+    assert space.follow(back, 1) == 1
+    space.take(_clearance(1, 1, 3))
+    assert space.taken == 1
+    assert space.follow(back, 1) == 1
+    assert space.follow(way, 1) == 1, "what was thrown away does not come back"
+
+
+def test_what_lies_behind_and_what_is_renounced_is_given_up() -> None:
+    space = OwnedSpace(1, 1)
+    way = [3, 4, 5, 6]
+    space.follow(way, 1)
+    space.ask(1, way[1:])
+    space.take(_clearance(1, 1, 3))
+    assert space.follow(way, 1) == 4
+    assert space.follow(way[1:], 1) == 3
+    assert space.follow(way[1:], 2, renounce=True) == 2
+    assert space.follow(way[1:], 1) == 2
