@@ -8,7 +8,10 @@ from tests.mutants.__main__ import line, search
 from tests.mutants.catalog import MUTANTS
 from tests.mutants.mutant import Mutant, check_applies
 
-QUICK = ("ready-after-fault", "no-holds-at-zones", "agent-ignores-estop", "joins-one-sample-on", "halt-ignored")
+QUICK = (
+    "agent-ignores-estop", "no-holds-at-zones", "joins-one-sample-on", "age-by-arrival", "grant-not-fenced",
+    "block-without-end", "output-stays-on",
+)  # fmt: skip
 """Those that one run or two find: a search of all its runs is too long for every day."""
 OF_DAYS = [mutant for mutant in MUTANTS if mutant.name in QUICK]
 TODAY = OF_DAYS[datetime.datetime.now(tz=datetime.UTC).date().toordinal() % len(OF_DAYS)]
