@@ -312,8 +312,8 @@ class ManagerCore:
         with_it = f", and with it {', '.join(moved)}" if moved else ""
         text = f"frame {name} moves {way}{with_it}"
         self._tell(Severity.INFO, "frame_moved", f"{text}, by {command.by}", "")
-        version = self._frames.versions[name]
-        self._effects.append(Answer(request_id, Reply(call_id, True, f"{text}; version {version}")))
+        reply = Reply(call_id, True, text, data=str(self._frames.versions[name]))
+        self._effects.append(Answer(request_id, reply))
 
     # What is told
 

@@ -61,7 +61,10 @@ class AdoptZone(Command):
 @command("manager")
 @dataclass(frozen=True, slots=True)
 class PlaceFrame(Command):
-    """Give a frame this pose in its parent, in the manager's cell file and in the running cell."""
+    """Give a frame this pose in its parent, in the manager's cell file and in the running cell.
+
+    `data` of the reply is the version under which it is there.
+    """
 
     verb: ClassVar[str] = "place_frame"
     frame: Name
@@ -77,7 +80,7 @@ class PlaceFrame(Command):
 @command("manager")
 @dataclass(frozen=True, slots=True)
 class TeachFrame(Command):
-    """Place a frame by points measured in world."""
+    """Place a frame by points measured in world; the reply is that of `PlaceFrame`."""
 
     verb: ClassVar[str] = "teach_frame"
     frame: Name
