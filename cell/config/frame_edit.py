@@ -3,8 +3,8 @@
 import copy
 import os
 import shutil
-import tempfile
 from collections.abc import Mapping
+from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
@@ -176,14 +176,16 @@ def _set(data: Value, path: KeyPath, value: Value) -> None:
 
 def _put(file: Path, text: str) -> dict[str, FrameSettings]:
     """Put a new text in the place of the file at once, if it is a good cell file; it is on disk when this returns."""
-    handle, name = tempfile.mkstemp(prefix=f".{file.name}.", suffix=".new", dir=file.parent)
-    beside = Path(name)
+    beside = file.with_name(f".{file.name}.new")  # what a writer that was killed left there is written over
+    owner = file.stat()
     try:
-        with os.fdopen(handle, "wb") as stream:
+        with beside.open("wb") as stream:
             stream.write(text.encode())
             stream.flush()
             os.fsync(stream.fileno())
         shutil.copymode(file, beside)
+        with suppress(PermissionError):
+            os.chown(beside, owner.st_uid, owner.st_gid)
         settings, _ = _read(beside)
         os.replace(beside, file)
     finally:

@@ -139,6 +139,16 @@ def test_a_disk_that_fails_at_any_step_leaves_the_old_file_and_nothing_beside_it
     assert sorted(copy.cell.parent.iterdir()) == beside
 
 
+def test_mode_and_link_of_the_file_stay(copy: Copy) -> None:
+    link = copy.cell.with_name("link.yaml")
+    link.symlink_to(copy.cell)
+    copy.cell.chmod(0o640)
+    write_frame(link, "table", pose(0.25), running(copy))
+    assert link.is_symlink()
+    assert copy.cell.stat().st_mode & 0o777 == 0o640
+    assert running(copy)["table"].pose.position_m == (0.25, 0.0, 0.0)
+
+
 _WRITER = """
 import itertools, sys
 from pathlib import Path
