@@ -5,9 +5,10 @@ from dataclasses import replace
 import pytest
 
 from cell.config.settings import CellSettings, FrameSettings, PoseSettings
-from cell.manager.frames import EDITS_PER_EPOCH, FrameNotWritten, FramesWritten
+from cell.manager import frames
+from cell.manager.frames import FrameNotWritten, FramesWritten
 from cell.messages import FramePose, Heard, PlaceFrame, TeachFrame
-from tests.unit.manager_world import HERE, PERIOD_S, World, settings
+from tests.unit.manager_world import HERE, World, settings
 
 UP = PoseSettings((0.0, 0.0, 0.1), (0.0, 0.0, 0.0, 1.0))
 FRAMES = {
@@ -115,14 +116,14 @@ def test_an_order_that_answers_an_old_state_moves_nothing(world: World) -> None:
     assert (reply.ok, "too old" in reply.text, world.writes) == (False, True, [])
 
 
-def test_versions_grow_over_a_restart_of_the_manager_however_many_frames_were_moved() -> None:
+def test_versions_grow_over_a_restart_of_the_manager_however_many_frames_were_moved(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(frames, "EDITS_PER_EPOCH", 20)
     world = World(with_frames(), epoch=7).run()
     seen = newest(world)["table"].version
-    for edit in range(EDITS_PER_EPOCH - 1):
-        world.ask(PLACE)
-        world.run(PERIOD_S)
-        world.manager.receive(moved(*(("table",) if edit % 2 == 0 else ())), world.now)
-        world.run(PERIOD_S)
+    for edit in range(19):
+        place(world, *(("table",) if edit % 2 == 0 else ()))
         assert world.state.frames["table"] > seen
         seen = world.state.frames["table"]
     reply = world.call(PLACE)
