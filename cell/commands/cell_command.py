@@ -41,6 +41,9 @@ COMMANDS = {
     "reset": Subcommand(".operator.reset", "reset", f"cell reset left -f {FILE}"),
     "zone clear": Subcommand(".operator.zone", "clear", f"cell zone clear handover -f {FILE}"),
     "zone adopt": Subcommand(".operator.zone", "adopt", f"cell zone adopt handover left -f {FILE}"),
+    "frame show": Subcommand(".operator.frame", "show", f"cell frame show -f {FILE}"),
+    "frame set": Subcommand(".operator.frame", "set_", f"cell frame set table --pose 900,0,700,0,0,90 -f {FILE}"),
+    "frame teach": Subcommand(".operator.frame", "teach", f"cell frame teach table left -f {FILE}"),
     "setup clear": Subcommand(".operator.set_up", "clear", f"cell setup clear left -f {FILE}"),
     "simulate conveyor": Subcommand(
         ".operator.simulate", "conveyor", f"cell simulate conveyor belt --speed 50 --every 200 -f {BELT}"
@@ -54,6 +57,7 @@ No module says so itself, because none is imported before its command is asked f
 """
 GROUPS = {
     "zone": ("An operator's word about an exclusive zone.", f"cell zone clear handover -f {FILE}"),
+    "frame": ("The frames of the cell, and where they are.", f"cell frame show -f {FILE}"),
     "setup": ("An operator's word about the robot in set-up.", f"cell setup clear left -f {FILE}"),
     "simulate": (
         "Measurements and signals without a machine, for simulated cells.",

@@ -5,6 +5,7 @@ from collections.abc import Iterator
 from cell.config.cell_file import CellFile
 from cell.config.document import Document
 from cell.config.fields import host_and_port
+from cell.config.frame_entry import frame_problems, unknown_frame
 from cell.config.problem import KeyPath, Problem
 from cell.geometry import NoFrame
 
@@ -23,6 +24,7 @@ def check_cell_file(document: Document, cell: CellFile) -> list[Problem]:
     return [
         *_endpoints(document, cell),
         *_names(document, cell),
+        *_frames(document, cell),
         *_corrections(document, cell),
         *_things(document, cell),
         *_times(document, cell),
@@ -58,6 +60,13 @@ def _names(document: Document, cell: CellFile) -> Iterator[Problem]:
                 yield document.problem(path, f"{name!r} a second time", "each robot once")
 
 
+def _frames(document: Document, cell: CellFile) -> Iterator[Problem]:
+    yield from frame_problems(document, cell.frames)
+    for key in ("robots", "conveyors", "zones", "things"):
+        for name, entry in getattr(cell, key).items():
+            yield from unknown_frame(document, (key, name, "frame"), entry.frame)
+
+
 def _corrections(document: Document, cell: CellFile) -> Iterator[Problem]:
     belts = document.keys(("conveyors",))
     for belt, conveyor in cell.conveyors.items():
@@ -69,7 +78,7 @@ def _corrections(document: Document, cell: CellFile) -> Iterator[Problem]:
             yield document.problem(where, found, "exactly one of them")
             continue
         try:
-            conveyor.frame()
+            conveyor.measured()
         except NoFrame as error:
             yield document.problem((*where, "points"), error.defect, "three points apart from each other")
     for robot, entry in cell.robots.items():

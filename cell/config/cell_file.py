@@ -9,6 +9,7 @@ from pydantic import AfterValidator, BaseModel, Field
 
 from cell.config.document import Document
 from cell.config.fields import Endpoint, FileName, Name, Point, Pose
+from cell.config.frame_entry import FrameEntry, FrameTree
 from cell.config.settings import (
     CellSettings,
     ConveyorSettings,
@@ -24,11 +25,14 @@ from cell.config.settings import (
 )
 from cell.config.thing_entry import ThingEntry
 from cell.config.units import STRICT, Milliseconds, Number, PositiveAngle, PositiveLength, Seconds, Units
-from cell.geometry import frame_from_points, quaternion
+from cell.geometry import frame_from_points
 from cell.messages.common import ECHO_S
 
 _DEFAULT = Times()
 _WINDOW, _WIDEST = PathWindow(), PathWindow(math.radians(5.0) + 1e-12, 0.02 + 1e-12)
+
+
+_FRAME: Name | None = Field(None, description="the frame in which it is given, by name; default world")
 
 
 class ManagerEntry(BaseModel):
@@ -42,22 +46,19 @@ class ConveyorEntry(BaseModel):
     """A belt and its encoder."""
 
     model_config = STRICT
-    pose: Pose | None = Field(
-        None, description="a frame in world along whose X the belt runs: X, Y, Z, A, B, C; or points"
-    )
+    pose: Pose | None = Field(None, description="a frame along whose X the belt runs: X, Y, Z, A, B, C; or points")
     points: tuple[Point, Point, Point] | None = Field(
-        None, description="or measured in world, [x, y, z] each: a mark on the belt, the same farther along, one aside"
+        None, description="or measured, [x, y, z] each: a mark on the belt, the same farther along, one aside"
     )
+    frame: Name | None = _FRAME
     counts_per_metre: Annotated[Number, Field(description="of the encoder; below 0 when it counts backwards")]
     largest_speed: PositiveLength = Field(description="a faster belt is not believed")
     parts: bool = Field(False, description="its encoder tells when parts pass: TRACK waits for the next part")
 
-    def frame(self) -> PoseSettings:
-        """The frame in world. Raises `cell.geometry.NoFrame` for points without one, ValueError without either."""
+    def measured(self) -> PoseSettings:
+        """Its own frame. Raises `cell.geometry.NoFrame` for points without one, ValueError without either."""
         if self.points is not None:
-            pose = frame_from_points(*np.array(self.points))
-            x, y, z, w = quaternion.from_matrix(pose[:3, :3]).tolist()
-            return PoseSettings(self.points[0], (x, y, z, w))
+            return PoseSettings.of(frame_from_points(*np.array(self.points)))
         if self.pose is None:
             raise ValueError("a conveyor with neither pose nor points")
         return self.pose.settings()
@@ -128,7 +129,8 @@ class RobotEntry(BaseModel):
     model_config = STRICT
     model: FileName = Field(description="the robot file, relative to this one")
     gateway: Name = Field(description="the gateway that drives this robot")
-    base: Pose = Field(description="pose of the robot's base in world: X, Y, Z, A, B, C")
+    base: Pose = Field(description="pose of the robot's base: X, Y, Z, A, B, C")
+    frame: Name | None = _FRAME
     program: FileName = Field(description="the robot's program, relative to this file")
     corrections: dict[Name, CorrectionEntry] = Field(default={}, description="what TRACK in its program may follow")
     path_window: PathWindowEntry = Field(
@@ -151,7 +153,8 @@ class ZoneEntry(BaseModel):
     size: tuple[PositiveLength, PositiveLength, PositiveLength] = Field(
         description="edge lengths of the box: [x, y, z]"
     )
-    pose: Pose = Field(description="pose of the box's centre in world: X, Y, Z, A, B, C")
+    pose: Pose = Field(description="pose of the box's centre: X, Y, Z, A, B, C")
+    frame: Name | None = _FRAME
     robots: Annotated[tuple[Name, ...], Field(min_length=1)] = Field(description="robots that may ask for the zone")
 
 
@@ -194,6 +197,9 @@ class CellFile(BaseModel):
         description="1 to 16 robots by name", json_schema_extra={"minProperties": 1}
     )
     gateways: dict[Name, GatewayEntry] = Field(description="gateways by name", json_schema_extra={"minProperties": 1})
+    frames: Annotated[dict[Name, FrameEntry], Field(max_length=200)] = Field(
+        default={}, description="up to 200 frames in which the others may be given, by name"
+    )
     conveyors: dict[Name, ConveyorEntry] = Field(default={}, description="belts that robots may follow, by name")
     zones: dict[Name, ZoneEntry] = Field(default={}, description="exclusive zones by name")
     things: dict[Name, ThingEntry] = Field(default={}, description="what robots keep away from, by name")
@@ -205,11 +211,18 @@ class CellFile(BaseModel):
 
     def settings(self, document: Document, digest: str) -> CellSettings:
         """The settings; file names become absolute, as seen from the cell file."""
+        frames = FrameTree(self.frames)
         conveyors = {
-            name: ConveyorSettings(name, belt.frame(), belt.counts_per_metre, belt.largest_speed, belt.parts)
+            name: ConveyorSettings(
+                name,
+                frames.in_world(belt.measured(), belt.frame),
+                belt.counts_per_metre,
+                belt.largest_speed,
+                belt.parts,
+            )
             for name, belt in self.conveyors.items()
         }
-        things = tuple(thing.settings(name, document) for name, thing in self.things.items())
+        things = tuple(thing.settings(name, document, frames) for name, thing in self.things.items())
         return CellSettings(
             name=self.cell,
             file=document.file,
@@ -219,7 +232,7 @@ class CellFile(BaseModel):
                     name,
                     document.beside(robot.model),
                     robot.gateway,
-                    robot.base.settings(),
+                    frames.in_world(robot.base.settings(), robot.frame),
                     document.beside(robot.program),
                     {key: entry.settings(key, conveyors) for key, entry in robot.corrections.items()},
                     robot.path_window.settings(),
@@ -232,11 +245,18 @@ class CellFile(BaseModel):
                 for name, gateway in self.gateways.items()
             },
             zones={
-                name: ZoneSettings(name, zone.size, zone.pose.settings(), zone.robots)
+                name: ZoneSettings(name, zone.size, frames.in_world(zone.pose.settings(), zone.frame), zone.robots)
                 for name, zone in self.zones.items()
             },
             times=Times(**{field.name: getattr(self.times, field.name) for field in dataclasses.fields(Times)}),
             on_manager_return=self.on_manager_return,
             digest=digest,
             conveyors=conveyors,
+            frames=frames.settings(self._fixed()),
         )
+
+    def _fixed(self) -> dict[str, str | None]:
+        """What every process has to see at the same place, and takes from its own cell file; with its frame."""
+        bases = {f"the base of robot {name}": robot.frame for name, robot in self.robots.items()}
+        zones = {f"zone {name}": zone.frame for name, zone in self.zones.items()}
+        return bases | zones | {f"conveyor {name}": belt.frame for name, belt in self.conveyors.items()}

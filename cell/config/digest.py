@@ -6,7 +6,7 @@ import json
 from collections.abc import Mapping
 from enum import Enum
 
-from cell.config.settings import CellSettings
+from cell.config.settings import CellSettings, ThingSettings
 from cell.config.yaml_tree import Value
 
 _DIGITS = 16
@@ -17,11 +17,25 @@ def digest_of(settings: CellSettings, files: Mapping[str, Value]) -> str:
 
     `files`: the value of each named YAML file and the text of each program, by its place in the cell file
     (`robots.left.model`). Comments, layout, the order of keys and where the files lie do not count. The same lengths in
-    another unit count as the same in the cell file, and as a difference in the others.
+    another unit count as the same in the cell file, and as a difference in the others. Where a frame is does not count
+    where everybody takes it from the manager: what counts of a thing in a frame is its pose in there.
     """
-    meaning = {"settings": _plain(dataclasses.replace(settings, digest="")), "files": _plain(dict(files))}
+    meaning = {"settings": _plain(_agreed(settings)), "files": _plain(dict(files))}
     text = json.dumps(meaning, sort_keys=True, separators=(",", ":"))
     return hashlib.sha256(text.encode()).hexdigest()[:_DIGITS]
+
+
+def _agreed(settings: CellSettings) -> CellSettings:
+    """All that the processes of a cell cannot tell each other while it runs."""
+    robots = {
+        name: dataclasses.replace(robot, things=tuple(_in_its_frame(thing) for thing in robot.things))
+        for name, robot in settings.robots.items()
+    }
+    return dataclasses.replace(settings, digest="", frames={}, robots=robots)
+
+
+def _in_its_frame(thing: ThingSettings) -> ThingSettings:
+    return thing if thing.in_frame is None else dataclasses.replace(thing, pose=thing.in_frame.pose)
 
 
 def _plain(value: object) -> object:

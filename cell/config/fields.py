@@ -8,7 +8,7 @@ from pydantic import AfterValidator, BaseModel, Field
 
 from cell.config.settings import PoseSettings
 from cell.config.units import STRICT, Angle, Length
-from cell.geometry import from_xyz_abc, quaternion
+from cell.geometry import from_xyz_abc
 
 Name = Annotated[str, Field(pattern=r"^[a-z][a-z0-9_]{0,31}$", description="a name that can be part of a key")]
 FileName = Annotated[str, Field(min_length=1, description="a file, relative to this one")]
@@ -59,6 +59,4 @@ class Pose(BaseModel):
 
     def settings(self) -> PoseSettings:
         """The same pose as position [m] and quaternion."""
-        pose = from_xyz_abc(np.array([self.X, self.Y, self.Z, self.A, self.B, self.C]))
-        x, y, z, w = quaternion.from_matrix(pose[:3, :3]).tolist()
-        return PoseSettings((self.X, self.Y, self.Z), (x, y, z, w))
+        return PoseSettings.of(from_xyz_abc(np.array([self.X, self.Y, self.Z, self.A, self.B, self.C])))

@@ -4,6 +4,15 @@ import math
 from dataclasses import dataclass, field
 from enum import Enum
 from pathlib import Path
+from typing import Self
+
+import numpy as np
+
+from cell.geometry import pose_from, quaternion
+from cell.geometry.arrays import Array
+
+Points = tuple[tuple[float, float, float], ...]
+"""Measured points [m]."""
 
 
 class OnManagerReturn(Enum):
@@ -15,10 +24,42 @@ class OnManagerReturn(Enum):
 
 @dataclass(frozen=True, slots=True)
 class PoseSettings:
-    """A pose in world: position [m] and orientation as quaternion (x, y, z, w)."""
+    """A pose, in world where nothing else is said: position [m] and orientation as quaternion (x, y, z, w)."""
 
     position_m: tuple[float, float, float]
     quaternion_xyzw: tuple[float, float, float, float]
+
+    @classmethod
+    def of(cls, pose: Array) -> Self:
+        """Of a matrix `(4, 4)`."""
+        x, y, z = pose[:3, 3].tolist()
+        qx, qy, qz, qw = quaternion.from_matrix(pose[:3, :3]).tolist()
+        return cls((x, y, z), (qx, qy, qz, qw))
+
+    def matrix(self) -> Array:
+        """As matrix `(4, 4)`."""
+        return pose_from(np.array(self.position_m), np.array(self.quaternion_xyzw))
+
+
+@dataclass(frozen=True, slots=True)
+class FrameSettings:
+    """A frame of the cell: its pose in world by the cell file; the manager says where it is now."""
+
+    name: str
+    parent: str | None
+    """The frame in which the file gives it; `None`: world."""
+    pose: PoseSettings
+    fixed: tuple[str, ...] = ()
+    """What stands in it, or in a frame that lies in it, and must not move while the cell runs; for people."""
+
+
+@dataclass(frozen=True, slots=True)
+class InFrame:
+    """A pose that is given in a frame."""
+
+    frame: str
+    pose: PoseSettings
+    """In that frame."""
 
 
 class SensorFrame(Enum):
@@ -107,6 +148,8 @@ class ThingSettings:
     """Nearer no robot comes."""
     may_touch: dict[str, tuple[str, ...]]
     """By robot the names of links that are not kept away."""
+    in_frame: InFrame | None = None
+    """Where it stands in a frame; `pose` is where that is by the cell file, while the manager may have moved it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -187,3 +230,4 @@ class CellSettings:
     on_manager_return: OnManagerReturn
     digest: str
     conveyors: dict[str, ConveyorSettings] = field(default_factory=dict)
+    frames: dict[str, FrameSettings] = field(default_factory=dict)

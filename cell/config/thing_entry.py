@@ -7,11 +7,13 @@ from pydantic import BaseModel, BeforeValidator, Field
 
 from cell.config.document import Document
 from cell.config.fields import FileName, Name, Pose
+from cell.config.frame_entry import FrameTree
 from cell.config.problem import KeyPath, Problem
 from cell.config.settings import (
     BoxShape,
     CylinderShape,
     HalfSpaceShape,
+    InFrame,
     MeshShape,
     Shape,
     SphereShape,
@@ -48,7 +50,8 @@ class ThingEntry(BaseModel):
     """Something that stands in the cell; robots keep `margin` away from it."""
 
     model_config = STRICT
-    pose: Pose = Field(description="pose in world of its middle, of a half space a point of its face: X, Y, Z, A, B, C")
+    pose: Pose = Field(description="pose of its middle, of a half space a point of its face: X, Y, Z, A, B, C")
+    frame: Name | None = Field(None, description="the frame in which it is given, by name; default world")
     box: tuple[PositiveLength, PositiveLength, PositiveLength] | None = Field(
         None, description="a box: edge lengths [x, y, z]; or another shape"
     )
@@ -74,9 +77,17 @@ class ThingEntry(BaseModel):
                 allowed = f"one of {', '.join(robots)}"
                 yield document.problem((*path, "may_touch", robot), f"unknown robot {robot!r}", allowed, at_key=True)
 
-    def settings(self, name: str, document: Document) -> ThingSettings:
+    def settings(self, name: str, document: Document, frames: FrameTree) -> ThingSettings:
         """The settings; exactly one shape is given."""
-        return ThingSettings(name, self._shape(document), self.pose.settings(), self.margin, dict(self.may_touch))
+        given = self.pose.settings()
+        return ThingSettings(
+            name,
+            self._shape(document),
+            frames.in_world(given, self.frame),
+            self.margin,
+            dict(self.may_touch),
+            None if self.frame is None else InFrame(self.frame, given),
+        )
 
     def _shape(self, document: Document) -> Shape:
         if self.box is not None:

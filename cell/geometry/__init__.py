@@ -2,7 +2,7 @@
 
 from cell.geometry.box import Box, capsule_box_distance, capsules_touch_box, point_box_distance
 from cell.geometry.errors import GeometryError, NoFrame, NotAPose, WrongShape
-from cell.geometry.frame import frame_from_axes, frame_from_points
+from cell.geometry.frame import frame_from_axes, frame_from_points, largest_turn, taught_frame
 from cell.geometry.mesh import Mesh
 from cell.geometry.occupied import OccupiedSpace, body_touches_box
 from cell.geometry.pose import (
@@ -40,11 +40,13 @@ __all__ = [
     "frame_from_points",
     "from_xyz_abc",
     "inverse",
+    "largest_turn",
     "point_box_distance",
     "pose_elements",
     "pose_from",
     "pose_rows",
     "segment_distance",
+    "taught_frame",
     "to_xyz_abc",
     "transform_points",
 ]

@@ -1,6 +1,6 @@
 """An oriented box and its exact distance from capsules."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -43,6 +43,10 @@ class Box:
     def bounds(self) -> tuple[Array, float]:
         """As `Solid`."""
         return self.pose_world_box[:3, 3], float(np.linalg.norm(self.size) / 2.0)
+
+    def moved_to(self, pose_world_solid: Array) -> "Box":
+        """As `Solid`."""
+        return replace(self, pose_world_box=pose_world_solid)
 
 
 _ROUNDING = 1e-9

@@ -26,6 +26,44 @@ def frame_from_points(origin: Array, on_x: Array, in_xy: Array) -> Array:
     return _frame(origin, on_x - origin, in_xy - origin)
 
 
+def taught_frame(points: Array) -> Array:
+    """Pose `(4, 4)` of the frame of three or four measured points `(3, 3)` or `(4, 3)` [m].
+
+    The first three are those of `frame_from_points`; a fourth is the origin instead of the first. The seed's origin is
+    the foot of the third point on the line of X: who wants that measures it as the fourth.
+
+    Raises:
+        WrongShape, NoFrame: as `frame_from_points`.
+    """
+    points = np.asarray(points, dtype=float)
+    if points.shape not in ((3, 3), (4, 3)):
+        raise WrongShape("points", points.shape, "(3, 3) or (4, 3)")
+    _points(*points)
+    pose = frame_from_points(*points[:3])
+    pose[:3, 3] = points[3] if len(points) == 4 else points[0]
+    return pose
+
+
+def largest_turn(points: Array, error_m: float) -> float:
+    """By how much [rad] errors of up to `error_m` at each of three points `(3, 3)` [m] can turn their frame.
+
+    A bound from above; pi where the points are so near to each other, or to one line, that they allow any turn. X turns
+    by at most a = asin(2 e / d) with d from the first point to the second; about X the frame then turns by at most
+    a + asin(e (1 + |1 - t| + |t|) / h) with h from the third point to its foot on X, which lies at t of d.
+
+    Raises:
+        WrongShape, NoFrame: as `frame_from_points`.
+    """
+    pose = frame_from_points(*np.asarray(points, dtype=float)[:3])
+    along = float(np.linalg.norm(points[1] - points[0]))
+    foot, aside, _ = ((points[2] - points[0]) @ pose[:3, :3]).tolist()
+    share = foot / along
+    sines = 2.0 * error_m / along, error_m * (1.0 + abs(1.0 - share) + abs(share)) / aside
+    if max(sines) >= 1.0:
+        return float(np.pi)
+    return float(min(2.0 * np.arcsin(sines[0]) + np.arcsin(sines[1]), np.pi))
+
+
 def frame_from_axes(origin: Array, x_from: Array, x_to: Array, y_from: Array, y_to: Array) -> Array:
     """Pose `(..., 4, 4)` of the frame with this origin and axes that point from one measured point to another.
 

@@ -1,5 +1,6 @@
 """A solid of triangles. Distances are by python-fcl, whose tree of boxes finds the near triangles."""
 
+import copy
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Self
@@ -24,7 +25,10 @@ class Mesh:
     """`(t, 3)` indices of vertices."""
     pose_world_mesh: Array
     """`(4, 4)`."""
+    _surface: Any = field(init=False, repr=False)
+    """The tree of boxes, in the frame of the mesh."""
     _tree: Any = field(init=False, repr=False)
+    """The same in world."""
 
     def __post_init__(self) -> None:
         import fcl  # some 20 ms that a cell without a mesh need not wait for
@@ -36,8 +40,20 @@ class Mesh:
         tree.beginModel(len(self.triangles), len(self.vertices))
         tree.addSubModel(np.ascontiguousarray(self.vertices, float), np.ascontiguousarray(self.triangles, np.int64))
         tree.endModel()
-        pose = fcl.Transform(self.pose_world_mesh[:3, :3], self.pose_world_mesh[:3, 3])
-        object.__setattr__(self, "_tree", fcl.CollisionObject(tree, pose))
+        object.__setattr__(self, "_surface", tree)
+        self._place(self.pose_world_mesh)
+
+    def _place(self, pose: Array) -> None:
+        import fcl
+
+        object.__setattr__(self, "pose_world_mesh", pose)
+        object.__setattr__(self, "_tree", fcl.CollisionObject(self._surface, fcl.Transform(pose[:3, :3], pose[:3, 3])))
+
+    def moved_to(self, pose_world_solid: Array) -> "Mesh":
+        """As `Solid`; the tree of boxes stays."""
+        moved = copy.copy(self)
+        moved._place(check_poses(pose_world_solid, "pose of the mesh"))
+        return moved
 
     @classmethod
     def of_file(cls, file: Path, scale: float, pose_world_mesh: Array) -> Self:

@@ -1,7 +1,7 @@
 """Solids that a capsule keeps away from: what they have in common, and the round and the endless ones."""
 
-from dataclasses import dataclass
-from typing import Protocol
+from dataclasses import dataclass, replace
+from typing import Protocol, Self
 
 import numpy as np
 
@@ -28,6 +28,10 @@ class Solid(Protocol):
         """Centre `(3,)` and radius [m] of a ball that holds the solid; the radius is infinite where none does."""
         ...
 
+    def moved_to(self, pose_world_solid: Array) -> Self:
+        """The same at another pose `(4, 4)` in world."""
+        ...
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Sphere:
@@ -51,6 +55,10 @@ class Sphere:
     def bounds(self) -> tuple[Array, float]:
         """As `Solid`."""
         return self.centre, self.radius
+
+    def moved_to(self, pose_world_solid: Array) -> Self:
+        """As `Solid`."""
+        return replace(self, centre=pose_world_solid[:3, 3])
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -81,6 +89,10 @@ class Cylinder:
     def bounds(self) -> tuple[Array, float]:
         """As `Solid`."""
         return self._centre, float(np.hypot(self.radius, self.length / 2.0))
+
+    def moved_to(self, pose_world_solid: Array) -> Self:
+        """As `Solid`."""
+        return replace(self, pose_world_cylinder=pose_world_solid)
 
     @property
     def _centre(self) -> Array:
@@ -124,6 +136,10 @@ class HalfSpace:
     def bounds(self) -> tuple[Array, float]:
         """As `Solid`."""
         return self.pose_world_plane[:3, 3], np.inf
+
+    def moved_to(self, pose_world_solid: Array) -> Self:
+        """As `Solid`."""
+        return replace(self, pose_world_plane=pose_world_solid)
 
 
 def _axes(points: Array) -> tuple[Array, Array]:

@@ -8,6 +8,7 @@ from cell.config.settings import CellSettings
 from cell.core import Answer, Effect, Frozen, Publish, Request
 from cell.manager.deadlock import DeadlockWatch
 from cell.manager.estop_latch import EstopLatch
+from cell.manager.frames import FrameNotWritten, Frames, FramesWritten
 from cell.manager.occupancy import ZoneSpace
 from cell.manager.presences import MOST_STRANGERS, Presences
 from cell.manager.records import JournalFailed, JournalWritten, Store, Stored, ZoneDecided
@@ -23,11 +24,13 @@ from cell.messages import (
     GatewayState,
     Heard,
     ManagerState,
+    PlaceFrame,
     Presence,
     Reply,
     ResetEstop,
     SetEstop,
     Severity,
+    TeachFrame,
     Token,
     TokenGone,
     Who,
@@ -37,6 +40,8 @@ from cell.messages import (
 
 _STATE_PERIOD_S = 0.05
 _GEOMETRY_PERIOD_S = 1.0
+_RELEASING = (ResetEstop, ClearZone, AdoptZone, ClearSetup, PlaceFrame, TeachFrame)
+"""What is carried out soon after it was ordered, or never."""
 
 
 class ManagerCore:
@@ -55,6 +60,9 @@ class ManagerCore:
         self._latch = EstopLatch(stored)
         self._setup = SetupTurns(settings.robots, boot, settings.times)
         self._deadlocks = DeadlockWatch()
+        self._frames = Frames(settings, epoch)
+        self._moving: tuple[str, str, PlaceFrame | TeachFrame] | None = None
+        """Request, call and command of the frame that is being written."""
         self._calls: list[Request] = []
         self._effects: list[Effect] = []
         self._tokens = 0
@@ -91,6 +99,8 @@ class ManagerCore:
                 self._tell(Severity.ALARM, "journal_failed", f"the journal cannot be written: {reason}", remedy)
             case JournalWritten():
                 self._tell(Severity.INFO, "journal_written", "the journal is written again, nothing is missing", "")
+            case FramesWritten() | FrameNotWritten():
+                self._frame_written(message)
             case Frozen():
                 self._presences.forget_echoes()
 
@@ -200,7 +210,7 @@ class ManagerCore:
         match command:
             case SetEstop():
                 self._stop_on_call(request.request_id, call.id, command, now)
-            case ResetEstop() | ClearZone() | AdoptZone() | ClearSetup() if refusal := self._too_old(call, now):
+            case _ if isinstance(command, _RELEASING) and (refusal := self._too_old(call, now)):
                 self._effects.append(Answer(request.request_id, Reply(call.id, False, refusal)))
             case ResetEstop():
                 self._reset(request.request_id, call.id, command, now)
@@ -212,6 +222,8 @@ class ManagerCore:
                 if ok:
                     self._tell(Severity.INFO, "setup_cleared", f"{text}, by {by}", "")
                 self._effects.append(Answer(request.request_id, Reply(call.id, ok, text)))
+            case PlaceFrame() | TeachFrame():
+                self._move_frame(request.request_id, call.id, command)
             case Who():
                 text = f"manager of cell {self._settings.name} (boot {self._boot}, epoch {self._epoch}, "
                 text += f"process {self._process})"
@@ -273,6 +285,36 @@ class ManagerCore:
             self._tell(Severity.INFO, "zone_decided", f"zone {zone.name} {what}, by {command.by}", "")
         return ok, found
 
+    # Frames
+
+    def _move_frame(self, request_id: str, call_id: str, command: PlaceFrame | TeachFrame) -> None:
+        refusal = self._frames.why_not(command.frame)
+        if self._moving is not None:
+            refusal = f"frame {self._moving[2].frame} is being moved; give the order again in a moment"
+        if refusal:
+            self._effects.append(Answer(request_id, Reply(call_id, False, refusal)))
+            return
+        self._moving = request_id, call_id, command
+        self._effects.append(self._frames.write(command))
+
+    def _frame_written(self, outcome: FramesWritten | FrameNotWritten) -> None:
+        """The cell file has the new place, and so has the cell from here on; or both have the old one."""
+        if self._moving is None:
+            return
+        (request_id, call_id, command), self._moving = self._moving, None
+        name = command.frame
+        if isinstance(outcome, FrameNotWritten):
+            self._effects.append(Answer(request_id, Reply(call_id, False, outcome.reason)))
+            return
+        way = self._frames.way(name, outcome.frames)
+        moved = [other for other in self._frames.take(outcome.frames) if other != name]
+        self._geometry_due = 0.0
+        with_it = f", and with it {', '.join(moved)}" if moved else ""
+        text = f"frame {name} moves {way}{with_it}"
+        self._tell(Severity.INFO, "frame_moved", f"{text}, by {command.by}", "")
+        reply = Reply(call_id, True, text, data=str(self._frames.versions[name]))
+        self._effects.append(Answer(request_id, reply))
+
     # What is told
 
     def _publish_state(self, sights: Mapping[str, dict[str, Sight]], refused: Mapping[str, str], now: float) -> None:
@@ -291,6 +333,7 @@ class ManagerCore:
             setup_refused=dict(self._setup.refused),
             heard_gateways=self._setup.heard(),
             deadlocks=self._deadlocks.present,
+            frames=dict(self._frames.versions),
         )
         if now < self._state_due and self._published is not None and _same(state, self._published):
             return
@@ -329,6 +372,7 @@ class ManagerCore:
             return
         self._geometry_due = now + _GEOMETRY_PERIOD_S
         self._effects += [Publish(space.geometry) for space in self._spaces.values()]
+        self._effects += [Publish(frame) for frame in self._frames.poses]
 
     def _tell(self, severity: Severity, code: str, text: str, remedy: str) -> None:
         self._events += 1

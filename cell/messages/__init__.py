@@ -12,6 +12,7 @@ from cell.messages.drive_fault import Fault, FaultDrive
 from cell.messages.drives import AxisStatus, DriveFeedback, PlayoutState
 from cell.messages.estop import Estop
 from cell.messages.event import Event, KeptEvent, KeptEvents, Severity
+from cell.messages.frame import FramePose
 from cell.messages.gateway_commands import (
     AcceptPosition,
     Claim,
@@ -32,7 +33,16 @@ from cell.messages.gateway_commands import (
 )
 from cell.messages.gateway_state import BusCounters, GatewayState, IoStatus, NodeStatus
 from cell.messages.jog import JogFrame, JogHeld
-from cell.messages.manager_commands import AdoptZone, ClearSetup, ClearZone, ListEvents, ResetEstop, SetEstop
+from cell.messages.manager_commands import (
+    AdoptZone,
+    ClearSetup,
+    ClearZone,
+    ListEvents,
+    PlaceFrame,
+    ResetEstop,
+    SetEstop,
+    TeachFrame,
+)
 from cell.messages.manager_state import ManagerState, SetupStatus, ZoneDeadlock, ZoneState, ZoneStatus
 from cell.messages.presence import Body, Presence
 from cell.messages.robot_commands import (
@@ -89,6 +99,7 @@ __all__ = [
     "Event",
     "Fault",
     "FaultDrive",
+    "FramePose",
     "GatewayState",
     "GovernorStatus",
     "Halt",
@@ -108,6 +119,7 @@ __all__ = [
     "NodeStatus",
     "OutputEvent",
     "PaceStatus",
+    "PlaceFrame",
     "PlayoutState",
     "Presence",
     "PressAxis",
@@ -133,6 +145,7 @@ __all__ = [
     "SimulateInput",
     "Step",
     "SwitchOutput",
+    "TeachFrame",
     "Token",
     "TokenGone",
     "Urgency",

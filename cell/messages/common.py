@@ -5,6 +5,7 @@ ever meets a number whose square overflows, or a text without end. What else a v
 uses it, who can say why not.
 """
 
+import math
 from dataclasses import dataclass
 from typing import Annotated
 
@@ -31,6 +32,15 @@ Vector = tuple[Metres, Metres, Metres]
 
 ECHO_S = 2.0
 """A process remembers so long when it sent which message; an older echo proves nothing, whatever age is allowed."""
+
+_UNIT_TOLERANCE = 1e-6
+
+
+def check_quaternion(quaternion_xyzw: tuple[float, float, float, float]) -> None:
+    """Raises `ValueError` when the quaternion is no orientation."""
+    norm = math.hypot(*quaternion_xyzw)
+    if not abs(norm - 1.0) <= _UNIT_TOLERANCE:
+        raise ValueError(f"quaternion_xyzw has length {norm:.9g}, allowed is 1 within {_UNIT_TOLERANCE:g}")
 
 
 @dataclass(frozen=True, slots=True)

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from typing import Annotated, ClassVar
 
 from cell.messages.call import Command, command
-from cell.messages.common import Count, Few, Name, Number, Words
+from cell.messages.common import Count, Few, Name, Number, Vector, Words, check_quaternion
 from cell.messages.event import Severity
 
 
@@ -56,6 +56,39 @@ class AdoptZone(Command):
     zone: Name
     robot: Name
     by: Words
+
+
+@command("manager")
+@dataclass(frozen=True, slots=True)
+class PlaceFrame(Command):
+    """Give a frame this pose in its parent, in the manager's cell file and in the running cell.
+
+    `data` of the reply is the version under which it is there.
+    """
+
+    verb: ClassVar[str] = "place_frame"
+    frame: Name
+    position_m: Vector
+    quaternion_xyzw: tuple[float, float, float, float]
+    by: Words
+
+    def __post_init__(self) -> None:
+        """Raises `ValueError` when the quaternion is no orientation."""
+        check_quaternion(self.quaternion_xyzw)
+
+
+@command("manager")
+@dataclass(frozen=True, slots=True)
+class TeachFrame(Command):
+    """Place a frame by points measured in world; the reply is that of `PlaceFrame`."""
+
+    verb: ClassVar[str] = "teach_frame"
+    frame: Name
+    points_m: tuple[Vector, Vector, Vector]
+    """Its origin, one along X, one aside towards Y."""
+    by: Words
+    origin_m: Vector | None = None
+    """Its origin instead of the first."""
 
 
 @command("manager")

@@ -80,3 +80,5 @@ class ManagerState:
     heard_gateways: Annotated[dict[Name, Heard], Few] = field(default_factory=dict)
     """Gateway: its newest state that the manager received."""
     deadlocks: Annotated[tuple[ZoneDeadlock, ...], Few] = ()
+    frames: Annotated[dict[Name, Count], Few] = field(default_factory=dict)
+    """Frame: the version in force."""

@@ -52,6 +52,8 @@ class ProgramStatus:
     line: Count
     text: Text
     error: Text = ""
+    planned_to: Count = 0
+    """Line of the newest move that is planned, or being planned; 0 for none."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -110,3 +112,5 @@ class RobotState:
     """Zone: time spent at rest waiting for it since the program started."""
     alarms: Annotated[tuple[Text, ...], Few] = ()
     correction: CorrectionStatus | None = None
+    frames: Annotated[dict[Name, Count], Few] = field(default_factory=dict)
+    """Frame in which a thing stands: the version by which the next motions are planned."""

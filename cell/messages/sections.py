@@ -1,7 +1,7 @@
 """The space that a robot's way takes, in pieces, and what the manager clears of it.
 
 What agents and manager will say to each other when robots share space without zones (`docs/architecture.md`, section
-4.4, planned). The rules are built on it already; no process sends it yet.
+4.5, planned). The rules are built on it already; no process sends it yet.
 """
 
 from dataclasses import dataclass, field

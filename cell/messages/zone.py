@@ -1,16 +1,14 @@
 """The geometry of a zone, published by the manager; agents take it from here and from nowhere else."""
 
-import math
 from dataclasses import dataclass
 from typing import Annotated
 
 from annotated_types import Gt, Le
 
-from cell.messages.common import Count, Few, Name, Vector
+from cell.messages.common import Count, Few, Name, Vector, check_quaternion
 from cell.messages.state import state
 
 Edge = Annotated[float, Gt(0.0), Le(1e6)]
-_UNIT_TOLERANCE = 1e-6
 
 
 @state("zone/{zone}")
@@ -31,6 +29,4 @@ class ZoneGeometry:
 
     def __post_init__(self) -> None:
         """Raises `ValueError` when the quaternion is no orientation."""
-        norm = math.hypot(*self.quaternion_xyzw)
-        if not abs(norm - 1.0) <= _UNIT_TOLERANCE:
-            raise ValueError(f"quaternion_xyzw has length {norm:.9g}, allowed is 1 within {_UNIT_TOLERANCE:g}")
+        check_quaternion(self.quaternion_xyzw)

@@ -71,6 +71,8 @@ class CellSession:
         self._config = zenoh_config(self._link, self._options)
         self._session: zenoh.Session | None = None
         self._publishers: dict[str, zenoh.Publisher] = {}
+        self._last: dict[str, bytes] = {}
+        """The newest payload on each key."""
         self._subscribers: list[zenoh.Subscriber[Any]] = []
         self._queryables: list[zenoh.Queryable[Any]] = []
         self._calls: list[Calls] = []
@@ -145,7 +147,28 @@ class CellSession:
                 priority=priority,
                 express=priority == zenoh.Priority.REAL_TIME,
             )
-        publisher.put(encode(message))
+        payload = self._last[key] = encode(message)
+        publisher.put(payload)
+
+    def tell_last(self, key_pattern: str) -> None:
+        """Answer queries on matching keys with what was published there last; see `last`."""
+        pattern = zenoh.KeyExpr(self.keys.prefix + key_pattern)
+
+        def asked(query: zenoh.Query) -> None:
+            for key, payload in list(self._last.items()):
+                if pattern.includes(zenoh.KeyExpr(key)) and query.key_expr.intersects(zenoh.KeyExpr(key)):
+                    query.reply(key, payload)
+            query.drop()  # type: ignore[no-untyped-call]
+
+        self._queryables.append(self._open.declare_queryable(pattern, Callback(asked, indirect=False)))
+
+    def last(self, key_pattern: str, timeout_s: float) -> list[object]:
+        """The newest messages on matching keys, as their senders tell them (`tell_last`)."""
+        latest = Latest(self.decoder)
+        for reply in self._open.get(self.keys.prefix + key_pattern, timeout=timeout_s):
+            if reply.ok is not None:
+                latest.store(str(reply.ok.key_expr), reply.ok.payload.to_bytes())
+        return latest.take_new()
 
     def watch(self, *key_patterns: str) -> Latest:
         """The newest state on matching keys, own messages left out; patterns are relative to `cell/<cell>/`."""

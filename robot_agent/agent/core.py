@@ -3,6 +3,7 @@
 import functools
 import itertools
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 
@@ -15,6 +16,7 @@ from cell.messages import (
     DisableDrives,
     DriveFeedback,
     Estop,
+    FramePose,
     JogHeld,
     ManagerState,
     Mode,
@@ -34,8 +36,9 @@ from robot_agent.agent.mode import ModeEvent, after, has_torque, moves
 from robot_agent.agent.operator.decisions import Decisions, Situation
 from robot_agent.agent.operator.jogging import Jogging
 from robot_agent.agent.operator.operator import OperatorCalls
+from robot_agent.agent.planning.heard_frames import HeardFrames
 from robot_agent.agent.planning.planner import Planner
-from robot_agent.agent.planning.plans import PlanFailed, Planned
+from robot_agent.agent.planning.plans import Plan, PlanFailed, Planned
 from robot_agent.agent.program.interruption import Interruption
 from robot_agent.agent.program.pace import Pace
 from robot_agent.agent.program.program_run import ProgramRun
@@ -70,6 +73,7 @@ class AgentCore:
         """None where the robot's file says too little."""
         self.link = GatewayLink(robot, boot, cell.digest, cell.robots[robot].gateway)
         self.zones = ZoneClaims(robot, boot, cell.times.fresh_s)
+        self._frames = HeardFrames(cell.robots[robot].things)
         self.run = ProgramRun(program)
         self.report = Reporter(robot, boot)
         self.pace = Pace()
@@ -111,6 +115,9 @@ class AgentCore:
                     self._hear_estop(estop)
             case ZoneGeometry():
                 self.zones.heard_geometry(message)
+            case FramePose():
+                if self._frames.heard(message) and self._planner is not None:
+                    self._planner.place(self._frames.present)
             case Estop():
                 self._hear_estop(message)
             case Correction() | ConveyorCount():
@@ -148,6 +155,7 @@ class AgentCore:
             self.run.outputs.claimed(self.link.grant.outputs)
         if self._planner is None or self._planner.cycle_s != self.link.grant.cycle_s:
             self._planner = self._planner_for(self.link.grant.cycle_s)
+            self._planner.place(self._frames.present)
             self._torques = axis_torques(self._planner.model, self._planner.pose_world_base)
             self.clock.ticks_last(self._planner.cycle_s)
             self.corrections.place(self._planner.pose_world_base)
@@ -176,7 +184,7 @@ class AgentCore:
     def _situation(self, feedback: DriveFeedback, planner: Planner) -> Situation:
         state = self.zones.state
         refusal = state.refused.get(self._robot, "") if state is not None else ""
-        kept_still = self.zones.kept_still
+        kept_still = self.zones.kept_still or self._frames.why_still(state)
         return Situation(self.executive, planner, self._estops.first, feedback, refusal, self.clock, kept_still)
 
     # What the drives, the e-stop and the manager impose on the mode
@@ -304,11 +312,17 @@ class AgentCore:
         return resting and not self.link.switching_on and not any(status.has_torque for status in feedback.axes)
 
     def _plan_ahead(self, feedback: DriveFeedback, now: float) -> list[Effect]:
-        effects, zones = [], self.zones.geometry
+        effects: list[Effect] = []
+        zones = None if self._frames.why_still(self.zones.state) else self.zones.geometry
         if self.executive is not None:
             effects = self.run.extend(self.executive, feedback.tick, self.pace.status.stepping, zones, now)
         effects += self.run.lookahead.fill(zones, now)
-        return self.run.lookahead.drop() + effects + self.interruption.plan(feedback, zones)
+        effects += self.interruption.plan(feedback, zones)
+        return [*self.run.lookahead.drop(), *map(self._with_frames, effects)]
+
+    def _with_frames(self, effect: Effect) -> Effect:
+        """A motion is planned with the frames as they are known when the plan is asked for."""
+        return Plan(replace(effect.request, frames=self._frames.present)) if isinstance(effect, Plan) else effect
 
     # Messages
 
@@ -344,8 +358,11 @@ class AgentCore:
         lost = self.link.age(now) > self._cell.times.feedback_lost_s
         heard = None if lost else feedback
         pace = self.pace.status
+        waits = reason.text
+        if moves(self.mode) and self.executive is not None and self.executive.at_rest(feedback.tick):
+            waits = waits or self._frames.why_still(self.zones.state)
         state = self.report.state(
-            self.mode, self.run, heard, self.executive, planner, pace, zones, reason.text, alarms
+            self.mode, self.run, heard, self.executive, planner, pace, zones, waits, alarms
         )  # fmt: skip
         self.operator.sent_state(state.sequence, now)
-        return Publish(state)
+        return Publish(replace(state, frames={frame.frame: frame.version for frame in self._frames.present}))

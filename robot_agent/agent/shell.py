@@ -81,7 +81,7 @@ class AgentShell:
         self._calls: Calls | None = None
         mine = f"robot/{robot}"
         self._states = session.watch(
-            "manager/state", "zone/*", "conveyor/*", f"{mine}/drives", f"{mine}/jog", f"{mine}/correction/*"
+            "manager/state", "zone/*", "frame/*", "conveyor/*", f"{mine}/drives", f"{mine}/jog", f"{mine}/correction/*"
         )
         self._estops = session.queue("estop")
         self.ended = threading.Event()

@@ -1,12 +1,21 @@
 """What a robot must not touch: the things of its cell, and itself. Where a motion comes too near, and to what."""
 
-from collections.abc import Callable
-from dataclasses import dataclass
+import copy
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from cell.config.settings import BoxShape, CylinderShape, HalfSpaceShape, MeshShape, SphereShape, ThingSettings
-from cell.geometry import Box, Cylinder, HalfSpace, Mesh, Solid, Sphere, pose_from
+from cell.config.settings import (
+    BoxShape,
+    CylinderShape,
+    HalfSpaceShape,
+    InFrame,
+    MeshShape,
+    SphereShape,
+    ThingSettings,
+)
+from cell.geometry import Box, Cylinder, HalfSpace, Mesh, Solid, Sphere, compose, pose_from
 from cell.geometry.arrays import Array
 from robot_agent.kinematics import Model
 from robot_agent.workspace.swept_body import Sweep
@@ -48,6 +57,14 @@ class _Thing:
     solid: Solid
     margin_m: float
     capsules: Array
+    in_frame: InFrame | None = None
+
+    def placed(self, frames: Mapping[str, Array]) -> "_Thing":
+        """Where it is with frames there; the thing itself where it stands in none of them."""
+        if self.in_frame is None or self.in_frame.frame not in frames:
+            return self
+        pose = compose(frames[self.in_frame.frame], self.in_frame.pose.matrix())
+        return replace(self, solid=self.solid.moved_to(pose))
 
     def clearance(self, points: Array, radii: Array, within: float) -> Array:
         """Distance less the margin, `(m, k)` [m], of the capsules that count; beyond `within` a bound from below."""
@@ -68,7 +85,17 @@ class Things:
     def __init__(self, model: Model, things: tuple[ThingSettings, ...] = (), robot: str = "") -> None:
         """Raises `cell.geometry.GeometryError` for a mesh that is none."""
         self._model = model
-        self._things = [_Thing(t.name, solid_of(t), t.margin_m, _kept_away(model, t, robot)) for t in things]
+        self._things = [
+            _Thing(t.name, solid_of(t), t.margin_m, _kept_away(model, t, robot), t.in_frame) for t in things
+        ]
+
+    def placed(self, frames: Mapping[str, Array]) -> "Things":
+        """The same with what stands in these frames moved along: by name their poses `(4, 4)` in world."""
+        if not frames:
+            return self
+        moved = copy.copy(self)
+        moved._things = [thing.placed(frames) for thing in self._things]
+        return moved
 
     def __bool__(self) -> bool:
         return bool(self._things)

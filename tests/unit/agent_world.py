@@ -14,6 +14,7 @@ from cell.config.settings import (
     OnManagerReturn,
     PoseSettings,
     RobotSettings,
+    ThingSettings,
     Times,
 )
 from cell.core import Answer, Arrived, Ask, AskDone, Effect, Ended, Publish, Request
@@ -27,6 +28,7 @@ from cell.messages import (
     DriveFeedback,
     EnableDrives,
     Event,
+    FramePose,
     Heard,
     ManagerState,
     OutputEvent,
@@ -48,7 +50,7 @@ from robot_agent.agent.planning.planner import Planner
 from robot_agent.agent.planning.plans import Plan, PlanFailed, Planned, Unplan
 from robot_agent.kinematics import Model
 from robot_agent.language import parse_program
-from robot_agent.workspace import PlacedRobot
+from robot_agent.workspace import PlacedRobot, Things
 from tests.unit.six_axis_arm import arm as model
 
 CYCLE_S = 0.004
@@ -57,10 +59,13 @@ ZONE = ZoneGeometry("handover", 1, (0.6, 2.0, 3.0), (2.8, 0.0, 1.0), (0.0, 0.0, 
 
 
 def settings(
-    on_manager_return: OnManagerReturn, times: Times, corrections: dict[str, CorrectionSettings]
+    on_manager_return: OnManagerReturn,
+    times: Times,
+    corrections: dict[str, CorrectionSettings],
+    things: tuple[ThingSettings, ...] = (),
 ) -> CellSettings:
     here = PoseSettings((0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0))
-    robot = RobotSettings("left", Path("model.yaml"), "left_bus", here, Path("left.prog"), corrections)
+    robot = RobotSettings("left", Path("model.yaml"), "left_bus", here, Path("left.prog"), corrections, things=things)
     gateway = GatewayEndpoint("left_bus", "tcp/127.0.0.1:1", Path("drives.yaml"))
     return CellSettings(
         "test", Path("cell.yaml"), "tcp/127.0.0.1:2", {"left": robot}, {"left_bus": gateway}, {}, times,
@@ -78,13 +83,14 @@ class AgentWorld:
         arm: Model | None = None,
         times: Times | None = None,
         corrections: dict[str, CorrectionSettings] | None = None,
+        things: tuple[ThingSettings, ...] = (),
     ) -> None:
         arm = arm or model()
         names = arm.joint_names
-        self.planner = Planner(PlacedRobot.at(arm), CYCLE_S)
+        self.planner = Planner(PlacedRobot.at(arm, things=Things(arm, things, "left")), CYCLE_S)
         parsed = parse_program(program, "left.prog", names)
         self.agent = AgentCore(
-            settings(on_manager_return, times or Times(), corrections or {}),
+            settings(on_manager_return, times or Times(), corrections or {}, things),
             "left",
             lambda _: self.planner,
             parsed,
@@ -125,6 +131,9 @@ class AgentWorld:
         """The gateway refuses to switch off."""
         self.zone = ZoneStatus(ZoneState.FREE, None, None, (), 1, 0.0)
         self.granting = False
+        self.frames: tuple[FramePose, ...] = ()
+        """What the manager tells of frames."""
+        self.frames_lost = False
         self._tokens = 0
         self._granted_at = 0
         self.replies: dict[str, Reply] = {}
@@ -264,8 +273,10 @@ class AgentWorld:
         heard = {"left": Heard("boot", self.presences[-1].sequence)} if self.presences else {}
         if not self.geometry_lost:
             self.agent.receive(ZONE, self.now)
+        for frame in () if self.frames_lost else self.frames:
+            self.agent.receive(frame, self.now)
         state = ManagerState("test", "m", 5, self._sequence, self.now, "digest", heard, {"handover": self.zone})
-        state = replace(state, setup=self.setup)
+        state = replace(state, setup=self.setup, frames={frame.frame: frame.version for frame in self.frames})
         self.agent.receive(Arrived(state, self.now), self.now)
 
     def _perform(self, effect: Effect) -> None:

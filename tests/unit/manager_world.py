@@ -7,6 +7,7 @@ from pathlib import Path
 from cell.config.settings import CellSettings, OnManagerReturn, PoseSettings, RobotSettings, Times, ZoneSettings
 from cell.core import Answer, Effect, Publish, Request
 from cell.manager.core import ManagerCore
+from cell.manager.frames import WriteFrame
 from cell.manager.records import Record, Store, Stored
 from cell.messages import (
     Body,
@@ -14,6 +15,7 @@ from cell.messages import (
     Command,
     Estop,
     Event,
+    FramePose,
     Heard,
     ManagerState,
     Presence,
@@ -119,6 +121,8 @@ class World:
         self.estops: list[Estop] = []
         self.states: list[ManagerState] = []
         self.geometry: list[ZoneGeometry] = []
+        self.frames: list[FramePose] = []
+        self.writes: list[WriteFrame] = []
         self.replies: dict[str, Reply] = {}
         self._requests = itertools.count(1)
         self.manager = ManagerCore(self.cell, boot, epoch, Stored(), process=4711)
@@ -144,8 +148,16 @@ class World:
             case Publish(message):
                 for robot in self.robots.values():
                     robot.listen(message)
-                kinds = {ManagerState: self.states, Event: self.events, Estop: self.estops, ZoneGeometry: self.geometry}
+                kinds = {
+                    ManagerState: self.states,
+                    Event: self.events,
+                    Estop: self.estops,
+                    ZoneGeometry: self.geometry,
+                    FramePose: self.frames,
+                }
                 kinds[type(message)].append(message)  # type: ignore[attr-defined, index]
+            case WriteFrame():
+                self.writes.append(effect)
             case Store(record):
                 self.records.append(record)
             case Answer(request_id, reply):

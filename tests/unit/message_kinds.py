@@ -10,7 +10,17 @@ from annotated_types import Ge, Gt, Le
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from cell.messages import AxisStatus, Body, DriveFeedback, OutputEvent, PlayoutState, SetpointBlock, ZoneGeometry
+from cell.messages import (
+    AxisStatus,
+    Body,
+    DriveFeedback,
+    FramePose,
+    OutputEvent,
+    PlaceFrame,
+    PlayoutState,
+    SetpointBlock,
+    ZoneGeometry,
+)
 from cell.net.binary import FARTHEST_M, LARGEST, MOST_COUNT
 
 SAMPLES = st.floats(-LARGEST, LARGEST)
@@ -29,8 +39,10 @@ def of(kind: Any) -> st.SearchStrategy[Any]:
     """Any value of a message's field type."""
     if kind in PLAIN:
         return PLAIN[kind]
-    if kind in (Body, ZoneGeometry):
-        return bodies() if kind is Body else geometries()
+    if kind is Body:
+        return bodies()
+    if kind in (FramePose, PlaceFrame, ZoneGeometry):
+        return oriented(kind)
     if dataclasses.is_dataclass(kind):
         return st.builds(kind, **fields(kind))
     if isinstance(kind, type) and issubclass(kind, Enum):
@@ -77,10 +89,11 @@ def bodies(draw: st.DrawFn) -> Body:
 
 
 @st.composite
-def geometries(draw: st.DrawFn) -> ZoneGeometry:
-    values = {name: draw(strategy) for name, strategy in fields(ZoneGeometry).items() if name != "quaternion_xyzw"}
+def oriented(draw: st.DrawFn, kind: Any) -> Any:
+    """A message with an orientation, which has length 1."""
+    values = {name: draw(strategy) for name, strategy in fields(kind).items() if name != "quaternion_xyzw"}
     raw = draw(st.lists(st.floats(-1.0, 1.0), min_size=4, max_size=4).filter(lambda q: math.hypot(*q) > 1e-3))
-    return ZoneGeometry(quaternion_xyzw=tuple(part / math.hypot(*raw) for part in raw), **values)
+    return kind(quaternion_xyzw=tuple(part / math.hypot(*raw) for part in raw), **values)
 
 
 @st.composite

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from cell.commands.checks.readings import Readings
 from cell.config.document import Document
+from cell.config.frame_entry import FrameTree
 from cell.config.problem import Problem, Severity
 from cell.geometry import segment_distance, transform_points
 from cell.geometry.arrays import Array
@@ -76,7 +77,9 @@ def _between(readings: Readings, models: dict[str, Model]) -> Iterator[Problem]:
 
 def _at_home(readings: Readings, robot: str, model: Model) -> Array:
     """Capsules at home in world `(c, 2, 3)`."""
-    placed = PlacedRobot.at(model, readings.cell.robots[robot].base.settings())
+    entry = readings.cell.robots[robot]
+    base = FrameTree(readings.cell.frames).in_world(entry.base.settings(), entry.frame)
+    placed = PlacedRobot.at(model, base)
     return transform_points(placed.pose_world_base, model.capsules(model.home))
 
 

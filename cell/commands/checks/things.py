@@ -3,6 +3,7 @@
 from collections.abc import Iterator
 
 from cell.commands.checks.readings import Readings
+from cell.config.frame_entry import FrameTree
 from cell.config.problem import KeyPath, Problem
 from cell.geometry import GeometryError
 from robot_agent.kinematics import Model
@@ -11,7 +12,7 @@ from robot_agent.workspace import TOOL, solid_of, unknown_links
 
 def check_things(readings: Readings, models: dict[str, Model]) -> Iterator[Problem]:
     """Meshes that are none, and names in `may_touch` that are no link of the robot."""
-    document = readings.document
+    document, frames = readings.document, FrameTree(readings.cell.frames)
     for name, entry in readings.cell.things.items():
         path: KeyPath = ("things", name)
         for robot, links in entry.may_touch.items():
@@ -25,6 +26,6 @@ def check_things(readings: Readings, models: dict[str, Model]) -> Iterator[Probl
         if entry.mesh is None or any(entry.problems(document, path, list(models))):
             continue
         try:
-            solid_of(entry.settings(name, document))
+            solid_of(entry.settings(name, document, frames))
         except GeometryError as error:
             yield document.problem((*path, "mesh", "file"), str(error), "an STL or OBJ file with triangles")

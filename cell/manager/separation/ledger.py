@@ -1,4 +1,4 @@
-"""Which space is reserved for which robot, and what more may be cleared for whom (`docs/architecture.md`, section 4.4).
+"""Which space is reserved for which robot, and what more may be cleared for whom (`docs/architecture.md`, section 4.5).
 
 No rule here depends on a time: a robot keeps what it owns, and what was cleared for it and not yet confirmed, however
 old its newest report is.

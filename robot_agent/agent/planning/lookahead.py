@@ -100,7 +100,7 @@ class Lookahead:
         self._items.clear()
         self._coming.clear()
         self._chain_of = _CHAIN
-        self._asked = self.open = self._extension = None
+        self._asked = self.open = self._extension = self._last = None
 
     @property
     def head(self) -> Item | None:
@@ -109,6 +109,12 @@ class Lookahead:
     @property
     def items(self) -> tuple[Item, ...]:
         return tuple(self._items)
+
+    @property
+    def planned_to(self) -> int:
+        """The program line of the newest move that is planned or being planned; 0 for none."""
+        newest = self._last if self._extension is None else self._extension.steps[-1]
+        return 0 if newest is None else newest.line
 
     @property
     def place(self) -> Hashable:

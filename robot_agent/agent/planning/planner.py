@@ -6,8 +6,8 @@ from itertools import groupby
 import numpy as np
 from numpy.typing import NDArray
 
-from cell.geometry import transform_points
-from cell.messages import ZoneGeometry
+from cell.geometry import pose_from, transform_points
+from cell.messages import FramePose, ZoneGeometry
 from robot_agent.agent.planning.plans import Extended, ExtendRequest, PlanFailed, Planned, PlanRequest
 from robot_agent.agent.planning.targets import joint_target, pose_target
 from robot_agent.kinematics import KinematicsError
@@ -32,8 +32,14 @@ class Planner:
         self.things = robot.things
         self.cycle_s = cycle_s
 
+    def place(self, frames: tuple[FramePose, ...]) -> None:
+        """Look at things where they are with the frames there."""
+        at = {each.frame: pose_from(np.array(each.position_m), np.array(each.quaternion_xyzw)) for each in frames}
+        self.things = self.things.placed(at)
+
     def plan(self, request: PlanRequest | ExtendRequest) -> Planned | PlanFailed:
         """Plan steps; every failure is a `PlanFailed` that says where and why."""
+        self.place(request.frames)
         try:
             sequence = Sequence(self._blocks(request))
             if isinstance(request, ExtendRequest):

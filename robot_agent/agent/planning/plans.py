@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cell.core import Effect
-from cell.messages import ZoneGeometry
+from cell.messages import FramePose, ZoneGeometry
 from robot_agent.language import MotionStep, Switch
 from robot_agent.trajectory import Motion
 from robot_agent.workspace import Crossing, Sweep
@@ -20,6 +20,8 @@ class PlanRequest:
     steps: tuple[MotionStep, ...]
     start: NDArray[np.float64]
     zones: tuple[ZoneGeometry, ...]
+    frames: tuple[FramePose, ...] = ()
+    """Where the frames are in which things stand; without them things are where the cell file says."""
 
     @property
     def line(self) -> int:
@@ -46,6 +48,8 @@ class ExtendRequest:
     first_tau: float
     """Of the motion, as in `Planned`."""
     zones: tuple[ZoneGeometry, ...]
+    frames: tuple[FramePose, ...] = ()
+    """As in `PlanRequest`."""
 
     @property
     def line(self) -> int:

@@ -282,4 +282,11 @@ class ProgramRun:
 
     @property
     def status(self) -> ProgramStatus:
-        return ProgramStatus(self._program.name, self.state, self.line, self._program.text_of(self.line), self.error)
+        return ProgramStatus(
+            self._program.name,
+            self.state,
+            self.line,
+            self._program.text_of(self.line),
+            self.error,
+            self.lookahead.planned_to,
+        )

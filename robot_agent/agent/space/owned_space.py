@@ -1,4 +1,4 @@
-"""What one robot may use of the cell's space, under one claim (`docs/architecture.md`, section 4.4)."""
+"""What one robot may use of the cell's space, under one claim (`docs/architecture.md`, section 4.5)."""
 
 from collections import OrderedDict
 from collections.abc import Sequence

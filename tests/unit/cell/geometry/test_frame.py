@@ -10,7 +10,9 @@ from cell.geometry import (
     frame_from_axes,
     frame_from_points,
     from_xyz_abc,
+    largest_turn,
     quaternion,
+    taught_frame,
     to_xyz_abc,
     transform_points,
 )
@@ -32,6 +34,56 @@ def test_three_measured_points_give_the_frame() -> None:
 def test_two_points_along_each_axis_give_the_frame_too() -> None:
     found = frame_from_axes(at(0, 0), at(0.1, 0.3), at(0.9, 0.3), at(0.2, -0.1), at(0.2, 0.6))
     np.testing.assert_allclose(found, POSES, atol=1e-12)
+
+
+def test_a_fourth_point_is_the_origin_instead_of_the_first() -> None:
+    """The frame of the seed, whose origin is the foot of the third point on X: section 10.3, in mm."""
+    points = np.array([[1085.287, 249.240, 282.635], [1341.147, 396.962, 230.541], [923.319, 328.274, 287.125]])
+    foot = np.array([1000.0, 199.999, 300.0])
+    found = taught_frame(np.vstack([points, foot]))
+    np.testing.assert_allclose(np.degrees(to_xyz_abc(found)[3:]), [-5, 10, 30], atol=1e-3)
+    np.testing.assert_allclose(found[:3, 3], foot)
+    np.testing.assert_allclose(taught_frame(points)[:3, 3], points[0])
+
+
+@pytest.mark.parametrize("points", [np.eye(3)[:2], np.zeros((5, 3)), np.zeros(3)])
+def test_a_frame_is_taught_by_three_points_or_four(points: np.ndarray) -> None:
+    with pytest.raises(WrongShape, match=r"\(3, 3\) or \(4, 3\)"):
+        taught_frame(points)
+
+
+UNIT = st.tuples(*[st.floats(-1.0, 1.0)] * 3).map(np.array)
+
+
+@given(
+    along=st.floats(0.02, 1.0),
+    foot=st.floats(-1.0, 1.0),
+    aside=st.floats(0.02, 1.0),
+    errors=st.tuples(UNIT, UNIT, UNIT),
+)
+def test_points_with_a_millimetre_of_error_turn_the_frame_no_farther_than_they_allow(
+    along: float, foot: float, aside: float, errors: tuple[np.ndarray, ...]
+) -> None:
+    points = np.array([[0.0, 0, 0], [along, 0, 0], [foot, aside, 0]])
+    moved = points + [0.001 * error / max(np.linalg.norm(error), 1.0) for error in errors]
+    try:
+        rotation = taught_frame(moved)[:3, :3]
+    except NoFrame:
+        return  # told to whoever measures
+    turned = 2.0 * np.arccos(min(float(quaternion.from_matrix(rotation)[3]), 1.0))
+    assert turned <= largest_turn(points, 0.001) + 1e-7
+    assert np.linalg.norm(taught_frame(moved)[:3, 3]) <= 0.001 + 1e-12
+
+
+def test_what_points_allow_is_not_far_from_what_their_worst_errors_do() -> None:
+    points = np.array([[0.0, 0, 0], [0.5, 0, 0], [0.0, 0.3, 0]])
+    worst = points + np.array([[0, 0, 0.001], [0, 0, -0.001], [0, 0, -0.001]])
+    turned = 2.0 * np.arccos(quaternion.from_matrix(taught_frame(worst)[:3, :3])[3])
+    assert turned < largest_turn(points, 0.001) < 2.0 * turned
+
+
+def test_points_nearer_to_each_other_than_their_errors_allow_any_turn() -> None:
+    assert largest_turn(np.array([[0.0, 0, 0], [0.0015, 0, 0], [0, 0.3, 0]]), 0.001) == np.pi
 
 
 def test_x_is_taken_exactly_and_y_made_perpendicular() -> None:

@@ -56,6 +56,23 @@ def block(size: tuple[float, float, float]) -> tuple[np.ndarray, np.ndarray]:
     return corners, np.array([t for a, b, c, d in sides for t in ((a, b, c), (a, c, d))])
 
 
+@given(ends=CAPSULE)
+@settings(max_examples=50, deadline=None)
+def test_a_solid_that_is_moved_is_the_one_that_was_made_there(ends: np.ndarray) -> None:
+    away = pose_from(np.array([5.0, 0.0, 1.0]), np.array([0.0, 0.6, 0.0, 0.8]))
+    for made in (
+        lambda pose: Box(np.array([0.5, 0.3, 0.8]), pose),
+        lambda pose: Sphere(pose[:3, 3], 0.4),
+        lambda pose: Cylinder(0.4, 1.2, pose),
+        lambda pose: Mesh(*block((0.5, 0.3, 0.8)), pose),
+        HalfSpace,
+    ):
+        moved, there = made(away).moved_to(TURNED), made(TURNED)
+        assert moved.capsule_distance(ends, np.array(0.1)) == there.capsule_distance(ends, np.array(0.1))
+        assert tuple(moved.bounds()[0]) == tuple(there.bounds()[0])
+        assert made(away).bounds()[0] == pytest.approx(pickle.loads(pickle.dumps(made(away))).bounds()[0])
+
+
 def test_a_mesh_in_the_form_of_a_box_has_the_distances_of_the_box() -> None:
     size = (0.5, 0.3, 0.8)
     mesh, box = Mesh(*block(size), TURNED), Box(np.array(size), TURNED)

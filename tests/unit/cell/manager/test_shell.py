@@ -10,12 +10,13 @@ from pathlib import Path
 
 import pytest
 
-from cell.config.settings import CellSettings
+from cell.config.settings import CellSettings, FrameSettings, PoseSettings
 from cell.manager.shell import SecondManager, run_manager
-from cell.messages import Heard, ManagerState, Presence, SetEstop, Who, ZoneGeometry, ZoneState
+from cell.messages import FramePose, Heard, ManagerState, PlaceFrame, Presence, SetEstop, Who, ZoneGeometry, ZoneState
 from cell.net.errors import EndpointInUse
 from cell.net.options import Link, ZenohOptions
 from cell.net.session import CellSession, new_call
+from tests.unit.config_world import TWO_ARMS
 from tests.unit.manager_world import ball, settings
 
 DEADLINE_S = 15.0
@@ -107,6 +108,26 @@ def test_a_manager_grants_answers_and_keeps_its_stop_over_a_restart(cell: CellSe
         assert [estop.id for estop in again.estops] == ["e1"]
         assert again.epoch > granted.epoch
         assert robots.session.ask("manager", new_call(Who()), DEADLINE_S).ok
+
+
+def test_a_frame_is_moved_in_the_file_and_told_to_who_asks_later(cell: CellSettings, tmp_path: Path) -> None:
+    file = tmp_path / "cell.yaml"
+    frames = "frames: {table: {pose: {X: 0, Y: 0, Z: 0, A: 0, B: 0, C: 0}}}  # here\n"
+    file.write_text(TWO_ARMS.read_text() + frames)
+    table = FrameSettings("table", None, PoseSettings((0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0)))
+    with cell_of(replace(cell, file=file, frames={"table": table}), tmp_path) as robots:
+        state = robots.until(lambda state: "table" in state.frames)
+        (before,) = robots.session.last("frame/*", DEADLINE_S)
+        assert isinstance(before, FramePose)
+        assert before.version == state.frames["table"]
+        command = PlaceFrame("table", (0.1, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0), "me")
+        reply = robots.session.ask("manager", new_call(command, Heard(state.boot, state.sequence)), DEADLINE_S)
+        assert reply.ok, reply.text
+        robots.until(lambda state: state.frames["table"] > before.version)
+        (after,) = robots.session.last("frame/*", DEADLINE_S)
+        assert isinstance(after, FramePose)
+        assert (after.position_m, after.version > before.version) == ((0.1, 0.0, 0.0), True)
+    assert file.read_text().endswith(frames.replace("X: 0", "X: 100"))
 
 
 def test_a_second_manager_at_the_same_endpoint_is_told_about_the_first(cell: CellSettings, tmp_path: Path) -> None:
