@@ -158,7 +158,6 @@ class AxisEntry(BaseModel):
         description="an axis that stays within this for 0.1 s is at rest; without it 0.2 mrad or 0.2 mm. Larger for a "
         "drive that hunts",
     )
-    simulated_start: Number = Field(description="where a simulated drive stands when it is switched on")
     encoder: Literal["absolute", "incremental"] = Field(
         default="absolute", description="incremental: the axis must home after each start of its drive"
     )
@@ -209,7 +208,7 @@ class AxisEntry(BaseModel):
         default=(), max_length=6, description="objects that this drive may lack; each costs something that is told"
     )
 
-    @field_validator("offset", "speed", "acceleration", "quick_stop", "following_window", "simulated_start")
+    @field_validator("offset", "speed", "acceleration", "quick_stop", "following_window")
     @classmethod
     def _si(cls, value: float, info: ValidationInfo) -> float:
         return in_si(value, info.data.get("type") == "linear", info)
@@ -268,7 +267,6 @@ class AxisEntry(BaseModel):
             units=self.units(),
             try_units=self.try_units,
             rest_window=REST_WINDOW if self.rest_window is None else self.rest_window,
-            simulated_start=self.simulated_start,
             index_counts=self.counts_per_turn,
             linear=self.linear,
             limits=self.limits,

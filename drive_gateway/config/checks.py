@@ -24,7 +24,6 @@ from drive_gateway.config.object_checks import check_objects
 from drive_gateway.config.output_checks import check_outputs
 from drive_gateway.config.profile_entry import check_profile_pdos
 from drive_gateway.config.settings import INT32_MAX, MOTOR_SPEED_RESERVE, SETUP_SHARE
-from drive_gateway.config.simulation_checks import check_simulation
 
 FASTEST_COUNTS = INT32_MAX / 1.02
 """[counts/s] A block may exceed the speed of its axis by the tolerance of its check, 1 % and a little."""
@@ -52,7 +51,6 @@ def check_drives_file(document: Document, drives: DrivesFile) -> list[Problem]:
         *_milliseconds(document, drives),
         *_axes(document, drives),
         *check_profile_pdos(document, drives.profile_pdos, _images(drives)),
-        *check_simulation(document, drives),
         *check_emergencies(
             document,
             drives.emergencies,
@@ -164,12 +162,6 @@ def _axes(document: Document, drives: DrivesFile) -> Iterator[Problem]:
             found = document.found((*path, "quick_stop"))
             limit = document.found((*path, "acceleration"))
             yield document.problem((*path, "quick_stop"), found, f"more than this axis' acceleration, {limit}")
-        lag = axis.speed * drives.simulated_lag_s
-        if axis.following_window <= lag and drives.simulated_lag_s > 0:
-            found = document.found((*path, "following_window"))
-            least = declared(document, lag, axis.linear)
-            allowed = f"more than {least:g}: simulated drives lag by speed times simulated_lag_s"
-            yield document.problem((*path, "following_window"), found, allowed)
         counts = abs(axis.counts_per_unit())
         yield from _limits(document, path, axis)
         yield from _limit_switches(document, path, axis)

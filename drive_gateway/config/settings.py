@@ -8,7 +8,6 @@ from drive_gateway.canopen.cob_id import MASTER_NODE_ID
 from drive_gateway.canopen.emcy import Meaning
 from drive_gateway.canopen.profile_pdos import ProfilePdos
 from drive_gateway.config.drive_units import COUNTS, DriveUnits
-from drive_gateway.config.simulation import Simulation
 
 INT32_MIN, INT32_MAX = -(2**31), 2**31 - 1
 DELAY_CYCLES = 2
@@ -177,8 +176,6 @@ class AxisSettings:
     """[rad or m] following error that is a fault (6065h)."""
     following_time_s: float
     """Time for which the following error may be larger (6066h)."""
-    simulated_start: float
-    """[rad or m] where a simulated drive stands when it is switched on."""
     delay_cycles: int = DELAY_CYCLES
     """So many cycles after a sample was sent its drive shows where that left the axis: its following error."""
     brake_s: float = BRAKE_S
@@ -302,8 +299,6 @@ class GatewaySettings:
     """Silence of a node's TPDO that stops its robot."""
     boot_timeout_s: float
     """Within this time after NMT reset a node must have sent its boot-up, and then answer each request."""
-    simulated_lag_s: float
-    """Lag with which a simulated drive follows its set points."""
     robots: dict[str, RobotDrives]
     sdo_timeout_s: float = 0.5
     """A node answers each SDO request within this time."""
@@ -311,5 +306,4 @@ class GatewaySettings:
     """SYNC counts from 1 to this (1019h); 0: it has no counter."""
     node_id: int = MASTER_NODE_ID
     """The gateway's own, under which it sends its heartbeat."""
-    simulation: Simulation = field(default_factory=Simulation)
     io_nodes: tuple[IoSettings, ...] = ()

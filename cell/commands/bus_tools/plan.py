@@ -17,6 +17,7 @@ from drive_gateway.config.bus_load import bus_load
 from drive_gateway.config.image import image_of, io_image_of
 from drive_gateway.config.load import read_drives
 from drive_gateway.gateway.nodes.program import Step, boot_plan, io_boot_plan
+from drive_gateway.sim.config.load import read_simulation
 
 
 def plan(
@@ -83,7 +84,7 @@ def _line(verb: str, step: Step, eds: Eds) -> str:
 def check(
     file: Annotated[Path, typer.Argument(metavar="FILE", help="The drives file.", show_default=False)],
 ) -> None:
-    """Check a drives file alone, with the EDS and DCF files that it names; no bus is opened.
+    """Check a drives file alone, with the EDS and DCF files that it names and its simulation; no bus is opened.
 
     Prints all problems, one a line, as file:line:column: path: found ..., allowed ... and exits with 1; a good file is
     summed up. Whether it fits its robots says `cell check` of the cell.
@@ -93,6 +94,7 @@ def check(
     reading = read_drives(file.absolute())
     problems = list(reading.problems)
     if reading.content is not None and reading.document is not None:
+        problems += read_simulation(reading.document.file, reading.content).problems
         try:
             interpolation_period(reading.content.cycle_s)
         except ValueError as error:

@@ -85,9 +85,16 @@ def test_an_option_that_is_a_list_is_refused_once_with_all_that_is_allowed(tmp_p
         ("boot_timeout_s: 5", "boot_timeout_s: 0.1", "boot_timeout_s: §0.1",
          "boot_timeout_s: found 0.1, allowed more than 0.5: sdo_timeout_s, 0.5, and heartbeat_producer_s, 0.1, "
          "with 3 cycles"),
-        ("simulated_lag_s: 0.008", "simulated_lag_s: 0.0115", "quick_stop: 1300, following_window: §3",
-         "robots.left.axes.J6.following_window: found 3, allowed more than 3.036: simulated drives lag by speed times "
-         "simulated_lag_s"),
+        ("cycle_s: 0.004", "cycle_s: 0.004\nsimulated_lag_s: 0.008", "§simulated_lag_s",
+         "simulated_lag_s: found unknown key 'simulated_lag_s', allowed keys of real drives; this one goes into "
+         "left_drives.sim.yaml beside this file, as lag_s (docs/simulated_drives.md)"),
+        ("quick_stop: 600", "simulated_start: 5, quick_stop: 600", "§simulated_start",
+         "robots.left.axes.J1.simulated_start: found unknown key 'simulated_start', allowed keys of real drives; this "
+         "one goes into left_drives.sim.yaml beside this file, as starts: {ROBOT: {AXIS: ...}} "
+         "(docs/simulated_drives.md)"),
+        ("cycle_s: 0.004", "cycle_s: 0.004\nsimulation: {level: full}", "§simulation",
+         "simulation: found unknown key 'simulation', allowed keys of real drives; this one goes into "
+         "left_drives.sim.yaml beside this file, its keys without this one around them (docs/simulated_drives.md)"),
         ("quick_stop: 600", "quick_stop: 462", "quick_stop: §462",
          "robots.left.axes.J1.quick_stop: found 462, allowed more than this axis' acceleration, 462"),
         ("quick_stop: 600", "quick_stop: 1e5", "§1e5",

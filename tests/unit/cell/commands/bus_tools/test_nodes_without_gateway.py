@@ -22,6 +22,7 @@ from drive_gateway.canopen.axes_eds import eds_text
 from drive_gateway.canopen.nmt import NmtState
 from drive_gateway.config import load_drives
 from drive_gateway.config.settings import BusSettings
+from drive_gateway.sim.config.load import load_simulation
 from drive_gateway.sim.shell import SimulatedDrives
 from tests.unit.bus_tool_world import (
     DEADLINE_S,
@@ -55,7 +56,7 @@ def simulated(drives_file: Path, tool_bus: ToolBus) -> Iterator[Path]:
     """The same, and its six drives, booted."""
     settings = load_drives(drives_file, "left_bus")
     settings = replace(settings, bus=BusSettings("virtual", tool_bus.channel, 1_000_000, {}))
-    with SimulatedDrives(settings) as drives:
+    with SimulatedDrives(settings, load_simulation(drives_file)) as drives:
         deadline = time.monotonic() + DEADLINE_S
         while not all(node.nmt is NmtState.PRE_OPERATIONAL for node in drives.nodes):
             assert time.monotonic() < deadline
