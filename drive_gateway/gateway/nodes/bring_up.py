@@ -12,6 +12,7 @@ from drive_gateway.canopen.axis_objects import first_axis_index
 from drive_gateway.canopen.nmt import NmtCommand, NmtState, nmt_frame
 from drive_gateway.canopen.pdo_map import Pdo
 from drive_gateway.canopen.sdo import SdoChannel, SdoDone
+from drive_gateway.cia402.preparation import HEARTBEAT_PRODUCER
 from drive_gateway.config.gateway_objects import CYCLE_PERIOD, said_by
 from drive_gateway.config.settings import GatewaySettings
 from drive_gateway.gateway.effects import Frame
@@ -250,6 +251,8 @@ class BringUp:
             return other if step.data is None else self._remedy(step)
         if index in self._program.optional:
             return f'a {kind} that may lack it says so in the drives file, waive: ["{index:04X}"]'
+        if step.index == HEARTBEAT_PRODUCER:
+            return f"say error_control: guarding, if this {kind} has node guarding (100Ch)"
         if step.index == SYNC_COUNTER:
             return "leave out sync_counter, or take drives that all have this object"
         if step.index in _PDOS:

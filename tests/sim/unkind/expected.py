@@ -99,6 +99,16 @@ REFUSED = {
         ("was told 1017h:00 (heartbeat of the node) as 50 and still shows 0", "heartbeat_producer_s"),
         Changes({"heartbeat_producer_s": 0.1}, {}),
     ),
+    "heartbeat_pauses": Expected(
+        "stopped as by any loss; runs with a longer `heartbeat_timeout_s`",
+        ("node 1 (left J1) sent no heartbeat for 0.2", "raise heartbeat_timeout_s"),
+        Changes({"heartbeat_timeout_s": 0.5}, {}),
+    ),
+    "guarding_only": Expected(
+        "not brought up: 1017h; runs with `error_control: guarding`",
+        ("refused write of 1017h:00 (heartbeat of the node): abort 06020000h", "say error_control: guarding"),
+        Changes({}, {"guarded": True}),
+    ),
     "one_following_time": Expected(
         "not brought up: 6066h; runs with `following_time_s: 0.01`",
         ("keeps 6066h:00 (following-error time) at 10, needed is 50", "this drive takes: following_time_s"),

@@ -386,6 +386,11 @@ def test_the_plan_is_what_the_gateway_writes_object_by_object(drives_file: Path,
     told = tool_bus.run("plan", str(drives_file), "left.J1")
     assert told.startswith("node 1 (left.J1): NMT reset communication, and after its boot-up:\n")
     assert "  write, check  1017h:00  Producer heartbeat time in ms = 100 (0064h)  [heartbeat of the node]\n" in told
+    period = "Communication cycle period = 4000 (00000FA0h)  [communication cycle period in us, unless the node has no"
+    assert f"  write, check  1006h:00  {period} such object]\n" in told
+    counter = "unless the node has no such counter, or has it right]\n"
+    assert f"  write, check  1019h:00  Synchronous counter overflow value = 0 (00h)  [SYNC counter, {counter}" in told
+    assert "not in " not in told
     assert told.endswith("  NMT start\n")
     assert tool_bus.run("plan", str(TWO_ARMS), "left_bus", "left.J1") == told
     assert tool_bus.run("plan", str(drives_file)).count("NMT start") == 6
