@@ -4,7 +4,7 @@ import heapq
 import random
 from collections.abc import Callable
 from contextlib import nullcontext
-from typing import Self
+from typing import Any, Self
 
 from drive_gateway.canopen.cob_id import SYNC
 from drive_gateway.canopen.frame import CanFrame
@@ -46,6 +46,11 @@ class Bus:
             if number in node.handlers:
                 for answer in node.receive(frame, now):
                     self._deliver(answer)
+
+    def connect(self, node: Any) -> None:
+        """A node of another kind in the place of one of these."""
+        self.nodes[node.node_id] = node
+        self._nodes = list(self.nodes.values())
 
     def step(self, now: float) -> None:
         """Let the nodes' timers run."""
