@@ -12,6 +12,7 @@ from drive_gateway.canopen.axis_objects import AXES
 from drive_gateway.config.drive_units import ACCELERATION_UNITS, VELOCITY_UNITS, DriveUnits, drive_units, unit_of
 from drive_gateway.config.object_address import ObjectAddress, address_of
 from drive_gateway.config.own_objects import OwnObjects
+from drive_gateway.config.pdo_entry import PdosEntry
 from drive_gateway.config.settings import (
     BRAKE_S,
     DELAY_CYCLES,
@@ -197,6 +198,7 @@ class AxisEntry(BaseModel):
     eds: FileName | None = Field(default=None, description="EDS or DCF of the drive, relative to this file")
     emergencies: Name | None = Field(default=None, description="its type of drive in `emergencies` of this file")
     objects: OwnObjects = {}
+    pdos: PdosEntry = Field(default=PdosEntry(), description="PDOs that are not as usual: number, identifier, mapping")
     quick_stop_option: Literal[2, 6] = Field(
         default=6,
         description="how the drive ends its quick stop (605Ah): 6 stays with voltage on, 2 takes it off by itself",
@@ -286,6 +288,7 @@ class AxisEntry(BaseModel):
             quick_stop_option=self.quick_stop_option,
             connection_lost=self.connection_lost,
             waived=frozenset(int(index, 16) for index in self.waive),
+            own_pdos=self.pdos.own(),
             eds="" if self.eds is None else str(folder / self.eds),
         )
 

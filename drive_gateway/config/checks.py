@@ -11,7 +11,7 @@ from cell.config.problem import KeyPath, Problem, Severity
 from cell.config.reading import declared
 from drive_gateway.canopen.io_map import IoImage
 from drive_gateway.canopen.optional_objects import IO_OPTIONAL_OBJECTS, OPTIONAL_OBJECTS
-from drive_gateway.canopen.pdo_map import ProcessImage
+from drive_gateway.canopen.pdo_map import Pdo, ProcessImage
 from drive_gateway.config.axis_entry import AxisEntry
 from drive_gateway.config.bus_length import check_length
 from drive_gateway.config.bus_load import KEPT_FREE, REFUSE_ABOVE, WARN_ABOVE, bus_load
@@ -22,6 +22,7 @@ from drive_gateway.config.io_checks import check_io_nodes, check_places
 from drive_gateway.config.node_checks import check_nodes
 from drive_gateway.config.object_checks import check_objects
 from drive_gateway.config.output_checks import check_outputs
+from drive_gateway.config.pdo_entry import Named, check_pdos
 from drive_gateway.config.profile_entry import check_profile_pdos
 from drive_gateway.config.settings import INT32_MAX, MOTOR_SPEED_RESERVE, SETUP_SHARE
 
@@ -51,6 +52,7 @@ def check_drives_file(document: Document, drives: DrivesFile) -> list[Problem]:
         *_milliseconds(document, drives),
         *_axes(document, drives),
         *check_profile_pdos(document, drives.profile_pdos, _images(drives)),
+        *check_pdos(document, _named_images(drives), _io_pdos(drives)),
         *check_emergencies(
             document,
             drives.emergencies,
@@ -83,7 +85,16 @@ def _empty(document: Document, drives: DrivesFile) -> Iterator[Problem]:
 
 
 def _images(drives: DrivesFile) -> list[ProcessImage]:
-    return [image_of(drives.axis(str(path[1]), str(path[-1]))) for path, _, _ in axes_of(drives)]
+    return [image for _, _, image in _named_images(drives)]
+
+
+def _named_images(drives: DrivesFile) -> list[Named]:
+    return [(path, who, image_of(drives.axis(str(path[1]), str(path[-1])))) for path, who, _ in axes_of(drives)]
+
+
+def _io_pdos(drives: DrivesFile) -> list[tuple[str, Pdo]]:
+    images = {name: io_image_of(io.settings(name, 0, {})) for name, io in drives.io_nodes.items()}
+    return [(f"I/O node {name}", pdo) for name, image in images.items() for pdo in image.pdos]
 
 
 def _load(document: Document, drives: DrivesFile) -> Iterator[Problem]:

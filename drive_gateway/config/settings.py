@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 
 from drive_gateway.canopen.cob_id import MASTER_NODE_ID
 from drive_gateway.canopen.emcy import Meaning
+from drive_gateway.canopen.pdo_map import OwnPdo
 from drive_gateway.canopen.profile_pdos import ProfilePdos
 from drive_gateway.config.drive_units import COUNTS, DriveUnits
 
@@ -227,6 +228,8 @@ class AxisSettings:
     """The node is watched by node guarding instead of heartbeats, for drives that have none."""
     profile_pdos: ProfilePdos | None = None
     """PDOs for motions that the drive makes by itself; `None`: these go by the cyclic image and SDO."""
+    own_pdos: Mapping[str, OwnPdo] = field(default_factory=dict)
+    """PDOs that are not as usual, by what they carry."""
     eds: str = ""
     """File with the names and types of the node's objects; empty: plain CiA 402, as the simulated drive has them."""
 

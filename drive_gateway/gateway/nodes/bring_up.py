@@ -26,6 +26,7 @@ _ABSENT = (0x06020000, 0x06090011)
 _BUSY = 0x08000022
 """Abort code: not in the present device state; after its start a node may need a moment until it stores anything."""
 _PDOS = range(0x1400, 0x1C00)
+_MAPPINGS = (*range(0x1600, 0x1800), *range(0x1A00, 0x1C00))
 
 
 class Phase(Enum):
@@ -262,7 +263,8 @@ class BringUp:
     def _remedy(self, step: Step) -> str:
         """What helps where a node keeps a value of its own."""
         if step.index in _PDOS:
-            return f"set it with the maker's tool, or take a {self._program.kind} whose PDOs can be changed"
+            named = ", name the PDOs that have this by pdos in the drives file" if step.index in _MAPPINGS else ""
+            return f"set it with the maker's tool{named}, or take a {self._program.kind} whose PDOs can be changed"
         if step.index == CYCLE_PERIOD:
             return f"choose a cycle_s that this {self._program.kind} takes, or say its own value under objects"
         key = said_by(*step.judges)

@@ -288,17 +288,20 @@ def _axis_program(axis: AxisSettings, settings: GatewaySettings, reference: Refe
 
 def _pdos(node_id: int, pdos: tuple[Pdo, ...], axis: int = 1) -> list[Step]:
     """Those that are not used are taken off the bus first."""
-    steps = [step for pdo in unused(node_id, pdos, axis) for step in _taken_off(pdo)]
+    used = {pdo.cob_id for pdo in pdos}
+    steps = [step for pdo in unused(node_id, pdos, axis) for step in _taken_off(pdo, used)]
     linked = [_linked(pdo) for pdo in pdos]
     return steps + [step for writes, _ in linked for step in writes] + [step for _, reads in linked for step in reads]
 
 
-def _taken_off(pdo: Pdo) -> list[Step]:
+def _taken_off(pdo: Pdo, used: set[int]) -> list[Step]:
+    """It may stay where its identifier is not `used` by another PDO of its axis."""
     present, write = _Off(), pdo.unlinked()
     what = f"{pdo.name}, which is not used"
+    leave = None if pdo.cob_id in used else pdo
     return [
         Step(what, write.index, write.sub, None, asked=True, take=present.heard),
-        Step(what, write.index, write.sub, write.data, optional=True, present=present, leave=pdo),
+        Step(what, write.index, write.sub, write.data, optional=True, present=present, leave=leave),
     ]
 
 

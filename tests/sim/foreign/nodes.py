@@ -156,7 +156,7 @@ class NodeOfCanopen(ForeignNode):
     def _on_sync(self, _id: int, _data: bytearray, _at: float) -> None:
         if self.node.nmt.state != "OPERATIONAL":
             return
-        shown = {0x6041: self.drive.statusword, 0x6064: self.drive.position}
+        shown = {0x6041: self.drive.statusword, 0x6061: 8, 0x6064: self.drive.position}
         for pdo in self.node.tpdo.values():
             if pdo.enabled and pdo.trans_type == 1:
                 for variable in pdo:
@@ -179,7 +179,8 @@ def _objects_of_canopen(node_id: int) -> dict[tuple[int, int], tuple[int, object
         (0x1001, 0): (u8, 0), (0x1005, 0): (u32, 0x80), (0x1006, 0): (u32, 0), (0x1014, 0): (u32, 0x80 + node_id),
         (0x1016, 1): (u32, 0), (0x1017, 0): (u16, 0), (0x1018, 1): (u32, 0x1D), (0x60C2, 1): (u8, 1),
         (0x60C2, 2): (kinds["I8"], -3), (MEMORY, 0): (u32, 0),
-        (NOTE, 0): (datatypes.VISIBLE_STRING, NOTE_TEXT.decode()), (BIG, 0): (datatypes.DOMAIN, BIG_BYTES), (CONSTANT, 0): (u32, 7),
+        (NOTE, 0): (datatypes.VISIBLE_STRING, NOTE_TEXT.decode()), (BIG, 0): (datatypes.DOMAIN, BIG_BYTES),
+        (CONSTANT, 0): (u32, 7),
     }  # fmt: skip
     for number in range(4):
         for communication, mapping, cob_id in ((0x1400, 0x1600, 0x200), (0x1800, 0x1A00, 0x180)):

@@ -9,6 +9,7 @@ from queue import Queue
 
 import pytest
 
+from drive_gateway.canopen.pdo_map import OwnPdo
 from drive_gateway.canopen.sdo import Sdo, SdoDone
 from drive_gateway.gateway.bus.sdo_workers import SdoWorkers
 from tests.sim.foreign.drive import ForeignDrive
@@ -60,6 +61,17 @@ def test_it_is_configured_started_enabled_and_follows_every_set_point(world: Unk
     world.moves(owner, WAY)
     axis = world.settings.robots["left"].axes[0]
     assert foreign(world).position - before == pytest.approx(WAY * axis.counts_per_unit, abs=1)
+
+
+def test_it_takes_pdos_of_other_numbers_and_identifiers() -> None:
+    own = {"command": OwnPdo(3, 0x345), "status": OwnPdo(2, 0x6A1, (0x60410010, 0x60610008, 0x60640020))}
+    bench = UnkindBench((), Changes({}, {"incremental": False, "homing": None, "own_pdos": own}))
+    axis = bench.settings.robots["left"].axes[0]
+    node = NodeOfCanopen(UNKIND, ForeignDrive(round((START - axis.offset) * axis.counts_per_unit)))
+    bench.bus.connect(node)
+    bench.comes_up()
+    bench.moves(bench.enables(), WAY)
+    assert {0x345} < {frame.id for frame in bench.frames}
 
 
 def test_its_emergency_stops_the_robot_with_its_code_and_after_a_reset_it_goes_on(world: UnkindBench) -> None:
