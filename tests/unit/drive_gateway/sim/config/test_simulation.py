@@ -90,6 +90,17 @@ def test_a_tight_following_window_makes_the_lag_smaller_and_is_not_refused(tmp_p
     assert load_simulation(copy.drives).lag_s == pytest.approx(0.75 * 0.264 / 264)
 
 
+def test_a_file_beside_no_drives_file_is_warned_of(tmp_path: Path) -> None:
+    copy = Copy(tmp_path)
+    (copy.folder / SIMULATION).rename(copy.folder / "two_arms" / "left_drive.sim.yaml")
+    bundle, problems = check_cell(copy.cell)
+    assert bundle is not None
+    assert [copy.shown(problem) for problem in problems] == [
+        "two_arms/left_drive.sim.yaml:1:1: warning: file: found left_drive.sim.yaml, beside no drives file of that "
+        "name, allowed left_drives.sim.yaml for left_drives.yaml"
+    ]
+
+
 @pytest.mark.parametrize(
     ("old", "new", "place", "problem"),
     [
