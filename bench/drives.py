@@ -11,8 +11,9 @@ from drive_gateway.canopen.frame import CanFrame
 from drive_gateway.cia402.preparation import preparations, supervision
 from drive_gateway.config import GatewaySettings, load_drives
 from drive_gateway.config.image import image_of
-from drive_gateway.config.simulation import Level
 from drive_gateway.sim.bus import SimulatedBus
+from drive_gateway.sim.config.load import load_simulation
+from drive_gateway.sim.config.simulation import Level, Simulation
 from drive_gateway.sim.drives.power_state import DriveState
 from drive_gateway.sim.shell import simulated_nodes
 
@@ -27,11 +28,11 @@ SPEED = 0.5
 class Drives:
     """All drives of one bus, enabled and in motion, on virtual time."""
 
-    def __init__(self, settings: GatewaySettings) -> None:
+    def __init__(self, settings: GatewaySettings, simulation: Simulation) -> None:
         self._settings = settings
         self._axes = [axis for robot in settings.robots.values() for axis in robot.axes]
-        nodes = simulated_nodes(settings)
-        self._bus = SimulatedBus(nodes, settings.bus.bitrate if settings.simulation.wire_time else None)
+        nodes = simulated_nodes(settings, simulation)
+        self._bus = SimulatedBus(nodes, settings.bus.bitrate if simulation.wire_time else None)
         self._now = 0.0
         for _ in range(20):
             self._pass(0.005)
@@ -71,8 +72,8 @@ def simulated_drives() -> list[Row]:
 def _level(level: Level) -> Row:
     buses = []
     for side in SIDES:
-        settings = load_drives(CELL / f"{side}_drives.yaml", f"{side}_bus")
-        buses.append(Drives(replace(settings, simulation=replace(settings.simulation, level=level))))
+        file = CELL / f"{side}_drives.yaml"
+        buses.append(Drives(load_drives(file, f"{side}_bus"), replace(load_simulation(file), level=level)))
     cycles = round(SECONDS / 0.004)
     start = time.process_time()
     for number in range(cycles):

@@ -137,11 +137,11 @@ def _gateway_cases(cell: RestCell) -> list[Case]:
 
 def _agent_way_s(cell: RestCell) -> float:
     drives = cell.drives
-    return BLOCK_PERIOD_S + cell.settings.times.lead_s + drives.simulated_lag_s + drives.cycle_s + RAMP_SHOWS_S
+    return BLOCK_PERIOD_S + cell.settings.times.lead_s + cell.simulation.lag_s + drives.cycle_s + RAMP_SHOWS_S
 
 
 def _gateway_way_s(cell: RestCell) -> float:
-    return 3 * cell.drives.cycle_s + cell.drives.simulated_lag_s
+    return 3 * cell.drives.cycle_s + cell.simulation.lag_s
 
 
 def _row(cell: RestCell, case: Case) -> Row:

@@ -21,6 +21,7 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
+from cell.commands.processes.simulation import simulation_of
 from cell.config.load import load_cell
 from cell.config.settings import CellSettings
 from cell.messages import (
@@ -145,6 +146,7 @@ class RestCell:
         (self.file.parent / "programs" / f"{ROBOT}.prog").write_text(program)
         self.settings: CellSettings = load_cell(self.file)
         self.drives = load_drives(self.settings.gateways[GATEWAY].drives, GATEWAY)
+        self.simulation = simulation_of(self.settings, GATEWAY)
         self.model: Model = PlacedRobot.of(self.settings.robots[ROBOT]).model
         self.processes: dict[str, subprocess.Popen[bytes]] = {}
         self._stack = ExitStack()

@@ -24,7 +24,7 @@ from cell.commands.options import (
     zenoh_options,
 )
 from cell.commands.processes.process import run_process
-from cell.commands.processes.robot_loads import robot_loads
+from cell.commands.processes.simulation import robot_loads, simulation_of
 from cell.commands.subcommands import explained
 from cell.config.settings import CellSettings
 
@@ -65,7 +65,8 @@ def run(
     settings = _settings(file, gateway, parent_pipe)
     mine = settings.gateways[gateway]
     drives = load_drives(mine.drives, gateway)
-    robots = robot_loads(settings, drives) if simulate else {}
+    simulation = simulation_of(settings, gateway) if simulate else None
+    robots = {} if simulation is None else robot_loads(settings, gateway, simulation)
     options = zenoh_options(mode, connect, listen, config, cfg)
     link = Link("peer", listen=(mine.endpoint,), connect=(settings.manager_endpoint,))
 
@@ -77,7 +78,7 @@ def run(
             digest=settings.digest,
             link=link,
             stop=stop,
-            simulate=simulate,
+            simulation=simulation,
             robots=robots,
             state_folder=folder,
             zenoh_options=options,
@@ -102,11 +103,11 @@ def simulate(
 
     settings = _settings(file, gateway, parent_pipe)
     drives = load_drives(settings.gateways[gateway].drives, gateway)
-
-    robots = robot_loads(settings, drives)
+    simulation = simulation_of(settings, gateway)
+    robots = robot_loads(settings, gateway, simulation)
 
     def body(_folder: Path, stop: threading.Event) -> int:
-        return run_simulated_drives(drives, stop, robots)
+        return run_simulated_drives(drives, simulation, stop, robots)
 
     run_process(f"drives-{gateway}", settings, state_dir, parent_pipe, body)
 
@@ -122,13 +123,15 @@ def tune(
 ) -> None:
     """Show step and frequency response of a simulated axis, with its gain margin from the open loop.
 
-    Motor, load and servo loop are those of `simulation.axes` in the drives file. Nothing moves and no bus is opened.
+    Motor, load and servo loop are those of `axes` in the simulation file beside the drives file. Nothing moves and no
+    bus is opened.
     """
     from cell.commands.bus_tools.tune import show_tuning
     from drive_gateway.config import load_drives
 
     settings = _settings(file, gateway, None)
-    show_tuning(load_drives(settings.gateways[gateway].drives, gateway), axis, output)
+    drives = load_drives(settings.gateways[gateway].drives, gateway)
+    show_tuning(drives, simulation_of(settings, gateway), axis, output)
 
 
 def _example(words: str) -> str:

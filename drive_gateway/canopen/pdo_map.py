@@ -9,11 +9,12 @@ A drives file may give the first PDOs of its nodes to motions of their own (`pro
 the fourth.
 """
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from struct import Struct
+from types import MappingProxyType
 
-from drive_gateway.canopen.axis_objects import PDO_SPAN, index_of
+from drive_gateway.canopen.axis_objects import PDO_SPAN, first_axis_index, index_of
 from drive_gateway.canopen.bus_load import frame_bits
 from drive_gateway.canopen.cob_id import RPDO1, TPDO1
 from drive_gateway.canopen.frame import CanFrame
@@ -50,10 +51,6 @@ OFFSET = Struct("<i")
 """Velocity offset [counts/s]."""
 OFFSETS = Struct("<ih")
 """Velocity offset [counts/s], torque offset [per mille of the motor's rated torque]."""
-STATUS = Struct("<Hi")
-"""Statusword, position actual [counts]."""
-STATUS_WITH_TORQUE = Struct("<Hih")
-"""The same and torque actual [per mille of the motor's rated torque]."""
 INPUTS = Struct("<I")
 """Digital inputs."""
 OUTPUTS = Struct("<I")
@@ -70,6 +67,16 @@ class SdoWrite:
 
 
 @dataclass(frozen=True, slots=True)
+class OwnPdo:
+    """What a drives file says of one PDO of an axis; what it leaves out is as usual."""
+
+    number: int | None = None
+    cob_id: int | None = None
+    mapping: tuple[int, ...] = ()
+    """Entries of axis 1; empty: what is needed and nothing else."""
+
+
+@dataclass(frozen=True, slots=True)
 class Pdo:
     """One PDO of a node. Entries are index << 16 | sub-index << 8 | bits; `every` is its transmission type."""
 
@@ -83,6 +90,8 @@ class Pdo:
     """Of a PDO of type `ON_EVENT`."""
     axis: int = 1
     """Whose the PDO is; its `number` counts from the first one of this axis."""
+    identifier: int | None = None
+    """Of its own; `None`: that of the predefined connection set."""
     cob_id: int = field(init=False, compare=False)
     """Predefined connection set: axis 1 has the identifiers of its Node-ID, the next axis those of the next one."""
     data_bytes: int = field(init=False, compare=False)
@@ -90,7 +99,8 @@ class Pdo:
     def __post_init__(self) -> None:
         # Each frame of each cycle asks for these two.
         first = RPDO1 if self.receive else TPDO1
-        object.__setattr__(self, "cob_id", first + 0x100 * (self.number - 1) + self.node_id + self.axis - 1)
+        usual = first + 0x100 * (self.number - 1) + self.node_id + self.axis - 1
+        object.__setattr__(self, "cob_id", usual if self.identifier is None else self.identifier)
         object.__setattr__(self, "data_bytes", sum(entry & 0xFF for entry in self.entries) // 8)
 
     def writes(self) -> list[SdoWrite]:
@@ -146,6 +156,15 @@ class ProcessImage:
     """To the drive: its digital outputs (60FEh:01), sent when one changes and every now and then."""
     profile: tuple[Pdo, ...] = ()
     """For motions that the drive makes by itself, of type `ON_EVENT`."""
+    tells_torque: bool = False
+    """The status has the actual torque [per mille of the motor's rated torque]."""
+
+    @property
+    def status_layout(self) -> Struct:
+        """Statusword, position actual [counts], and torque where it is told, among what else the status carries."""
+        read = {STATUSWORD: "H", POSITION_ACTUAL: "i"} | ({TORQUE_ACTUAL: "h"} if self.tells_torque else {})
+        parts = [(first_axis_index(entry >> 16), (entry & 0xFF) // 8) for entry in self.status.entries]
+        return Struct("<" + "".join(read.get(index, f"{size}x") for index, size in parts))
 
     @property
     def node_id(self) -> int:
@@ -201,29 +220,33 @@ def process_image(
     inputs_every: int = 0,
     outputs: bool = False,
     profile: tuple[Pdo, ...] = (),
+    own: Mapping[str, OwnPdo] = MappingProxyType({}),
 ) -> ProcessImage:
     """The image of one axis; its inputs come with each `inputs_every`-th SYNC (1 to 240), or never (0).
 
     A torque offset goes beside the velocity offset, never alone. `torques`: target and actual torque go with command
     and status. `outputs`: the axis has digital outputs to be switched, in its third RPDO; beside `profile` that one
-    must be free.
+    must be free. `own`: numbers, identifiers and mapping that are not the usual ones, by what the PDO carries.
     """
     first, second = (4, 3) if profile else (1, 2)
     index, sub = target_object(interpolated)
 
-    def pdo(number: int, receive: bool, *entries: int, every: int = EVERY_SYNC) -> Pdo:
-        return Pdo(number, receive, node_id, entries_of(entries, axis), every, axis=axis)
+    def pdo(role: str, number: int, receive: bool, *entries: int, every: int = EVERY_SYNC) -> Pdo:
+        said = own.get(role, OwnPdo())
+        mapped = entries_of(said.mapping or entries, axis)
+        return Pdo(said.number or number, receive, node_id, mapped, every, axis=axis, identifier=said.cob_id)
 
     offsets = [_entry(VELOCITY_OFFSET, 32)] * velocity_offset + [_entry(TORQUE_OFFSET, 16)] * torque_offset
     command = [_entry(CONTROLWORD, 16), _entry(index, 32) | sub << 8] + [_entry(TARGET_TORQUE, 16)] * torques
     status = [_entry(STATUSWORD, 16), _entry(POSITION_ACTUAL, 32)] + [_entry(TORQUE_ACTUAL, 16)] * torques
     return ProcessImage(
-        command=pdo(first, True, *command),
-        status=pdo(first, False, *status),
-        offset=pdo(second, True, *offsets) if offsets else None,
-        inputs=pdo(second, False, _entry(DIGITAL_INPUTS, 32), every=inputs_every) if inputs_every else None,
-        outputs=pdo(3, True, _entry(DIGITAL_OUTPUTS, 32) | 1 << 8) if outputs else None,
+        command=pdo("command", first, True, *command),
+        status=pdo("status", first, False, *status),
+        offset=pdo("offset", second, True, *offsets) if offsets else None,
+        inputs=pdo("inputs", second, False, _entry(DIGITAL_INPUTS, 32), every=inputs_every) if inputs_every else None,
+        outputs=pdo("outputs", 3, True, _entry(DIGITAL_OUTPUTS, 32) | 1 << 8) if outputs else None,
         profile=profile,
+        tells_torque=torques,
     )
 
 

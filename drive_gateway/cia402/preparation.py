@@ -12,7 +12,7 @@ from drive_gateway.config.settings import INT32_MIN, MOTOR_SPEED_RESERVE, AxisSe
 
 INTERPOLATED_POSITION, CYCLIC_SYNCHRONOUS_POSITION = 7, 8
 MOTOR_SPEED = 0x6080
-HEARTBEAT_CONSUMER, LIFE_TIME_FACTOR = 0x1016, 0x100D
+HEARTBEAT_CONSUMER, HEARTBEAT_PRODUCER, LIFE_TIME_FACTOR = 0x1016, 0x1017, 0x100D
 
 
 @dataclass(frozen=True, slots=True)
@@ -25,6 +25,10 @@ class Preparation:
     shown_sub: int
     waived: bool = False
     """A drive without the object goes without the value."""
+    optional: bool = False
+    """A node without the object is as it should be."""
+    also: range = range(0)
+    """Values that do as well, where the node keeps one of its own."""
 
     def of_axis(self, axis: int) -> "Preparation":
         """The same for axis 1 to 3 of a node."""
@@ -137,9 +141,12 @@ def life_time_factor(settings: GatewaySettings) -> int:
 
 
 def _heartbeats(settings: GatewaySettings) -> list[Preparation]:
+    """A drive may round its own period: to half of it at least, and as long as its silence is told from a loss."""
     consumer = settings.node_id << 16 | _milliseconds(settings.heartbeat_timeout_s)
+    producer = _milliseconds(settings.heartbeat_producer_s)
+    also = range(-(-producer // 2), _milliseconds(settings.heartbeat_timeout_s - settings.overrun_limit_s))
     return [
-        same("heartbeat of the node", 0x1017, 0, _milliseconds(settings.heartbeat_producer_s), 2),
+        replace(same("heartbeat of the node", HEARTBEAT_PRODUCER, 0, producer, 2), also=also),
         same("heartbeat of the gateway", HEARTBEAT_CONSUMER, 1, consumer, 4),
     ]
 
@@ -147,7 +154,7 @@ def _heartbeats(settings: GatewaySettings) -> list[Preparation]:
 def _guarding(settings: GatewaySettings) -> list[Preparation]:
     """Guarding and heartbeat share an identifier, so a node has one of them: the heartbeat goes first."""
     return [
-        same("no heartbeat of the node", 0x1017, 0, 0, 2),
+        replace(same("no heartbeat of the node", HEARTBEAT_PRODUCER, 0, 0, 2), optional=True),
         same("guard time", 0x100C, 0, _milliseconds(settings.heartbeat_producer_s), 2),
         same("life time factor", LIFE_TIME_FACTOR, 0, life_time_factor(settings), 1),
     ]

@@ -13,6 +13,7 @@ from drive_gateway.config.drive_units import ACCELERATION_UNITS, VELOCITY_UNITS,
 from drive_gateway.config.known_drive import KNOWN_DRIVES, check_name, with_known_keys
 from drive_gateway.config.object_address import ObjectAddress, address_of
 from drive_gateway.config.own_objects import OwnObjects
+from drive_gateway.config.pdo_entry import PdosEntry
 from drive_gateway.config.settings import (
     BRAKE_S,
     DELAY_CYCLES,
@@ -159,7 +160,6 @@ class AxisEntry(BaseModel):
         description="an axis that stays within this for 0.1 s is at rest; without it 0.2 mrad or 0.2 mm. Larger for a "
         "drive that hunts",
     )
-    simulated_start: Number = Field(description="where a simulated drive stands when it is switched on")
     encoder: Literal["absolute", "incremental"] = Field(
         default="absolute", description="incremental: the axis must home after each start of its drive"
     )
@@ -202,6 +202,7 @@ class AxisEntry(BaseModel):
     )
     emergencies: Name | None = Field(default=None, description="its type of drive in `emergencies` of this file")
     objects: OwnObjects = {}
+    pdos: PdosEntry = Field(default=PdosEntry(), description="PDOs that are not as usual: number, identifier, mapping")
     quick_stop_option: Literal[2, 6] = Field(
         default=6,
         description="how the drive ends its quick stop (605Ah): 6 stays with voltage on, 2 takes it off by itself",
@@ -218,7 +219,7 @@ class AxisEntry(BaseModel):
     def _as_known(cls, entry: object) -> object:
         return with_known_keys(entry)
 
-    @field_validator("offset", "speed", "acceleration", "quick_stop", "following_window", "simulated_start")
+    @field_validator("offset", "speed", "acceleration", "quick_stop", "following_window")
     @classmethod
     def _si(cls, value: float, info: ValidationInfo) -> float:
         return in_si(value, info.data.get("type") == "linear", info)
@@ -277,7 +278,6 @@ class AxisEntry(BaseModel):
             units=self.units(),
             try_units=self.try_units,
             rest_window=REST_WINDOW if self.rest_window is None else self.rest_window,
-            simulated_start=self.simulated_start,
             index_counts=self.counts_per_turn,
             linear=self.linear,
             limits=self.limits,
@@ -297,6 +297,7 @@ class AxisEntry(BaseModel):
             quick_stop_option=self.quick_stop_option,
             connection_lost=self.connection_lost,
             waived=frozenset(int(index, 16) for index in self.waive),
+            own_pdos=self.pdos.own(),
             eds="" if self.eds is None else str(folder / self.eds),
             like=self.like,
         )

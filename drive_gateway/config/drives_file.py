@@ -19,17 +19,14 @@ from drive_gateway.config.output_entry import InputEntry, OutputEntry, mask_of
 from drive_gateway.config.own_objects import EdsFiles, own_objects
 from drive_gateway.config.profile_entry import ProfilePdosEntry
 from drive_gateway.config.settings import (
-    MOTOR_SPEED_RESERVE,
     AxisSettings,
     BusSettings,
     GatewaySettings,
     IoSettings,
     RobotDrives,
 )
-from drive_gateway.config.simulation import Level, Simulation
-from drive_gateway.config.simulation_entry import AxisName, SimulationEntry
-from drive_gateway.sim.axis.axis_data import AxisData
 
+AxisName = Annotated[str, Field(pattern=r"^J[1-9]$", description="an axis, named for its joint: J1, J2, ...")]
 Metres = Annotated[float, Field(ge=0, le=10_000)]
 
 
@@ -95,12 +92,10 @@ class DrivesFile(BaseModel):
     gateway_node: int = Field(
         default=MASTER_NODE_ID, ge=1, le=127, description="the gateway's own Node-ID, which no node may have"
     )
-    simulated_lag_s: float = Field(ge=0, le=1, description="lag of a simulated drive behind its set points")
     profile_pdos: ProfilePdosEntry | None = Field(
         default=None, description="PDOs for motions that the drives make by themselves; without: cyclic image and SDO"
     )
     emergencies: EmergencyTables = {}
-    simulation: SimulationEntry = Field(default=SimulationEntry(), description="how drives are simulated")
     robots: dict[Name, RobotEntry] = Field(
         description="robots on this bus by name", json_schema_extra={"minProperties": 1}
     )
@@ -122,7 +117,6 @@ class DrivesFile(BaseModel):
             sdo_timeout_s=self.sdo_timeout_s,
             sync_counter=self.sync_counter or 0,
             node_id=self.gateway_node,
-            simulated_lag_s=self.simulated_lag_s,
             robots={
                 robot: RobotDrives(
                     robot,
@@ -132,13 +126,6 @@ class DrivesFile(BaseModel):
                 )
                 for robot, entry in self.robots.items()
             },
-            simulation=Simulation(
-                level=Level(self.simulation.level),
-                wire_time=self.simulation.wire_time,
-                dc_bus=self.simulation.dc_bus.data(),
-                axes=self.simulated_axes(),
-                whole_robots=self.simulation.masses == "robot",
-            ),
             io_nodes=tuple(self._io_node(io, entry) for io, entry in self.io_nodes.items()),
         )
 
@@ -173,19 +160,3 @@ class DrivesFile(BaseModel):
         drives = {output.axis for output in entry.outputs.values()}
         axes = [axis for name, axis in entry.axes.items() if axis.node == node and name in drives]
         return {index_of(DIGITAL_OUTPUTS, axis.axis) for axis in axes}
-
-    def simulated_axes(self) -> dict[tuple[str, str], AxisData]:
-        """What the full level knows of each axis, by robot and name."""
-        found: dict[tuple[str, str], AxisData] = {}
-        for robot, entries in self.simulation.axes.items():
-            for name, entry in entries.items():
-                axis = self.robots[robot].axes[name]
-                found[robot, name] = entry.data(
-                    gear=axis.gear,
-                    direction=axis.direction,
-                    counts_per_turn=axis.counts_per_turn,
-                    offset=axis.offset / axis.way_per_rad(),
-                    top_speed=MOTOR_SPEED_RESERVE * axis.speed * axis.gear / axis.way_per_rad(),
-                    seed=axis.node + 0x80 * (axis.axis - 1),
-                )
-        return found

@@ -57,5 +57,5 @@ def said_by(index: int, sub: int) -> str | None:
     if first_axis_index(index) == _INTERPOLATION_DATA and sub > 1:
         return None
     if any(index in taken for taken in _PDO_AND_SDO):
-        return "profile_pdos, and otherwise nothing: PDOs and SDO channels are the gateway's"
+        return "pdos and profile_pdos, and otherwise nothing: PDOs and SDO channels are the gateway's"
     return _WRITTEN.get(first_axis_index(index))

@@ -20,6 +20,7 @@ def image_of(axis: AxisSettings) -> ProcessImage:
         inputs_every=_inputs_every(axis),
         outputs=axis.output_mask != 0,
         profile=() if axis.profile_pdos is None else axis.profile_pdos.of(axis.node_id, axis.number),
+        own=axis.own_pdos,
     )
 
 

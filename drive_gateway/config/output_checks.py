@@ -14,8 +14,10 @@ from drive_gateway.config.object_address import address_of
 
 MOST_OUTPUTS = 32
 """The feedback tells them in a word."""
-_NEEDED = ("60FE:01", "60FE:02", "1402:01", "1602:01")
-"""The outputs, their mask, and the third RPDO of an axis."""
+_NEEDED = ("60FE:01", "60FE:02")
+"""The outputs and their mask, beside an RPDO."""
+_USUAL = 3
+"""The RPDO of an axis that carries its outputs, unless the file says another one."""
 
 
 def check_outputs(document: Document, drives: DrivesFile) -> Iterator[Problem]:
@@ -32,7 +34,8 @@ def check_outputs(document: Document, drives: DrivesFile) -> Iterator[Problem]:
 def _drive(document: Document, path: KeyPath, axis: AxisEntry, drives: DrivesFile) -> Iterator[Problem]:
     """Its third RPDO is free, and its EDS, if there is one, has what is needed."""
     profile = drives.profile_pdos
-    if profile is not None and (profile.rpdo3 or axis.feed_forward != "none"):
+    said = None if axis.pdos.outputs is None else axis.pdos.outputs.number
+    if said is None and profile is not None and (profile.rpdo3 or axis.feed_forward != "none"):
         taken = "profile_pdos.rpdo3" if profile.rpdo3 else "feed_forward beside profile_pdos"
         found = f"outputs, whose RPDO {taken} takes"
         yield document.problem(path, found, "outputs at another axis, or its third RPDO free", at_key=True)
@@ -46,7 +49,9 @@ def _drive(document: Document, path: KeyPath, axis: AxisEntry, drives: DrivesFil
         eds = Eds(str(document.beside(axis.eds)), axis.axis)
     except EdsError:
         return  # told where the file is named
-    lacking = [address for address in _NEEDED if not eds.find(address).size]
+    number = (said or _USUAL) - 1
+    needed = (*_NEEDED, f"{0x1400 + number:04X}:01", f"{0x1600 + number:04X}:01")
+    lacking = [address for address in needed if not eds.find(address).size]
     if lacking:
         found = f"{axis.eds} without {' and '.join(lacking)}, which outputs of this axis need"
         yield document.problem((*path, "eds"), found, "outputs at a drive that has 60FEh and a third RPDO")

@@ -56,10 +56,10 @@ def check_profile_pdos(
         bits = bits_of(getattr(entry, name))
         if bits > MOST_BITS or bits % 8:
             yield document.problem((*at, name), f"{bits} bits", f"whole bytes, up to {MOST_BITS} bits")
-    if entry.rpdo3 and any(image.offset for image in images):
+    if entry.rpdo3 and any(image.offset is not None and image.offset.number == 3 for image in images):
         found = "rpdo3 beside the feed-forward of an axis, which needs it"
         yield document.problem((*at, "rpdo3"), found, "rpdo1 and rpdo2 alone, or no feed_forward in this file")
-    if entry.tpdo3 and any(image.inputs for image in images):
+    if entry.tpdo3 and any(image.inputs is not None and image.inputs.number == 3 for image in images):
         found = "tpdo3 beside the digital inputs of an axis, which need it"
         yield document.problem((*at, "tpdo3"), found, "tpdo1 and tpdo2 alone, or no inputs in this file")
     mapped = [(name, code) for name in _RPDOS for code in getattr(entry, name)]

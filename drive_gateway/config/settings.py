@@ -6,9 +6,9 @@ from dataclasses import dataclass, field
 
 from drive_gateway.canopen.cob_id import MASTER_NODE_ID
 from drive_gateway.canopen.emcy import Meaning
+from drive_gateway.canopen.pdo_map import OwnPdo
 from drive_gateway.canopen.profile_pdos import ProfilePdos
 from drive_gateway.config.drive_units import COUNTS, DriveUnits
-from drive_gateway.config.simulation import Simulation
 
 INT32_MIN, INT32_MAX = -(2**31), 2**31 - 1
 DELAY_CYCLES = 2
@@ -177,8 +177,6 @@ class AxisSettings:
     """[rad or m] following error that is a fault (6065h)."""
     following_time_s: float
     """Time for which the following error may be larger (6066h)."""
-    simulated_start: float
-    """[rad or m] where a simulated drive stands when it is switched on."""
     delay_cycles: int = DELAY_CYCLES
     """So many cycles after a sample was sent its drive shows where that left the axis: its following error."""
     brake_s: float = BRAKE_S
@@ -230,6 +228,8 @@ class AxisSettings:
     """The node is watched by node guarding instead of heartbeats, for drives that have none."""
     profile_pdos: ProfilePdos | None = None
     """PDOs for motions that the drive makes by itself; `None`: these go by the cyclic image and SDO."""
+    own_pdos: Mapping[str, OwnPdo] = field(default_factory=dict)
+    """PDOs that are not as usual, by what they carry."""
     eds: str = ""
     """File with the names and types of the node's objects; empty: those of plain CiA 402."""
     like: str | None = None
@@ -304,8 +304,6 @@ class GatewaySettings:
     """Silence of a node's TPDO that stops its robot."""
     boot_timeout_s: float
     """Within this time after NMT reset a node must have sent its boot-up, and then answer each request."""
-    simulated_lag_s: float
-    """Lag with which a simulated drive follows its set points."""
     robots: dict[str, RobotDrives]
     sdo_timeout_s: float = 0.5
     """A node answers each SDO request within this time."""
@@ -313,5 +311,4 @@ class GatewaySettings:
     """SYNC counts from 1 to this (1019h); 0: it has no counter."""
     node_id: int = MASTER_NODE_ID
     """The gateway's own, under which it sends its heartbeat."""
-    simulation: Simulation = field(default_factory=Simulation)
     io_nodes: tuple[IoSettings, ...] = ()

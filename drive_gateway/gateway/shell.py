@@ -28,6 +28,7 @@ from drive_gateway.gateway.bus.bus_news import BusTraffic
 from drive_gateway.gateway.bus.bus_port import BusPort
 from drive_gateway.gateway.bus.recorder import LONGEST_S, Recorder, RecordError
 from drive_gateway.gateway.bus.sdo_workers import SdoWorkers
+from drive_gateway.gateway.bus.steady_bus import Opener
 from drive_gateway.gateway.core import GatewayCore
 from drive_gateway.gateway.effects import (
     DrivesSlow,
@@ -39,6 +40,7 @@ from drive_gateway.gateway.effects import (
     TakeBlocks,
 )
 from drive_gateway.gateway.reference.position_store import PositionStore
+from drive_gateway.sim.config.simulation import Simulation
 from drive_gateway.sim.inner_bus import InnerBus
 from drive_gateway.sim.pace import REMEDY
 from drive_gateway.sim.shell import Robots, SimulatedDrives
@@ -63,15 +65,15 @@ def run_gateway(
     digest: str,
     link: Link,
     stop: Event,
-    simulate: bool = False,
+    simulation: Simulation | None = None,
     robots: Robots | None = None,
     state_folder: Path | None = None,
     zenoh_options: ZenohOptions | None = None,
 ) -> int:
     """Run one gateway until `stop` is set; then play out, switch off and leave the bus.
 
-    With `simulate` the bus' drives run in this process too: on their own handle of the same bus, or inside the
-    gateway's handle (`InnerBus`) where nobody else can be on it. They stand where the drives file says at each start,
+    With a `simulation` the bus' drives run in this process too: on their own handle of the same bus, or inside the
+    gateway's handle (`InnerBus`) where nobody else can be on it. They stand where it says at each start,
     so only without it `state_folder` keeps where axes stand. `robots`: the loads that they carry at the full level.
 
     Returns:
@@ -86,7 +88,7 @@ def run_gateway(
     boot = new_boot()
     with ExitStack() as stack:
         store = None
-        if state_folder is not None and not simulate:
+        if state_folder is not None and simulation is None:
             store = stack.enter_context(PositionStore(state_folder / f"positions-{settings.name}.json"))
         core = GatewayCore(
             settings,
@@ -100,9 +102,11 @@ def run_gateway(
         # Zenoh's threads start here: on a busy host a block must not wait for a processor before the cycle sees it.
         with scheduling(realtime=True, feeding=True):
             session = stack.enter_context(CellSession(cell, link, "gateway", settings.name, boot, zenoh_options))
-        inner = simulate and InnerBus.fits(settings)
-        drives = stack.enter_context(SimulatedDrives(settings, robots)) if simulate and not inner else None
-        opener = (lambda _: InnerBus(settings, robots)) if inner else None
+        drives, opener = None, None
+        if simulation is not None and InnerBus.fits(settings, simulation):
+            opener = _inside(settings, simulation, robots)
+        elif simulation is not None:
+            drives = stack.enter_context(SimulatedDrives(settings, simulation, robots))
         shell = GatewayShell(
             core,
             settings,
@@ -115,6 +119,11 @@ def run_gateway(
             recordings=None if state_folder is None else state_folder / RECORDINGS,
         )
         return shell.run()
+
+
+def _inside(settings: GatewaySettings, simulation: Simulation, robots: Robots | None) -> Opener:
+    """Opens a bus in this process, with its drives."""
+    return lambda _bus: InnerBus(settings, simulation, robots)
 
 
 class GatewayShell:

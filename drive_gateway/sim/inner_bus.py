@@ -10,8 +10,8 @@ from can.interfaces.virtual import VirtualBus
 from drive_gateway.canopen.cob_id import SYNC
 from drive_gateway.canopen.frame import CanFrame
 from drive_gateway.config.settings import GatewaySettings
-from drive_gateway.config.simulation import Level
 from drive_gateway.sim.bus import SimulatedBus
+from drive_gateway.sim.config.simulation import Level, Simulation
 from drive_gateway.sim.shell import STEP_S, Robots, simulated_nodes
 
 _GRAIN_S = 0.0005
@@ -25,10 +25,10 @@ class InnerBus(VirtualBus):
     reads, any may send. Other handles of the same channel hear everything, and are heard by both sides.
     """
 
-    def __init__(self, settings: GatewaySettings, robots: Robots | None = None) -> None:
+    def __init__(self, settings: GatewaySettings, simulation: Simulation, robots: Robots | None = None) -> None:
         super().__init__(settings.bus.channel)
-        bitrate = settings.bus.bitrate if settings.simulation.wire_time else None
-        self._carrier = SimulatedBus(simulated_nodes(settings, robots), bitrate)
+        bitrate = settings.bus.bitrate if simulation.wire_time else None
+        self._carrier = SimulatedBus(simulated_nodes(settings, simulation, robots), bitrate)
         self._sent: deque[tuple[CanFrame, float]] = deque()
         self._arrived: deque[CanFrame] = deque()
         self._stepped = 0.0
@@ -37,9 +37,9 @@ class InnerBus(VirtualBus):
         self._news = threading.Event()
 
     @staticmethod
-    def fits(settings: GatewaySettings) -> bool:
+    def fits(settings: GatewaySettings, simulation: Simulation) -> bool:
         """Nobody else can be on the bus, and to compute its drives takes a small part of a cycle."""
-        return settings.bus.interface == "virtual" and settings.simulation.level is Level.FAST
+        return settings.bus.interface == "virtual" and simulation.level is Level.FAST
 
     def send(self, msg: can.Message, timeout: float | None = None) -> None:
         self._to_drives(msg)

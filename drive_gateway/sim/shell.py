@@ -13,7 +13,6 @@ import can
 from cell.net.runner import scheduling
 from drive_gateway.canopen.frame import CanFrame
 from drive_gateway.config.settings import AxisSettings, GatewaySettings
-from drive_gateway.config.simulation import Level
 from drive_gateway.gateway.bus.bus_news import BusBack, BusDisturbed, BusFailed, BusNews, SecondMaster, name_of
 from drive_gateway.gateway.bus.opening import BusError
 from drive_gateway.gateway.bus.steady_bus import SteadyBus
@@ -21,6 +20,7 @@ from drive_gateway.sim.axis.dc_bus import DcBus
 from drive_gateway.sim.axis.full_servo import FullServo
 from drive_gateway.sim.axis.robot_load import RobotLoad, RobotTorques, Shaft
 from drive_gateway.sim.bus import SimulatedBus
+from drive_gateway.sim.config.simulation import Level, Simulation
 from drive_gateway.sim.nodes.io_node import SimulatedIoNode
 from drive_gateway.sim.nodes.node import NodeServices, SimulatedNode
 from drive_gateway.sim.pace import REMEDY, ComputingTime
@@ -50,10 +50,10 @@ class SimulatedDrives:
         BusError: the bus cannot be opened (on entering).
     """
 
-    def __init__(self, settings: GatewaySettings, robots: Robots | None = None) -> None:
+    def __init__(self, settings: GatewaySettings, simulation: Simulation, robots: Robots | None = None) -> None:
         self._settings = settings.bus
-        self.nodes = simulated_nodes(settings, robots)
-        self._carrier = SimulatedBus(self.nodes, settings.bus.bitrate if settings.simulation.wire_time else None)
+        self.nodes = simulated_nodes(settings, simulation, robots)
+        self._carrier = SimulatedBus(self.nodes, settings.bus.bitrate if simulation.wire_time else None)
         self.on_slow: Callable[[str], None] = _say_slow
         """Called by the drives' thread when they do not keep up with the clock."""
         self.problem = ""
@@ -123,13 +123,15 @@ class SimulatedDrives:
         return min(max(due - time.monotonic(), _GRAIN_S), STEP_S)
 
 
-def simulated_nodes(settings: GatewaySettings, robots: Robots | None = None) -> list[NodeServices]:
+def simulated_nodes(
+    settings: GatewaySettings, simulation: Simulation, robots: Robots | None = None
+) -> list[NodeServices]:
     """One node per Node-ID, those with drives first; these wait for set points as long as a cycle may be late.
 
     `robots` put their loads on the axes beside those of the file, at the full level only.
     """
     timeout = min(_LONGEST_SETPOINT_TIMEOUT, max(2, ceil(settings.overrun_limit_s / settings.cycle_s) + 1))
-    servos = _full_servos(settings, robots or {}) if settings.simulation.level is Level.FULL else {}
+    servos = _full_servos(settings, simulation, robots or {}) if simulation.level is Level.FULL else {}
     by_node: dict[int, list[tuple[str, AxisSettings]]] = {}
     for name, robot in settings.robots.items():
         for axis in robot.axes:
@@ -139,21 +141,22 @@ def simulated_nodes(settings: GatewaySettings, robots: Robots | None = None) -> 
         named.sort(key=lambda pair: pair[1].number)
         behind = [servos.get((name, axis.name)) for name, axis in named]
         axes = [axis for _, axis in named]
-        nodes.append(SimulatedNode(axes, settings.cycle_s, settings.simulated_lag_s, timeout, behind))
+        starts = [simulation.start(name, axis) for name, axis in named]
+        nodes.append(SimulatedNode(axes, starts, settings.cycle_s, simulation.lag_s, timeout, behind))
     nodes += [SimulatedIoNode(io.node_id, io.input_bytes, io.output_bytes) for io in settings.io_nodes]
     return nodes
 
 
-def _full_servos(settings: GatewaySettings, robots: Robots) -> dict[tuple[str, str], FullServo]:
+def _full_servos(settings: GatewaySettings, simulation: Simulation, robots: Robots) -> dict[tuple[str, str], FullServo]:
     """By robot and axis."""
-    bus = DcBus(settings.simulation.dc_bus)
+    bus = DcBus(simulation.dc_bus)
     servos: dict[tuple[str, str], FullServo] = {}
     for name, robot in settings.robots.items():
         shafts = []
         for axis in robot.axes:
-            data = settings.simulation.axes[name, axis.name]
-            start = (axis.simulated_start - axis.offset) * axis.counts_per_unit
-            servo = servos[name, axis.name] = FullServo(data, start, settings.simulated_lag_s, bus)
+            data = simulation.axes[name, axis.name]
+            start = (simulation.start(name, axis) - axis.offset) * axis.counts_per_unit
+            servo = servos[name, axis.name] = FullServo(data, start, simulation.lag_s, bus)
             way_per_rad = data.counts_per_rad / axis.counts_per_unit
             shafts.append(Shaft(servo.machine.mechanics, way_per_rad, axis.offset))
         if name in robots:
@@ -163,7 +166,9 @@ def _full_servos(settings: GatewaySettings, robots: Robots) -> dict[tuple[str, s
     return servos
 
 
-def run_simulated_drives(settings: GatewaySettings, stop: threading.Event, robots: Robots | None = None) -> int:
+def run_simulated_drives(
+    settings: GatewaySettings, simulation: Simulation, stop: threading.Event, robots: Robots | None = None
+) -> int:
     """Run the drives of a bus alone in this process until `stop` is set; returns the exit code of the command.
 
     Raises:
@@ -175,7 +180,7 @@ def run_simulated_drives(settings: GatewaySettings, stop: threading.Event, robot
             "it lives inside one process, drives alone on it would meet nobody",
             "start the gateway with --simulate, or choose a bus that processes share: udp_multicast, socketcan (vcan)",
         )
-    with SimulatedDrives(settings, robots) as drives:
+    with SimulatedDrives(settings, simulation, robots) as drives:
         numbers = ", ".join(str(node.node_id) for node in drives.nodes)
         print(f"simulated drives on {settings.bus.interface} {settings.bus.channel}: nodes {numbers}", flush=True)
         while not stop.wait(0.1):

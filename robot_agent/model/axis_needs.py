@@ -16,6 +16,8 @@ class AxisNeed:
     speed: float
     ramp: float
     """Acceleration of a braking ramp."""
+    home: float
+    """Where the axis is at the robot's home position."""
 
 
 def axis_needs(model: RobotFile) -> dict[str, AxisNeed]:
@@ -31,8 +33,11 @@ def axis_needs(model: RobotFile) -> dict[str, AxisNeed]:
     middle, half = share @ limits.mean(axis=1), np.abs(share) @ (limits[:, 1] - limits[:, 0]) / 2
     speed = np.abs(share) @ np.array([joint.speed for joint in joints])
     ramp = np.abs(share) @ np.array([model.ramp_factor * max(joint.accelerations) for joint in joints])
+    home = share @ np.array([model.home.get(name, 0.0) for name in model.joints])
     bounds = limits if matrix is None else np.stack([middle - half, middle + half], axis=-1)
     return {
-        name: AxisNeed(joint.linear, (float(low), float(high)), float(fast), float(hard))
-        for (name, joint), (low, high), fast, hard in zip(model.joints.items(), bounds, speed, ramp, strict=True)
+        name: AxisNeed(joint.linear, (float(low), float(high)), float(fast), float(hard), float(start))
+        for (name, joint), (low, high), fast, hard, start in zip(
+            model.joints.items(), bounds, speed, ramp, home, strict=True
+        )
     }

@@ -4,15 +4,15 @@ import heapq
 import random
 from collections.abc import Callable
 from contextlib import nullcontext
-from typing import Self
+from typing import Any, Self
 
 from drive_gateway.canopen.cob_id import SYNC
 from drive_gateway.canopen.frame import CanFrame
 from drive_gateway.canopen.sdo import Sdo, SdoDone
 from drive_gateway.config.settings import GatewaySettings
-from drive_gateway.config.simulation import Level
 from drive_gateway.gateway.bus.bus_news import BusNews
 from drive_gateway.sim.bus import IN_STEP_S, SimulatedBus
+from drive_gateway.sim.config.simulation import Level, Simulation
 from drive_gateway.sim.shell import Robots, simulated_nodes
 from tests.sim.clock import Clock
 
@@ -29,10 +29,14 @@ class Bus:
     """Hands every frame to every node and the nodes' answers to `deliver`, without wire time."""
 
     def __init__(
-        self, settings: GatewaySettings, deliver: Callable[[CanFrame], None], robots: Robots | None = None
+        self,
+        settings: GatewaySettings,
+        simulation: Simulation,
+        deliver: Callable[[CanFrame], None],
+        robots: Robots | None = None,
     ) -> None:
         self._deliver = deliver
-        self.nodes = {node.node_id: node for node in simulated_nodes(settings, robots)}
+        self.nodes = {node.node_id: node for node in simulated_nodes(settings, simulation, robots)}
         self._nodes = list(self.nodes.values())
 
     def send(self, frame: CanFrame, now: float) -> None:
@@ -42,6 +46,11 @@ class Bus:
             if number in node.handlers:
                 for answer in node.receive(frame, now):
                     self._deliver(answer)
+
+    def connect(self, node: Any) -> None:
+        """A node of another kind in the place of one of these."""
+        self.nodes[node.node_id] = node
+        self._nodes = list(self.nodes.values())
 
     def step(self, now: float) -> None:
         """Let the nodes' timers run."""
@@ -65,16 +74,18 @@ class LivingBus(Bus):
 
     STEP_S = 0.0125
 
-    def __init__(self, settings: GatewaySettings, clock: Clock, rng: random.Random, robots: Robots) -> None:
+    def __init__(
+        self, settings: GatewaySettings, simulation: Simulation, clock: Clock, rng: random.Random, robots: Robots
+    ) -> None:
         self.port: SimPort | None = None
         self.broken = False
         """Nothing goes over it."""
         self._stepped = clock.now
         self._synced = False
         self._clock = clock
-        super().__init__(settings, self._to_port, robots)
-        apart_s = IN_STEP_S if settings.simulation.level is Level.FULL else self.STEP_S
-        bitrate = settings.bus.bitrate if settings.simulation.wire_time else None
+        super().__init__(settings, simulation, self._to_port, robots)
+        apart_s = IN_STEP_S if simulation.level is Level.FULL else self.STEP_S
+        bitrate = settings.bus.bitrate if simulation.wire_time else None
         self._carrier = SimulatedBus(self._nodes, bitrate, apart_s)
         clock.after(rng.random() * self.STEP_S, self._live)
 

@@ -92,7 +92,8 @@ def _drawn(number: int, rng: random.Random) -> GeneratedCell | None:
     overrun_s, lost_s = rng.choice([(0.5, 0.8), (0.06, 0.25), (0.06, 0.25)])
     cycles = {name: rng.choices([0.02, 0.01, 0.004 if len(robots) == 2 else 0.02], [12, 3, 1])[0] for name in gateways}
     for name, members in gateways.items():
-        (folder / f"{name}.yaml").write_text(_drives(rng, name, members, cycles[name], lag_s, overrun_s))
+        (folder / f"{name}.yaml").write_text(_drives(rng, name, members, cycles[name], overrun_s))
+        (folder / f"{name}.sim.yaml").write_text(f"units: {{length: mm, angle: deg}}\nlag_s: {lag_s}\n")
     (folder / "cell.yaml").write_text(_cell(rng, zones, robots, gateways, lost_s, max(cycles.values())))
     bundle, _ = check_cell(folder / "cell.yaml")
     if bundle is None:
@@ -248,9 +249,7 @@ def _cell(
     return "\n".join(lines) + "\n"
 
 
-def _drives(
-    rng: random.Random, name: str, robots: Sequence[_Robot], cycle_s: float, lag_s: float, overrun_s: float
-) -> str:
+def _drives(rng: random.Random, name: str, robots: Sequence[_Robot], cycle_s: float, overrun_s: float) -> str:
     lines = [
         "units: {length: mm, angle: deg}",
         f"bus: {{interface: virtual, channel: {name}, bitrate: 1000000}}",
@@ -260,7 +259,6 @@ def _drives(
         f"heartbeat_timeout_s: {0.5 + overrun_s:g}",
         f"tpdo_timeout_s: {overrun_s + 0.1:g}",
         "boot_timeout_s: 5",
-        f"simulated_lag_s: {lag_s}",
         "robots:",
     ]
     for number, robot in enumerate(robots):

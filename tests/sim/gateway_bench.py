@@ -30,8 +30,9 @@ from drive_gateway.config.settings import (
 from drive_gateway.gateway.core import GatewayCore
 from drive_gateway.gateway.effects import Frame, StorePosition
 from drive_gateway.gateway.reference.encoder_record import EncoderRecord
+from drive_gateway.sim.config.simulation import Simulation
 from tests.sim.bus import Bus
-from tests.unit.gateway_world import KindManager, echo_for, gateway_settings
+from tests.unit.gateway_world import START, KindManager, echo_for, gateway_settings
 
 CYCLE_S = 0.004
 TIMES = Times()
@@ -49,7 +50,6 @@ def axis(name: str, node_id: int, **changes: object) -> AxisSettings:
         following_window=0.05,
         following_time_s=0.05,
         brake_s=0.04,
-        simulated_start=0.5,
     )
     return replace(settings, **changes)  # type: ignore[arg-type]
 
@@ -58,15 +58,22 @@ def homing(method: int, position: float, order: int = 1) -> HomingSettings:
     return HomingSettings(method, fast=0.4, slow=0.05, acceleration=5.0, position=position, order=order)
 
 
+def simulated(configuration: GatewaySettings, start: float = START) -> Simulation:
+    """Drives that stand there, with a lag of 8 ms."""
+    places = {(robot, axis.name): start for robot, drives in configuration.robots.items() for axis in drives.axes}
+    return Simulation(lag_s=0.008, starts=places)
+
+
 def settings(*axes: AxisSettings) -> GatewaySettings:
-    return gateway_settings(axes, name="bus", boot_timeout_s=1.0, simulated_lag_s=0.008)
+    return gateway_settings(axes, name="bus", boot_timeout_s=1.0)
 
 
 class GatewayBench:
     """`cycle` runs one bus cycle; everything that was said is kept."""
 
-    def __init__(self, configuration: GatewaySettings) -> None:
+    def __init__(self, configuration: GatewaySettings, simulation: Simulation | None = None) -> None:
         self.settings = configuration
+        self.simulation = simulated(configuration) if simulation is None else simulation
         self.robot = next(iter(configuration.robots))
         self.now = 10.0
         self.events: list[Event] = []
@@ -93,7 +100,7 @@ class GatewayBench:
         self._calls = 0
         self._orders: set[str] = set()
         self._back: list[object] = []
-        self.bus = Bus(configuration, self._deliver)
+        self.bus = Bus(configuration, self.simulation, self._deliver)
         self.restart_gateway()
 
     def restart_gateway(self) -> None:

@@ -1,6 +1,5 @@
 """One axis with a heavy arm on a motor of the full level, and what its agent would send."""
 
-from dataclasses import replace
 from math import pi
 from struct import Struct
 
@@ -8,14 +7,13 @@ import numpy as np
 
 from cell.messages import Claim, EnableDrives, SetpointBlock
 from drive_gateway.config.settings import TorqueSettings
-from drive_gateway.config.simulation import Level, Simulation
 from drive_gateway.sim.axis.axis_data import AxisData
-from drive_gateway.sim.axis.dc_bus import DcBusData
 from drive_gateway.sim.axis.encoder import EncoderData
 from drive_gateway.sim.axis.gains import ServoData
 from drive_gateway.sim.axis.load import GRAVITY_M_S2, pendulum
 from drive_gateway.sim.axis.mechanics import LoadData
 from drive_gateway.sim.axis.motor_data import MOTORS
+from drive_gateway.sim.config.simulation import Level, Simulation
 from tests.sim.gateway_bench import CYCLE_S, GatewayBench, axis, settings
 
 GEAR, RATED_NM = 100.0, 9.0
@@ -37,7 +35,7 @@ class HeavyArm(GatewayBench):
 
     def __init__(self, feed_forward: str, level: Level = Level.FULL, direction: int = 1) -> None:
         arm = axis(
-            "J1", 1, counts_per_unit=direction * COUNTS, offset=0.0, simulated_start=0.3,
+            "J1", 1, counts_per_unit=direction * COUNTS, offset=0.0,
             brake_s=0.12, velocity_offset=feed_forward != "none", torque_offset=feed_forward == "torque",
             torque=TorqueSettings(
                 round(1000 * RATED_NM), 1000 * direction / (GEAR * RATED_NM), GEAR * 30 / pi
@@ -48,8 +46,8 @@ class HeavyArm(GatewayBench):
             torque=pendulum(MASS_KG, LENGTH_M, pi), encoder=EncoderData(131072), servo=SOFT,
             top_speed=2.4 * GEAR, seed=1,
         )  # fmt: skip
-        simulation = Simulation(level=level, wire_time=False, dc_bus=DcBusData(), axes={("left", "J1"): data})
-        super().__init__(replace(settings(arm), simulated_lag_s=0.004, simulation=simulation))
+        place = ("left", "J1")
+        super().__init__(settings(arm), Simulation(lag_s=0.004, starts={place: 0.3}, level=level, axes={place: data}))
         self.ready()
         claim = self.ask(Claim("left", "agent", "d")).claim
         assert claim is not None

@@ -33,26 +33,26 @@ class Approach:
     """Under which place of the base the middle of a zone is that is entered from above."""
 
 
-def _axis(node: str, gear: float, speed: float, acceleration: float, quick: float, window: float, start: float) -> str:
+def _axis(node: str, gear: float, speed: float, acceleration: float, quick: float, window: float) -> str:
     return (
         f"node: {node}, gear: {gear}, counts_per_turn: 131072, direction: 1, offset: 0, speed: {speed}, "
-        f"acceleration: {acceleration}, quick_stop: {quick}, following_window: {window}, simulated_start: {start}"
+        f"acceleration: {acceleration}, quick_stop: {quick}, following_window: {window}"
     )
 
 
-def _slide(node: str, feed: float, gear: float, speed: float, acceleration: float, quick: float, start: float) -> str:
-    return f"type: linear, feed: {feed}, " + _axis(node, gear, speed, acceleration, quick, 40, start)
+def _slide(node: str, feed: float, gear: float, speed: float, acceleration: float, quick: float) -> str:
+    return f"type: linear, feed: {feed}, " + _axis(node, gear, speed, acceleration, quick, 40)
 
 
 APPROACHES = {
     "six_axis": Approach(
         {
-            "J1": _axis("1", 180, 121, 462, 600, 4, 0),
-            "J2": _axis("2", 200, 110, 413, 550, 4, -35),
-            "J3": _axis("3", 190, 116, 495, 650, 4, 35),
-            "J4": _axis("4", 120, 198, 825, 1100, 6, 0),
-            "J5": _axis("5", 120, 198, 825, 1100, 6, 90),
-            "J6": _axis("6", 80, 264, 990, 1300, 8, 0),
+            "J1": _axis("1", 180, 121, 462, 600, 4),
+            "J2": _axis("2", 200, 110, 413, 550, 4),
+            "J3": _axis("3", 190, 116, 495, 650, 4),
+            "J4": _axis("4", 120, 198, 825, 1100, 6),
+            "J5": _axis("5", 120, 198, 825, 1100, 6),
+            "J6": _axis("6", 80, 264, 990, 1300, 8),
         },
         near_mm=1350.0,
         out_mm=980.0,
@@ -61,10 +61,10 @@ APPROACHES = {
     ),
     "palletizer": Approach(
         {
-            "J1": _axis("1", 150, 143, 495, 650, 4, 0),
-            "J2": _axis("1, axis: 2", 150, 121, 413, 550, 4, -20),
-            "J3": _axis("1, axis: 3", 90, 253, 908, 1200, 8, 0),
-            "J4": _axis("4", 50, 330, 1485, 2000, 10, 0),
+            "J1": _axis("1", 150, 143, 495, 650, 4),
+            "J2": _axis("1, axis: 2", 150, 121, 413, 550, 4),
+            "J3": _axis("1, axis: 3", 90, 253, 908, 1200, 8),
+            "J4": _axis("4", 50, 330, 1485, 2000, 10),
         },
         near_mm=1450.0,
         out_mm=1150.0,
@@ -73,10 +73,10 @@ APPROACHES = {
     ),
     "scara": Approach(
         {
-            "J1": _axis("1", 50, 440, 3300, 4500, 12, -70),
-            "J2": _axis("2", 50, 550, 4950, 6500, 15, 140),
-            "J3": _slide("3", 20, 1, 990, 13200, 17000, 0),
-            "J4": _axis("4", 15, 1320, 13200, 17000, 40, -70),
+            "J1": _axis("1", 50, 440, 3300, 4500, 12),
+            "J2": _axis("2", 50, 550, 4950, 6500, 15),
+            "J3": _slide("3", 20, 1, 990, 13200, 17000),
+            "J4": _axis("4", 15, 1320, 13200, 17000, 40),
         },
         near_mm=330.0,
         out_mm=190.0,
@@ -86,12 +86,12 @@ APPROACHES = {
     ),
     "gantry": Approach(
         {
-            "J1": _slide("1", 100, 5, 660, 3300, 5000, 590),
-            "J2": _slide("2", 100, 5, 660, 3300, 5000, 590),
-            "J3": _slide("3", 60, 3, 440, 2500, 4000, 600),
-            "J4": _axis("4", 3, 200, 1160, 1800, 8, 0),
-            "J5": _axis("5", 1, 200, 1160, 1800, 8, 45),
-            "J6": _axis("6", 1, 400, 2500, 4000, 16, 0),
+            "J1": _slide("1", 100, 5, 660, 3300, 5000),
+            "J2": _slide("2", 100, 5, 660, 3300, 5000),
+            "J3": _slide("3", 60, 3, 440, 2500, 4000),
+            "J4": _axis("4", 3, 200, 1160, 1800, 8),
+            "J5": _axis("5", 1, 200, 1160, 1800, 8),
+            "J6": _axis("6", 1, 400, 2500, 4000, 16),
         },
         near_mm=380.0,
         out_mm=500.0,
@@ -102,10 +102,10 @@ APPROACHES = {
     ),
     "delta": Approach(
         {
-            "J1": _axis("1", 30, 660, 13200, 17000, 25, 10),
-            "J2": _axis("2", 30, 660, 13200, 17000, 25, 10),
-            "J3": _axis("3", 30, 660, 13200, 17000, 25, 10),
-            "J4": _axis("4", 8, 1320, 16500, 20000, 40, 0),
+            "J1": _axis("1", 30, 660, 13200, 17000, 25),
+            "J2": _axis("2", 30, 660, 13200, 17000, 25),
+            "J3": _axis("3", 30, 660, 13200, 17000, 25),
+            "J4": _axis("4", 8, 1320, 16500, 20000, 40),
         },
         near_mm=-660.0,
         out_mm=-540.0,

@@ -7,7 +7,7 @@ import pytest
 
 from cell.messages import AxisStatus, PressAxis
 from drive_gateway.config.settings import TorqueSettings
-from drive_gateway.config.simulation import Level
+from drive_gateway.sim.config.simulation import Level
 from tests.sim.gateway_bench import GatewayBench, axis, homing, settings
 from tests.sim.heavy_arm import COUNTS, GEAR, RATED_NM, HeavyArm, torque_nm
 

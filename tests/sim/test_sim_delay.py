@@ -34,7 +34,7 @@ def test_with_its_delay_declared_a_late_drive_follows_as_well_as_the_others() ->
     world = after_a_move(DELAY_CYCLES + LATE_CYCLES)
     late, prompt = (node.following_error for node in world.state.nodes)
     assert late == pytest.approx(prompt, rel=0.01)
-    assert prompt == pytest.approx(world.settings.simulated_lag_s * 1.875 * WAY / SECONDS, rel=0.05)
+    assert prompt == pytest.approx(world.simulation.lag_s * 1.875 * WAY / SECONDS, rel=0.05)
     assert "following_error" not in world.codes()
 
 

@@ -11,9 +11,11 @@ from hypothesis import strategies as st
 from cell.messages import MoveAxes, SetpointBlock
 from drive_gateway.canopen.sdo import Sdo
 from drive_gateway.config.settings import EncoderSettings
+from drive_gateway.sim.config.simulation import Simulation
 from drive_gateway.sim.drives.position_bounds import PositionRange
 from drive_gateway.sim.services.dictionary import key_of
 from tests.sim.gateway_bench import CYCLE_S, GatewayBench, axis, settings
+from tests.unit.gateway_world import START
 
 TURN = 20_000
 """[counts]"""
@@ -22,10 +24,10 @@ TURN = 20_000
 def bench(direction: int = 1, **changes: object) -> GatewayBench:
     """J1 turns without end; its drive begins 3 degrees before the end of a turn."""
     start = direction * tau * (1 - 3 / 360)
-    turntable = axis(
-        "J1", 1, modulus=TURN, counts_per_unit=direction * TURN / tau, offset=0.0, simulated_start=start, **changes
+    turntable = axis("J1", 1, modulus=TURN, counts_per_unit=direction * TURN / tau, offset=0.0, **changes)
+    world = GatewayBench(
+        settings(turntable, axis("J2", 2)), Simulation(starts={("left", "J1"): start, ("left", "J2"): START})
     )
-    world = GatewayBench(settings(turntable, axis("J2", 2)))
     world.ready()
     return world
 

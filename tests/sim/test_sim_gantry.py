@@ -10,6 +10,7 @@ from drive_gateway.canopen.frame import CanFrame
 from drive_gateway.canopen.pdo_map import NO_REMOTE
 from drive_gateway.canopen.sdo import Sdo
 from drive_gateway.config import load_drives
+from drive_gateway.sim.config.load import load_simulation
 from tests.sim.gateway_bench import GatewayBench
 
 FILE = Path(__file__).parents[2] / "cell_configs" / "festo_gantry" / "drives.yaml"
@@ -26,7 +27,7 @@ class Gantry(GatewayBench):
     """Brought up; `heard` is every frame on the bus with its time, in both directions."""
 
     def __init__(self) -> None:
-        super().__init__(load_drives(FILE, "gantry_bus"))
+        super().__init__(load_drives(FILE, "gantry_bus"), load_simulation(FILE))
         self.axes = self.settings.robots["gantry"].axes
         self.heard: list[tuple[float, CanFrame]] = []
         self.lost = self._listen

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from drive_gateway.config.settings import TorqueSettings
-from drive_gateway.config.simulation import Level
 from drive_gateway.sim.axis.full_servo import FullServo
+from drive_gateway.sim.config.simulation import Level
 from tests.sim.gateway_bench import CYCLE_S, GatewayBench, axis, settings
 from tests.sim.heavy_arm import COUNTS, GEAR, RATED_NM, HeavyArm, torque_nm
 

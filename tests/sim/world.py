@@ -12,7 +12,7 @@ from pathlib import Path
 
 from cell.commands.checks import CellBundle, check_cell
 from cell.commands.emergency.door import PERIOD_S as ESTOP_PERIOD_S
-from cell.commands.processes.robot_loads import robot_loads
+from cell.commands.processes.simulation import robot_loads
 from cell.config.settings import CellSettings
 from cell.core import Answer, Core, Effect
 from cell.manager.core import ManagerCore
@@ -118,9 +118,11 @@ class World:
         self.operator("operator")
         for name in names:
             if name.startswith("gateway/"):
-                settings = self.bundle.gateways[name.partition("/")[2]]
+                gateway = name.partition("/")[2]
+                settings, simulation = self.bundle.gateways[gateway], self.bundle.simulations[gateway]
                 waiting = replace(settings, overrun_limit_s=max(settings.overrun_limit_s, drives_wait_s))
-                self.buses[name] = LivingBus(waiting, self.clock, self.rng, robot_loads(self.cell, settings))
+                loads = robot_loads(self.cell, gateway, simulation)
+                self.buses[name] = LivingBus(waiting, simulation, self.clock, self.rng, loads)
             self.start(name)
 
     def cycle_s(self, robot: str) -> float:

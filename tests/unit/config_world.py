@@ -10,6 +10,7 @@ TWO_ARMS = CONFIGS / "two_arms" / "cell.yaml"
 CELL = "two_arms/cell.yaml"
 ROBOT = "models/six_axis.yaml"
 DRIVES = "two_arms/left_drives.yaml"
+SIMULATION = "two_arms/left_drives.sim.yaml"
 TIMES = "times: {feedback_lost_s: 0.8, owner_silent_s: 2}"
 """The example's line in `CELL`."""
 

@@ -14,9 +14,11 @@ from cell.net.options import Link
 from cell.net.session import CellSession, new_call
 from drive_gateway.config.settings import GatewaySettings
 from drive_gateway.gateway.shell import run_gateway
-from tests.unit.gateway_world import TIMES, echo_for, gateway_settings
+from drive_gateway.sim.config.simulation import Simulation
+from tests.unit.gateway_world import START, TIMES, echo_for, gateway_settings
 
 DEADLINE_S = 20.0
+SIMULATION = Simulation(lag_s=0.0, starts=dict.fromkeys((("left", "J1"), ("left", "J2")), START))
 
 
 class Client:
@@ -70,7 +72,9 @@ def running_gateway(
         link = Link("peer", listen=(endpoint,))
         names = {"cell": "c", "digest": "d"}
         codes.append(
-            run_gateway(settings, TIMES, **names, link=link, stop=stop, simulate=True, state_folder=state_folder)
+            run_gateway(
+                settings, TIMES, **names, link=link, stop=stop, simulation=SIMULATION, state_folder=state_folder
+            )
         )
 
     thread = threading.Thread(target=gateway)

@@ -30,6 +30,8 @@ from drive_gateway.gateway.core import GatewayCore
 from drive_gateway.gateway.effects import Frame
 
 CYCLE_S = 0.004
+START = 0.5
+"""[rad or m] where each axis stands at first."""
 TIMES = Times()
 STATUSWORDS = {
     AxisStatus.SWITCH_ON_DISABLED: 0x0240,
@@ -54,7 +56,6 @@ def axis(name: str, node_id: int, **changes: object) -> AxisSettings:
         following_window=0.05,
         following_time_s=0.05,
         brake_s=0.04,
-        simulated_start=0.5,
     )
     return replace(settings, **changes)
 
@@ -70,7 +71,6 @@ def gateway_settings(axes: tuple[AxisSettings, ...] | None = None, **changes: ob
         heartbeat_timeout_s=0.2,
         tpdo_timeout_s=0.05,
         boot_timeout_s=0.5,
-        simulated_lag_s=0.0,
         robots={"left": RobotDrives("left", axes)},
     )
     return replace(settings, **changes)
@@ -98,7 +98,7 @@ class FakeDrive:
         self.statuses = [self.status]
         self.nmt = 0x7F
         self.controlword = 0
-        self.target = self.position = round((settings.simulated_start - settings.offset) * settings.counts_per_unit)
+        self.target = self.position = round((START - settings.offset) * settings.counts_per_unit)
         self.heartbeat_due = 0.0
 
     def take(self, frame: CanFrame) -> list[CanFrame]:

@@ -13,7 +13,7 @@ NODE = 3
 COUNTS = 10_000.0
 """Counts per rad."""
 START = 5_000
-"""[counts] where the axis stands."""
+"""[counts] where the axis stands, 0.5 rad."""
 QUICK_STOP = 300_000
 """[counts/s^2]"""
 
@@ -27,7 +27,6 @@ AXIS = AxisSettings(
     quick_stop=30.0,
     following_window=0.1,
     following_time_s=0.02,
-    simulated_start=0.5,
 )
 
 PARAMETERS: dict[tuple[int, int], tuple[int, int]] = {
@@ -61,8 +60,8 @@ class Refused(Exception):
 class Bench:
     """One node and its master. `sent` is everything the node has sent."""
 
-    def __init__(self, axis: AxisSettings = AXIS) -> None:
-        self.node = SimulatedNode([axis], CYCLE_S, LAG_S)
+    def __init__(self, axis: AxisSettings = AXIS, start: float = START / COUNTS) -> None:
+        self.node = SimulatedNode([axis], [start], CYCLE_S, LAG_S)
         self.id = axis.node_id
         self.now = 100.0
         self.sent: list[CanFrame] = []

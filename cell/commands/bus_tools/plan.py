@@ -1,5 +1,6 @@
 """`drive-gateway plan` and `check`: what a drives file means for its nodes, without a bus."""
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
 
@@ -19,6 +20,14 @@ from drive_gateway.config.image import image_of, io_image_of
 from drive_gateway.config.known_drive import eds_of, known_drive
 from drive_gateway.config.load import read_drives
 from drive_gateway.gateway.nodes.program import Step, boot_plan, io_boot_plan
+from drive_gateway.sim.config.load import read_simulation
+
+CIA_301 = {
+    0x1005: "COB-ID SYNC message",
+    0x1006: "Communication cycle period",
+    0x1019: "Synchronous counter overflow value",
+}
+"""Names of objects that the gateway asks every node for, whether its EDS has them or not."""
 
 
 def plan(
@@ -76,16 +85,22 @@ def _shows(check: Step, write: Step) -> bool:
 def _line(verb: str, step: Step, eds: Eds) -> str:
     entry = eds.find(f"{step.index:04X}:{step.sub:02X}")
     value = step.shown if step.data is None else step.data
+    if not entry.described:
+        # An EDS need not have what CiA 301 gives a node, and what the gateway sends says its own length.
+        typed = entry.typed(0 if value is None else len(value), signed=False)
+        entry = replace(typed, name=CIA_301.get(step.index, entry.name))
     shown = "" if value is None else f" = {entry.show(value)}"
     verb = verb or ("read" if value is None else "check")
-    lenient = ", unless the node has no such object" if step.optional or step.waived else ""
-    return f"{verb:12}  {entry.address}  {entry.name}{shown}  [{step.what}{lenient}]"
+    unless = "" if step.present is None or step.data is None else step.present.unless
+    unless = unless or ("the node has no such object" if step.optional or step.waived else "")
+    note = f"{step.what}, unless {unless}" if unless else step.what
+    return f"{verb:12}  {entry.address}  {entry.name}{shown}  [{note}]"
 
 
 def check(
     file: Annotated[Path, typer.Argument(metavar="FILE", help="The drives file.", show_default=False)],
 ) -> None:
-    """Check a drives file alone, with the EDS and DCF files that it names; no bus is opened.
+    """Check a drives file alone, with the EDS and DCF files that it names and its simulation; no bus is opened.
 
     Prints all problems, one a line, as file:line:column: path: found ..., allowed ... and exits with 1; a good file is
     summed up. Whether it fits its robots says `cell check` of the cell.
@@ -95,6 +110,7 @@ def check(
     reading = read_drives(file.absolute())
     problems = list(reading.problems)
     if reading.content is not None and reading.document is not None:
+        problems += read_simulation(reading.document.file, reading.content).problems
         try:
             interpolation_period(reading.content.cycle_s)
         except ValueError as error:

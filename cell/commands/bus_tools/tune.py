@@ -25,6 +25,7 @@ from drive_gateway.sim.axis.response import (
     margins,
     step_response,
 )
+from drive_gateway.sim.config.simulation import Simulation
 
 LOWEST_HZ, HIGHEST_HZ, POINTS = 5.0, 2000.0, 40
 STEP_S = 0.1
@@ -32,15 +33,15 @@ ENOUGH = 2.0
 """A gain margin below this leaves too little for what changes with load and pose."""
 
 
-def show_tuning(gateway: GatewaySettings, axis: str, output: Path | None = None) -> None:
+def show_tuning(gateway: GatewaySettings, simulation: Simulation, axis: str, output: Path | None = None) -> None:
     """Measure and print the loop of one axis, named as `J1` or, where several robots share the bus, as `left.J1`.
 
     With `output` the curves also go to that HTML page.
 
     Raises:
-        CommandError: no such axis, or the drives file says nothing of its motor and load.
+        CommandError: no such axis, or the simulation says nothing of its motor and load.
     """
-    name, data = _axis(gateway, axis)
+    name, data = _axis(gateway, simulation, axis)
     points = frequency_response(data, frequencies(LOWEST_HZ, HIGHEST_HZ, POINTS))
     step, found = step_response(data, STEP_S), margins(points)
     console = Console()
@@ -54,10 +55,12 @@ def show_tuning(gateway: GatewaySettings, axis: str, output: Path | None = None)
         write_page(output, tune_page(name, lines, points, step, found))
         typer.echo(f"the curves are in {output}")
     if found.gain < ENOUGH:
-        typer.echo(f"The gain margin is below {ENOUGH:g}: lower simulation.axes ... servo.speed_hz of {name}.")
+        typer.echo(
+            f"The gain margin is below {ENOUGH:g}: lower axes ... servo.speed_hz of {name} in the simulation file."
+        )
 
 
-def _axis(gateway: GatewaySettings, axis: str) -> tuple[str, AxisData]:
+def _axis(gateway: GatewaySettings, simulation: Simulation, axis: str) -> tuple[str, AxisData]:
     axes = [(robot, drive.name) for robot, drives in gateway.robots.items() for drive in drives.axes]
     wanted = [place for place in axes if axis in (place[1], ".".join(place))]
     if len(wanted) != 1:
@@ -65,11 +68,11 @@ def _axis(gateway: GatewaySettings, axis: str) -> tuple[str, AxisData]:
         reason = "several axes are called" if wanted else "no axis"
         raise CommandError(f"{reason} {axis!r} on {gateway.name}; its axes are: {known}")
     name = ".".join(wanted[0])
-    data = gateway.simulation.axes.get(wanted[0])
+    data = simulation.axes.get(wanted[0])
     if data is None:
         raise CommandError(
-            f"the drives file of {gateway.name} says nothing of the motor and load of {name}; add them "
-            f"below simulation.axes"
+            f"nothing says which motor and load {name} has on {gateway.name}",
+            "add them below `axes` in the simulation file beside its drives file (docs/simulated_drives.md)",
         )
     return name, data
 

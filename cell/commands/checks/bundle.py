@@ -5,7 +5,7 @@ from pathlib import Path
 
 from cell.commands.checks.bodies import check_bodies
 from cell.commands.checks.buses import check_buses
-from cell.commands.checks.drives import check_drives
+from cell.commands.checks.drives import at_home, check_drives
 from cell.commands.checks.programs import check_programs
 from cell.commands.checks.readings import NamedFiles, Readings, read_named_files
 from cell.commands.checks.things import check_things
@@ -14,6 +14,8 @@ from cell.config.load import cell_settings, read_cell
 from cell.config.problem import Problem, refuses
 from cell.config.settings import CellSettings
 from drive_gateway.config import GatewaySettings
+from drive_gateway.sim.config.load import simulation_of
+from drive_gateway.sim.config.simulation import Simulation
 from robot_agent.kinematics import KinematicsError, Model, model_of
 from robot_agent.workspace import PlacedRobot
 
@@ -25,6 +27,8 @@ class CellBundle:
     cell: CellSettings
     robots: dict[str, PlacedRobot]
     gateways: dict[str, GatewaySettings]
+    simulations: dict[str, Simulation]
+    """How the drives of each gateway are simulated."""
 
 
 def check_cell(path: str | Path) -> tuple[CellBundle | None, list[Problem]]:
@@ -44,6 +48,7 @@ def check_cell(path: str | Path) -> tuple[CellBundle | None, list[Problem]]:
         readings = Readings(reading.document, reading.content, named)
         problems += [*check_drives(readings), *check_times(readings), *check_buses(readings)]
         problems += [*check_bodies(readings, models), *check_things(readings, models)]
+    problems += [problem for simulation in named.simulations.values() for problem in simulation.problems]
     problems = _in_order(problems)
     if settings is None or refuses(problems):
         return None, problems
@@ -69,10 +74,18 @@ def _kinematic_models(named: NamedFiles) -> tuple[dict[str, Model], list[Problem
 
 
 def _bundle(settings: CellSettings, named: NamedFiles, models: dict[str, Model]) -> CellBundle:
+    files = {robot: file for robot, _, file in named.usable_models()}
     return CellBundle(
         cell=settings,
         robots={name: PlacedRobot.of(robot, models[name]) for name, robot in settings.robots.items()},
         gateways={gateway: drives.settings(gateway) for gateway, _, drives in named.usable_drives()},
+        simulations={
+            gateway: at_home(
+                simulation_of(named.simulations[gateway], drives),
+                {robot: file for robot, file in files.items() if robot in drives.robots},
+            )
+            for gateway, _, drives in named.usable_drives()
+        },
     )
 
 

@@ -1,7 +1,8 @@
 """What robots, their models and their drives say about each other."""
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
 
 import numpy as np
 
@@ -11,6 +12,8 @@ from cell.config.problem import KeyPath, Problem
 from cell.config.reading import declared
 from drive_gateway.config.axis_entry import AxisEntry
 from drive_gateway.config.drives_file import DrivesFile
+from drive_gateway.sim.config.simulation import Simulation
+from drive_gateway.sim.config.simulation_file import SimulationFile
 from robot_agent.model.axis_needs import AxisNeed, axis_needs
 from robot_agent.model.description import Motor
 from robot_agent.model.robot_file import RobotFile
@@ -37,7 +40,15 @@ def check_drives(readings: Readings) -> Iterator[Problem]:
         for robot in readings.robots_of(gateway):
             if robot in drives.robots and robot in models:
                 yield from _robot(document, robot, drives.robots[robot].axes, models[robot])
-                yield from _masses(document, robot, drives, models[robot])
+        simulation = readings.named.simulations[gateway]
+        if simulation.document is not None and simulation.content is not None:
+            yield from _simulation(simulation.document, simulation.content, drives, models)
+
+
+def at_home(simulation: Simulation, models: Mapping[str, RobotFile]) -> Simulation:
+    """With axes of which it says nothing at the home positions of their robots."""
+    homes = {(robot, name): need.home for robot, model in models.items() for name, need in axis_needs(model).items()}
+    return replace(simulation, starts={**homes, **simulation.starts})
 
 
 def _owner(readings: Readings, gateway: str, document: Document, robot: str) -> Iterator[Problem]:
@@ -72,11 +83,21 @@ def _robot(document: Document, robot: str, axes: dict[str, AxisEntry], model: Ro
             yield from _motor(document, (*path, name), axes[name], model.motors[name].motor(), model.name)
 
 
-def _masses(document: Document, robot: str, drives: DrivesFile, model: RobotFile) -> Iterator[Problem]:
-    """Drives that are to carry the masses of a robot's file need some there."""
-    if drives.simulation.masses == "robot" and not model.masses and model.urdf() is None:
-        allowed = f"axes: the file of {model.name}, robot {robot}, says nothing of masses"
-        yield document.problem(("simulation", "masses"), "robot", allowed)
+def _simulation(
+    document: Document, file: SimulationFile, drives: DrivesFile, models: Mapping[str, RobotFile]
+) -> Iterator[Problem]:
+    """Simulated axes stand where their joints can be, and carry masses only of a robot whose file has some."""
+    for (robot, name), place in file.places(drives).items():
+        need = axis_needs(models[robot]).get(name) if robot in models else None
+        if need is not None and not need.position[0] <= place <= need.position[1]:
+            low, high = (f"{declared(document, limit, need.linear):g}" for limit in need.position)
+            path = ("starts", robot, name)
+            yield document.problem(path, document.found(path), f"{low} to {high}, the limits of {name}")
+    for robot in drives.robots:
+        model = models.get(robot)
+        if file.masses == "robot" and model is not None and not model.masses and model.urdf() is None:
+            allowed = f"axes: the file of {model.name}, robot {robot}, says nothing of masses"
+            yield document.problem(("masses",), "robot", allowed)
 
 
 def _axis(document: Document, path: KeyPath, axis: AxisEntry, need: AxisNeed) -> Iterator[Problem]:
@@ -94,9 +115,6 @@ def _axis(document: Document, path: KeyPath, axis: AxisEntry, need: AxisNeed) ->
         allowed = f"{least:g} or more, {MARGIN:g} times the ramp of {name} (ramp_factor times its acceleration)"
         yield document.problem((*path, "acceleration"), document.found((*path, "acceleration")), allowed)
     low, high = (f"{declared(document, limit, linear):g}" for limit in need.position)
-    if not need.position[0] <= axis.simulated_start <= need.position[1]:
-        found = document.found((*path, "simulated_start"))
-        yield document.problem((*path, "simulated_start"), found, f"{low} to {high}, the limits of {name}")
     if axis.limits is not None and not axis.limits[0] <= need.position[0] < need.position[1] <= axis.limits[1]:
         found = " to ".join(f"{declared(document, limit, linear):g}" for limit in axis.limits)
         yield document.problem((*path, "limits"), found, f"a range that holds {low} to {high}, the limits of {name}")

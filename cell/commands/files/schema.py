@@ -12,6 +12,7 @@ from cell.commands.files.reference import Schema, reference
 from cell.config.cell_file import CellFile
 from cell.net.codec import message_schemas
 from drive_gateway.config.drives_file import DrivesFile
+from drive_gateway.sim.config.simulation_file import SimulationFile
 from robot_agent.model.families import FAMILIES
 
 
@@ -21,6 +22,7 @@ class Subject(Enum):
     CELL = "cell"
     ROBOT = "robot"
     DRIVES = "drives"
+    SIMULATION = "simulation"
     MESSAGES = "messages"
 
 
@@ -28,22 +30,30 @@ _SCHEMAS: dict[Subject, Callable[[], Schema]] = {
     Subject.CELL: CellFile.model_json_schema,
     Subject.ROBOT: lambda: {"oneOf": [family.file.model_json_schema() for family in FAMILIES.values()]},
     Subject.DRIVES: DrivesFile.model_json_schema,
+    Subject.SIMULATION: SimulationFile.model_json_schema,
     Subject.MESSAGES: message_schemas,
 }
 
 
-KEYS = {Subject.CELL: "Keys of a cell file", Subject.DRIVES: "Keys of a drives file"}
+KEYS = {
+    Subject.CELL: "Keys of a cell file",
+    Subject.DRIVES: "Keys of a drives file",
+    Subject.SIMULATION: "Keys of a simulation file",
+}
 
 
 def keys_of(subject: Subject) -> str:
-    """The reference of a file's keys, as in `docs/cell_file.md` and `docs/drives_file.md`."""
+    """The reference of a file's keys, as in `docs/cell_file.md`."""
     return reference(_SCHEMAS[subject](), KEYS[subject])
 
 
 def schema(
     subject: Annotated[
         Subject | None,
-        typer.Argument(help="The cell file, the robot file, the drives file, or the messages.", show_default="all"),
+        typer.Argument(
+            help="The cell file, the robot file, the drives file, the file of its simulation, or the messages.",
+            show_default="all",
+        ),
     ] = None,
     keys: Annotated[bool, typer.Option("--keys", help="The keys of a file as tables in Markdown, to read.")] = False,
 ) -> None:

@@ -11,8 +11,6 @@ from drive_gateway.canopen.pdo_map import (
     CONTROLWORD,
     DIGITAL_OUTPUTS,
     INPUTS,
-    STATUS,
-    STATUS_WITH_TORQUE,
     TARGET_POSITION,
 )
 from drive_gateway.canopen.profile_pdos import TARGET_VELOCITY, ProfileSender
@@ -59,6 +57,7 @@ class Drive:
         self.status = AxisStatus.SILENT
         """As its statusword tells while its node is operational."""
         self.image = image_of(axis)
+        self._layout = self.image.status_layout
         self.counts: int | None = None
         """Of an endless axis: turns are counted on from where it was first seen."""
         self.counts_per_cycle = 0.0
@@ -151,15 +150,10 @@ class Drive:
 
         A frame may be longer than what is mapped, and then its first bytes count (CiA 301, PDO mapping).
         """
-        size = self.image.status.data_bytes
-        if len(data) < size:
-            self.strange = f"the newest had {len(data)} bytes instead of {size}"
+        if len(data) < self._layout.size:
+            self.strange = f"the newest had {len(data)} bytes instead of {self._layout.size}"
             return
-        torque = None
-        if size == STATUS_WITH_TORQUE.size:
-            statusword, counts, torque = STATUS_WITH_TORQUE.unpack_from(data)
-        else:
-            statusword, counts = STATUS.unpack_from(data)
+        statusword, counts, *torque = self._layout.unpack_from(data)
         status = decode(statusword)
         if status is None:
             self.strange = f"the newest shows statusword {statusword:04X}h, which is no state of CiA 402"
@@ -173,7 +167,7 @@ class Drive:
             self._changed(status, now)
         self.statusword = statusword
         self.rest.take(counts, now)
-        self.per_mille = torque
+        self.per_mille = torque[0] if torque else None
         self.counts = counts
         self._tpdo_tick = tick
         self._tpdo_at = now

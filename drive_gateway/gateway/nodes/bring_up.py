@@ -12,6 +12,7 @@ from drive_gateway.canopen.axis_objects import first_axis_index
 from drive_gateway.canopen.nmt import NmtCommand, NmtState, nmt_frame
 from drive_gateway.canopen.pdo_map import Pdo
 from drive_gateway.canopen.sdo import SdoChannel, SdoDone
+from drive_gateway.cia402.preparation import HEARTBEAT_PRODUCER
 from drive_gateway.config.gateway_objects import CYCLE_PERIOD, said_by
 from drive_gateway.config.settings import GatewaySettings
 from drive_gateway.gateway.effects import Frame
@@ -25,6 +26,7 @@ _ABSENT = (0x06020000, 0x06090011)
 _BUSY = 0x08000022
 """Abort code: not in the present device state; after its start a node may need a moment until it stores anything."""
 _PDOS = range(0x1400, 0x1C00)
+_MAPPINGS = (*range(0x1600, 0x1800), *range(0x1A00, 0x1C00))
 
 
 class Phase(Enum):
@@ -250,6 +252,8 @@ class BringUp:
             return other if step.data is None else self._remedy(step)
         if index in self._program.optional:
             return f'a {kind} that may lack it says so in the drives file, waive: ["{index:04X}"]'
+        if step.index == HEARTBEAT_PRODUCER:
+            return f"say error_control: guarding, if this {kind} has node guarding (100Ch)"
         if step.index == SYNC_COUNTER:
             return "leave out sync_counter, or take drives that all have this object"
         if step.index in _PDOS:
@@ -259,7 +263,8 @@ class BringUp:
     def _remedy(self, step: Step) -> str:
         """What helps where a node keeps a value of its own."""
         if step.index in _PDOS:
-            return f"set it with the maker's tool, or take a {self._program.kind} whose PDOs can be changed"
+            named = ", name the PDOs that have this by pdos in the drives file" if step.index in _MAPPINGS else ""
+            return f"set it with the maker's tool{named}, or take a {self._program.kind} whose PDOs can be changed"
         if step.index == CYCLE_PERIOD:
             return f"choose a cycle_s that this {self._program.kind} takes, or say its own value under objects"
         key = said_by(*step.judges)

@@ -280,7 +280,7 @@ class Node:
         if silent_s > self._settings.heartbeat_timeout_s:
             silence = "sent no heartbeat" if self._guarding is None else "did not answer its guarding"
             text = f"{self.label} {silence} for {silent_s:.3f} s"
-            self._lose("heartbeat_lost", text, "check power and wiring")
+            self._lose("heartbeat_lost", text, "check power and wiring, or raise heartbeat_timeout_s")
 
     def _leave(self) -> None:
         self._lost, self.operational = True, False

@@ -5,7 +5,7 @@ what is wanted. So each value is read back, and only what the node shows counts.
 """
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from drive_gateway.canopen.axis_objects import index_of
 from drive_gateway.canopen.cob_id import SYNC
@@ -47,6 +47,8 @@ class Step:
     """Of a read: the object whose write it judges, where that is another one."""
     ignored: int = 0
     """Bits of what is shown that are the node's own."""
+    also: range = range(0)
+    """Other values that do as well."""
     constant: bool = False
     """A node that shows something else is the wrong one."""
     optional: bool = False
@@ -82,8 +84,11 @@ class Step:
         return self.data if self.data is None or self.present is None else self.present.completed(self.data)
 
     def agrees(self, found: bytes) -> bool:
-        """Equal as numbers: a node may show a value in another length than it was written in."""
-        return self.shown is None or (len(found) > 0 and not (number(found) ^ number(self.shown)) & ~self.ignored)
+        """Equal as numbers, or as good: a node may show a value in another length than it was written in."""
+        if self.shown is None:
+            return True
+        shown = number(found)
+        return len(found) > 0 and (shown in self.also or not (shown ^ number(self.shown)) & ~self.ignored)
 
     def words(self, data: bytes) -> str:
         """A value of this object for people, without what is the node's own."""
@@ -99,6 +104,9 @@ class Step:
 
 class Present:
     """What an object of a node held before it was written."""
+
+    unless = ""
+    """What makes the write needless, for people."""
 
     def __init__(self) -> None:
         self.value: int | None = None
@@ -131,6 +139,8 @@ class _Identifier(Present):
 class _Off(_Identifier):
     """COB-ID of a PDO that is not used."""
 
+    unless = "it is off already"
+
     @property
     def needless(self) -> bool:
         return self.value is not None and bool(self.value & DISABLED)
@@ -138,6 +148,8 @@ class _Off(_Identifier):
 
 class _Counter(Present):
     """SYNC counter (1019h): it is left alone where the node has none, or has it right."""
+
+    unless = "the node has no such counter, or has it right"
 
     def __init__(self, wanted: int) -> None:
         super().__init__()
@@ -251,10 +263,10 @@ def _written(items: Sequence[Preparation]) -> list[Step]:
     """Each value, and what shows it."""
     steps = []
     for item in items:
-        write, waived = item.write, item.waived
-        steps.append(Step(item.what, write.index, write.sub, write.data, waived=waived))
-        set_by = write.index, write.sub
-        steps.append(Step(item.what, item.shown_index, item.shown_sub, None, write.data, set_by=set_by, waived=waived))
+        write = item.write
+        told = Step(item.what, write.index, write.sub, write.data, optional=item.optional, waived=item.waived)
+        shown = replace(told, index=item.shown_index, sub=item.shown_sub, data=None, shown=write.data)
+        steps += [told, replace(shown, set_by=told.address, also=item.also)]
     return steps
 
 
@@ -276,17 +288,20 @@ def _axis_program(axis: AxisSettings, settings: GatewaySettings, reference: Refe
 
 def _pdos(node_id: int, pdos: tuple[Pdo, ...], axis: int = 1) -> list[Step]:
     """Those that are not used are taken off the bus first."""
-    steps = [step for pdo in unused(node_id, pdos, axis) for step in _taken_off(pdo)]
+    used = {pdo.cob_id for pdo in pdos}
+    steps = [step for pdo in unused(node_id, pdos, axis) for step in _taken_off(pdo, used)]
     linked = [_linked(pdo) for pdo in pdos]
     return steps + [step for writes, _ in linked for step in writes] + [step for _, reads in linked for step in reads]
 
 
-def _taken_off(pdo: Pdo) -> list[Step]:
+def _taken_off(pdo: Pdo, used: set[int]) -> list[Step]:
+    """It may stay where its identifier is not `used` by another PDO of its axis."""
     present, write = _Off(), pdo.unlinked()
     what = f"{pdo.name}, which is not used"
+    leave = None if pdo.cob_id in used else pdo
     return [
         Step(what, write.index, write.sub, None, asked=True, take=present.heard),
-        Step(what, write.index, write.sub, write.data, optional=True, present=present, leave=pdo),
+        Step(what, write.index, write.sub, write.data, optional=True, present=present, leave=leave),
     ]
 
 

@@ -47,7 +47,8 @@ class Drive:
     """One axis and its drive, in encoder counts. `advance` must be called before anything else at a new time.
 
     Args:
-        axis: start, speed and counts of the axis.
+        axis: speed and counts of the axis.
+        start: [rad or m] where it stands at first.
         cycle_s: cycle of the position controller [s]: motion and monitoring are never evaluated more coarsely.
         lag_s: lag of the axis behind its demand [s].
         objects: those of the axis; the drive registers itself for its own.
@@ -59,6 +60,7 @@ class Drive:
     def __init__(
         self,
         axis: AxisSettings,
+        start: float,
         cycle_s: float,
         lag_s: float,
         objects: AxisObjects,
@@ -67,12 +69,12 @@ class Drive:
         servo: AxisServo | None = None,
     ) -> None:
         scale = abs(axis.counts_per_unit)
-        start = (axis.simulated_start - axis.offset) * axis.counts_per_unit
-        self.servo: AxisServo = servo or Servo(start, lag_s, MOTOR_SPEED_RESERVE * axis.speed * scale)
+        counts = (start - axis.offset) * axis.counts_per_unit
+        self.servo: AxisServo = servo or Servo(counts, lag_s, MOTOR_SPEED_RESERVE * axis.speed * scale)
         self._brake = _BRAKE_FACTOR * axis.quick_stop * scale
         self._cycle_s = cycle_s
         self._numbers = objects.numbers
-        self.reference = Reference(axis)
+        self.reference = Reference(axis, start)
         self.units = UserUnits()
         self.obeys_in_reaction = False
         """It takes its voltage off when it is told so while it brakes in its reaction to a fault."""

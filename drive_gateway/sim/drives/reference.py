@@ -90,16 +90,16 @@ class Switches:
     """The drive stops at its limit switches."""
 
     @classmethod
-    def of(cls, axis: AxisSettings) -> "Switches":
+    def of(cls, axis: AxisSettings, start: float) -> "Switches":
         """As the configured homing expects them: its home point is the edge, or pulse, that its method looks for.
 
-        What homing does not say stands in `limit_switches`.
+        What homing does not say stands in `limit_switches`. Without homing, `start` [rad or m] is the home point.
         """
         scale = abs(axis.counts_per_unit)
         span, width = _SPAN * scale, _HOME_WIDTH * scale
         # A method of a maker's own is none of this drive's: its switches are anywhere.
         method = METHODS[35] if axis.homing is None else METHODS.get(axis.homing.method, METHODS[35])
-        place = axis.simulated_start if axis.homing is None else axis.homing.position
+        place = start if axis.homing is None else axis.homing.position
         home = (place - axis.offset) * axis.counts_per_unit
         edge = home - method.last * _BEFORE_PULSE * axis.index_counts if method.pulse else home
         low = edge - width if method.away > 0.0 else edge
@@ -165,13 +165,13 @@ class Switches:
 class Reference:
     """What is added to the encoder's counts. An incremental encoder counts from zero after each power-on."""
 
-    def __init__(self, axis: AxisSettings) -> None:
+    def __init__(self, axis: AxisSettings, start: float) -> None:
         self._incremental = axis.incremental
         self.serial = axis.node_id + 0x80 * (axis.number - 1)
         """Of the encoder."""
         self.battery_empty = False
         """An absolute encoder's battery was empty while the drive was off: its turns may be wrong until it homes."""
-        self.switches = Switches.of(axis)
+        self.switches = Switches.of(axis, start)
         self.known = not axis.incremental
         """The drive knows where the axis is: limits mean something."""
         self.shift = 0.0

@@ -335,7 +335,8 @@ class SimulatedNode(NodeServices, FaultsOnCommand):
     """A CANopen node with one to three CiA 402 drives.
 
     Args:
-        axes: of this node, number 1 first and none left out: Node-ID, units, speed and start.
+        axes: of this node, number 1 first and none left out: Node-ID, units and speed.
+        starts: [rad or m] where each of them stands at first.
         cycle_s: cycle of the drives' position controllers [s].
         lag_s: lag of an axis behind its set points [s].
         setpoint_timeout: interpolation periods without a set point that are a fault (power-on value of 2000h);
@@ -346,6 +347,7 @@ class SimulatedNode(NodeServices, FaultsOnCommand):
     def __init__(
         self,
         axes: Sequence[AxisSettings],
+        starts: Sequence[float],
         cycle_s: float,
         lag_s: float,
         setpoint_timeout: int | None = None,
@@ -357,8 +359,8 @@ class SimulatedNode(NodeServices, FaultsOnCommand):
         self.outputs = tuple(map(DigitalOutputs, of_axes))
         self._timeouts = [objects.numbers for objects in of_axes]
         self.drives = tuple(
-            Drive(axis, cycle_s, lag_s, objects, self._emergencies, self._cause_present, servo)
-            for axis, objects, servo in zip_longest(axes, of_axes, servos)
+            Drive(axis, start, cycle_s, lag_s, objects, self._emergencies, self._cause_present, servo)
+            for axis, start, objects, servo in zip_longest(axes, starts, of_axes, servos)
         )
         self._emergencies.held = lambda code: any(code in drive.faults for drive in self.drives)
         self._ordered = OrderedFaults(self, of_axes, self)

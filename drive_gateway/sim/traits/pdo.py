@@ -71,6 +71,19 @@ def _fixed_mapping_that_does_not_fit(node: SimulatedNode) -> None:
     _fixed(node, TPDO_MAPPING, _OTHER_STATUS)
 
 
+def _mapping_of_cia_402(node: SimulatedNode) -> None:
+    """What is needed is in its third PDOs."""
+    for number, (command, status) in enumerate(
+        (((0x60400010,), (0x60410010,)), ((0x60400010, 0x60600008), _OTHER_STATUS), (_COMMAND, _STATUS))
+    ):
+        _fixed(node, RPDO_MAPPING + number, command)
+        _fixed(node, TPDO_MAPPING + number, status)
+
+
+def _status_with_mode(node: SimulatedNode) -> None:
+    _fixed(node, TPDO_MAPPING, (0x60410010, 0x60610008, 0x60640020))
+
+
 def _fixed_type(node: SimulatedNode, transmission: int) -> None:
     constant(node, RPDO_COMMUNICATION, 2, 1)
     constant(node, TPDO_COMMUNICATION, 2, transmission)
@@ -142,6 +155,20 @@ PDO = (
         "Has statusword and mode in its first TPDO, and its mappings can only be read.",
         _MAPPING,
         _fixed_mapping_that_does_not_fit,
+    ),
+    Trait(
+        "mapping_of_cia_402",
+        "Has controlword and target position, statusword and position in its third PDOs, and its mappings can only be "
+        "read.",
+        "CiA 402, predefined PDOs of generic drives: PDO 1 has controlword or statusword alone, PDO 2 the mode, too, "
+        "PDO 3 the position",
+        _mapping_of_cia_402,
+    ),
+    Trait(
+        "status_with_mode",
+        "Has the mode between statusword and position, and the mapping of that TPDO can only be read.",
+        _MAPPING,
+        _status_with_mode,
     ),
     Trait(
         "fixed_transmission_type",

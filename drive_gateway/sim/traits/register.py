@@ -2,6 +2,7 @@
 
 from drive_gateway.sim.traits.boot import BOOT
 from drive_gateway.sim.traits.emergency import EMERGENCY
+from drive_gateway.sim.traits.heartbeat import HEARTBEAT
 from drive_gateway.sim.traits.homing import HOMING
 from drive_gateway.sim.traits.pdo import PDO
 from drive_gateway.sim.traits.sync import SYNC_HABITS
@@ -14,6 +15,7 @@ TRAITS: dict[str, Trait] = {
     for traits in (
         BOOT,
         EMERGENCY,
+        HEARTBEAT,
         HOMING,
         PDO,
         SYNC_HABITS,

@@ -56,7 +56,7 @@ class NoBreach(Invariant):
         robot, _, rest = event.text.partition(" is in zone ")
         if robot not in self.facts.robots:
             return
-        zone = rest.partition(",")[0]
+        zone = rest.partition(",")[0].removesuffix(" without a grant")
         decided = [
             at
             for at, call in self.facts.told["manager"].calls

@@ -6,6 +6,7 @@ python -m tests.sim.unkind.expected      prints the table
 from dataclasses import dataclass
 
 from drive_gateway.canopen.emcy import Meaning
+from drive_gateway.canopen.pdo_map import OwnPdo
 from drive_gateway.sim.traits.register import TRAITS
 from tests.sim.unkind.bench import Changes
 
@@ -50,6 +51,16 @@ REFUSED = {
     "fixed_mapping_of_another_kind": Expected(
         "not brought up: the entry that differs",
         ("keeps 1A00h:02 (mapping of TPDO 1) at 60610008h, needed is 60640020h", TOOL),
+    ),
+    "mapping_of_cia_402": Expected(
+        "not brought up: the entry that differs; runs with `number: 3` of `command` and `status` below `pdos`",
+        ("keeps 1600h:00 (mapping of RPDO 1) at 1, needed is 2", "name the PDOs that have this by pdos"),
+        Changes({}, {"own_pdos": {"command": OwnPdo(3), "status": OwnPdo(3)}}),
+    ),
+    "status_with_mode": Expected(
+        "not brought up: the entry that differs; runs with its `mapping` of `status` below `pdos`",
+        ("keeps 1A00h:00 (mapping of TPDO 1) at 3, needed is 2", "name the PDOs that have this by pdos"),
+        Changes({}, {"own_pdos": {"status": OwnPdo(mapping=(0x60410010, 0x60610008, 0x60640020))}}),
     ),
     "fixed_event_driven": Expected(
         "not brought up: 1800h:02",
@@ -98,6 +109,16 @@ REFUSED = {
         "not brought up: 1017h; runs with `heartbeat_producer_s: 0.1`",
         ("was told 1017h:00 (heartbeat of the node) as 50 and still shows 0", "heartbeat_producer_s"),
         Changes({"heartbeat_producer_s": 0.1}, {}),
+    ),
+    "heartbeat_pauses": Expected(
+        "stopped as by any loss; runs with a longer `heartbeat_timeout_s`",
+        ("node 1 (left J1) sent no heartbeat for 0.2", "raise heartbeat_timeout_s"),
+        Changes({"heartbeat_timeout_s": 0.5}, {}),
+    ),
+    "guarding_only": Expected(
+        "not brought up: 1017h; runs with `error_control: guarding`",
+        ("refused write of 1017h:00 (heartbeat of the node): abort 06020000h", "say error_control: guarding"),
+        Changes({}, {"guarded": True}),
     ),
     "one_following_time": Expected(
         "not brought up: 6066h; runs with `following_time_s: 0.01`",

@@ -87,8 +87,10 @@ def test_simulated_drives_start_at_home() -> None:
     bundle, _ = check_cell(TWO_ARMS)
     assert bundle is not None
     for name, placed in bundle.robots.items():
-        drives = bundle.gateways[bundle.cell.robots[name].gateway].robots[name]
-        assert [axis.simulated_start for axis in drives.axes] == pytest.approx(placed.model.home)
+        gateway = bundle.cell.robots[name].gateway
+        axes = bundle.gateways[gateway].robots[name].axes
+        starts = [bundle.simulations[gateway].start(name, axis) for axis in axes]
+        assert starts == pytest.approx(placed.model.home)
 
 
 def test_outside_the_zone_each_arm_stays_on_its_own_side(rehearsal: Rehearsal) -> None:

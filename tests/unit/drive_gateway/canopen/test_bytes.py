@@ -11,7 +11,7 @@ from drive_gateway.canopen.abort_text import abort_text
 from drive_gateway.canopen.emcy import decode_emergency
 from drive_gateway.canopen.frame import CanFrame
 from drive_gateway.canopen.nmt import SYNC_FRAME, NmtCommand, NmtState, heartbeat_frame, nmt_frame
-from drive_gateway.canopen.pdo_map import COMMAND, STATUS, process_image
+from drive_gateway.canopen.pdo_map import COMMAND, process_image
 from drive_gateway.canopen.profile_pdos import ProfileSender
 from drive_gateway.canopen.sdo import Sdo, SdoDone
 from drive_gateway.cia402.state_machine import decode
@@ -71,7 +71,7 @@ def test_process_data_of_a_drive_at_its_target() -> None:
     bench = bench_at(400)
     assert bench.sent_on(0x181)[-1].hex(" ") == "37 06 90 01 00 00"
     assert COMMAND.pack(0x1F, 400).hex(" ") == "1f 00 90 01 00 00"
-    assert STATUS.unpack(bytes.fromhex("370690010000")) == (0x0637, 400)
+    assert process_image(1).status_layout.unpack(bytes.fromhex("370690010000")) == (0x0637, 400)
 
 
 @pytest.mark.parametrize("vector", VECTORS["client"], **WHAT)

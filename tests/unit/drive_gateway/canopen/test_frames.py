@@ -8,7 +8,7 @@ from drive_gateway.canopen import cob_id
 from drive_gateway.canopen.bus_load import cyclic_load
 from drive_gateway.canopen.emcy import Meaning, decode_emergency, meaning_of
 from drive_gateway.canopen.nmt import NmtCommand, NmtState, decode_heartbeat, heartbeat_frame, nmt_frame
-from drive_gateway.canopen.pdo_map import COMMAND, STATUS, SdoWrite, process_image
+from drive_gateway.canopen.pdo_map import COMMAND, SdoWrite, process_image
 from tests.unit.repository import vectors
 
 VECTORS: dict[str, Any] = vectors("canopen_frames.json")
@@ -78,8 +78,11 @@ def test_errors_are_gone_when_the_error_register_says_so_too() -> None:
 
 @by_what("tpdo1")
 def test_tpdo1_is_statusword_and_position(vector: dict[str, Any]) -> None:
-    assert STATUS.unpack(bytes.fromhex(vector["data"])) == (int(vector["statusword"], 16), vector["position"])
-    assert COMMAND.size == STATUS.size == 6
+    assert process_image(1).status_layout.unpack(bytes.fromhex(vector["data"])) == (
+        int(vector["statusword"], 16),
+        vector["position"],
+    )
+    assert COMMAND.size == process_image(1).status_layout.size == 6
 
 
 def test_a_pdo_is_linked_in_the_prescribed_order() -> None:

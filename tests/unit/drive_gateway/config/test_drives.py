@@ -7,6 +7,7 @@ import pytest
 
 from cell.config import ConfigError
 from drive_gateway.config import BusSettings, load_drives
+from drive_gateway.config.load import read_drives
 from tests.unit.config_world import CONFIGS, DRIVES, Copy
 
 GRIPPER = "gripper: {axis: J6, bit: 16, at_stop: keep}"
@@ -44,6 +45,20 @@ def test_an_option_that_is_a_list_is_refused_once_with_all_that_is_allowed(tmp_p
     place = copy.place(DRIVES, "port: §[4]")
     allowed = "text or a whole number or a number or true or false"
     assert lines(copy) == [f"{place}: bus.options.port: found a list, allowed {allowed}"]
+
+
+def test_patience_for_simulated_drives_is_warned_of_on_a_real_bus(tmp_path: Path) -> None:
+    inside = "bus: {interface: virtual, channel: two_arms_left, bitrate: 1000000}\n"
+    wire = "bus: {interface: socketcan, channel: can0, bitrate: 1000000}\n\n"
+    copy = Copy(tmp_path).change(DRIVES, inside, wire)
+    (warning,) = read_drives(copy.drives).problems
+    place = copy.place(DRIVES, "overrun_limit_s: §0.5")
+    assert copy.shown(warning) == (
+        f"{place}: warning: overrun_limit_s: found 0.5 on a bus of real drives: the gateway may be late for so long, "
+        "allowed 0.02 advised"
+    )
+    copy.change(DRIVES, wire, wire.replace("can0", "vcan0"))
+    assert read_drives(copy.drives).problems == []
 
 
 @pytest.mark.parametrize(
@@ -85,9 +100,16 @@ def test_an_option_that_is_a_list_is_refused_once_with_all_that_is_allowed(tmp_p
         ("boot_timeout_s: 5", "boot_timeout_s: 0.1", "boot_timeout_s: §0.1",
          "boot_timeout_s: found 0.1, allowed more than 0.5: sdo_timeout_s, 0.5, and heartbeat_producer_s, 0.1, "
          "with 3 cycles"),
-        ("simulated_lag_s: 0.008", "simulated_lag_s: 0.0115", "quick_stop: 1300, following_window: §3",
-         "robots.left.axes.J6.following_window: found 3, allowed more than 3.036: simulated drives lag by speed times "
-         "simulated_lag_s"),
+        ("cycle_s: 0.004", "cycle_s: 0.004\nsimulated_lag_s: 0.008", "§simulated_lag_s",
+         "simulated_lag_s: found unknown key 'simulated_lag_s', allowed keys of real drives; this one goes into "
+         "left_drives.sim.yaml beside this file, as lag_s (docs/simulated_drives.md)"),
+        ("quick_stop: 600", "simulated_start: 5, quick_stop: 600", "§simulated_start",
+         "robots.left.axes.J1.simulated_start: found unknown key 'simulated_start', allowed keys of real drives; this "
+         "one goes into left_drives.sim.yaml beside this file, as starts: {ROBOT: {AXIS: ...}} "
+         "(docs/simulated_drives.md)"),
+        ("cycle_s: 0.004", "cycle_s: 0.004\nsimulation: {level: full}", "§simulation",
+         "simulation: found unknown key 'simulation', allowed keys of real drives; this one goes into "
+         "left_drives.sim.yaml beside this file, its keys without this one around them (docs/simulated_drives.md)"),
         ("quick_stop: 600", "quick_stop: 462", "quick_stop: §462",
          "robots.left.axes.J1.quick_stop: found 462, allowed more than this axis' acceleration, 462"),
         ("quick_stop: 600", "quick_stop: 1e5", "§1e5",

@@ -11,12 +11,12 @@ from drive_gateway.config import load_drives
 from drive_gateway.config.settings import EncoderSettings
 from tests.unit.config_world import DRIVES, Copy
 
-OLD = "following_window: 3, following_time_s: 0.1, simulated_start: 0}\n      J2:"
+OLD = "following_window: 3, following_time_s: 0.1}\n      J2:"
 HOMING = "homing: {method: 17, fast: 10, slow: 1, acceleration: 100, position: -170, order: 2}"
 
 
 def copy_with(folder: Path, keys: str) -> Copy:
-    return Copy(folder).change(DRIVES, OLD, OLD.replace("0}\n", f"0, {keys}}}\n"))
+    return Copy(folder).change(DRIVES, OLD, OLD.replace("}\n", f", {keys}}}\n"))
 
 
 def test_an_incremental_axis_says_how_it_homes(tmp_path: Path) -> None:

@@ -78,8 +78,8 @@ def test_an_rpdo_is_sent_when_it_changes_and_every_period_and_the_target_before_
         ("[0x606C0020, 0x20740020]", "[0x606C0020, 0x20740020, 0x60410010]", "tpdo2: found 80 bits"),
         ("[0x607A0020, 0x60820020]", "[0x607A0020, 0x60810020]", "rpdo2: found 0x60810020, allowed one of 0x60400010"),
         (
-            "simulated_start: 400,",
-            "simulated_start: 400, feed_forward: velocity,",
+            "{node: 1,",
+            "{node: 1, feed_forward: velocity,",
             "rpdo3: found rpdo3 beside the feed",
         ),
         ("[0x60FF0020]", "[]", "profile_pdos: found 60FFh in 0 RPDOs, allowed in one of rpdo1, rpdo2 and rpdo3"),

@@ -113,7 +113,9 @@ class Coupler:
 def coupler(monkeypatch: pytest.MonkeyPatch) -> Iterator[Coupler]:
     """The drives beside it are simulated, the node is not."""
     monkeypatch.setattr(
-        inner_bus, "simulated_nodes", lambda settings, robots: simulated_nodes(replace(settings, io_nodes=()), robots)
+        inner_bus,
+        "simulated_nodes",
+        lambda settings, *others: simulated_nodes(replace(settings, io_nodes=()), *others),
     )
     coupler = Coupler()
     yield coupler

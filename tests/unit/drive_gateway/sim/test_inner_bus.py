@@ -11,12 +11,13 @@ import pytest
 from drive_gateway.canopen.frame import CanFrame
 from drive_gateway.canopen.stuffing import exact_bits
 from drive_gateway.config.settings import BusSettings, GatewaySettings
-from drive_gateway.config.simulation import Level
+from drive_gateway.sim.config.simulation import Level, Simulation
 from drive_gateway.sim.inner_bus import InnerBus
 from tests.unit.gateway_world import gateway_settings
 from tests.unit.sim_drive_world import AXIS, NODE
 
 DEADLINE_S = 20.0
+ON_THE_WIRE = Simulation(wire_time=True)
 BITRATE = 10_000
 """[bit/s] So slow that the wire is seen."""
 READ_TYPE = can.Message(arbitration_id=0x600 + NODE, data=bytes.fromhex("4000100000000000"), is_extended_id=False)
@@ -24,13 +25,12 @@ READ_TYPE = can.Message(arbitration_id=0x600 + NODE, data=bytes.fromhex("4000100
 
 def settings(bitrate: int = 1_000_000) -> GatewaySettings:
     bus = BusSettings("virtual", f"test-{uuid4()}", bitrate, {})
-    base = gateway_settings((AXIS,), name="left_bus")
-    return replace(base, bus=bus, simulation=replace(base.simulation, wire_time=True))
+    return gateway_settings((AXIS,), name="left_bus", bus=bus)
 
 
 @pytest.fixture
 def bus() -> Iterator[InnerBus]:
-    with InnerBus(settings()) as bus:
+    with InnerBus(settings(), ON_THE_WIRE) as bus:
         until(bus, lambda message: message.arbitration_id == 0x700 + NODE)
         yield bus
 
@@ -62,7 +62,7 @@ def test_nothing_comes_without_a_question_but_what_drives_send_by_themselves(bus
 
 
 def test_frames_take_their_time_on_the_wire() -> None:
-    with InnerBus(settings(BITRATE)) as bus:
+    with InnerBus(settings(BITRATE), ON_THE_WIRE) as bus:
         until(bus, lambda message: message.arbitration_id == 0x700 + NODE)
         sent = time.monotonic()
         bus.send(READ_TYPE)
@@ -85,6 +85,6 @@ def test_another_handle_of_the_channel_hears_both_sides_and_is_heard(bus: InnerB
 
 def test_it_fits_a_bus_that_nobody_else_can_be_on_and_drives_that_are_soon_computed() -> None:
     inside = settings()
-    assert InnerBus.fits(inside)
-    assert not InnerBus.fits(replace(inside, bus=replace(inside.bus, interface="udp_multicast")))
-    assert not InnerBus.fits(replace(inside, simulation=replace(inside.simulation, level=Level.FULL)))
+    assert InnerBus.fits(inside, ON_THE_WIRE)
+    assert not InnerBus.fits(replace(inside, bus=replace(inside.bus, interface="udp_multicast")), ON_THE_WIRE)
+    assert not InnerBus.fits(inside, replace(ON_THE_WIRE, level=Level.FULL))

@@ -15,13 +15,14 @@ import pytest
 
 from drive_gateway.canopen.nmt import NmtState
 from drive_gateway.config.settings import BusSettings, GatewaySettings, RobotDrives
-from drive_gateway.config.simulation import Simulation
 from drive_gateway.gateway.bus import steady_bus
 from drive_gateway.gateway.bus.opening import BusError
+from drive_gateway.sim.config.simulation import Simulation
 from drive_gateway.sim.shell import SimulatedDrives, run_simulated_drives
-from tests.unit.sim_drive_world import AXIS, CYCLE_S, LAG_S, NODE, START
+from tests.unit.sim_drive_world import AXIS, COUNTS, CYCLE_S, LAG_S, NODE, START
 
 DEADLINE_S = 20.0
+SIMULATION = Simulation(lag_s=LAG_S, starts=dict.fromkeys((("left", "j1"), ("left", "j2")), START / COUNTS))
 
 
 def gateway(interface: str = "virtual") -> GatewaySettings:
@@ -34,7 +35,6 @@ def gateway(interface: str = "virtual") -> GatewaySettings:
         heartbeat_timeout_s=0.5,
         tpdo_timeout_s=0.2,
         boot_timeout_s=2.0,
-        simulated_lag_s=LAG_S,
         robots={"left": RobotDrives("left", (AXIS, replace(AXIS, name="j2", node_id=NODE + 1)))},
     )
 
@@ -65,7 +65,7 @@ def master_of(drives: SimulatedDrives, channel: str) -> Iterator[canopen.Network
 @pytest.fixture
 def master() -> Iterator[canopen.Network]:
     settings = gateway()
-    with SimulatedDrives(settings) as drives, master_of(drives, settings.bus.channel) as network:
+    with SimulatedDrives(settings, SIMULATION) as drives, master_of(drives, settings.bus.channel) as network:
         yield network
 
 
@@ -137,8 +137,8 @@ def test_canopen_master_maps_enables_and_moves(master: canopen.Network) -> None:
 
 
 def test_frames_come_through_a_wire_that_takes_its_time() -> None:
-    settings = replace(gateway(), simulation=Simulation(wire_time=True))
-    with SimulatedDrives(settings) as drives:
+    settings = gateway()
+    with SimulatedDrives(settings, replace(SIMULATION, wire_time=True)) as drives:
         with master_of(drives, settings.bus.channel) as network:
             assert add_node(network).sdo["Identity"]["Product code"].raw == 0x402
         wire = drives._carrier.wire
@@ -148,7 +148,7 @@ def test_frames_come_through_a_wire_that_takes_its_time() -> None:
 
 def test_closed_drives_leave_no_thread() -> None:
     before = set(threading.enumerate())
-    with SimulatedDrives(gateway()) as drives:
+    with SimulatedDrives(gateway(), SIMULATION) as drives:
         running = set(threading.enumerate()) - before
     assert len(running) == 1
     assert drives.ended.is_set()
@@ -156,7 +156,7 @@ def test_closed_drives_leave_no_thread() -> None:
 
 
 def test_what_stops_the_thread_is_logged_and_kept(caplog: pytest.LogCaptureFixture) -> None:
-    with SimulatedDrives(gateway()) as drives:
+    with SimulatedDrives(gateway(), SIMULATION) as drives:
         drives.nodes[0].step = lambda _now: 1 / 0
         assert drives.ended.wait(DEADLINE_S)
     assert "stopped" in drives.problem
@@ -164,7 +164,7 @@ def test_what_stops_the_thread_is_logged_and_kept(caplog: pytest.LogCaptureFixtu
 
 
 def test_drives_outlive_a_failure_of_their_bus(caplog: pytest.LogCaptureFixture) -> None:
-    with SimulatedDrives(gateway()) as drives:
+    with SimulatedDrives(gateway(), SIMULATION) as drives:
         assert drives._bus is not None
         assert drives._bus._bus is not None
         drives._bus._bus.shutdown()
@@ -175,13 +175,13 @@ def test_drives_outlive_a_failure_of_their_bus(caplog: pytest.LogCaptureFixture)
 
 def test_bus_that_cannot_be_opened_is_named() -> None:
     settings = replace(gateway(), bus=BusSettings("socketcan", "no_such_bus", 1_000_000, {}))
-    with pytest.raises(BusError, match="no_such_bus"), SimulatedDrives(settings):
+    with pytest.raises(BusError, match="no_such_bus"), SimulatedDrives(settings, SIMULATION):
         pass
 
 
 def test_drives_alone_refuse_a_bus_of_one_process() -> None:
     with pytest.raises(BusError, match="--simulate"):
-        run_simulated_drives(gateway(), threading.Event())
+        run_simulated_drives(gateway(), SIMULATION, threading.Event())
 
 
 def test_drives_alone_end_with_the_stop_event(
@@ -190,5 +190,5 @@ def test_drives_alone_end_with_the_stop_event(
     monkeypatch.setattr(steady_bus, "open_bus", lambda settings: can.Bus(channel=settings.channel, interface="virtual"))
     stop = threading.Event()
     stop.set()
-    assert run_simulated_drives(gateway("udp_multicast"), stop) == 0
+    assert run_simulated_drives(gateway("udp_multicast"), SIMULATION, stop) == 0
     assert f"nodes {NODE}, {NODE + 1}" in capsys.readouterr().out

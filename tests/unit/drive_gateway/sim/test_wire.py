@@ -10,7 +10,7 @@ from drive_gateway.canopen.stuffing import exact_bits
 from drive_gateway.sim.bus import IN_STEP_S, SimulatedBus
 from drive_gateway.sim.nodes.node import SimulatedNode
 from drive_gateway.sim.wire import Wire
-from tests.unit.sim_drive_world import AXIS, CYCLE_S, LAG_S, NODE, Bench
+from tests.unit.sim_drive_world import AXIS, COUNTS, CYCLE_S, LAG_S, NODE, START, Bench
 
 BITRATE = 500_000
 
@@ -67,7 +67,7 @@ def test_frames_never_overlap_and_none_is_lost(sends: list[tuple[int, float]]) -
 
 
 def test_answers_of_nodes_take_the_wire_before_what_is_less_urgent() -> None:
-    bus = SimulatedBus([SimulatedNode([AXIS], CYCLE_S, LAG_S)], BITRATE)
+    bus = SimulatedBus([SimulatedNode([AXIS], [START / COUNTS], CYCLE_S, LAG_S)], BITRATE)
     now = 0.0
     arrived: list[CanFrame] = []
     while not arrived:
@@ -82,7 +82,7 @@ def test_answers_of_nodes_take_the_wire_before_what_is_less_urgent() -> None:
 
 
 def test_without_wire_time_frames_arrive_at_once() -> None:
-    bus = SimulatedBus([SimulatedNode([AXIS], CYCLE_S, LAG_S)], None)
+    bus = SimulatedBus([SimulatedNode([AXIS], [START / COUNTS], CYCLE_S, LAG_S)], None)
     bus.step(0.0)
     bus.step(0.1)
     assert bus.next_at is None
@@ -97,7 +97,7 @@ def test_after_a_pause_no_node_moves_far_ahead_of_another() -> None:
             apart.append(max(moved.values()) - min(moved.values()))
 
     moved, apart = {1: 0.0, 2: 0.0}, list[float]()
-    bus = SimulatedBus([Watched([replace(AXIS, node_id=number)], CYCLE_S, LAG_S) for number in (1, 2)], None)
+    bus = SimulatedBus([Watched([replace(AXIS, node_id=number)], [0.0], CYCLE_S, LAG_S) for number in (1, 2)], None)
     bus.step(0.0)
     bus.step(0.2)
     assert moved == {1: 0.2, 2: 0.2}

@@ -22,6 +22,7 @@ from drive_gateway.canopen.axes_eds import eds_text
 from drive_gateway.canopen.nmt import NmtState
 from drive_gateway.config import load_drives
 from drive_gateway.config.settings import BusSettings
+from drive_gateway.sim.config.load import load_simulation
 from drive_gateway.sim.shell import SimulatedDrives
 from tests.unit.bus_tool_world import (
     DEADLINE_S,
@@ -55,7 +56,7 @@ def simulated(drives_file: Path, tool_bus: ToolBus) -> Iterator[Path]:
     """The same, and its six drives, booted."""
     settings = load_drives(drives_file, "left_bus")
     settings = replace(settings, bus=BusSettings("virtual", tool_bus.channel, 1_000_000, {}))
-    with SimulatedDrives(settings) as drives:
+    with SimulatedDrives(settings, load_simulation(drives_file)) as drives:
         deadline = time.monotonic() + DEADLINE_S
         while not all(node.nmt is NmtState.PRE_OPERATIONAL for node in drives.nodes):
             assert time.monotonic() < deadline
@@ -385,6 +386,11 @@ def test_the_plan_is_what_the_gateway_writes_object_by_object(drives_file: Path,
     told = tool_bus.run("plan", str(drives_file), "left.J1")
     assert told.startswith("node 1 (left.J1): NMT reset communication, and after its boot-up:\n")
     assert "  write, check  1017h:00  Producer heartbeat time in ms = 100 (0064h)  [heartbeat of the node]\n" in told
+    period = "Communication cycle period = 4000 (00000FA0h)  [communication cycle period in us, unless the node has no"
+    assert f"  write, check  1006h:00  {period} such object]\n" in told
+    counter = "unless the node has no such counter, or has it right]\n"
+    assert f"  write, check  1019h:00  Synchronous counter overflow value = 0 (00h)  [SYNC counter, {counter}" in told
+    assert "not in " not in told
     assert told.endswith("  NMT start\n")
     assert tool_bus.run("plan", str(TWO_ARMS), "left_bus", "left.J1") == told
     assert tool_bus.run("plan", str(drives_file)).count("NMT start") == 6

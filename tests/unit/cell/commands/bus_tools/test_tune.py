@@ -1,7 +1,6 @@
 """`drive-gateway tune`: margins, step and curves of one axis; and the curves' text."""
 
 import re
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -11,12 +10,13 @@ from cell.commands.bus_tools.tune import show_tuning
 from cell.commands.errors import CommandError
 from cell.commands.pages.text_chart import HEIGHT, WIDTH, chart
 from drive_gateway.config import load_drives
-from drive_gateway.config.simulation import Simulation
+from drive_gateway.sim.config.load import load_simulation
+from drive_gateway.sim.config.simulation import Simulation
 from tests.unit.config_world import CONFIGS, DRIVES
 
 
 def test_margins_step_and_curves_are_shown(capsys: pytest.CaptureFixture[str]) -> None:
-    show_tuning(load_drives(CONFIGS / DRIVES, "left_bus"), "J2")
+    show_tuning(load_drives(CONFIGS / DRIVES, "left_bus"), load_simulation(CONFIGS / DRIVES), "J2")
     shown = capsys.readouterr().out
     assert "speed loop of left.J2" in shown
     assert "gain margin            17.6" in shown
@@ -26,7 +26,7 @@ def test_margins_step_and_curves_are_shown(capsys: pytest.CaptureFixture[str]) -
 
 def test_the_page_draws_step_gain_and_phase_with_both_margins(tmp_path: Path) -> None:
     page = tmp_path / "tune.html"
-    show_tuning(load_drives(CONFIGS / DRIVES, "left_bus"), "J5", page)
+    show_tuning(load_drives(CONFIGS / DRIVES, "left_bus"), load_simulation(CONFIGS / DRIVES), "J5", page)
     drawn = page.read_text()
     assert drawn.count("<svg") == 3
     gain = drawn.split("<svg")[2]
@@ -42,13 +42,12 @@ def test_the_page_draws_step_gain_and_phase_with_both_margins(tmp_path: Path) ->
 
 def test_axis_that_does_not_exist_is_told_with_those_that_do() -> None:
     with pytest.raises(CommandError, match=r"no axis 'J9' on left_bus; its axes are: left.J1"):
-        show_tuning(load_drives(CONFIGS / DRIVES, "left_bus"), "J9")
+        show_tuning(load_drives(CONFIGS / DRIVES, "left_bus"), load_simulation(CONFIGS / DRIVES), "J9")
 
 
 def test_axis_without_motor_is_told_where_to_add_it() -> None:
-    bare = replace(load_drives(CONFIGS / DRIVES, "left_bus"), simulation=Simulation())
-    with pytest.raises(CommandError, match=r"nothing of the motor and load of left.J1; add them below simulation.axes"):
-        show_tuning(bare, "left.J1")
+    with pytest.raises(CommandError, match=r"nothing says which motor and load left.J1 has on left_bus"):
+        show_tuning(load_drives(CONFIGS / DRIVES, "left_bus"), Simulation(), "left.J1")
 
 
 def test_chart_draws_from_its_lowest_to_its_highest_value() -> None:

@@ -8,20 +8,19 @@ from cell.commands.checks import check_cell
 from drive_gateway.config import load_drives
 from robot_agent.model.axis_needs import axis_needs
 from robot_agent.model.load import read_robot
-from tests.unit.config_world import CELL, CONFIGS, DRIVES, ROBOT, Copy
+from tests.unit.config_world import CELL, CONFIGS, DRIVES, ROBOT, SIMULATION, Copy
 
 SLIDE = (
     "{node: 3, type: linear, feed: 20, gear: 4, counts_per_turn: 131072, direction: -1, offset: 100, speed: 950, "
-    "acceleration: 13000,\n         quick_stop: 15000, following_window: 30, following_time_s: 0.1, "
-    "simulated_start: 0}\n"
+    "acceleration: 13000,\n         quick_stop: 15000, following_window: 30, following_time_s: 0.1}\n"
 )
 J3 = (
     "{node: 3, gear: 190, counts_per_turn: 131072, direction: -1, offset: 0, speed: 116, acceleration: 495,\n"
-    "         quick_stop: 650, following_window: 3, following_time_s: 0.1, simulated_start: 35}\n"
+    "         quick_stop: 650, following_window: 3, following_time_s: 0.1}\n"
 )
 J3_MOTOR = (
-    "      J3: {motor: joint-large, inertia_kg_m2: 8, coulomb_nm: 15, viscous_nm_s: 20,\n"
-    "           gravity: {mass_kg: 25, length: 400, hanging: 180}}\n"
+    "    J3: {motor: joint-large, inertia_kg_m2: 8, coulomb_nm: 15, viscous_nm_s: 20,\n"
+    "         gravity: {mass_kg: 25, length: 400, hanging: 180}}\n"
 )
 
 
@@ -30,7 +29,7 @@ def lines(copy: Copy) -> list[str]:
 
 
 def test_an_axis_that_slides_counts_by_its_feed_and_speaks_metres(tmp_path: Path) -> None:
-    copy = Copy(tmp_path).change(DRIVES, J3, SLIDE).change(DRIVES, J3_MOTOR, "")
+    copy = Copy(tmp_path).change(DRIVES, J3, SLIDE).change(SIMULATION, J3_MOTOR, "")
     axis = load_drives(copy.drives, "left_bus").robots["left"].axes[2]
     assert axis.counts_per_unit == pytest.approx(-131072 * 4 / 0.020)
     assert (axis.offset, axis.speed, axis.following_window) == pytest.approx((0.1, 0.95, 0.03))
@@ -77,8 +76,9 @@ def test_the_limits_of_a_drive_hold_those_of_its_joint(tmp_path: Path) -> None:
 
 
 def test_drives_that_carry_a_robots_masses_need_some_in_its_file(tmp_path: Path) -> None:
-    copy = Copy(tmp_path).add("mixed/placer_drives.yaml", "simulation: {masses: robot}")
+    copy = Copy(tmp_path)
+    (copy.folder / "mixed/placer_drives.sim.yaml").write_text("units: {length: mm, angle: deg}\nmasses: robot\n")
     found = [copy.shown(problem) for problem in check_cell(copy.folder / "mixed" / "cell.yaml")[1]]
-    place = copy.place("mixed/placer_drives.yaml", "masses: §robot")
+    place = copy.place("mixed/placer_drives.sim.yaml", "masses: §robot")
     allowed = "axes: the file of SCARA, robot placer, says nothing of masses"
-    assert found == [f"{place}: simulation.masses: found robot, allowed {allowed}"]
+    assert found == [f"{place}: masses: found robot, allowed {allowed}"]

@@ -7,7 +7,7 @@ import pytest
 from cell.commands.checks import check_cell
 from cell.config import Severity, load_cell
 from robot_agent.model import load_description
-from tests.unit.config_world import CELL, CONFIGS, DRIVES, ROBOT, TIMES, TWO_ARMS, Copy
+from tests.unit.config_world import CELL, CONFIGS, DRIVES, ROBOT, SIMULATION, TIMES, TWO_ARMS, Copy
 
 RIGHT = "two_arms/right_drives.yaml"
 PROGRAM = "two_arms/programs/left.prog"
@@ -56,8 +56,8 @@ def test_every_example_cell_is_good(path: Path) -> None:
         (DRIVES, "acceleration: 413", "acceleration: 375", (DRIVES, "§375"),
          "robots.left.axes.J2.acceleration: found 375, allowed 393.75 or more, 1.05 times the ramp of J2 (ramp_factor "
          "times its acceleration)"),
-        (DRIVES, "simulated_start: 35", "simulated_start: 76", (DRIVES, "§76"),
-         "robots.left.axes.J3.simulated_start: found 76, allowed -170 to 75, the limits of J3"),
+        (SIMULATION, "level: fast", "starts: {left: {J3: 76}}", (SIMULATION, "§76"),
+         "starts.left.J3: found 76, allowed -170 to 75, the limits of J3"),
         (DRIVES, "gear: 80, counts_per_turn: 131072", "gear: 80, counts_per_turn: 33554432", (DRIVES, "gear: §80"),
          "robots.left.axes.J6.gear: found 80 times 33554432 counts per turn: 32 bits reach from -288 to 288, allowed a "
          "counter that reaches from -453 to 453, the limits of J6 and its following error"),

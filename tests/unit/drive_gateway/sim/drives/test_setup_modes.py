@@ -184,10 +184,7 @@ def test_windows_of_the_velocity_have_a_time_each(times_ms: tuple[int, int]) -> 
     ],
 )
 def test_homing_finds_its_place_and_calls_it_the_offset(method: int, start: float) -> None:
-    axis = replace(
-        AXIS, incremental=True, index_counts=2_000, homing=replace(HOME, method=method), simulated_start=start
-    )
-    bench = Bench(axis)
+    bench = Bench(replace(AXIS, incremental=True, index_counts=2_000, homing=replace(HOME, method=method)), start)
     bench.prepare()
     for (index, sub), (value, size) in {
         (0x6098, 0): (method, 1),
@@ -207,9 +204,7 @@ def test_homing_finds_its_place_and_calls_it_the_offset(method: int, start: floa
 
 @pytest.mark.parametrize(("method", "start", "turns_away"), [(33, 0.41, 1), (34, -0.01, -1)])
 def test_the_index_pulse_alone_says_nothing_about_whole_turns(method: int, start: float, turns_away: int) -> None:
-    bench = Bench(
-        replace(AXIS, incremental=True, index_counts=2_000, homing=replace(HOME, method=method), simulated_start=start)
-    )
+    bench = Bench(replace(AXIS, incremental=True, index_counts=2_000, homing=replace(HOME, method=method)), start)
     bench.prepare()
     bench.write(0x6098, 0, method, 1)
     bench.write(0x6099, 2, 2_000, 4)

@@ -18,7 +18,7 @@ from drive_gateway.sim.axis.motor_data import MOTORS
 from drive_gateway.sim.drives.power_state import DriveState
 from drive_gateway.sim.nodes.node import SimulatedNode
 from drive_gateway.sim.services.emergency import FOLLOWING_ERROR
-from tests.unit.sim_drive_world import AXIS, CYCLE_S, LAG_S, NODE, START, Bench
+from tests.unit.sim_drive_world import AXIS, COUNTS, CYCLE_S, LAG_S, NODE, START, Bench
 
 FINE = 10.0
 """The full level's encoder is finer than that of the fast level's axis."""
@@ -49,7 +49,7 @@ class Rig(Bench):
         self.scale = FINE if full else 1.0
         if full:
             servo = FullServo(DATA, FINE * START, LAG_S, DcBus(DcBusData()))
-            self.node = SimulatedNode([FULL_AXIS], CYCLE_S, LAG_S, servos=[servo])
+            self.node = SimulatedNode([FULL_AXIS], [START / COUNTS], CYCLE_S, LAG_S, servos=[servo])
         self.prepare(x6065_0=round(1000 * self.scale), x6085_0=round(300_000 * self.scale))
         self.enable()
         self.target = self.drive(0.2, 0.0)

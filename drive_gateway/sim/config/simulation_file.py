@@ -1,11 +1,14 @@
-"""Schema of the part of a drives file that says how its drives are simulated."""
+"""Schema of the file beside a drives file that says how its drives are simulated, and what it says."""
 
 from typing import Annotated, Literal
 
 from pydantic import BaseModel, Field
 
 from cell.config.fields import Name
-from cell.config.units import STRICT, Angle, PositiveLength
+from cell.config.units import STRICT, Angle, Number, PositiveLength, ToSI, Units
+from drive_gateway.config.axis_entry import AxisEntry
+from drive_gateway.config.drives_file import AxisName, DrivesFile
+from drive_gateway.config.settings import MOTOR_SPEED_RESERVE
 from drive_gateway.sim.axis.axis_data import AxisData
 from drive_gateway.sim.axis.dc_bus import DcBusData
 from drive_gateway.sim.axis.encoder import EncoderData
@@ -13,8 +16,8 @@ from drive_gateway.sim.axis.gains import ServoData
 from drive_gateway.sim.axis.load import Load, constant, pendulum, stops, together
 from drive_gateway.sim.axis.mechanics import LoadData
 from drive_gateway.sim.axis.motor_data import MOTORS
+from drive_gateway.sim.config.simulation import LAG_S, Level, Simulation
 
-AxisName = Annotated[str, Field(pattern=r"^J[1-9]$", description="an axis, named for its joint: J1, J2, ...")]
 Positive = Annotated[float, Field(gt=0, le=1e9)]
 NotNegative = Annotated[float, Field(ge=0, le=1e9)]
 Torque = Annotated[float, Field(ge=-1e9, le=1e9)]
@@ -44,7 +47,7 @@ class ServoEntry(BaseModel):
 
 
 class DcBusEntry(BaseModel):
-    """The DC bus that all drives of this file share."""
+    """The DC bus that all drives of this file's bus share."""
 
     model_config = STRICT
     supply_v: Positive = Field(default=DcBusData().supply_v, description="voltage of the supply [V]")
@@ -85,42 +88,83 @@ class SimulatedAxisEntry(BaseModel):
     noise_counts: NotNegative = Field(default=0.0, description="standard deviation of one encoder reading [counts]")
     servo: ServoEntry = Field(default=ServoEntry(), description="the drive's servo loop")
 
-    def data(
-        self, *, gear: float, direction: int, counts_per_turn: int, offset: float, top_speed: float, seed: int
-    ) -> AxisData:
-        """With what the axis itself says: `offset` [rad] behind the gear, `top_speed` [rad/s] of the shaft."""
+    def data(self, axis: AxisEntry) -> AxisData:
+        """With what the axis itself says."""
         torques = [] if self.gravity is None else [self.gravity.load()]
         torques += [] if self.stops is None else [stops(*self.stops)]
         torques += [constant(self.constant_nm)] if self.constant_nm or not torques else []
         return AxisData(
             motor=MOTORS[self.motor],
-            gear=gear,
-            direction=direction,
-            offset=offset,
+            gear=axis.gear,
+            direction=axis.direction,
+            offset=axis.offset / axis.way_per_rad(),
             load=LoadData(
                 self.inertia_kg_m2, self.coulomb_nm, self.viscous_nm_s, self.stiffness_nm_rad, self.damping_nm_s
             ),
             torque=together(*torques),
-            encoder=EncoderData(counts_per_turn, noise_counts=self.noise_counts),
+            encoder=EncoderData(axis.counts_per_turn, noise_counts=self.noise_counts),
             servo=ServoData(self.servo.speed_hz, self.servo.reset_s, self.servo.position_per_s),
-            top_speed=top_speed,
-            seed=seed,
+            top_speed=MOTOR_SPEED_RESERVE * axis.speed * axis.gear / axis.way_per_rad(),
+            seed=axis.node + 0x80 * (axis.axis - 1),
         )
 
 
-class SimulationEntry(BaseModel):
-    """How the drives are simulated; real drives do not look at it."""
+class SimulationFile(BaseModel):
+    """How the drives of the drives file beside it are simulated. Real drives never see it, and it may be left out."""
 
     model_config = STRICT
+    units: Units = Field(description="units of lengths and angles: {length: mm, angle: deg}")
     level: Literal["fast", "full"] = Field(
         default="fast", description="fast: position loop only; full: motor, load, encoder, servo loop, power"
+    )
+    lag_s: Annotated[float, Field(ge=0, le=1)] | None = Field(
+        default=None,
+        description=f"[s] lag of a drive behind its set points; without it {LAG_S:g}, or less where a following_window "
+        "is tight",
+    )
+    wire_time: bool = Field(default=False, description="frames take their time on the wire, at the bus' bit rate")
+    starts: dict[Name, dict[AxisName, Number]] = Field(
+        default={},
+        description="where axes stand when their drives are switched on, by robot and axis; others at the home "
+        "position of the robot's file",
     )
     masses: Literal["axes", "robot"] = Field(
         default="axes",
         description="full level, axes: each has the load said here; robot: they carry the masses of the robot file",
     )
-    wire_time: bool = Field(default=False, description="frames take their time on the wire, at the bus' bit rate")
     dc_bus: DcBusEntry = Field(default=DcBusEntry(), description="the DC bus that the drives share")
     axes: dict[Name, dict[AxisName, SimulatedAxisEntry]] = Field(
         default={}, description="motor and load by robot and axis; the full level needs all of them"
     )
+
+    def simulation(self, drives: DrivesFile) -> Simulation:
+        """The same in SI, for the drives of a file; only for files without problems."""
+        return Simulation(
+            lag_s=lag_of(drives) if self.lag_s is None else self.lag_s,
+            starts=self.places(drives),
+            level=Level(self.level),
+            wire_time=self.wire_time,
+            dc_bus=self.dc_bus.data(),
+            axes={
+                (robot, name): entry.data(drives.robots[robot].axes[name])
+                for robot, entries in self.axes.items()
+                for name, entry in entries.items()
+            },
+            whole_robots=self.masses == "robot",
+        )
+
+    def places(self, drives: DrivesFile) -> dict[tuple[str, str], float]:
+        """[rad or m] `starts` of axes that the drives file has; there it says which of them slide."""
+        to_si = ToSI.of(self.units.model_dump())
+        return {
+            (robot, name): place / to_si.per_metre if drives.robots[robot].axes[name].linear else place * to_si.angle
+            for robot, places in self.starts.items()
+            for name, place in places.items()
+            if robot in drives.robots and name in drives.robots[robot].axes
+        }
+
+
+def lag_of(drives: DrivesFile) -> float:
+    """[s] Lag of drives of which nothing is said: at full speed it takes up to 3/4 of each axis' following window."""
+    axes = [axis for robot in drives.robots.values() for axis in robot.axes.values()]
+    return min([LAG_S, *(0.75 * axis.following_window / axis.speed for axis in axes)])
