@@ -12,6 +12,7 @@ from ruckig import InputParameter, Ruckig, Trajectory
 
 from bench.arms import arms
 from bench.corrections import corrections
+from bench.distances import distances
 from bench.drives import simulated_drives
 from bench.estop import emergency_stop
 from bench.gateway import gateways
@@ -121,7 +122,17 @@ def main() -> None:
     iterating = load_model(NUMERIC)
     inverse = kinematics(model, iterating, q)
     own = [profile(), *motions(model, limits), *mixed_motion(model, limits), *corrections(model, iterating)]
-    for row in [*inverse, *own, *emergency_stop(), *simulated_drives(), *gateways(), *load(), *arms(), *rests()]:
+    for row in [
+        *inverse,
+        *distances(),
+        *own,
+        *emergency_stop(),
+        *simulated_drives(),
+        *gateways(),
+        *load(),
+        *arms(),
+        *rests(),
+    ]:
         table.add_row(*row.cells())
     Console().print(table)
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from cell.commands.checks.readings import Readings
 from cell.config.document import Document
 from cell.config.problem import Problem, Severity
-from cell.geometry import segment_distance, transform_points
+from cell.geometry import capsule_distance, transform_points
 from cell.geometry.arrays import Array
 from robot_agent.kinematics import Model, OpenMechanism
 from robot_agent.workspace import PlacedRobot
@@ -56,7 +56,7 @@ def _within(document: Document, model: Model) -> Iterator[Problem]:
 def _gaps(model: Model, q: Array, pairs: NDArray[np.intp]) -> Array:
     """Distances [m] between the capsules of pairs `(2, p)` at joints `(n,)`; negative where they overlap."""
     (one, other), ends, radii = pairs, model.capsules(q), model.capsule_radii
-    return np.asarray(segment_distance(ends[one], ends[other]) - radii[one] - radii[other])
+    return capsule_distance(ends[one], radii[one], ends[other], radii[other])
 
 
 def _between(readings: Readings, models: dict[str, Model]) -> Iterator[Problem]:
@@ -64,8 +64,8 @@ def _between(readings: Readings, models: dict[str, Model]) -> Iterator[Problem]:
         robot: _at_home(readings, robot, model) for robot, model in models.items() if robot in readings.cell.robots
     }
     for one, other in combinations(bodies, 2):
-        distances = segment_distance(bodies[one][:, None], bodies[other][None])
-        gaps = distances - models[one].capsule_radii[:, None] - models[other].capsule_radii
+        mine_m, its_m = models[one].capsule_radii[:, None], models[other].capsule_radii
+        gaps = capsule_distance(bodies[one][:, None], mine_m, bodies[other], its_m)
         if gaps.min() <= 0:
             mine, its = np.unravel_index(int(gaps.argmin()), gaps.shape)
             parts = f"link {_link(models[other], int(its))} of {other}, link {_link(models[one], int(mine))} of {one}"
