@@ -14,7 +14,7 @@ from cell.geometry.arrays import Array, Flags, keep_freed_memory
 from robot_agent.kinematics import choice, tracking
 from robot_agent.kinematics.coupling import Coupling
 from robot_agent.kinematics.errors import BadInput, BadModel, Violation
-from robot_agent.kinematics.problems import body_problems, coupling_problems, family_problems
+from robot_agent.kinematics.problems import apart_problems, body_problems, coupling_problems, family_problems
 from robot_agent.kinematics.reach import Places, farthest
 from robot_agent.kinematics.singularity import SingularityDistance
 from robot_agent.kinematics.solutions import Solutions
@@ -277,4 +277,5 @@ class Model(ABC):
         """Everything that makes the description no robot of its family."""
         yield from family_problems(self.description)
         yield from body_problems(self.body, len(self.link_names))
+        yield from apart_problems(self.description.apart, self.link_names)
         yield from coupling_problems(self.description)
