@@ -55,6 +55,7 @@ from cell.messages.robot_state import (
     PaceStatus,
     ProgramState,
     ProgramStatus,
+    Reserve,
     RobotState,
 )
 from cell.messages.setpoints import OutputEvent, SetpointBlock
@@ -117,6 +118,7 @@ __all__ = [
     "RecordBus",
     "Release",
     "Reply",
+    "Reserve",
     "ResetDrives",
     "ResetEstop",
     "ResetRobot",

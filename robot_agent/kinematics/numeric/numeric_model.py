@@ -70,6 +70,8 @@ class NumericModel(SerialModel):
 
     branches: ClassVar[tuple[str, ...]] = tuple(f"S{i + 1}" for i in range(SLOTS))
     closed_form: ClassVar[bool] = False
+    near_singular: ClassVar[float] = 0.005
+    """Its measure is a ratio of speeds, which is 0.1 where nothing is singular."""
 
     def __init__(self, description: RobotDescription) -> None:
         if description.urdf is None:

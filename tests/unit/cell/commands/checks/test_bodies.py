@@ -38,7 +38,9 @@ def test_pairs_that_may_touch_are_no_finding(tmp_path: Path) -> None:
 def test_a_name_that_is_no_link_is_told_with_those_that_there_are(tmp_path: Path) -> None:
     copy = Copy(tmp_path).change(ROBOT, HOME, f"{HOME}\nself_collision: {{margin: 5, may_touch: [[2, hand]]}}")
     (told,) = {copy.shown(problem) for problem in check_cell(copy.cell)[1]}
-    assert told.endswith("self_collision.may_touch[0][1]: found 'hand', allowed one of base, 1, 2, 3, 4, 5, flange, tool")
+    assert told.endswith(
+        "self_collision.may_touch[0][1]: found 'hand', allowed one of base, 1, 2, 3, 4, 5, flange, tool"
+    )
 
 
 def test_links_that_always_touch_are_no_finding() -> None:
