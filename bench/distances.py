@@ -7,12 +7,17 @@ import fcl
 import numpy as np
 
 from bench.timing import Row, median_s
-from cell.geometry import capsule_distance
+from cell.geometry import capsule_distance, transform_points
 from cell.geometry.arrays import Array
+from robot_agent.kinematics import Model
+from robot_agent.trajectory import Motion
+from robot_agent.workspace import Things, sweep
 
 PAIRS = (49, 294, 1372)
 """Two, four and eight arms of seven capsules, each with each other."""
 ARMS, CAPSULES, SAMPLES = 8, 8, 500
+BLOCK = 90
+"""Samples of a jog's block with its ramp."""
 
 
 def distances() -> Iterator[Row]:
@@ -34,6 +39,22 @@ def distances() -> Iterator[Row]:
     own, pairs = median_s(whole, 3), len(first) * CAPSULES**2 * SAMPLES
     what = f"{pairs} of them: {ARMS} arms, {CAPSULES} capsules, {SAMPLES} samples"
     yield Row(what, own, own / (peer_s * pairs / PAIRS[-1]), "of python-fcl, pair by pair")
+
+
+def itself(model: Model, motion: Motion) -> list[Row]:
+    """What it takes to keep a robot out of itself, in ten seconds of a planned motion and in a block of a jog."""
+    things, world = Things(model), np.eye(4)
+    body, block = (sweep(model, world, motion.q(taus)) for taus in (motion.grid, motion.grid[:BLOCK]))
+
+    def points_at(taus: Array) -> Array:
+        return transform_points(world, model.capsules(motion.q(taus)))
+
+    whole_s = median_s(lambda: things.first_touch(body, motion.grid, points_at)) * 10.0 / motion.duration_s
+    block_s = median_s(lambda: things.in_the_way(block), 100)
+    return [
+        Row("a robot against itself, 10 s of motion", whole_s, whole_s / 0.03, "of 30 ms"),
+        Row(f"a robot against itself, a block of {BLOCK} samples", block_s, block_s / 0.0003, "of 0.3 ms"),
+    ]
 
 
 def _by_fcl(one: Array, other: Array, radii: Array) -> Callable[[], list[float]]:

@@ -117,6 +117,21 @@ def test_the_margin_is_kept_to_a_quarter_of_a_millimetre(margin_mm: float) -> No
     assert gaps(ARM, motion.q(np.array([touch.tau + 0.002]))).min() < margin_mm / 1000.0 + 0.004
 
 
+@given(start=st.tuples(*[st.floats(0.3, 0.7)] * 6), target=st.tuples(*[st.floats(0.3, 0.7)] * 6))
+@settings(max_examples=8, deadline=None)
+def test_a_fast_motion_that_stays_half_a_millimetre_beyond_the_margin_is_free(
+    start: tuple[float, ...], target: tuple[float, ...]
+) -> None:
+    lower, upper = ARM.limits.position.T
+    motion = moved(ARM, *(lower + np.array(share) * (upper - lower) for share in (start, target)))
+    wide = (("3", "5"),)  # whose distance hardly changes
+    taus = np.arange(0.0, motion.duration_s + FINE_S, FINE_S)
+    least = float(gaps(changed(apart=Apart(0.0, wide)), motion.q(taus)).min())
+    if least > 0.001:
+        assert first_touch(changed(apart=Apart(least - 0.0005, wide)), motion) is None
+        assert first_touch(changed(apart=Apart(least + 0.0001, wide)), motion) is not None
+
+
 def test_it_does_not_matter_where_the_robot_stands() -> None:
     base = np.eye(4)
     base[:3, :3], base[:3, 3] = [[0, -1, 0], [1, 0, 0], [0, 0, 1]], [3.0, -2.0, 0.5]
