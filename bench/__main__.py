@@ -12,6 +12,7 @@ from ruckig import InputParameter, Ruckig, Trajectory
 
 from bench.arms import arms
 from bench.corrections import corrections
+from bench.distances import distances, itself
 from bench.drives import simulated_drives
 from bench.estop import emergency_stop
 from bench.gateway import gateways
@@ -108,6 +109,7 @@ def mixed_motion(model: Model, limits: Limits) -> list[Row]:
     return [
         Row("plan 10 s of a mixed sequence", 10.0 * per_s, 10.0 * per_s / 0.05, "of 50 ms"),
         *governed(motion, limits),
+        *itself(model, motion),
     ]
 
 
@@ -121,7 +123,17 @@ def main() -> None:
     iterating = load_model(NUMERIC)
     inverse = kinematics(model, iterating, q)
     own = [profile(), *motions(model, limits), *mixed_motion(model, limits), *corrections(model, iterating)]
-    for row in [*inverse, *own, *emergency_stop(), *simulated_drives(), *gateways(), *load(), *arms(), *rests()]:
+    for row in [
+        *inverse,
+        *distances(),
+        *own,
+        *emergency_stop(),
+        *simulated_drives(),
+        *gateways(),
+        *load(),
+        *arms(),
+        *rests(),
+    ]:
         table.add_row(*row.cells())
     Console().print(table)
 

@@ -16,7 +16,7 @@ from cell.geometry.pose import (
     to_xyz_abc,
     transform_points,
 )
-from cell.geometry.segment import segment_distance
+from cell.geometry.segment import capsule_distance, segment_distance
 from cell.geometry.solid import Cylinder, HalfSpace, Solid, Sphere
 
 __all__ = [
@@ -33,6 +33,7 @@ __all__ = [
     "WrongShape",
     "body_touches_box",
     "capsule_box_distance",
+    "capsule_distance",
     "capsules_touch_box",
     "check_poses",
     "compose",

@@ -65,6 +65,7 @@ from cell.messages.robot_state import (
     PaceStatus,
     ProgramState,
     ProgramStatus,
+    Reserve,
     RobotState,
 )
 from cell.messages.setpoints import OutputEvent, SetpointBlock
@@ -129,6 +130,7 @@ __all__ = [
     "RecordBus",
     "Release",
     "Reply",
+    "Reserve",
     "ResetDrives",
     "ResetEstop",
     "ResetRobot",

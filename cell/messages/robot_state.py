@@ -85,6 +85,22 @@ class CorrectionStatus:
     """Rotation vector."""
 
 
+@dataclass(frozen=True, slots=True)
+class Reserve:
+    """How much motion is left where the robot is."""
+
+    singular: Text
+    """The singularity that is nearest."""
+    from_singular: Annotated[float, Ge(0.0), Le(1.0)]
+    """How far it is from that: 0 is singular, 1 the farthest."""
+    manipulability: Number
+    """Product of the singular values of the Jacobian of the flange, in m and rad; of six axes |det J|."""
+    joint: Name
+    """The joint that is nearest to one of its limits, as a share of its range."""
+    from_limit: Number
+    """How far it is from that limit [rad or m]; below zero beyond it."""
+
+
 @state("robot/{robot}/state")
 @dataclass(frozen=True, slots=True)
 class RobotState:
@@ -114,3 +130,4 @@ class RobotState:
     correction: CorrectionStatus | None = None
     frames: Annotated[dict[Name, Count], Few] = field(default_factory=dict)
     """Frame in which a thing stands: the version by which the next motions are planned."""
+    reserve: Reserve | None = None

@@ -14,7 +14,7 @@ from cell.geometry.arrays import Array, Flags, keep_freed_memory
 from robot_agent.kinematics import choice, tracking
 from robot_agent.kinematics.coupling import Coupling
 from robot_agent.kinematics.errors import BadInput, BadModel, Violation
-from robot_agent.kinematics.problems import body_problems, coupling_problems, family_problems
+from robot_agent.kinematics.problems import apart_problems, body_problems, coupling_problems, family_problems
 from robot_agent.kinematics.reach import Places, farthest
 from robot_agent.kinematics.singularity import SingularityDistance
 from robot_agent.kinematics.solutions import Solutions
@@ -32,6 +32,8 @@ class Model(ABC):
     """Names of the solution branches, in the order of the slots of `Solutions`."""
     closed_form: ClassVar[bool] = True
     """Whether `inverse` finds all solutions that there are."""
+    near_singular: ClassVar[float] = 0.05
+    """What is nearer to a singularity than this is worth a warning: 3 deg of a wrist."""
 
     def __init__(self, description: RobotDescription) -> None:
         keep_freed_memory()
@@ -109,6 +111,19 @@ class Model(ABC):
             cell.geometry.GeometryError: `poses` are not poses.
             BadInput: `near` has another shape, or a value that is not finite.
         """
+
+    def manipulability(self, q: Array) -> Array:
+        """Joints `(..., n)` -> `(...)`: product of the singular values of the Jacobian; 0 where it is singular.
+
+        Of six axes that is |det J|, in m^3 where all of them turn: what the volume of joint speeds becomes for the
+        flange (Yoshikawa, Manipulability of Robotic Mechanisms, 1985).
+        """
+        return np.asarray(np.linalg.svd(self.jacobian(q), compute_uv=False).prod(axis=-1))
+
+    def from_limits(self, q: Array) -> Array:
+        """Joints `(..., n)` -> how far each is from the nearer of its limits [rad or m]; below zero beyond it."""
+        q, (lower, upper) = self.check_joints(q), self.limits.position.T
+        return np.asarray(np.minimum(q - lower, upper - q))
 
     def forward(self, q: Array) -> Array:
         """Joints `(..., n)` [rad or m] -> pose of the flange in base `(..., 4, 4)`."""
@@ -277,4 +292,5 @@ class Model(ABC):
         """Everything that makes the description no robot of its family."""
         yield from family_problems(self.description)
         yield from body_problems(self.body, len(self.link_names))
+        yield from apart_problems(self.description.apart, self.link_names)
         yield from coupling_problems(self.description)

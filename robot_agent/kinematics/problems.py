@@ -5,7 +5,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from robot_agent.kinematics.errors import BadModel
-from robot_agent.model.description import CapsuleBody, RobotDescription
+from robot_agent.model.description import TOOL, Apart, CapsuleBody, RobotDescription
 from robot_agent.model.families import shape_of
 
 
@@ -46,6 +46,13 @@ def body_problems(body: tuple[CapsuleBody, ...], links: int) -> Iterator[str]:
     for i, capsule in enumerate(body):
         if capsule.link not in range(links):
             yield f"capsule {i} is on link {capsule.link}, allowed 0 to {links - 1}"
+
+
+def apart_problems(apart: Apart, links: tuple[str, ...]) -> Iterator[str]:
+    """Names of links that may touch against those that there are."""
+    allowed = (*links, TOOL)
+    unknown = dict.fromkeys(name for pair in apart.may_touch for name in pair if name not in allowed)
+    yield from (f"found link {name!r} in self_collision, allowed {', '.join(allowed)}" for name in unknown)
 
 
 def coupling_problems(description: RobotDescription) -> Iterator[str]:

@@ -1,6 +1,8 @@
 """The robot file: links, limits, home position and body."""
 
 from robot_agent.model.description import (
+    TOOL,
+    Apart,
     CapsuleBody,
     JointLimits,
     LinkMass,
@@ -17,7 +19,9 @@ from robot_agent.model.load import URDF, load_description
 
 __all__ = [
     "FAMILIES",
+    "TOOL",
     "URDF",
+    "Apart",
     "CapsuleBody",
     "JointLimits",
     "LinkMass",

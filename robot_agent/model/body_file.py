@@ -6,9 +6,9 @@ import numpy as np
 from pydantic import BaseModel, Field
 
 from cell.config.fields import Pose
-from cell.config.units import LARGEST, STRICT, Length, PositiveLength
+from cell.config.units import LARGEST, STRICT, Length, NotNegativeLength, PositiveLength
 from cell.geometry import from_xyz_abc
-from robot_agent.model.description import Capsule, CapsuleBody, Tool
+from robot_agent.model.description import Apart, Capsule, CapsuleBody, Tool
 from robot_agent.model.mass_file import Inertia, inertia_matrix
 
 Point = tuple[Length, Length, Length]
@@ -37,6 +37,22 @@ class CapsuleEntry(BaseModel):
 
     def body(self) -> CapsuleBody:
         return CapsuleBody(self.link, self.start, self.end, self.radius)
+
+
+LinkName = int | str
+
+
+class SelfCollisionEntry(BaseModel):
+    """How the robot's own links keep away from each other; those that a joint holds together may touch."""
+
+    model_config = STRICT
+    margin: NotNegativeLength = Field(0.0, description="how near they may come; default 0")
+    may_touch: tuple[tuple[LinkName, LinkName], ...] = Field(
+        (), description="pairs that are not kept apart, [[2, flange], [1, tool]]: names as in `cell model`, or tool"
+    )
+
+    def apart(self) -> Apart:
+        return Apart(self.margin, tuple((str(one), str(other)) for one, other in self.may_touch))
 
 
 class ToolEntry(BaseModel):

@@ -4,6 +4,7 @@ from collections.abc import Iterator
 
 from cell.config.document import Document
 from cell.config.problem import KeyPath, Problem
+from robot_agent.model.description import TOOL
 from robot_agent.model.families import FAMILIES
 from robot_agent.model.mass_checks import check_masses
 from robot_agent.model.motor_checks import check_motors
@@ -20,6 +21,7 @@ def check_robot_file(document: Document, robot: RobotFile) -> list[Problem]:
         *_limits(document, robot),
         *_home(document, robot),
         *_capsules(document, robot),
+        *_self_collision(document, robot),
         *_motors(document, robot),
         *check_masses(document, robot),
         *_tool(document, robot),
@@ -93,6 +95,18 @@ def _capsules(document: Document, robot: RobotFile) -> Iterator[Problem]:
     for index, capsule in enumerate(robot.capsules):
         if capsule.link > last:
             yield document.problem(("capsules", index, "link"), f"{capsule.link}", f"0 (base) to {last} (flange)")
+
+
+def _self_collision(document: Document, robot: RobotFile) -> Iterator[Problem]:
+    shape = FAMILIES[robot.family].shape
+    if shape is None:
+        return
+    allowed = (*shape.links, TOOL)
+    for index, pair in enumerate(robot.self_collision.may_touch):
+        for place, name in enumerate(pair):
+            if str(name) not in allowed:
+                path = ("self_collision", "may_touch", index, place)
+                yield document.problem(path, document.found(path), f"one of {', '.join(allowed)}")
 
 
 def _motors(document: Document, robot: RobotFile) -> Iterator[Problem]:

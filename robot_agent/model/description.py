@@ -19,6 +19,8 @@ class ProfileKind(Enum):
     QUINTIC = "quintic"
 
 
+TOOL = "tool"
+"""Where links are named: the body of the mounted tool, which is not the flange's."""
 JERK_PER_ACCELERATION = 10.0
 """[1/s] A jerk limit that is not given is so many times the acceleration limit: full acceleration after 0.1 s."""
 
@@ -170,6 +172,18 @@ class UrdfSource:
     """The link that is the flange; None: the only link without a child."""
 
 
+@dataclass(frozen=True, slots=True)
+class Apart:
+    """How the links of one robot keep away from each other."""
+
+    margin_m: float = 0.0
+    may_touch: tuple[tuple[str, str], ...] = ()
+    """Pairs of links, or of a link and `TOOL`, that are not kept apart."""
+
+
+ALL_APART = Apart()
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class RobotDescription:
     """One robot model. `geometry` holds the family's named lengths [m]."""
@@ -197,6 +211,7 @@ class RobotDescription:
     masses: tuple[LinkMass, ...] = ()
     """Of the links; empty where the file says nothing about them. Those of a URDF robot are in its URDF."""
     shaping: Shaping = DEFAULT_SHAPING
+    apart: Apart = ALL_APART
 
     @property
     def tool(self) -> Tool | None:

@@ -8,7 +8,7 @@ import numpy as np
 from pydantic import BaseModel, Field, ValidationInfo, field_validator, model_validator
 
 from cell.config.units import STRICT, Number, Positive, PositiveAngle, PositiveLength, Units, in_si
-from robot_agent.model.body_file import CapsuleEntry, ToolEntry
+from robot_agent.model.body_file import CapsuleEntry, SelfCollisionEntry, ToolEntry
 from robot_agent.model.description import (
     JERK_PER_ACCELERATION,
     JointLimits,
@@ -142,6 +142,10 @@ class RobotFile(BaseModel):
     )
     home: dict[JointName, Number] = Field(description="home position of every joint")
     capsules: Annotated[tuple[CapsuleEntry, ...], Field(min_length=1)] = Field(description="the robot's body")
+    self_collision: SelfCollisionEntry = Field(
+        default_factory=lambda: SelfCollisionEntry.model_validate({}),
+        description="how its own links keep away from each other; left out: all but those that a joint holds together",
+    )
     tools: dict[str, ToolEntry] = Field({}, description="tools that the robot can carry, by name")
     tool: str | None = Field(None, description="the tool on the flange; left out: none")
 
@@ -203,4 +207,5 @@ class RobotFile(BaseModel):
             motors={axis: motor.motor() for axis, motor in self.motors.items()},
             masses=tuple(entry.mass() for entry in self.masses),
             shaping=self.motion.shaping(),
+            apart=self.self_collision.apart(),
         )

@@ -11,18 +11,19 @@ from robot_agent.workspace.body import (
     unknown_body,
 )
 from robot_agent.workspace.braking import BRAKING_RESERVE, Braking
+from robot_agent.workspace.itself import Itself, named, part_of
 from robot_agent.workspace.placed_robot import PlacedRobot
 from robot_agent.workspace.swept_body import Sweep, sweep
-from robot_agent.workspace.things import TOOL, Things, Touch, solid_of, unknown_links
+from robot_agent.workspace.things import Things, Touch, solid_of, unknown_links
 from robot_agent.workspace.zones import Crossing, crossings, zone_box
 
 __all__ = [
     "BODY_GROWTH_M",
     "BRAKING_RESERVE",
-    "TOOL",
     "Braking",
     "Crossing",
     "Envelope",
+    "Itself",
     "PlacedRobot",
     "Sweep",
     "Things",
@@ -31,6 +32,8 @@ __all__ = [
     "crossings",
     "envelope",
     "joined",
+    "named",
+    "part_of",
     "solid_of",
     "standing_body",
     "sweep",

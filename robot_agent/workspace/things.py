@@ -3,8 +3,10 @@
 import copy
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from typing import Protocol
 
 import numpy as np
+from numpy.typing import NDArray
 
 from cell.config.settings import (
     BoxShape,
@@ -18,10 +20,10 @@ from cell.config.settings import (
 from cell.geometry import Box, Cylinder, HalfSpace, Mesh, Solid, Sphere, compose, pose_from
 from cell.geometry.arrays import Array
 from robot_agent.kinematics import Model
+from robot_agent.model import TOOL
+from robot_agent.workspace.itself import Itself, named, part_of
 from robot_agent.workspace.swept_body import Sweep
 
-TOOL = "tool"
-"""In `may_touch`: the body of the mounted tool, which is not the flange's."""
 FINE_M = 0.00025
 """Between samples that the body moves less than this apart nothing more is looked for."""
 _APART_M = 0.001
@@ -33,7 +35,7 @@ _BULGE_SHRINKS = 1.0 / 3.0
 
 @dataclass(frozen=True, slots=True)
 class Touch:
-    """A link that comes too near to a thing."""
+    """A link that comes too near to a thing, or to another link."""
 
     tau: float
     """Where on the motion [s]."""
@@ -46,18 +48,44 @@ class Touch:
     def __str__(self) -> str:
         """For people, without where and when."""
         missing, margin = f"{1000.0 * max(self.missing_m, 0.0):.1f} mm", f"{1000.0 * self.margin_m:g} mm"
-        return f"link {self.link} comes {missing} too near to {self.thing} (margin {margin})"
+        return f"{named(self.link)} comes {missing} too near to {self.thing} (margin {margin})"
+
+
+class _Kept(Protocol):
+    """What a motion keeps away from: a thing, or the robot itself. Its columns are `k` capsules, or pairs of them."""
+
+    @property
+    def margin_m(self) -> float: ...
+
+    @property
+    def bodies(self) -> int:
+        """How many bodies of a column move between two samples."""
+        ...
+
+    def clearance(self, points: Array, radii: Array, within: float) -> Array:
+        """Distance less the margin `(m, k)` [m] at poses of all capsules; beyond `within` a bound from below."""
+        ...
+
+    def way(self, ways: Array) -> Array:
+        """How far the bodies of each column go together `(m, k)` [m], from how far each capsule goes `(m, c)`."""
+        ...
+
+    def names(self, column: int) -> tuple[str, str]:
+        """For people: what comes too near, and to what."""
+        ...
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Thing:
     """One thing, and the capsules `(k,)` of the robot that it keeps away."""
 
+    model: Model
     name: str
     solid: Solid
     margin_m: float
-    capsules: Array
+    capsules: NDArray[np.intp]
     in_frame: InFrame | None = None
+    bodies: int = 1
 
     def placed(self, frames: Mapping[str, Array]) -> "_Thing":
         """Where it is with frames there; the thing itself where it stands in none of them."""
@@ -78,16 +106,23 @@ class _Thing:
             distance[near] = self.solid.capsule_distance(points[near], radii[near], within + self.margin_m)
         return np.asarray(distance - self.margin_m)
 
+    def way(self, ways: Array) -> Array:
+        return np.asarray(ways[:, self.capsules])
+
+    def names(self, column: int) -> tuple[str, str]:
+        return part_of(self.model, int(self.capsules[column])), self.name
+
 
 class Things:
-    """All that one robot must not touch."""
+    """All that one robot must not touch, itself included."""
 
     def __init__(self, model: Model, things: tuple[ThingSettings, ...] = (), robot: str = "") -> None:
         """Raises `cell.geometry.GeometryError` for a mesh that is none."""
-        self._model = model
         self._things = [
-            _Thing(t.name, solid_of(t), t.margin_m, _kept_away(model, t, robot), t.in_frame) for t in things
+            _Thing(model, t.name, solid_of(t), t.margin_m, _kept_away(model, t, robot), t.in_frame) for t in things
         ]
+        itself = Itself(model)
+        self._itself: list[_Kept] = [itself] if itself.pairs.size else []
 
     def placed(self, frames: Mapping[str, Array]) -> "Things":
         """The same with what stands in these frames moved along: by name their poses `(4, 4)` in world."""
@@ -97,8 +132,12 @@ class Things:
         moved._things = [thing.placed(frames) for thing in self._things]
         return moved
 
+    @property
+    def _kept(self) -> list["_Kept"]:
+        return [*self._things, *self._itself]
+
     def __bool__(self) -> bool:
-        return bool(self._things)
+        return bool(self._kept)
 
     def first_touch(self, path: Sweep, taus: Array, points_at: Callable[[Array], Array]) -> Touch | None:
         """Where a motion first comes too near to something.
@@ -111,7 +150,7 @@ class Things:
             path: the swept body, at `taus` `(m,)` [s].
             points_at: capsules in world `(k, c, 2, 3)` at path times `(k,)`.
         """
-        found = [self._touch(thing, path, taus, points_at) for thing in self._things]
+        found = [_touch(kept, path, taus, points_at) for kept in self._kept]
         return min((touch for touch in found if touch is not None), key=lambda touch: touch.tau, default=None)
 
     def in_the_way(self, path: Sweep) -> str:
@@ -119,55 +158,53 @@ class Things:
 
         A robot that begins too near may go where it comes no nearer: that is the way out.
         """
-        for thing in self._things:
-            around = np.zeros(path.points.shape[:2])
-            around[1:] = path.chords / 2.0 + path.bulge[:, None]
-            clear = thing.clearance(path.points, path.radii, float(around.max()) + _APART_M)
-            short = np.where(clear[0] < 0.0, clear < clear[0] - _ROUNDING_M, clear < around[:, thing.capsules])
-            short[0] = False
+        for kept in self._kept:
+            around = kept.way(path.chords) / 2.0 + kept.bodies * path.bulge[:, None]
+            clear = kept.clearance(path.points, path.radii, float(around.max(initial=0.0)) + _APART_M)
+            first, later = clear[0], clear[1:]
+            short = np.where(first < 0.0, later < first - _ROUNDING_M, later < around)
             if short.any():
                 _, which = np.unravel_index(int(np.argmax(short)), short.shape)
-                return f"{thing.name} is in the way of link {self._link(int(thing.capsules[which]))}"
+                part, thing = kept.names(int(which))
+                return f"{thing} is in the way of {named(part)}"
         return ""
 
-    def _touch(self, thing: _Thing, path: Sweep, taus: Array, points_at: Callable[[Array], Array]) -> Touch | None:
-        """Halve intervals in which it could come too near, the body's way in each being less and less."""
-        within = float((path.chords.max(axis=-1) / 2.0 + path.bulge).max(initial=0.0)) + _APART_M
-        clear = thing.clearance(path.points, path.radii, within)
-        ends = np.stack([taus[:-1], taus[1:]])
-        sides = np.stack([clear[:-1], clear[1:]])
-        ways, bulge = path.chords[:, thing.capsules], path.bulge
-        touches = _too_near(taus, clear)
-        while True:
-            if touches:  # nothing later counts any more
-                kept = ends[0] < touches[0][0]
-                ends, sides, ways, bulge = ends[:, kept], sides[:, kept], ways[kept], bulge[kept]
-            least = sides.mean(axis=0) - ways / 2.0 - bulge[:, None]
-            open_ = (least < 0.0).any(axis=-1)
-            if not open_.any():
-                break
-            ends, sides, ways, bulge, least = ends[:, open_], sides[:, open_], ways[open_], bulge[open_], least[open_]
-            fine = ways.max(axis=-1) / 2.0 + bulge <= FINE_M
-            for k in np.flatnonzero(fine):
-                which = int(least[k].argmin())
-                touches.append((float(ends[0, k]), which, -float(sides[:, k, which].min())))
-            rough = ~fine
-            middle = ends[:, rough].mean(axis=0)
-            points = points_at(middle)
-            here = thing.clearance(points, path.radii, within)
-            touches = sorted(touches + _too_near(middle, here))[:1]
-            ends = np.concatenate([np.stack([ends[0, rough], middle]), np.stack([middle, ends[1, rough]])], axis=1)
-            sides = np.concatenate([np.stack([sides[0, rough], here]), np.stack([here, sides[1, rough]])], axis=1)
-            before, after = points_at(ends[0]), points_at(ends[1])
-            ways = np.linalg.norm(after - before, axis=-1).max(axis=-1)[:, thing.capsules]
-            bulge = np.tile(bulge[rough] * _BULGE_SHRINKS, 2)
-        if not touches:
-            return None
-        tau, which, missing = touches[0]
-        return Touch(tau, self._link(int(thing.capsules[which])), thing.name, missing, thing.margin_m)
 
-    def _link(self, capsule: int) -> str:
-        return TOOL if capsule >= len(self._model.description.capsules) else link_of(self._model, capsule)
+def _touch(kept: _Kept, path: Sweep, taus: Array, points_at: Callable[[Array], Array]) -> Touch | None:
+    """Halve intervals in which it could come too near, the body's way in each being less and less."""
+    ways, bulge = kept.way(path.chords), kept.bodies * path.bulge
+    within = float((ways / 2.0 + bulge[:, None]).max(initial=0.0)) + _APART_M
+    clear = kept.clearance(path.points, path.radii, within)
+    ends = np.stack([taus[:-1], taus[1:]])
+    sides = np.stack([clear[:-1], clear[1:]])
+    touches = _too_near(taus, clear)
+    while True:
+        if touches:  # nothing later counts any more
+            sooner = ends[0] < touches[0][0]
+            ends, sides, ways, bulge = ends[:, sooner], sides[:, sooner], ways[sooner], bulge[sooner]
+        least = sides.mean(axis=0) - ways / 2.0 - bulge[:, None]
+        open_ = (least < 0.0).any(axis=-1)
+        if not open_.any():
+            break
+        ends, sides, ways, bulge, least = ends[:, open_], sides[:, open_], ways[open_], bulge[open_], least[open_]
+        fine = np.where(least < 0.0, ways, 0.0).max(axis=-1) / 2.0 + bulge <= FINE_M
+        for k in np.flatnonzero(fine):
+            which = int(least[k].argmin())
+            touches.append((float(ends[0, k]), which, -float(sides[:, k, which].min())))
+        rough = ~fine
+        middle = ends[:, rough].mean(axis=0)
+        points = points_at(middle)
+        here = kept.clearance(points, path.radii, within)
+        touches = sorted(touches + _too_near(middle, here))[:1]
+        ends = np.concatenate([np.stack([ends[0, rough], middle]), np.stack([middle, ends[1, rough]])], axis=1)
+        sides = np.concatenate([np.stack([sides[0, rough], here]), np.stack([here, sides[1, rough]])], axis=1)
+        before, after = points_at(ends[0]), points_at(ends[1])
+        ways = kept.way(np.linalg.norm(after - before, axis=-1).max(axis=-1))
+        bulge = np.tile(bulge[rough] * _BULGE_SHRINKS, 2)
+    if not touches:
+        return None
+    tau, which, missing = touches[0]
+    return Touch(tau, *kept.names(which), missing, kept.margin_m)
 
 
 def _too_near(taus: Array, clear: Array) -> list[tuple[float, int, float]]:
@@ -177,11 +214,6 @@ def _too_near(taus: Array, clear: Array) -> list[tuple[float, int, float]]:
         return []
     first = short[taus[short].argmin()]
     return [(float(taus[first]), int(clear[first].argmin()), -float(clear[first].min()))]
-
-
-def link_of(model: Model, capsule: int) -> str:
-    """The name of the link that a capsule belongs to."""
-    return model.link_names[model.body[capsule].link]
 
 
 def unknown_links(model: Model, names: tuple[str, ...]) -> list[str]:
@@ -206,15 +238,8 @@ def solid_of(thing: ThingSettings) -> Solid:
             return HalfSpace(pose)
 
 
-def _kept_away(model: Model, thing: ThingSettings, robot: str) -> Array:
+def _kept_away(model: Model, thing: ThingSettings, robot: str) -> NDArray[np.intp]:
     """The capsules of links that move and are not among those that may touch it."""
     free = thing.may_touch.get(robot, ())
-    own = len(model.description.capsules)
-    return np.array(
-        [
-            number
-            for number, capsule in enumerate(model.body)
-            if capsule.link > 0 and (TOOL if number >= own else model.link_names[capsule.link]) not in free
-        ],
-        dtype=int,
-    )
+    moving = [number for number, capsule in enumerate(model.body) if capsule.link > 0]
+    return np.array([number for number in moving if part_of(model, number) not in free], dtype=np.intp)

@@ -6,6 +6,7 @@ from itertools import pairwise
 from pathlib import Path
 
 from cell.commands.checks.bundle import CellBundle
+from cell.commands.checks.reserve import check_reserve
 from cell.config.document import read_text
 from cell.config.problem import Problem, Severity
 from robot_agent.agent.planning.dry_run import dry_run
@@ -14,8 +15,10 @@ from robot_agent.agent.planning.plans import ExtendRequest, PlanFailed, Planned,
 from robot_agent.language import (
     End,
     Finished,
+    FlangeStep,
     Goto,
     Interpreter,
+    LineStep,
     MotionStep,
     Move,
     Pause,
@@ -77,6 +80,7 @@ def _course(bundle: CellBundle, robot: str) -> tuple[ProgramCourse, list[Problem
     rests = sorted({*_rests(motions)} - _asked_for(program))
     problems = [] if failed is None else [_failure(file, program, failed)]
     problems += _not_planned(file, program, lines, failed)
+    problems += check_reserve(file, program, model, motions, _paths(planner.asked))
     problems += _half_turns(file, program, {line for request in planner.asked for line in planner.half_turns(request)})
     duration_s = sum(planned.motion.duration_s for planned in motions)
     return ProgramCourse(robot, len(lines), duration_s, tuple(rests)), problems
@@ -93,6 +97,12 @@ class _Asked(Planner):
         """As `Planner`."""
         self.asked.append(request)
         return super().plan(request)
+
+
+def _paths(requests: list[PlanRequest | ExtendRequest]) -> set[int]:
+    """Lines with a path of the flange; not those that may pass the wrist's singular pose by leave."""
+    steps = [step for request in requests for step in request.steps if isinstance(step, FlangeStep)]
+    return {step.line for step in steps if not (isinstance(step, LineStep) and step.wrist_may_flip)}
 
 
 def _half_turns(file: Path, program: Program, lines: Collection[int]) -> list[Problem]:

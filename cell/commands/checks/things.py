@@ -7,7 +7,8 @@ from cell.config.frame_entry import FrameTree
 from cell.config.problem import KeyPath, Problem
 from cell.geometry import GeometryError
 from robot_agent.kinematics import Model
-from robot_agent.workspace import TOOL, solid_of, unknown_links
+from robot_agent.model import TOOL
+from robot_agent.workspace import solid_of, unknown_links
 
 
 def check_things(readings: Readings, models: dict[str, Model]) -> Iterator[Problem]:

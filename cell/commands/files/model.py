@@ -11,8 +11,9 @@ from rich.table import Table
 
 from cell.commands.errors import CommandError, quoted
 from cell.geometry import to_xyz_abc
-from robot_agent.kinematics import KinematicsError, Model, NotInUrdf, SerialModel, load_model
+from robot_agent.kinematics import BareUrdf, KinematicsError, Model, NotInUrdf, SerialModel, load_model
 from robot_agent.model import Motor
+from robot_agent.workspace import Itself
 
 
 def model(
@@ -110,6 +111,7 @@ def _facts(robot: Model) -> list[tuple[str, str]]:
     sources: dict[str, list[str]] = {}
     for axis, motor in robot.description.motors.items():
         sources.setdefault(motor.source, []).append(axis)
+    facts += _apart(robot)
     facts += [("motors", f"{', '.join(axes)}: {source}") for source, axes in sources.items()]
     if masses := _masses(robot):
         facts.append(("masses", masses))
@@ -119,6 +121,18 @@ def _facts(robot: Model) -> list[tuple[str, str]]:
         mounted = ", mounted" if name == robot.description.mounted else ""
         facts.append(("tool", f"{name}: TCP {pose}, {tool.mass_kg:g} kg{mounted}"))
     return facts
+
+
+def _apart(robot: Model) -> list[tuple[str, str]]:
+    """Which of its links keep away from which, by the outer one."""
+    if isinstance(robot, BareUrdf):
+        return []
+    itself = Itself(robot)
+    from_: dict[str, list[str]] = {}
+    for inner, outer in itself.parts():
+        from_.setdefault(outer, []).append(inner)
+    told = "; ".join(f"{outer} from {', '.join(inner)}" for outer, inner in from_.items()) or "nothing"
+    return [("apart", f"{told} (margin {_number(1000.0 * itself.margin_m)} mm)")]
 
 
 def _masses(robot: Model) -> str:

@@ -2,6 +2,9 @@
 
 from dataclasses import replace
 
+import numpy as np
+from numpy.typing import NDArray
+
 from cell.core import Publish
 from cell.geometry.pose import compose
 from cell.geometry.quaternion import from_matrix
@@ -12,13 +15,14 @@ from cell.messages import (
     GovernorStatus,
     Mode,
     PaceStatus,
+    Reserve,
     RobotState,
     Severity,
 )
 from robot_agent.agent.blocks.executive import Executive
 from robot_agent.agent.planning.planner import Planner
 from robot_agent.agent.program.program_run import ProgramRun
-from robot_agent.kinematics import OpenMechanism
+from robot_agent.kinematics import Model, OpenMechanism
 
 
 class Reporter:
@@ -98,4 +102,18 @@ def _measured(
         return state
     x, y, z = pose[:3, 3].tolist()
     qx, qy, qz, qw = from_matrix(pose[:3, :3]).tolist()
-    return replace(state, tcp_position_m=(x, y, z), tcp_quaternion_xyzw=(qx, qy, qz, qw))
+    reserve = _reserve(planner.model, feedback.position)
+    return replace(state, tcp_position_m=(x, y, z), tcp_quaternion_xyzw=(qx, qy, qz, qw), reserve=reserve)
+
+
+def _reserve(model: Model, q: NDArray[np.float64]) -> Reserve:
+    """How much motion is left at joints `(n,)`."""
+    singularity, left = model.singularity(q), model.from_limits(q)
+    nearest = int((left / np.ptp(model.limits.position, axis=-1)).argmin())
+    return Reserve(
+        singular=str(singularity.name),
+        from_singular=min(float(singularity.nearest), 1.0),
+        manipulability=float(model.manipulability(q)),
+        joint=model.joint_names[nearest],
+        from_limit=float(left[nearest]),
+    )

@@ -17,7 +17,7 @@ from robot_agent.kinematics.choice import joint_violation, reach_violation
 from robot_agent.kinematics.errors import BadInput, NotInUrdf, Reason, Violation
 from robot_agent.kinematics.numeric import tracking
 from robot_agent.kinematics.numeric.least_squares import ITERATIONS, Found, least_squares
-from robot_agent.kinematics.problems import body_problems, coupling_problems
+from robot_agent.kinematics.problems import apart_problems, body_problems, coupling_problems
 from robot_agent.kinematics.reach import Places, farthest
 from robot_agent.kinematics.serial import SerialModel
 from robot_agent.kinematics.singularity import SingularityDistance
@@ -70,6 +70,8 @@ class NumericModel(SerialModel):
 
     branches: ClassVar[tuple[str, ...]] = tuple(f"S{i + 1}" for i in range(SLOTS))
     closed_form: ClassVar[bool] = False
+    near_singular: ClassVar[float] = 0.005
+    """Its measure is a ratio of speeds, which is 0.1 where nothing is singular."""
 
     def __init__(self, description: RobotDescription) -> None:
         if description.urdf is None:
@@ -206,6 +208,7 @@ class NumericModel(SerialModel):
     def _problems(self) -> Iterator[str]:
         yield from urdf_problems(self.description, self._urdf)
         yield from body_problems(self.body, len(self.link_names))
+        yield from apart_problems(self.description.apart, self.link_names)
         yield from coupling_problems(self.description)
 
 

@@ -1,3 +1,6 @@
+from fractions import Fraction
+from itertools import pairwise
+
 import coal
 import numpy as np
 import pytest
@@ -83,6 +86,73 @@ UNIT = Box.at((2.0, 2.0, 2.0), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0))
 def test_distance_of_known_segments(ends: list[tuple[float, ...]], distance: float) -> None:
     found = capsule_box_distance(np.array(ends, dtype=float), np.array(0.25), UNIT)
     assert found == pytest.approx(distance - 0.25, abs=1e-15)
+
+
+def exact_square(start: list[Fraction], end: list[Fraction]) -> Fraction:
+    """The least squared distance of a segment from `UNIT`, without rounding: at a break of it, or between two."""
+    way = [b - a for a, b in zip(start, end, strict=True)]
+    breaks = {(side - a) / w for a, w in zip(start, way, strict=True) if w for side in (1, -1)}
+    shares = sorted({Fraction(0), Fraction(1), *(each for each in breaks if 0 < each < 1)})
+
+    def square(share: Fraction) -> Fraction:
+        at = [a + share * w for a, w in zip(start, way, strict=True)]
+        return sum((max(abs(x) - 1, Fraction(0)) ** 2 for x in at), Fraction(0))
+
+    found = [square(share) for share in shares]
+    for low, high in pairwise(shares):
+        middle = [a + (low + high) / 2 * w for a, w in zip(start, way, strict=True)]
+        beside = [(a - (1 if x > 0 else -1), w) for a, x, w in zip(start, middle, way, strict=True) if abs(x) > 1]
+        if whole := sum(w * w for _, w in beside):
+            found.append(square(min(max(-sum(a * w for a, w in beside) / whole, low), high)))
+    return min(found)
+
+
+@pytest.mark.parametrize("kind", ["plain", "round", "past an edge", "past a corner", "nearly along a face"])
+def test_the_distance_is_exact_to_rounding(kind: str) -> None:
+    count, rng = 200, np.random.default_rng(7)
+    ends = rng.integers(-4, 5, (count, 2, 3)) / 2.0 if kind == "round" else rng.uniform(-3, 3, (count, 2, 3))
+    if kind.startswith("past"):
+        way, at = rng.normal(size=(count, 3)), np.ones((count, 3))
+        at[:, 2] = rng.uniform(-1, 1, count) if kind == "past an edge" else 1.0
+        way[:, 1] = -np.sign(way[:, 0]) * abs(way[:, 1])
+        ends = at[:, None] + way[:, None] * rng.uniform(0, 1, (count, 2, 1)) * [[[-1], [1]]]
+    if kind == "nearly along a face":
+        ends[:, 1, 1:] = ends[:, 0, 1:] + 10.0 ** rng.uniform(-17, -6, (count, 1)) * rng.normal(size=(count, 2))
+    exact = [float(exact_square(*([Fraction(x) for x in end] for end in pair))) ** 0.5 for pair in ends.tolist()]
+    np.testing.assert_allclose(capsule_box_distance(ends, np.array(0.0), UNIT), exact, atol=1e-12, rtol=0)
+
+
+def crossed_by_the_ends_alone(start: np.ndarray, end: np.ndarray) -> bool:
+    """A form that is often printed: a way crosses a box if the places where it meets the near and the far sides, the
+    near ones being those closer to its start, lie inside it in this order; one of them between its ends."""
+    way = end - start
+    moving = way != 0
+    sides = np.stack([(-1 - start[moving]) / way[moving], (1 - start[moving]) / way[moving]])
+    closer = np.argmin(np.abs(np.stack([-1 - start[moving], 1 - start[moving]])), axis=0)
+    near = sides[closer, np.arange(sides.shape[1])].max()
+    far = sides[1 - closer, np.arange(sides.shape[1])].min()
+    return bool((np.abs(start[~moving]) <= 1).all() and near <= far and (0 <= near <= 1 or 0 <= far <= 1))
+
+
+@pytest.mark.parametrize(
+    ("start", "end", "hit", "by_the_ends"),
+    [
+        ((-0.5, 0, 0), (0.5, 0, 0), True, False),  # wholly inside
+        ((-0.5, 0, 0), (-3, 0.1, 0), True, False),  # from the inside
+        ((-0.5, -1.5, 0), (-3, 3.5, 0), True, False),  # begins outside, between two sides
+        ((-3, 0, 0), (3, 0, 0), True, True),
+        ((-3, 2, 0), (3, 2, 0), False, False),
+        ((-3, 0, 0), (-2, 0, 0), False, False),  # its line would
+        ((-3, 1, 0), (3, 1, 0), True, True),  # along a side
+    ],
+)
+def test_a_way_that_crosses_the_box_is_found_wherever_it_begins(
+    start: tuple[float, ...], end: tuple[float, ...], hit: bool, by_the_ends: bool
+) -> None:
+    way = np.array([start, end], dtype=float)
+    assert bool(capsules_touch_box(way, np.array(0.0), UNIT)) == hit
+    assert (capsule_box_distance(way, np.array(0.0), UNIT) <= 0) == hit
+    assert crossed_by_the_ends_alone(*way) == by_the_ends
 
 
 coordinate = st.one_of(st.sampled_from([-1.0, 0.0, 1.0, 1 + 1e-12]), st.floats(-3, 3))

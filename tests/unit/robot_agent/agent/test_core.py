@@ -438,6 +438,18 @@ def test_nothing_is_said_about_a_robot_whose_drives_are_not_heard() -> None:
     world.run(Times().feedback_lost_s + 0.1)
     assert world.state.mode is Mode.FAULT
     assert (world.state.tcp_speed_m_s, world.state.tcp_position_m, world.state.governor) == (None, None, None)
+    assert world.state.reserve is None
+
+
+def test_the_state_says_how_much_motion_is_left() -> None:
+    world = running(SHORT)
+    until(world, lambda: world.state.reserve is not None)
+    reserve, model, q = world.state.reserve, world.planner.model, np.array(world.state.joints)
+    assert reserve is not None
+    assert reserve.singular == model.singularity(q).name
+    assert reserve.from_singular == model.singularity(q).nearest
+    assert reserve.manipulability == model.manipulability(q)
+    assert reserve.from_limit == model.from_limits(q)[model.joint_names.index(reserve.joint)]
 
 
 def test_a_robot_is_still_starting_until_all_its_drives_are_heard() -> None:

@@ -6,23 +6,40 @@ import numpy as np
 import pytest
 
 from cell.commands.checks import check_cell
-from cell.config import Severity
 from robot_agent.kinematics import load_model
 from tests.unit.config_world import CONFIGS, ROBOT, Copy
 
 HOME = "home: {J1: 0, J2: -35, J3: 35, J4: 0, J5: 90, J6: 0}"
 
 
-def test_a_hand_in_the_robots_own_body_is_a_warning_told_once(tmp_path: Path) -> None:
-    copy = Copy(tmp_path).change(ROBOT, HOME, "home: {J1: 0, J2: -90, J3: 75, J4: 0, J5: 100, J6: 0}")
+FOLDED = "home: {J1: 0, J2: -90, J3: 75, J4: 0, J5: 100, J6: 0}"
+
+
+def test_a_hand_in_the_robots_own_body_is_told_once(tmp_path: Path) -> None:
+    copy = Copy(tmp_path).change(ROBOT, HOME, FOLDED)
     bundle, problems = check_cell(copy.cell)
-    assert bundle is not None
-    assert {problem.severity for problem in problems} == {Severity.WARNING}
+    assert bundle is None
     (told,) = {copy.shown(problem) for problem in problems}
-    assert told.startswith(f"{copy.place(ROBOT, '§home: {J1')}: warning: home: found links deep in each other: ")
+    assert told.startswith(
+        f"{copy.place(ROBOT, '§home: {J1')}: home: found links too near to each other (margin 0 mm): "
+    )
     assert told.endswith(
-        "1 and flange 183 mm, 2 and flange 133 mm, allowed a home position at which they are apart, or slimmer "
-        "capsules where the robot is slimmer"
+        "link flange to link 1 183 mm, link flange to link 2 133 mm, allowed a home position at which they are apart, "
+        "slimmer capsules where the robot is slimmer, or pairs that may touch under self_collision"
+    )
+
+
+def test_pairs_that_may_touch_are_no_finding(tmp_path: Path) -> None:
+    pairs = "[[1, flange], [2, flange], [flange, base], [1, 5], [2, 5], [1, 4], [base, 5], [base, 4]]"
+    copy = Copy(tmp_path).change(ROBOT, HOME, f"{FOLDED}\nself_collision: {{may_touch: {pairs}}}")
+    assert not any("too near to each other" in str(problem) for problem in check_cell(copy.cell)[1])
+
+
+def test_a_name_that_is_no_link_is_told_with_those_that_there_are(tmp_path: Path) -> None:
+    copy = Copy(tmp_path).change(ROBOT, HOME, f"{HOME}\nself_collision: {{margin: 5, may_touch: [[2, hand]]}}")
+    (told,) = {copy.shown(problem) for problem in check_cell(copy.cell)[1]}
+    assert told.endswith(
+        "self_collision.may_touch[0][1]: found 'hand', allowed one of base, 1, 2, 3, 4, 5, flange, tool"
     )
 
 

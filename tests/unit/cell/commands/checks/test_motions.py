@@ -44,6 +44,23 @@ def test_move_that_cannot_be_planned_is_named_and_an_error_where_the_place_is_kn
     assert ("is good" in output) is not refused
 
 
+def test_a_path_close_to_a_singular_pose_is_a_warning_where_joints_alone_are_none(tmp_path: Path) -> None:
+    joints = "MJ J1=0 J2=-12 J3=65 J4=0 J5=-20 J6=0\nMJ J5=20\nMJ J5=2"
+    _, output = checked(tmp_path, f"{joints}\nML Z=1500 F=50\nHOME")
+    told = [line for line in output.splitlines() if "singular pose" in line]
+    assert [line.split(" ")[0] for line in told] == [f"{PROGRAM}:4:1:"]
+    assert "'ML Z=1500 F=50': only 0.0" in told[0]
+    assert "(wrist), allowed 0.05 or more" in told[0]
+
+
+def test_a_joint_close_to_a_limit_is_a_warning(tmp_path: Path) -> None:
+    result, output = checked(tmp_path, "MJ J1=0 J2=-12 J3=65 J4=0 J5=37 J6=0\nMJ J3=74.75 R=0\nMJ J3=60\nHOME")
+    assert result.exit_code == 0, output
+    told = [line for line in output.splitlines() if "of its limit" in line]
+    assert f"{PROGRAM}:2:1: warning: program: found 'MJ J3=74.75 R=0': J3 comes within 0.25 deg of its limit" in told[0]
+    assert told[0].endswith("allowed 1 deg or more, as room for jogs and corrections")
+
+
 def test_stops_that_nothing_asks_for_are_listed_and_each_loop_is_gone_through_twice(tmp_path: Path) -> None:
     program = f"""{ABOVE}
 LABEL again

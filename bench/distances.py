@@ -1,0 +1,82 @@
+"""Distances between capsules, beside python-fcl called from Python."""
+
+from collections.abc import Callable, Iterator
+from functools import partial
+
+import fcl
+import numpy as np
+
+from bench.timing import Row, median_s
+from cell.geometry import capsule_distance, transform_points
+from cell.geometry.arrays import Array
+from robot_agent.kinematics import Model
+from robot_agent.trajectory import Motion
+from robot_agent.workspace import Things, sweep
+
+PAIRS = (49, 294, 1372)
+"""Two, four and eight arms of seven capsules, each with each other."""
+ARMS, CAPSULES, SAMPLES = 8, 8, 500
+BLOCK = 90
+"""Samples of a jog's block with its ramp."""
+
+
+def distances() -> Iterator[Row]:
+    """Some pairs at once, and all of a cell of eight arms along whole trajectories."""
+    rng = np.random.default_rng(1)
+    for count in PAIRS:
+        one, other, radii = *rng.uniform(-1, 1, (2, count, 2, 3)), rng.uniform(0.05, 0.2, (2, count))
+        own = median_s(partial(capsule_distance, one, radii[0], other, radii[1]), 50)
+        peer_s = median_s(_by_fcl(one, other, radii), 5)
+        yield Row(f"{count} distances between capsules", own, own / peer_s, "of python-fcl, pair by pair")
+    first, second = np.triu_indices(ARMS, 1)
+    bodies, radii = rng.uniform(-1, 1, (SAMPLES, ARMS, CAPSULES, 2, 3)), rng.uniform(0.05, 0.2, (ARMS, CAPSULES))
+
+    def whole() -> Array:
+        return capsule_distance(
+            bodies[:, first, :, None], radii[first, :, None], bodies[:, second, None], radii[second, None]
+        )
+
+    own, pairs = median_s(whole, 3), len(first) * CAPSULES**2 * SAMPLES
+    what = f"{pairs} of them: {ARMS} arms, {CAPSULES} capsules, {SAMPLES} samples"
+    yield Row(what, own, own / (peer_s * pairs / PAIRS[-1]), "of python-fcl, pair by pair")
+
+
+def itself(model: Model, motion: Motion) -> list[Row]:
+    """What it takes to keep a robot out of itself, in ten seconds of a planned motion and in a block of a jog."""
+    things, world = Things(model), np.eye(4)
+    body, block = (sweep(model, world, motion.q(taus)) for taus in (motion.grid, motion.grid[:BLOCK]))
+
+    def points_at(taus: Array) -> Array:
+        return transform_points(world, model.capsules(motion.q(taus)))
+
+    whole_s = median_s(lambda: things.first_touch(body, motion.grid, points_at)) * 10.0 / motion.duration_s
+    block_s = median_s(lambda: things.in_the_way(block), 100)
+    return [
+        Row("a robot against itself, 10 s of motion", whole_s, whole_s / 0.03, "of 30 ms"),
+        Row(f"a robot against itself, a block of {BLOCK} samples", block_s, block_s / 0.0003, "of 0.3 ms"),
+    ]
+
+
+def _by_fcl(one: Array, other: Array, radii: Array) -> Callable[[], list[float]]:
+    """What asks for every distance; the objects are made before."""
+    pairs = [(_capsule(a, r), _capsule(b, s)) for a, b, r, s in zip(one, other, *radii, strict=True)]
+
+    def ask() -> list[float]:
+        return [fcl.distance(a, b, fcl.DistanceRequest(), fcl.DistanceResult()) for a, b in pairs]
+
+    return ask
+
+
+def _capsule(ends: Array, radius: float) -> object:
+    way = ends[1] - ends[0]
+    length = float(np.linalg.norm(way))
+    z = way / length
+    x = np.cross(np.eye(3)[int(np.argmin(abs(z)))], z)
+    x /= np.linalg.norm(x)
+    pose = fcl.Transform(np.stack([x, np.cross(z, x), z], axis=-1), ends.mean(axis=0))
+    return fcl.CollisionObject(fcl.Capsule(float(radius), length), pose)
+
+
+if __name__ == "__main__":
+    for row in distances():
+        print("  ".join(row.cells()), flush=True)

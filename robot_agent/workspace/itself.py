@@ -1,0 +1,105 @@
+"""A robot's own links that must not come into each other: which pairs of them can, and how far apart they are."""
+
+from contextlib import suppress
+from itertools import combinations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cell.geometry import capsule_distance
+from cell.geometry.arrays import Array
+from robot_agent.kinematics import Model, OpenMechanism
+from robot_agent.model import TOOL
+
+_POSES = 256
+"""Sets of joints all over their limits, the same ones each time."""
+
+
+class Itself:
+    """The body of a robot as something that it must not touch: one column for each pair of capsules that can meet."""
+
+    bodies = 2
+    """Both of a pair move."""
+
+    def __init__(self, model: Model) -> None:
+        self._model = model
+        self.margin_m = model.description.apart.margin_m
+        self.pairs = _pairs(model)
+        """`(2, p)` indices of `model.body`, the one nearer to the base first."""
+
+    def clearance(self, points: Array, radii: Array, within: float) -> Array:
+        """Distance of each pair less the margin, `(m, p)` [m]; beyond `within` a bound from below.
+
+        `points`: all capsules `(m, c, 2, 3)` [m], `radii` `(c,)`.
+        """
+        one, other = self.pairs
+        way, middle = points[..., 1, :] - points[..., 0, :], points.mean(axis=-2)
+        balls = np.sqrt(np.einsum("...k,...k", way, way)) / 2.0 + radii
+        between = middle[:, one] - middle[:, other]
+        distance = np.sqrt(np.einsum("...k,...k", between, between)) - balls[:, one] - balls[:, other]
+        sample, pair = np.nonzero(distance < within + self.margin_m)
+        first, second = one[pair], other[pair]
+        distance[sample, pair] = capsule_distance(
+            points[sample, first], radii[first], points[sample, second], radii[second]
+        )
+        return np.asarray(distance - self.margin_m)
+
+    def way(self, ways: Array) -> Array:
+        """How far both of each pair go together `(m, p)` [m], from how far the capsules go `(m, c)`."""
+        one, other = self.pairs
+        return np.asarray(ways[:, one] + ways[:, other])
+
+    def names(self, column: int) -> tuple[str, str]:
+        """For people: the part farther from the base, and to what it comes too near."""
+        one, other = (part_of(self._model, int(capsule)) for capsule in self.pairs[:, column])
+        return other, named(one)
+
+    def parts(self) -> list[tuple[str, str]]:
+        """The names of the pairs, each once."""
+        return list(dict.fromkeys((part_of(self._model, a), part_of(self._model, b)) for a, b in self.pairs.T.tolist()))
+
+
+def part_of(model: Model, capsule: int) -> str:
+    """The name of the link that a capsule belongs to; `TOOL` for the body of the mounted tool."""
+    own = capsule < len(model.description.capsules)
+    return model.link_names[model.body[capsule].link] if own else TOOL
+
+
+def named(part: str) -> str:
+    """A part as it stands in a sentence."""
+    return "the tool" if part == TOOL else f"link {part}"
+
+
+def _pairs(model: Model) -> NDArray[np.intp]:
+    """Pairs of capsules that can meet and must not.
+
+    Left out are those of one link, those of links that a joint holds together, those that the robot file lets touch,
+    and those that are nearer than the margin in every pose. The mounted tool also keeps away from the link before the
+    flange.
+    """
+    links, parts = [each.link for each in model.body], [part_of(model, i) for i in range(len(model.body))]
+    joined, apart = model.joined_links(), model.description.apart
+    free = {frozenset(pair) for pair in apart.may_touch}
+
+    def counts(one: int, other: int) -> bool:
+        held = TOOL not in (parts[one], parts[other]) and (links[one], links[other]) in joined
+        return links[one] != links[other] and not held and frozenset((parts[one], parts[other])) not in free
+
+    outwards = sorted(range(len(links)), key=links.__getitem__)
+    pairs = np.array([pair for pair in combinations(outwards, 2) if counts(*pair)], dtype=np.intp).reshape(-1, 2).T
+    (one, other), radii, points = pairs, model.capsule_radii, _poses(model)
+    distances = capsule_distance(points[:, one], radii[one], points[:, other], radii[other])
+    return pairs[:, (distances >= apart.margin_m).any(axis=0)]
+
+
+def _poses(model: Model) -> Array:
+    """Capsules `(m, c, 2, 3)` [m] at joints all over their limits, where the mechanism can be there."""
+    lower, upper = model.limits.position.T
+    joints = np.random.default_rng(0).uniform(lower, upper, (_POSES, model.n))
+    with suppress(OpenMechanism):
+        return model.capsules(joints)
+    found = []
+    for q in joints:
+        with suppress(OpenMechanism):
+            found.append(model.capsules(q))
+    return np.array(found).reshape(-1, len(model.body), 2, 3)
