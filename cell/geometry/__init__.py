@@ -1,6 +1,7 @@
 """Poses, rotations and distances: pure numpy, batched over leading dimensions, SI units and radians."""
 
 from cell.geometry.box import Box, capsule_box_distance, capsules_touch_box, point_box_distance
+from cell.geometry.convex import Convex, Hull
 from cell.geometry.errors import GeometryError, NoFrame, NotAPose, WrongShape
 from cell.geometry.frame import frame_from_axes, frame_from_points
 from cell.geometry.mesh import Mesh
@@ -16,18 +17,22 @@ from cell.geometry.pose import (
     to_xyz_abc,
     transform_points,
 )
+from cell.geometry.room import Room
 from cell.geometry.segment import segment_distance
 from cell.geometry.solid import Cylinder, HalfSpace, Solid, Sphere
 
 __all__ = [
     "Box",
+    "Convex",
     "Cylinder",
     "GeometryError",
     "HalfSpace",
+    "Hull",
     "Mesh",
     "NoFrame",
     "NotAPose",
     "OccupiedSpace",
+    "Room",
     "Solid",
     "Sphere",
     "WrongShape",
