@@ -25,6 +25,7 @@ def check_cell_file(document: Document, cell: CellFile) -> list[Problem]:
         *_names(document, cell),
         *_corrections(document, cell),
         *_things(document, cell),
+        *_spaces(document, cell),
         *_times(document, cell),
     ]
 
@@ -91,6 +92,17 @@ def _things(document: Document, cell: CellFile) -> Iterator[Problem]:
     robots = document.keys(("robots",))
     for name, thing in cell.things.items():
         yield from thing.problems(document, ("things", name), robots)
+
+
+def _spaces(document: Document, cell: CellFile) -> Iterator[Problem]:
+    for robot, entry in cell.robots.items():
+        for name, space in entry.spaces.items():
+            yield from space.problems(document, ("robots", robot, "spaces", name))
+        for joint, (low, high) in entry.joints.items():
+            if not low < high:
+                yield document.problem(
+                    ("robots", robot, "joints", joint), f"[{low:g}, {high:g}]", "the lower end first"
+                )
 
 
 def _times(document: Document, cell: CellFile) -> Iterator[Problem]:

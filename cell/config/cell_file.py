@@ -22,8 +22,9 @@ from cell.config.settings import (
     Times,
     ZoneSettings,
 )
+from cell.config.space_entry import OrientationEntry, SpaceEntry, joint_range
 from cell.config.thing_entry import ThingEntry
-from cell.config.units import STRICT, Milliseconds, Number, PositiveAngle, PositiveLength, Seconds, Units
+from cell.config.units import STRICT, Milliseconds, Number, PositiveAngle, PositiveLength, Seconds, ToSI, Units
 from cell.geometry import frame_from_points, quaternion
 from cell.messages.common import ECHO_S
 
@@ -134,6 +135,11 @@ class RobotEntry(BaseModel):
     path_window: PathWindowEntry = Field(
         PathWindowEntry.model_construct(), description="farther from its path a stopped robot does not continue"
     )
+    spaces: dict[Name, SpaceEntry] = Field(default={}, description="where it stays, does not go, or is slow, by name")
+    orientation: OrientationEntry | None = Field(None, description="where its tool may point")
+    joints: dict[str, tuple[Number, Number]] = Field(
+        default={}, description="ranges by joint, [low, high], within those of the robot file"
+    )
 
 
 class GatewayEntry(BaseModel):
@@ -209,6 +215,7 @@ class CellFile(BaseModel):
             name: ConveyorSettings(name, belt.frame(), belt.counts_per_metre, belt.largest_speed, belt.parts)
             for name, belt in self.conveyors.items()
         }
+        si = ToSI.of(self.units.model_dump())
         things = tuple(thing.settings(name, document) for name, thing in self.things.items())
         return CellSettings(
             name=self.cell,
@@ -224,6 +231,9 @@ class CellFile(BaseModel):
                     {key: entry.settings(key, conveyors) for key, entry in robot.corrections.items()},
                     robot.path_window.settings(),
                     things,
+                    tuple(space.settings(key, document) for key, space in robot.spaces.items()),
+                    None if robot.orientation is None else robot.orientation.settings(),
+                    {joint: joint_range(pair, si) for joint, pair in robot.joints.items()},
                 )
                 for name, robot in self.robots.items()
             },

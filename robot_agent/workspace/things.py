@@ -5,8 +5,18 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from cell.config.settings import BoxShape, CylinderShape, HalfSpaceShape, MeshShape, SphereShape, ThingSettings
-from cell.geometry import Box, Cylinder, HalfSpace, Mesh, Solid, Sphere, pose_from
+from cell.config.settings import (
+    BoxShape,
+    CylinderShape,
+    HalfSpaceShape,
+    HullShape,
+    MeshShape,
+    PoseSettings,
+    Shape,
+    SphereShape,
+    ThingSettings,
+)
+from cell.geometry import Box, Convex, Cylinder, HalfSpace, Hull, Mesh, Solid, Sphere, pose_from, transform_points
 from cell.geometry.arrays import Array
 from robot_agent.kinematics import Model
 from robot_agent.workspace.swept_body import Sweep
@@ -40,9 +50,18 @@ class Touch:
         return f"link {self.link} comes {missing} too near to {self.thing} (margin {margin})"
 
 
+@dataclass(frozen=True, slots=True)
+class Near:
+    """A capsule that comes too near to something, and by how much, at path time `tau` [s]."""
+
+    tau: float
+    capsule: int
+    missing_m: float
+
+
 @dataclass(frozen=True, slots=True, eq=False)
-class _Thing:
-    """One thing, and the capsules `(k,)` of the robot that it keeps away."""
+class Barrier:
+    """A solid, and the capsules `(k,)` of the robot that keep its margin away from it."""
 
     name: str
     solid: Solid
@@ -68,7 +87,9 @@ class Things:
     def __init__(self, model: Model, things: tuple[ThingSettings, ...] = (), robot: str = "") -> None:
         """Raises `cell.geometry.GeometryError` for a mesh that is none."""
         self._model = model
-        self._things = [_Thing(t.name, solid_of(t), t.margin_m, _kept_away(model, t, robot)) for t in things]
+        self._things = [
+            Barrier(t.name, solid_of(t.shape, t.pose), t.margin_m, _kept_away(model, t, robot)) for t in things
+        ]
 
     def __bool__(self) -> bool:
         return bool(self._things)
@@ -84,8 +105,13 @@ class Things:
             path: the swept body, at `taus` `(m,)` [s].
             points_at: capsules in world `(k, c, 2, 3)` at path times `(k,)`.
         """
-        found = [self._touch(thing, path, taus, points_at) for thing in self._things]
-        return min((touch for touch in found if touch is not None), key=lambda touch: touch.tau, default=None)
+        found = [(thing, first_near(thing, path, taus, points_at)) for thing in self._things]
+        touches = [
+            Touch(near.tau, self._link(near.capsule), thing.name, near.missing_m, thing.margin_m)
+            for thing, near in found
+            if near is not None
+        ]
+        return min(touches, key=lambda touch: touch.tau, default=None)
 
     def in_the_way(self, path: Sweep) -> str:
         """What samples close to one another come too near to, for people; empty when nothing.
@@ -93,54 +119,65 @@ class Things:
         A robot that begins too near may go where it comes no nearer: that is the way out.
         """
         for thing in self._things:
-            around = np.zeros(path.points.shape[:2])
-            around[1:] = path.chords / 2.0 + path.bulge[:, None]
-            clear = thing.clearance(path.points, path.radii, float(around.max()) + _APART_M)
-            short = np.where(clear[0] < 0.0, clear < clear[0] - _ROUNDING_M, clear < around[:, thing.capsules])
-            short[0] = False
-            if short.any():
-                _, which = np.unravel_index(int(np.argmax(short)), short.shape)
-                return f"{thing.name} is in the way of link {self._link(int(thing.capsules[which]))}"
+            if (capsule := blocked(thing, path)) is not None:
+                return f"{thing.name} is in the way of link {self._link(capsule)}"
         return ""
-
-    def _touch(self, thing: _Thing, path: Sweep, taus: Array, points_at: Callable[[Array], Array]) -> Touch | None:
-        """Halve intervals in which it could come too near, the body's way in each being less and less."""
-        within = float((path.chords.max(axis=-1) / 2.0 + path.bulge).max(initial=0.0)) + _APART_M
-        clear = thing.clearance(path.points, path.radii, within)
-        ends = np.stack([taus[:-1], taus[1:]])
-        sides = np.stack([clear[:-1], clear[1:]])
-        ways, bulge = path.chords[:, thing.capsules], path.bulge
-        touches = _too_near(taus, clear)
-        while True:
-            if touches:  # nothing later counts any more
-                kept = ends[0] < touches[0][0]
-                ends, sides, ways, bulge = ends[:, kept], sides[:, kept], ways[kept], bulge[kept]
-            least = sides.mean(axis=0) - ways / 2.0 - bulge[:, None]
-            open_ = (least < 0.0).any(axis=-1)
-            if not open_.any():
-                break
-            ends, sides, ways, bulge, least = ends[:, open_], sides[:, open_], ways[open_], bulge[open_], least[open_]
-            fine = ways.max(axis=-1) / 2.0 + bulge <= FINE_M
-            for k in np.flatnonzero(fine):
-                which = int(least[k].argmin())
-                touches.append((float(ends[0, k]), which, -float(sides[:, k, which].min())))
-            rough = ~fine
-            middle = ends[:, rough].mean(axis=0)
-            points = points_at(middle)
-            here = thing.clearance(points, path.radii, within)
-            touches = sorted(touches + _too_near(middle, here))[:1]
-            ends = np.concatenate([np.stack([ends[0, rough], middle]), np.stack([middle, ends[1, rough]])], axis=1)
-            sides = np.concatenate([np.stack([sides[0, rough], here]), np.stack([here, sides[1, rough]])], axis=1)
-            before, after = points_at(ends[0]), points_at(ends[1])
-            ways = np.linalg.norm(after - before, axis=-1).max(axis=-1)[:, thing.capsules]
-            bulge = np.tile(bulge[rough] * _BULGE_SHRINKS, 2)
-        if not touches:
-            return None
-        tau, which, missing = touches[0]
-        return Touch(tau, self._link(int(thing.capsules[which])), thing.name, missing, thing.margin_m)
 
     def _link(self, capsule: int) -> str:
         return TOOL if capsule >= len(self._model.description.capsules) else link_of(self._model, capsule)
+
+
+def blocked(thing: Barrier, path: Sweep) -> int | None:
+    """The capsule that comes too near to a thing in samples close to one another; see `Things.in_the_way`."""
+    around = np.zeros(path.points.shape[:2])
+    around[1:] = path.chords / 2.0 + path.bulge[:, None]
+    clear = thing.clearance(path.points, path.radii, float(around.max()) + _APART_M)
+    short = np.where(clear[0] < 0.0, clear < clear[0] - _ROUNDING_M, clear < around[:, thing.capsules])
+    short[0] = False
+    if not short.any():
+        return None
+    _, which = np.unravel_index(int(np.argmax(short)), short.shape)
+    return int(thing.capsules[which])
+
+
+def first_near(thing: Barrier, path: Sweep, taus: Array, points_at: Callable[[Array], Array]) -> Near | None:
+    """Where a motion first comes too near to one thing; see `Things.first_touch`.
+
+    Halve intervals in which it could come too near, the body's way in each being less and less.
+    """
+    within = float((path.chords.max(axis=-1) / 2.0 + path.bulge).max(initial=0.0)) + _APART_M
+    clear = thing.clearance(path.points, path.radii, within)
+    ends = np.stack([taus[:-1], taus[1:]])
+    sides = np.stack([clear[:-1], clear[1:]])
+    ways, bulge = path.chords[:, thing.capsules], path.bulge
+    touches = _too_near(taus, clear)
+    while True:
+        if touches:  # nothing later counts any more
+            kept = ends[0] < touches[0][0]
+            ends, sides, ways, bulge = ends[:, kept], sides[:, kept], ways[kept], bulge[kept]
+        least = sides.mean(axis=0) - ways / 2.0 - bulge[:, None]
+        open_ = (least < 0.0).any(axis=-1)
+        if not open_.any():
+            break
+        ends, sides, ways, bulge, least = ends[:, open_], sides[:, open_], ways[open_], bulge[open_], least[open_]
+        fine = ways.max(axis=-1) / 2.0 + bulge <= FINE_M
+        for k in np.flatnonzero(fine):
+            which = int(least[k].argmin())
+            touches.append((float(ends[0, k]), which, -float(sides[:, k, which].min())))
+        rough = ~fine
+        middle = ends[:, rough].mean(axis=0)
+        points = points_at(middle)
+        here = thing.clearance(points, path.radii, within)
+        touches = sorted(touches + _too_near(middle, here))[:1]
+        ends = np.concatenate([np.stack([ends[0, rough], middle]), np.stack([middle, ends[1, rough]])], axis=1)
+        sides = np.concatenate([np.stack([sides[0, rough], here]), np.stack([here, sides[1, rough]])], axis=1)
+        before, after = points_at(ends[0]), points_at(ends[1])
+        ways = np.linalg.norm(after - before, axis=-1).max(axis=-1)[:, thing.capsules]
+        bulge = np.tile(bulge[rough] * _BULGE_SHRINKS, 2)
+    if not touches:
+        return None
+    tau, which, missing = touches[0]
+    return Near(tau, int(thing.capsules[which]), missing)
 
 
 def _too_near(taus: Array, clear: Array) -> list[tuple[float, int, float]]:
@@ -162,13 +199,15 @@ def unknown_links(model: Model, names: tuple[str, ...]) -> list[str]:
     return [name for name in names if name not in (*model.link_names, TOOL)]
 
 
-def solid_of(thing: ThingSettings) -> Solid:
+def solid_of(shape: Shape, place: PoseSettings) -> Solid:
     """The solid in world. Raises `cell.geometry.GeometryError`."""
-    position = np.array(thing.pose.position_m)
-    pose = pose_from(position, np.array(thing.pose.quaternion_xyzw))
-    match thing.shape:
+    position = np.array(place.position_m)
+    pose = pose_from(position, np.array(place.quaternion_xyzw))
+    match shape:
         case BoxShape(size_m=size):
             return Box(np.array(size), pose)
+        case HullShape(points_m=points):
+            return Hull(Convex.of_points(transform_points(pose, np.array(points))))
         case SphereShape(radius_m=radius):
             return Sphere(position, radius)
         case CylinderShape(radius_m=radius, length_m=length):

@@ -16,7 +16,7 @@ from robot_agent.paths import Arc, Block, JointMove, Line, PathError, Sequence, 
 from robot_agent.paths.arc import evenly_turned
 from robot_agent.paths.legs import end_of, half_turns
 from robot_agent.trajectory import Motion, PlanError, plan, spliced
-from robot_agent.workspace import PlacedRobot, Sweep, crossings, sweep
+from robot_agent.workspace import Breach, Crossing, PlacedRobot, Sweep, Touch, crossings, sweep
 
 ZONE_MARGIN_M = 0.03
 """A robot stops this far in front of a zone it may not enter: more than the growth of a published body."""
@@ -30,6 +30,7 @@ class Planner:
         self.limits = robot.limits
         self.pose_world_base = robot.pose_world_base
         self.things = robot.things
+        self.spaces = robot.spaces
         self.cycle_s = cycle_s
 
     def plan(self, request: PlanRequest | ExtendRequest) -> Planned | PlanFailed:
@@ -40,7 +41,7 @@ class Planner:
                 return self._free(self._extended(request, sequence), request.splice_s - request.cut_s)
             motion = plan(self.model, sequence, self.limits, start=request.start, cycle_s=self.cycle_s)
             planned = self._with_body(request.id, _lines(sequence), motion, request.zones)
-            return self._free(replace(planned, switches=_switches(request)))
+            return self._free(replace(planned, switches=_switches(request), spaces_off=request.steps[0].spaces_off))
         except PlanError as error:
             return PlanFailed(request.id, error.line, str(error))
         except KinematicsError as error:
@@ -56,12 +57,13 @@ class Planner:
         return Extended(
             whole.id, lines, motion, whole.taus, whole.sweep, whole.crossings, whole.zone_versions,
             first_tau=self.cycle_s if cut_s > 0.0 else request.first_tau, cut_s=cut_s, splice_s=at_s - cut_s,
-            switches=(request.switches + _switches(request))[-blocks:],
+            switches=(request.switches + _switches(request))[-blocks:], spaces_off=request.steps[0].spaces_off,
+            shut=whole.shut,
         )  # fmt: skip
 
     def _free(self, planned: Planned, from_tau: float = 0.0) -> Planned | PlanFailed:
-        """The motion, if from this tau [s] on it touches nothing that it must not."""
-        if not self.things:
+        """The motion, if from this tau [s] on it touches nothing that it must not, and keeps to its spaces."""
+        if not (self.things or self.spaces):
             return planned
         first = max(int(np.searchsorted(planned.taus, from_tau, side="right")) - 1, 0)
         body, taus, motion = planned.sweep, planned.taus[first:], planned.motion
@@ -70,14 +72,24 @@ class Planner:
         def points_at(times: NDArray[np.float64]) -> NDArray[np.float64]:
             return transform_points(self.pose_world_base, self.model.capsules(motion.q(times)))
 
-        touch = self.things.first_touch(onward, taus, points_at)
-        if touch is None:
-            return planned
-        line = planned.line_at(touch.tau)
-        before = taus[taus < touch.tau]
-        free = (
-            "not even where it begins" if len(before) == 0 else f"free up to {self._joints(motion.q(before[-1:])[0])}"
-        )
+        def watched_at(times: NDArray[np.float64]) -> NDArray[np.float64]:
+            return self.spaces.points(self.pose_world_base, motion.q(times))
+
+        found: list[Touch | Breach | None] = [self.things.first_touch(onward, taus, points_at)]
+        if self.spaces:
+            watched = self.spaces.watched(onward, self.pose_world_base, motion.q(taus))
+            found.append(
+                self.spaces.first_breach(watched, taus, watched_at, planned.spaces_off.union(self.spaces.inputs))
+            )
+        touch = min((each for each in found if each is not None), key=lambda each: each.tau, default=None)
+        return planned if touch is None else self._refused(planned, touch, taus)
+
+    def _refused(self, planned: Planned, touch: Touch | Breach, taus: NDArray[np.float64]) -> PlanFailed:
+        """What a motion runs into, where, and how far it is free."""
+        line, before = planned.line_at(touch.tau), taus[taus < touch.tau]
+        free = "not even where it begins"
+        if len(before):
+            free = f"free up to {self._joints(planned.motion.q(before[-1:])[0])}"
         return PlanFailed(planned.id, line, f"line {line}: {touch}, {touch.tau:.2f} s after the motion begins; {free}")
 
     def _joints(self, q: NDArray[np.float64]) -> str:
@@ -131,7 +143,12 @@ class Planner:
         taus = motion.grid
         body = sweep(self.model, self.pose_world_base, motion.q(taus))
         crossed = tuple(c for zone in zones for c in crossings(body, taus, zone, ZONE_MARGIN_M))
-        return Planned(id, lines, motion, taus, body, crossed, {zone.zone: zone.version for zone in zones})
+        versions = {zone.zone: zone.version for zone in zones}
+        shut: tuple[Crossing, ...] = ()
+        if self.spaces.inputs:
+            watched = self.spaces.watched(body, self.pose_world_base, motion.q(taus))
+            shut = self.spaces.switched_by_input(watched, taus)
+        return Planned(id, lines, motion, taus, body, crossed, versions, shut=shut)
 
 
 def _lines(sequence: Sequence) -> tuple[int, ...]:

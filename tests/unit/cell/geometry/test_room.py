@@ -58,7 +58,7 @@ AXIS = st.tuples(*[NUMBER] * 6).map(lambda numbers: np.array(numbers).reshape(2,
 
 
 @given(name=st.sampled_from(sorted(UNIONS)), ends=AXIS)
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=120, deadline=None)
 def test_the_clearance_in_a_union_is_that_of_its_border(name: str, ends: np.ndarray) -> None:
     parts = UNIONS[name]
     exact = float(Room(parts, (0.0,) * len(parts)).capsule_distance(ends, np.array(0.0)))
@@ -109,7 +109,7 @@ def test_the_border_of_each_part_has_its_own_margin() -> None:
 
 
 @given(ends=st.tuples(*[st.floats(-2.0, 2.0) | st.sampled_from([-1.0, 0.0, 0.5, 1.0])] * 6))
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=120, deadline=None)
 def test_a_hull_in_the_form_of_a_box_is_that_box(ends: tuple[float, ...]) -> None:
     same = Box(np.array([1.0, 0.6, 1.4]), pose_from(np.array([0.1, 0.0, 0.2]), np.array([0.0, 0.0, 0.6, 0.8])))
     axis = np.array(ends).reshape(1, 2, 3)
