@@ -221,7 +221,7 @@ def test_a_roll_about_the_pointing_axis_is_free() -> None:
     assert "points 0.0" in str(breach)
 
 
-@pytest.mark.parametrize("seed", [0, 5, 11])
+@pytest.mark.parametrize("seed", [0, 11, 30, 102])
 def test_a_jog_at_full_speed_stands_close_in_front_of_the_border(seed: int) -> None:
     """In a box with a little room on every side; where it stands outside, it gets back in and no farther out."""
     rng = np.random.default_rng(seed)

@@ -189,7 +189,7 @@ def test_a_jog_stands_close_in_front_of_a_thing(
     jogged.run(key, 150)
     gaps = _gaps(wall, np.array(jogged.played))
     assert gaps.min() > -1e-6
-    if "post" in key.ruled_by:
+    if "post" in key.ruled_by and not jogged.way.qd.any():
         assert gaps[-1] < 0.02
 
 
