@@ -1,4 +1,4 @@
-"""Where one robot may be and how it may point: safe and forbidden spaces, a cone for its tool."""
+"""Where one robot may be, how fast and how it may point: safe, forbidden and slow spaces, a cone for its tool."""
 
 from collections.abc import Callable, Collection
 from dataclasses import dataclass
@@ -69,7 +69,7 @@ class Spaces:
         moving = np.array([number for number, capsule in enumerate(model.body) if capsule.link > 0], dtype=int)
         self._watched = {SpaceOf.BODY: moving, SpaceOf.TCP: np.array([len(model.body)])}
         self._solids = {
-            each.name: solid_of(each.shape, each.pose) for each in spaces if each.kind is SpaceKind.FORBIDDEN
+            each.name: solid_of(each.shape, each.pose) for each in spaces if each.kind is not SpaceKind.SAFE
         }
         self._rules_by_off: dict[frozenset[str], list[_Rule]] = {}
         self.inputs = {each.name: each.off_while for each in spaces if each.off_while is not None}
@@ -131,6 +131,32 @@ class Spaces:
                 return rule.hindrance.format(who=self._who(capsule))
         return ""
 
+    @property
+    def slow(self) -> bool:
+        """Whether there are spaces in which the TCP is slow."""
+        return any(each.kind is SpaceKind.SLOW for each in self._spaces)
+
+    def haste(self, pose_world_base: Array, q: Array, qd: Array, off: Collection[str]) -> Array:
+        """By how much the TCP is too fast in slow spaces: its speed by what is allowed there, `(m,)`, elsewhere 0.
+
+        `q`, `qd` `(m, n)` are consecutive samples. What lies within half a step of a sample counts for it.
+        """
+        place = (pose_world_base @ self._model.tcp(q))[:, :3, 3]
+        steps = np.linalg.norm(np.diff(place, axis=0), axis=-1)
+        around = np.maximum(np.append(steps, 0.0), np.append(0.0, steps)) / 2.0
+        speed, points = self._tcp_speed(q, qd), np.repeat(place[:, None], 2, axis=1)
+        haste = np.zeros(len(q))
+        for each in self._spaces:
+            if each.speed_m_s is not None and each.name not in off:
+                inside = self._solids[each.name].capsule_distance(points, np.zeros(len(q))) < around + each.margin_m
+                haste = np.where(inside, np.maximum(haste, speed / each.speed_m_s), haste)
+        return haste
+
+    def _tcp_speed(self, q: Array, qd: Array) -> Array:
+        v, w = np.split((self._model.jacobian(q) @ qd[..., None])[..., 0], 2, axis=-1)
+        arm = self._model.tcp(q)[..., :3, 3] - self._model.forward(q)[..., :3, 3]
+        return np.asarray(np.linalg.norm(v + np.cross(w, arm), axis=-1))
+
     def switched_by_input(self, path: Sweep, taus: Array) -> tuple[Crossing, ...]:
         """Where on a motion spaces are entered and left that an input switches; both ends are outside."""
         return tuple(
@@ -146,7 +172,8 @@ class Spaces:
         return self._rules_by_off[key]
 
     def _made(self, off: frozenset[str]) -> list[_Rule]:
-        rules = [_forbids(self._forbidden(name), name) for name in self._solids if name not in off]
+        forbidden = (each.name for each in self._spaces if each.kind is SpaceKind.FORBIDDEN)
+        rules = [_forbids(self._forbidden(name), name) for name in forbidden if name not in off]
         for of in SpaceOf:
             safe = [each for each in self._spaces if each.kind is SpaceKind.SAFE and each.of is of]
             if safe:

@@ -21,6 +21,13 @@ from robot_agent.workspace import Breach, Crossing, PlacedRobot, Sweep, Touch, c
 ZONE_MARGIN_M = 0.03
 """A robot stops this far in front of a zone it may not enter: more than the growth of a published body."""
 
+_SLOWINGS = 6
+"""So often a motion is planned with lower caps on moves whose TCP is too fast in a slow space."""
+_BELOW = 0.97
+"""Share of the allowed speed that is aimed at, for what the timing makes of it."""
+_SLOWEST = 1e-4
+"""[m/s, rad/s] of a cap."""
+
 
 class Planner:
     """Plans the steps of one robot. `cycle_s` is the gateway's cycle."""
@@ -36,16 +43,52 @@ class Planner:
     def plan(self, request: PlanRequest | ExtendRequest) -> Planned | PlanFailed:
         """Plan steps; every failure is a `PlanFailed` that says where and why."""
         try:
-            sequence = Sequence(self._blocks(request))
-            if isinstance(request, ExtendRequest):
-                return self._free(self._extended(request, sequence), request.splice_s - request.cut_s)
-            motion = plan(self.model, sequence, self.limits, start=request.start, cycle_s=self.cycle_s)
-            planned = self._with_body(request.id, _lines(sequence), motion, request.zones)
-            return self._free(replace(planned, switches=_switches(request), spaces_off=request.steps[0].spaces_off))
+            return self._slowed(request, Sequence(self._blocks(request)))
         except PlanError as error:
             return PlanFailed(request.id, error.line, str(error))
         except KinematicsError as error:
             return PlanFailed(request.id, request.line, f"line {request.line}: {error}")
+
+    def _slowed(self, request: PlanRequest | ExtendRequest, sequence: Sequence) -> Planned | PlanFailed:
+        """The motion, each of its moves so slow that the TCP keeps the speed of the slow spaces that it is in."""
+        line, worst = 0, 0.0
+        for _ in range(_SLOWINGS):
+            planned = self._planned(request, sequence)
+            if not self.spaces.slow or isinstance(planned, PlanFailed):
+                return planned
+            motion, taus = planned.motion, planned.taus
+            haste = self.spaces.haste(self.pose_world_base, motion.q(taus), motion.qd(taus), planned.spaces_off)
+            number = motion.block_at(taus) - (len(motion.ends) - len(sequence))
+            hasty = (haste > 1.0) & (number >= 0)
+            if not hasty.any():
+                return planned
+            line, worst = planned.line_at(float(taus[haste.argmax()])), float(haste.max())
+            blocks = list(sequence.blocks)
+            for k in np.unique(number[hasty]):
+                there = hasty & (number == k)
+                blocks[k] = self._slower(blocks[k], motion.q(taus[there]), motion.qd(taus[there]), haste[there])
+            sequence = Sequence(blocks)
+        text = (
+            f"line {line}: the TCP is {100.0 * (worst - 1.0):.0f} % too fast in a slow space, whatever the move's speed"
+        )
+        return PlanFailed(request.id, line, f"{text}: leave its joints in step (no SYNC=0), or go around the space")
+
+    def _slower(
+        self, block: Block, q: NDArray[np.float64], qd: NDArray[np.float64], haste: NDArray[np.float64]
+    ) -> Block:
+        """A move with lower caps: on what its flange does at samples `(k, n)` where the TCP is too fast by `haste`."""
+        twist = (self.model.jacobian(q) @ qd[..., None])[..., 0] * (_BELOW / haste[:, None])
+        speed, turn = (float(np.linalg.norm(part, axis=-1).max()) for part in np.split(twist, 2, axis=-1))
+        speeds = [max(speed, _SLOWEST), *([] if block.speed_m_s is None else [block.speed_m_s])]
+        turns = [max(turn, _SLOWEST), *([] if block.rotation_rad_s is None else [block.rotation_rad_s])]
+        return replace(block, speed_m_s=min(speeds), rotation_rad_s=min(turns))
+
+    def _planned(self, request: PlanRequest | ExtendRequest, sequence: Sequence) -> Planned | PlanFailed:
+        if isinstance(request, ExtendRequest):
+            return self._free(self._extended(request, sequence), request.splice_s - request.cut_s)
+        motion = plan(self.model, sequence, self.limits, start=request.start, cycle_s=self.cycle_s)
+        planned = self._with_body(request.id, _lines(sequence), motion, request.zones)
+        return self._free(replace(planned, switches=_switches(request), spaces_off=request.steps[0].spaces_off))
 
     def _extended(self, request: ExtendRequest, sequence: Sequence) -> Extended:
         old, at_s, cut_s = request.motion, request.splice_s, request.cut_s

@@ -41,9 +41,12 @@ class ZoneGuard:
             if thing := planner.things.in_the_way(path):
                 return thing
             if planner.spaces:
-                watched = planner.spaces.watched(path, planner.pose_world_base, states.q)
-                if border := planner.spaces.in_the_way(watched, self._zones.spaces.off(self._now)):
+                base, off = planner.pose_world_base, self._zones.spaces.off(self._now)
+                if border := planner.spaces.in_the_way(planner.spaces.watched(path, base, states.q), off):
                     return border
+                haste = planner.spaces.haste(base, states.q, states.qd, off)
+                if haste[1:].max(initial=0.0) > max(1.0, haste[0]):
+                    return "the TCP at the speed of a slow space"
             crossed = self._zones.crossed(path, ZONE_MARGIN_M)
             if crossed is None:
                 return "the zones of the cell have not been heard yet"

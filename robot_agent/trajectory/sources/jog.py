@@ -209,7 +209,7 @@ class JogSource:
         return _Rejected(why, effort.slower(_SLOWER) if effort.speed > 0.0 else _STOP)
 
     def _in_the_way(self, states: States, stops: bool) -> str:
-        """What is in the way of states. A stop may go where the way that was given before goes too, if that is no better.
+        """What is in the way of states; of a stop only if nothing is in the way that was given before.
 
         A gentler stop than that one would end farther ahead than where was looked.
         """
