@@ -9,8 +9,8 @@ from cell.geometry.convex import Convex, Faces
 
 CRACK_M = 1e-6
 """Where two bodies are no farther apart there is nothing between them."""
-_ROUNDING_M = 1e-9
-"""An axis that comes so near to the border touches it."""
+_TOUCHES_M = 2.0 * CRACK_M
+"""An axis that comes so near to the border touches it: more than a point may be outside that counts as inside."""
 _PLACES = np.linspace(0.0, 1.0, 17)
 """Along an axis that is not inside, where it is looked how far out it is."""
 
@@ -22,7 +22,8 @@ class Room:
     A capsule is inside the union by a margin exactly where its axis is inside and no nearer to the border than its
     radius and the margin. The border is every face of every part without what other parts cover of its outer side;
     cut by their planes, convex pieces are left of it, and the distance from a flat convex piece is exact. So the seam
-    of two parts that overlap or abut is no border. Exact but for `CRACK_M`: gaps and steps of that size.
+    of two parts that overlap or abut is no border. Exact but for gaps and steps of `CRACK_M`, and for axes that are
+    nearer to the border than twice that, which touch it.
     """
 
     parts: tuple[Convex, ...]
@@ -66,7 +67,7 @@ class Room:
     def _from_border(self, axes: Array) -> Array:
         """Distance `(m,)` [m] of axes `(m, 2, 3)` from the border; at most 0 for those that are not inside."""
         distances = self._border.distance(axes)
-        inside = (self._out(axes[:, 0]) <= CRACK_M) & (distances.min(axis=1, initial=np.inf) > _ROUNDING_M)
+        inside = (self._out(axes[:, 0]) <= CRACK_M) & (distances.min(axis=1, initial=np.inf) > _TOUCHES_M)
         nearest = (distances - self._nearer).min(axis=1, initial=np.inf)
         outside = ~inside
         along = axes[outside, None, 0] + _PLACES[:, None] * (axes[outside, 1] - axes[outside, 0])[:, None]

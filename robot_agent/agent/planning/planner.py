@@ -71,7 +71,7 @@ class Planner:
         text = (
             f"line {line}: the TCP is {100.0 * (worst - 1.0):.0f} % too fast in a slow space, whatever the move's speed"
         )
-        return PlanFailed(request.id, line, f"{text}: leave its joints in step (no SYNC=0), or go around the space")
+        return PlanFailed(request.id, line, f"{text}: name a lower F, or go around the space")
 
     def _slower(
         self, block: Block, q: NDArray[np.float64], qd: NDArray[np.float64], haste: NDArray[np.float64]

@@ -4,7 +4,7 @@ from itertools import product
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from cell.geometry import Box, Convex, GeometryError, Hull, Room, pose_from
@@ -57,6 +57,7 @@ NUMBER = ROUND | st.floats(-0.2, 2.2)
 AXIS = st.tuples(*[NUMBER] * 6).map(lambda numbers: np.array(numbers).reshape(2, 3) * [1.0, 1.0, 0.6])
 
 
+@example(name="a step", ends=np.array([[0.0, -1.2e-7, 0.0], [0.0, 0.0, 1.05]]))
 @given(name=st.sampled_from(sorted(UNIONS)), ends=AXIS)
 @settings(max_examples=120, deadline=None)
 def test_the_clearance_in_a_union_is_that_of_its_border(name: str, ends: np.ndarray) -> None:
