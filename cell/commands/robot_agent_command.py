@@ -63,7 +63,14 @@ def robot_agent(
         text = read_text(mine.program)
         if isinstance(text, Problem):
             raise CommandError(f"the program cannot be read\n{text}", f"correct it, then: cell check {file}")
-        program = parse_program(text, mine.program.name, model.joint_names, model.linear_names, mine.corrections)
+        program = parse_program(
+            text,
+            mine.program.name,
+            model.joint_names,
+            model.linear_names,
+            mine.corrections,
+            spaces=mine.program_spaces,
+        )
     except (KinematicsError, ProgramError) as error:
         raise CommandError(str(error), f"correct it, then: cell check {quoted(file)}") from error
     options = zenoh_options(mode, connect, listen, config, cfg)

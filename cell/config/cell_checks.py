@@ -27,6 +27,7 @@ def check_cell_file(document: Document, cell: CellFile) -> list[Problem]:
         *_frames(document, cell),
         *_corrections(document, cell),
         *_things(document, cell),
+        *_spaces(document, cell),
         *_times(document, cell),
     ]
 
@@ -65,6 +66,9 @@ def _frames(document: Document, cell: CellFile) -> Iterator[Problem]:
     for key in ("robots", "conveyors", "zones", "things"):
         for name, entry in getattr(cell, key).items():
             yield from unknown_frame(document, (key, name, "frame"), entry.frame)
+    for robot, said in cell.robots.items():
+        for name, space in said.spaces.items():
+            yield from unknown_frame(document, ("robots", robot, "spaces", name, "frame"), space.frame)
 
 
 def _corrections(document: Document, cell: CellFile) -> Iterator[Problem]:
@@ -100,6 +104,17 @@ def _things(document: Document, cell: CellFile) -> Iterator[Problem]:
     robots = document.keys(("robots",))
     for name, thing in cell.things.items():
         yield from thing.problems(document, ("things", name), robots)
+
+
+def _spaces(document: Document, cell: CellFile) -> Iterator[Problem]:
+    for robot, entry in cell.robots.items():
+        for name, space in entry.spaces.items():
+            yield from space.problems(document, ("robots", robot, "spaces", name))
+        for joint, (low, high) in entry.joints.items():
+            if not low < high:
+                yield document.problem(
+                    ("robots", robot, "joints", joint), f"[{low:g}, {high:g}]", "the lower end first"
+                )
 
 
 def _times(document: Document, cell: CellFile) -> Iterator[Problem]:

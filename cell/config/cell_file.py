@@ -23,8 +23,9 @@ from cell.config.settings import (
     Times,
     ZoneSettings,
 )
+from cell.config.space_entry import OrientationEntry, SpaceEntry, joint_range
 from cell.config.thing_entry import ThingEntry
-from cell.config.units import STRICT, Milliseconds, Number, PositiveAngle, PositiveLength, Seconds, Units
+from cell.config.units import STRICT, Milliseconds, Number, PositiveAngle, PositiveLength, Seconds, ToSI, Units
 from cell.geometry import frame_from_points
 from cell.messages.common import ECHO_S
 
@@ -136,6 +137,11 @@ class RobotEntry(BaseModel):
     path_window: PathWindowEntry = Field(
         PathWindowEntry.model_construct(), description="farther from its path a stopped robot does not continue"
     )
+    spaces: dict[Name, SpaceEntry] = Field(default={}, description="where it stays, does not go, or is slow, by name")
+    orientation: OrientationEntry | None = Field(None, description="where its tool may point")
+    joints: dict[str, tuple[Number, Number]] = Field(
+        default={}, description="ranges by joint, [low, high], within those of the robot file"
+    )
 
 
 class GatewayEntry(BaseModel):
@@ -223,6 +229,7 @@ class CellFile(BaseModel):
             for name, belt in self.conveyors.items()
         }
         things = tuple(thing.settings(name, document, frames) for name, thing in self.things.items())
+        si = ToSI.of(self.units.model_dump())
         return CellSettings(
             name=self.cell,
             file=document.file,
@@ -237,6 +244,9 @@ class CellFile(BaseModel):
                     {key: entry.settings(key, conveyors) for key, entry in robot.corrections.items()},
                     robot.path_window.settings(),
                     things,
+                    tuple(space.settings(key, document, frames) for key, space in robot.spaces.items()),
+                    None if robot.orientation is None else robot.orientation.settings(),
+                    {joint: joint_range(pair, si) for joint, pair in robot.joints.items()},
                 )
                 for name, robot in self.robots.items()
             },
@@ -259,4 +269,9 @@ class CellFile(BaseModel):
         """What every process has to see at the same place, and takes from its own cell file; with its frame."""
         bases = {f"the base of robot {name}": robot.frame for name, robot in self.robots.items()}
         zones = {f"zone {name}": zone.frame for name, zone in self.zones.items()}
-        return bases | zones | {f"conveyor {name}": belt.frame for name, belt in self.conveyors.items()}
+        spaces = {
+            f"space {key} of robot {name}": space.frame
+            for name, robot in self.robots.items()
+            for key, space in robot.spaces.items()
+        }
+        return bases | zones | spaces | {f"conveyor {name}": belt.frame for name, belt in self.conveyors.items()}

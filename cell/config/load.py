@@ -8,7 +8,7 @@ from cell.config.cell_checks import check_cell_file
 from cell.config.cell_file import CellFile
 from cell.config.digest import digest_of
 from cell.config.document import Document, Naming, read_document, read_text
-from cell.config.problem import ConfigError, Problem, path_text, refuses
+from cell.config.problem import ConfigError, KeyPath, Problem, path_text, refuses
 from cell.config.reading import Reading, read
 from cell.config.settings import CellSettings
 from cell.config.yaml_tree import Value
@@ -94,8 +94,12 @@ def _named_files(document: Document) -> tuple[dict[str, Value], list[Problem]]:
             problems.append(text)
         else:
             files[path_text(naming.path)] = text
-    for name in document.keys(("things",)):
-        naming = Naming(document, ("things", name, "mesh", "file"))
+    shaped: list[KeyPath] = [("things", name) for name in document.keys(("things",))]
+    shaped += [
+        ("robots", name, "spaces", each) for name in robots for each in document.keys(("robots", name, "spaces"))
+    ]
+    for place in shaped:
+        naming = Naming(document, (*place, "mesh", "file"))
         if (file := naming.file()) is None:
             continue
         try:

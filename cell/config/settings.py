@@ -107,6 +107,13 @@ class BoxShape:
 
 
 @dataclass(frozen=True, slots=True)
+class HullShape:
+    """All that points span, [m] in the axes of the pose."""
+
+    points_m: tuple[tuple[float, float, float], ...]
+
+
+@dataclass(frozen=True, slots=True)
 class SphereShape:
     """A ball about its pose."""
 
@@ -134,7 +141,7 @@ class MeshShape:
     unit_m: float
 
 
-Shape = BoxShape | SphereShape | CylinderShape | HalfSpaceShape | MeshShape
+Shape = BoxShape | HullShape | SphereShape | CylinderShape | HalfSpaceShape | MeshShape
 
 
 @dataclass(frozen=True, slots=True)
@@ -150,6 +157,58 @@ class ThingSettings:
     """By robot the names of links that are not kept away."""
     in_frame: InFrame | None = None
     """Where it stands in a frame; `pose` is where that is by the cell file, while the manager may have moved it."""
+
+
+class SpaceKind(Enum):
+    """What a space is for."""
+
+    SAFE = "safe"
+    FORBIDDEN = "forbidden"
+    SLOW = "slow"
+
+
+class SpaceOf(Enum):
+    """What of a robot a space is about."""
+
+    BODY = "body"
+    TCP = "tcp"
+
+
+@dataclass(frozen=True, slots=True)
+class SpaceSettings:
+    """A space of one robot: it stays inside the safe ones, out of forbidden ones, and is slow in slow ones."""
+
+    name: str
+    kind: SpaceKind
+    shape: Shape
+    pose: PoseSettings
+    margin_m: float
+    of: SpaceOf = SpaceOf.BODY
+    by_program: bool = False
+    """Programs switch it."""
+    off_while: str | None = None
+    """It is off while this input is known to be closed."""
+    speed_m_s: float | None = None
+    """Of the TCP in a slow space."""
+
+
+@dataclass(frozen=True, slots=True)
+class OrientationSettings:
+    """Where the tool may point: an axis of the TCP's frame within a cone about a direction in world."""
+
+    axis: int
+    """0, 1, 2: X, Y, Z."""
+    towards: tuple[float, float, float]
+    """Of length 1."""
+    within_rad: float
+
+
+@dataclass(frozen=True, slots=True)
+class JointRange:
+    """The same two numbers of the cell file for a joint that turns and for one that slides."""
+
+    turn_rad: tuple[float, float]
+    slide_m: tuple[float, float]
 
 
 @dataclass(frozen=True, slots=True)
@@ -173,6 +232,15 @@ class RobotSettings:
     path_window: PathWindow = PathWindow()
     things: tuple[ThingSettings, ...] = ()
     """All that stands in the cell."""
+    spaces: tuple[SpaceSettings, ...] = ()
+    orientation: OrientationSettings | None = None
+    joints: dict[str, JointRange] = field(default_factory=dict)
+    """Ranges by joint, narrower than those of the model."""
+
+    @property
+    def program_spaces(self) -> frozenset[str]:
+        """The spaces that SPACE in its program may name."""
+        return frozenset(space.name for space in self.spaces if space.by_program)
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,4 +1,4 @@
-"""Schema of a thing that robots keep away from: a table, a post, a wall, a fixture."""
+"""Schema of what has a shape and a place, and of things that robots keep away from: a table, a wall, a fixture."""
 
 from collections.abc import Iterator
 from typing import Annotated, Literal
@@ -6,13 +6,14 @@ from typing import Annotated, Literal
 from pydantic import BaseModel, BeforeValidator, Field
 
 from cell.config.document import Document
-from cell.config.fields import FileName, Name, Pose
+from cell.config.fields import FileName, Name, Point, Pose
 from cell.config.frame_entry import FrameTree
 from cell.config.problem import KeyPath, Problem
 from cell.config.settings import (
     BoxShape,
     CylinderShape,
     HalfSpaceShape,
+    HullShape,
     InFrame,
     MeshShape,
     Shape,
@@ -20,9 +21,10 @@ from cell.config.settings import (
     ThingSettings,
 )
 from cell.config.units import STRICT, NotNegativeLength, PositiveLength
+from cell.geometry.convex import MOST_POINTS
 
 MARGIN_M = 0.005
-SHAPES = ("box", "sphere", "cylinder", "half_space", "mesh")
+SHAPES = ("box", "hull", "sphere", "cylinder", "half_space", "mesh")
 _UNITS_M = {"m": 1.0, "mm": 0.001, "inch": 0.0254}
 
 
@@ -46,14 +48,18 @@ class MeshEntry(BaseModel):
     unit: Literal["mm", "m", "inch"] = Field(description="mm, m or inch: what a 1 in the file means")
 
 
-class ThingEntry(BaseModel):
-    """Something that stands in the cell; robots keep `margin` away from it."""
+class ShapedEntry(BaseModel):
+    """What has exactly one shape, at a place."""
 
     model_config = STRICT
     pose: Pose = Field(description="pose of its middle, of a half space a point of its face: X, Y, Z, A, B, C")
     frame: Name | None = Field(None, description="the frame in which it is given, by name; default world")
     box: tuple[PositiveLength, PositiveLength, PositiveLength] | None = Field(
         None, description="a box: edge lengths [x, y, z]; or another shape"
+    )
+    hull: Annotated[tuple[Point, ...], Field(min_length=4, max_length=MOST_POINTS)] | None = Field(
+        None,
+        description=f"all between 4 to {MOST_POINTS} corners [x, y, z] in the axes of the pose, and what they span",
     )
     sphere: PositiveLength | None = Field(None, description="a ball: its radius")
     cylinder: CylinderEntry | None = Field(None, description="a round column about Z: {radius, length}")
@@ -62,16 +68,39 @@ class ThingEntry(BaseModel):
     )
     mesh: MeshEntry | None = Field(None, description="triangles of a file: {file, unit}; bodies must come from outside")
     margin: NotNegativeLength = Field(MARGIN_M, description="nearer than this no robot comes; default 5 mm")
+
+    def shape_problems(self, document: Document, path: KeyPath) -> Iterator[Problem]:
+        """More shapes than one, or none."""
+        shapes = [shape for shape in SHAPES if getattr(self, shape) is not None]
+        if len(shapes) != 1:
+            found = " and ".join(shapes) or "no shape"
+            yield document.problem(path, found, f"exactly one of {', '.join(SHAPES)}", at_key=not shapes)
+
+    def shape(self, document: Document) -> Shape:
+        """The shape; exactly one is given."""
+        if self.box is not None:
+            return BoxShape(self.box)
+        if self.hull is not None:
+            return HullShape(self.hull)
+        if self.sphere is not None:
+            return SphereShape(self.sphere)
+        if self.cylinder is not None:
+            return CylinderShape(self.cylinder.radius, self.cylinder.length)
+        if self.mesh is not None:
+            return MeshShape(document.beside(self.mesh.file), _UNITS_M[self.mesh.unit])
+        return HalfSpaceShape()
+
+
+class ThingEntry(ShapedEntry):
+    """Something that stands in the cell; robots keep `margin` away from it."""
+
     may_touch: dict[Name, tuple[Link, ...]] = Field(
         default={}, description="by robot, the links that are not kept away: names as in `cell model`, or tool"
     )
 
     def problems(self, document: Document, path: KeyPath, robots: list[str]) -> Iterator[Problem]:
         """What the schema cannot say."""
-        shapes = [shape for shape in SHAPES if getattr(self, shape) is not None]
-        if len(shapes) != 1:
-            found = " and ".join(shapes) or "no shape"
-            yield document.problem(path, found, f"exactly one of {', '.join(SHAPES)}", at_key=not shapes)
+        yield from self.shape_problems(document, path)
         for robot in self.may_touch:
             if robot not in robots:
                 allowed = f"one of {', '.join(robots)}"
@@ -82,20 +111,9 @@ class ThingEntry(BaseModel):
         given = self.pose.settings()
         return ThingSettings(
             name,
-            self._shape(document),
+            self.shape(document),
             frames.in_world(given, self.frame),
             self.margin,
             dict(self.may_touch),
             None if self.frame is None else InFrame(self.frame, given),
         )
-
-    def _shape(self, document: Document) -> Shape:
-        if self.box is not None:
-            return BoxShape(self.box)
-        if self.sphere is not None:
-            return SphereShape(self.sphere)
-        if self.cylinder is not None:
-            return CylinderShape(self.cylinder.radius, self.cylinder.length)
-        if self.mesh is not None:
-            return MeshShape(document.beside(self.mesh.file), _UNITS_M[self.mesh.unit])
-        return HalfSpaceShape()

@@ -1,6 +1,7 @@
 """Poses, rotations and distances: pure numpy, batched over leading dimensions, SI units and radians."""
 
 from cell.geometry.box import Box, capsule_box_distance, capsules_touch_box, point_box_distance
+from cell.geometry.convex import Convex, Hull
 from cell.geometry.errors import GeometryError, NoFrame, NotAPose, WrongShape
 from cell.geometry.frame import frame_from_axes, frame_from_points, largest_turn, taught_frame
 from cell.geometry.mesh import Mesh
@@ -16,18 +17,23 @@ from cell.geometry.pose import (
     to_xyz_abc,
     transform_points,
 )
+from cell.geometry.room import Room
 from cell.geometry.segment import capsule_distance, segment_distance
-from cell.geometry.solid import Cylinder, HalfSpace, Solid, Sphere
+from cell.geometry.solid import Cylinder, HalfSpace, PlacedSolid, Solid, Sphere
 
 __all__ = [
     "Box",
+    "Convex",
     "Cylinder",
     "GeometryError",
     "HalfSpace",
+    "Hull",
     "Mesh",
     "NoFrame",
     "NotAPose",
     "OccupiedSpace",
+    "PlacedSolid",
+    "Room",
     "Solid",
     "Sphere",
     "WrongShape",

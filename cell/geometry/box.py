@@ -7,6 +7,7 @@ import numpy as np
 from cell.geometry.arrays import Array, Flags
 from cell.geometry.errors import GeometryError, WrongShape
 from cell.geometry.pose import check_poses, pose_from
+from cell.geometry.segment import least_along
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -37,8 +38,16 @@ class Box:
         return cls(np.array(size_m), pose_from(np.array(position_m), np.array(quaternion_xyzw)))
 
     def capsule_distance(self, points: Array, radii: Array, within: float = np.inf) -> Array:  # noqa: ARG002
-        """As `Solid`; see `capsule_box_distance`."""
-        return capsule_box_distance(points, radii, self)
+        """As `Solid`; see `capsule_box_distance`. Below minus the radius: the depth of the axis."""
+        points = np.asarray(points, dtype=float)
+        distance = np.asarray(capsule_box_distance(points, np.zeros(points.shape[:-2]), self))
+        inside = distance == 0.0
+        if inside.any():
+            local = (points[inside] - self.pose_world_box[:3, 3]) @ self.pose_world_box[:3, :3]
+            distance[inside] = np.minimum(
+                least_along(local, lambda at: np.asarray((np.abs(at) - self.size / 2).max(axis=-1))), 0.0
+            )
+        return np.asarray(distance - radii)
 
     def bounds(self) -> tuple[Array, float]:
         """As `Solid`."""

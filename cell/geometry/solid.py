@@ -8,6 +8,7 @@ import numpy as np
 from cell.geometry.arrays import Array
 from cell.geometry.errors import GeometryError, WrongShape
 from cell.geometry.pose import check_poses
+from cell.geometry.segment import least_along
 
 _HALVINGS = 60
 """Of the place on an axis that is nearest to a cylinder: fewer than the bits of a float decide."""
@@ -19,14 +20,18 @@ class Solid(Protocol):
     def capsule_distance(self, points: Array, radii: Array, within: float = np.inf) -> Array:
         """Distance `(...)` [m] of capsules, end points `(..., 2, 3)` in world; at most 0 exactly where they touch.
 
-        Below zero it need be no depth: a capsule whose axis is inside may have minus its radius. What is farther than
-        `within` [m] may be told as that.
+        Below zero it is less the deeper the capsule is, but for meshes. What is farther than `within` [m] may be told
+        as that.
         """
         ...
 
     def bounds(self) -> tuple[Array, float]:
         """Centre `(3,)` and radius [m] of a ball that holds the solid; the radius is infinite where none does."""
         ...
+
+
+class PlacedSolid(Solid, Protocol):
+    """A solid that has a pose."""
 
     def moved_to(self, pose_world_solid: Array) -> Self:
         """The same at another pose `(4, 4)` in world."""
@@ -76,15 +81,22 @@ class Cylinder:
         object.__setattr__(self, "pose_world_cylinder", check_poses(self.pose_world_cylinder, "pose of the cylinder"))
 
     def capsule_distance(self, points: Array, radii: Array, within: float = np.inf) -> Array:  # noqa: ARG002
-        """As `Solid`. The distance is convex along the axis, so its least place is found by where it stops falling."""
+        """As `Solid`. The distance is convex along the axis, so its least place is found by where it stops falling.
+
+        Below minus the radius: the depth of the axis.
+        """
         start, way = _axes((np.asarray(points) - self._centre) @ self.pose_world_cylinder[:3, :3])
         low, high = np.zeros(start.shape[:-1]), np.ones(start.shape[:-1])
         for _ in range(_HALVINGS):
             middle = (low + high) / 2.0
             rises = self._slope(start + middle[..., None] * way, way) > 0.0
             low, high = np.where(rises, low, middle), np.where(rises, middle, high)
-        nearest = [self._distance(start + share[..., None] * way) for share in (low, high)]
-        return np.asarray(np.minimum(*nearest) - radii)
+        distance = np.asarray(np.minimum(*(self._distance(start + share[..., None] * way) for share in (low, high))))
+        inside = distance == 0.0
+        if inside.any():
+            axes = np.stack([start, start + way], axis=-2)[inside]
+            distance[inside] = np.minimum(least_along(axes, self._height), 0.0)
+        return np.asarray(distance - radii)
 
     def bounds(self) -> tuple[Array, float]:
         """As `Solid`."""
@@ -108,6 +120,14 @@ class Cylinder:
     def _distance(self, points: Array) -> Array:
         beside, beyond, _ = self._outside(points)
         return np.asarray(np.hypot(beside, beyond))
+
+    def _height(self, points: Array) -> Array:
+        """How far beyond the wall or an end, the farther of both; inside minus the depth."""
+        return np.asarray(
+            np.maximum(
+                np.hypot(points[..., 0], points[..., 1]) - self.radius, np.abs(points[..., 2]) - self.length / 2.0
+            )
+        )
 
     def _slope(self, points: Array, way: Array) -> Array:
         """Half the derivative of the squared distance along `way`; it never falls."""

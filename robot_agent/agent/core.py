@@ -17,6 +17,7 @@ from cell.messages import (
     DriveFeedback,
     Estop,
     FramePose,
+    GatewayState,
     JogHeld,
     ManagerState,
     Mode,
@@ -72,7 +73,8 @@ class AgentCore:
         self._torques: AxisTorques | None = None
         """None where the robot's file says too little."""
         self.link = GatewayLink(robot, boot, cell.digest, cell.robots[robot].gateway)
-        self.zones = ZoneClaims(robot, boot, cell.times.fresh_s)
+        inputs = {each.name: each.off_while for each in cell.robots[robot].spaces if each.off_while is not None}
+        self.zones = ZoneClaims(robot, boot, cell.times.fresh_s, inputs)
         self._frames = HeardFrames(cell.robots[robot].things)
         self.run = ProgramRun(program)
         self.report = Reporter(robot, boot)
@@ -118,6 +120,8 @@ class AgentCore:
             case FramePose():
                 if self._frames.heard(message) and self._planner is not None:
                     self._planner.place(self._frames.present)
+            case GatewayState():
+                self.zones.spaces.heard_gateway(message)
             case Estop():
                 self._hear_estop(message)
             case Correction() | ConveyorCount():
@@ -287,6 +291,7 @@ class AgentCore:
         if self._leaving:
             self.jogging.end("the robot was stopped")
         self.mode = self._progress.advance(self.mode, executive, feedback, planner, now)
+        self.zones.spaces.by_program = self.run.spaces_off(executive.timeline, feedback.tick)
         wants = self._doing(self.mode).wants(executive, feedback.tick)
         block = None
         if age_s <= max(_STALE_CYCLES * planner.cycle_s, self._cell.times.lead_s):

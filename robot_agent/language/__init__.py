@@ -21,7 +21,7 @@ from robot_agent.language.moves import (
 )
 from robot_agent.language.parser import parse_program
 from robot_agent.language.program import Program, ProgramError, ProgramProblem
-from robot_agent.language.sequence import End, Goto, Label, SetOutput, Track, Wait
+from robot_agent.language.sequence import End, Goto, Label, SetOutput, SwitchSpace, Track, Wait
 from robot_agent.language.statement import STATEMENTS, Statement
 from robot_agent.language.steps import (
     Finished,
@@ -65,6 +65,7 @@ __all__ = [
     "Step",
     "Switch",
     "SwitchNow",
+    "SwitchSpace",
     "Tangent",
     "Track",
     "TrackingOff",

@@ -50,7 +50,7 @@ class Interpreter:
         """Where the walk is: from equal places it goes on alike."""
         following = None if self._following is None else self._following.line
         at = self._at
-        return at.index, frozenset(at.jumps_left.items()), at.tangential_rad, at.tracking, following
+        return at.index, frozenset(at.jumps_left.items()), at.tangential_rad, at.tracking, at.spaces_off, following
 
     def _walk(self) -> Step | Switch:
         if self._end is not None:
@@ -65,6 +65,8 @@ class Interpreter:
             step = statement.run(self._at)
             if isinstance(step, Finished | ProgramFault):
                 return self._finish(step)
+            if isinstance(step, MotionStep):
+                return replace(step, spaces_off=self._at.spaces_off)
             if step is not None:
                 return step
         text = f"{_MAX_IDLE_STATEMENTS} statements without a motion or WAIT: put one into the loop"

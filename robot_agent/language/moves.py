@@ -89,6 +89,8 @@ class MoveLine(Move):
     """`TANG`, on every move of the flange: the tool follows the direction of the path, at this angle to it."""
     switches: tuple[Switch, ...] = ()
     """On every move: what is switched at its end."""
+    spaces_off: frozenset[str] = frozenset()
+    """On every move: the spaces that are switched off during it."""
 
     @classmethod
     def read(cls, line: int, words: list[Word], _reading: Reading) -> Self:
@@ -116,6 +118,7 @@ class MoveArc(Move):
     pace: MoveCaps = FREELY
     tangential_rad: float | None = None
     switches: tuple[Switch, ...] = ()
+    spaces_off: frozenset[str] = frozenset()
 
     @classmethod
     def read(cls, line: int, words: list[Word], _reading: Reading) -> Self:
@@ -147,6 +150,7 @@ class MoveSpline(Move):
     pace: MoveCaps = FREELY
     tangential_rad: float | None = None
     switches: tuple[Switch, ...] = ()
+    spaces_off: frozenset[str] = frozenset()
 
     @classmethod
     def read(cls, line: int, words: list[Word], _reading: Reading) -> Self:

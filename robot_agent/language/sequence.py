@@ -70,6 +70,29 @@ class SetOutput(Statement):
         return (self.output,)
 
 
+@statement("SPACE")
+@dataclass(frozen=True, slots=True)
+class SwitchSpace(Statement):
+    """`SPACE name ON`, `SPACE name OFF`: from the next move on the robot keeps to this space, or does not."""
+
+    space: str
+    on: bool
+
+    @classmethod
+    def read(cls, line: int, words: list[Word], reading: Reading) -> Self:
+        if len(words) != 3 or words[2].text.upper() not in ("ON", "OFF"):
+            found = f"`{' '.join(word.text for word in words)}`"
+            raise Mistake(words[0].column, found, "SPACE, the name of a space, and ON or OFF")
+        word = words[1]
+        if reading.spaces is not None and word.text not in reading.spaces:
+            known = ", ".join(sorted(reading.spaces)) or "this robot has none with by_program in the cell file"
+            raise Mistake(word.column, f"unknown space `{word.text}`", f"a name of spaces with by_program: {known}")
+        return cls(line, word.text, words[2].text.upper() == "ON")
+
+    def run(self, walk: Walk) -> None:
+        walk.spaces_off = walk.spaces_off - {self.space} if self.on else walk.spaces_off | {self.space}
+
+
 @statement("WAIT")
 @dataclass(frozen=True, slots=True)
 class Wait(Statement):

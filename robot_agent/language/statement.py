@@ -24,6 +24,7 @@ class Reading:
     linear: Collection[str]
     corrections: Collection[str] | None
     outputs: Collection[str] | None
+    spaces: Collection[str] | None
     place: int = 0
     """Index of the statement that is being read."""
     labels: dict[str, int] = field(default_factory=dict)
@@ -43,6 +44,8 @@ class Walk:
     tangential_rad: float | None = None
     """While TANG is on."""
     tracking: bool = False
+    spaces_off: frozenset[str] = frozenset()
+    """Spaces that are switched off."""
     switched: int = 0
     """Outputs, since the program began."""
 

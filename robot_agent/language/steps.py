@@ -46,6 +46,8 @@ class JointStep:
     pace: MoveCaps = FREELY
     synchronised: bool = True
     switches: tuple[Switch, ...] = ()
+    spaces_off: frozenset[str] = frozenset()
+    """On every move: the spaces that are switched off during it."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,5 +1,5 @@
 """Where in the world a robot stands and moves: its base, swept bodies, their published form, zones
-that they cross, things that they must not touch."""
+that they cross, things that they must not touch, spaces that they keep to."""
 
 from robot_agent.workspace.body import (
     BODY_GROWTH_M,
@@ -13,6 +13,7 @@ from robot_agent.workspace.body import (
 from robot_agent.workspace.braking import BRAKING_RESERVE, Braking
 from robot_agent.workspace.itself import Itself, named, part_of
 from robot_agent.workspace.placed_robot import PlacedRobot
+from robot_agent.workspace.spaces import Breach, Spaces
 from robot_agent.workspace.swept_body import Sweep, sweep
 from robot_agent.workspace.things import Things, Touch, solid_of, unknown_links
 from robot_agent.workspace.zones import Crossing, crossings, zone_box
@@ -21,10 +22,12 @@ __all__ = [
     "BODY_GROWTH_M",
     "BRAKING_RESERVE",
     "Braking",
+    "Breach",
     "Crossing",
     "Envelope",
     "Itself",
     "PlacedRobot",
+    "Spaces",
     "Sweep",
     "Things",
     "Touch",

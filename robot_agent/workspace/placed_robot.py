@@ -1,15 +1,17 @@
 """A robot of a cell as everyone sees it: what its file says, where it stands, and what stands around it."""
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
 
-from cell.config.settings import PoseSettings, RobotSettings
+from cell.config.settings import JointRange, PoseSettings, RobotSettings
 from cell.geometry.pose import pose_from
-from robot_agent.kinematics import Model, load_model
+from robot_agent.kinematics import Model, load_model, model_of
 from robot_agent.trajectory import Limits
+from robot_agent.workspace.spaces import Spaces
 from robot_agent.workspace.things import Things
 
 ORIGIN = PoseSettings((0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0))
@@ -25,6 +27,8 @@ class PlacedRobot:
     """`(4, 4)`"""
     things: Things
     """What it must not touch."""
+    spaces: Spaces
+    """Where it may be."""
 
     @classmethod
     def of(cls, settings: RobotSettings, model: Model | None = None) -> Self:
@@ -35,11 +39,30 @@ class PlacedRobot:
             robot_agent.kinematics.BadModel: its geometry is not one of its family.
             cell.geometry.GeometryError: the mesh of a thing is none.
         """
-        model = load_model(settings.model) if model is None else model
-        return cls.at(model, settings.base, Things(model, settings.things, settings.name))
+        model = narrowed(load_model(settings.model) if model is None else model, settings.joints)
+        things = Things(model, settings.things, settings.name)
+        return cls.at(model, settings.base, things, Spaces(model, settings.spaces, settings.orientation))
 
     @classmethod
-    def at(cls, model: Model, base: PoseSettings = ORIGIN, things: Things | None = None) -> Self:
-        """A robot whose file is read already; without `things` it stands in the open."""
+    def at(
+        cls, model: Model, base: PoseSettings = ORIGIN, things: Things | None = None, spaces: Spaces | None = None
+    ) -> Self:
+        """A robot whose file is read already; without `things` and `spaces` it stands in the open."""
         pose = pose_from(np.array(base.position_m), np.array(base.quaternion_xyzw))
-        return cls(model, Limits.of(model.description), pose, Things(model) if things is None else things)
+        things = Things(model) if things is None else things
+        spaces = Spaces(model) if spaces is None else spaces
+        return cls(model, Limits.of(model.description), pose, things, spaces)
+
+
+def narrowed(model: Model, joints: Mapping[str, JointRange]) -> Model:
+    """The model with the ranges of some of its joints, where they are narrower than its own."""
+    ranges = {name: joints[name] for name in model.joint_names if name in joints}
+    if not ranges:
+        return model
+    position = model.limits.position.copy()
+    for index, (name, linear) in enumerate(zip(model.joint_names, model.linear, strict=True)):
+        if name in ranges:
+            low, high = ranges[name].slide_m if linear else ranges[name].turn_rad
+            position[index] = max(low, position[index, 0]), min(high, position[index, 1])
+    limits = replace(model.limits, position=position)
+    return model_of(replace(model.description, limits=limits))

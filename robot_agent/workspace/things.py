@@ -12,12 +12,15 @@ from cell.config.settings import (
     BoxShape,
     CylinderShape,
     HalfSpaceShape,
+    HullShape,
     InFrame,
     MeshShape,
+    PoseSettings,
+    Shape,
     SphereShape,
     ThingSettings,
 )
-from cell.geometry import Box, Cylinder, HalfSpace, Mesh, Solid, Sphere, compose, pose_from
+from cell.geometry import Box, Cylinder, HalfSpace, Hull, Mesh, PlacedSolid, Solid, Sphere, compose, pose_from
 from cell.geometry.arrays import Array
 from robot_agent.kinematics import Model
 from robot_agent.model import TOOL
@@ -51,8 +54,8 @@ class Touch:
         return f"{named(self.link)} comes {missing} too near to {self.thing} (margin {margin})"
 
 
-class _Kept(Protocol):
-    """What a motion keeps away from: a thing, or the robot itself. Its columns are `k` capsules, or pairs of them."""
+class KeptAway(Protocol):
+    """What a motion keeps away from: a solid, or the robot itself. Its columns are `k` capsules, or pairs of them."""
 
     @property
     def margin_m(self) -> float: ...
@@ -70,29 +73,24 @@ class _Kept(Protocol):
         """How far the bodies of each column go together `(m, k)` [m], from how far each capsule goes `(m, c)`."""
         ...
 
-    def names(self, column: int) -> tuple[str, str]:
-        """For people: what comes too near, and to what."""
-        ...
+
+@dataclass(frozen=True, slots=True)
+class Near:
+    """A column that comes too near, and by how much, at path time `tau` [s]."""
+
+    tau: float
+    column: int
+    missing_m: float
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class _Thing:
-    """One thing, and the capsules `(k,)` of the robot that it keeps away."""
+class Barrier:
+    """A solid, and the capsules `(k,)` of the robot that keep its margin away from it."""
 
-    model: Model
-    name: str
     solid: Solid
     margin_m: float
     capsules: NDArray[np.intp]
-    in_frame: InFrame | None = None
     bodies: int = 1
-
-    def placed(self, frames: Mapping[str, Array]) -> "_Thing":
-        """Where it is with frames there; the thing itself where it stands in none of them."""
-        if self.in_frame is None or self.in_frame.frame not in frames:
-            return self
-        pose = compose(frames[self.in_frame.frame], self.in_frame.pose.matrix())
-        return replace(self, solid=self.solid.moved_to(pose))
 
     def clearance(self, points: Array, radii: Array, within: float) -> Array:
         """Distance less the margin, `(m, k)` [m], of the capsules that count; beyond `within` a bound from below."""
@@ -107,22 +105,35 @@ class _Thing:
         return np.asarray(distance - self.margin_m)
 
     def way(self, ways: Array) -> Array:
+        """As `KeptAway`."""
         return np.asarray(ways[:, self.capsules])
 
-    def names(self, column: int) -> tuple[str, str]:
-        return part_of(self.model, int(self.capsules[column])), self.name
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Thing:
+    """One thing of the cell."""
+
+    name: str
+    solid: PlacedSolid
+    barrier: Barrier
+    in_frame: InFrame | None
+
+    def placed(self, frames: Mapping[str, Array]) -> "_Thing":
+        """Where it is with frames there; the thing itself where it stands in none of them."""
+        if self.in_frame is None or self.in_frame.frame not in frames:
+            return self
+        solid = self.solid.moved_to(compose(frames[self.in_frame.frame], self.in_frame.pose.matrix()))
+        return replace(self, solid=solid, barrier=replace(self.barrier, solid=solid))
 
 
 class Things:
     """All that one robot must not touch, itself included."""
 
     def __init__(self, model: Model, things: tuple[ThingSettings, ...] = (), robot: str = "") -> None:
-        """Raises `cell.geometry.GeometryError` for a mesh that is none."""
-        self._things = [
-            _Thing(model, t.name, solid_of(t), t.margin_m, _kept_away(model, t, robot), t.in_frame) for t in things
-        ]
-        itself = Itself(model)
-        self._itself: list[_Kept] = [itself] if itself.pairs.size else []
+        """Raises `cell.geometry.GeometryError` for a mesh that is none, and for points that span nothing."""
+        self._model = model
+        self._things = [_thing(model, thing, robot) for thing in things]
+        self._itself = Itself(model)
 
     def placed(self, frames: Mapping[str, Array]) -> "Things":
         """The same with what stands in these frames moved along: by name their poses `(4, 4)` in world."""
@@ -132,46 +143,62 @@ class Things:
         moved._things = [thing.placed(frames) for thing in self._things]
         return moved
 
-    @property
-    def _kept(self) -> list["_Kept"]:
-        return [*self._things, *self._itself]
-
     def __bool__(self) -> bool:
-        return bool(self._kept)
+        return bool(self._things) or self._itself.pairs.size > 0
 
     def first_touch(self, path: Sweep, taus: Array, points_at: Callable[[Array], Array]) -> Touch | None:
-        """Where a motion first comes too near to something.
-
-        Between two samples the body leaves both by no more than their distance and the bulge; where that could be
-        enough it is looked at more closely, until it moves less than `FINE_M`. So nothing thinner than the margin is
-        jumped over, and nothing is refused that stays `FINE_M` beyond the margin.
-
-        Args:
-            path: the swept body, at `taus` `(m,)` [s].
-            points_at: capsules in world `(k, c, 2, 3)` at path times `(k,)`.
-        """
-        found = [_touch(kept, path, taus, points_at) for kept in self._kept]
-        return min((touch for touch in found if touch is not None), key=lambda touch: touch.tau, default=None)
+        """Where a motion first comes too near to something, to the exactness of `first_near`."""
+        touches = []
+        for thing in self._things:
+            if near := first_near(thing.barrier, path, taus, points_at):
+                part, margin_m = self._part(thing, near), thing.barrier.margin_m
+                touches.append(Touch(near.tau, part, thing.name, near.missing_m, margin_m))
+        if self._itself.pairs.size and (near := first_near(self._itself, path, taus, points_at)):
+            part, other = self._itself.names(near.column)
+            touches.append(Touch(near.tau, part, other, near.missing_m, self._itself.margin_m))
+        return min(touches, key=lambda touch: touch.tau, default=None)
 
     def in_the_way(self, path: Sweep) -> str:
-        """What samples close to one another come too near to, for people; empty when nothing.
-
-        A robot that begins too near may go where it comes no nearer: that is the way out.
-        """
-        for kept in self._kept:
-            around = kept.way(path.chords) / 2.0 + kept.bodies * path.bulge[:, None]
-            clear = kept.clearance(path.points, path.radii, float(around.max(initial=0.0)) + _APART_M)
-            first, later = clear[0], clear[1:]
-            short = np.where(first < 0.0, later < first - _ROUNDING_M, later < around)
-            if short.any():
-                _, which = np.unravel_index(int(np.argmax(short)), short.shape)
-                part, thing = kept.names(int(which))
-                return f"{thing} is in the way of {named(part)}"
+        """What samples close to one another come too near to, for people; empty when nothing; see `blocked`."""
+        for thing in self._things:
+            if near := blocked(thing.barrier, path):
+                return f"{thing.name} is in the way of {named(self._part(thing, near))}"
+        if self._itself.pairs.size and (near := blocked(self._itself, path)):
+            part, other = self._itself.names(near.column)
+            return f"{other} is in the way of {named(part)}"
         return ""
 
+    def _part(self, thing: _Thing, near: Near) -> str:
+        return part_of(self._model, int(thing.barrier.capsules[near.column]))
 
-def _touch(kept: _Kept, path: Sweep, taus: Array, points_at: Callable[[Array], Array]) -> Touch | None:
-    """Halve intervals in which it could come too near, the body's way in each being less and less."""
+
+def blocked(kept: KeptAway, path: Sweep) -> Near | None:
+    """What comes too near in samples close to one another, its tau being the number of the sample.
+
+    A robot that begins too near may go where it comes no nearer: that is the way out.
+    """
+    around = kept.way(path.chords) / 2.0 + kept.bodies * path.bulge[:, None]
+    clear = kept.clearance(path.points, path.radii, float(around.max(initial=0.0)) + _APART_M)
+    first, later = clear[0], clear[1:]
+    short = np.where(first < 0.0, later < first - _ROUNDING_M, later < around)
+    if not short.any():
+        return None
+    sample, column = np.unravel_index(int(np.argmax(short)), short.shape)
+    return Near(float(sample + 1), int(column), -float(later[sample, column]))
+
+
+def first_near(kept: KeptAway, path: Sweep, taus: Array, points_at: Callable[[Array], Array]) -> Near | None:
+    """Where a motion first comes too near to something.
+
+    Between two samples the body leaves both by no more than their distance and the bulge; where that could be enough
+    intervals are halved, until the body moves less than `FINE_M` in them. So nothing thinner than the margin is jumped
+    over, and nothing is refused that stays `FINE_M` beyond the margin.
+
+    Args:
+        kept: what to keep away from.
+        path: the swept body, at `taus` `(m,)` [s].
+        points_at: capsules in world `(k, c, 2, 3)` at path times `(k,)`.
+    """
     ways, bulge = kept.way(path.chords), kept.bodies * path.bulge
     within = float((ways / 2.0 + bulge[:, None]).max(initial=0.0)) + _APART_M
     clear = kept.clearance(path.points, path.radii, within)
@@ -180,7 +207,7 @@ def _touch(kept: _Kept, path: Sweep, taus: Array, points_at: Callable[[Array], A
     touches = _too_near(taus, clear)
     while True:
         if touches:  # nothing later counts any more
-            sooner = ends[0] < touches[0][0]
+            sooner = ends[0] < touches[0].tau
             ends, sides, ways, bulge = ends[:, sooner], sides[:, sooner], ways[sooner], bulge[sooner]
         least = sides.mean(axis=0) - ways / 2.0 - bulge[:, None]
         open_ = (least < 0.0).any(axis=-1)
@@ -190,30 +217,27 @@ def _touch(kept: _Kept, path: Sweep, taus: Array, points_at: Callable[[Array], A
         fine = np.where(least < 0.0, ways, 0.0).max(axis=-1) / 2.0 + bulge <= FINE_M
         for k in np.flatnonzero(fine):
             which = int(least[k].argmin())
-            touches.append((float(ends[0, k]), which, -float(sides[:, k, which].min())))
+            touches.append(Near(float(ends[0, k]), which, -float(sides[:, k, which].min())))
         rough = ~fine
         middle = ends[:, rough].mean(axis=0)
         points = points_at(middle)
         here = kept.clearance(points, path.radii, within)
-        touches = sorted(touches + _too_near(middle, here))[:1]
+        touches = sorted(touches + _too_near(middle, here), key=lambda near: near.tau)[:1]
         ends = np.concatenate([np.stack([ends[0, rough], middle]), np.stack([middle, ends[1, rough]])], axis=1)
         sides = np.concatenate([np.stack([sides[0, rough], here]), np.stack([here, sides[1, rough]])], axis=1)
         before, after = points_at(ends[0]), points_at(ends[1])
         ways = kept.way(np.linalg.norm(after - before, axis=-1).max(axis=-1))
         bulge = np.tile(bulge[rough] * _BULGE_SHRINKS, 2)
-    if not touches:
-        return None
-    tau, which, missing = touches[0]
-    return Touch(tau, *kept.names(which), missing, kept.margin_m)
+    return touches[0] if touches else None
 
 
-def _too_near(taus: Array, clear: Array) -> list[tuple[float, int, float]]:
-    """The first of these path times at which something is too near: that, which column, and by how much."""
+def _too_near(taus: Array, clear: Array) -> list[Near]:
+    """The first of these path times at which something is too near."""
     short = np.flatnonzero((clear < 0.0).any(axis=-1))
     if len(short) == 0:
         return []
     first = short[taus[short].argmin()]
-    return [(float(taus[first]), int(clear[first].argmin()), -float(clear[first].min()))]
+    return [Near(float(taus[first]), int(clear[first].argmin()), -float(clear[first].min()))]
 
 
 def unknown_links(model: Model, names: tuple[str, ...]) -> list[str]:
@@ -221,13 +245,20 @@ def unknown_links(model: Model, names: tuple[str, ...]) -> list[str]:
     return [name for name in names if name not in (*model.link_names, TOOL)]
 
 
-def solid_of(thing: ThingSettings) -> Solid:
+def _thing(model: Model, thing: ThingSettings, robot: str) -> _Thing:
+    solid = solid_of(thing.shape, thing.pose)
+    return _Thing(thing.name, solid, Barrier(solid, thing.margin_m, _kept_away(model, thing, robot)), thing.in_frame)
+
+
+def solid_of(shape: Shape, place: PoseSettings) -> PlacedSolid:
     """The solid in world. Raises `cell.geometry.GeometryError`."""
-    position = np.array(thing.pose.position_m)
-    pose = pose_from(position, np.array(thing.pose.quaternion_xyzw))
-    match thing.shape:
+    position = np.array(place.position_m)
+    pose = pose_from(position, np.array(place.quaternion_xyzw))
+    match shape:
         case BoxShape(size_m=size):
             return Box(np.array(size), pose)
+        case HullShape(points_m=points):
+            return Hull(np.array(points), pose)
         case SphereShape(radius_m=radius):
             return Sphere(position, radius)
         case CylinderShape(radius_m=radius, length_m=length):

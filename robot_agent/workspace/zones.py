@@ -27,14 +27,25 @@ def crossings(path: Sweep, taus: Array, zone: ZoneGeometry, margin_m: float) -> 
     """
     if taus.shape != (len(path.points),):
         raise WrongShape("taus", taus.shape, f"({len(path.points)},)")
-    touched = _near(path, zone_box(zone), margin_m)
+    near = _near(path, zone_box(zone), margin_m)
+    return [Crossing(zone.zone, enter, leave) for enter, leave in intervals(near, taus)]
+
+
+def intervals(touched: Flags, taus: Array) -> list[tuple[float, float]]:
+    """From the last path time before each run of `touched` `(m,)` to the first one after it; at the ends the end."""
     edges = np.diff(np.concatenate([[False], touched, [False]]).astype(np.int8))
     before = np.maximum(np.flatnonzero(edges == 1) - 1, 0)
     after = np.minimum(np.flatnonzero(edges == -1), len(taus) - 1)
-    return [
-        Crossing(zone.zone, enter, leave)
-        for enter, leave in zip(taus[before].tolist(), taus[after].tolist(), strict=True)
-    ]
+    return list(zip(taus[before].tolist(), taus[after].tolist(), strict=True))
+
+
+def half_steps(path: Sweep) -> Array:
+    """How far each capsule may be away from each sample up to half a step to either side: `(m, c)` [m]."""
+    steps = path.chords / 2 + path.bulge[:, None]
+    around = np.zeros(path.points.shape[:2])
+    around[:-1] = steps
+    around[1:] = np.maximum(around[1:], steps)
+    return around
 
 
 def zone_box(zone: ZoneGeometry) -> Box:
@@ -44,8 +55,5 @@ def zone_box(zone: ZoneGeometry) -> Box:
 
 def _near(path: Sweep, box: Box, margin_m: float) -> Flags:
     """Samples `(m,)` around which, up to half a step to either side, some capsule is nearer than the margin."""
-    half_steps = path.chords / 2 + path.bulge[:, None]
-    around = np.zeros(path.points.shape[:2])
-    around[:-1] = half_steps
-    around[1:] = np.maximum(around[1:], half_steps)
+    around = half_steps(path)
     return np.asarray(capsules_touch_box(path.points, path.radii + around + margin_m, box).any(axis=-1))

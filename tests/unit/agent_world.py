@@ -14,12 +14,14 @@ from cell.config.settings import (
     OnManagerReturn,
     PoseSettings,
     RobotSettings,
+    SpaceSettings,
     ThingSettings,
     Times,
 )
 from cell.core import Answer, Arrived, Ask, AskDone, Effect, Ended, Publish, Request
 from cell.messages import (
     AxisStatus,
+    BusCounters,
     Call,
     Claim,
     ClaimGrant,
@@ -29,6 +31,7 @@ from cell.messages import (
     EnableDrives,
     Event,
     FramePose,
+    GatewayState,
     Heard,
     ManagerState,
     OutputEvent,
@@ -50,7 +53,7 @@ from robot_agent.agent.planning.planner import Planner
 from robot_agent.agent.planning.plans import Plan, PlanFailed, Planned, Unplan
 from robot_agent.kinematics import Model
 from robot_agent.language import parse_program
-from robot_agent.workspace import PlacedRobot, Things
+from robot_agent.workspace import PlacedRobot, Spaces, Things
 from tests.unit.six_axis_arm import arm as model
 
 CYCLE_S = 0.004
@@ -62,10 +65,12 @@ def settings(
     on_manager_return: OnManagerReturn,
     times: Times,
     corrections: dict[str, CorrectionSettings],
+    spaces: tuple[SpaceSettings, ...] = (),
     things: tuple[ThingSettings, ...] = (),
 ) -> CellSettings:
     here = PoseSettings((0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0))
-    robot = RobotSettings("left", Path("model.yaml"), "left_bus", here, Path("left.prog"), corrections, things=things)
+    robot = RobotSettings("left", Path("model.yaml"), "left_bus", here, Path("left.prog"), corrections)
+    robot = replace(robot, spaces=spaces, things=things)
     gateway = GatewayEndpoint("left_bus", "tcp/127.0.0.1:1", Path("drives.yaml"))
     return CellSettings(
         "test", Path("cell.yaml"), "tcp/127.0.0.1:2", {"left": robot}, {"left_bus": gateway}, {}, times,
@@ -83,14 +88,17 @@ class AgentWorld:
         arm: Model | None = None,
         times: Times | None = None,
         corrections: dict[str, CorrectionSettings] | None = None,
+        spaces: tuple[SpaceSettings, ...] = (),
         things: tuple[ThingSettings, ...] = (),
     ) -> None:
         arm = arm or model()
         names = arm.joint_names
-        self.planner = Planner(PlacedRobot.at(arm, things=Things(arm, things, "left")), CYCLE_S)
+        self.planner = Planner(
+            PlacedRobot.at(arm, things=Things(arm, things, "left"), spaces=Spaces(arm, spaces)), CYCLE_S
+        )
         parsed = parse_program(program, "left.prog", names)
         self.agent = AgentCore(
-            settings(on_manager_return, times or Times(), corrections or {}, things),
+            settings(on_manager_return, times or Times(), corrections or {}, spaces, things),
             "left",
             lambda _: self.planner,
             parsed,
@@ -127,13 +135,15 @@ class AgentWorld:
         self.setup: SetupStatus | None = None
         """Whom the manager has in set-up."""
         self.geometry_lost = False
+        self.frames: tuple[FramePose, ...] = ()
+        """What the manager tells of frames."""
+        self.frames_lost = False
+        self.inputs: dict[str, bool | None] | None = None
+        """What the gateway tells in each step; None: it is not heard."""
         self.keeps_enabled = False
         """The gateway refuses to switch off."""
         self.zone = ZoneStatus(ZoneState.FREE, None, None, (), 1, 0.0)
         self.granting = False
-        self.frames: tuple[FramePose, ...] = ()
-        """What the manager tells of frames."""
-        self.frames_lost = False
         self._tokens = 0
         self._granted_at = 0
         self.replies: dict[str, Reply] = {}
@@ -178,6 +188,8 @@ class AgentWorld:
             self.agent.receive(Arrived(self._feedback(), self.now), self.now)
         if not self.manager_silent:
             self._manager()
+        if self.inputs is not None and not self.manager_silent:
+            self.agent.receive(self._gateway_state(self.inputs), self.now)
         if not self.plans_held:
             self.release_plans()
         for effect in self.agent.step(self.now):
@@ -278,6 +290,14 @@ class AgentWorld:
         state = ManagerState("test", "m", 5, self._sequence, self.now, "digest", heard, {"handover": self.zone})
         state = replace(state, setup=self.setup, frames={frame.frame: frame.version for frame in self.frames})
         self.agent.receive(Arrived(state, self.now), self.now)
+
+    def _gateway_state(self, inputs: dict[str, bool | None]) -> GatewayState:
+        counters = BusCounters(0, 0, 0.0, 0, 0, 0, 0.0)
+        heard = Heard("m", self._sequence)
+        return GatewayState(
+            "left_bus", "gateway", self._sequence, CYCLE_S, "virtual", True, "", {"left": "boot"}, None, (), counters,
+            heard=heard, inputs={"left": inputs},
+        )  # fmt: skip
 
     def _perform(self, effect: Effect) -> None:
         match effect:

@@ -8,6 +8,7 @@ from cell.commands.checks.buses import check_buses
 from cell.commands.checks.drives import at_home, check_drives
 from cell.commands.checks.programs import check_programs
 from cell.commands.checks.readings import NamedFiles, Readings, read_named_files
+from cell.commands.checks.spaces import check_spaces
 from cell.commands.checks.things import check_things
 from cell.commands.checks.times import check_times
 from cell.config.load import cell_settings, read_cell
@@ -48,6 +49,7 @@ def check_cell(path: str | Path) -> tuple[CellBundle | None, list[Problem]]:
         readings = Readings(reading.document, reading.content, named)
         problems += [*check_drives(readings), *check_times(readings), *check_buses(readings)]
         problems += [*check_bodies(readings, models), *check_things(readings, models)]
+        problems += check_spaces(readings, models)
     problems += [problem for simulation in named.simulations.values() for problem in simulation.problems]
     problems = _in_order(problems)
     if settings is None or refuses(problems):

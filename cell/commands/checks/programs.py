@@ -28,7 +28,8 @@ def check_programs(document: Document, named: NamedFiles, models: dict[str, Mode
             linear = {name for name, joint in model.joints.items() if joint.linear}
             try:
                 corrections = document.keys(("robots", robot, "corrections"))
-                program = parse_program(text, file.name, joints, linear, corrections, _outputs(document, named, robot))
+                outputs, spaces = _outputs(document, named, robot), _spaces(document, robot)
+                program = parse_program(text, file.name, joints, linear, corrections, outputs, spaces)
             except ProgramError as error:
                 for problem in error.problems:
                     yield Problem(file, problem.line, problem.column, "program", problem.found, problem.allowed)
@@ -45,6 +46,12 @@ def _outputs(document: Document, named: NamedFiles, robot: str) -> Collection[st
         if name == gateway and robot in drives.robots:
             return drives.robots[robot].outputs
     return None
+
+
+def _spaces(document: Document, robot: str) -> list[str]:
+    """What the robot's program may switch."""
+    place = ("robots", robot, "spaces")
+    return [name for name in document.keys(place) if document.value((*place, name, "by_program")) is True]
 
 
 def _edges(program: Program, file: Path) -> Iterator[Problem]:

@@ -3,8 +3,9 @@
 from collections.abc import Iterator
 
 from cell.commands.checks.readings import Readings
-from cell.config.frame_entry import FrameTree
+from cell.config.document import Document
 from cell.config.problem import KeyPath, Problem
+from cell.config.thing_entry import ShapedEntry
 from cell.geometry import GeometryError
 from robot_agent.kinematics import Model
 from robot_agent.model import TOOL
@@ -13,7 +14,7 @@ from robot_agent.workspace import solid_of, unknown_links
 
 def check_things(readings: Readings, models: dict[str, Model]) -> Iterator[Problem]:
     """Meshes that are none, and names in `may_touch` that are no link of the robot."""
-    document, frames = readings.document, FrameTree(readings.cell.frames)
+    document = readings.document
     for name, entry in readings.cell.things.items():
         path: KeyPath = ("things", name)
         for robot, links in entry.may_touch.items():
@@ -24,9 +25,16 @@ def check_things(readings: Readings, models: dict[str, Model]) -> Iterator[Probl
                 allowed = f"one of {', '.join((*models[robot].link_names, TOOL))}"
                 found = f"{unknown!r}, no link of {robot}"
                 yield document.problem((*path, "may_touch", robot, index), found, allowed)
-        if entry.mesh is None or any(entry.problems(document, path, list(models))):
-            continue
-        try:
-            solid_of(entry.settings(name, document, frames))
-        except GeometryError as error:
-            yield document.problem((*path, "mesh", "file"), str(error), "an STL or OBJ file with triangles")
+        yield from check_shape(document, path, entry)
+
+
+def check_shape(document: Document, path: KeyPath, entry: ShapedEntry) -> Iterator[Problem]:
+    """A mesh that is none, or a hull of points that span nothing."""
+    if any(entry.shape_problems(document, path)):
+        return
+    where: KeyPath = (*path, "hull") if entry.mesh is None else (*path, "mesh", "file")
+    allowed = "points that span a body" if entry.mesh is None else "an STL or OBJ file with triangles"
+    try:
+        solid_of(entry.shape(document), entry.pose.settings())
+    except GeometryError as error:
+        yield document.problem(where, str(error), allowed)

@@ -15,8 +15,10 @@ def why_apart(step: MotionStep, following: MotionStep) -> str:
 
     A joint move after a move of the flange needs all its joints named: where the flange move leaves the others is not
     known before it is planned. A spline takes its direction from a joint move next to it. Where TANG changes, the tool
-    may have to turn before the robot goes on.
+    may have to turn before the robot goes on. Where SPACE changes, other spaces hold from the rest on.
     """
+    if step.spaces_off != following.spaces_off:
+        return f"SPACE changes before line {following.line}"
     if step.pace.round_m == 0.0:
         return "R=0 asks for a stop"
     if isinstance(step, JointStep) or isinstance(following, JointStep):
@@ -45,15 +47,17 @@ class StraightOn:
         self._before: NDArray[np.float64] | None = None
         self._here = start
         self._rounded = True
+        self._spaces_off = frozenset[str]()
 
     def take(self, step: MotionStep) -> None:
         """The step is the next one of the chain."""
         self._before, self._here = self._here, _after(step, self._here)
         self._rounded = step.pace.round_m is not None
+        self._spaces_off = step.spaces_off
 
     def goes_on(self, following: MotionStep) -> bool:
         """Whether `following` is a joint move in the direction of the newest step."""
-        if self._rounded or self._before is None or self._here is None:
+        if self._rounded or self._before is None or self._here is None or following.spaces_off != self._spaces_off:
             return False
         after = _after(following, self._here)
         if after is None:

@@ -16,10 +16,17 @@ from robot_agent.paths import Arc, Block, JointMove, Line, PathError, Sequence, 
 from robot_agent.paths.arc import evenly_turned
 from robot_agent.paths.legs import end_of, half_turns
 from robot_agent.trajectory import Motion, PlanError, plan, spliced
-from robot_agent.workspace import PlacedRobot, Sweep, crossings, sweep
+from robot_agent.workspace import Breach, Crossing, PlacedRobot, Sweep, Touch, crossings, sweep
 
 ZONE_MARGIN_M = 0.03
 """A robot stops this far in front of a zone it may not enter: more than the growth of a published body."""
+
+_SLOWINGS = 6
+"""So often a motion is planned with lower caps on moves whose TCP is too fast in a slow space."""
+_BELOW = 0.97
+"""Share of the allowed speed that is aimed at, for what the timing makes of it."""
+_SLOWEST = 1e-4
+"""[m/s, rad/s] of a cap."""
 
 
 class Planner:
@@ -30,6 +37,7 @@ class Planner:
         self.limits = robot.limits
         self.pose_world_base = robot.pose_world_base
         self.things = robot.things
+        self.spaces = robot.spaces
         self.cycle_s = cycle_s
 
     def place(self, frames: tuple[FramePose, ...]) -> None:
@@ -41,16 +49,52 @@ class Planner:
         """Plan steps; every failure is a `PlanFailed` that says where and why."""
         self.place(request.frames)
         try:
-            sequence = Sequence(self._blocks(request))
-            if isinstance(request, ExtendRequest):
-                return self._free(self._extended(request, sequence), request.splice_s - request.cut_s)
-            motion = plan(self.model, sequence, self.limits, start=request.start, cycle_s=self.cycle_s)
-            planned = self._with_body(request.id, _lines(sequence), motion, request.zones)
-            return self._free(replace(planned, switches=_switches(request)))
+            return self._slowed(request, Sequence(self._blocks(request)))
         except PlanError as error:
             return PlanFailed(request.id, error.line, str(error))
         except KinematicsError as error:
             return PlanFailed(request.id, request.line, f"line {request.line}: {error}")
+
+    def _slowed(self, request: PlanRequest | ExtendRequest, sequence: Sequence) -> Planned | PlanFailed:
+        """The motion, each of its moves so slow that the TCP keeps the speed of the slow spaces that it is in."""
+        line, worst = 0, 0.0
+        for _ in range(_SLOWINGS):
+            planned = self._planned(request, sequence)
+            if not self.spaces.slow or isinstance(planned, PlanFailed):
+                return planned
+            motion, taus = planned.motion, planned.taus
+            haste = self.spaces.haste(self.pose_world_base, motion.q(taus), motion.qd(taus), planned.spaces_off)
+            number = motion.block_at(taus) - (len(motion.ends) - len(sequence))
+            hasty = (haste > 1.0) & (number >= 0)
+            if not hasty.any():
+                return planned
+            line, worst = planned.line_at(float(taus[haste.argmax()])), float(haste.max())
+            blocks = list(sequence.blocks)
+            for k in np.unique(number[hasty]):
+                there = hasty & (number == k)
+                blocks[k] = self._slower(blocks[k], motion.q(taus[there]), motion.qd(taus[there]), haste[there])
+            sequence = Sequence(blocks)
+        text = (
+            f"line {line}: the TCP is {100.0 * (worst - 1.0):.0f} % too fast in a slow space, whatever the move's speed"
+        )
+        return PlanFailed(request.id, line, f"{text}: name a lower F, or go around the space")
+
+    def _slower(
+        self, block: Block, q: NDArray[np.float64], qd: NDArray[np.float64], haste: NDArray[np.float64]
+    ) -> Block:
+        """A move with lower caps: on what its flange does at samples `(k, n)` where the TCP is too fast by `haste`."""
+        twist = (self.model.jacobian(q) @ qd[..., None])[..., 0] * (_BELOW / haste[:, None])
+        speed, turn = (float(np.linalg.norm(part, axis=-1).max()) for part in np.split(twist, 2, axis=-1))
+        speeds = [max(speed, _SLOWEST), *([] if block.speed_m_s is None else [block.speed_m_s])]
+        turns = [max(turn, _SLOWEST), *([] if block.rotation_rad_s is None else [block.rotation_rad_s])]
+        return replace(block, speed_m_s=min(speeds), rotation_rad_s=min(turns))
+
+    def _planned(self, request: PlanRequest | ExtendRequest, sequence: Sequence) -> Planned | PlanFailed:
+        if isinstance(request, ExtendRequest):
+            return self._free(self._extended(request, sequence), request.splice_s - request.cut_s)
+        motion = plan(self.model, sequence, self.limits, start=request.start, cycle_s=self.cycle_s)
+        planned = self._with_body(request.id, _lines(sequence), motion, request.zones)
+        return self._free(replace(planned, switches=_switches(request), spaces_off=request.steps[0].spaces_off))
 
     def _extended(self, request: ExtendRequest, sequence: Sequence) -> Extended:
         old, at_s, cut_s = request.motion, request.splice_s, request.cut_s
@@ -62,12 +106,13 @@ class Planner:
         return Extended(
             whole.id, lines, motion, whole.taus, whole.sweep, whole.crossings, whole.zone_versions,
             first_tau=self.cycle_s if cut_s > 0.0 else request.first_tau, cut_s=cut_s, splice_s=at_s - cut_s,
-            switches=(request.switches + _switches(request))[-blocks:],
+            switches=(request.switches + _switches(request))[-blocks:], spaces_off=request.steps[0].spaces_off,
+            shut=whole.shut,
         )  # fmt: skip
 
     def _free(self, planned: Planned, from_tau: float = 0.0) -> Planned | PlanFailed:
-        """The motion, if from this tau [s] on it touches nothing that it must not."""
-        if not self.things:
+        """The motion, if from this tau [s] on it touches nothing that it must not, and keeps to its spaces."""
+        if not (self.things or self.spaces):
             return planned
         first = max(int(np.searchsorted(planned.taus, from_tau, side="right")) - 1, 0)
         body, taus, motion = planned.sweep, planned.taus[first:], planned.motion
@@ -76,14 +121,24 @@ class Planner:
         def points_at(times: NDArray[np.float64]) -> NDArray[np.float64]:
             return transform_points(self.pose_world_base, self.model.capsules(motion.q(times)))
 
-        touch = self.things.first_touch(onward, taus, points_at)
-        if touch is None:
-            return planned
-        line = planned.line_at(touch.tau)
-        before = taus[taus < touch.tau]
-        free = (
-            "not even where it begins" if len(before) == 0 else f"free up to {self._joints(motion.q(before[-1:])[0])}"
-        )
+        def watched_at(times: NDArray[np.float64]) -> NDArray[np.float64]:
+            return self.spaces.points(self.pose_world_base, motion.q(times))
+
+        found: list[Touch | Breach | None] = [self.things.first_touch(onward, taus, points_at)]
+        if self.spaces:
+            watched = self.spaces.watched(onward, self.pose_world_base, motion.q(taus))
+            found.append(
+                self.spaces.first_breach(watched, taus, watched_at, planned.spaces_off.union(self.spaces.inputs))
+            )
+        touch = min((each for each in found if each is not None), key=lambda each: each.tau, default=None)
+        return planned if touch is None else self._refused(planned, touch, taus)
+
+    def _refused(self, planned: Planned, touch: Touch | Breach, taus: NDArray[np.float64]) -> PlanFailed:
+        """What a motion runs into, where, and how far it is free."""
+        line, before = planned.line_at(touch.tau), taus[taus < touch.tau]
+        free = "not even where it begins"
+        if len(before):
+            free = f"free up to {self._joints(planned.motion.q(before[-1:])[0])}"
         return PlanFailed(planned.id, line, f"line {line}: {touch}, {touch.tau:.2f} s after the motion begins; {free}")
 
     def _joints(self, q: NDArray[np.float64]) -> str:
@@ -137,7 +192,12 @@ class Planner:
         taus = motion.grid
         body = sweep(self.model, self.pose_world_base, motion.q(taus))
         crossed = tuple(c for zone in zones for c in crossings(body, taus, zone, ZONE_MARGIN_M))
-        return Planned(id, lines, motion, taus, body, crossed, {zone.zone: zone.version for zone in zones})
+        versions = {zone.zone: zone.version for zone in zones}
+        shut: tuple[Crossing, ...] = ()
+        if self.spaces.inputs:
+            watched = self.spaces.watched(body, self.pose_world_base, motion.q(taus))
+            shut = self.spaces.switched_by_input(watched, taus)
+        return Planned(id, lines, motion, taus, body, crossed, versions, shut=shut)
 
 
 def _lines(sequence: Sequence) -> tuple[int, ...]:

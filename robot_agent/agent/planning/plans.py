@@ -93,6 +93,10 @@ class Planned:
     """The tau [s] that may not be passed backwards; what lies before it is not known any more."""
     switches: tuple[tuple[Switch, ...], ...] = ()
     """What is switched at the end of each block of a motion that a program asked for."""
+    spaces_off: frozenset[str] = frozenset()
+    """Spaces that the program had switched off."""
+    shut: tuple[Crossing, ...] = ()
+    """Where it enters and leaves spaces that an input switches."""
 
     def line_at(self, tau: float) -> int:
         """The program line that path time `tau` [s] lies in."""

@@ -136,7 +136,8 @@ class Interruption:
             return []
         tau = self._wanted[0]
         target = self._stretch.planned.motion.q(np.array(tau))
-        step = JointStep(self._run.line, tuple(target.tolist()), RETURN_SPEED)
+        off = self._stretch.planned.spaces_off
+        step = JointStep(self._run.line, tuple(target.tolist()), RETURN_SPEED, spaces_off=off)
         request = PlanRequest(next(self._ids), (step,), feedback.commanded, zones)
         self._wanted = tau, request
         return [Plan(request)]

@@ -270,6 +270,15 @@ class ProgramRun:
         elif moving > 0:
             self.line = moving
 
+    def spaces_off(self, timeline: Timeline, tick: int) -> frozenset[str]:
+        """The spaces that the program has switched off, on the motion played at a tick and on the newest one.
+
+        On what comes before its first motion and after its end all are on.
+        """
+        if not (self.running or self.interrupted):
+            return frozenset()
+        return timeline.at(tick)[0].path.spaces_off & timeline.newest.path.spaces_off
+
     def why_idle(self, tick: int, cycle_s: float) -> str:
         """Why a robot at rest does not move although its program runs; empty when that is not the program's doing."""
         if self.starting and tick <= self.resume_tick:

@@ -1,6 +1,7 @@
 """Which zones the robot holds, wants and may be in: the agent's half of `docs/architecture.md`, section 4.1."""
 
 from collections import deque
+from collections.abc import Mapping
 
 import numpy as np
 
@@ -9,6 +10,7 @@ from cell.geometry.occupied import body_touches_box
 from cell.messages import Body, Heard, ManagerState, Token, ZoneGeometry, ZoneState
 from cell.net.freshness import NewestOf, Sent
 from robot_agent.agent.planning.plans import Planned
+from robot_agent.agent.zones.switched_spaces import SwitchedSpaces
 from robot_agent.trajectory import Hold
 from robot_agent.workspace import Sweep, crossings, zone_box
 
@@ -19,11 +21,13 @@ _BODIES = 2
 class ZoneClaims:
     """Zones as this robot sees them. A manager state counts only while it echoes a young presence."""
 
-    def __init__(self, robot: str, boot: str, fresh_s: float) -> None:
+    def __init__(self, robot: str, boot: str, fresh_s: float, inputs: Mapping[str, str] | None = None) -> None:
+        """`inputs`: by space of the robot, the input that switches it off."""
         self._robot = robot
         self._fresh_s = fresh_s
         self._newest = NewestOf()
         self._sent = Sent(boot)
+        self.spaces = SwitchedSpaces(robot, inputs or {}, self._sent)
         self._geometry: dict[str, ZoneGeometry] = {}
         self._boxes: dict[str, Box] = {}
         self._touched: deque[tuple[Body, frozenset[str]]] = deque(maxlen=_BODIES)
@@ -55,6 +59,7 @@ class ZoneClaims:
 
     def heard_state(self, state: ManagerState, now: float) -> None:
         """Take a manager's state, unless it is old or of an earlier epoch."""
+        self.spaces.heard_manager(state)
         if self._newest.accept(state.boot, state.epoch, state.sequence):
             self.state, self._lower = state, None
         elif state.epoch < self._newest.era and self._sent.age(state.heard.get(self._robot), now) < self._fresh_s:
@@ -166,14 +171,23 @@ class ZoneClaims:
         )
 
     def holds_on(self, planned: Planned, now: float) -> list[tuple[str, Hold]]:
-        """The zones on a motion that may not be entered now, neither forwards nor backwards, with the hold for each."""
+        """The zones on a motion that may not be entered now, neither forwards nor backwards, with the hold for each.
+
+        Likewise, without a zone, the spaces that an input switches and that are on. Who is inside one stops there.
+        """
         if planned.motion.duration_s > 0.0 and not self._planned_against_present(planned):
             return [("", Hold(0.0, "the zones have changed since this motion was planned: halt and run again"))]
-        return [
+        zones = [
             (crossing.zone, Hold(crossing.enter_tau, self.why_not(crossing.zone), until=crossing.leave_tau))
             for crossing in planned.crossings
             if not self.permitted(crossing.zone, now)
         ]
+        spaces = [
+            ("", Hold(crossing.enter_tau, why, until=crossing.leave_tau))
+            for crossing in planned.shut
+            if (why := self.spaces.why_on(crossing.zone, now))
+        ]
+        return zones + spaces
 
     def changed_since(self, planned: Planned) -> bool:
         """Whether the zones are known to be others than those that a motion was planned against."""

@@ -1,4 +1,4 @@
-"""Things and zones in the way of samples that no plan has checked: jogs and corrected paths."""
+"""Things, spaces and zones in the way of samples that no plan has checked: jogs and corrected paths."""
 
 from collections.abc import Callable
 
@@ -12,7 +12,7 @@ _WANTED_S = 1.0
 
 
 class ZoneGuard:
-    """Closes the way into things, and into zones without a grant; remembers for which of them to ask."""
+    """Closes the way into things, out of spaces, and into zones without a grant; remembers for which of them to ask."""
 
     def __init__(self, zones: ZoneClaims) -> None:
         self._zones = zones
@@ -36,10 +36,17 @@ class ZoneGuard:
         """What judges the samples of a robot."""
 
         def clear(states: States) -> str:
-            """The thing that states would touch, or the zone that they would enter without a grant."""
+            """The thing that states would touch, the space or the zone that is closed to them."""
             path = sweep(planner.model, planner.pose_world_base, states.q)
             if thing := planner.things.in_the_way(path):
                 return thing
+            if planner.spaces:
+                base, off = planner.pose_world_base, self._zones.spaces.off(self._now)
+                if border := planner.spaces.in_the_way(planner.spaces.watched(path, base, states.q), off):
+                    return border
+                haste = planner.spaces.haste(base, states.q, states.qd, off)
+                if haste[1:].max(initial=0.0) > max(1.0, haste[0]):
+                    return "the TCP at the speed of a slow space"
             crossed = self._zones.crossed(path, ZONE_MARGIN_M)
             if crossed is None:
                 return "the zones of the cell have not been heard yet"

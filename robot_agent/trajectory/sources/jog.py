@@ -161,7 +161,10 @@ class JogSource:
             found = self._attempt(effort, count)
             if isinstance(found, States):
                 break
-            why, effort = found.why or why, found.next
+            why = found.why or why
+            if found.next == effort:
+                break
+            effort = found.next
         self._effort = replace(effort, speed=max(effort.speed, _SLOWEST))
         self.ruled_by = why if effort.speed < 1.0 else ""
         return found if isinstance(found, States) else None
@@ -200,10 +203,20 @@ class JogSource:
         excess = self._admission.excess(states, self._before)
         if max(excess.speed, excess.acceleration, excess.jerk) > 1.0:
             return _Rejected(excess.why, effort.within(excess))
-        why = self._admission.outside(states)
-        if not why and effort.speed > 0.0 and self._clear is not None:
-            why = self._clear(states)
-        return _Rejected(why, effort.slower(_SLOWER)) if why else states
+        why = self._admission.outside(states) or self._in_the_way(states, stops=effort.speed == 0.0)
+        if not why:
+            return states
+        return _Rejected(why, effort.slower(_SLOWER) if effort.speed > 0.0 else _STOP)
+
+    def _in_the_way(self, states: States, stops: bool) -> str:
+        """What is in the way of states; of a stop only if nothing is in the way that was given before.
+
+        A gentler stop than that one would end farther ahead than where was looked.
+        """
+        if self._clear is None or (stops and self.at_rest):
+            return ""
+        why = self._clear(states)
+        return "" if why and stops and self._clear(self._way) else why
 
     def _generate(self, effort: _Effort, count: int) -> States:
         """States after the present one: `count` towards the wish, then the ramp to rest."""

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from cell.geometry import Box, Cylinder, GeometryError, HalfSpace, Mesh, Sphere, pose_from
+from cell.geometry import Box, Cylinder, GeometryError, HalfSpace, Mesh, Solid, Sphere, pose_from
 
 RNG = np.random.default_rng(11)
 TURNED = pose_from(np.array([0.3, -0.2, 0.5]), np.array([0.1, 0.2, 0.3, 0.9]) / np.linalg.norm([0.1, 0.2, 0.3, 0.9]))
@@ -30,7 +30,7 @@ def test_the_distance_from_a_cylinder_is_the_least_along_the_axis(ends: np.ndarr
     local = (along(ends) - pose[:3, 3]) @ pose[:3, :3]
     beside = np.maximum(np.hypot(local[:, 0], local[:, 1]) - 0.4, 0.0)
     sampled = np.hypot(beside, np.maximum(np.abs(local[:, 2]) - 0.6, 0.0)).min()
-    exact = float(cylinder.capsule_distance(ends, np.array(0.0)))
+    exact = max(float(cylinder.capsule_distance(ends, np.array(0.0))), 0.0)
     step = np.linalg.norm(ends[1] - ends[0]) / (len(SHARES) - 1)
     assert sampled - step <= exact <= sampled + 1e-12
 
@@ -112,3 +112,14 @@ def test_a_file_without_triangles_is_refused_by_name(tmp_path: Path, text: str) 
     file.write_text(text)
     with pytest.raises(GeometryError, match="mesh"):
         Mesh.of_file(file, 1.0, np.eye(4))
+
+
+@pytest.mark.parametrize(
+    "solid", [Cylinder(0.4, 1.2, TURNED), Sphere(TURNED[:3, 3], 0.5), Box(np.ones(3), TURNED), HalfSpace(TURNED)]
+)
+def test_an_axis_that_is_deeper_in_a_solid_is_told_so(solid: Solid) -> None:
+    out = TURNED[:3, 2] if isinstance(solid, HalfSpace) else TURNED[:3, 0]
+    places = [np.stack([TURNED[:3, 3] + share * out] * 2) for share in (0.1, 0.2, 0.3)]
+    depths = [float(solid.capsule_distance(place, np.array(0.1))) for place in places]
+    assert depths == sorted(depths)
+    assert len({round(depth, 6) for depth in depths}) == len(depths)

@@ -51,7 +51,9 @@ def clearances(motion: Motion, each: ThingSettings) -> tuple[np.ndarray, np.ndar
     """At fine times: the distance of the links that move, less the margin."""
     taus = np.arange(0.0, motion.duration_s, FINE_S)
     moving = np.array([capsule.link > 0 for capsule in MODEL.body])
-    distance = solid_of(each).capsule_distance(points(motion, taus)[:, moving], MODEL.capsule_radii[moving])
+    distance = solid_of(each.shape, each.pose).capsule_distance(
+        points(motion, taus)[:, moving], MODEL.capsule_radii[moving]
+    )
     return taus, distance.min(axis=-1) - each.margin_m
 
 
@@ -187,7 +189,7 @@ def test_a_jog_stands_close_in_front_of_a_thing(
     jogged.run(key, 150)
     gaps = _gaps(wall, np.array(jogged.played))
     assert gaps.min() > -1e-6
-    if "post" in key.ruled_by:
+    if "post" in key.ruled_by and not jogged.way.qd.any():
         assert gaps[-1] < 0.02
 
 
@@ -204,5 +206,5 @@ def _wall(normal: np.ndarray, q: np.ndarray, away_m: float) -> ThingSettings:
 def _gaps(wall: ThingSettings, q: np.ndarray) -> np.ndarray:
     """Of the links that move, less the margin."""
     moving = np.array([capsule.link > 0 for capsule in ARM.body])
-    distance = solid_of(wall).capsule_distance(ARM.capsules(q)[:, moving], ARM.capsule_radii[moving])
+    distance = solid_of(wall.shape, wall.pose).capsule_distance(ARM.capsules(q)[:, moving], ARM.capsule_radii[moving])
     return np.asarray(distance.min(axis=-1) - wall.margin_m)

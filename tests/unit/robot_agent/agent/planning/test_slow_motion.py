@@ -16,7 +16,7 @@ from robot_agent.trajectory import Limits
 from robot_agent.trajectory.governor.rate_bounds import RateBounds
 from robot_agent.trajectory.governor.speed_cap import SpeedCap
 from robot_agent.trajectory.governor.travel import Travel
-from robot_agent.workspace import PlacedRobot, Things
+from robot_agent.workspace import PlacedRobot, Spaces, Things
 from tests.unit.six_axis_arm import arm
 
 ARM = arm()
@@ -40,7 +40,7 @@ def planned(program: str, limits: Limits = LIMITS, zones: tuple[ZoneGeometry, ..
     steps = []
     while isinstance(step := interpreter.next(), MotionStep):
         steps.append(step)
-    result = Planner(PlacedRobot(ARM, limits, np.eye(4), Things(ARM)), CYCLE_S).plan(
+    result = Planner(PlacedRobot(ARM, limits, np.eye(4), Things(ARM), Spaces(ARM)), CYCLE_S).plan(
         PlanRequest(1, tuple(steps), START, zones)
     )
     assert isinstance(result, Planned), result.text
