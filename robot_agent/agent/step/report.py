@@ -25,6 +25,10 @@ from robot_agent.agent.program.program_run import ProgramRun
 from robot_agent.kinematics import Model, OpenMechanism
 
 
+_RESERVE_EVERY = 10
+"""States: what is left of a motion changes slowly, and takes longer to work out than all else in a state."""
+
+
 class Reporter:
     """Numbers and builds the messages for people and views."""
 
@@ -34,6 +38,7 @@ class Reporter:
         self._sequence = 0
         self._events: list[Event] = []
         self._event_sequence = 0
+        self._reserve: Reserve | None = None
 
     def event(self, severity: Severity, code: str, text: str, remedy: str = "") -> None:
         """Note something that happened; it is sent with the next step."""
@@ -76,7 +81,14 @@ class Reporter:
             waited_s=dict(run.waited_s),
             alarms=alarms,
         )
-        return state if feedback is None else _measured(state, run, feedback, executive, planner)
+        if feedback is None:
+            return state
+        state = _measured(state, run, feedback, executive, planner)
+        if state.tcp_position_m is None:
+            self._reserve = None
+        elif self._reserve is None or self._sequence % _RESERVE_EVERY == 0:
+            self._reserve = _reserve(planner.model, feedback.position)
+        return replace(state, reserve=self._reserve)
 
 
 def _measured(
@@ -102,8 +114,7 @@ def _measured(
         return state
     x, y, z = pose[:3, 3].tolist()
     qx, qy, qz, qw = from_matrix(pose[:3, :3]).tolist()
-    reserve = _reserve(planner.model, feedback.position)
-    return replace(state, tcp_position_m=(x, y, z), tcp_quaternion_xyzw=(qx, qy, qz, qw), reserve=reserve)
+    return replace(state, tcp_position_m=(x, y, z), tcp_quaternion_xyzw=(qx, qy, qz, qw))
 
 
 def _reserve(model: Model, q: NDArray[np.float64]) -> Reserve:
