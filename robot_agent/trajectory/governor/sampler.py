@@ -107,6 +107,8 @@ class Sampler:
         if rest == 0:
             return 0
         way, rate, slope = (each[: rest + RESTING_SAMPLES] for each in (way, rate, slope))
+        # Where the joints hardly move yet a law may begin with a jump; the join itself is as it was commanded.
+        rate[0], slope[0] = start.rate, start.rate_dot
         rate[rest:] = slope[rest:] = 0.0
         if rate.max() > 1.0 + _TOLERANCE:
             return int(rate.argmax())

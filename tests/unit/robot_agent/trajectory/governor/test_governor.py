@@ -333,3 +333,14 @@ def test_stop_time_and_place_are_those_of_the_ramp_that_is_played() -> None:
         still = np.flatnonzero((np.diff(np.array(alone.played), axis=0) != 0.0).any(axis=1))[-1] + 1
         assert (still * CYCLE_S, alone.played_tau[-1]) == (promised_s, promised_tau)
         drive.play()
+
+
+@pytest.mark.parametrize("cycle_s", [0.004, 0.02])
+def test_what_begins_just_beside_a_rest_of_the_plan_begins_with_what_was_commanded(cycle_s: float) -> None:
+    sweep = START + np.radians([30.0, -10.0, 15.0, 0.0, 10.0, 0.0])
+    motion = plan(ARM, Sequence([JointMove(sweep, 1.0, 1), JointMove(START, 1.0, 2)]), LIMITS, START, cycle_s)
+    governor, (_, inner, _) = Governor(motion, LIMITS, cycle_s, 0.12), motion.rests
+    for beside in np.arange(-8e-3, 8e-3, 1e-4):
+        segment = governor.next(governor.rest(inner + beside), 0, [], [])
+        assert segment.stop_tau > inner + beside
+        assert np.abs(segment.qd[0]).max() <= 1e-5, beside
