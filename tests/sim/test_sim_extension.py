@@ -41,10 +41,10 @@ class Cell:
         copy = Copy(folder)
         (copy.folder / "two_arms" / "programs" / "left.prog").write_text(ENDLESS)
         (copy.folder / "two_arms" / "programs" / "right.prog").write_text(ONCE)
-        self.world = World(load_bundle(copy.folder / "two_arms" / "cell.yaml"), 2, BAD)
+        self.world = World(load_bundle(copy.folder / "two_arms" / "cell.yaml"), 7, BAD)
         self.invariants = Invariants(self.world)
         PatientOperator(self.world)
-        self.world.clock.run_until(self.world.clock.now + 1.0)
+        self.until(lambda: "left" in self.world.seen.robots)
 
     @property
     def left(self) -> RobotState:

@@ -33,8 +33,11 @@ class FullArm(World):
         self.on_feedback.append(lambda _: self.errors.append(self._errors()))
         self.until(lambda: "stacker_bus" in self.seen.gateways and self.seen.gateways["stacker_bus"].ready)
         self.until(lambda: self.seen.robots["stacker"].mode is Mode.DISABLED)
-        self.order(ROBOT, Enable())
+        while self.seen.robots["stacker"].mode is Mode.DISABLED:  # the network may lose the order
+            self.operate(ROBOT, Enable())
+            self.clock.run_until(self.clock.now + 0.5, lambda: self.seen.robots["stacker"].mode is not Mode.DISABLED)
         self.until(lambda: self.seen.feedback["stacker"].enabled)
+        self.until(lambda: self.seen.robots["stacker"].mode is Mode.READY)
         self.closed_when_enabled = [servo.machine.brake_closed for servo in self.servos]
 
     def until(self, happened: Callable[[], bool], within_s: float = 5.0) -> None:

@@ -88,4 +88,4 @@ def test_by_hand_it_opens_only_while_the_program_is_halted_and_the_next_statemen
     assert node.outputs[0].on == 0
     operator.working = True
     assert until(lambda: world.seen.robots["left"].program.state is ProgramState.DONE)
-    assert node.outputs[0].on == GRIPPER
+    assert until(lambda: node.outputs[0].on == GRIPPER, within_s=0.1)

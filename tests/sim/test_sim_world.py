@@ -140,7 +140,7 @@ def test_agents_and_gateways_hear_what_their_real_shells_subscribe_to_and_nothin
     world.on_delivered.append(lambda process, message: heard.setdefault(process, set()).add(type(message).__name__))
     until(world, lambda: mode(world) is Mode.DISABLED)
     run(world, 1.0)
-    assert heard[LEFT] & state_kinds == {"ManagerState", "ZoneGeometry", "DriveFeedback"}
+    assert heard[LEFT] & state_kinds == {"ManagerState", "ZoneGeometry", "DriveFeedback", "GatewayState"}
     assert heard[LEFT_BUS] & state_kinds == {"ManagerState", "SetpointBlock"}
     assert heard["manager"] & state_kinds == {"Presence", "GatewayState"}
 
