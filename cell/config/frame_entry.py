@@ -18,7 +18,7 @@ WORLD = "world"
 
 
 class FrameEntry(BaseModel):
-    """A frame in which robots, zones, things and conveyors may be given."""
+    """A frame in which robots, zones, things, spaces and conveyors may be given."""
 
     model_config = STRICT
     pose: Pose | None = Field(None, description="pose in the parent: X, Y, Z, A, B, C; or points")
