@@ -88,6 +88,17 @@ def test_a_robot_stands_where_its_base_is_in_its_frame(tmp_path: Path) -> None:
     assert check_cell(copy.cell)[0] is not None
 
 
+def test_a_space_in_a_frame_is_placed_with_it_and_holds_it_where_it_is(tmp_path: Path) -> None:
+    post = "post: {kind: forbidden, sphere: 5, pose: {X: 10, Y: 0, Z: 0, A: 0, B: 0, C: 0}, frame: nest}"
+    copy = with_frames(tmp_path, TABLE, NEST)
+    copy.change(CELL, "gateway: left_bus\n", f"gateway: left_bus\n    spaces: {{{post}}}\n")
+    cell = load_cell(copy.cell)
+    assert cell.robots["left"].spaces[0].pose.position_m == pytest.approx((0.9, 0.11, 0.72))
+    assert [cell.frames[name].fixed for name in ("table", "nest")] == [("space post of robot left",)] * 2
+    copy.change(CELL, "frame: nest}", "frame: next}")
+    assert "robots.left.spaces.post.frame: found unknown frame 'next'" in str(check_cell(copy.cell)[1][0])
+
+
 def test_where_a_frame_is_counts_in_the_digest_where_only_the_file_says_it(tmp_path: Path) -> None:
     copy = with_frames(tmp_path, TABLE, NEST).add(CELL, BALL)
     digest = load_cell(copy.cell).digest
