@@ -42,16 +42,25 @@ class SdoDone:
 
 
 @dataclass(frozen=True, slots=True)
-class Request:
-    """One object to write `data` to, or to read."""
+class SdoRead:
+    """One object of a node's dictionary that is read."""
 
     index: int
     sub: int
-    data: bytes | None = None
 
 
-Dialogue = Generator[Request, SdoDone, None]
-"""Requests to one node, each made when the one before is answered: it yields a `Request` and is sent the outcome.
+@dataclass(frozen=True, slots=True)
+class SdoWrite:
+    """One confirmed write to a node's object dictionary; `data` is little-endian, as long as the object."""
+
+    index: int
+    sub: int
+    data: bytes
+
+
+SdoRequest = SdoRead | SdoWrite
+Dialogue = Generator[SdoRequest, SdoDone, None]
+"""Requests to one node, each made when the one before is answered: it yields a request and is sent the outcome.
 
 Whoever closes it ends it; so does a channel that forgets.
 """
@@ -72,7 +81,7 @@ class SdoChannel:
     def __init__(self, node_id: int) -> None:
         self._node_id = node_id
         self._count = 0
-        self._waiting: deque[tuple[_Course, Request]] = deque()
+        self._waiting: deque[tuple[_Course, SdoRequest]] = deque()
         self._outstanding: str | None = None
         self._course: _Course | None = None
         """Whose request is on its way, if anybody's."""
@@ -96,7 +105,8 @@ class SdoChannel:
         self._count += 1
         self._outstanding = f"{self._node_id}/{self._count}"
         index = index_of(request.index, self._course.axis)
-        return Sdo(self._outstanding, self._node_id, index, request.sub, request.data)
+        data = request.data if isinstance(request, SdoWrite) else None
+        return Sdo(self._outstanding, self._node_id, index, request.sub, data)
 
     def done(self, outcome: SdoDone) -> None:
         """Take an outcome; one that was not waited for is ignored."""

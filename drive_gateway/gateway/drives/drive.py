@@ -14,7 +14,7 @@ from drive_gateway.canopen.pdo_map import (
     TARGET_POSITION,
 )
 from drive_gateway.canopen.profile_pdos import TARGET_VELOCITY, ProfileSender
-from drive_gateway.canopen.sdo import Dialogue, Request
+from drive_gateway.canopen.sdo import Dialogue, SdoRead
 from drive_gateway.cia402.state_machine import QUICK_STOP, REMOTE, WARNING, controlword, decode
 from drive_gateway.config.image import INPUTS_EVERY, image_of
 from drive_gateway.config.settings import AxisSettings, GatewaySettings
@@ -222,7 +222,7 @@ class Drive:
             self.follow(self._read_error())
 
     def _read_error(self) -> Dialogue:
-        done = yield Request(_ERROR_CODE, 0)
+        done = yield SdoRead(_ERROR_CODE, 0)
         self._asked = False
         if len(done.data) == 2:
             self.node.axis_error(self.label, int.from_bytes(done.data, "little"))

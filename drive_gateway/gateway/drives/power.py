@@ -5,7 +5,7 @@ from enum import Enum
 
 from cell.messages.drives import AxisStatus
 from drive_gateway.canopen.pdo_map import target_object
-from drive_gateway.canopen.sdo import Dialogue, Request
+from drive_gateway.canopen.sdo import Dialogue, SdoRead
 from drive_gateway.cia402.state_machine import DISABLE_VOLTAGE, FAULT_RESET, INTERPOLATE
 from drive_gateway.gateway.drives.drive import Drive
 
@@ -150,7 +150,7 @@ class Power:
         node = self._nodes[number]
         wanted = node.axis.wrapped(self._targets[number])
         while number not in self._confirmed:
-            outcome = yield Request(*target_object(node.axis.interpolated))
+            outcome = yield SdoRead(*target_object(node.axis.interpolated))
             if self.state is not PowerState.HANDING_OVER or outcome.abort_code is not None:
                 return
             # Else lost, or a moment too early; the deadline of the hand-over bounds the repeats.

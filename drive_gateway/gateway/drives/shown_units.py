@@ -2,7 +2,7 @@
 
 import math
 
-from drive_gateway.canopen.sdo import Dialogue, Request, SdoDone
+from drive_gateway.canopen.sdo import Dialogue, SdoDone, SdoRead
 from drive_gateway.config.drive_units import SI_ACCELERATION, SI_VELOCITY, DriveUnits
 
 SAME = 1e-3
@@ -30,7 +30,7 @@ class ShownUnits:
         """The drive has started: what to read of it."""
         self._found.clear()
         for index in (SI_VELOCITY, SI_ACCELERATION):
-            self._take(index, (yield Request(index, 0)))
+            self._take(index, (yield SdoRead(index, 0)))
 
     def _take(self, index: int, done: SdoDone) -> None:
         """Many drives have no such object, or leave it at zero: then only a motion tells."""

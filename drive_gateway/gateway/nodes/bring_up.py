@@ -10,7 +10,7 @@ from cell.core import Effect
 from drive_gateway.canopen.axis_objects import first_axis_index
 from drive_gateway.canopen.nmt import NmtCommand, NmtState, nmt_frame
 from drive_gateway.canopen.pdo_map import Pdo
-from drive_gateway.canopen.sdo import Dialogue, Request, SdoChannel, SdoDone
+from drive_gateway.canopen.sdo import Dialogue, SdoChannel, SdoDone
 from drive_gateway.cia402.preparation import HEARTBEAT_PRODUCER
 from drive_gateway.config.gateway_objects import CYCLE_PERIOD, said_by
 from drive_gateway.config.settings import GatewaySettings
@@ -162,7 +162,7 @@ class BringUp:
                 self._steps.popleft()
                 continue
             self._deadline = self._now + self._timeout_s
-            while not self._settled(step, (yield Request(step.index, step.sub, step.sent))):
+            while not self._settled(step, (yield step.request)):
                 if self.phase is not Phase.CONFIGURING:
                     return
 

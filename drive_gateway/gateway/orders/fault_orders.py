@@ -11,7 +11,7 @@ from drive_gateway.canopen.fault_object import (
     MARK_SUB,
     fault_index,
 )
-from drive_gateway.canopen.sdo import Dialogue, Request
+from drive_gateway.canopen.sdo import Dialogue, SdoRead, SdoWrite
 from drive_gateway.gateway.nodes.node import Node
 from drive_gateway.gateway.orders.objects import Told
 
@@ -60,7 +60,7 @@ class FaultOrders:
 def _delivery(node: Node, order: FaultDrive, then: Told) -> Dialogue:
     """One order on its way: mark, duration, fault, each after the one before was answered."""
     index = fault_index(order.axis)
-    mark = yield Request(index, MARK_SUB)
+    mark = yield SdoRead(index, MARK_SUB)
     if mark.data != MARK and (mark.abort_code is not None or not mark.problem):
         found = f": {mark.problem}" if mark.problem else f":{MARK_SUB:02X} holds {mark.data.hex(' ')}"
         text = f"{node.label} is no simulated drive of this project: {index:04X}h{found}"
@@ -69,11 +69,11 @@ def _delivery(node: Node, order: FaultDrive, then: Told) -> Dialogue:
     problem = mark.problem
     if not problem:
         lasts_ms = 0 if order.seconds is None else max(1, round(1000.0 * order.seconds))
-        problem = (yield Request(index, DURATION_SUB, lasts_ms.to_bytes(DURATION_BYTES, "little"))).problem
+        problem = (yield SdoWrite(index, DURATION_SUB, lasts_ms.to_bytes(DURATION_BYTES, "little"))).problem
     if not problem:
         sub, size = FAULT_SUBS[order.fault]
         value = 1 if order.value is None else order.value
-        problem = (yield Request(index, sub, value.to_bytes(size, "little", signed=value < 0))).problem
+        problem = (yield SdoWrite(index, sub, value.to_bytes(size, "little", signed=value < 0))).problem
     then(not problem, f"{node.label} was not told to fail: {problem}" if problem else _said(order), "")
 
 

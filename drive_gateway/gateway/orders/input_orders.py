@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from cell.messages import SimulateInput
 from drive_gateway.canopen.fault_object import MARK, MARK_SUB, fault_index
 from drive_gateway.canopen.input_object import CLOSE_SUB, OPEN_SUB, inputs_index
-from drive_gateway.canopen.sdo import Dialogue, Request
+from drive_gateway.canopen.sdo import Dialogue, SdoRead, SdoWrite
 from drive_gateway.gateway.drives.drive import Drive
 from drive_gateway.gateway.io.io_node import IoNode
 from drive_gateway.gateway.orders.objects import Told
@@ -38,7 +38,7 @@ class InputOrders:
 def _delivery(carrier: Drive | IoNode, bit: int, order: SimulateInput, then: Told) -> Dialogue:
     """One order on its way: the mark is read, then the bit is written."""
     axis = carrier.axis.number if isinstance(carrier, Drive) else 1
-    mark = yield Request(fault_index(axis), MARK_SUB)
+    mark = yield SdoRead(fault_index(axis), MARK_SUB)
     if mark.abort_code is None and mark.problem:
         then(False, f"{carrier.label}: {mark.problem}", "")
         return
@@ -46,7 +46,7 @@ def _delivery(carrier: Drive | IoNode, bit: int, order: SimulateInput, then: Tol
         what = "is no simulated device of this project; inputs of real ones are what is wired to them"
         then(False, f"{carrier.label} {what}", "")
         return
-    told = yield Request(inputs_index(axis), CLOSE_SUB if order.on else OPEN_SUB, bytes((bit,)))
+    told = yield SdoWrite(inputs_index(axis), CLOSE_SUB if order.on else OPEN_SUB, bytes((bit,)))
     name = f"{order.robot}: input {order.input}"
     if told.problem:
         then(False, f"{name} was not set: {carrier.label}: {told.problem}", "")

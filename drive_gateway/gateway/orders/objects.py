@@ -13,7 +13,7 @@ from drive_gateway.canopen.pdo_map import (
     VELOCITY_OFFSET,
 )
 from drive_gateway.canopen.profile_pdos import TARGET_VELOCITY
-from drive_gateway.canopen.sdo import Dialogue, Request
+from drive_gateway.canopen.sdo import Dialogue, SdoRead, SdoWrite
 from drive_gateway.gateway.nodes.node import Node
 from drive_gateway.gateway.robots.group import DriveGroup
 
@@ -63,13 +63,13 @@ class ObjectAccess:
 
 
 def _access(node: Node, command: ReadObject | WriteObject, then: Told) -> Dialogue:
-    data = bytes.fromhex(command.data) if isinstance(command, WriteObject) else None
+    address = command.index, command.sub
     name = f"{command.index:04X}h:{command.sub:02X} of {node.label}"
-    outcome = yield Request(command.index, command.sub, data)
-    if outcome.problem:
-        then(False, f"{name}: {outcome.problem}", "")
+    if isinstance(command, WriteObject):
+        outcome, done = (yield SdoWrite(*address, bytes.fromhex(command.data))), "is written"
     else:
-        then(True, f"{name} {'was read' if data is None else 'is written'}", outcome.data.hex())
+        outcome, done = (yield SdoRead(*address)), "was read"
+    then(not outcome.problem, f"{name}: {outcome.problem}" if outcome.problem else f"{name} {done}", outcome.data.hex())
 
 
 def _write_problem(command: WriteObject, node: Node, groups: Sequence[DriveGroup]) -> str:

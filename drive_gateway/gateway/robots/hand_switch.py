@@ -5,7 +5,7 @@ be in a fault or switched off: somebody may have to free a person or a part.
 """
 
 from cell.messages import SwitchOutput
-from drive_gateway.canopen.sdo import Dialogue, Request
+from drive_gateway.canopen.sdo import Dialogue, SdoRead
 from drive_gateway.config.settings import OutputSettings
 from drive_gateway.gateway.drives.drive import Drive
 from drive_gateway.gateway.drives.power import PowerState
@@ -129,7 +129,7 @@ class _Told:
         """The frame may have been lost; it is repeated."""
         name = f"{index:04X}h:{sub:02X}"
         while not self._confirmed:
-            outcome = yield Request(index, sub)
+            outcome = yield SdoRead(index, sub)
             if outcome.problem:
                 self._found = f"does not tell {name}, {outcome.problem}"
                 return

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from drive_gateway.canopen.sdo import Dialogue, Request, SdoDone
+from drive_gateway.canopen.sdo import Dialogue, SdoDone, SdoRead
 from drive_gateway.cia402.preparation import Preparation, play
 from drive_gateway.gateway.drives.drive import Drive
 from drive_gateway.gateway.event_log import EventLog
@@ -64,8 +64,8 @@ class ModeKeeper:
     def _go_back(self, node: Drive, each: _Return) -> Dialogue:
         """Write and read back one object after another; a drive that shows something else is asked again."""
         for item in play(node.axis):
-            told = yield Request(item.write.index, item.write.sub, item.write.data)
-            shown = yield Request(item.shown_index, item.shown_sub)
+            told = yield item.write
+            shown = yield SdoRead(item.shown_index, item.shown_sub)
             if self._other.get(node) is not each:
                 return
             if shown.data != item.write.data:

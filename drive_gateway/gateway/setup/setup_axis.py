@@ -3,22 +3,20 @@
 from enum import Enum
 
 from cell.messages.drives import AxisStatus
-from drive_gateway.canopen.pdo_map import SdoWrite
-from drive_gateway.canopen.sdo import Dialogue, Request
+from drive_gateway.canopen.profile_pdos import TARGET_VELOCITY
+from drive_gateway.canopen.sdo import Dialogue, SdoRead, SdoWrite
+from drive_gateway.cia402.preparation import MODE, MODE_DISPLAY
 from drive_gateway.cia402.setup_objects import (
     ACKNOWLEDGED,
     ATTAINED,
     FAILED,
     HALT,
     HOMING,
-    MODE,
-    MODE_DISPLAY,
     PROFILE_POSITION,
     PROFILE_VELOCITY,
     REACHED,
     STANDING,
     START,
-    TARGET_VELOCITY,
     Press,
     SetupOrder,
     position_window,
@@ -325,13 +323,13 @@ class SetupAxis:
         objects = [(write, (write.index, write.sub)) for write in self.order.writes]
         mode = SdoWrite(MODE, 0, self.order.mode.to_bytes(1, "little"))
         for write, shown_by in [*objects, (mode, (MODE_DISPLAY, 0))]:
-            told = yield Request(write.index, write.sub, write.data)
+            told = yield write
             if told.problem:
                 found = f"{self.node.label} refused {write.index:04X}h:{write.sub:02X}: {told.problem}"
                 self.problem = f"{found}{self._without_mode}"
                 return
             self._since = self._now  # a drive may be slow in each of its answers
-            while (yield Request(*shown_by)).data != write.data:
+            while (yield SdoRead(*shown_by)).data != write.data:
                 pass  # a drive may need a moment until it shows a mode
             self._since = self._now
         self._prepared = True
@@ -343,7 +341,7 @@ class SetupAxis:
         self.node.follow(self._write_velocity(velocity.to_bytes(4, "little", signed=True)))
 
     def _write_velocity(self, data: bytes) -> Dialogue:
-        told = yield Request(TARGET_VELOCITY, 0, data)
+        told = yield SdoWrite(TARGET_VELOCITY, 0, data)
         if told.problem:
             self.problem = f"{self.node.label} refused its target velocity: {told.problem}"
 

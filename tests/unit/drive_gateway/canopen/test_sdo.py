@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from drive_gateway.canopen.abort_text import abort_text
 from drive_gateway.canopen.frame import CanFrame
-from drive_gateway.canopen.sdo import Dialogue, Request, Sdo, SdoChannel, SdoDone
+from drive_gateway.canopen.sdo import Dialogue, Sdo, SdoChannel, SdoDone, SdoRead, SdoWrite
 from drive_gateway.gateway.bus.sdo_workers import SdoWorkers
 from tests.unit.repository import vectors
 
@@ -18,16 +18,16 @@ WRITES = vectors("canopen_frames.json")["sdo"]
 
 
 def reading(index: int, answers: list[SdoDone]) -> Dialogue:
-    answers.append((yield Request(index, 0)))
+    answers.append((yield SdoRead(index, 0)))
 
 
 def test_a_dialogue_goes_on_with_each_answer_until_it_ends_or_is_closed() -> None:
     channel, answers = SdoChannel(3), list[bytes]()
 
     def write_and_read_back() -> Dialogue:
-        yield Request(0x6060, 0, b"\x08")
+        yield SdoWrite(0x6060, 0, b"\x08")
         while True:
-            answers.append((yield Request(0x6061, 0)).data)
+            answers.append((yield SdoRead(0x6061, 0)).data)
 
     dialogue = write_and_read_back()
     channel.follow(dialogue, axis=2)
@@ -51,8 +51,8 @@ def test_dialogues_of_one_node_take_turns() -> None:
     channel = SdoChannel(3)
 
     def both(index: int) -> Dialogue:
-        yield Request(index, 1)
-        yield Request(index, 2)
+        yield SdoRead(index, 1)
+        yield SdoRead(index, 2)
 
     for index in (0x2001, 0x2002):
         channel.follow(both(index))
