@@ -4,6 +4,7 @@ from collections import deque
 from collections.abc import Generator
 from contextlib import suppress
 from dataclasses import dataclass
+from inspect import GEN_CLOSED, getgeneratorstate
 
 from cell.core import Effect
 from drive_gateway.canopen.axis_objects import index_of
@@ -62,7 +63,7 @@ SdoRequest = SdoRead | SdoWrite
 Dialogue = Generator[SdoRequest, SdoDone, None]
 """Requests to one node, each made when the one before is answered: it yields a request and is sent the outcome.
 
-Whoever closes it ends it; so does a channel that forgets.
+Once it is closed nothing more of it goes out; a channel that forgets drops it likewise.
 """
 
 
@@ -99,6 +100,8 @@ class SdoChannel:
 
     def poll(self) -> Sdo | None:
         """The next request to send, if the node is free for one."""
+        while self._waiting and getgeneratorstate(self._waiting[0][0].dialogue) == GEN_CLOSED:
+            self._waiting.popleft()
         if self._outstanding is not None or not self._waiting:
             return None
         self._course, request = self._waiting.popleft()

@@ -40,11 +40,22 @@ def test_a_dialogue_goes_on_with_each_answer_until_it_ends_or_is_closed() -> Non
     assert sent == [(0x6860, b"\x08"), (0x6861, None), (0x6861, None)]
     assert answers == [b"\x01", b"\x08"]
     dialogue.close()
-    late = channel.poll()
-    assert late is not None
-    channel.done(SdoDone(late.request_id, b"\x02"))
-    assert answers == [b"\x01", b"\x08"]
     assert channel.poll() is None
+
+
+def test_the_answer_to_a_dialogue_that_was_closed_frees_the_node_for_the_next_one() -> None:
+    channel, answers = SdoChannel(3), list[SdoDone]()
+    first, second = reading(0x6041, answers), reading(0x6064, answers)
+    channel.follow(first)
+    channel.follow(second)
+    request = channel.poll()
+    assert request is not None
+    first.close()
+    assert channel.poll() is None
+    channel.done(SdoDone(request.request_id, b"\x01"))
+    following = channel.poll()
+    assert following is not None
+    assert (following.index, answers) == (0x6064, [])
 
 
 def test_dialogues_of_one_node_take_turns() -> None:
