@@ -335,7 +335,7 @@ def test_nothing_that_anybody_sends_in_place_of_a_stop_costs_a_bus_cycle(
             decode(kind, data)
         return time.process_time() - before
 
-    assert min(spent() for _ in range(3)) < 0.02
+    assert min(spent() for _ in range(5)) < 0.02
 
 
 @pytest.mark.parametrize("kind", [Estop, ManagerState])
