@@ -24,6 +24,7 @@ from cell.messages import (
     Presence,
     Reply,
     SetpointBlock,
+    Urgency,
 )
 from cell.messages.common import Name
 from cell.net import binary
@@ -33,6 +34,14 @@ T = TypeVar("T")
 
 MOST_BYTES = 8 * 2**20
 """Of one message."""
+MOST_URGENT_BYTES = 2 * 2**20
+"""Of one that is read within a cycle; an `Estop` with the longest texts, all escaped, has 1.5 MiB."""
+MOST_VALUES = 4000
+"""In one that is read within a cycle, counted by commas: time goes into wrong values, not into long texts. The state of
+a manager with sixteen robots, a zone for every two of them and eight in each queue has 3500 with those in its texts."""
+_MOST_TOLD = 100
+"""Wrong values among which the first is looked for; to list more takes longer than to find them."""
+_WITHIN_A_CYCLE = (Urgency.REAL_TIME, Urgency.INTERACTIVE)
 
 _STRICT = ConfigDict(extra="forbid", allow_inf_nan=False, ser_json_inf_nan="constants", strict=True)
 
@@ -82,8 +91,10 @@ def encode(message: object) -> bytes:
 
 def decode(kind: type[T], data: bytes) -> T:
     """The message of class `kind` in `data`. Raises `CodecError`."""
-    _check_size(kind.__name__, data)
     layout = _LAYOUTS.get(kind)
+    if layout is None and kind in STATES and STATES[kind].urgency in _WITHIN_A_CYCLE:
+        _check_urgent(kind.__name__, data)
+    _check_size(kind.__name__, data, MOST_BYTES)
     message: T = _from_json(kind, data) if layout is None else layout[1](data)
     return message
 
@@ -124,14 +135,22 @@ def decode_call(to: str, verb: str, data: bytes) -> Call:
     known = COMMANDS.get(to.split("/")[0], {})
     if verb not in known:
         raise CodecError("Call", f"verb {verb!r} is unknown to {to}; allowed: {', '.join(sorted(known)) or 'none'}")
-    _check_size("Call", data)
+    _check_size("Call", data, MOST_BYTES)
     form = _from_json(_call_form(known[verb]), data)
     return Call(form.id, form.command, form.heard)
 
 
-def _check_size(kind: str, data: bytes) -> None:
-    if len(data) > MOST_BYTES:
-        raise CodecError(kind, f"{len(data)} bytes, allowed are up to {MOST_BYTES}")
+def _check_size(kind: str, data: bytes, most: int) -> None:
+    if len(data) > most:
+        raise CodecError(kind, f"{len(data)} bytes, allowed are up to {most}")
+
+
+def _check_urgent(kind: str, data: bytes) -> None:
+    """Whatever somebody sends in place of such a message, a loop that reads it in its cycle is not late by it."""
+    _check_size(kind, data, MOST_URGENT_BYTES)
+    values = data.count(b",") + 1
+    if values > MOST_VALUES:
+        raise CodecError(kind, f"{values} values, allowed are up to {MOST_VALUES}")
 
 
 def message_schemas() -> dict[str, Any]:
@@ -160,6 +179,8 @@ def _from_json(kind: type[Any], data: bytes) -> Any:
     try:
         return _adapter(kind).validate_json(data)
     except ValidationError as error:
+        if error.error_count() > _MOST_TOLD:
+            raise CodecError(kind.__name__, f"{error.error_count()} values are wrong or missing") from None
         first = error.errors(include_url=False, include_context=False)[0]
         where = ".".join(str(part) for part in first["loc"]) or "message"
         found = f", found {str(first['input'])[:60]!r}" if first["type"] != "missing" else ""

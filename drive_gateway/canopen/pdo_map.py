@@ -18,6 +18,7 @@ from drive_gateway.canopen.axis_objects import PDO_SPAN, first_axis_index, index
 from drive_gateway.canopen.bus_load import frame_bits
 from drive_gateway.canopen.cob_id import RPDO1, TPDO1
 from drive_gateway.canopen.frame import CanFrame
+from drive_gateway.canopen.sdo import SdoWrite
 
 CONTROLWORD = 0x6040
 STATUSWORD = 0x6041
@@ -55,15 +56,6 @@ INPUTS = Struct("<I")
 """Digital inputs."""
 OUTPUTS = Struct("<I")
 """Digital outputs."""
-
-
-@dataclass(frozen=True, slots=True)
-class SdoWrite:
-    """One confirmed write to a node's object dictionary; `data` is little-endian, as long as the object."""
-
-    index: int
-    sub: int
-    data: bytes
 
 
 @dataclass(frozen=True, slots=True)

@@ -7,11 +7,12 @@ from dataclasses import dataclass, replace
 from typing import Protocol
 
 from drive_gateway.canopen.axis_objects import index_of
-from drive_gateway.canopen.pdo_map import DIGITAL_OUTPUTS, SdoWrite
+from drive_gateway.canopen.pdo_map import DIGITAL_OUTPUTS
+from drive_gateway.canopen.sdo import SdoWrite
 from drive_gateway.config.settings import INT32_MIN, MOTOR_SPEED_RESERVE, AxisSettings, GatewaySettings
 
 INTERPOLATED_POSITION, CYCLIC_SYNCHRONOUS_POSITION = 7, 8
-MOTOR_SPEED = 0x6080
+MODE, MODE_DISPLAY, MOTOR_SPEED = 0x6060, 0x6061, 0x6080
 HEARTBEAT_CONSUMER, HEARTBEAT_PRODUCER, LIFE_TIME_FACTOR = 0x1016, 0x1017, 0x100D
 
 
@@ -95,7 +96,7 @@ def waived(node: Supervised, items: list[Preparation]) -> list[Preparation]:
 
 def play(axis: AxisSettings) -> list[Preparation]:
     """What plays blocks, at the indices of axis 1: the mode, and a motor that may turn as fast as they ask for."""
-    mode = Preparation("mode of operation", SdoWrite(0x6060, 0, played_mode(axis)), 0x6061, 0)
+    mode = Preparation("mode of operation", SdoWrite(MODE, 0, played_mode(axis)), MODE_DISPLAY, 0)
     if axis.torque is None:
         return [mode]
     return [

@@ -4,13 +4,14 @@ or gives a torque."""
 from dataclasses import dataclass
 from math import inf
 
-from drive_gateway.canopen.pdo_map import TARGET_POSITION, SdoWrite
+from drive_gateway.canopen.pdo_map import TARGET_POSITION
+from drive_gateway.canopen.profile_pdos import TARGET_VELOCITY
+from drive_gateway.canopen.sdo import SdoWrite
 from drive_gateway.cia402.preparation import MOTOR_SPEED
 from drive_gateway.cia402.profile import Trapezoid
 from drive_gateway.config.settings import SETUP_SHARE, AxisSettings, HomingSettings, TorqueSettings
 
 PROFILE_POSITION, PROFILE_VELOCITY, HOMING, CYCLIC_TORQUE = 1, 3, 6, 10
-MODE, MODE_DISPLAY, TARGET_VELOCITY = 0x6060, 0x6061, 0x60FF
 
 START = 1 << 4
 """Controlword: new set point, or homing begins."""

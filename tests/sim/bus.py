@@ -6,6 +6,7 @@ from collections.abc import Callable
 from contextlib import nullcontext
 from typing import Any, Self
 
+from drive_gateway.canopen.abort_text import abort_text
 from drive_gateway.canopen.cob_id import SYNC
 from drive_gateway.canopen.frame import CanFrame
 from drive_gateway.canopen.sdo import Sdo, SdoDone
@@ -207,7 +208,7 @@ def outcome_of(request: Sdo, answer: bytes) -> SdoDone:
     """What an expedited answer says."""
     if answer[0] == _ABORT:
         code = int.from_bytes(answer[4:8], "little")
-        return SdoDone(request.request_id, b"", code, f"abort {code:08X}h")
+        return SdoDone(request.request_id, b"", code, abort_text(code))
     size = 4 - (answer[0] >> 2 & 0x3) if request.data is None else 0
     return SdoDone(request.request_id, bytes(answer[4 : 4 + size]))
 

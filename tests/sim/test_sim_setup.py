@@ -228,3 +228,16 @@ def test_a_drive_that_does_not_take_its_mode_back_is_told_once_and_keeps_the_rob
     world.bus.sdo = sdo
     world.until(lambda: world.state.ready, within_s=0.5)
     assert world.ask(EnableDrives("left", owner)).ok
+
+
+def test_a_drive_that_is_being_prepared_is_written_nothing_more_when_its_motion_is_stopped() -> None:
+    world = GatewayBench(settings(axis("J1", 1), axis("J2", 2)))
+    world.ready()
+    assert world.ask(MoveAxes("left", {"J1": 0.1}, True, 1.0, False)).ok
+    world.holder = "left"
+    world.until(lambda: any(request.data is not None and request.index == 0x60FF for request in world.requests))
+    world.tell(Estop("e1", True, "op", "test"))
+    world.until(lambda: "setup_stopped" in world.codes(), within_s=0.1)
+    written = len(world.requests)
+    world.run(0.5)
+    assert {request.index for request in world.requests[written:] if request.data is not None} == {0x6060}

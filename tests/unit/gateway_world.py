@@ -23,6 +23,7 @@ from cell.messages import (
     SetpointBlock,
     SetupStatus,
 )
+from drive_gateway.canopen.abort_text import abort_text
 from drive_gateway.canopen.frame import CanFrame
 from drive_gateway.canopen.sdo import Sdo, SdoDone
 from drive_gateway.config.settings import AxisSettings, BusSettings, GatewaySettings, RobotDrives
@@ -132,11 +133,11 @@ class FakeDrive:
         if not self.alive:
             return SdoDone(request.request_id, b"", None, "no SDO response received")
         if key in self.refuse:
-            return SdoDone(request.request_id, b"", self.refuse[key], "aborted")
+            return SdoDone(request.request_id, b"", self.refuse[key], abort_text(self.refuse[key]))
         if request.data is None:
             key = (0x6060, 0) if key == (0x6061, 0) else key
             if key not in self.objects:
-                return SdoDone(request.request_id, b"", 0x06020000, "aborted")
+                return SdoDone(request.request_id, b"", 0x06020000, abort_text(0x06020000))
             return SdoDone(request.request_id, self.objects[key])
         self.objects[key] = request.data
         self.writes.append((*key, request.data))

@@ -1,7 +1,6 @@
 """One handle of the CAN bus, frames in both directions, read in the cycle or as they come."""
 
 import threading
-import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from types import TracebackType
@@ -50,7 +49,6 @@ class BusPort:
         self._bus: SteadyBus | None = None
         self._own: set[int] = set()
         self._received_bits = 0
-        self._quiet_until = 0.0
         self._reading = threading.Lock()
         """Held by whoever reads, so that frames stay in their order."""
         self._attendants = 0
@@ -159,7 +157,4 @@ class BusPort:
         if function_code(number) == SDO_TO_NODE:
             self._open.disturbed("master", f"{text}; its tools read and write objects through the gateway")
             return
-        now = time.monotonic()
-        if now >= self._quiet_until:
-            self._quiet_until = now + TELL_MASTER_S
-            self._on_news(SecondMaster(text))
+        self._open.tell("second master", SecondMaster(text), TELL_MASTER_S)

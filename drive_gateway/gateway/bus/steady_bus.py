@@ -166,10 +166,14 @@ class SteadyBus:
 
     def disturbed(self, kind: str, text: str) -> None:
         """Tell trouble of a bus that works; of each kind once in a while."""
+        self.tell(kind, BusDisturbed(text), TELL_S)
+
+    def tell(self, kind: str, news: BusNews, quiet_s: float) -> None:
+        """Tell what may come with every frame; nothing of the same kind for so long after it."""
         now = time.monotonic()
         if now >= self._quiet_until.get(kind, 0.0):
-            self._quiet_until[kind] = now + TELL_S
-            self._on_news(BusDisturbed(text))
+            self._quiet_until[kind] = now + quiet_s
+            self._on_news(news)
 
     def _fail(self, text: str) -> None:
         if not self._failed:

@@ -1,6 +1,6 @@
 """One axis and its drive as the gateway sees it: what it last said, and how it is commanded. Its node is a `Node`."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 
 from cell.messages.drives import AxisStatus
 from cell.messages.gateway_state import NodeStatus
@@ -14,7 +14,7 @@ from drive_gateway.canopen.pdo_map import (
     TARGET_POSITION,
 )
 from drive_gateway.canopen.profile_pdos import TARGET_VELOCITY, ProfileSender
-from drive_gateway.canopen.sdo import SdoDone
+from drive_gateway.canopen.sdo import Dialogue, SdoRead
 from drive_gateway.cia402.state_machine import QUICK_STOP, REMOTE, WARNING, controlword, decode
 from drive_gateway.config.image import INPUTS_EVERY, image_of
 from drive_gateway.config.settings import AxisSettings, GatewaySettings
@@ -204,7 +204,7 @@ class Drive:
         self._tpdo_at = now
         self.operational, self.status = True, self._heard
         self.rest.heard()
-        self.shown_units.ask(self.submit)
+        self.follow(self.shown_units.dialogue())
 
     def judge_reaction(self, now: float) -> None:
         """Some drives show one pattern in the reaction and in the fault, and keep bit 4 (see `decode`): time tells."""
@@ -219,9 +219,10 @@ class Drive:
     def ask_error(self) -> None:
         if not self._asked:
             self._asked = True
-            self.submit(_ERROR_CODE, 0, None, self._take_error)
+            self.follow(self._read_error())
 
-    def _take_error(self, done: SdoDone) -> None:
+    def _read_error(self) -> Dialogue:
+        done = yield SdoRead(_ERROR_CODE, 0)
         self._asked = False
         if len(done.data) == 2:
             self.node.axis_error(self.label, int.from_bytes(done.data, "little"))
@@ -249,9 +250,9 @@ class Drive:
         self.rest.distrust()
         self.node.stop(now, self.rest.silent_stop_s)
 
-    def submit(self, index: int, sub: int, data: bytes | None, then: Callable[[SdoDone], None]) -> None:
-        """Queue a write (`data`) or a read (`None`) of an object of the profile, `index` as axis 1 has it."""
-        self.node.sdo.submit(index_of(index, self.axis.number), sub, data, then)
+    def follow(self, dialogue: Dialogue) -> None:
+        """Carry out requests for objects of the profile, their indices as axis 1 has them."""
+        self.node.sdo.follow(dialogue, self.axis.number)
 
     def leading_to(self, target: AxisStatus) -> int:
         """The controlword that takes it one transition nearer to `target`.

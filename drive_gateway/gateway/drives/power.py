@@ -5,7 +5,7 @@ from enum import Enum
 
 from cell.messages.drives import AxisStatus
 from drive_gateway.canopen.pdo_map import target_object
-from drive_gateway.canopen.sdo import SdoDone
+from drive_gateway.canopen.sdo import Dialogue, SdoRead
 from drive_gateway.cia402.state_machine import DISABLE_VOLTAGE, FAULT_RESET, INTERPOLATE
 from drive_gateway.gateway.drives.drive import Drive
 
@@ -109,7 +109,8 @@ class Power:
         match self.state:
             case PowerState.HANDING_OVER:
                 if self._cycles == HANDOVER_CYCLES:
-                    self._read_targets()
+                    for number, node in enumerate(self._nodes):
+                        node.follow(self._read_target(number))
                 if len(self._confirmed) == len(self._nodes):
                     self.enter(PowerState.ENABLING, now)
             case PowerState.ENABLING:
@@ -145,18 +146,13 @@ class Power:
         interpolates = node.axis.interpolated and status is target is AxisStatus.OPERATION_ENABLED
         return word | INTERPOLATE if interpolates else word
 
-    def _read_targets(self) -> None:
-        for number, (node, target) in enumerate(zip(self._nodes, self._targets, strict=True)):
-            self._read_target(number, node, target)
-
-    def _read_target(self, number: int, node: Drive, target: int) -> None:
-        def answered(outcome: SdoDone) -> None:
+    def _read_target(self, number: int) -> Dialogue:
+        node = self._nodes[number]
+        wanted = node.axis.wrapped(self._targets[number])
+        while number not in self._confirmed:
+            outcome = yield SdoRead(*target_object(node.axis.interpolated))
             if self.state is not PowerState.HANDING_OVER or outcome.abort_code is not None:
                 return
-            if not outcome.problem and int.from_bytes(outcome.data, "little", signed=True) == node.axis.wrapped(target):
+            # Else lost, or a moment too early; the deadline of the hand-over bounds the repeats.
+            if not outcome.problem and int.from_bytes(outcome.data, "little", signed=True) == wanted:
                 self._confirmed.add(number)
-            else:
-                # Lost, or a moment too early; the deadline of the hand-over bounds the repeats.
-                self._read_target(number, node, target)
-
-        node.submit(*target_object(node.axis.interpolated), None, answered)

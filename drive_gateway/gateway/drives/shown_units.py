@@ -1,12 +1,10 @@
 """The units that a drive says it takes velocities and accelerations in: 60A9h and 60AAh of drives that have them."""
 
 import math
-from collections.abc import Callable
 
-from drive_gateway.canopen.sdo import SdoDone
+from drive_gateway.canopen.sdo import Dialogue, SdoDone, SdoRead
 from drive_gateway.config.drive_units import SI_ACCELERATION, SI_VELOCITY, DriveUnits
 
-Submit = Callable[[int, int, bytes | None, Callable[[SdoDone], None]], None]
 SAME = 1e-3
 """Two units are one when they differ by no more than this share: 60A9h has no more digits than a manual."""
 
@@ -28,11 +26,11 @@ class ShownUnits:
         """Which unit of the drive is another one, and what to do; empty when none is, or the drive says nothing."""
         return "; ".join(self._found.values())
 
-    def ask(self, submit: Submit) -> None:
-        """The drive has started."""
+    def dialogue(self) -> Dialogue:
+        """The drive has started: what to read of it."""
         self._found.clear()
-        submit(SI_VELOCITY, 0, None, lambda done: self._take(SI_VELOCITY, done))
-        submit(SI_ACCELERATION, 0, None, lambda done: self._take(SI_ACCELERATION, done))
+        for index in (SI_VELOCITY, SI_ACCELERATION):
+            self._take(index, (yield SdoRead(index, 0)))
 
     def _take(self, index: int, done: SdoDone) -> None:
         """Many drives have no such object, or leave it at zero: then only a motion tells."""

@@ -7,11 +7,10 @@ from collections import deque
 from enum import Enum
 
 from cell.core import Effect
-from drive_gateway.canopen.abort_text import abort_text
 from drive_gateway.canopen.axis_objects import first_axis_index
 from drive_gateway.canopen.nmt import NmtCommand, NmtState, nmt_frame
 from drive_gateway.canopen.pdo_map import Pdo
-from drive_gateway.canopen.sdo import SdoChannel, SdoDone
+from drive_gateway.canopen.sdo import Dialogue, SdoChannel, SdoDone
 from drive_gateway.cia402.preparation import HEARTBEAT_PRODUCER
 from drive_gateway.config.gateway_objects import CYCLE_PERIOD, said_by
 from drive_gateway.config.settings import GatewaySettings
@@ -57,8 +56,8 @@ class BringUp:
         self._sdo = sdo
         self._program = program
         self._steps: deque[Step] = deque()
-        self._refused: dict[tuple[int, int], int] = {}
-        """Abort codes of writes that the node refused, by index and sub-index: what it shows decides."""
+        self._refused: dict[tuple[int, int], str] = {}
+        """Abort codes for people of writes that the node refused, by index and sub-index: what it shows decides."""
         self._judged: set[tuple[int, int]] = set()
         """What is read back."""
         self._busy_until = 0.0
@@ -153,46 +152,45 @@ class BringUp:
         self._busy_until = self._now + self._timeout_s
         self._steps = deque([*self._program.steps, *self._program.outputs()])
         self._judged = {step.judges for step in self._steps if step.shown is not None}
-        self._go_on()
+        self._sdo.follow(self._configuration())
 
-    def _go_on(self) -> None:
-        """The next request that changes something; each may take as long as the whole start of a node."""
-        while self._steps and self._steps[0].needless:
-            self._steps.popleft()
-        self._deadline = self._now + self._timeout_s
-        if self._steps:
-            self._ask()
+    def _configuration(self) -> Dialogue:
+        """All requests that change something; each may take as long as the whole start of a node."""
+        while self._steps:
+            step = self._steps[0]
+            if step.needless:
+                self._steps.popleft()
+                continue
+            self._deadline = self._now + self._timeout_s
+            while not self._settled(step, (yield step.request)):
+                if self.phase is not Phase.CONFIGURING:
+                    return
 
-    def _ask(self) -> None:
-        step = self._steps[0]
-        self._found = b""
-        self._sdo.submit(step.index, step.sub, step.sent, self._answered)
-
-    def _answered(self, outcome: SdoDone) -> None:
-        step = self._steps[0]
-        code = outcome.abort_code
+    def _settled(self, step: Step, outcome: SdoDone) -> bool:
+        """The node may be asked for what follows; else it is asked for this again, or the attempt has failed."""
+        code, self._found = outcome.abort_code, b""
         if step.waived and code in _ABSENT:
             self._go_without(step)
-            return
+            return True
         if code == _BUSY and self._now < self._busy_until:
-            self._ask()
-            return
-        if outcome.problem and not self._passes(step, code):
+            return False
+        if outcome.problem and not self._passes(step, outcome):
             if code is None:
                 self._fail(f"{self._label}, {step.where()}: {outcome.problem}; check wiring, or raise sdo_timeout_s")
             else:
-                self._fail(f"{self._label} refused {step.where()}: {abort_text(code)}; {self._lack(step, code)}")
-            return
+                self._fail(f"{self._label} refused {step.where()}: {outcome.problem}; {self._lack(step, code)}")
+            return False
         if not outcome.problem and not step.agrees(outcome.data):
             self._disagrees(step, outcome.data)
-            return
+            return False
         if step.take is not None:
             step.take(outcome.data)
         self._steps.popleft()
-        self._go_on()
+        return True
 
-    def _passes(self, step: Step, code: int | None) -> bool:
+    def _passes(self, step: Step, outcome: SdoDone) -> bool:
         """A refusal that does not end the attempt: nothing depends on the object, or what it shows will decide."""
+        code = outcome.abort_code
         if code is None:
             return False
         if step.asked or (step.optional and code in _ABSENT):
@@ -202,7 +200,7 @@ class BringUp:
         if step.leave is not None:
             return self._stays(step, step.leave)
         if step.address in self._judged:
-            self._refused[step.address] = code
+            self._refused[step.address] = outcome.problem
             return True
         return False
 
@@ -218,11 +216,10 @@ class BringUp:
         elif refusal is not None:
             self._fail(
                 f"{self._label} keeps {_object(step)} at {step.words(found)}, needed is {wanted} "
-                f"({abort_text(refusal)}): {self._remedy(step)}"
+                f"({refusal}): {self._remedy(step)}"
             )
         else:
             # A drive may need a moment until it shows what was set; the deadline of the phase bounds the repeats.
-            self._ask()
             self._found = found
 
     def _stays(self, step: Step, pdo: Pdo) -> bool:
@@ -242,7 +239,6 @@ class BringUp:
             self._steps.popleft()
         name, cost = self._program.optional[first_axis_index(step.index)]
         self.lacking.append(f"{self._label} has no {step.index:04X}h ({name}), which the drives file waives: {cost}")
-        self._go_on()
 
     def _lack(self, step: Step, code: int) -> str:
         """What helps where a node refuses what it must have."""

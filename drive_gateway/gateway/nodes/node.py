@@ -9,7 +9,7 @@ from typing import Protocol
 from cell.core import Effect
 from drive_gateway.canopen.emcy import Emergency, Meaning, decode_emergency, emergency_of
 from drive_gateway.canopen.nmt import NmtState, decode_heartbeat
-from drive_gateway.canopen.sdo import SdoChannel, SdoDone
+from drive_gateway.canopen.sdo import Dialogue, SdoChannel, SdoWrite
 from drive_gateway.cia402.preparation import HEARTBEAT_CONSUMER, LIFE_TIME_FACTOR
 from drive_gateway.config.settings import GatewaySettings
 from drive_gateway.gateway.effects import Frame
@@ -225,11 +225,12 @@ class Node:
         The next bring-up writes what it watches again. A node that lacks the object watches nothing.
         """
 
-        def done(_outcome: SdoDone) -> None:
-            self.parted = True
+        self.sdo.follow(self._part(), asked=True)
 
+    def _part(self) -> Dialogue:
         index, sub, size = (LIFE_TIME_FACTOR, 0, 1) if self._guarding is not None else (HEARTBEAT_CONSUMER, 1, 4)
-        self.sdo.submit(index, sub, bytes(size), done, asked=True)
+        yield SdoWrite(index, sub, bytes(size))
+        self.parted = True
 
     def may_return(self, now: float, idle: bool) -> bool:
         """It is lost and may be brought up again: now that nothing moves (`idle`), or to see what NMT stop did."""

@@ -12,6 +12,7 @@ from drive_gateway.canopen.cob_id import SYNC
 from drive_gateway.canopen.io_map import DEVICE_PROFILE
 from drive_gateway.canopen.optional_objects import IO_OPTIONAL_OBJECTS, OPTIONAL_OBJECTS
 from drive_gateway.canopen.pdo_map import DISABLED, NO_REMOTE, Pdo, unused
+from drive_gateway.canopen.sdo import SdoRead, SdoRequest, SdoWrite
 from drive_gateway.cia401.preparation import error_behaviour, io_outputs
 from drive_gateway.cia402.preparation import Preparation, digital_outputs, preparations, supervision
 from drive_gateway.config.gateway_objects import CYCLE_PERIOD
@@ -79,9 +80,11 @@ class Step:
         return self.present is not None and self.data is not None and self.present.needless
 
     @property
-    def sent(self) -> bytes | None:
+    def request(self) -> SdoRequest:
         """What goes over the bus."""
-        return self.data if self.data is None or self.present is None else self.present.completed(self.data)
+        if self.data is None:
+            return SdoRead(*self.address)
+        return SdoWrite(*self.address, self.data if self.present is None else self.present.completed(self.data))
 
     def agrees(self, found: bytes) -> bool:
         """Equal as numbers, or as good: a node may show a value in another length than it was written in."""

@@ -3,7 +3,6 @@
 from collections.abc import Mapping
 
 from cell.messages.drive_fault import LONGEST_S, NEEDS_VALUE, Fault, FaultDrive
-from drive_gateway.canopen.abort_text import abort_text
 from drive_gateway.canopen.fault_object import (
     DURATION_BYTES,
     DURATION_SUB,
@@ -12,7 +11,7 @@ from drive_gateway.canopen.fault_object import (
     MARK_SUB,
     fault_index,
 )
-from drive_gateway.canopen.sdo import SdoDone
+from drive_gateway.canopen.sdo import Dialogue, SdoRead, SdoWrite
 from drive_gateway.gateway.nodes.node import Node
 from drive_gateway.gateway.orders.objects import Told
 
@@ -39,7 +38,8 @@ class FaultOrders:
         if problem:
             then(False, problem, "")
         else:
-            _Delivery(self._nodes[order.node_id, order.axis], order, then).begin()
+            node = self._nodes[order.node_id, order.axis]
+            node.sdo.follow(_delivery(node, order, then), asked=True)
 
     def _problem(self, order: FaultDrive) -> str:
         if (order.node_id, order.axis) not in self._nodes:
@@ -57,53 +57,24 @@ class FaultOrders:
         return ""
 
 
-class _Delivery:
+def _delivery(node: Node, order: FaultDrive, then: Told) -> Dialogue:
     """One order on its way: mark, duration, fault, each after the one before was answered."""
-
-    def __init__(self, node: Node, order: FaultDrive, then: Told) -> None:
-        self._node = node
-        self._order = order
-        self._index = fault_index(order.axis)
-        self._then = then
-
-    def begin(self) -> None:
-        self._node.sdo.submit(self._index, MARK_SUB, None, self._marked, asked=True)
-
-    def _marked(self, outcome: SdoDone) -> None:
-        if outcome.abort_code is not None:
-            self._refuse(f"{self._index:04X}h: {abort_text(outcome.abort_code)}")
-        elif outcome.problem:
-            self._fail(outcome)
-        elif outcome.data != MARK:
-            self._refuse(f"{self._index:04X}h:{MARK_SUB:02X} holds {outcome.data.hex(' ')}")
-        else:
-            seconds = self._order.seconds
-            lasts_ms = 0 if seconds is None else max(1, round(1000.0 * seconds))
-            data = lasts_ms.to_bytes(DURATION_BYTES, "little")
-            self._node.sdo.submit(self._index, DURATION_SUB, data, self._timed, asked=True)
-
-    def _timed(self, outcome: SdoDone) -> None:
-        if outcome.problem:
-            self._fail(outcome)
-            return
-        sub, size = FAULT_SUBS[self._order.fault]
-        value = 1 if self._order.value is None else self._order.value
-        data = value.to_bytes(size, "little", signed=value < 0)
-        self._node.sdo.submit(self._index, sub, data, self._ordered, asked=True)
-
-    def _ordered(self, outcome: SdoDone) -> None:
-        if outcome.problem:
-            self._fail(outcome)
-        else:
-            self._then(True, _said(self._order), "")
-
-    def _refuse(self, found: str) -> None:
-        text = f"{self._node.label} is no simulated drive of this project: {found}; real drives never fail on command"
-        self._then(False, text, "")
-
-    def _fail(self, outcome: SdoDone) -> None:
-        reason = outcome.problem if outcome.abort_code is None else abort_text(outcome.abort_code)
-        self._then(False, f"{self._node.label} was not told to fail: {reason}", "")
+    index = fault_index(order.axis)
+    mark = yield SdoRead(index, MARK_SUB)
+    if mark.data != MARK and (mark.abort_code is not None or not mark.problem):
+        found = f": {mark.problem}" if mark.problem else f":{MARK_SUB:02X} holds {mark.data.hex(' ')}"
+        text = f"{node.label} is no simulated drive of this project: {index:04X}h{found}"
+        then(False, f"{text}; real drives never fail on command", "")
+        return
+    problem = mark.problem
+    if not problem:
+        lasts_ms = 0 if order.seconds is None else max(1, round(1000.0 * order.seconds))
+        problem = (yield SdoWrite(index, DURATION_SUB, lasts_ms.to_bytes(DURATION_BYTES, "little"))).problem
+    if not problem:
+        sub, size = FAULT_SUBS[order.fault]
+        value = 1 if order.value is None else order.value
+        problem = (yield SdoWrite(index, sub, value.to_bytes(size, "little", signed=value < 0))).problem
+    then(not problem, f"{node.label} was not told to fail: {problem}" if problem else _said(order), "")
 
 
 def _said(order: FaultDrive) -> str:

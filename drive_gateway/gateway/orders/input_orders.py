@@ -3,10 +3,9 @@
 from collections.abc import Mapping
 
 from cell.messages import SimulateInput
-from drive_gateway.canopen.abort_text import abort_text
 from drive_gateway.canopen.fault_object import MARK, MARK_SUB, fault_index
 from drive_gateway.canopen.input_object import CLOSE_SUB, OPEN_SUB, inputs_index
-from drive_gateway.canopen.sdo import SdoDone
+from drive_gateway.canopen.sdo import Dialogue, SdoRead, SdoWrite
 from drive_gateway.gateway.drives.drive import Drive
 from drive_gateway.gateway.io.io_node import IoNode
 from drive_gateway.gateway.orders.objects import Told
@@ -32,39 +31,24 @@ class InputOrders:
             found = f"its inputs are {known}" if known else "`inputs` of the drives file names none"
             then(False, f"{order.robot} has no input {order.input}; {found}", "")
         else:
-            _Delivery(*place, order, then).begin()
+            carrier, bit = place
+            carrier.node.sdo.follow(_delivery(carrier, bit, order, then), asked=True)
 
 
-class _Delivery:
+def _delivery(carrier: Drive | IoNode, bit: int, order: SimulateInput, then: Told) -> Dialogue:
     """One order on its way: the mark is read, then the bit is written."""
-
-    def __init__(self, carrier: Drive | IoNode, bit: int, order: SimulateInput, then: Told) -> None:
-        self._label = carrier.label
-        self._sdo = carrier.node.sdo
-        self._axis = carrier.axis.number if isinstance(carrier, Drive) else 1
-        self._bit = bit
-        self._order = order
-        self._then = then
-
-    def begin(self) -> None:
-        self._sdo.submit(fault_index(self._axis), MARK_SUB, None, self._marked, asked=True)
-
-    def _marked(self, outcome: SdoDone) -> None:
-        if outcome.abort_code is None and outcome.problem:
-            self._then(False, f"{self._label}: {outcome.problem}", "")
-        elif outcome.data != MARK:
-            text = (
-                f"{self._label} is no simulated device of this project; inputs of real ones are what is wired to them"
-            )
-            self._then(False, text, "")
-        else:
-            sub = CLOSE_SUB if self._order.on else OPEN_SUB
-            self._sdo.submit(inputs_index(self._axis), sub, bytes((self._bit,)), self._written, asked=True)
-
-    def _written(self, outcome: SdoDone) -> None:
-        name = f"{self._order.robot}: input {self._order.input}"
-        if outcome.problem:
-            reason = outcome.problem if outcome.abort_code is None else abort_text(outcome.abort_code)
-            self._then(False, f"{name} was not set: {self._label}: {reason}", "")
-        else:
-            self._then(True, f"{name} is {'on' if self._order.on else 'off'} at the simulated {self._label}", "")
+    axis = carrier.axis.number if isinstance(carrier, Drive) else 1
+    mark = yield SdoRead(fault_index(axis), MARK_SUB)
+    if mark.abort_code is None and mark.problem:
+        then(False, f"{carrier.label}: {mark.problem}", "")
+        return
+    if mark.data != MARK:
+        what = "is no simulated device of this project; inputs of real ones are what is wired to them"
+        then(False, f"{carrier.label} {what}", "")
+        return
+    told = yield SdoWrite(inputs_index(axis), CLOSE_SUB if order.on else OPEN_SUB, bytes((bit,)))
+    name = f"{order.robot}: input {order.input}"
+    if told.problem:
+        then(False, f"{name} was not set: {carrier.label}: {told.problem}", "")
+    else:
+        then(True, f"{name} is {'on' if order.on else 'off'} at the simulated {carrier.label}", "")

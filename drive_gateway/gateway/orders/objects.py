@@ -3,7 +3,6 @@
 from collections.abc import Callable, Mapping, Sequence
 
 from cell.messages import ReadObject, WriteObject
-from drive_gateway.canopen.abort_text import abort_text
 from drive_gateway.canopen.axis_objects import first_axis_index
 from drive_gateway.canopen.pdo_map import (
     CONTROLWORD,
@@ -14,7 +13,7 @@ from drive_gateway.canopen.pdo_map import (
     VELOCITY_OFFSET,
 )
 from drive_gateway.canopen.profile_pdos import TARGET_VELOCITY
-from drive_gateway.canopen.sdo import SdoDone
+from drive_gateway.canopen.sdo import Dialogue, SdoRead, SdoWrite
 from drive_gateway.gateway.nodes.node import Node
 from drive_gateway.gateway.robots.group import DriveGroup
 
@@ -60,17 +59,17 @@ class ObjectAccess:
         if problem:
             then(False, problem, "")
             return
-        data = bytes.fromhex(command.data) if isinstance(command, WriteObject) else None
-        name = f"{command.index:04X}h:{command.sub:02X} of {node.label}"
+        node.sdo.follow(_access(node, command, then), asked=True)
 
-        def answered(outcome: SdoDone) -> None:
-            if outcome.problem:
-                reason = outcome.problem if outcome.abort_code is None else abort_text(outcome.abort_code)
-                then(False, f"{name}: {reason}", "")
-            else:
-                then(True, f"{name} {'was read' if data is None else 'is written'}", outcome.data.hex())
 
-        node.sdo.submit(command.index, command.sub, data, answered, asked=True)
+def _access(node: Node, command: ReadObject | WriteObject, then: Told) -> Dialogue:
+    address = command.index, command.sub
+    name = f"{command.index:04X}h:{command.sub:02X} of {node.label}"
+    if isinstance(command, WriteObject):
+        outcome, done = (yield SdoWrite(*address, bytes.fromhex(command.data))), "is written"
+    else:
+        outcome, done = (yield SdoRead(*address)), "was read"
+    then(not outcome.problem, f"{name}: {outcome.problem}" if outcome.problem else f"{name} {done}", outcome.data.hex())
 
 
 def _write_problem(command: WriteObject, node: Node, groups: Sequence[DriveGroup]) -> str:

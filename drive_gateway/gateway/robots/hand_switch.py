@@ -5,8 +5,7 @@ be in a fault or switched off: somebody may have to free a person or a part.
 """
 
 from cell.messages import SwitchOutput
-from drive_gateway.canopen.abort_text import abort_text
-from drive_gateway.canopen.sdo import SdoDone
+from drive_gateway.canopen.sdo import Dialogue, SdoRead
 from drive_gateway.config.settings import OutputSettings
 from drive_gateway.gateway.drives.drive import Drive
 from drive_gateway.gateway.drives.power import PowerState
@@ -100,14 +99,14 @@ class _Told:
     ) -> None:
         self._outputs = group.outputs
         self._carrier = carrier
-        self._index, self._sub, self._bit = carrier.output_object(output.bit)
         self._order = order
         self._then = then
         self._deadline = deadline
-        self._asked = False
         self._confirmed = False
         self._found = "does not answer"
-        self._object = f"{self._index:04X}h:{self._sub:02X}"
+        # It goes out after the frame of this cycle and the SYNC with which that acts.
+        self._reading = self._read(*carrier.output_object(output.bit))
+        carrier.node.sdo.follow(self._reading)
 
     def answered(self, now: float) -> bool:
         """One cycle; true when the operator has the answer."""
@@ -122,23 +121,21 @@ class _Told:
             look = "look what it does before you rely on it"
             self._then(False, f"{_what(order)} {text}: {self._carrier.label} {self._found}; {look}")
         else:
-            if not self._asked:
-                # It goes out after the frame of this cycle and the SYNC with which that acts.
-                self._asked = True
-                self._carrier.node.sdo.submit(self._index, self._sub, None, self._read)
             return False
+        self._reading.close()
         return True
 
-    def _read(self, outcome: SdoDone) -> None:
-        if outcome.problem:
-            reason = outcome.problem if outcome.abort_code is None else abort_text(outcome.abort_code)
-            self._found = f"does not tell {self._object}, {reason}"
-            return
-        shown = int.from_bytes(outcome.data, "little")
-        self._found = f"shows {self._object} = {shown:0{2 * len(outcome.data)}X}h"
-        self._confirmed = bool(shown >> self._bit & 1) is self._order.on
-        # The frame may have been lost; it is repeated.
-        self._asked = self._confirmed
+    def _read(self, index: int, sub: int, bit: int) -> Dialogue:
+        """The frame may have been lost; it is repeated."""
+        name = f"{index:04X}h:{sub:02X}"
+        while not self._confirmed:
+            outcome = yield SdoRead(index, sub)
+            if outcome.problem:
+                self._found = f"does not tell {name}, {outcome.problem}"
+                return
+            shown = int.from_bytes(outcome.data, "little")
+            self._found = f"shows {name} = {shown:0{2 * len(outcome.data)}X}h"
+            self._confirmed = bool(shown >> bit & 1) is self._order.on
 
 
 def _what(order: SwitchOutput) -> str:

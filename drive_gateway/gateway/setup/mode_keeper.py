@@ -1,9 +1,8 @@
 """Drives that made a motion of their own go back to the mode of blocks before their robot is enabled."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
-from drive_gateway.canopen.sdo import SdoDone
+from drive_gateway.canopen.sdo import Dialogue, SdoDone, SdoRead
 from drive_gateway.cia402.preparation import Preparation, play
 from drive_gateway.gateway.drives.drive import Drive
 from drive_gateway.gateway.event_log import EventLog
@@ -56,34 +55,24 @@ class ModeKeeper:
             elif not each.asked and node.without_torque and now >= each.due:
                 each.asked, each.due = True, now + RETRY_S
                 each.since = now if each.since is None else each.since
-                self._write(node, each, play(node.axis))
+                node.follow(self._go_back(node, each))
             elif each.since is not None and each.found and not each.told and now - each.since > PATIENCE_S:
                 each.told = True
                 remedy = "look into the manual of the drive; the robot stays off until it takes it"
                 self._log.warn("mode_refused", each.found, remedy)
 
-    def _write(self, node: Drive, each: _Return, items: Sequence[Preparation]) -> None:
+    def _go_back(self, node: Drive, each: _Return) -> Dialogue:
         """Write and read back one object after another; a drive that shows something else is asked again."""
-        first = items[0]
-        refused = ""
-
-        def written(outcome: SdoDone) -> None:
-            nonlocal refused
-            refused = f" and answers {outcome.problem}" if outcome.problem else ""
-            node.submit(first.shown_index, first.shown_sub, None, shown)
-
-        def shown(outcome: SdoDone) -> None:
+        for item in play(node.axis):
+            told = yield item.write
+            shown = yield SdoRead(item.shown_index, item.shown_sub)
             if self._other.get(node) is not each:
                 return
-            if outcome.data != first.write.data:
+            if shown.data != item.write.data:
                 each.asked = False
-                each.found = _found(node, first, outcome) + refused
-            elif items[1:]:
-                self._write(node, each, items[1:])
-            else:
-                del self._other[node]
-
-        node.submit(first.write.index, first.write.sub, first.write.data, written)
+                each.found = _found(node, item, shown) + (f" and answers {told.problem}" if told.problem else "")
+                return
+        del self._other[node]
 
 
 def _found(node: Drive, item: Preparation, outcome: SdoDone) -> str:

@@ -1,25 +1,22 @@
 """One drive that makes a motion of its own: prepared, switched on, started, watched, switched off again."""
 
-from collections import deque
 from enum import Enum
 
 from cell.messages.drives import AxisStatus
-from drive_gateway.canopen.pdo_map import SdoWrite
-from drive_gateway.canopen.sdo import SdoDone
+from drive_gateway.canopen.profile_pdos import TARGET_VELOCITY
+from drive_gateway.canopen.sdo import Dialogue, SdoRead, SdoWrite
+from drive_gateway.cia402.preparation import MODE, MODE_DISPLAY
 from drive_gateway.cia402.setup_objects import (
     ACKNOWLEDGED,
     ATTAINED,
     FAILED,
     HALT,
     HOMING,
-    MODE,
-    MODE_DISPLAY,
     PROFILE_POSITION,
     PROFILE_VELOCITY,
     REACHED,
     STANDING,
     START,
-    TARGET_VELOCITY,
     Press,
     SetupOrder,
     position_window,
@@ -107,9 +104,10 @@ class SetupAxis:
         self._too_fast = 0
         self._first: FirstMotion | None = None
         self._way = _way(order, node.counts or 0)
-        mode = SdoWrite(MODE, 0, order.mode.to_bytes(1, "little"))
-        self._steps = deque([(write, write.index, write.sub) for write in order.writes] + [(mode, MODE_DISPLAY, 0)])
-        self._write()
+        self._prepared = False
+        """Its drive shows all that it was told before the motion."""
+        self._preparation = self._prepare()
+        node.follow(self._preparation)
 
     @property
     def target(self) -> int:
@@ -182,7 +180,7 @@ class SetupAxis:
         if self.stage in _UNDER_WAY:
             self._mind_the_speed(now)
         match self.stage:
-            case Stage.PREPARING if not self._steps:
+            case Stage.PREPARING if self._prepared:
                 self._enter(Stage.SWITCHING_ON, now)
             case Stage.SWITCHING_ON if enabled:
                 self._await_brake(now)
@@ -317,45 +315,35 @@ class SetupAxis:
         return "; its units are tried in mode profile velocity: where it has none, try_units: false in the drives file"
 
     def _enter(self, stage: Stage, now: float) -> None:
+        self._preparation.close()
         self.stage, self._since, self._cycles = stage, now, 0
 
-    def _write(self) -> None:
-        """Write the next object, then read back what shows it."""
-        write, index, sub = self._steps[0]
-
-        def written(outcome: SdoDone) -> None:
-            if outcome.problem:
-                found = f"{self.node.label} refused {write.index:04X}h:{write.sub:02X}: {outcome.problem}"
+    def _prepare(self) -> Dialogue:
+        """Write each object and read what shows it until it is as written; the time of the stage bounds the repeats."""
+        objects = [(write, (write.index, write.sub)) for write in self.order.writes]
+        mode = SdoWrite(MODE, 0, self.order.mode.to_bytes(1, "little"))
+        for write, shown_by in [*objects, (mode, (MODE_DISPLAY, 0))]:
+            told = yield write
+            if told.problem:
+                found = f"{self.node.label} refused {write.index:04X}h:{write.sub:02X}: {told.problem}"
                 self.problem = f"{found}{self._without_mode}"
-            elif self.stage is Stage.PREPARING:
-                self._since = self._now  # a drive may be slow in each of its answers
-                self.node.submit(index, sub, None, shown)
-
-        def shown(outcome: SdoDone) -> None:
-            if self.stage is not Stage.PREPARING:
                 return
-            if outcome.problem or outcome.data != write.data:
-                # A drive may need a moment until it shows a mode; the time of the stage bounds the repeats.
-                self.node.submit(index, sub, None, shown)
-                return
-            self._steps.popleft()
+            self._since = self._now  # a drive may be slow in each of its answers
+            while (yield SdoRead(*shown_by)).data != write.data:
+                pass  # a drive may need a moment until it shows a mode
             self._since = self._now
-            if self._steps:
-                self._write()
-
-        self.node.submit(write.index, write.sub, write.data, written)
+        self._prepared = True
 
     def _set_velocity(self, velocity: int) -> None:
         self.velocity = velocity
         if self.node.velocity_by_pdo:
             return
-        data = velocity.to_bytes(4, "little", signed=True)
+        self.node.follow(self._write_velocity(velocity.to_bytes(4, "little", signed=True)))
 
-        def written(outcome: SdoDone) -> None:
-            if outcome.problem:
-                self.problem = f"{self.node.label} refused its target velocity: {outcome.problem}"
-
-        self.node.submit(TARGET_VELOCITY, 0, data, written)
+    def _write_velocity(self, data: bytes) -> Dialogue:
+        told = yield SdoWrite(TARGET_VELOCITY, 0, data)
+        if told.problem:
+            self.problem = f"{self.node.label} refused its target velocity: {told.problem}"
 
 
 def _way(order: SetupOrder, counts: int) -> int:

@@ -1,9 +1,11 @@
 """Every message survives the way over the wire; bytes that are no message give `CodecError` and nothing else."""
 
 import dataclasses
+import itertools
 import json
 import math
 import struct
+import time
 from typing import Any
 
 import numpy as np
@@ -19,7 +21,9 @@ from cell.messages import (
     CellTime,
     Command,
     Correction,
+    Estop,
     Heard,
+    ManagerState,
     OutputEvent,
     Presence,
     Reply,
@@ -27,9 +31,14 @@ from cell.messages import (
     ResetRobot,
     Run,
     SetpointBlock,
+    SetupStatus,
+    Token,
+    ZoneDeadlock,
     ZoneGeometry,
+    ZoneState,
+    ZoneStatus,
 )
-from cell.net.codec import MOST_BYTES, decode, decode_call, encode, encode_call
+from cell.net.codec import MOST_BYTES, MOST_URGENT_BYTES, MOST_VALUES, decode, decode_call, encode, encode_call
 from cell.net.errors import CodecError
 from tests.unit.message_kinds import NAMES, messages, of, same
 from tests.unit.plain_body import plain_body
@@ -273,6 +282,66 @@ def test_a_time_beyond_every_clock_is_refused_where_it_is_read() -> None:
 def test_what_is_longer_than_any_message_is_refused_unread() -> None:
     with pytest.raises(CodecError, match="allowed are up to"):
         decode(Presence, b" " * (MOST_BYTES + 1))
+
+
+def full_cell() -> ManagerState:
+    """Sixteen robots, a zone for every two, for which eight wait, an emergency stop of each with a long reason."""
+    robots = [f"robot_number_{number}" for number in range(16)]
+    long = "a reason, as a person gives it; " * 8
+    zones = {
+        f"between_{one}_and_{other}": ZoneStatus(ZoneState.OCCUPIED, one, Token(2, 7), tuple(robots[:8]), 3, 12.5, long)
+        for one, other in itertools.combinations(robots, 2)
+    }
+    heard = {robot: Heard("0123456789abcdef", 123456) for robot in robots}
+    texts = dict.fromkeys(robots, long)
+    stops = tuple(Estop(robot, True, robot, long) for robot in robots)
+    return ManagerState(
+        "cell", "boot", 2, 99, 12.5, "digest", heard, zones, texts, stops, SetupStatus("robot_number_0", False, long),
+        texts, heard, (ZoneDeadlock(tuple(robots), tuple(robots), 1.0, long, long),), {f"f{n}": n for n in range(50)},
+    )  # fmt: skip
+
+
+def test_the_manager_of_a_full_cell_and_the_longest_reason_of_a_stop_are_read() -> None:
+    state = full_cell()
+    assert decode(ManagerState, encode(state)) == state
+    longest = Estop("e" * 128, True, "\x01" * 2**17, "\x01" * 2**17)
+    assert decode(Estop, encode(longest)) == longest
+
+
+_SHARED = b'"cell":"c","boot":"b","epoch":1,"sequence":1,"cell_time":1.0,"digest":"d"'
+
+
+@pytest.mark.parametrize("count", [MOST_VALUES - 20, 20_000, 400_000], ids=["all that is read", "64 kB", "1 MB"])
+@pytest.mark.parametrize(
+    ("kind", "begins", "value", "ends"),
+    [
+        (ManagerState, b"{" + _SHARED + b',"deadlocks":[', b"{}", b"]}"),
+        (ManagerState, b"{" + _SHARED + b',"estops":[', b"{}", b"]}"),
+        (ManagerState, b"{" + _SHARED + b',"zones":{', b'"%d":{}', b"}}"),
+        (ManagerState, b"{", b'"%d":0', b"}"),
+        (Estop, b'{"id":"a","active":true,"by":"b","reason":"r",', b'"%d":0', b"}"),
+    ],
+    ids=["deadlocks", "stops", "zones", "unknown fields", "unknown fields of a stop"],
+)
+def test_nothing_that_anybody_sends_in_place_of_a_stop_costs_a_bus_cycle(
+    kind: type, begins: bytes, value: bytes, ends: bytes, count: int
+) -> None:
+    values = b",".join(value.replace(b"%d", b"%d" % number) for number in range(count))
+    data = begins + values + ends
+
+    def spent() -> float:
+        before = time.process_time()
+        with pytest.raises(CodecError):
+            decode(kind, data)
+        return time.process_time() - before
+
+    assert min(spent() for _ in range(5)) < 0.02
+
+
+@pytest.mark.parametrize("kind", [Estop, ManagerState])
+def test_a_message_without_many_values_is_refused_by_its_length(kind: type) -> None:
+    with pytest.raises(CodecError, match=f"allowed are up to {MOST_URGENT_BYTES}"):
+        decode(kind, b" " * (MOST_URGENT_BYTES + 1))
 
 
 def test_samples_whose_squares_overflow_are_refused_where_they_are_read() -> None:

@@ -8,7 +8,8 @@ from drive_gateway.canopen import cob_id
 from drive_gateway.canopen.bus_load import cyclic_load
 from drive_gateway.canopen.emcy import Meaning, decode_emergency, meaning_of
 from drive_gateway.canopen.nmt import NmtCommand, NmtState, decode_heartbeat, heartbeat_frame, nmt_frame
-from drive_gateway.canopen.pdo_map import COMMAND, SdoWrite, process_image
+from drive_gateway.canopen.pdo_map import COMMAND, process_image
+from drive_gateway.canopen.sdo import SdoWrite
 from tests.unit.repository import vectors
 
 VECTORS: dict[str, Any] = vectors("canopen_frames.json")

@@ -10,17 +10,74 @@ from hypothesis import strategies as st
 
 from drive_gateway.canopen.abort_text import abort_text
 from drive_gateway.canopen.frame import CanFrame
-from drive_gateway.canopen.sdo import Sdo, SdoChannel, SdoDone
+from drive_gateway.canopen.sdo import Dialogue, Sdo, SdoChannel, SdoDone, SdoRead, SdoWrite
 from drive_gateway.gateway.bus.sdo_workers import SdoWorkers
 from tests.unit.repository import vectors
 
 WRITES = vectors("canopen_frames.json")["sdo"]
 
 
+def reading(index: int, answers: list[SdoDone]) -> Dialogue:
+    answers.append((yield SdoRead(index, 0)))
+
+
+def test_a_dialogue_goes_on_with_each_answer_until_it_ends_or_is_closed() -> None:
+    channel, answers = SdoChannel(3), list[bytes]()
+
+    def write_and_read_back() -> Dialogue:
+        yield SdoWrite(0x6060, 0, b"\x08")
+        while True:
+            answers.append((yield SdoRead(0x6061, 0)).data)
+
+    dialogue = write_and_read_back()
+    channel.follow(dialogue, axis=2)
+    sent = []
+    for answer in (b"", b"\x01", b"\x08"):
+        request = channel.poll()
+        assert request is not None
+        sent.append((request.index, request.data))
+        channel.done(SdoDone(request.request_id, answer))
+    assert sent == [(0x6860, b"\x08"), (0x6861, None), (0x6861, None)]
+    assert answers == [b"\x01", b"\x08"]
+    dialogue.close()
+    assert channel.poll() is None
+
+
+def test_the_answer_to_a_dialogue_that_was_closed_frees_the_node_for_the_next_one() -> None:
+    channel, answers = SdoChannel(3), list[SdoDone]()
+    first, second = reading(0x6041, answers), reading(0x6064, answers)
+    channel.follow(first)
+    channel.follow(second)
+    request = channel.poll()
+    assert request is not None
+    first.close()
+    assert channel.poll() is None
+    channel.done(SdoDone(request.request_id, b"\x01"))
+    following = channel.poll()
+    assert following is not None
+    assert (following.index, answers) == (0x6064, [])
+
+
+def test_dialogues_of_one_node_take_turns() -> None:
+    channel = SdoChannel(3)
+
+    def both(index: int) -> Dialogue:
+        yield SdoRead(index, 1)
+        yield SdoRead(index, 2)
+
+    for index in (0x2001, 0x2002):
+        channel.follow(both(index))
+    order = []
+    while (request := channel.poll()) is not None:
+        order.append((request.index, request.sub))
+        channel.done(SdoDone(request.request_id, b""))
+    assert order == [(0x2001, 1), (0x2002, 1), (0x2001, 2), (0x2002, 2)]
+
+
 def test_a_second_request_waits_for_the_answer_to_the_first() -> None:
     channel, answers = SdoChannel(3), list[SdoDone]()
-    channel.submit(0x6040, 0, None, answers.append)
-    channel.submit(0x6041, 0, None, answers.append)
+    channel.follow(reading(0x6040, answers))
+    channel.follow(reading(0x6041, answers))
     first = channel.poll()
     assert first is not None
     assert channel.poll() is None
@@ -32,11 +89,11 @@ def test_a_second_request_waits_for_the_answer_to_the_first() -> None:
 
 def test_the_outcome_of_a_forgotten_request_interests_nobody_but_frees_the_node() -> None:
     channel, answers = SdoChannel(3), list[SdoDone]()
-    channel.submit(0x6040, 0, None, answers.append)
+    channel.follow(reading(0x6040, answers))
     first = channel.poll()
     assert first is not None
     channel.forget()
-    channel.submit(0x6041, 0, None, answers.append)
+    channel.follow(reading(0x6041, answers))
     assert channel.poll() is None
     channel.done(SdoDone(first.request_id, b""))
     assert answers == []
@@ -45,9 +102,9 @@ def test_the_outcome_of_a_forgotten_request_interests_nobody_but_frees_the_node(
 
 def test_what_an_operator_asked_is_answered_although_the_node_is_brought_up_anew() -> None:
     channel, answers = SdoChannel(3), list[SdoDone]()
-    channel.submit(0x6040, 0, None, answers.append, asked=True)
-    channel.submit(0x6041, 0, None, answers.append)
-    channel.submit(0x6042, 0, None, answers.append, asked=True)
+    channel.follow(reading(0x6040, answers), asked=True)
+    channel.follow(reading(0x6041, answers))
+    channel.follow(reading(0x6042, answers), asked=True)
     for index in (0x6040, 0x6042):
         request = channel.poll()
         assert request is not None
