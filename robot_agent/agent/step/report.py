@@ -24,7 +24,6 @@ from robot_agent.agent.planning.planner import Planner
 from robot_agent.agent.program.program_run import ProgramRun
 from robot_agent.kinematics import Model, OpenMechanism
 
-
 _RESERVE_EVERY = 10
 """States: what is left of a motion changes slowly, and takes longer to work out than all else in a state."""
 
