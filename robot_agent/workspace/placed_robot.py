@@ -53,6 +53,11 @@ class PlacedRobot:
         spaces = Spaces(model) if spaces is None else spaces
         return cls(model, Limits.of(model.description), pose, things, spaces)
 
+    def holding(self, parts: tuple[str, ...]) -> Self:
+        """The same robot with these parts of its file in its gripper; several where it may be any of them."""
+        model = model_of(replace(self.model.description, held=parts))
+        return replace(self, model=model, things=self.things.of(model), spaces=self.spaces.of(model))
+
 
 def narrowed(model: Model, joints: Mapping[str, JointRange]) -> Model:
     """The model with the ranges of some of its joints, where they are narrower than its own."""
