@@ -1,6 +1,6 @@
 """What a robot does on an operator's call: allowed in which mode, and in what words."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from cell.messages import (
     Command,
@@ -114,6 +114,7 @@ class Decisions:
 
     def decide(self, command: Command, mode: Mode, situation: Situation, now: float, made_at: float) -> Decision:
         """On a call that was made at `made_at` [s], in view of the robot."""
+        situation = replace(situation, planner=situation.planner.holding(self._parts.held))  # of just now
         if situation.kept_still and isinstance(command, _MOVING):
             over = "call again when that is over, by `cell status`"
             return Refused(f"{self._robot} stays at rest: {situation.kept_still}; {over}")

@@ -42,8 +42,8 @@ class Planner:
         self.held = robot.model.description.held
         """The part that is held in all that it plans; several where it may be any of them."""
         self._by_held = {self.held: self}
-        for parts in () if self.held else _holdings(robot):
-            self._by_held[parts] = Planner(robot.holding(parts), cycle_s)
+        for parts, other in robot.holding.items():
+            self._by_held[parts] = Planner(other, cycle_s)
             self._by_held[parts]._by_held = self._by_held
 
     def holding(self, parts: tuple[str, ...]) -> "Planner":
@@ -209,12 +209,6 @@ class Planner:
             watched = self.spaces.watched(body, self.pose_world_base, motion.q(taus))
             shut = self.spaces.switched_by_input(watched, taus)
         return Planned(id, lines, motion, taus, body, crossed, versions, held=self.held, shut=shut)
-
-
-def _holdings(robot: PlacedRobot) -> list[tuple[str, ...]]:
-    """What the robot may hold: each part, and any of them."""
-    parts = tuple(robot.model.description.parts)
-    return [*((name,) for name in parts), *([parts] if len(parts) > 1 else [])]
 
 
 def _lines(sequence: Sequence) -> tuple[int, ...]:

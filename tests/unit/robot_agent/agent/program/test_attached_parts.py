@@ -29,6 +29,7 @@ from robot_agent.model.description import Capsule
 from tests.unit.agent_runs import at_rest, ended, until
 from tests.unit.agent_world import ZONE, AgentWorld
 from tests.unit.body_cover import covers
+from tests.unit.robot_agent.agent.operator.test_jog import Key, jog
 from tests.unit.six_axis_arm import description
 
 NO_INERTIA = np.zeros((3, 3))
@@ -263,6 +264,13 @@ def test_the_torques_carry_the_part_from_attach_on() -> None:
             np.testing.assert_allclose(block.torque[-1], torques.standing(block.position[-1:])[0], atol=1e-6)
             seen.add(part)
     assert seen == {"", "rod"}
+
+
+def test_a_jog_that_comes_with_the_word_about_the_gripper_keeps_the_part_away() -> None:
+    world = ready("HOME\nEND", things=(pole(),))
+    world.call(SetPart("rod"))
+    Key(world, jog("J1", 0.25, press="p")).hold(3.0, until=lambda: "pole" in world.state.waiting_for)
+    assert world.state.waiting_for == "pole is in the way of the part rod"
 
 
 ROUNDS = """LABEL again
