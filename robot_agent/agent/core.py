@@ -195,7 +195,10 @@ class AgentCore:
         state = self.zones.state
         refusal = state.refused.get(self._robot, "") if state is not None else ""
         kept_still = self.zones.kept_still or self._frames.why_still(state)
-        return Situation(self.executive, planner, self._estops.first, feedback, refusal, self.clock, kept_still)
+        standing = self._rest.standing
+        return Situation(
+            self.executive, planner, self._estops.first, feedback, refusal, self.clock, standing, kept_still
+        )
 
     # What the drives, the e-stop and the manager impose on the mode
 

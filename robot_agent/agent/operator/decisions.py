@@ -48,6 +48,8 @@ class Situation:
     feedback: DriveFeedback
     refused_by_manager: str
     clock: CellClock
+    standing: bool
+    """As its drives measure it."""
     kept_still: str = ""
     """Why nothing may move the robot now; empty when it may."""
 
@@ -204,7 +206,8 @@ class Decisions:
             return Refused(f"no part {part!r}; in the robot file of {self._robot} are: {known}")
         if not (stands(mode) or mode is Mode.DISABLED):
             return Refused(f"{self._robot} is in mode {mode.value}: {self._way_out(mode)}")
-        if situation.executive is not None and not situation.executive.at_rest(situation.feedback.tick):
+        executive = situation.executive
+        if not situation.standing or not (executive is None or executive.at_rest(situation.feedback.tick)):
             return Refused(f"{self._robot} still moves: call again when it is at rest")
         text = f"{self._robot} holds {'nothing' if part is None else part}"
         if self._parts.told == (part or ""):

@@ -116,3 +116,12 @@ def test_programs_are_checked_with_what_is_held_then(tmp_path: Path) -> None:
     assert "the part casting comes" in told
     (told,) = found(copy, f"HOME\n{go}DETACH\nHOME\n")
     assert "left.prog:2:1" in told
+
+
+def test_a_rest_for_a_part_is_one_that_the_program_asks_for(tmp_path: Path) -> None:
+    copy = with_parts(tmp_path, CASTING)
+    (copy.folder / "two_arms" / "programs" / "left.prog").write_text("HOME\nMJ J1=5\nATTACH casting\nMJ J1=0\nHOME\n")
+    bundle, problems = check_cell(copy.cell)
+    assert bundle is not None, problems
+    (left, _) = check_motions(bundle)[0]
+    assert left.rests == (1, 4)  # and not 2

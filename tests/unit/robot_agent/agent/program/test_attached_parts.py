@@ -178,7 +178,7 @@ def test_a_word_about_the_gripper_ends_a_halted_program() -> None:
     assert not answer(world, SetPart(None)).ok
     world.call(Halt())
     until(world, lambda: world.state.mode is Mode.HALTED and at_rest(world)())
-    assert answer(world, SetPart("rod")).ok
+    until(world, lambda: answer(world, SetPart("rod")).ok)
     assert world.state.mode is Mode.HALTED
     assert answer(world, SetPart(None)).ok
     until(world, lambda: world.state.mode is Mode.READY)
@@ -202,6 +202,23 @@ def test_a_part_stays_held_through_a_fault_and_on_the_way_back() -> None:
     until(world, ended(world))
     assert {planned.held for planned in world.planned if planned.id < 0} == {("rod",)}
     assert world.state.part == ""
+
+
+def test_a_part_that_is_taken_out_after_a_fault_ends_the_interrupted_program() -> None:
+    world = running("MJ J1=10\nATTACH rod\nMJ J1=40 F=10\nDETACH\nEND")
+    until(world, lambda: world.commanded[0] > np.radians(20.0))
+    world.quick_stop(0.001)
+    until(world, lambda: world.state.mode is Mode.FAULT)
+    assert not answer(world, SetPart(None)).ok
+    world.call(ResetRobot())
+    until(world, lambda: world.state.mode is Mode.DISABLED)
+    assert world.state.program.state is ProgramState.INTERRUPTED
+    assert "left still moves" in answer(world, SetPart(None)).text
+    until(world, lambda: answer(world, SetPart(None)).ok)
+    assert capsules(world.presences[-1]) == len(BARE.body)
+    assert world.state.program.state is ProgramState.FAILED
+    world.call(Enable())
+    until(world, lambda: world.state.mode is Mode.READY)
 
 
 FAR_IN = np.radians([0.0, 50.0, -25.0, 0.0, 30.0, 0.0])
