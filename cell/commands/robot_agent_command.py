@@ -70,6 +70,7 @@ def robot_agent(
             model.linear_names,
             mine.corrections,
             spaces=mine.program_spaces,
+            parts=model.description.parts,
         )
     except (KinematicsError, ProgramError) as error:
         raise CommandError(str(error), f"correct it, then: cell check {quoted(file)}") from error

@@ -95,7 +95,7 @@ class ThingEntry(ShapedEntry):
     """Something that stands in the cell; robots keep `margin` away from it."""
 
     may_touch: dict[Name, tuple[Link, ...]] = Field(
-        default={}, description="by robot, the links that are not kept away: names as in `cell model`, or tool"
+        default={}, description="by robot, the links that are not kept away: names as in `cell model`, tool, or a part"
     )
 
     def problems(self, document: Document, path: KeyPath, robots: list[str]) -> Iterator[Problem]:

@@ -56,6 +56,7 @@ from cell.messages.robot_commands import (
     Run,
     SetManual,
     SetOverride,
+    SetPart,
     Step,
 )
 from cell.messages.robot_state import (
@@ -141,6 +142,7 @@ __all__ = [
     "SetEstop",
     "SetManual",
     "SetOverride",
+    "SetPart",
     "SetpointBlock",
     "SetupStatus",
     "Severity",

@@ -89,6 +89,16 @@ class SetManual(Command):
 
 @command("robot")
 @dataclass(frozen=True, slots=True)
+class SetPart(Command):
+    """What is in the robot's gripper, by the word of an operator who has looked; ends a program that is halted."""
+
+    verb: ClassVar[str] = "part"
+    part: Name | None
+    """Of its robot file; None for nothing."""
+
+
+@command("robot")
+@dataclass(frozen=True, slots=True)
 class Jog(Command):
     """Begin to move along one axis; the robot goes on while `JogHeld` messages with the same press arrive."""
 

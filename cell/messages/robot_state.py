@@ -131,3 +131,5 @@ class RobotState:
     frames: Annotated[dict[Name, Count], Few] = field(default_factory=dict)
     """Frame in which a thing stands: the version by which the next motions are planned."""
     reserve: Reserve | None = None
+    part: Name | None = ""
+    """What the robot holds: a part of its robot file, empty for none; None where nobody has said it yet."""

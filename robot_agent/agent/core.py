@@ -40,6 +40,7 @@ from robot_agent.agent.operator.operator import OperatorCalls
 from robot_agent.agent.planning.heard_frames import HeardFrames
 from robot_agent.agent.planning.planner import Planner
 from robot_agent.agent.planning.plans import Plan, PlanFailed, Planned
+from robot_agent.agent.program.held_parts import HeldParts
 from robot_agent.agent.program.interruption import Interruption
 from robot_agent.agent.program.pace import Pace
 from robot_agent.agent.program.program_run import ProgramRun
@@ -70,6 +71,8 @@ class AgentCore:
         self._boot = boot
         self._planner_for = planner_for
         self._planner: Planner | None = None
+        self._grown_into: frozenset[str] = frozenset()
+        """Zones that the part is in which the program is about to attach."""
         self._torques: AxisTorques | None = None
         """None where the robot's file says too little."""
         self.link = GatewayLink(robot, boot, cell.digest, cell.robots[robot].gateway)
@@ -83,7 +86,8 @@ class AgentCore:
         self.jogging = Jogging(robot, self.zones)
         self.corrections = Corrections(robot, cell.robots[robot].corrections, self.clock, self.zones)
         self.interruption = Interruption(robot, cell.robots[robot].path_window, self.run, self.pace, self.zones)
-        decisions = Decisions(robot, self.run, self.pace, self.jogging, self.corrections, self.interruption)
+        self.parts = HeldParts()
+        decisions = Decisions(robot, self.run, self.pace, self.jogging, self.corrections, self.interruption, self.parts)
         self.operator = OperatorCalls(robot, boot, cell.times.command_s, self.link, decisions)
         self.mode = Mode.STARTING
         self._owner = 0
@@ -157,23 +161,25 @@ class AgentCore:
         if self._owner != self.link.grant.owner:
             self._owner = self.link.grant.owner
             self.run.outputs.claimed(self.link.grant.outputs)
-        if self._planner is None or self._planner.cycle_s != self.link.grant.cycle_s:
-            self._planner = self._planner_for(self.link.grant.cycle_s)
-            self._planner.place(self._frames.present)
-            self._torques = axis_torques(self._planner.model, self._planner.pose_world_base)
-            self.clock.ticks_last(self._planner.cycle_s)
-            self.corrections.place(self._planner.pose_world_base)
-        feedback = feedback_in_joints(self._planner.model.coupling, feedback)
-        self._follow_drives(feedback, self._planner, now)
-        self.mode, answers = self.operator.answer(self.mode, self._situation(feedback, self._planner), now)
+        planner = self._planner
+        if planner is None or planner.cycle_s != self.link.grant.cycle_s:
+            planner = self._planner_for(self.link.grant.cycle_s)
+            self.parts.declare(planner.model.description.parts)
+            planner = self._plan_with(planner.holding(self.parts.held))
+            self.clock.ticks_last(planner.cycle_s)
+            self.corrections.place(planner.pose_world_base)
+        feedback = feedback_in_joints(planner.model.coupling, feedback)
+        self._follow_drives(feedback, planner, now)
+        self.mode, answers = self.operator.answer(self.mode, self._situation(feedback, planner), now)
         effects += answers
+        planner = self._take_word(feedback, planner)
         if self._idle.due(self.mode, now):
             text = f"no program for {self._cell.times.idle_off_s:g} s: the drives are switched off"
             self.report.event(Severity.INFO, "idle_off", text, f"switch them on again with: cell enable {self._robot}")
             effects.append(self.link.switch(DisableDrives(self._robot, feedback.owner)))
-        effects += self._move(feedback, self._planner, now)
+        effects += self._move(feedback, planner, now)
         effects += self._plan_ahead(feedback, now)
-        effects.append(self._state(feedback, self._planner, now))
+        effects.append(self._state(feedback, planner, now))
         return effects + self.report.take_events()
 
     def _may_leave(self, feedback: DriveFeedback | None, now: float) -> bool:
@@ -189,7 +195,10 @@ class AgentCore:
         state = self.zones.state
         refusal = state.refused.get(self._robot, "") if state is not None else ""
         kept_still = self.zones.kept_still or self._frames.why_still(state)
-        return Situation(self.executive, planner, self._estops.first, feedback, refusal, self.clock, kept_still)
+        standing = self._rest.standing
+        return Situation(
+            self.executive, planner, self._estops.first, feedback, refusal, self.clock, standing, kept_still
+        )
 
     # What the drives, the e-stop and the manager impose on the mode
 
@@ -292,7 +301,8 @@ class AgentCore:
             self.jogging.end("the robot was stopped")
         self.mode = self._progress.advance(self.mode, executive, feedback, planner, now)
         self.zones.spaces.by_program = self.run.spaces_off(executive.timeline, feedback.tick)
-        wants = self._doing(self.mode).wants(executive, feedback.tick)
+        executive, planner = self._take_part(executive, feedback, planner, now)
+        wants = self._doing(self.mode).wants(executive, feedback.tick) | dict.fromkeys(self._grown_into, 0.0)
         block = None
         if age_s <= max(_STALE_CYCLES * planner.cycle_s, self._cell.times.lead_s):
             self.mode = self._progress.ended(self.mode, feedback, planner, self._leaving, now)
@@ -310,6 +320,53 @@ class AgentCore:
             return [presence]
         runs = self.mode is Mode.RUNNING
         return [presence, Publish(executive.sent(block, self.run.events(block, executive, halted=not runs), runs))]
+
+    # What the robot holds
+
+    def _plan_with(self, planner: Planner) -> Planner:
+        """From here on plans, bodies and torques are those of the robot with what it holds in this planner."""
+        planner.place(self._frames.present)
+        self._planner = planner
+        self._torques = axis_torques(planner.model, planner.pose_world_base)
+        return planner
+
+    def _standing(self, executive: Executive, planner: Planner, feedback: DriveFeedback) -> Executive:
+        """What supplies the robot, which rests, with the planner of what it holds from here on."""
+        standing = planner.standstill(executive.timeline.newest.segment.q[-1], self.zones.geometry or ())
+        return Executive(planner, standing, feedback, self._cell.times, self._numbers, self._asked)
+
+    def _take_word(self, feedback: DriveFeedback, planner: Planner) -> Planner:
+        """Hold what an operator has just said."""
+        if self.parts.held == planner.held:
+            return planner
+        holding = self._plan_with(planner.holding(self.parts.held))
+        if self.executive is not None:
+            self.executive = self._standing(self.executive, holding, feedback)
+        return holding
+
+    def _take_part(
+        self, executive: Executive, feedback: DriveFeedback, planner: Planner, now: float
+    ) -> tuple[Executive, Planner]:
+        """Do the ATTACH or DETACH to which the program has come, once the robot may be in the zones that it is in then.
+
+        The part belongs to the body before its gripper has closed, and until after that has opened.
+        """
+        self._grown_into = frozenset()
+        if self.run.to_hold is None:
+            return executive, planner
+        holding = planner.holding(self.run.to_hold.parts)
+        grown = self._standing(executive, holding, feedback)
+        entered = sorted(self._announcer.entered(grown.body(feedback, None)))
+        closed = [zone for zone in entered if not self.zones.permitted(zone, now)]
+        if closed:
+            self._grown_into = frozenset(closed)
+            self.run.held_up = self.zones.why_not(closed[0])
+            return executive, planner
+        self.parts.take(self.run.to_hold.parts)
+        self.run.holds()
+        self._plan_with(holding)
+        self.executive = self._standing(executive, holding, feedback)  # with its torques
+        return self.executive, holding
 
     def _stands(self, feedback: DriveFeedback) -> bool:
         """Without torque, and nothing is under way that would give it some."""
@@ -370,4 +427,5 @@ class AgentCore:
             self.mode, self.run, heard, self.executive, planner, pace, zones, waits, alarms
         )  # fmt: skip
         self.operator.sent_state(state.sequence, now)
-        return Publish(replace(state, frames={frame.frame: frame.version for frame in self._frames.present}))
+        frames = {frame.frame: frame.version for frame in self._frames.present}
+        return Publish(replace(state, frames=frames, part=self.parts.told))

@@ -8,7 +8,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from cell.geometry import check_poses
+from cell.geometry import check_poses, transform_points
 from cell.geometry import inverse as inverse_pose
 from cell.geometry.arrays import Array, Flags, keep_freed_memory
 from robot_agent.kinematics import choice, tracking
@@ -18,7 +18,7 @@ from robot_agent.kinematics.problems import apart_problems, body_problems, coupl
 from robot_agent.kinematics.reach import Places, farthest
 from robot_agent.kinematics.singularity import SingularityDistance
 from robot_agent.kinematics.solutions import Solutions
-from robot_agent.model.description import CapsuleBody, JointLimits, RobotDescription
+from robot_agent.model.description import Capsule, CapsuleBody, JointLimits, RobotDescription
 from robot_agent.model.families import shape_of
 
 
@@ -40,7 +40,7 @@ class Model(ABC):
         self.description = description
         self.link_names: tuple[str, ...] = self._link_names()
         self.body: tuple[CapsuleBody, ...] = self._whole_body()
-        """All capsules, those of the mounted tool included."""
+        """All capsules, then those of the mounted tool, then those of the part that is held."""
         problems = tuple(self._problems())
         if problems:
             raise BadModel(description.name, problems)
@@ -286,11 +286,20 @@ class Model(ABC):
     def _whole_body(self) -> tuple[CapsuleBody, ...]:
         tool, flange = self.description.tool, len(self.link_names) - 1
         mounted = () if tool is None else tool.capsules
-        return (*self.description.capsules, *(CapsuleBody(flange, c.start_m, c.end_m, c.radius_m) for c in mounted))
+        parts = (self.description.parts[name] for name in self.description.held)
+        held = (_in_flange(self.description.pose_flange_tcp, capsule) for part in parts for capsule in part.capsules)
+        carried = (CapsuleBody(flange, c.start_m, c.end_m, c.radius_m) for c in (*mounted, *held))
+        return (*self.description.capsules, *carried)
 
     def _problems(self) -> Iterator[str]:
         """Everything that makes the description no robot of its family."""
         yield from family_problems(self.description)
         yield from body_problems(self.body, len(self.link_names))
-        yield from apart_problems(self.description.apart, self.link_names)
+        yield from apart_problems(self.description.apart, self.link_names, self.description.parts)
         yield from coupling_problems(self.description)
+
+
+def _in_flange(pose_flange_tcp: Array, capsule: Capsule) -> Capsule:
+    """A capsule of the TCP's frame in that of the flange."""
+    (x, y, z), (u, v, w) = transform_points(pose_flange_tcp, np.array([capsule.start_m, capsule.end_m])).tolist()
+    return Capsule((x, y, z), (u, v, w), capsule.radius_m)

@@ -1,6 +1,6 @@
 """What makes a description no robot of its family."""
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 
 import numpy as np
 
@@ -48,9 +48,9 @@ def body_problems(body: tuple[CapsuleBody, ...], links: int) -> Iterator[str]:
             yield f"capsule {i} is on link {capsule.link}, allowed 0 to {links - 1}"
 
 
-def apart_problems(apart: Apart, links: tuple[str, ...]) -> Iterator[str]:
-    """Names of links that may touch against those that there are."""
-    allowed = (*links, TOOL)
+def apart_problems(apart: Apart, links: tuple[str, ...], parts: Iterable[str]) -> Iterator[str]:
+    """Names of links and parts that may touch against those that there are."""
+    allowed = (*links, TOOL, *parts)
     unknown = dict.fromkeys(name for pair in apart.may_touch for name in pair if name not in allowed)
     yield from (f"found link {name!r} in self_collision, allowed {', '.join(allowed)}" for name in unknown)
 

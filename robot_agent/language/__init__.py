@@ -20,11 +20,13 @@ from robot_agent.language.moves import (
     Tangent,
 )
 from robot_agent.language.parser import parse_program
+from robot_agent.language.parts import Attach, Detach, held_before, uses_parts
 from robot_agent.language.program import Program, ProgramError, ProgramProblem
 from robot_agent.language.sequence import End, Goto, Label, SetOutput, SwitchSpace, Track, Wait
 from robot_agent.language.statement import STATEMENTS, Statement
 from robot_agent.language.steps import (
     Finished,
+    HoldParts,
     JointStep,
     MoveCaps,
     Pause,
@@ -38,10 +40,13 @@ from robot_agent.language.steps import (
 __all__ = [
     "STATEMENTS",
     "ArcStep",
+    "Attach",
+    "Detach",
     "End",
     "Finished",
     "FlangeStep",
     "Goto",
+    "HoldParts",
     "Home",
     "Interpreter",
     "JointStep",
@@ -71,5 +76,7 @@ __all__ = [
     "TrackingOff",
     "TrackingOn",
     "Wait",
+    "held_before",
     "parse_program",
+    "uses_parts",
 ]

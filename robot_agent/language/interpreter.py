@@ -6,13 +6,22 @@ from dataclasses import replace
 from robot_agent.language.moves import MotionStep
 from robot_agent.language.program import Program
 from robot_agent.language.statement import Walk
-from robot_agent.language.steps import Finished, Pause, ProgramFault, Switch, SwitchNow, TrackingOff, TrackingOn
+from robot_agent.language.steps import (
+    Finished,
+    HoldParts,
+    Pause,
+    ProgramFault,
+    Switch,
+    SwitchNow,
+    TrackingOff,
+    TrackingOn,
+)
 
 _MAX_IDLE_STATEMENTS = 10_000
 _MAX_SWITCHES = 100
 """At one place."""
 
-Step = MotionStep | Pause | SwitchNow | TrackingOn | TrackingOff | Finished | ProgramFault
+Step = MotionStep | Pause | SwitchNow | HoldParts | TrackingOn | TrackingOff | Finished | ProgramFault
 
 
 class Interpreter:
@@ -21,9 +30,10 @@ class Interpreter:
     Outputs that are switched after a move are part of its step, so it looks one step farther.
     """
 
-    def __init__(self, program: Program) -> None:
+    def __init__(self, program: Program, held: tuple[str, ...] | None = None) -> None:
+        """`held` are the parts that the robot holds, or may hold, before it; None where that does not matter."""
         self._program = program
-        self._at = Walk()
+        self._at = Walk(held=held)
         self._end: Finished | ProgramFault | None = None
         self._following: Step | Switch | None = None
         """What comes next, when it is known already."""
@@ -50,7 +60,8 @@ class Interpreter:
         """Where the walk is: from equal places it goes on alike."""
         following = None if self._following is None else self._following.line
         at = self._at
-        return at.index, frozenset(at.jumps_left.items()), at.tangential_rad, at.tracking, at.spaces_off, following
+        switched = at.tangential_rad, at.tracking, at.spaces_off, at.held
+        return at.index, frozenset(at.jumps_left.items()), switched, following
 
     def _walk(self) -> Step | Switch:
         if self._end is not None:
@@ -66,7 +77,7 @@ class Interpreter:
             if isinstance(step, Finished | ProgramFault):
                 return self._finish(step)
             if isinstance(step, MotionStep):
-                return replace(step, spaces_off=self._at.spaces_off)
+                return replace(step, spaces_off=self._at.spaces_off, held=self._at.held or ())
             if step is not None:
                 return step
         text = f"{_MAX_IDLE_STATEMENTS} statements without a motion or WAIT: put one into the loop"

@@ -91,6 +91,8 @@ class MoveLine(Move):
     """On every move: what is switched at its end."""
     spaces_off: frozenset[str] = frozenset()
     """On every move: the spaces that are switched off during it."""
+    held: tuple[str, ...] = ()
+    """On every move: the part that is held during it."""
 
     @classmethod
     def read(cls, line: int, words: list[Word], _reading: Reading) -> Self:
@@ -119,6 +121,7 @@ class MoveArc(Move):
     tangential_rad: float | None = None
     switches: tuple[Switch, ...] = ()
     spaces_off: frozenset[str] = frozenset()
+    held: tuple[str, ...] = ()
 
     @classmethod
     def read(cls, line: int, words: list[Word], _reading: Reading) -> Self:
@@ -151,6 +154,7 @@ class MoveSpline(Move):
     tangential_rad: float | None = None
     switches: tuple[Switch, ...] = ()
     spaces_off: frozenset[str] = frozenset()
+    held: tuple[str, ...] = ()
 
     @classmethod
     def read(cls, line: int, words: list[Word], _reading: Reading) -> Self:

@@ -25,6 +25,7 @@ class Reading:
     corrections: Collection[str] | None
     outputs: Collection[str] | None
     spaces: Collection[str] | None
+    parts: Collection[str] | None
     place: int = 0
     """Index of the statement that is being read."""
     labels: dict[str, int] = field(default_factory=dict)
@@ -46,6 +47,8 @@ class Walk:
     tracking: bool = False
     spaces_off: frozenset[str] = frozenset()
     """Spaces that are switched off."""
+    held: tuple[str, ...] | None = None
+    """Parts that the robot holds, or may hold; None where nobody says: then both ATTACH and DETACH may come first."""
     switched: int = 0
     """Outputs, since the program began."""
 

@@ -48,6 +48,8 @@ class JointStep:
     switches: tuple[Switch, ...] = ()
     spaces_off: frozenset[str] = frozenset()
     """On every move: the spaces that are switched off during it."""
+    held: tuple[str, ...] = ()
+    """On every move: the part that is held during it, as in `HoldParts`."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,6 +66,14 @@ class SwitchNow:
 
     line: int
     switches: tuple[Switch, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class HoldParts:
+    """From here on, at rest, the robot holds this part; no other one, and none where this is empty."""
+
+    line: int
+    parts: tuple[str, ...]
 
 
 @dataclass(frozen=True, slots=True)

@@ -25,6 +25,7 @@ def check_robot_file(document: Document, robot: RobotFile) -> list[Problem]:
         *_motors(document, robot),
         *check_masses(document, robot),
         *_tool(document, robot),
+        *_parts(document, robot),
     ]
 
 
@@ -101,7 +102,7 @@ def _self_collision(document: Document, robot: RobotFile) -> Iterator[Problem]:
     shape = FAMILIES[robot.family].shape
     if shape is None:
         return
-    allowed = (*shape.links, TOOL)
+    allowed = (*shape.links, TOOL, *robot.parts)
     for index, pair in enumerate(robot.self_collision.may_touch):
         for place, name in enumerate(pair):
             if str(name) not in allowed:
@@ -119,6 +120,15 @@ def _tool(document: Document, robot: RobotFile) -> Iterator[Problem]:
     if robot.tool is not None and robot.tool not in document.keys(("tools",)):
         known = ", ".join(robot.tools) or "none"
         yield document.problem(("tool",), document.found(("tool",)), f"a tool of this file: {known}")
+
+
+def _parts(document: Document, robot: RobotFile) -> Iterator[Problem]:
+    shape = FAMILIES[robot.family].shape
+    taken = ("none", TOOL, *(() if shape is None else shape.links))
+    for name in robot.parts:
+        if name.lower() in taken:
+            allowed = f"a name that means nothing else: not {', '.join(taken)}"
+            yield document.problem(("parts", name), f"a part with the name {name}", allowed, at_key=True)
 
 
 def range_text(document: Document, path: KeyPath) -> str:

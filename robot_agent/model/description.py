@@ -106,6 +106,19 @@ class Tool:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
+class Part:
+    """What a gripper can hold, as it is held: everything in the TCP's frame, without a tool in that of the flange."""
+
+    name: str
+    mass_kg: float
+    centre_m: tuple[float, float, float]
+    """Centre of mass."""
+    inertia_kg_m2: NDArray[np.float64]
+    """`(3, 3)` about the centre of mass."""
+    capsules: tuple[Capsule, ...]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
 class LinkMass:
     """What a link weighs, and how. Links are numbered as in `CapsuleBody`; everything is in the link's frame."""
 
@@ -178,7 +191,7 @@ class Apart:
 
     margin_m: float = 0.0
     may_touch: tuple[tuple[str, str], ...] = ()
-    """Pairs of links, or of a link and `TOOL`, that are not kept apart."""
+    """Pairs of links, of a link and `TOOL`, or of a link and a part, that are not kept apart."""
 
 
 ALL_APART = Apart()
@@ -205,6 +218,10 @@ class RobotDescription:
     tools: dict[str, Tool] = field(default_factory=dict)
     mounted: str | None = None
     """The tool on the flange."""
+    parts: dict[str, Part] = field(default_factory=dict)
+    """What the robot can hold."""
+    held: tuple[str, ...] = ()
+    """The part that it holds; several where it may be any of them: the body has all of these."""
     urdf: UrdfSource | None = None
     motors: dict[str, Motor] = field(default_factory=dict)
     """By axis; empty where the file says nothing about motors."""
@@ -216,3 +233,8 @@ class RobotDescription:
     @property
     def tool(self) -> Tool | None:
         return None if self.mounted is None else self.tools[self.mounted]
+
+    @property
+    def pose_flange_tcp(self) -> NDArray[np.float64]:
+        """`(4, 4)`; without a tool the TCP is the flange."""
+        return np.eye(4) if self.tool is None else self.tool.pose_flange_tcp

@@ -32,6 +32,8 @@ def check_masses(document: Document, robot: RobotFile) -> Iterator[Problem]:
         yield from _inertia(document, path, entry.inertia_kg_m2)
     for name, tool in robot.tools.items():
         yield from _inertia(document, ("tools", name), tool.inertia_kg_m2)
+    for name, part in robot.parts.items():
+        yield from _inertia(document, ("parts", name), part.inertia_kg_m2)
 
 
 def _inertia(document: Document, path: KeyPath, entry: Inertia) -> Iterator[Problem]:

@@ -8,7 +8,7 @@ import numpy as np
 from pydantic import BaseModel, Field, ValidationInfo, field_validator, model_validator
 
 from cell.config.units import STRICT, Number, Positive, PositiveAngle, PositiveLength, Units, in_si
-from robot_agent.model.body_file import CapsuleEntry, SelfCollisionEntry, ToolEntry
+from robot_agent.model.body_file import CapsuleEntry, PartEntry, PartName, SelfCollisionEntry, ToolEntry
 from robot_agent.model.description import (
     JERK_PER_ACCELERATION,
     JointLimits,
@@ -148,6 +148,9 @@ class RobotFile(BaseModel):
     )
     tools: dict[str, ToolEntry] = Field({}, description="tools that the robot can carry, by name")
     tool: str | None = Field(None, description="the tool on the flange; left out: none")
+    parts: dict[PartName, PartEntry] = Field(
+        {}, description="parts that ATTACH in its program may name, as it holds them"
+    )
 
     @field_validator("home")
     @classmethod
@@ -203,6 +206,7 @@ class RobotFile(BaseModel):
             coupling=self.coupling_matrix(),
             tools={name: tool.tool(name) for name, tool in self.tools.items()},
             mounted=self.tool,
+            parts={name: part.part(name) for name, part in self.parts.items()},
             urdf=None if urdf is None else UrdfSource(folder / urdf.file, urdf.flange),
             motors={axis: motor.motor() for axis, motor in self.motors.items()},
             masses=tuple(entry.mass() for entry in self.masses),

@@ -88,9 +88,12 @@ def unknown_body(model: Model, pose_world_base: Array) -> Body:
 
 
 def joined(first: Body, second: Body) -> Body:
-    """Everything that one of two bodies of the same robot covers."""
-    if not first.known or not second.known:
-        return Body(False, first.base, first.reach_m)
+    """Everything that one of two bodies of the same robot covers.
+
+    Its whole reach when one of them is that, and when they are not made of the same capsules, with what is held.
+    """
+    if not first.known or not second.known or not np.array_equal(first.radii_m, second.radii_m):
+        return Body(False, first.base, max(first.reach_m, second.reach_m))
     poses = np.concatenate([first.poses, second.poses])
     return replace(first, poses=poses, growth_m=np.concatenate([first.growth_m, second.growth_m]))
 

@@ -11,6 +11,8 @@ from cell.geometry.arrays import Array
 from robot_agent.kinematics import Model, OpenMechanism
 from robot_agent.model import TOOL
 
+HELD = "part "
+"""In front of the name of a part that the robot holds: a link may have the same name."""
 _POSES = 256
 """Sets of joints all over their limits, the same ones each time."""
 
@@ -60,30 +62,42 @@ class Itself:
 
 
 def part_of(model: Model, capsule: int) -> str:
-    """The name of the link that a capsule belongs to; `TOOL` for the body of the mounted tool."""
-    own = capsule < len(model.description.capsules)
-    return model.link_names[model.body[capsule].link] if own else TOOL
+    """The name of the link that a capsule belongs to; `TOOL` for the mounted tool, `HELD` and its name for a part."""
+    own, tool = len(model.description.capsules), model.description.tool
+    if capsule < own:
+        return model.link_names[model.body[capsule].link]
+    behind = capsule - own - (0 if tool is None else len(tool.capsules))
+    if behind < 0:
+        return TOOL
+    held = [name for name in model.description.held for _ in model.description.parts[name].capsules]
+    return HELD + held[behind]
+
+
+def as_written(part: str) -> str:
+    """What files call it."""
+    return part.removeprefix(HELD)
 
 
 def named(part: str) -> str:
     """A part as it stands in a sentence."""
-    return "the tool" if part == TOOL else f"link {part}"
+    return f"the {part}" if part == TOOL or part.startswith(HELD) else f"link {part}"
 
 
 def _pairs(model: Model) -> NDArray[np.intp]:
     """Pairs of capsules that can meet and must not.
 
     Left out are those of one link, those of links that a joint holds together, those that the robot file lets touch,
-    and those that are nearer than the margin in every pose. The mounted tool also keeps away from the link before the
-    flange.
+    and those that are nearer than the margin in every pose. Tool and part also keep away from the link before the
+    flange, and not from each other.
     """
     links, parts = [each.link for each in model.body], [part_of(model, i) for i in range(len(model.body))]
-    joined, apart = model.joined_links(), model.description.apart
+    joined, apart, own = model.joined_links(), model.description.apart, len(model.description.capsules)
     free = {frozenset(pair) for pair in apart.may_touch}
 
     def counts(one: int, other: int) -> bool:
-        held = TOOL not in (parts[one], parts[other]) and (links[one], links[other]) in joined
-        return links[one] != links[other] and not held and frozenset((parts[one], parts[other])) not in free
+        held = max(one, other) < own and (links[one], links[other]) in joined
+        names = frozenset((as_written(parts[one]), as_written(parts[other])))
+        return links[one] != links[other] and not held and names not in free
 
     outwards = sorted(range(len(links)), key=links.__getitem__)
     pairs = np.array([pair for pair in combinations(outwards, 2) if counts(*pair)], dtype=np.intp).reshape(-1, 2).T

@@ -1,7 +1,7 @@
 """A robot of a cell as everyone sees it: what its file says, where it stands, and what stands around it."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Self
 
 import numpy as np
@@ -29,6 +29,8 @@ class PlacedRobot:
     """What it must not touch."""
     spaces: Spaces
     """Where it may be."""
+    holding: Mapping[tuple[str, ...], "PlacedRobot"] = field(default_factory=dict)
+    """The same robot with each of its parts in its gripper, and with all at once where it may be any of them."""
 
     @classmethod
     def of(cls, settings: RobotSettings, model: Model | None = None) -> Self:
@@ -51,7 +53,16 @@ class PlacedRobot:
         pose = pose_from(np.array(base.position_m), np.array(base.quaternion_xyzw))
         things = Things(model) if things is None else things
         spaces = Spaces(model) if spaces is None else spaces
-        return cls(model, Limits.of(model.description), pose, things, spaces)
+        held = {parts: model_of(replace(model.description, held=parts)) for parts in _holdings(model)}
+        limits = Limits.of(model.description)
+        holding = {parts: cls(each, limits, pose, things.of(each), spaces.of(each)) for parts, each in held.items()}
+        return cls(model, limits, pose, things, spaces, holding)
+
+
+def _holdings(model: Model) -> list[tuple[str, ...]]:
+    """What the robot may hold: each part, and any of them."""
+    parts = tuple(model.description.parts)
+    return [*((name,) for name in parts), *([parts] if len(parts) > 1 else [])]
 
 
 def narrowed(model: Model, joints: Mapping[str, JointRange]) -> Model:

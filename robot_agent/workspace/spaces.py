@@ -77,6 +77,10 @@ class Spaces:
         self.inputs = {each.name: each.off_while for each in spaces if each.off_while is not None}
         """By space, the input that switches it off."""
 
+    def of(self, model: Model) -> "Spaces":
+        """The same for this robot with another tool or part."""
+        return Spaces(model, self._spaces, self._orientation)
+
     def __bool__(self) -> bool:
         return bool(self._spaces) or self._orientation is not None
 

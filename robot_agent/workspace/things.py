@@ -24,7 +24,7 @@ from cell.geometry import Box, Cylinder, HalfSpace, Hull, Mesh, PlacedSolid, Sol
 from cell.geometry.arrays import Array
 from robot_agent.kinematics import Model
 from robot_agent.model import TOOL
-from robot_agent.workspace.itself import Itself, named, part_of
+from robot_agent.workspace.itself import Itself, as_written, named, part_of
 from robot_agent.workspace.swept_body import Sweep
 
 FINE_M = 0.00025
@@ -117,6 +117,8 @@ class _Thing:
     solid: PlacedSolid
     barrier: Barrier
     in_frame: InFrame | None
+    may_touch: tuple[str, ...]
+    """Links of the robot that are not kept away."""
 
     def placed(self, frames: Mapping[str, Array]) -> "_Thing":
         """Where it is with frames there; the thing itself where it stands in none of them."""
@@ -134,6 +136,14 @@ class Things:
         self._model = model
         self._things = [_thing(model, thing, robot) for thing in things]
         self._itself = Itself(model)
+
+    def of(self, model: Model) -> "Things":
+        """The same for this robot with another tool or part."""
+        other = Things(model)
+        for thing in self._things:
+            kept_away = _kept_away(model, thing.may_touch)
+            other._things.append(replace(thing, barrier=replace(thing.barrier, capsules=kept_away)))
+        return other
 
     def placed(self, frames: Mapping[str, Array]) -> "Things":
         """The same with what stands in these frames moved along: by name their poses `(4, 4)` in world."""
@@ -242,12 +252,12 @@ def _too_near(taus: Array, clear: Array) -> list[Near]:
 
 def unknown_links(model: Model, names: tuple[str, ...]) -> list[str]:
     """Names in a thing's `may_touch` that the robot has no link for."""
-    return [name for name in names if name not in (*model.link_names, TOOL)]
+    return [name for name in names if name not in (*model.link_names, TOOL, *model.description.parts)]
 
 
 def _thing(model: Model, thing: ThingSettings, robot: str) -> _Thing:
-    solid = solid_of(thing.shape, thing.pose)
-    return _Thing(thing.name, solid, Barrier(solid, thing.margin_m, _kept_away(model, thing, robot)), thing.in_frame)
+    solid, free = solid_of(thing.shape, thing.pose), thing.may_touch.get(robot, ())
+    return _Thing(thing.name, solid, Barrier(solid, thing.margin_m, _kept_away(model, free)), thing.in_frame, free)
 
 
 def solid_of(shape: Shape, place: PoseSettings) -> PlacedSolid:
@@ -269,8 +279,7 @@ def solid_of(shape: Shape, place: PoseSettings) -> PlacedSolid:
             return HalfSpace(pose)
 
 
-def _kept_away(model: Model, thing: ThingSettings, robot: str) -> NDArray[np.intp]:
+def _kept_away(model: Model, free: tuple[str, ...]) -> NDArray[np.intp]:
     """The capsules of links that move and are not among those that may touch it."""
-    free = thing.may_touch.get(robot, ())
     moving = [number for number, capsule in enumerate(model.body) if capsule.link > 0]
-    return np.array([number for number in moving if part_of(model, number) not in free], dtype=np.intp)
+    return np.array([number for number in moving if as_written(part_of(model, number)) not in free], dtype=np.intp)

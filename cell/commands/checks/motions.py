@@ -17,6 +17,7 @@ from robot_agent.language import (
     Finished,
     FlangeStep,
     Goto,
+    HoldParts,
     Interpreter,
     LineStep,
     MotionStep,
@@ -146,11 +147,11 @@ def _rests(motions: list[Planned]) -> list[int]:
 
 
 def _asked_for(program: Program) -> set[int]:
-    """Lines with R=0, and those with a pause or a TRACK between them and the next move."""
+    """Lines with R=0, and those with a pause, an ATTACH, a DETACH or a TRACK between them and the next move."""
     interpreter, steps = Interpreter(program), list[Step]()
     while len(steps) < _MOST_STEPS and not (steps and isinstance(steps[-1], Finished | ProgramFault)):
         steps.append(interpreter.next())
-    rests = Pause | TrackingOn | TrackingOff
+    rests = Pause | HoldParts | TrackingOn | TrackingOff
     return {
         before.line
         for before, step in pairwise(steps)

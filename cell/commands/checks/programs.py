@@ -29,7 +29,7 @@ def check_programs(document: Document, named: NamedFiles, models: dict[str, Mode
             try:
                 corrections = document.keys(("robots", robot, "corrections"))
                 outputs, spaces = _outputs(document, named, robot), _spaces(document, robot)
-                program = parse_program(text, file.name, joints, linear, corrections, outputs, spaces)
+                program = parse_program(text, file.name, joints, linear, corrections, outputs, spaces, model.parts)
             except ProgramError as error:
                 for problem in error.problems:
                     yield Problem(file, problem.line, problem.column, "program", problem.found, problem.allowed)

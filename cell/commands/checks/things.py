@@ -22,7 +22,7 @@ def check_things(readings: Readings, models: dict[str, Model]) -> Iterator[Probl
                 continue
             for unknown in unknown_links(models[robot], links):
                 index = links.index(unknown)
-                allowed = f"one of {', '.join((*models[robot].link_names, TOOL))}"
+                allowed = f"one of {', '.join((*models[robot].link_names, TOOL, *models[robot].description.parts))}"
                 found = f"{unknown!r}, no link of {robot}"
                 yield document.problem((*path, "may_touch", robot, index), found, allowed)
         yield from check_shape(document, path, entry)

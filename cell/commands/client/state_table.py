@@ -71,10 +71,10 @@ def why(state: RobotState) -> str:
 
 
 def labelled_why(state: RobotState) -> str:
-    """`why` with what it is in front of it, so that waiting does not look like an alarm; then the pace."""
+    """`why` with what it is in front of it, so that waiting does not look like an alarm; then pace and part."""
     reason = why(state)
     labelled = f"{_label(state, reason)}: {reason}" if reason else ""
-    return "; ".join(filter(None, (labelled, pace_text(state))))
+    return "; ".join(filter(None, (labelled, pace_text(state), part_text(state))))
 
 
 def _label(state: RobotState, reason: str) -> str:
@@ -92,6 +92,13 @@ def pace_text(state: RobotState) -> str:
     if state.mode is Mode.RUNNING and governor is not None and governor.ruled_by and not state.waiting_for:
         parts.append(f"rate {100.0 * governor.rate:.0f} %, ruled by {governor.ruled_by}")
     return ", ".join(parts)
+
+
+def part_text(state: RobotState) -> str:
+    """What the robot holds, or that nobody has said it; empty for nothing."""
+    if state.part is None:
+        return f"what it holds is unknown: cell part {state.robot}"
+    return f"holds {state.part}" if state.part else ""
 
 
 def robot_line(robot: str, state: RobotState | None) -> str:

@@ -120,6 +120,7 @@ def _facts(robot: Model) -> list[tuple[str, str]]:
         pose = " ".join(f"{letter} {value:.1f}" for letter, value in zip("XYZABC", tcp, strict=True))
         mounted = ", mounted" if name == robot.description.mounted else ""
         facts.append(("tool", f"{name}: TCP {pose}, {tool.mass_kg:g} kg{mounted}"))
+    facts += [("part", f"{part.name}: {part.mass_kg:g} kg") for part in robot.description.parts.values()]
     return facts
 
 

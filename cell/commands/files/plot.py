@@ -47,7 +47,7 @@ def plot(
     if isinstance(text, Problem):
         raise CommandError(f"the program cannot be read\n{text}", "name a program file")
     try:
-        parsed = parse_program(text, str(program), robot.joint_names, robot.linear_names)
+        parsed = parse_program(text, str(program), robot.joint_names, robot.linear_names, parts=robot.description.parts)
     except ProgramError as error:
         raise CommandError(f"the program is refused\n{error}", "correct it; docs/language.md") from error
     motions, failed = dry_run(planner, parsed, longest_s)

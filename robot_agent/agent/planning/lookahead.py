@@ -19,6 +19,7 @@ from robot_agent.agent.planning.joining import StraightOn, why_apart
 from robot_agent.agent.planning.plans import ExtendRequest, Plan, PlanFailed, Planned, PlanRequest, Unplan
 from robot_agent.language import (
     Finished,
+    HoldParts,
     Interpreter,
     MotionStep,
     Pause,
@@ -61,7 +62,9 @@ class Waiting:
     line: int
 
 
-Item = Planned | PlanFailed | Waiting | Pause | SwitchNow | TrackingOn | TrackingOff | Finished | ProgramFault
+Item = (
+    Planned | PlanFailed | Waiting | Pause | SwitchNow | HoldParts | TrackingOn | TrackingOff | Finished | ProgramFault
+)
 
 
 class Lookahead:
@@ -89,10 +92,10 @@ class Lookahead:
         self._took_s: deque[float] = deque(maxlen=_MEASURED)
         """From asking for a plan to having it."""
 
-    def start(self, program: Program, q: NDArray[np.float64]) -> None:
-        """Begin the program with the robot at rest at `q` `(n,)`."""
+    def start(self, program: Program, q: NDArray[np.float64], held: tuple[str, ...] = ()) -> None:
+        """Begin the program with the robot at rest at `q` `(n,)`; `held` are the parts that it holds, or may hold."""
         self.stop()
-        self._interpreter = Interpreter(program)
+        self._interpreter = Interpreter(program, held)
         self._end = q
 
     def stop(self) -> None:

@@ -39,6 +39,16 @@ class Planner:
         self.things = robot.things
         self.spaces = robot.spaces
         self.cycle_s = cycle_s
+        self.held = robot.model.description.held
+        """The part that is held in all that it plans; several where it may be any of them."""
+        self._by_held = {self.held: self}
+        for parts, other in robot.holding.items():
+            self._by_held[parts] = Planner(other, cycle_s)
+            self._by_held[parts]._by_held = self._by_held
+
+    def holding(self, parts: tuple[str, ...]) -> "Planner":
+        """The planner of the same robot with this part, or with any of its parts, or without."""
+        return self._by_held[parts]
 
     def place(self, frames: tuple[FramePose, ...]) -> None:
         """Look at things where they are with the frames there."""
@@ -46,10 +56,11 @@ class Planner:
         self.things = self.things.placed(at)
 
     def plan(self, request: PlanRequest | ExtendRequest) -> Planned | PlanFailed:
-        """Plan steps; every failure is a `PlanFailed` that says where and why."""
-        self.place(request.frames)
+        """Plan steps with what is held then; every failure is a `PlanFailed` that says where and why."""
+        planner = self.holding(request.held)
+        planner.place(request.frames)
         try:
-            return self._slowed(request, Sequence(self._blocks(request)))
+            return planner._slowed(request, Sequence(planner._blocks(request)))
         except PlanError as error:
             return PlanFailed(request.id, error.line, str(error))
         except KinematicsError as error:
@@ -107,7 +118,7 @@ class Planner:
             whole.id, lines, motion, whole.taus, whole.sweep, whole.crossings, whole.zone_versions,
             first_tau=self.cycle_s if cut_s > 0.0 else request.first_tau, cut_s=cut_s, splice_s=at_s - cut_s,
             switches=(request.switches + _switches(request))[-blocks:], spaces_off=request.steps[0].spaces_off,
-            shut=whole.shut,
+            held=whole.held, shut=whole.shut,
         )  # fmt: skip
 
     def _free(self, planned: Planned, from_tau: float = 0.0) -> Planned | PlanFailed:
@@ -197,7 +208,7 @@ class Planner:
         if self.spaces.inputs:
             watched = self.spaces.watched(body, self.pose_world_base, motion.q(taus))
             shut = self.spaces.switched_by_input(watched, taus)
-        return Planned(id, lines, motion, taus, body, crossed, versions, shut=shut)
+        return Planned(id, lines, motion, taus, body, crossed, versions, held=self.held, shut=shut)
 
 
 def _lines(sequence: Sequence) -> tuple[int, ...]:

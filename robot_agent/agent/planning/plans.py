@@ -24,6 +24,11 @@ class PlanRequest:
     """Where the frames are in which things stand; without them things are where the cell file says."""
 
     @property
+    def held(self) -> tuple[str, ...]:
+        """The part that is held during all steps."""
+        return self.steps[0].held
+
+    @property
     def line(self) -> int:
         """The program line of the first step."""
         return self.steps[0].line
@@ -50,6 +55,11 @@ class ExtendRequest:
     zones: tuple[ZoneGeometry, ...]
     frames: tuple[FramePose, ...] = ()
     """As in `PlanRequest`."""
+
+    @property
+    def held(self) -> tuple[str, ...]:
+        """As in `PlanRequest`."""
+        return self.steps[0].held
 
     @property
     def line(self) -> int:
@@ -95,6 +105,8 @@ class Planned:
     """What is switched at the end of each block of a motion that a program asked for."""
     spaces_off: frozenset[str] = frozenset()
     """Spaces that the program had switched off."""
+    held: tuple[str, ...] = ()
+    """The part that the robot holds; several where it may be any of them."""
     shut: tuple[Crossing, ...] = ()
     """Where it enters and leaves spaces that an input switches."""
 

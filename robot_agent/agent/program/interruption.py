@@ -136,8 +136,10 @@ class Interruption:
             return []
         tau = self._wanted[0]
         target = self._stretch.planned.motion.q(np.array(tau))
-        off = self._stretch.planned.spaces_off
-        step = JointStep(self._run.line, tuple(target.tolist()), RETURN_SPEED, spaces_off=off)
+        left = self._stretch.planned
+        step = JointStep(
+            self._run.line, tuple(target.tolist()), RETURN_SPEED, spaces_off=left.spaces_off, held=left.held
+        )
         request = PlanRequest(next(self._ids), (step,), feedback.commanded, zones)
         self._wanted = tau, request
         return [Plan(request)]

@@ -14,7 +14,17 @@ from robot_agent.agent.blocks.timeline import Timeline
 from robot_agent.agent.planning.lookahead import Lookahead, Waiting
 from robot_agent.agent.planning.planner import Planner
 from robot_agent.agent.planning.plans import Extended, PlanFailed, Planned
-from robot_agent.language import Finished, Pause, Program, ProgramFault, SwitchNow, TrackingOff, TrackingOn
+from robot_agent.language import (
+    Finished,
+    HoldParts,
+    Pause,
+    Program,
+    ProgramFault,
+    SwitchNow,
+    TrackingOff,
+    TrackingOn,
+    uses_parts,
+)
 
 
 class ProgramRun:
@@ -47,6 +57,10 @@ class ProgramRun:
         """The tick from which on it goes on."""
         self._beside: Planned | None = None
         """Where the robot stands, while what it follows takes it from there before a next motion does."""
+        self.to_hold: HoldParts | None = None
+        """The program has come to this ATTACH or DETACH, at rest."""
+        self.held_up = ""
+        """Why that is not done yet, for people."""
 
     @property
     def running(self) -> bool:
@@ -56,8 +70,14 @@ class ProgramRun:
     def interrupted(self) -> bool:
         return self.state is ProgramState.INTERRUPTED
 
-    def start(self, q: NDArray[np.float64], at_tick: int | None = None, end_tick: int | None = None) -> None:
-        """Begin at the first line, with `at_tick` exactly then; the robot stands at `q` `(n,)`.
+    def start(
+        self,
+        q: NDArray[np.float64],
+        at_tick: int | None = None,
+        end_tick: int | None = None,
+        held: tuple[str, ...] = (),
+    ) -> None:
+        """Begin at the first line, with `at_tick` exactly then; the robot stands at `q` `(n,)` and holds `held`.
 
         With `end_tick` the first motion is slowed down so that it ends then.
         """
@@ -68,7 +88,12 @@ class ProgramRun:
         self._held_since, self._goes_since, self._beside = None, 0, None
         self.correction, self.correction_ends = "", False
         self.outputs.drop()
-        self.lookahead.start(self._program, q)
+        self.lookahead.start(self._program, q, held)
+
+    @property
+    def uses_parts(self) -> bool:
+        """Whether the program takes a part or gives one away."""
+        return uses_parts(self._program)
 
     @property
     def unknown_output(self) -> str:
@@ -201,6 +226,7 @@ class ProgramRun:
     def settle(self, executive: Executive, feedback: DriveFeedback, cycle_s: float) -> None:
         """Take the steps that move nothing, once the robot rests after its motion with all outputs switched."""
         self.outputs.executed(feedback.event, feedback.tick)
+        self.to_hold = None
         before: object = self
         while before is not self.lookahead.head:
             before = self.lookahead.head
@@ -233,6 +259,8 @@ class ProgramRun:
                     self.lookahead.advance()
                 case TrackingOff():
                     self.correction_ends = True
+                case HoldParts() if executive.at_rest(tick):
+                    self.to_hold = head
                 case Finished(line):
                     self.state, self.line, self.correction = ProgramState.DONE, line, ""
                     self.lookahead.stop()
@@ -241,6 +269,11 @@ class ProgramRun:
                     self.fail(text)
                 case _:
                     pass
+
+    def holds(self) -> None:
+        """The ATTACH or DETACH to which the program has come is done."""
+        self.to_hold, self.held_up = None, ""
+        self.lookahead.advance()
 
     def leaves_correction(self, executive: Executive) -> bool:
         """Whether a correction is to end where the robot comes to rest: TRACK OFF, or the end of the program."""
@@ -285,6 +318,8 @@ class ProgramRun:
             return f"the common start, in {(self.resume_tick - tick) * cycle_s:.1f} s"
         if self._pause[1] <= tick < self.resume_tick:
             return f"WAIT, {(self.resume_tick - tick) * cycle_s:.1f} s left"
+        if self.to_hold is not None and self.held_up:
+            return self.held_up
         if isinstance(self.lookahead.head, Waiting):
             return f"line {self.lookahead.head.line} is being planned"
         return ""

@@ -208,7 +208,7 @@ class NumericModel(SerialModel):
     def _problems(self) -> Iterator[str]:
         yield from urdf_problems(self.description, self._urdf)
         yield from body_problems(self.body, len(self.link_names))
-        yield from apart_problems(self.description.apart, self.link_names)
+        yield from apart_problems(self.description.apart, self.link_names, self.description.parts)
         yield from coupling_problems(self.description)
 
 

@@ -37,6 +37,8 @@ class UrdfDescription(RobotDescription):
             "mounted": None,
             "urdf": source,
             "motors": {},
+            "parts": {},
+            "held": (),
             "masses": (),
         }
         for name, value in values.items():

@@ -15,7 +15,7 @@ from cell.config import ConfigError
 from cell.geometry import from_xyz_abc
 from robot_agent.dynamics import GRAVITY_M_S2, AxisTorques, axis_torques
 from robot_agent.kinematics import BadInput, Model, SixAxis, load_model, model_of
-from robot_agent.model import LinkMass, Motor, RobotDescription, Tool, UrdfSource, load_description
+from robot_agent.model import LinkMass, Motor, Part, RobotDescription, Tool, UrdfSource, load_description
 from tests.unit.config_world import CONFIGS, ROBOT, Copy
 from tests.unit.repository import vectors
 from tests.unit.robot_families import described, random_joints, robot
@@ -272,6 +272,36 @@ def test_the_masses_of_a_urdf_count_with_all_that_is_fixed_to_them(tmp_path: Pat
         full[:, moving] = at
         expected = pin.rnea(whole, data, *full)[moving]
         np.testing.assert_allclose(torques.of(*at[:, None])[0], expected, atol=1e-9)
+
+
+def test_a_part_counts_where_the_gripper_holds_it(tmp_path: Path) -> None:
+    file = tmp_path / "arm.urdf"
+    file.write_text(FINGER_URDF.format(links="".join(LINK.format(i) for i in (1, 2, 3))))
+    whole, rng = pin.buildModelFromUrdf(str(file)), np.random.default_rng(3)
+    pose_flange_tcp = from_xyz_abc(np.array([0.1, -0.2, 0.15, 0.4, -0.7, 1.1]))
+    inertia = np.array([[0.05, 0.004, 0.0], [0.004, 0.03, -0.002], [0.0, -0.002, 0.06]])
+    tool = Tool("tool", pose_flange_tcp, 0.0, (0.0, 0.0, 0.0), NO_INERTIA, ())
+    parts = {
+        "casting": Part("casting", 6.0, (0.1, 0.2, -0.05), inertia, ()),
+        "other": Part("other", 60.0, (0.0, 0.0, 0.0), NO_INERTIA, ()),
+    }
+    held = {"tools": {"tool": tool}, "mounted": "tool", "parts": parts, "held": ("casting",)}
+    torques = axis_torques(_of_urdf(file, 3, **held), np.eye(4))
+    unknown = axis_torques(_of_urdf(file, 3, **held | {"held": ("casting", "other")}), np.eye(4))
+    bare = axis_torques(_of_urdf(file, 3), np.eye(4))
+    assert torques is not None
+    assert unknown is not None
+    assert bare is not None
+    placement = whole.frames[whole.getFrameId("flange")].placement * pin.SE3(pose_flange_tcp)
+    whole.appendBodyToJoint(whole.getJointId("j3"), pin.Inertia(6.0, np.array([0.1, 0.2, -0.05]), inertia), placement)
+    whole.gravity.linear = np.array([0.0, 0.0, -GRAVITY_M_S2])
+    data = whole.createData()
+    moving = [whole.joints[whole.getJointId(name)].idx_v for name in ("j1", "j2", "j3")]
+    for at in rng.uniform(-2, 2, (10, 3, 3)):
+        full = np.zeros((3, whole.nv))
+        full[:, moving] = at
+        np.testing.assert_allclose(torques.of(*at[:, None])[0], pin.rnea(whole, data, *full)[moving], atol=1e-9)
+        np.testing.assert_array_equal(unknown.of(*at[:, None]), bare.of(*at[:, None]))
 
 
 def test_a_delta_has_the_torques_of_its_rotors_alone() -> None:

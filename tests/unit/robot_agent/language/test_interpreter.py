@@ -4,6 +4,7 @@ import math
 
 from robot_agent.language import (
     Finished,
+    HoldParts,
     Interpreter,
     JointStep,
     LineStep,
@@ -100,3 +101,31 @@ def test_a_correction_ends_before_another_or_the_same_one_begins_and_only_once()
         TrackingOff(5),
         Pause(7, 2.0),
     ]
+
+
+def held(text: str, before: tuple[str, ...] | None) -> list[tuple[str, ...] | str]:
+    """What each move is done with, and the fault that ends the program."""
+    interpreter, found = Interpreter(parse_program(text, "p", ("J1",)), before), list[tuple[str, ...] | str]()
+    while not isinstance(step := interpreter.next(), Finished | ProgramFault):
+        found += [step.held] if isinstance(step, JointStep) else []
+    return [*found, step.text] if isinstance(step, ProgramFault) else found
+
+
+def test_moves_are_done_with_what_was_attached_before_them() -> None:
+    text = "MJ J1=1\nATTACH a\nMJ J1=2\nMJ J1=3\nDETACH\nMJ J1=4"
+    assert held(text, ()) == held(text, None) == [(), ("a",), ("a",), ()]
+    assert steps_of(text, 2)[1] == HoldParts(2, ("a",))
+    assert held("MJ J1=1\nDETACH\nMJ J1=2\nATTACH b\nMJ J1=3", ("a", "b")) == [("a", "b"), (), ("b",)]
+
+
+def test_a_robot_holds_one_part_at_most_and_gives_away_what_it_holds() -> None:
+    assert held("ATTACH a\nATTACH b", ()) == ["ATTACH b while the robot holds a: DETACH comes first"]
+    assert held("ATTACH a", ("a", "b")) == ["ATTACH a while the robot holds a or b: DETACH comes first"]
+    assert held("DETACH", ()) == ["DETACH while the robot holds no part: ATTACH comes first"]
+    assert held("ATTACH a\nDETACH\nDETACH", None) == ["DETACH while the robot holds no part: ATTACH comes first"]
+
+
+def test_nothing_is_attached_or_detached_while_a_correction_is_followed() -> None:
+    for word in ("ATTACH a", "DETACH"):
+        (fault,) = held(f"TRACK belt\n{word}", None)
+        assert "while the robot follows a correction: TRACK OFF comes first" in fault

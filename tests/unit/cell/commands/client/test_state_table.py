@@ -3,7 +3,7 @@
 import dataclasses
 
 from cell.commands.client.cell_view import Snapshot, at_rest, unreferenced
-from cell.commands.client.state_table import cell_table, robot_line, why, zone_line
+from cell.commands.client.state_table import cell_table, labelled_why, robot_line, why, zone_line
 from cell.config import load_cell
 from cell.messages import (
     AxisStatus,
@@ -42,6 +42,13 @@ def test_a_robot_that_waits_says_for_what() -> None:
 
 def test_a_silent_robot_is_called_silent() -> None:
     assert robot_line("left", None) == "left: silent"
+
+
+def test_what_a_robot_holds_is_shown_and_that_nobody_has_said_it() -> None:
+    assert labelled_why(dataclasses.replace(RUNNING, part="casting")).endswith("holds casting")
+    unsaid = labelled_why(dataclasses.replace(RUNNING, part=None))
+    assert unsaid.endswith(f"what it holds is unknown: cell part {RUNNING.robot}")
+    assert "holds" not in labelled_why(RUNNING)
 
 
 def test_an_alarm_goes_before_what_is_waited_for_and_is_said_once() -> None:
