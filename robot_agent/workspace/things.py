@@ -142,7 +142,7 @@ class Barrier:
 
 
 class Barriers:
-    """Solids that are looked at together: boxes and stretches tell first which of them could be near at all, and when."""
+    """Solids that are looked at together: boxes and stretches tell first which could be near, and when."""
 
     def __init__(self, barriers: Sequence[Barrier]) -> None:
         self.barriers = tuple(barriers)
