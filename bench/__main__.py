@@ -21,6 +21,7 @@ from bench.kinematics import kinematics
 from bench.load import load
 from bench.rest import rests
 from bench.timing import Row, median_s
+from bench.workspace import workspace
 from cell.messages import SetpointBlock
 from cell.net.codec import decode, encode
 from robot_agent.kinematics import Model, load_model
@@ -110,6 +111,7 @@ def mixed_motion(model: Model, limits: Limits) -> list[Row]:
         Row("plan 10 s of a mixed sequence", 10.0 * per_s, 10.0 * per_s / 0.05, "of 50 ms"),
         *governed(motion, limits),
         *itself(model, motion),
+        *workspace(model, motion),
     ]
 
 

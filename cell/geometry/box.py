@@ -9,6 +9,9 @@ from cell.geometry.errors import GeometryError, WrongShape
 from cell.geometry.pose import check_poses, pose_from
 from cell.geometry.segment import least_along
 
+_THINNEST_M = 1e-9
+"""Of a box about points in one plane."""
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Box:
@@ -37,6 +40,14 @@ class Box:
         """A box from the plain numbers of a zone's settings or message."""
         return cls(np.array(size_m), pose_from(np.array(position_m), np.array(quaternion_xyzw)))
 
+    @classmethod
+    def about(cls, points: Array, pose_world_axes: Array) -> "Box":
+        """The least box along the axes of a pose `(4, 4)` that holds points `(p, 3)` [m] in these axes."""
+        low, high = points.min(axis=0), points.max(axis=0)
+        pose = pose_world_axes.copy()
+        pose[:3, 3] += pose[:3, :3] @ ((low + high) / 2.0)
+        return cls(np.maximum(high - low, _THINNEST_M), pose)
+
     def capsule_distance(self, points: Array, radii: Array, within: float = np.inf) -> Array:  # noqa: ARG002
         """As `Solid`; see `capsule_box_distance`. Below minus the radius: the depth of the axis."""
         points = np.asarray(points, dtype=float)
@@ -49,9 +60,9 @@ class Box:
             )
         return np.asarray(distance - radii)
 
-    def bounds(self) -> tuple[Array, float]:
+    def bounds(self) -> "Box":
         """As `Solid`."""
-        return self.pose_world_box[:3, 3], float(np.linalg.norm(self.size) / 2.0)
+        return self
 
     def moved_to(self, pose_world_solid: Array) -> "Box":
         """As `Solid`."""

@@ -5,6 +5,7 @@ from itertools import combinations
 from typing import Self
 
 import numpy as np
+from numpy.typing import NDArray
 
 from cell.geometry.arrays import Array, Flags
 from cell.geometry.box import Box
@@ -88,32 +89,45 @@ class Faces:
         self._normals = normals
         self._offsets = np.einsum("pk,pk->p", normals, self._starts[:, 0])
         self._outward = np.cross(self._ends - self._starts, normals[:, None])
+        self._edges = np.stack([self._starts, self._ends], axis=-2)
+        self._centres = (self._starts.min(axis=1) + self._starts.max(axis=1)) / 2.0
+        self._balls = np.linalg.norm(self._starts - self._centres[:, None], axis=-1).max(axis=-1)
 
-    def distance(self, segments: Array) -> Array:
-        """Exact distance `(m, p)` [m] of segments `(m, 2, 3)` from each polygon.
+    def distance(self, segments: Array, within: Array | float) -> Array:
+        """Exact distance `(m, p)` [m] of segments `(m, 2, 3)` from each polygon; beyond `within` a bound from below.
 
         It is least between an edge and the segment, between an end of the segment and the polygon above which that
-        lies, or zero where the segment goes through.
+        lies, or zero where the segment goes through. The bound is the distance from the polygon's plane, or that from
+        a ball around it. `within` broadcasts with `(m, p)`.
         """
-        share = max(1, _AT_ONCE // self._starts[..., 0].size)
-        parts = [self._distance(segments[at : at + share]) for at in range(0, len(segments), share)]
-        return np.concatenate(parts) if parts else np.zeros((0, len(self._normals)))
+        heights = np.einsum("mek,pk->pme", segments, self._normals).swapaxes(0, 1) - self._offsets[:, None]
+        least = np.abs(heights).min(axis=-1)
+        least[heights[..., 0] * heights[..., 1] <= 0.0] = 0.0
+        middle, way = segments.mean(axis=1), segments[:, 1] - segments[:, 0]
+        halves = np.sqrt(np.einsum("mk,mk->m", way, way)) / 2.0
+        away = middle[:, None] - self._centres
+        np.maximum(least, np.sqrt(np.einsum("mpk,mpk->mp", away, away)) - self._balls - halves[:, None], out=least)
+        segment, polygon = np.nonzero(least <= within)
+        share = max(1, _AT_ONCE // self._starts.shape[1])
+        for at in range(0, len(segment), share):
+            one, other = segment[at : at + share], polygon[at : at + share]
+            least[one, other] = self._distance(segments[one], heights[one, other], other)
+        return np.asarray(least)
 
-    def _distance(self, segments: Array) -> Array:
-        edges = np.stack([self._starts, self._ends], axis=-2)
-        least = segment_distance(segments[:, None, None], edges[None]).min(axis=-1)
-        heights = np.einsum("mek,pk->mep", segments, self._normals) - self._offsets
+    def _distance(self, segments: Array, heights: Array, polygons: NDArray[np.intp]) -> Array:
+        """Of each segment `(k, 2, 3)` from its polygon, `(k,)`; `heights` `(k, 2)` are those of its ends above it."""
+        least = segment_distance(segments[:, None], self._edges[polygons]).min(axis=-1)
         for end in (0, 1):
-            above = self._above(np.repeat(segments[:, end, None], len(self._normals), axis=1))
+            above = self._above(segments[:, end], polygons)
             least = np.where(above, np.minimum(least, np.abs(heights[:, end])), least)
         through = heights[:, 0] * heights[:, 1] < 0.0
         share = heights[:, 0] / np.where(through, heights[:, 0] - heights[:, 1], 1.0)
-        meets = segments[:, None, 0] + share[..., None] * (segments[:, 1] - segments[:, 0])[:, None]
-        return np.where(through & self._above(meets), 0.0, least)
+        meets = segments[:, 0] + share[:, None] * (segments[:, 1] - segments[:, 0])
+        return np.where(through & self._above(meets, polygons), 0.0, least)
 
-    def _above(self, points: Array) -> Flags:
-        """Whether points `(m, p, 3)` lie straight above or below their polygon."""
-        beyond = np.einsum("mpek,pek->mpe", points[:, :, None] - self._starts, self._outward)
+    def _above(self, points: Array, polygons: NDArray[np.intp]) -> Flags:
+        """Whether points `(k, 3)` lie straight above or below their polygon."""
+        beyond = np.einsum("pek,pek->pe", points[:, None] - self._starts[polygons], self._outward[polygons])
         return np.asarray(beyond.max(axis=-1) <= 0.0)
 
 
@@ -128,10 +142,12 @@ class Hull:
     pose_world_hull: Array
     convex: Convex = field(init=False, repr=False)
     """In world."""
+    _faces: Faces = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
         in_world = transform_points(self.pose_world_hull, np.asarray(self.points, dtype=float))
         object.__setattr__(self, "convex", Convex.of_points(in_world))
+        object.__setattr__(self, "_faces", Faces(list(self.convex.faces), self.convex.normals))
 
     def moved_to(self, pose_world_solid: Array) -> "Hull":
         """As `PlacedSolid`."""
@@ -141,16 +157,14 @@ class Hull:
         """As `Solid`; exact, and below zero the depth of the axis and the radius."""
         points = np.asarray(points, dtype=float)
         axes = points.reshape(-1, 2, 3)
-        distance = Faces(list(self.convex.faces), self.convex.normals).distance(axes).min(axis=-1)
+        distance = self._faces.distance(axes, np.inf).min(axis=-1)
         inside = (distance == 0.0) | (self.convex.heights(axes[:, 0]) < 0.0)
         distance[inside] = np.minimum(least_along(axes[inside], self.convex.heights), 0.0)
         return np.asarray(distance.reshape(points.shape[:-2]) - radii)
 
-    def bounds(self) -> tuple[Array, float]:
+    def bounds(self) -> Box:
         """As `Solid`."""
-        corners = np.concatenate(self.convex.faces)
-        centre = corners.mean(axis=0)
-        return centre, float(np.linalg.norm(corners - centre, axis=-1).max())
+        return Box.about(np.concatenate(self.convex.faces), np.eye(4))
 
 
 def _ring(points: Array, normal: Array) -> Array:

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cell.geometry.arrays import Array
+from cell.geometry.box import Box
 from cell.geometry.errors import GeometryError, WrongShape
 from cell.geometry.pose import check_poses
 
@@ -83,17 +84,16 @@ class Mesh:
         if points.shape[-2:] != (2, 3):
             raise WrongShape("capsule end points", points.shape, "(..., 2, 3)")
         radii = np.broadcast_to(radii, points.shape[:-2])
-        distances = np.empty(radii.shape)
-        for index in np.ndindex(distances.shape):
-            distances[index] = self._distance(points[index], float(radii[index]), within)
-        return distances
+        flat = points.reshape(-1, 2, 3)
+        way, middles = flat[:, 1] - flat[:, 0], flat.mean(axis=1)
+        capsules = zip(radii.ravel().tolist(), np.linalg.norm(way, axis=-1).tolist(), _along(way), middles, strict=True)
+        return np.array([self._distance(*capsule, within) for capsule in capsules]).reshape(radii.shape)
 
-    def _distance(self, ends: Array, radius: float, within: float) -> float:
+    def _distance(self, radius: float, length: float, turn: Array, middle: Array, within: float) -> float:
         """Whether something touches is known some fifty times sooner than how far it is."""
         import fcl
 
-        start, end = ends
-        length, pose = float(np.linalg.norm(end - start)), fcl.Transform(_along(end - start), (start + end) / 2.0)
+        pose = fcl.Transform(turn, middle)
 
         def touches(grown: float) -> bool:
             capsule = fcl.CollisionObject(fcl.Capsule(radius + grown, length), pose)
@@ -106,20 +106,20 @@ class Mesh:
         capsule = fcl.CollisionObject(fcl.Capsule(radius, length), pose)
         return max(float(fcl.distance(self._tree, capsule, fcl.DistanceRequest(), fcl.DistanceResult())), 0.0)
 
-    def bounds(self) -> tuple[Array, float]:
+    def bounds(self) -> Box:
         """As `Solid`."""
-        low, high = self.vertices.min(axis=0), self.vertices.max(axis=0)
-        middle = (low + high) / 2.0
-        radius = float(np.linalg.norm(self.vertices - middle, axis=-1).max())
-        return self.pose_world_mesh[:3, :3] @ middle + self.pose_world_mesh[:3, 3], radius
+        return Box.about(self.vertices, self.pose_world_mesh)
 
 
 def _along(way: Array) -> Array:
-    """A rotation whose Z points along `way` `(3,)`; any where that is zero."""
-    length = np.linalg.norm(way)
-    if length == 0.0:
-        return np.eye(3)
-    z = way / length
-    x = np.cross([1.0, 0.0, 0.0] if abs(z[0]) < 0.9 else [0.0, 1.0, 0.0], z)
-    x /= np.linalg.norm(x)
-    return np.stack([x, np.cross(z, x), z], axis=-1)
+    """Rotations `(m, 3, 3)` whose Z points along each `way` `(m, 3)`; any where that is zero.
+
+    By Duff et al., Building an Orthonormal Basis, Revisited (2017): no case but the sign of z.
+    """
+    length = np.linalg.norm(way, axis=-1, keepdims=True)
+    x, y, z = np.where(length > 0.0, way / np.where(length > 0.0, length, 1.0), [0.0, 0.0, 1.0]).T
+    sign = np.copysign(1.0, z)
+    a = -1.0 / (sign + z)
+    b = x * y * a
+    columns = [[1.0 + sign * x * x * a, sign * b, -sign * x], [b, sign + y * y * a, -y], [x, y, z]]
+    return np.array(columns).transpose(2, 1, 0)

@@ -57,16 +57,18 @@ class Room:
         distance = -np.min([part.heights(axes).max(axis=-1) for part in self.parts], axis=0) - max(self.extra)
         if len(self.parts) > 1:
             near = distance - radii < within
-            distance[near] = self._from_border(axes[near])
+            distance[near] = self._from_border(axes[near], radii[near] + within)
         return np.asarray((distance - radii).reshape(points.shape[:-2]))
 
-    def bounds(self) -> tuple[Array, float]:
+    def bounds(self) -> None:
         """As `Solid`."""
-        return np.zeros(3), np.inf
 
-    def _from_border(self, axes: Array) -> Array:
-        """Distance `(m,)` [m] of axes `(m, 2, 3)` from the border; at most 0 for those that are not inside."""
-        distances = self._border.distance(axes)
+    def _from_border(self, axes: Array, within: Array) -> Array:
+        """Distance `(m,)` [m] of axes `(m, 2, 3)` from the border; at most 0 for those that are not inside.
+
+        Beyond `within` `(m,)` [m] it is a bound from below.
+        """
+        distances = self._border.distance(axes, np.maximum(within, _TOUCHES_M)[:, None] + self._nearer)
         inside = (self._out(axes[:, 0]) <= CRACK_M) & (distances.min(axis=1, initial=np.inf) > _TOUCHES_M)
         nearest = (distances - self._nearer).min(axis=1, initial=np.inf)
         outside = ~inside

@@ -6,6 +6,7 @@ from typing import Protocol, Self
 import numpy as np
 
 from cell.geometry.arrays import Array
+from cell.geometry.box import Box
 from cell.geometry.errors import GeometryError, WrongShape
 from cell.geometry.pose import check_poses
 from cell.geometry.segment import least_along
@@ -25,8 +26,8 @@ class Solid(Protocol):
         """
         ...
 
-    def bounds(self) -> tuple[Array, float]:
-        """Centre `(3,)` and radius [m] of a ball that holds the solid; the radius is infinite where none does."""
+    def bounds(self) -> Box | None:
+        """A box that holds the solid, not always the least one; None where none does."""
         ...
 
 
@@ -57,9 +58,11 @@ class Sphere:
         away = start + share[..., None] * way - self.centre
         return np.asarray(np.linalg.norm(away, axis=-1) - radii - self.radius)
 
-    def bounds(self) -> tuple[Array, float]:
+    def bounds(self) -> Box:
         """As `Solid`."""
-        return self.centre, self.radius
+        pose = np.eye(4)
+        pose[:3, 3] = self.centre
+        return Box(np.full(3, 2.0 * self.radius), pose)
 
     def moved_to(self, pose_world_solid: Array) -> Self:
         """As `Solid`."""
@@ -98,9 +101,9 @@ class Cylinder:
             distance[inside] = np.minimum(least_along(axes, self._height), 0.0)
         return np.asarray(distance - radii)
 
-    def bounds(self) -> tuple[Array, float]:
+    def bounds(self) -> Box:
         """As `Solid`."""
-        return self._centre, float(np.hypot(self.radius, self.length / 2.0))
+        return Box(np.array([2.0 * self.radius, 2.0 * self.radius, self.length]), self.pose_world_cylinder)
 
     def moved_to(self, pose_world_solid: Array) -> Self:
         """As `Solid`."""
@@ -153,9 +156,8 @@ class HalfSpace:
         above = (np.asarray(points) - self.pose_world_plane[:3, 3]) @ self.pose_world_plane[:3, 2]
         return np.asarray(above.min(axis=-1) - radii)
 
-    def bounds(self) -> tuple[Array, float]:
+    def bounds(self) -> None:
         """As `Solid`."""
-        return self.pose_world_plane[:3, 3], np.inf
 
     def moved_to(self, pose_world_solid: Array) -> Self:
         """As `Solid`."""

@@ -1,5 +1,6 @@
 """A robot's own links that must not come into each other: which pairs of them can, and how far apart they are."""
 
+import copy
 from contextlib import suppress
 from itertools import combinations
 
@@ -7,9 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cell.geometry import capsule_distance
-from cell.geometry.arrays import Array
+from cell.geometry.arrays import Array, Flags
 from robot_agent.kinematics import Model, OpenMechanism
 from robot_agent.model import TOOL
+from robot_agent.workspace.cover import Cover
 
 HELD = "part "
 """In front of the name of a part that the robot holds: a link may have the same name."""
@@ -50,6 +52,24 @@ class Itself:
         """How far both of each pair go together `(m, p)` [m], from how far the capsules go `(m, c)`."""
         one, other = self.pairs
         return np.asarray(ways[:, one] + ways[:, other])
+
+    def among(self, columns: NDArray[np.intp]) -> "Itself":
+        """As `KeptAway`."""
+        some = copy.copy(self)
+        some.pairs = self.pairs[:, columns]
+        return some
+
+    def near(self, cover: Cover) -> Flags:
+        """Which pairs may come too near, and when: `(b, p)`, by stretches of the cover."""
+        one, other = self.pairs
+        between = cover.centres[:, one] - cover.centres[:, other]
+        reach = cover.balls[:, one] + cover.balls[:, other] + self.margin_m
+        near = np.asarray(np.einsum("...k,...k", between, between) < reach * reach)
+        stretch, pair = np.nonzero(near)
+        first, second = (stretch, one[pair]), (stretch, other[pair])
+        distance = capsule_distance(cover.points[first], cover.radii[first], cover.points[second], cover.radii[second])
+        near[stretch, pair] = distance < self.margin_m
+        return near
 
     def names(self, column: int) -> tuple[str, str]:
         """For people: the part farther from the base, and to what it comes too near."""

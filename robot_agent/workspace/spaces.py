@@ -10,9 +10,10 @@ from cell.config.settings import BoxShape, HullShape, OrientationSettings, Space
 from cell.geometry import Box, Convex, Hull, Room, transform_points
 from cell.geometry.arrays import Array, Flags
 from robot_agent.kinematics import Model
+from robot_agent.workspace.cover import STRETCH, Cover
 from robot_agent.workspace.itself import named, part_of
 from robot_agent.workspace.swept_body import Sweep
-from robot_agent.workspace.things import Barrier, blocked, first_near, solid_of
+from robot_agent.workspace.things import Barrier, Barriers, solid_of
 from robot_agent.workspace.zones import Crossing, half_steps, intervals
 
 
@@ -49,6 +50,18 @@ class _Rule:
         return self.broken.format(who=who, missing=missing)
 
 
+class _Rules:
+    """Rules that hold together."""
+
+    def __init__(self, rules: list[_Rule]) -> None:
+        self.all = rules
+        self.barriers = Barriers([rule.barrier for rule in rules])
+
+    def of(self, barrier: Barrier) -> _Rule:
+        """The rule of one of its barriers."""
+        return next(rule for rule in self.all if rule.barrier is barrier)
+
+
 class Spaces:
     """All spaces of one robot, and the cone in which its tool points.
 
@@ -73,7 +86,7 @@ class Spaces:
         self._solids = {
             each.name: solid_of(each.shape, each.pose) for each in spaces if each.kind is not SpaceKind.SAFE
         }
-        self._rules_by_off: dict[frozenset[str], list[_Rule]] = {}
+        self._rules_by_off: dict[frozenset[str], _Rules] = {}
         self.inputs = {each.name: each.off_while for each in spaces if each.off_while is not None}
         """By space, the input that switches it off."""
 
@@ -110,20 +123,20 @@ class Spaces:
             points_at: `points` at path times `(k,)`.
             off: the spaces that are switched off.
         """
-        found = [(rule, first_near(rule.barrier, path, taus, points_at)) for rule in self._rules(off)]
-        breaches = [(near, rule) for rule, near in found if near is not None]
-        if not breaches:
+        rules = self._rules(off)
+        found = rules.barriers.first_near(Cover.of(path, STRETCH), path, taus, points_at)
+        if found is None:
             return None
-        near, rule = min(breaches, key=lambda each: each[0].tau)
-        return Breach(near.tau, rule.breach(self._who(rule, near.column), max(near.missing_m, 0.0)))
+        barrier, near = found
+        return Breach(near.tau, rules.of(barrier).breach(self._who(barrier, near.column), max(near.missing_m, 0.0)))
 
     def breach_at(self, pose_world_base: Array, q: Array) -> str:
         """What a robot breaks that stands at `q` `(n,)`, with every space on but those with an input; else empty."""
         points, radii = self.points(pose_world_base, q[None]), np.append(self._model.capsule_radii, [0.0, 0.0])
-        for rule in self._rules(frozenset(self.inputs)):
+        for rule in self._rules(frozenset(self.inputs)).all:
             clear = rule.barrier.clearance(points, radii, np.inf)[0]
             if len(clear) and clear.min() < 0.0:
-                return rule.breach(self._who(rule, int(clear.argmin())), -float(clear.min()))
+                return rule.breach(self._who(rule.barrier, int(clear.argmin())), -float(clear.min()))
         return ""
 
     def in_the_way(self, path: Sweep, off: Collection[str]) -> str:
@@ -131,10 +144,12 @@ class Spaces:
 
         As `Things.in_the_way`: who breaks one already may go where he does so no more than that.
         """
-        for rule in self._rules(off):
-            if near := blocked(rule.barrier, path):
-                return rule.hindrance.format(who=self._who(rule, near.column))
-        return ""
+        rules = self._rules(off)
+        found = rules.barriers.blocked(Cover.of(path, len(path.points)), path)
+        if found is None:
+            return ""
+        barrier, near = found
+        return rules.of(barrier).hindrance.format(who=self._who(barrier, near.column))
 
     @property
     def slow(self) -> bool:
@@ -170,10 +185,10 @@ class Spaces:
             for enter, leave in intervals(_touched(self._forbidden(name), path), taus)
         )
 
-    def _rules(self, off: Collection[str]) -> list[_Rule]:
+    def _rules(self, off: Collection[str]) -> _Rules:
         key = frozenset(off)
         if key not in self._rules_by_off:
-            self._rules_by_off[key] = self._made(key)
+            self._rules_by_off[key] = _Rules(self._made(key))
         return self._rules_by_off[key]
 
     def _made(self, off: frozenset[str]) -> list[_Rule]:
@@ -199,8 +214,8 @@ class Spaces:
         each = np.stack([tcp[:, :3, 3], self._lever_m * tcp[:, :3, axis]], axis=1)
         return np.repeat(each[:, :, None], 2, axis=2)
 
-    def _who(self, rule: _Rule, column: int) -> str:
-        capsule, body = int(rule.barrier.capsules[column]), len(self._model.body)
+    def _who(self, barrier: Barrier, column: int) -> str:
+        capsule, body = int(barrier.capsules[column]), len(self._model.body)
         if capsule >= body:
             return "the TCP" if capsule == body else "the tool"
         return named(part_of(self._model, capsule))
@@ -224,9 +239,8 @@ class _Cone:
         angle = 2.0 * np.arctan2(apart, along)
         return np.asarray(2.0 * self.lever_m * np.sin((self.within_rad - angle) / 2.0) - radii)
 
-    def bounds(self) -> tuple[Array, float]:
+    def bounds(self) -> None:
         """As `Solid`."""
-        return np.zeros(3), np.inf
 
 
 class _Everywhere:
@@ -236,9 +250,8 @@ class _Everywhere:
         """As `Solid`."""
         return np.broadcast_to(-1.0, np.shape(points)[:-2]) - radii
 
-    def bounds(self) -> tuple[Array, float]:
+    def bounds(self) -> None:
         """As `Solid`."""
-        return np.zeros(3), np.inf
 
 
 def _forbids(barrier: Barrier, name: str) -> _Rule:

@@ -22,6 +22,10 @@ class Sweep:
     bulge: Array
     """`(m - 1,)` [m]: between two samples no end point is farther than this from the straight line between them."""
 
+    def part(self, first: int, last: int) -> "Sweep":
+        """From sample `first` to sample `last`, inclusive."""
+        return Sweep(self.points[first : last + 1], self.radii, self.chords[first:last], self.bulge[first:last])
+
 
 def sweep(model: Model, pose_world_base: Array, q: Array) -> Sweep:
     """The swept body of a joint path `q` `(m, n)`, its samples evenly apart in time or in way."""

@@ -1,9 +1,9 @@
 """What a robot must not touch: the things of its cell, and itself. Where a motion comes too near, and to what."""
 
 import copy
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Protocol
+from typing import Protocol, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,10 +20,23 @@ from cell.config.settings import (
     SphereShape,
     ThingSettings,
 )
-from cell.geometry import Box, Cylinder, HalfSpace, Hull, Mesh, PlacedSolid, Solid, Sphere, compose, pose_from
-from cell.geometry.arrays import Array
+from cell.geometry import (
+    Box,
+    Cylinder,
+    HalfSpace,
+    Hull,
+    Mesh,
+    PlacedSolid,
+    Solid,
+    Sphere,
+    compose,
+    point_box_distance,
+    pose_from,
+)
+from cell.geometry.arrays import Array, Flags
 from robot_agent.kinematics import Model
 from robot_agent.model import TOOL
+from robot_agent.workspace.cover import STRETCH, Boxes, Cover, runs
 from robot_agent.workspace.itself import Itself, as_written, named, part_of
 from robot_agent.workspace.swept_body import Sweep
 
@@ -73,6 +86,10 @@ class KeptAway(Protocol):
         """How far the bodies of each column go together `(m, k)` [m], from how far each capsule goes `(m, c)`."""
         ...
 
+    def among(self, columns: NDArray[np.intp]) -> Self:
+        """The same with some of its columns only."""
+        ...
+
 
 @dataclass(frozen=True, slots=True)
 class Near:
@@ -96,17 +113,87 @@ class Barrier:
         """Distance less the margin, `(m, k)` [m], of the capsules that count; beyond `within` a bound from below."""
         points = points[:, self.capsules]
         radii = np.broadcast_to(radii[self.capsules], points.shape[:2])
-        centre, radius = self.solid.bounds()
-        middle, way = points.mean(axis=-2), points[..., 1, :] - points[..., 0, :]
-        distance = np.linalg.norm(middle - centre, axis=-1) - radius - np.linalg.norm(way, axis=-1) / 2.0 - radii
+        box = self.solid.bounds()
+        if box is None:
+            return self.solid.capsule_distance(points, radii, within + self.margin_m) - self.margin_m
+        start, way = points[..., 0, :], points[..., 1, :] - points[..., 0, :]
+        half = np.sqrt(np.einsum("...k,...k", way, way)) / 2.0
+        distance = point_box_distance(start + way / 2.0, box) - half - radii
         near = distance < within + self.margin_m
         if near.any():
             distance[near] = self.solid.capsule_distance(points[near], radii[near], within + self.margin_m)
         return np.asarray(distance - self.margin_m)
 
+    def near(self, cover: Cover, roughly: Flags) -> Flags:
+        """Which of the columns that are `roughly` near `(b, c)` may come too near, and when: `(b, k)`, by stretches."""
+        near = roughly[:, self.capsules]
+        if near.any():
+            points, radii = cover.points[:, self.capsules][near], cover.radii[:, self.capsules][near]
+            near[near] = self.solid.capsule_distance(points, radii, self.margin_m) <= self.margin_m
+        return near
+
     def way(self, ways: Array) -> Array:
         """As `KeptAway`."""
         return np.asarray(ways[:, self.capsules])
+
+    def among(self, columns: NDArray[np.intp]) -> "Barrier":
+        """As `KeptAway`."""
+        return replace(self, capsules=self.capsules[columns])
+
+
+class Barriers:
+    """Solids that are looked at together: boxes and stretches tell first which could be near, and when."""
+
+    def __init__(self, barriers: Sequence[Barrier]) -> None:
+        self.barriers = tuple(barriers)
+        boxes = {k: box for k, each in enumerate(self.barriers) if (box := each.solid.bounds()) is not None}
+        self._boxed, self._boxes = tuple(boxes), Boxes(list(boxes.values()))
+        self._margins = np.array([self.barriers[index].margin_m for index in boxes])[:, None, None]
+
+    def near(self, cover: Cover) -> list[Flags]:
+        """Which columns of each barrier may come too near, and when: `(b, k)`, by stretches of the cover."""
+        flags = [np.ones(cover.radii.shape, dtype=bool)] * len(self.barriers)
+        for index, near in zip(
+            self._boxed, self._boxes.distance(cover.points) - cover.radii < self._margins, strict=True
+        ):
+            flags[index] = near
+        return [barrier.near(cover, near) for barrier, near in zip(self.barriers, flags, strict=True)]
+
+    def first_near(
+        self, cover: Cover, path: Sweep, taus: Array, points_at: Callable[[Array], Array]
+    ) -> tuple[Barrier, Near] | None:
+        """Where a motion first comes too near to one of them; see `first_near`."""
+        looked_at = zip(self.barriers, self.near(cover), strict=True)
+        found = [
+            (each, first_near_of(each, cover, near, path, taus, points_at)) for each, near in looked_at if near.any()
+        ]
+        return min(((each, near) for each, near in found if near), key=lambda each: each[1].tau, default=None)
+
+    def blocked(self, cover: Cover, path: Sweep) -> tuple[Barrier, Near] | None:
+        """Which of them is in the way of samples close to one another, which are one stretch; see `blocked`."""
+        for barrier, near in zip(self.barriers, self.near(cover), strict=True):
+            if found := blocked_of(barrier, near, path):
+                return barrier, found
+        return None
+
+
+def first_near_of(
+    kept: KeptAway, cover: Cover, near: Flags, path: Sweep, taus: Array, points_at: Callable[[Array], Array]
+) -> Near | None:
+    """As `first_near`, looking only where and at which columns `near` `(b, k)` says, by stretches of the cover."""
+    for start, end in runs(np.asarray(near.any(axis=1))):
+        columns, first, last = np.flatnonzero(near[start:end].any(axis=0)), cover.edges[start], cover.edges[end]
+        found = first_near(kept.among(columns), path.part(first, last), taus[first : last + 1], points_at)
+        if found is not None:
+            return replace(found, column=int(columns[found.column]))
+    return None
+
+
+def blocked_of(kept: KeptAway, near: Flags, path: Sweep) -> Near | None:
+    """As `blocked`, looking only at the columns that `near` `(1, k)` says."""
+    columns = np.flatnonzero(near[0])
+    found = blocked(kept.among(columns), path) if len(columns) else None
+    return None if found is None else replace(found, column=int(columns[found.column]))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -134,23 +221,28 @@ class Things:
     def __init__(self, model: Model, things: tuple[ThingSettings, ...] = (), robot: str = "") -> None:
         """Raises `cell.geometry.GeometryError` for a mesh that is none, and for points that span nothing."""
         self._model = model
-        self._things = [_thing(model, thing, robot) for thing in things]
+        self._stand([_thing(model, thing, robot) for thing in things])
         self._itself = Itself(model)
 
     def of(self, model: Model) -> "Things":
         """The same for this robot with another tool or part."""
-        other = Things(model)
+        other, things = Things(model), []
         for thing in self._things:
             kept_away = _kept_away(model, thing.may_touch)
-            other._things.append(replace(thing, barrier=replace(thing.barrier, capsules=kept_away)))
+            things.append(replace(thing, barrier=replace(thing.barrier, capsules=kept_away)))
+        other._stand(things)
         return other
+
+    def _stand(self, things: list[_Thing]) -> None:
+        self._things = things
+        self._barriers = Barriers([thing.barrier for thing in things])
 
     def placed(self, frames: Mapping[str, Array]) -> "Things":
         """The same with what stands in these frames moved along: by name their poses `(4, 4)` in world."""
         if not frames:
             return self
         moved = copy.copy(self)
-        moved._things = [thing.placed(frames) for thing in self._things]
+        moved._stand([thing.placed(frames) for thing in self._things])
         return moved
 
     def __bool__(self) -> bool:
@@ -158,28 +250,31 @@ class Things:
 
     def first_touch(self, path: Sweep, taus: Array, points_at: Callable[[Array], Array]) -> Touch | None:
         """Where a motion first comes too near to something, to the exactness of `first_near`."""
-        touches = []
-        for thing in self._things:
-            if near := first_near(thing.barrier, path, taus, points_at):
-                part, margin_m = self._part(thing, near), thing.barrier.margin_m
-                touches.append(Touch(near.tau, part, thing.name, near.missing_m, margin_m))
-        if self._itself.pairs.size and (near := first_near(self._itself, path, taus, points_at)):
+        touches, cover = list[Touch](), Cover.of(path, STRETCH)
+        if found := self._barriers.first_near(cover, path, taus, points_at):
+            barrier, first = found
+            part, name = self._part(barrier, first), self._name(barrier)
+            touches.append(Touch(first.tau, part, name, first.missing_m, barrier.margin_m))
+        if near := first_near_of(self._itself, cover, self._itself.near(cover), path, taus, points_at):
             part, other = self._itself.names(near.column)
             touches.append(Touch(near.tau, part, other, near.missing_m, self._itself.margin_m))
         return min(touches, key=lambda touch: touch.tau, default=None)
 
     def in_the_way(self, path: Sweep) -> str:
         """What samples close to one another come too near to, for people; empty when nothing; see `blocked`."""
-        for thing in self._things:
-            if near := blocked(thing.barrier, path):
-                return f"{thing.name} is in the way of {named(self._part(thing, near))}"
-        if self._itself.pairs.size and (near := blocked(self._itself, path)):
+        cover = Cover.of(path, len(path.points))
+        if found := self._barriers.blocked(cover, path):
+            return f"{self._name(found[0])} is in the way of {named(self._part(*found))}"
+        if near := blocked_of(self._itself, self._itself.near(cover), path):
             part, other = self._itself.names(near.column)
             return f"{other} is in the way of {named(part)}"
         return ""
 
-    def _part(self, thing: _Thing, near: Near) -> str:
-        return part_of(self._model, int(thing.barrier.capsules[near.column]))
+    def _part(self, barrier: Barrier, near: Near) -> str:
+        return part_of(self._model, int(barrier.capsules[near.column]))
+
+    def _name(self, barrier: Barrier) -> str:
+        return next(thing.name for thing in self._things if thing.barrier is barrier)
 
 
 def blocked(kept: KeptAway, path: Sweep) -> Near | None:

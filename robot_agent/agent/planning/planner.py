@@ -16,7 +16,7 @@ from robot_agent.paths import Arc, Block, JointMove, Line, PathError, Sequence, 
 from robot_agent.paths.arc import evenly_turned
 from robot_agent.paths.legs import end_of, half_turns
 from robot_agent.trajectory import Motion, PlanError, plan, spliced
-from robot_agent.workspace import Breach, Crossing, PlacedRobot, Sweep, Touch, crossings, sweep
+from robot_agent.workspace import Breach, Crossing, PlacedRobot, Touch, crossings, sweep
 
 ZONE_MARGIN_M = 0.03
 """A robot stops this far in front of a zone it may not enter: more than the growth of a published body."""
@@ -126,8 +126,8 @@ class Planner:
         if not (self.things or self.spaces):
             return planned
         first = max(int(np.searchsorted(planned.taus, from_tau, side="right")) - 1, 0)
-        body, taus, motion = planned.sweep, planned.taus[first:], planned.motion
-        onward = Sweep(body.points[first:], body.radii, body.chords[first:], body.bulge[first:])
+        taus, motion = planned.taus[first:], planned.motion
+        onward = planned.sweep.part(first, len(planned.taus) - 1)
 
         def points_at(times: NDArray[np.float64]) -> NDArray[np.float64]:
             return transform_points(self.pose_world_base, self.model.capsules(motion.q(times)))
