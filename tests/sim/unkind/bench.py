@@ -91,7 +91,7 @@ class UnkindBench(GatewayBench):
             return
         self.requests.append(effect)
         self._asked[effect.node_id] = effect, self.now + self.settings.sdo_timeout_s
-        self.bus.send(CanFrame(SDO_TO_NODE + effect.node_id, request_bytes(effect)), self.now)
+        self._send(CanFrame(SDO_TO_NODE + effect.node_id, request_bytes(effect)))
 
     def _deliver(self, message: object) -> None:
         if isinstance(message, CanFrame):
@@ -156,12 +156,16 @@ class UnkindBench(GatewayBench):
         assert np.abs(self.places - start - way).max() < AT_REST
         self.stands()
 
-    def breaks(self) -> None:
-        """The plain drive fails in motion: both axes stop, and stand."""
+    def half_way(self, way: float) -> None:
+        """In the middle of a move, where it is fastest."""
         assert self.feedback is not None
         self.stands(False)
-        self.tell(self._block(self.feedback.owner, round(self.now * 1000), WAY))
+        self.tell(self._block(self.feedback.owner, round(self.now * 1000), way))
         self.run(MOVE_S / 2)
+
+    def breaks(self) -> None:
+        """The plain drive fails in motion: both axes stop, and stand."""
+        self.half_way(WAY)
         before = self.places
         self.bus.nodes[PLAIN].raise_emergency(0x4310)
         self.until(lambda: self.feedback is not None and self.feedback.state is PlayoutState.FAULT, within_s=2.0)
