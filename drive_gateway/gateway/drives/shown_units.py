@@ -22,6 +22,12 @@ class ShownUnits:
         self._label = label
         self._units = units
         self._found: dict[int, str] = {}
+        self._asked = {SI_VELOCITY, SI_ACCELERATION}
+
+    @property
+    def read(self) -> bool:
+        """The drive has answered since its start."""
+        return not self._asked
 
     @property
     def problem(self) -> str:
@@ -31,11 +37,13 @@ class ShownUnits:
     def ask(self, submit: Submit) -> None:
         """The drive has started."""
         self._found.clear()
+        self._asked = {SI_VELOCITY, SI_ACCELERATION}
         submit(SI_VELOCITY, 0, None, lambda done: self._take(SI_VELOCITY, done))
         submit(SI_ACCELERATION, 0, None, lambda done: self._take(SI_ACCELERATION, done))
 
     def _take(self, index: int, done: SdoDone) -> None:
         """Many drives have no such object, or leave it at zero: then only a motion tells."""
+        self._asked.discard(index)
         if done.problem or not done.data:
             return
         code, units = int.from_bytes(done.data, "little"), self._units

@@ -105,6 +105,8 @@ class SetupAxis:
         self._low = 0
         """Statusword bits that were 0 since homing began."""
         self._too_fast = 0
+        self._unconfirmed = 0
+        """Velocities that were written and are not confirmed."""
         self._first: FirstMotion | None = None
         self._way = _way(order, node.counts or 0)
         mode = SdoWrite(MODE, 0, order.mode.to_bytes(1, "little"))
@@ -119,7 +121,9 @@ class SetupAxis:
     @property
     def controlword(self) -> int:
         word = self.node.leading_to(_TARGETS.get(self.stage, AxisStatus.SWITCH_ON_DISABLED))
-        if self.stage is Stage.HALTING:
+        # A drive that answers late would go on until it takes the velocity of the way back.
+        turning = self._unconfirmed and self._first is not None and self._first.turning
+        if self.stage is Stage.HALTING or (turning and self.stage is Stage.MOVING):
             word |= HALT
         homing = self.order.mode == HOMING and self.stage in (Stage.MOVING, Stage.HALTING)
         # A set point is taken on the rising edge, when the target has arrived for sure.
@@ -245,6 +249,8 @@ class SetupAxis:
             self.stop(f"{self.node.label} {said}, {left} counts before the target that it was given; {why}", now)
 
     def _try_units(self, first: FirstMotion, now: float) -> None:
+        if self._unconfirmed:
+            first.unconfirmed(now)
         velocity = first.step(self.node.counts or 0, now)
         if first.problem:
             self.stop(f"{self.node.label} {first.problem}", now)
@@ -352,9 +358,11 @@ class SetupAxis:
         data = velocity.to_bytes(4, "little", signed=True)
 
         def written(outcome: SdoDone) -> None:
+            self._unconfirmed -= 1
             if outcome.problem:
                 self.problem = f"{self.node.label} refused its target velocity: {outcome.problem}"
 
+        self._unconfirmed += 1
         self.node.submit(TARGET_VELOCITY, 0, data, written)
 
 

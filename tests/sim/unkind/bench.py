@@ -116,8 +116,7 @@ class UnkindBench(GatewayBench):
             problem = "" if self.state is None else self.state.problem
             if self.now - began > (REFUSED_FOR_S if hopeless and problem else UP_WITHIN_S):
                 raise Refused(problem)
-        # Its units are read meanwhile.
-        self.run(0.3 if self.settings.sdo_timeout_s <= 0.5 else 4 * self.settings.sdo_timeout_s)
+        self.run(0.3)
         self.strange_syncs = 0
 
     def homes(self) -> None:
@@ -180,9 +179,11 @@ class UnkindBench(GatewayBench):
         return owner
 
     def _claimed(self) -> int:
-        grant = self.ask(Claim(self.robot, "a", "d")).claim
-        assert grant is not None
-        return grant.owner
+        """Raises `Refused`."""
+        reply = self.ask(Claim(self.robot, "a", "d"))
+        if reply.claim is None:
+            raise Refused(reply.text)
+        return reply.claim.owner
 
     def _asked_for(self, command: ResetDrives | EnableDrives) -> None:
         """Raises `Refused`, and nothing has moved."""

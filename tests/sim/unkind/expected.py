@@ -35,9 +35,9 @@ REFUSED = {
         ("sent no boot-up within 1 s after NMT reset", "a longer boot_timeout_s"),
     ),
     "very_slow_sdo": Expected(
-        "not brought up; runs with `sdo_timeout_s: 1`, and homes with `try_units: false`",
+        "not brought up; runs with `sdo_timeout_s: 1`",
         ("1018h:01 (vendor-ID): No SDO response received", "raise sdo_timeout_s"),
-        Changes({"sdo_timeout_s": 0.9}, {"try_units": False}),
+        Changes({"sdo_timeout_s": 0.9}, {}),
     ),
     "slow_dc_link": Expected(
         "not switched on; runs with `switch_on_s: 5`",
