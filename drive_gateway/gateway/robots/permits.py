@@ -135,6 +135,12 @@ class Permits:
             return ""
         return f"{self._robot} may still move: {', '.join(restless)} not measured at rest; {HARD_WIRED} until it stands"
 
+    def moving(self) -> str:
+        """Which axes keep others from the robot, and what helps one that only seems to move."""
+        restless = [node.label for node in self._nodes if not node.rest.standing]
+        which = ", ".join(restless)
+        return f"; {which} not measured at rest (rest_window: for one that hunts around its place)" if restless else ""
+
     def busy(self) -> str:
         if self._power.state is PowerState.STOPPING and self.restless():
             return self.restless()

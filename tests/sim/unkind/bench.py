@@ -162,11 +162,11 @@ class UnkindBench(GatewayBench):
         self.tell(self._block(self.feedback.owner, round(self.now * 1000), way))
         self.run(MOVE_S / 2)
 
-    def breaks(self) -> None:
-        """The plain drive fails in motion: both axes stop, and stand."""
+    def breaks(self, node_id: int = PLAIN) -> None:
+        """A drive fails in motion: both axes stop, and stand."""
         self.half_way(WAY)
         before = self.places
-        self.bus.nodes[PLAIN].raise_emergency(0x4310)
+        self.bus.nodes[node_id].raise_emergency(0x4310)
         self.until(lambda: self.feedback is not None and self.feedback.state is PlayoutState.FAULT, within_s=2.0)
         assert np.abs(self.places - before).max() < BRAKE
         self._quiet()
@@ -230,4 +230,6 @@ def lived(world: UnkindBench, hopeless: bool = False) -> None:
     owner = world.enables()
     world.moves(owner, WAY)
     world.breaks()
+    world.returns()
+    world.breaks(UNKIND if UNKIND in world.bus.nodes else PLAIN)
     world.moves(world.returns(), -WAY / 2)

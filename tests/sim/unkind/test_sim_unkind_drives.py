@@ -62,6 +62,11 @@ def test_a_gateway_may_have_another_node_id_which_the_drives_watch() -> None:
     assert 0x705 in {frame.id for frame in world.frames}
 
 
+def test_a_drive_keeps_node_id_127_where_the_gateway_has_another_one() -> None:
+    world = life([], Changes({"node_id": 5}, {"node_id": 127}))
+    assert world.bus.nodes[127].objects.numbers[0x1016 << 8 | 1] >> 16 == 5
+
+
 def test_a_node_that_restarted_under_load_is_back_and_stays_off() -> None:
     world = UnkindBench([TRAITS["restarts_under_load"]])
     world.comes_up()

@@ -58,9 +58,9 @@ class TroubledBench(UnkindBench):
         super().cycle(late_s)
         assert [frame.id == SYNC for frame in self.frames].count(True) == 1, "one SYNC in every cycle"
         assert np.abs(self.places - before).max() <= FASTEST * self.settings.cycle_s + AT_REST, "an axis jumped"
-        self._says_why()
+        self._tells_why()
 
-    def _says_why(self) -> None:
+    def _tells_why(self) -> None:
         state = self.state
         if state is None or state.ready or state.problem:
             self._not_ready_since = None
@@ -68,6 +68,11 @@ class TroubledBench(UnkindBench):
             self._not_ready_since = self.now
         slow = {"starts_in_half_a_minute", "very_slow_sdo", "slow_sdo"} & set(self.names)
         assert slow or self._not_ready_since is None or self.now - self._not_ready_since < TOLD_S, "nobody says why"
+
+    def says_why(self, refused: str) -> str:
+        """What an operator reads of a robot that does not do as he wants: the answer, and what is wrong anyway."""
+        assert "\n" not in refused
+        return refused if self.state is None or not self.state.problem else f"{refused}; {self.state.problem}"
 
     @property
     def hopeless(self) -> bool:
