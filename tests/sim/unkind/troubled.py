@@ -25,6 +25,8 @@ CODES = (0x4310, 0x2310, 0x8611, 0x8120, 0x8130, 0x5530, 0xFF01, 0x0000)
 STRIKES = (
     "dropped", "power", "emergency", "blocked", "deaf", "loss", "news", "adapter", "stall", "frames", "messages",
 )  # fmt: skip
+EACH, IN_ALL = 3, 4
+"""So many things happen in a life, and all of them in so many lives, from a seed that they divide."""
 FASTEST = 2.4
 """[rad/s] No axis goes faster, told or not: 1.2 times its speed."""
 
@@ -38,18 +40,20 @@ class TroubledBench(UnkindBench):
         self.helped = self.rng.random() < 0.8
         self.story: list[str] = []
         self._ends: list[tuple[float, Callable[[], None]]] = []
-        self._strikes: list[float] = []
+        self._strikes: list[tuple[float, str]] = []
         self._not_ready_since: float | None = None
         self._watched = False
         super().__init__(
             [TRAITS[name] for name in self.names], _changes(self.names) if self.helped else Changes({}, {})
         )
-        self._strikes = sorted(self.now + self.rng.uniform(0.0, TROUBLED_S) for _ in range(self.rng.randint(1, 5)))
+        kinds = list(STRIKES)
+        random.Random(seed // IN_ALL).shuffle(kinds)
+        mine = [kinds[(EACH * (seed % IN_ALL) + number) % len(kinds)] for number in range(EACH)]
+        self._strikes = sorted((self.now + self.rng.uniform(0.0, TROUBLED_S), kind) for kind in mine)
 
     def cycle(self, late_s: float = 0.0) -> None:
-        while self._strikes and self._strikes[0] <= self.now:
-            self._strikes.pop(0)
-            self._strike()
+        while self._strikes and self._strikes[0][0] <= self.now:
+            self._strike(self._strikes.pop(0)[1])
         for item in [item for item in self._ends if item[0] <= self.now]:
             self._ends.remove(item)
             item[1]()
@@ -82,23 +86,8 @@ class TroubledBench(UnkindBench):
 
     # What happens to it
 
-    def _strike(self) -> None:
+    def _strike(self, what: str) -> None:
         node = self.bus.nodes[self.rng.choice((UNKIND, PLAIN))]
-        what = self.rng.choice(
-            (
-                "dropped",
-                "power",
-                "emergency",
-                "blocked",
-                "deaf",
-                "loss",
-                "news",
-                "adapter",
-                "stall",
-                "frames",
-                "messages",
-            )
-        )
         self.story.append(f"{self.now - 10.0:.3f} s: {what} {node.node_id}")
         lasts_s = self.rng.choice((0.02, 0.2, 1.0))
         servo = node.servo
