@@ -36,6 +36,9 @@ REMEDIES = (
     *(expected.tells[-1] for expected in REFUSED.values()),
     "did not stop, so it was stopped by NMT",
     "rest_window",
+    "take a drive that has it",
+    "raise boot_timeout_s",
+    "check power and wiring",
 )
 """What helps, or why nothing does."""
 
