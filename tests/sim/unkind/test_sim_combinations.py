@@ -36,6 +36,7 @@ REMEDIES = (
     *(expected.tells[-1] for expected in REFUSED.values()),
     "did not stop, so it was stopped by NMT",
     "rest_window",
+    "say a value that this drive takes",
     "take a drive that has it",
     "raise boot_timeout_s",
     "check power and wiring",
