@@ -92,7 +92,7 @@ def run_core(
                 perform(effect)
             if on_late is not None and late_s > period_s:
                 on_late(late_s)
-            schedule.advance(period_s if trim is None else period_s + trim())
+            schedule.advance(period_s, 0.0 if trim is None else trim())
             if ahead is not None and _slept_until(schedule.due - AHEAD_S):
                 turns.hand_over(ahead)
             _slept_until(schedule.due)
@@ -105,6 +105,7 @@ class _Schedule:
         self.due = begin
         self._left = begin
         self._cycle_s = 0.0
+        self._closest_s = 0.0
         self._slipped_s = 0.0
 
     def begin(self) -> None:
@@ -115,7 +116,7 @@ class _Schedule:
 
     def apart(self, messages: Iterable[object]) -> Iterable[object]:
         """Answers `messages` when enough time has passed since the cycle before."""
-        _slept_until(self._left + CLOSEST * self._cycle_s)
+        _slept_until(self._left + self._closest_s)
         return messages
 
     def left(self) -> float:
@@ -127,10 +128,11 @@ class _Schedule:
         self._left = now
         return late_s
 
-    def advance(self, cycle_s: float) -> None:
-        """The next cycle is due this much later."""
-        self.due += cycle_s
-        self._cycle_s = cycle_s
+    def advance(self, period_s: float, trim_s: float) -> None:
+        """The next cycle is due a period and `trim_s` later. How close it may come does not change with the trim."""
+        self._cycle_s = period_s + trim_s
+        self._closest_s = CLOSEST * period_s
+        self.due += self._cycle_s
 
 
 def _slept_until(due: float) -> bool:

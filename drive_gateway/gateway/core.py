@@ -349,7 +349,7 @@ class GatewayCore:
 
     @property
     def _ready(self) -> bool:
-        drives = all(drive.operational and drive.reference.judged for drive in self._drives)
+        drives = all(drive.operational and drive.reference.judged and drive.shown_units.read for drive in self._drives)
         return drives and all(io.operational or not io.io.stops for io in self._io_nodes.values())
 
     def _counters(self) -> BusCounters:

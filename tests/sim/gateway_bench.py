@@ -184,12 +184,15 @@ class GatewayBench:
         if not (isinstance(message, CanFrame) and self.lost(message)):
             self._back.append(message)
 
+    def _send(self, frame: CanFrame) -> None:
+        if not self.lost(frame):
+            self.bus.send(frame, self.now)
+
     def _perform(self, effect: object) -> None:
         match effect:
             case Frame(frame):
                 self.frames.append(frame)
-                if not self.lost(frame):
-                    self.bus.send(frame, self.now)
+                self._send(frame)
             case StorePosition(name, record):
                 self.stored[name] = record
             case Sdo():

@@ -10,11 +10,13 @@ from drive_gateway.sim.drives.power_state import DriveState
 from drive_gateway.sim.traits.homing import HOMING
 from drive_gateway.sim.traits.trait import Trait
 from drive_gateway.sim.traits.units import UNITS
+from drive_gateway.sim.traits.values import VALUES
 from tests.sim.gateway_bench import GatewayBench, axis, homing, settings
 
 PER_TURN = 10_000
 DEGREE = np.radians(1.0)
-BY_NAME = {trait.name: trait for trait in (*HOMING, *UNITS)}
+BY_NAME = {trait.name: trait for trait in (*HOMING, *UNITS, *VALUES)}
+COASTS = "coasts at disable voltage in its reaction to a fault"
 SPEAKS = {
     "speeds in rpm": ("rpm", "counts/s^2"),
     "speeds in rpm, as 60A9h says": ("rpm", "rpm/s"),
@@ -169,17 +171,16 @@ def test_a_drive_that_hunts_is_at_rest_within_the_window_of_its_axis_and_not_wit
         assert reply.ok is ok
 
 
-@pytest.mark.parametrize("coasts", [False, True])
-def test_a_drive_that_brakes_in_its_reaction_to_a_fault_hears_its_last_word_again(coasts: bool) -> None:
-    name = "coasts at disable voltage in its reaction to a fault"
-    world = world_of(axis("J1", 1, quick_stop=11.0), *([name] if coasts else []))
+@pytest.mark.parametrize("names", [(), (COASTS,), (COASTS, "bits_of_states_alone")])
+def test_a_drive_that_brakes_in_its_reaction_to_a_fault_hears_its_last_word_again(names: tuple[str, ...]) -> None:
+    world = world_of(axis("J1", 1, quick_stop=11.0), *names)
     world.ready()
     assert world.ask(MoveAxes("left", {"J1": 1.0}, True, 1.0, False)).ok
     world.holder = "left"
     world.until(lambda: world.feedback.velocity[0] > 0.4)
     drive = world.bus.nodes[1].drives[0]
     world.bus.nodes[1].raise_emergency(0x4310)
-    world.until(lambda: world.feedback.axes[0] is AxisStatus.FAULT_REACTION_ACTIVE, within_s=0.1)
+    world.until(lambda: world.feedback.axes[0] in (AxisStatus.FAULT_REACTION_ACTIVE, AxisStatus.FAULT), within_s=0.1)
     braking = 0
     while drive.state is DriveState.FAULT_REACTION_ACTIVE:
         world.frames.clear()
@@ -192,7 +193,7 @@ def test_a_drive_that_brakes_in_its_reaction_to_a_fault_hears_its_last_word_agai
 
 
 def test_every_habit_says_what_it_does_and_where_that_is_known_from() -> None:
-    assert len(BY_NAME) == len(HOMING) + len(UNITS)
+    assert len(BY_NAME) == len(HOMING) + len(UNITS) + len(VALUES)
     assert all(trait.says.endswith(".") and trait.source for trait in BY_NAME.values())
 
 

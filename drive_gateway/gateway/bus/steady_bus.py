@@ -37,7 +37,8 @@ class SteadyBus:
 
     An interface that goes down, an adapter that is unplugged or garbles, and a controller in bus-off are failures,
     whatever the driver raises. Of all but the last a handle does not recover with every driver, so another one is
-    opened every `REOPEN_S` until one can be read. Frames that find no room, because nobody acknowledges any, are none.
+    opened every `REOPEN_S` until a frame goes out or comes in through it. Frames that find no room, because nobody
+    acknowledges any, are none.
     `opener` makes a handle; python-can by the settings where it is left out.
 
     Raises:
@@ -57,6 +58,8 @@ class SteadyBus:
         self._bus: can.BusABC | None = self._opened()
         self._failed = False
         self._bus_off = False
+        self._passed = False
+        """A frame went out through this handle."""
         self._reopen_at = 0.0
         self._unsent = 0
         self._unsent_since: float | None = None
@@ -84,7 +87,7 @@ class SteadyBus:
             # Some drivers say of an adapter that is gone only that nothing can be sent; opening tells.
             self._let_go()
             return None
-        if self._failed and (message is not None or not self._bus_off):
+        if self._failed and (message is not None or (self._passed and not self._bus_off)):
             self._failed = self._bus_off = False
             self._on_news(BusBack())
         return message
@@ -98,7 +101,7 @@ class SteadyBus:
                     message.timestamp = self._mark
                     self._bus.send(message)
                     self.sent_bits += bits_of(message)
-                    self._unsent_since = None
+                    self._unsent_since, self._passed = None, True
                 return
             except (can.CanError, OSError) as error:
                 problem = _reason(error)
@@ -207,7 +210,7 @@ class SteadyBus:
             self._fail(error.found if isinstance(error, BusError) else str(error))
             return None
         with self._lock:
-            self._bus, self._broken, self._unsent_since = bus, "", None
+            self._bus, self._broken, self._unsent_since, self._passed = bus, "", None, False
         return bus
 
 

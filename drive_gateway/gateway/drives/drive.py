@@ -15,7 +15,7 @@ from drive_gateway.canopen.pdo_map import (
 )
 from drive_gateway.canopen.profile_pdos import TARGET_VELOCITY, ProfileSender
 from drive_gateway.canopen.sdo import Dialogue, SdoRead
-from drive_gateway.cia402.state_machine import QUICK_STOP, REMOTE, WARNING, controlword, decode
+from drive_gateway.cia402.state_machine import FAULT_RESET, QUICK_STOP, REMOTE, WARNING, controlword, decode
 from drive_gateway.config.image import INPUTS_EVERY, image_of
 from drive_gateway.config.settings import AxisSettings, GatewaySettings
 from drive_gateway.gateway.drives.rest import AxisRest
@@ -32,6 +32,7 @@ _WITHOUT_TORQUE = {
     AxisStatus.READY_TO_SWITCH_ON,
     AxisStatus.FAULT,
 }
+_REACTING = (AxisStatus.FAULT_REACTION_ACTIVE, AxisStatus.FAULT)
 MASKED_FAULT_S = 1.0
 """A drive that shows the reaction to a fault and stands for this long is in the fault: transition 14 goes by itself."""
 
@@ -258,10 +259,11 @@ class Drive:
         """The controlword that takes it one transition nearer to `target`.
 
         While it brakes in its reaction to a fault it hears the last one again: CiA 402 has no command in that state,
-        and a drive that obeys `disable voltage` there would run out.
+        and a drive that obeys `disable voltage` there would run out. One that never sets bit 4 shows its reaction as
+        the fault itself, so an axis in a fault must stand, too.
         """
-        if self.status is AxisStatus.FAULT_REACTION_ACTIVE and not self.rest.standing:
-            return self._told
+        if self.status in _REACTING and not self.rest.standing:
+            return self._told & ~FAULT_RESET
         return controlword(self.status, target)
 
     def command(self, controlword: int, counts: int, speed: int = 0, per_mille: int = 0) -> list[CanFrame]:

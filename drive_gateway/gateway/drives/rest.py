@@ -34,6 +34,8 @@ class AxisRest:
         self._still_since = 0.0
         self._silent_since: float | None = None
         self._distrusted = False
+        self.only_measured = False
+        """It is silent, has had the time to stop, and is not trusted: it must be heard again."""
 
     def take(self, counts: int, now: float) -> None:
         """One measured position."""
@@ -62,6 +64,7 @@ class AxisRest:
     def heard(self) -> None:
         """Its node is operational from now on."""
         self._silent_since = None
+        self.only_measured = False
         self.measure_anew()
 
     def silent(self, now: float) -> None:
@@ -69,5 +72,5 @@ class AxisRest:
         if self._silent_since is None:
             self._silent_since = now
             self.measure_anew()
-        elif not self._distrusted and now - self._silent_since >= self.silent_stop_s:
-            self.standing = True
+        elif now - self._silent_since >= self.silent_stop_s:
+            self.standing, self.only_measured = not self._distrusted, self._distrusted

@@ -20,6 +20,12 @@ class ShownUnits:
         self._label = label
         self._units = units
         self._found: dict[int, str] = {}
+        self._asked = {SI_VELOCITY, SI_ACCELERATION}
+
+    @property
+    def read(self) -> bool:
+        """The drive has answered since its start."""
+        return not self._asked
 
     @property
     def problem(self) -> str:
@@ -29,11 +35,13 @@ class ShownUnits:
     def dialogue(self) -> Dialogue:
         """The drive has started: what to read of it."""
         self._found.clear()
+        self._asked = {SI_VELOCITY, SI_ACCELERATION}
         for index in (SI_VELOCITY, SI_ACCELERATION):
             self._take(index, (yield SdoRead(index, 0)))
 
     def _take(self, index: int, done: SdoDone) -> None:
         """Many drives have no such object, or leave it at zero: then only a motion tells."""
+        self._asked.discard(index)
         if done.problem or not done.data:
             return
         code, units = int.from_bytes(done.data, "little"), self._units

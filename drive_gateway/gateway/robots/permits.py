@@ -74,7 +74,7 @@ class Permits:
             return f"{self._robot} stays off: {self.order.reason}"
         if self._setup.problem:
             return f"{self._robot} stays off: {self._setup.problem}"
-        if wrong := self.wrong_units():
+        if wrong := self.wrong_units() or self.unread_units():
             return f"{self._robot} stays off: {wrong}"
         if self._setup.busy:
             return f"{self._robot} is being set up; enable it when that is done"
@@ -103,7 +103,7 @@ class Permits:
             return f"{self._robot} is {self._power.state.value}; disable it first"
         if self.inputs:
             return f"{self._robot} stays off: {self._open()}"
-        if wrong := self.wrong_units():
+        if wrong := self.wrong_units() or self.unread_units():
             return f"{self._robot} stays off: {wrong}"
         operational = all(node.operational for node in self._nodes)
         if not (operational and self._watch.standing and self._power.all_in(AxisStatus.SWITCH_ON_DISABLED)):
@@ -113,6 +113,11 @@ class Permits:
     def wrong_units(self) -> str:
         """Which drives say that they take speeds or ramps in another unit than they are told in."""
         return "; ".join(node.shown_units.problem for node in self._nodes if node.shown_units.problem)
+
+    def unread_units(self) -> str:
+        """Which drives have not said yet in which units they take speeds and ramps."""
+        unread = [node.label for node in self._nodes if node.operational and not node.shown_units.read]
+        return f"the units of {', '.join(unread)} are being read (60A9h, 60AAh); ask again" if unread else ""
 
     def accept(self) -> str:
         """An operator's word about where axes are."""
@@ -129,6 +134,12 @@ class Permits:
         if not restless:
             return ""
         return f"{self._robot} may still move: {', '.join(restless)} not measured at rest; {HARD_WIRED} until it stands"
+
+    def moving(self) -> str:
+        """Which axes keep others from the robot, and what helps one that only seems to move."""
+        restless = [node.label for node in self._nodes if not node.rest.standing]
+        which = ", ".join(restless)
+        return f"; {which} not measured at rest (rest_window: for one that hunts around its place)" if restless else ""
 
     def busy(self) -> str:
         if self._power.state is PowerState.STOPPING and self.restless():

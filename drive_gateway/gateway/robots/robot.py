@@ -89,9 +89,10 @@ class Robot:
 
     def claim(self, call: Claim, now: float, tick: int) -> tuple[bool, str, ClaimGrant | None]:
         before = self.claims.owner
-        owner = self.claims.claim(call.boot, self.group.standstill.at_rest, now)
+        at_rest = self.group.standstill.at_rest
+        owner = self.claims.claim(call.boot, at_rest, now)
         if isinstance(owner, ClaimRefused):
-            return False, owner.text, None
+            return False, owner.text if at_rest else f"{owner.text}{self.group.permits.moving()}", None
         if owner != before:
             self.group.playout.own(owner)
             self._log.info("claimed", f"{self.name} is claimed by boot {call.boot} as owner {owner}")

@@ -78,6 +78,21 @@ class FirstMotion:
             return 0
         return self._direction * (self._told if self._back_at is None else -self._told)
 
+    def unconfirmed(self, now: float) -> None:
+        """The drive has not said yet that it took the newest velocity: nothing is judged by time before it has.
+
+        It may go at the new velocity already, or at the one before.
+        """
+        self._rung_at = now
+        self._middle = None
+        if self._back_at is not None:
+            self._back_at = now
+
+    @property
+    def turning(self) -> bool:
+        """It has gone as far as it should, and is told to go back."""
+        return self._back_at is not None
+
     def _judge_slow(self, way: float, now: float) -> None:
         if self._middle is not None:
             since, at = self._middle

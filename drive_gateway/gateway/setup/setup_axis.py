@@ -102,6 +102,8 @@ class SetupAxis:
         self._low = 0
         """Statusword bits that were 0 since homing began."""
         self._too_fast = 0
+        self._unconfirmed = 0
+        """Velocities that were written and are not confirmed."""
         self._first: FirstMotion | None = None
         self._way = _way(order, node.counts or 0)
         self._prepared = False
@@ -117,7 +119,9 @@ class SetupAxis:
     @property
     def controlword(self) -> int:
         word = self.node.leading_to(_TARGETS.get(self.stage, AxisStatus.SWITCH_ON_DISABLED))
-        if self.stage is Stage.HALTING:
+        # A drive that answers late would go on until it takes the velocity of the way back.
+        turning = self._unconfirmed and self._first is not None and self._first.turning
+        if self.stage is Stage.HALTING or (turning and self.stage is Stage.MOVING):
             word |= HALT
         homing = self.order.mode == HOMING and self.stage in (Stage.MOVING, Stage.HALTING)
         # A set point is taken on the rising edge, when the target has arrived for sure.
@@ -243,6 +247,8 @@ class SetupAxis:
             self.stop(f"{self.node.label} {said}, {left} counts before the target that it was given; {why}", now)
 
     def _try_units(self, first: FirstMotion, now: float) -> None:
+        if self._unconfirmed:
+            first.unconfirmed(now)
         velocity = first.step(self.node.counts or 0, now)
         if first.problem:
             self.stop(f"{self.node.label} {first.problem}", now)
@@ -338,10 +344,12 @@ class SetupAxis:
         self.velocity = velocity
         if self.node.velocity_by_pdo:
             return
+        self._unconfirmed += 1
         self.node.follow(self._write_velocity(velocity.to_bytes(4, "little", signed=True)))
 
     def _write_velocity(self, data: bytes) -> Dialogue:
         told = yield SdoWrite(TARGET_VELOCITY, 0, data)
+        self._unconfirmed -= 1
         if told.problem:
             self.problem = f"{self.node.label} refused its target velocity: {told.problem}"
 

@@ -91,7 +91,8 @@ class Watch:
                     yield trouble
                 else:
                     self._log.warn_repeated("drive_warning", trouble.text, trouble.remedy, trouble.text, now)
-            attend(node.node, self._power.state in (PowerState.OFF, PowerState.FAULT), now, self._log)
+            idle = self._power.state in (PowerState.OFF, PowerState.FAULT)
+            attend(node.node, idle or node.rest.only_measured, now, self._log)
             if node.status in _FAULT and not self._in_fault:
                 yield _fault_of(node)
         self.limit_switches = tuple(limit_switches(self._nodes, now))

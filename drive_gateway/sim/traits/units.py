@@ -2,8 +2,11 @@
 
 from collections.abc import Callable
 
+from drive_gateway.canopen.frame import CanFrame
 from drive_gateway.sim.drives.drive import Drive
 from drive_gateway.sim.nodes.node import SimulatedNode
+from drive_gateway.sim.services.dictionary import key_of
+from drive_gateway.sim.traits.habits import number, sends
 from drive_gateway.sim.traits.trait import Trait
 
 COUNTS_PER_TURN = 10_000
@@ -29,6 +32,21 @@ def _rpm_and_says_so(node: SimulatedNode) -> None:
     for drive in node.drives:
         drive.units.acceleration = _per_turn(drive) / 60.0
     node.add_object(0x60A9, "SI unit velocity", SI_VELOCITY_RPM, writable=True)
+
+
+def _velocity_factor(node: SimulatedNode) -> None:
+    numerator, divisor = key_of(0x6096, 1), key_of(0x6096, 2)
+    per_turn = round(_per_turn(node.drives[0]))
+    node.objects.declare(number(0x6096, 1, "I", 60, "Velocity factor, numerator"))
+    node.objects.declare(number(0x6096, 2, "I", per_turn, "Velocity factor, divisor"))
+    numbers = node.objects.numbers
+
+    def scaled(frames: list[CanFrame], _now: float) -> list[CanFrame]:
+        for drive in node.drives:
+            drive.units.velocity = numbers[divisor] / max(1, numbers[numerator])
+        return frames
+
+    sends(node, scaled)
 
 
 def _degrees_per_s2(node: SimulatedNode) -> None:
@@ -60,6 +78,13 @@ UNITS = (
         "Nanotec, PD6-C CANopen manual, object 60A9h: preset value 00B44700h, rpm; Synapticon, SOMANET object 60A9h: "
         "rpm is the default, accelerations are in rpm/s",
         _rpm_and_says_so,
+    ),
+    Trait(
+        "speeds by a velocity factor",
+        "Speeds are counts/s times 6096h:01 / 6096h:02, which is 60 / counts per turn (rpm) from its factory.",
+        "Kollmorgen, AKD2G CANopen manual, object 6096h: the factor scales position units per second; 60 and the "
+        "increments of a turn for rpm",
+        _velocity_factor,
     ),
     Trait(
         "speeds in 0.0001 rpm",

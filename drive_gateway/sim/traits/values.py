@@ -1,5 +1,8 @@
 """Drives that keep values of their own, or say nothing where a value belongs."""
 
+from collections.abc import Callable
+
+from drive_gateway.sim.drives.power_state import DriveState
 from drive_gateway.sim.nodes.node import SimulatedNode
 from drive_gateway.sim.services.abort import Abort, AccessRefused
 from drive_gateway.sim.services.dictionary import key_of
@@ -7,6 +10,10 @@ from drive_gateway.sim.traits.habits import constant, refuses
 from drive_gateway.sim.traits.trait import Trait
 
 _QUICK_STOP_STAYS, _QUICK_STOP_OFF = 6, 2
+_STATUSWORD = key_of(0x6041)
+_OF_STATES, _OF_MODES = 0x6F, 1 << 10 | 1 << 12 | 1 << 13
+
+_Update = Callable[[DriveState, int, bool], None]
 
 
 def _own_reactions(node: SimulatedNode) -> None:
@@ -48,11 +55,28 @@ def _mode_not_shown(node: SimulatedNode) -> None:
     node.objects.read = without  # type: ignore[method-assign]
 
 
+def _bits_of_states_alone(node: SimulatedNode) -> None:
+    for drive in node.drives:
+        update = drive.shown.update
+
+        def without(state: DriveState, mode_bits: int, following_error: bool, update: _Update = update) -> None:
+            update(state, mode_bits, following_error)
+            node.objects.numbers[_STATUSWORD] &= _OF_STATES | _OF_MODES
+
+        drive.shown.update = without  # type: ignore[method-assign]
+
+
 def _least_ramp(node: SimulatedNode) -> None:
     refuses(node, 0x6085, 0, Abort.TOO_HIGH, lambda value: value > 1_000_000)
 
 
 VALUES = (
+    Trait(
+        "bits_of_states_alone",
+        "Bits 4, 7, 9 and 11 of its statusword (voltage, warning, remote, internal limit) are 0 in every state.",
+        "CiA 402-2, statusword: the states are told by bits 0 to 3, 5 and 6 alone, the others are x in that table",
+        _bits_of_states_alone,
+    ),
     Trait(
         "reactions_are_constant",
         "Has 605Ah = 6 and 6007h = 3, which can only be read.",

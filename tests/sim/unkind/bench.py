@@ -91,7 +91,7 @@ class UnkindBench(GatewayBench):
             return
         self.requests.append(effect)
         self._asked[effect.node_id] = effect, self.now + self.settings.sdo_timeout_s
-        self.bus.send(CanFrame(SDO_TO_NODE + effect.node_id, request_bytes(effect)), self.now)
+        self._send(CanFrame(SDO_TO_NODE + effect.node_id, request_bytes(effect)))
 
     def _deliver(self, message: object) -> None:
         if isinstance(message, CanFrame):
@@ -116,8 +116,7 @@ class UnkindBench(GatewayBench):
             problem = "" if self.state is None else self.state.problem
             if self.now - began > (REFUSED_FOR_S if hopeless and problem else UP_WITHIN_S):
                 raise Refused(problem)
-        # Its units are read meanwhile.
-        self.run(0.3 if self.settings.sdo_timeout_s <= 0.5 else 4 * self.settings.sdo_timeout_s)
+        self.run(0.3)
         self.strange_syncs = 0
 
     def homes(self) -> None:
@@ -156,14 +155,18 @@ class UnkindBench(GatewayBench):
         assert np.abs(self.places - start - way).max() < AT_REST
         self.stands()
 
-    def breaks(self) -> None:
-        """The plain drive fails in motion: both axes stop, and stand."""
+    def half_way(self, way: float) -> None:
+        """In the middle of a move, where it is fastest."""
         assert self.feedback is not None
         self.stands(False)
-        self.tell(self._block(self.feedback.owner, round(self.now * 1000), WAY))
+        self.tell(self._block(self.feedback.owner, round(self.now * 1000), way))
         self.run(MOVE_S / 2)
+
+    def breaks(self, node_id: int = PLAIN) -> None:
+        """A drive fails in motion: both axes stop, and stand."""
+        self.half_way(WAY)
         before = self.places
-        self.bus.nodes[PLAIN].raise_emergency(0x4310)
+        self.bus.nodes[node_id].raise_emergency(0x4310)
         self.until(lambda: self.feedback is not None and self.feedback.state is PlayoutState.FAULT, within_s=2.0)
         assert np.abs(self.places - before).max() < BRAKE
         self._quiet()
@@ -176,9 +179,11 @@ class UnkindBench(GatewayBench):
         return owner
 
     def _claimed(self) -> int:
-        grant = self.ask(Claim(self.robot, "a", "d")).claim
-        assert grant is not None
-        return grant.owner
+        """Raises `Refused`."""
+        reply = self.ask(Claim(self.robot, "a", "d"))
+        if reply.claim is None:
+            raise Refused(reply.text)
+        return reply.claim.owner
 
     def _asked_for(self, command: ResetDrives | EnableDrives) -> None:
         """Raises `Refused`, and nothing has moved."""
@@ -225,4 +230,6 @@ def lived(world: UnkindBench, hopeless: bool = False) -> None:
     owner = world.enables()
     world.moves(owner, WAY)
     world.breaks()
+    world.returns()
+    world.breaks(UNKIND if UNKIND in world.bus.nodes else PLAIN)
     world.moves(world.returns(), -WAY / 2)

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 from drive_gateway.canopen.emcy import Meaning
 from drive_gateway.canopen.pdo_map import OwnPdo
+from drive_gateway.config.settings import OwnObject
 from drive_gateway.sim.traits.register import TRAITS
 from tests.sim.unkind.bench import Changes
 
@@ -27,6 +28,7 @@ class Expected:
 
 TOOL = "set it with the maker's tool"
 _NO_SETUP = "no set-up before its units are in the drives file: stopped within 0.03 deg"
+_FACTOR = tuple(OwnObject(0x6096, sub, "velocity factor", (1).to_bytes(4, "little")) for sub in (1, 2))
 _TOO_FAST = ("moves faster than it was told", "correct velocity_unit and counts_per_turn")
 
 REFUSED = {
@@ -35,9 +37,9 @@ REFUSED = {
         ("sent no boot-up within 1 s after NMT reset", "a longer boot_timeout_s"),
     ),
     "very_slow_sdo": Expected(
-        "not brought up; runs with `sdo_timeout_s: 1`, and homes with `try_units: false`",
+        "not brought up; runs with `sdo_timeout_s: 1`",
         ("1018h:01 (vendor-ID): No SDO response received", "raise sdo_timeout_s"),
-        Changes({"sdo_timeout_s": 0.9}, {"try_units": False}),
+        Changes({"sdo_timeout_s": 0.9}, {}),
     ),
     "slow_dc_link": Expected(
         "not switched on; runs with `switch_on_s: 5`",
@@ -82,6 +84,11 @@ REFUSED = {
         Changes({}, {"rest_window": 1e-3}),
     ),
     "speeds in rpm": Expected(_NO_SETUP, _TOO_FAST),
+    "speeds by a velocity factor": Expected(
+        f"{_NO_SETUP}; runs with 6096h:01 and 6096h:02 at 1 below `objects`",
+        _TOO_FAST,
+        Changes({}, {"objects": _FACTOR}),
+    ),
     "speeds in rpm, as 60A9h says": Expected(_NO_SETUP, _TOO_FAST),
     "accelerations in 0.1 rpm/s": Expected(_NO_SETUP, _TOO_FAST),
     "speeds in 0.0001 rpm": Expected(

@@ -3,17 +3,16 @@
 Whatever a drive does, nothing moves that was not meant to (`UnkindBench` looks in every cycle).
 """
 
-import random
-
+import numpy as np
 import pytest
 
-from cell.messages import Home
+from cell.messages import AxisStatus, Home, MoveAxes
 from drive_gateway.canopen.cob_id import SYNC
 from drive_gateway.sim.nodes.node import SimulatedNode
-from drive_gateway.sim.services.abort import AccessRefused
+from drive_gateway.sim.traits.habits import answers_late
 from drive_gateway.sim.traits.register import TRAITS
 from drive_gateway.sim.traits.trait import Trait
-from tests.sim.unkind.bench import PLAIN, UNKIND, Changes, Refused, UnkindBench, life, lived
+from tests.sim.unkind.bench import PLAIN, UNKIND, WAY, Changes, Refused, UnkindBench, life, lived
 from tests.sim.unkind.expected import REFUSED, TOLD, table
 from tests.unit.repository import ROOT
 
@@ -63,6 +62,11 @@ def test_a_gateway_may_have_another_node_id_which_the_drives_watch() -> None:
     assert 0x705 in {frame.id for frame in world.frames}
 
 
+def test_a_drive_keeps_node_id_127_where_the_gateway_has_another_one() -> None:
+    world = life([], Changes({"node_id": 5}, {"node_id": 127}))
+    assert world.bus.nodes[127].objects.numbers[0x1016 << 8 | 1] >> 16 == 5
+
+
 def test_a_node_that_restarted_under_load_is_back_and_stays_off() -> None:
     world = UnkindBench([TRAITS["restarts_under_load"]])
     world.comes_up()
@@ -73,6 +77,27 @@ def test_a_node_that_restarted_under_load_is_back_and_stays_off() -> None:
     world.run(1.0)
     assert world.feedback is not None
     assert not world.feedback.enabled
+
+
+def test_nothing_is_set_up_before_the_drives_have_said_in_which_units() -> None:
+    world = UnkindBench([TRAITS["slow_sdo"]], Changes({}, {"incremental": False, "homing": None}))
+    told: list[str] = []
+    while not (reply := world.ask(MoveAxes("left", {"J1": 0.1}, True, 1.0, False))).ok:
+        told.append(reply.text)
+        assert world.now < 30.0, told[-1]
+    assert "left stays off: the units of node 1 (left J1) are being read (60A9h, 60AAh); ask again" in told[-1]
+
+
+@pytest.mark.parametrize("units", ["speeds in rpm", "velocities against positions"])
+def test_units_are_tried_as_well_where_sdo_takes_long(units: str) -> None:
+    world = UnkindBench([TRAITS[units]])
+    world.comes_up()
+    answers_late(world.bus.nodes[UNKIND], 0.4)
+    before = world.places
+    with pytest.raises(Refused) as refused:
+        world.homes()
+    assert any(part in str(refused.value) for part in REFUSED[units].tells)
+    assert np.abs(world.places - before).max() < np.radians(1.0)
 
 
 def _drifts(node: SimulatedNode) -> None:
@@ -91,6 +116,30 @@ def test_the_bench_notices_an_axis_that_moves_by_itself() -> None:
         life([Trait("drifts", "", "", _drifts)])
 
 
+def test_a_node_that_is_lost_again_before_its_stop_was_measured_is_brought_up_all_the_same() -> None:
+    world = UnkindBench([], Changes({}, {"incremental": False, "homing": None}))
+    world.comes_up()
+    world.enables()
+    world.half_way(WAY)
+    node = world.bus.nodes[UNKIND]
+    _drifts(node)
+    world.bus.nodes[PLAIN].raise_emergency(0x4310)
+
+    def heard() -> bool:
+        assert world.state is not None
+        return world.state.nodes[0].drive is not AxisStatus.SILENT
+
+    world.until(lambda: "does_not_stop" in world.codes())
+    world.until(lambda: not heard())
+    world.until(heard)
+    node.silence()
+    world.until(lambda: not heard())
+    del node.__dict__["timers"]
+    node.silence(False)
+    world.until(lambda: world.state is not None and world.state.ready)
+    world.returns()
+
+
 def test_the_page_about_drives_has_the_table_of_all_traits() -> None:
     page = (ROOT / "docs" / "drives.md").read_text()
     assert table() in page, "put what `python -m tests.sim.unkind.expected` prints into docs/drives.md"
@@ -98,24 +147,3 @@ def test_the_page_about_drives_has_the_table_of_all_traits() -> None:
 
 def test_every_expectation_is_of_a_trait_that_there_is() -> None:
     assert {*REFUSED, *TOLD} <= set(TRAITS)
-
-
-def refusal(names: list[str]) -> str | None:
-    """What people are told of a drive with these traits; `None`: it runs, or they contradict each other."""
-    try:
-        life([TRAITS[name] for name in names], hopeless=any(name in REFUSED for name in names))
-    except Refused as refused:
-        return str(refused)
-    except AccessRefused:
-        # Of an object that another trait took away.
-        return None
-    return None
-
-
-@pytest.mark.soak
-def test_drives_with_several_habits_run_or_are_refused_with_a_sentence_and_never_move_by_themselves() -> None:
-    rng = random.Random()
-    for _ in range(100):
-        names = rng.sample(sorted(TRAITS), rng.randint(2, 4))
-        told = refusal(names)
-        assert told is None or "node 1 (left J1)" in told, names

@@ -3,7 +3,6 @@
 import gc
 import itertools
 import os
-import random
 import sys
 import time
 from threading import Event, Thread
@@ -129,29 +128,6 @@ def test_a_loop_without_time_left_takes_nothing_ahead() -> None:
         core, period_s=0.5 * AHEAD_S, inbox=list, perform=lambda _: None, stop=core.stop, ahead=lambda: ["too early"]
     )
     assert core.received == []
-
-
-def test_cycles_never_come_close_together_whatever_stalls_and_for_how_long() -> None:
-    period_s, rng = 0.02, random.Random(4)
-    core, left = Recorder(60), []
-
-    def stall() -> None:
-        if rng.random() < 0.15:
-            time.sleep(rng.uniform(0.001, 0.05))
-
-    def inbox() -> list[object]:
-        stall()
-        return []
-
-    def perform(effect: Effect) -> None:
-        if effect != Publish("x"):
-            left.append(time.monotonic())
-        stall()
-
-    run_core(core, period_s=period_s, inbox=inbox, perform=perform, stop=core.stop, ahead=inbox)
-    spacings = [after - before for before, after in itertools.pairwise(left)]
-    assert max(spacings) > 1.5 * period_s, "nothing has stalled"
-    assert min(spacings) >= CLOSEST * period_s
 
 
 def test_small_delays_do_not_add_up_and_after_a_long_one_the_schedule_slips_as_a_whole() -> None:

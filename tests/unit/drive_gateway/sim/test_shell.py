@@ -167,10 +167,12 @@ def test_drives_outlive_a_failure_of_their_bus(caplog: pytest.LogCaptureFixture)
     with SimulatedDrives(gateway(), SIMULATION) as drives:
         assert drives._bus is not None
         assert drives._bus._bus is not None
-        drives._bus._bus.shutdown()
-        wait_for(lambda: "works again" in caplog.text)
+        old = drives._bus._bus
+        old.shutdown()
+        wait_for(lambda: drives._bus is not None and drives._bus._bus not in (old, None))
         with master_of(drives, drives._settings.channel) as network:
             assert add_node(network).sdo["Identity"]["Product code"].raw == 0x402
+        wait_for(lambda: "works again" in caplog.text)
 
 
 def test_bus_that_cannot_be_opened_is_named() -> None:

@@ -217,6 +217,7 @@ def test_a_bus_that_cannot_be_read_any_more_is_told_and_opened_again(
         deadline = time.monotonic() + DEADLINE_S
         while news.empty() and time.monotonic() < deadline:
             port.take()
+            port.send(CanFrame(SYNC, b""))
         assert news.get_nowait() == BusBack()
         send(peer, TPDO)
         while got.empty() and time.monotonic() < deadline:

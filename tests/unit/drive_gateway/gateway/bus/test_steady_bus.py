@@ -84,14 +84,32 @@ def test_an_interface_that_goes_down_is_told_once_and_opened_until_it_can_be_rea
     bus.send(FRAME)
     assert news == [BusFailed(str(DOWN))]
     assert bus.receive(0.1) is None
-    assert news == [BusFailed(str(DOWN)), BusBack()]
-    assert bus.receive(0.1) is FRAME
     bus.send(FRAME)
+    assert news == [BusFailed(str(DOWN))]
+    assert bus.receive(0.1) is FRAME
+    assert news == [BusFailed(str(DOWN)), BusBack()]
     assert not first.open
     assert not still_down.open
     assert good.sent == [0x701]
     bus.close()
     assert not good.open
+
+
+@pytest.mark.parametrize("heard", [None, FRAME])
+def test_an_adapter_that_can_be_opened_is_not_back_before_a_frame_goes_through_it(
+    opened: Opened, heard: can.Message | None
+) -> None:
+    broken = AttributeError("no port")
+    bus, news = opened(Handle(sends=broken), Handle(sends=broken), Handle(None, heard))
+    for _ in range(3):
+        bus.send(FRAME)
+        assert bus.receive(0.0) is None
+    assert [type(item) for item in news] == [BusDisturbed, BusFailed]
+    assert bus.receive(0.0) is None
+    if heard is None:
+        bus.send(FRAME)
+    assert bus.receive(0.0) is heard
+    assert [type(item) for item in news] == [BusDisturbed, BusFailed, BusBack]
 
 
 def error_frame(classes: int, *data: int) -> can.Message:

@@ -68,6 +68,42 @@ def test_a_drive_that_means_another_unit_is_stopped_within_a_degree(unit: str, t
     assert most * truth < 2.0 * PER_TURN
 
 
+def by_sdo(unit: str, truth: float, answers_s: float, at_once: bool, back: bool) -> tuple[str, float]:
+    """As `run`, with a drive that takes each velocity `at_once` or when it answers; it halts until it is to go back."""
+    motion = FirstMotion(axis("J1", 1, units=drive_units(unit, "counts/s^2", PER_TURN, 0.0)), 1, 500, 0.0, back)
+    told = taken = 0
+    answer_at, place, far = 0.0, 500.0, 0.0
+    for cycle in range(8000):
+        now = cycle * CYCLE_S
+        if now < answer_at:
+            motion.unconfirmed(now)
+        else:
+            taken = told
+        newest = motion.step(round(place), now)
+        if motion.problem or motion.done:
+            return motion.problem, far / 200_000.0
+        if newest != told:
+            told, answer_at = newest, now + answers_s
+            taken = told if at_once else taken
+        halted = motion.turning and now < answer_at
+        place += 0.0 if halted else taken * truth * CYCLE_S
+        far = max(far, abs(place - 500.0))
+    raise AssertionError("it has no end")
+
+
+@pytest.mark.parametrize("at_once", [True, False])
+@pytest.mark.parametrize("answers_s", [0.1, 0.5, 1.0])
+@pytest.mark.parametrize("back", [True, False])
+def test_a_drive_that_answers_late_is_judged_as_well(back: bool, answers_s: float, at_once: bool) -> None:
+    unit = "0.001 rpm"
+    truth = drive_units(unit, "counts/s^2", PER_TURN, 0.0).velocity
+    assert by_sdo(unit, truth, answers_s, at_once, back)[0] == ""
+    for wrong, what in ((1000.0, "faster"), (60.0, "faster"), (0.1, "slower")):
+        problem, far = by_sdo(unit, wrong * truth, answers_s, at_once, back)
+        assert problem.startswith(f"moves {what} than it was told")
+        assert far < math.radians(1.0)
+
+
 @pytest.mark.parametrize("wrong", [0.5, 2.0])
 def test_a_wrong_number_of_counts_per_turn_shows_where_the_unit_counts_turns(wrong: float) -> None:
     problem, far, _ = run("0.01 rpm", wrong * PER_TURN / 6000.0)
