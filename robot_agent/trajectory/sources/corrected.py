@@ -26,10 +26,6 @@ Numbers = NDArray[np.float64]
 _TRIES = 6
 _MORE = 1.1
 _BELOW = 1.02
-_GENTLER = 0.4
-"""What is in the way may be no more in the way of a correction of that share."""
-_GENTLER_TRIES = 3
-"""Of a correction while the path waits; else one, and the next block tries on."""
 _LEAST = 0.02
 """Share of the correction's acceleration below which the robot rather stops."""
 _GENTLEST_RAMP = 0.25
@@ -75,22 +71,11 @@ class _Effort:
         ramp = max(self.ramp * min(acceleration, jerk), _GENTLEST_RAMP)
         return _Effort(self.rate * rate, self.acceleration * acceleration, self.jerk * jerk, ramp)
 
-    def gentler(self) -> "_Effort":
-        """Less far, and so less near to what is in the way."""
-        return _Effort(_GENTLER * self.rate, _GENTLER * self.acceleration, _GENTLER * self.jerk, self.ramp)
-
     def at_least(self, share: float) -> "_Effort":
         return _Effort(max(self.rate, share), max(self.acceleration, share), max(self.jerk, share), self.ramp)
 
     def more(self) -> "_Effort":
         return _Effort(*(min(1.0, _MORE * share) for share in (self.rate, self.acceleration, self.jerk, self.ramp)))
-
-
-@dataclass(frozen=True, slots=True)
-class _InTheWay:
-    """What the body would touch or enter."""
-
-    why: str
 
 
 _PATH_WAITS = _Effort(0.0, 1.0, 1.0)
@@ -223,18 +208,13 @@ class CorrectedSource:
         self, begun: CorrectedBlock, count: int, effort: _Effort, tries: int
     ) -> tuple[CorrectedBlock | None, _Effort, str]:
         """The first admissible block of a few tries; the effort tried last, and what was in the way, for people."""
-        why, ways_tried = "", 0
+        why = ""
         for _ in range(tries):
             found = self._attempt(begun, count, effort)
             if isinstance(found, CorrectedBlock):
                 return found, effort, why
             if isinstance(found, str):
                 return None, effort, f"correction: {found}"
-            if isinstance(found, _InTheWay):
-                why, effort, ways_tried = f"correction: {found.why}", effort.gentler(), ways_tried + 1
-                if effort.acceleration < _LEAST or ways_tried > (_GENTLER_TRIES if effort.rate == 0.0 else 1):
-                    break
-                continue
             why = f"correction: {found.why}" if found.why else why
             effort = effort.within(found)
             if effort.acceleration < _LEAST:
@@ -246,9 +226,7 @@ class CorrectedSource:
         stopped, _, _ = self._eased(begun, 0, _PATH_WAITS, tries)
         return begun if stopped is None or stopped.states.count > begun.states.count else stopped
 
-    def _attempt(
-        self, begun: CorrectedBlock, count: int, effort: _Effort
-    ) -> "CorrectedBlock | Excess | _InTheWay | str":
+    def _attempt(self, begun: CorrectedBlock, count: int, effort: _Effort) -> CorrectedBlock | Excess | str:
         """One block with an effort; what exceeds a limit, or why there is none."""
         requests = [*self.requests, RateRequest(effort.rate, "correction")]
         stop = count == 0 or effort.rate == 0.0
@@ -268,8 +246,7 @@ class CorrectedSource:
         excess = (self._admission if count > 0 else self._braking).excess(states, begun.before)
         if max(excess.speed, excess.acceleration, excess.jerk) > 1.0:
             return excess
-        way = self._clear(states)
-        return _InTheWay(way) if way else CorrectedBlock(path, correction, states, begun.before)
+        return self._clear(states) or CorrectedBlock(path, correction, states, begun.before)
 
     def _correction(self, present: Numbers, count: int, effort: _Effort) -> Numbers:
         """Offset, velocity, acceleration `(3, m, 6)`, `present` `(3, 6)` first: towards the target, then to rest."""

@@ -1,4 +1,4 @@
-"""Jogs and corrections at full speed towards a border: they stand close in front of it, and never beyond its margin."""
+"""Jogs and corrections at full speed towards a border: never beyond its margin, and jogs stand close in front of it."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -32,8 +32,6 @@ CLOSE_M = 0.02
 EXACT_M = 1e-6
 RAMP_MATTERS = 7
 """A jog whose ramp is long."""
-STANDS_M = 1e-3
-"""Less in half a second is not on its way any more."""
 MODELS = sorted((ROOT / "cell_configs" / "models").glob("*.yaml"))
 Clear = Callable[[States], str]
 
@@ -117,8 +115,8 @@ def jog(seed: int) -> tuple[np.ndarray, bool]:
     return gaps, "border" in key.ruled_by and not jogged.way.qd.any()
 
 
-def correction(seed: int) -> tuple[np.ndarray, bool]:
-    """The same, of a path whose correction is asked to go through the border."""
+def correction(seed: int) -> np.ndarray:
+    """Gaps of all that was commanded, of a path whose correction is asked to go through the border."""
     rng = np.random.default_rng([seed, 6])
     motion = (SLOW, FAST)[seed % 2]
     towards = rng.normal(size=3)
@@ -133,18 +131,15 @@ def correction(seed: int) -> tuple[np.ndarray, bool]:
         ARM, LIMITS, governor, governor.rest(0.0), CHANGES, clear=plane.clear(int(rng.integers(3)))
     )
     target = Target(np.concatenate([(away + 0.1) * towards, np.zeros(3)]), np.zeros(6))
-    played, commanded = [path[0]], [path[0]] * 2
+    played = [path[0]]
     for _ in range(300):
         source.target = target
         given = source.samples(NOMINAL).then(source.brake())
         played += list(given.q)
-        commanded += list(given.first(STEP).q)
         if source.tau > motion.duration_s - EXACT_M and not given.qd[:STEP].any():
             break
         source.resume(STEP)
-    lately = np.array(commanded[-25 * STEP :])
-    stands = bool(np.ptp(ARM.tcp(lately)[:, :3, 3], axis=0).max() < STANDS_M)
-    return np.append(plane.gaps(np.array(played)), plane.gaps(lately[-1:])), stands and "border" in source.ruled_by
+    return plane.gaps(np.array(played))
 
 
 def judge(found: tuple[np.ndarray, bool]) -> bool:
@@ -161,8 +156,8 @@ def test_a_jog_at_full_speed_stands_close_in_front_of_a_border(seed: int) -> Non
 
 
 @pytest.mark.parametrize("seed", range(2))
-def test_a_correction_at_full_speed_stands_close_in_front_of_a_border(seed: int) -> None:
-    judge(correction(seed))
+def test_a_correction_at_full_speed_never_comes_nearer_to_a_border_than_its_margin(seed: int) -> None:
+    assert correction(seed).min() > -EXACT_M
 
 
 def test_a_jog_whose_ramp_is_not_looked_at_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -174,6 +169,7 @@ def test_a_jog_whose_ramp_is_not_looked_at_is_found(monkeypatch: pytest.MonkeyPa
 
 
 @pytest.mark.soak
-def test_soak_a_hundred_jogs_and_corrections_stand_close_in_front_of_a_border() -> None:
-    stopped = [judge(jog(seed)) for seed in range(100, 200)] + [judge(correction(seed)) for seed in range(100, 200)]
+def test_soak_a_hundred_jogs_and_corrections_keep_their_margin() -> None:
+    stopped = [judge(jog(seed)) for seed in range(100, 200)]
     assert sum(stopped) > 60
+    assert [seed for seed in range(100, 200) if correction(seed).min() < -EXACT_M] == []
