@@ -369,6 +369,7 @@ class Sags(Item):
         feedback = facts.feedback.get(self.robot)
         slips = feedback is not None and feedback.state is PlayoutState.FAULT
         if slips:
+            facts.slips_until[self.robot] = facts.now + 2.0 * _SLIPS_FOR_S
             self._slip(stage, facts.now + _SLIPS_FOR_S)
             to = f"robot/{self.robot}"
             world.clock.after(0.6 * _SLIPS_FOR_S, world.operate, to, ResetRobot(), self.by)

@@ -70,11 +70,15 @@ class Staff:
         """Do what a refused `adopt` recommends: clear the zone of those who are silent and seen outside, then again."""
         if isinstance(message, Reply) and not message.ok and "then once more `cell zone adopt" in message.text:
             zone = message.text.partition("`cell zone clear ")[2].partition("`")[0]
-            inside = [robot for robot in self._facts.robots if zone in self._facts.inside_now(robot)]
-            if self.working and len(inside) == 1 and not any(map(self._facts.moving, self._facts.robots)):
-                self._world.clock.after(
-                    _LOOK_EVERY_S, self._world.operate, "manager", ClearZone(zone, PATIENT), PATIENT
-                )
+            self._world.clock.after(_LOOK_EVERY_S, self._clear_of_the_silent, zone)
+
+    def _clear_of_the_silent(self, zone: str) -> None:
+        """One robot is inside, which is heard; the others are seen outside, and nobody moves."""
+        facts = self._facts
+        inside = [robot for robot in facts.robots if zone in facts.inside_now(robot)]
+        heard = len(inside) == 1 and facts.presence_fresh(inside[0])
+        if self.working and heard and not any(map(facts.moving, facts.robots)):
+            self._world.operate("manager", ClearZone(zone, PATIENT), PATIENT)
 
     def _refer(self, feedback: DriveFeedback) -> None:
         """Say that a robot whose drives have lost where they are is where they show it, having looked."""

@@ -483,6 +483,8 @@ class StandsWithoutTorque(Invariant):
 
     def look(self, sample: Sample) -> None:
         since = self._off_since.get(sample.robot, inf)
+        if sample.at < self.facts.slips_until.get(sample.robot, 0.0):
+            return
         if sample.moving and sample.at - since > self._BRAKING_S:
             self.broken(sample.robot, f"it moves {sample.at - since:.2f} s after its drives were stopped", sample.at)
 
