@@ -28,6 +28,8 @@ RUNS = 20
 SECONDS = 30.0
 _HANGS_S = 600
 """A search that takes more processor time hangs, which is a way to be found."""
+_MOST_BYTES = 6 * 2**30
+"""Of memory: one that hangs may take all there is."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,7 +51,7 @@ def search(mutant: Mutant | None, runs: int = RUNS, seconds: float = SECONDS) ->
         command = [sys.executable, "-m", "tests.sim.search", "--seeds", f"0:{runs}", "--seconds", f"{seconds:g}"]
         command += ["--stop-at-first", "--json", str(report)]
         environment = os.environ | {"PYTHONPATH": str(tree), "OPENBLAS_NUM_THREADS": "1"}
-        limited = ["prlimit", f"--cpu={_HANGS_S}", *command]
+        limited = ["prlimit", f"--cpu={_HANGS_S}", f"--as={_MOST_BYTES}", *command]
         done = subprocess.run(limited, cwd=tree, env=environment, capture_output=True, text=True, check=False)
         took_s = time.monotonic() - began
         if done.returncode in (-signal.SIGXCPU, -signal.SIGKILL):
