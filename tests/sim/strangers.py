@@ -112,7 +112,8 @@ class SaidAgain(Item):
         if event is not None:
             stage.staff.leave_alone(self.robot, _HALTED_S)
             stage.world.operate(f"robot/{self.robot}", Halt(), self.by)
-            self._again(stage, event, stage.facts.now + _HALTED_S)
+            owner = stage.facts.feedback[self.robot].owner
+            self._again(stage, event, owner, stage.facts.now + _HALTED_S)
         elif stage.facts.now < until:
             stage.world.clock.after(_LOOK_S, self._look, stage, until)
 
@@ -125,13 +126,13 @@ class SaidAgain(Item):
         said = [each for (owner, _), sent in blocks if owner == feedback.owner for each in sent.message.events]
         return next((each for each in reversed(said) if each.value and each.number <= feedback.event), None)
 
-    def _again(self, stage: Stage, event: OutputEvent, until: float) -> None:
-        """While the robot is halted: as soon as the output is off, say the event."""
+    def _again(self, stage: Stage, event: OutputEvent, owner: int, until: float) -> None:
+        """While the robot is halted: as soon as the output is off, say the event. Another owner counts anew."""
         facts = stage.facts
         feedback, newest = facts.feedback[self.robot], facts.newest_block[self.robot].message
-        if facts.now > until:
+        if facts.now > until or feedback.owner != owner:
             return
-        stage.world.clock.after(_AGAIN_S, self._again, stage, event, until)
+        stage.world.clock.after(_AGAIN_S, self._again, stage, event, owner, until)
         if not feedback.enabled or newest.owner != feedback.owner or newest.program or rest_row(newest) > 0:
             return
         if not feedback.outputs >> event.output & 1:
