@@ -16,6 +16,7 @@ from cell.messages import ManagerState
 from cell.net import runner
 from cell.net.runner import CLOSEST, run_core
 from drive_gateway.gateway.cycle.phase_lock import CATCH_UP_RATE, MOST_RATE, PhaseLock
+from tests.unit.loop_clock import Clock
 
 CYCLES_S = (0.001, 0.002, 0.004, 0.01, 0.02)
 STALLS_S = [ms / 1000.0 for ms in range(1, 51)]
@@ -25,21 +26,6 @@ ROUNDING_S = 1e-9
 STATE_PERIOD_S = 0.2
 AHEAD_S = 50.0
 """The cell clock is ahead by so much."""
-
-
-class Clock:
-    """Stands for the module `time` of the loop: it goes on when somebody sleeps or is held up, and not otherwise."""
-
-    def __init__(self) -> None:
-        self.now = 1000.0
-        self.sleeps_longer_s = 0.0
-
-    def monotonic(self) -> float:
-        return self.now
-
-    def sleep(self, seconds: float) -> None:
-        self.now += seconds + self.sleeps_longer_s
-        self.sleeps_longer_s = 0.0
 
 
 class Gateway:

@@ -46,6 +46,7 @@ from robot_agent.workspace import itself as itself_module
 from robot_agent.workspace import things as things_module
 from robot_agent.workspace.cover import Cover
 from robot_agent.workspace.things import Barrier, first_near
+from tests.unit.ball_mesh import ball_file
 from tests.unit.repository import ROOT
 from tests.unit.robot_agent.workspace.brute_force import Body, seen, watched
 
@@ -264,19 +265,7 @@ atexit.register(_FOLDER.cleanup)
 
 @cache
 def _ball_file() -> Path:
-    """A ball of 100 mm of more than 10 000 triangles."""
-    across, around = 72, 72
-    lon, lat = np.meshgrid(np.linspace(0, 2 * np.pi, across, endpoint=False), np.linspace(0.01, np.pi - 0.01, around))
-    ball = 100.0 * np.stack([np.sin(lat) * np.cos(lon), np.sin(lat) * np.sin(lon), np.cos(lat)], axis=-1).reshape(-1, 3)
-    quads = [
-        (r * across + c, r * across + (c + 1) % across, (r + 1) * across + (c + 1) % across, (r + 1) * across + c)
-        for r in range(around - 1)
-        for c in range(across)
-    ]
-    faces = [f"f {a + 1} {b + 1} {c + 1}\nf {a + 1} {c + 1} {d + 1}" for a, b, c, d in quads]
-    file = Path(_FOLDER.name) / "ball.obj"
-    file.write_text("\n".join([f"v {x} {y} {z}" for x, y, z in ball] + faces) + "\n")
-    return file
+    return ball_file(Path(_FOLDER.name))
 
 
 @cache

@@ -20,6 +20,7 @@ from cell.geometry import transform_points
 from cell.geometry.quaternion import from_matrix
 from robot_agent.trajectory import Motion
 from robot_agent.workspace import Things, Touch, solid_of, sweep
+from tests.unit.ball_mesh import ball_file
 from tests.unit.jog_world import ARM, Jogged
 from tests.unit.jog_world import START as JOG_START
 from tests.unit.planned_moves import planned
@@ -84,18 +85,7 @@ def test_links_that_may_touch_are_not_kept_away() -> None:
 
 
 def test_a_mesh_of_ten_thousand_triangles_is_a_thing(tmp_path: Path) -> None:
-    across, around = 72, 72
-    lon, lat = np.meshgrid(np.linspace(0, 2 * np.pi, across, endpoint=False), np.linspace(0.01, np.pi - 0.01, around))
-    ball = 100.0 * np.stack([np.sin(lat) * np.cos(lon), np.sin(lat) * np.sin(lon), np.cos(lat)], axis=-1).reshape(-1, 3)
-    quads = [
-        (r * across + c, r * across + (c + 1) % across, (r + 1) * across + (c + 1) % across, (r + 1) * across + c)
-        for r in range(around - 1)
-        for c in range(across)
-    ]
-    faces = [f"f {a + 1} {b + 1} {c + 1}\nf {a + 1} {c + 1} {d + 1}" for a, b, c, d in quads]
-    file = tmp_path / "ball.obj"
-    file.write_text("\n".join([f"v {x} {y} {z}" for x, y, z in ball] + faces) + "\n")
-    assert 2 * len(faces) > 10_000
+    file = ball_file(tmp_path)
     motion = planned(*sequence(5, 3).blocks)
     for beside in ([0.3, 0.3, 0.2], [0.0, 0.0, 0.0]):
         at = HERE + np.array(beside)
