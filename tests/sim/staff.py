@@ -52,6 +52,9 @@ class Staff:
 
     def _look(self) -> None:
         eyes = self._world.operator(PATIENT)
+        if self.working and not self.endless:  # an agent that was refused for long has ended, and says so
+            for name in self._world.processes:
+                self._world.start(name)
         if self.working:
             for state in list(eyes.robots.values()):
                 self._serve(state)

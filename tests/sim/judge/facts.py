@@ -321,7 +321,8 @@ class Facts:
                 for estop in message.estops:
                     self._estop(told, estop)
             case Presence():
-                if self._newer(message.boot, message.sequence, told.presences.get(message.robot)):
+                known = told.presences.get(message.robot)
+                if known is None or (message.owner, message.sequence) > (known.owner, known.sequence):
                     told.presences[message.robot] = message
                     told.gone.discard(message.robot)
             case TokenGone():
@@ -343,7 +344,7 @@ class Facts:
             case _:
                 pass
 
-    def _newer(self, boot: str, sequence: int, than: ManagerState | Presence | None) -> bool:
+    def _newer(self, boot: str, sequence: int, than: ManagerState | None) -> bool:
         if than is None:
             return True
         return (self.rank(boot), sequence) > (self.rank(than.boot), than.sequence)
