@@ -25,16 +25,16 @@ class Sections:
 
     ids: NDArray[np.uint64] = field(default_factory=lambda: np.empty(0, np.uint64))
     """`(s,)`"""
-    poses: Single = field(default_factory=lambda: np.empty((0, 0, 2, 3), np.float32))
-    """`(s, c, 2, 3)` [m]: end points of the capsules' axes in world, of the body's radii."""
-    growth_m: Single = field(default_factory=lambda: np.empty(0, np.float32))
-    """`(s,)`: every radius is larger by so much."""
+    points: Single = field(default_factory=lambda: np.empty((0, 0, 2, 3), np.float32))
+    """`(s, c, 2, 3)` [m]: end points of the capsules' axes in world, those of the links in their order."""
+    radii: Single = field(default_factory=lambda: np.empty((0, 0), np.float32))
+    """`(s, c)` [m]: of the capsules, grown by all that the body may be beside them within the section."""
 
     def __len__(self) -> int:
         return len(self.ids)
 
-    def __getitem__(self, some: slice) -> "Sections":
-        return Sections(self.ids[some], self.poses[some], self.growth_m[some])
+    def __getitem__(self, some: slice | NDArray[np.intp]) -> "Sections":
+        return Sections(self.ids[some], self.points[some], self.radii[some])
 
 
 @dataclass(frozen=True, slots=True, eq=False)

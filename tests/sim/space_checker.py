@@ -28,7 +28,7 @@ def sections(places: Sequence[int]) -> Sections:
     """The place is its id, less one."""
     n = len(places)
     return Sections(
-        np.array(places, np.uint64) + np.uint64(1), np.zeros((n, 0, 2, 3), np.float32), np.zeros(n, np.float32)
+        np.array(places, np.uint64) + np.uint64(1), np.zeros((n, 0, 2, 3), np.float32), np.zeros((n, 0), np.float32)
     )
 
 
