@@ -28,6 +28,7 @@ def check_cell_file(document: Document, cell: CellFile) -> list[Problem]:
         *_corrections(document, cell),
         *_things(document, cell),
         *_spaces(document, cell),
+        *_separation(document, cell),
         *_times(document, cell),
     ]
 
@@ -157,3 +158,16 @@ def _times(document: Document, cell: CellFile) -> Iterator[Problem]:
     for name, holds, allowed in rules:
         if not holds:
             yield document.problem(("times", name), f"{getattr(times, name):g}", allowed)
+
+
+def _separation(document: Document, cell: CellFile) -> Iterator[Problem]:
+    robots, seen = document.keys(("robots",)), set[frozenset[str]]()
+    for index, pair in enumerate(() if cell.separation is None else cell.separation.pairs):
+        path: KeyPath = ("separation", "pairs", index, "robots")
+        if unknown := [name for name in pair.robots if name not in robots]:
+            yield document.problem(path, f"unknown robot {unknown[0]!r}", f"two of {', '.join(robots)}")
+        elif pair.robots[0] == pair.robots[1]:
+            yield document.problem(path, f"{pair.robots[0]} twice", "two different robots")
+        elif frozenset(pair.robots) in seen:
+            yield document.problem(path, f"{' and '.join(pair.robots)} a second time", "each pair once")
+        seen.add(frozenset(pair.robots))

@@ -16,10 +16,12 @@ from cell.config.settings import (
     CorrectionSettings,
     GatewayEndpoint,
     OnManagerReturn,
+    PairMargin,
     PathWindow,
     PoseSettings,
     RobotSettings,
     SensorFrame,
+    SeparationSettings,
     Times,
     ZoneSettings,
 )
@@ -164,6 +166,29 @@ class ZoneEntry(BaseModel):
     robots: Annotated[tuple[Name, ...], Field(min_length=1)] = Field(description="robots that may ask for the zone")
 
 
+class PairEntry(BaseModel):
+    """Two robots that keep apart by a margin of their own."""
+
+    model_config = STRICT
+    robots: tuple[Name, Name] = Field(description="the two")
+    margin: PositiveLength = Field(description="how far they keep apart")
+
+
+class SeparationEntry(BaseModel):
+    """Robots share the room without zones: no one moves where another one is, or may come to."""
+
+    model_config = STRICT
+    margin: PositiveLength = Field(
+        0.03, description="how far they keep apart; it also covers how well the bases are known; default 30 mm"
+    )
+    pairs: Annotated[tuple[PairEntry, ...], Field(max_length=120)] = Field(
+        default=(), description="pairs of robots with another margin"
+    )
+
+    def settings(self) -> SeparationSettings:
+        return SeparationSettings(self.margin, tuple(PairMargin(pair.robots, pair.margin) for pair in self.pairs))
+
+
 class TimesEntry(BaseModel):
     """Deadlines in seconds; what is left out keeps its default."""
 
@@ -209,6 +234,9 @@ class CellFile(BaseModel):
     conveyors: dict[Name, ConveyorEntry] = Field(default={}, description="belts that robots may follow, by name")
     zones: dict[Name, ZoneEntry] = Field(default={}, description="exclusive zones by name")
     things: dict[Name, ThingEntry] = Field(default={}, description="what robots keep away from, by name")
+    separation: SeparationEntry | None = Field(
+        None, description="keeps the robots apart wherever they are; without it only zones do"
+    )
     times: TimesEntry = Field(TimesEntry.model_construct(), description="deadlines in seconds")
     on_manager_return: Annotated[OnManagerReturn, Field(strict=False)] = Field(
         OnManagerReturn.OPERATOR,
@@ -247,6 +275,7 @@ class CellFile(BaseModel):
                     tuple(space.settings(key, document, frames) for key, space in robot.spaces.items()),
                     None if robot.orientation is None else robot.orientation.settings(),
                     {joint: joint_range(pair, si) for joint, pair in robot.joints.items()},
+                    self.separation is not None,
                 )
                 for name, robot in self.robots.items()
             },
@@ -263,6 +292,7 @@ class CellFile(BaseModel):
             digest=digest,
             conveyors=conveyors,
             frames=frames.settings(self._fixed()),
+            separation=None if self.separation is None else self.separation.settings(),
         )
 
     def _fixed(self) -> dict[str, str | None]:

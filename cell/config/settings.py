@@ -236,6 +236,8 @@ class RobotSettings:
     orientation: OrientationSettings | None = None
     joints: dict[str, JointRange] = field(default_factory=dict)
     """Ranges by joint, narrower than those of the model."""
+    kept_apart: bool = False
+    """The cell keeps its robots apart wherever they are."""
 
     @property
     def program_spaces(self) -> frozenset[str]:
@@ -260,6 +262,27 @@ class ZoneSettings:
     size_m: tuple[float, float, float]
     pose: PoseSettings
     robots: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class PairMargin:
+    """How far two robots keep apart."""
+
+    robots: tuple[str, str]
+    margin_m: float
+
+
+@dataclass(frozen=True, slots=True)
+class SeparationSettings:
+    """How far the robots of a cell keep apart, wherever they are (`docs/architecture.md`, section 4.5)."""
+
+    margin_m: float
+    pairs: tuple[PairMargin, ...] = ()
+    """Where it is another margin."""
+
+    def margin_of(self, one: str, other: str) -> float:
+        """Of two robots [m]."""
+        return next((pair.margin_m for pair in self.pairs if set(pair.robots) == {one, other}), self.margin_m)
 
 
 @dataclass(frozen=True, slots=True)
@@ -299,3 +322,5 @@ class CellSettings:
     digest: str
     conveyors: dict[str, ConveyorSettings] = field(default_factory=dict)
     frames: dict[str, FrameSettings] = field(default_factory=dict)
+    separation: SeparationSettings | None = None
+    """None: zones alone keep robots apart."""

@@ -12,6 +12,7 @@ from cell.manager.frames import FrameNotWritten, Frames, FramesWritten
 from cell.manager.occupancy import ZoneSpace
 from cell.manager.presences import MOST_STRANGERS, Presences
 from cell.manager.records import JournalFailed, JournalWritten, Store, Stored, ZoneDecided
+from cell.manager.separation.separation import Separation
 from cell.manager.setup_turns import SetupTurns
 from cell.manager.zones import Intrusion, Sight, Zone
 from cell.messages import (
@@ -61,6 +62,7 @@ class ManagerCore:
         self._setup = SetupTurns(settings.robots, boot, settings.times)
         self._deadlocks = DeadlockWatch()
         self._frames = Frames(settings, epoch)
+        self._separation = None if settings.separation is None else Separation(settings, boot, epoch)
         self._moving: tuple[str, str, PlaceFrame | TeachFrame] | None = None
         """Request, call and command of the frame that is being written."""
         self._calls: list[Request] = []
@@ -106,6 +108,9 @@ class ManagerCore:
 
     def _hear_presence(self, presence: Presence, now: float) -> None:
         left_out = bool(self._presences.strangers_left_out)
+        if self._separation is not None:
+            for news in self._separation.hear(presence):
+                self._tell(news.severity, news.code, news.text, news.remedy)
         self._presences.hear(presence, lambda robot: any(robot in zone.suspects for zone in self._zones.values()), now)
         if not left_out and (names := self._presences.strangers_left_out):
             text = f"more than {MOST_STRANGERS} robots that are not in the cell file report themselves; left out: "
@@ -150,6 +155,8 @@ class ManagerCore:
             self._tell(Severity.WARNING, "zone_deadlock", deadlock.text, deadlock.remedy)
         self._publish_state(sights, refused, now)
         self._publish_geometry(now)
+        if self._separation is not None:
+            self._effects += map(Publish, self._separation.clear())
         self._effects += self._latch.step(self._presences.acknowledged(now), self._presences.silent(now), now)
         effects, self._effects = self._effects, []
         return effects

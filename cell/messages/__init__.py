@@ -69,6 +69,7 @@ from cell.messages.robot_state import (
     Reserve,
     RobotState,
 )
+from cell.messages.sections import Clearance, Refusal, Sections, Way
 from cell.messages.setpoints import OutputEvent, SetpointBlock
 from cell.messages.state import STATES, Urgency
 from cell.messages.zone import ZoneGeometry
@@ -87,6 +88,7 @@ __all__ = [
     "ClaimGrant",
     "ClearSetup",
     "ClearZone",
+    "Clearance",
     "Command",
     "Continue",
     "ConveyorCount",
@@ -129,6 +131,7 @@ __all__ = [
     "ProgramStatus",
     "ReadObject",
     "RecordBus",
+    "Refusal",
     "Release",
     "Reply",
     "Reserve",
@@ -139,6 +142,7 @@ __all__ = [
     "RobotState",
     "Run",
     "ScanBus",
+    "Sections",
     "SetEstop",
     "SetManual",
     "SetOverride",
@@ -153,6 +157,7 @@ __all__ = [
     "Token",
     "TokenGone",
     "Urgency",
+    "Way",
     "Who",
     "WriteObject",
     "ZoneDeadlock",

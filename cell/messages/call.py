@@ -79,6 +79,8 @@ class ClaimGrant:
     """Some drive takes torque as feed-forward: blocks should carry it."""
     outputs: Annotated[tuple[Name, ...], Few] = ()
     """The robot's digital outputs, which `SetpointBlock.events` may switch."""
+    epoch: Count = 0
+    """The highest of a manager that any block for this robot told of; whatever an earlier one clears does not count."""
 
 
 @dataclass(frozen=True, slots=True)

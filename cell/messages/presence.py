@@ -4,15 +4,13 @@ from dataclasses import dataclass, field
 from typing import Annotated
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cell.messages.common import Count, Duration, Few, Heard, Length, Name, Token, Vector
+from cell.messages.sections import Single, Way
 from cell.messages.state import Urgency, state
 
 MOST_CAPSULES = 50
 MOST_POSES = 2000
-Single = NDArray[np.float32]
-"""As it travels."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -59,3 +57,9 @@ class Presence:
     """Id of the active emergency stop under which this robot is at rest or braking, if any."""
     standing: bool = False
     """At rest and switched off; it stays so while the manager state that `heard` names has another robot in set-up."""
+    epoch: Count = 0
+    """The highest of a manager that the agent knows of."""
+    taken: Count = 0
+    """Number of the newest clearance of that manager which was taken (`Clearance`)."""
+    way: Way = field(default_factory=Way)
+    """What it uses of the cell's space and asks for; empty where the cell does not keep robots apart."""

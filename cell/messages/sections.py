@@ -1,18 +1,18 @@
-"""The space that a robot's way takes, in pieces, and what the manager clears of it.
-
-What agents and manager will say to each other when robots share space without zones (`docs/architecture.md`, section
-4.5, planned). The rules are built on it already; no process sends it yet.
-"""
+"""The space that a robot's way takes, in pieces, and what the manager clears of it (`docs/architecture.md`, 4.5)."""
 
 from dataclasses import dataclass, field
+from typing import Annotated
 
 import numpy as np
 from numpy.typing import NDArray
 
-from cell.messages.common import Count, Heard, Name, Number, Text
+from cell.messages.common import Count, Few, Name, Number, Text
+from cell.messages.state import Urgency, state
 
 Single = NDArray[np.float32]
 """As it travels."""
+MOST_SECTIONS = 2000
+"""In one presence."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -36,6 +36,25 @@ class Sections:
     def __getitem__(self, some: slice | NDArray[np.intp]) -> "Sections":
         return Sections(self.ids[some], self.points[some], self.radii[some])
 
+    def joined(self, others: "Sections") -> "Sections":
+        """These and the others after them; where bodies have fewer capsules, their first one counts several times."""
+        if not len(self) or not len(others):
+            return self if len(self) else others
+        most = max(self.radii.shape[1], others.radii.shape[1])
+        one, other = self._with(most), others._with(most)
+        ids = np.concatenate([one.ids, other.ids])
+        points = np.concatenate([one.points, other.points])
+        return Sections(ids, points, np.concatenate([one.radii, other.radii]))
+
+    def _with(self, capsules: int) -> "Sections":
+        which = np.arange(capsules) % max(capsules, 1)
+        which[self.radii.shape[1] :] = 0
+        return (
+            self
+            if len(which) == self.radii.shape[1]
+            else Sections(self.ids, self.points[:, which], self.radii[:, which])
+        )
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Way:
@@ -46,28 +65,12 @@ class Way:
     """
 
     sections: Sections = field(default_factory=Sections)
-    committed: int = 0
-    owned: int = 0
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class WayReport:
-    """What an agent says of its robot's way."""
-
-    robot: Name
-    boot: Name
-    owner: Count
-    """The claim under which the agent owns the robot; it orders the runs of a robot's agents."""
-    sequence: Count
-    heard: Heard | None
-    """The newest manager state that was heard."""
-    epoch: Count
-    """The highest of a manager that is known."""
-    taken: Count
-    """Number of that manager's newest clearance that was taken."""
-    known: bool
-    """The robot knows where it is; until then it may be anywhere within its reach."""
-    way: Way
+    committed: Count = 0
+    owned: Count = 0
+    links: Annotated[tuple[Name, ...], Few] = ()
+    """The link that each of a section's capsules is of."""
+    fixed: Annotated[tuple[Count, ...], Few] = ()
+    """The capsules that never move: of the base."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,17 +87,18 @@ class Refusal:
     """Of the two links, their growth included."""
 
 
+@state("robot/{robot}/clearance", Urgency.REAL_TIME)
 @dataclass(frozen=True, slots=True)
 class Clearance:
-    """The manager's answer to a report that asks: the first `cleared` of the sections asked for may be used."""
+    """The manager's answer to a presence that asks: the first `cleared` of the sections asked for may be used."""
 
     robot: Name
     boot: Name
     """Of the manager."""
     epoch: Count
     owner: Count
-    """The claim of the report that is answered."""
-    report: Count
+    """The claim of the presence that is answered."""
+    presence: Count
     """Its sequence."""
     number: Count
     """Grows from one clearance of a robot to the next, under one manager."""

@@ -55,3 +55,5 @@ class SetpointBlock:
     """Up to 100; numbers grow, ticks do not fall. Each is at a nominal sample: a ramp switches nothing."""
     program: bool = False
     """A program runs: it and nobody else switches the robot's outputs."""
+    epoch: int = 0
+    """The highest of a manager that the agent knows of; the gateway tells it whoever claims the robot next."""

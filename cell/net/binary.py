@@ -6,7 +6,7 @@ SetpointBlock:
 
 | offset | type | field |
 |---|---|---|
-| 0 | 4 bytes | magic `ZSB3` |
+| 0 | 4 bytes | magic `ZSB4` |
 | 4 | u64 | owner |
 | 12 | u64 | sequence |
 | 20 | u64 | follows |
@@ -18,7 +18,8 @@ SetpointBlock:
 | 54 | u16 | length of the robot's name in bytes |
 | 56 | u16 | bit 0: with torque, bit 1: a program runs, the others 0 |
 | 58 | u16 | k, number of events |
-| 60 | utf-8 | the robot's name |
+| 60 | u64 | epoch |
+| 68 | utf-8 | the robot's name |
 | then | k times u64, u64, u16, u8 | events: tick, number, output, value (0 or 1) |
 | then | m * n f64 | position, one sample after the other |
 | then | m * n f64 | velocity, likewise |
@@ -54,14 +55,19 @@ Presence:
 
 | offset | type | field |
 |---|---|---|
-| 0 | 4 bytes | magic `ZPR1` |
+| 0 | 4 bytes | magic `ZPR2` |
 | 4 | u32 | length of the head in bytes |
-| 8 | u16 | c, number of capsules |
-| 10 | u16 | p, number of poses |
-| 12 | utf-8 | the head: a JSON object of all that is no array |
-| then | c f32 | radii_m |
-| then | p f32 | growth_m |
-| then | p * c * 6 f32 | poses: ax, ay, az, bx, by, bz of each capsule, one pose after the other |
+| 8 | u16 | c, number of capsules of the body |
+| 10 | u16 | p, number of its poses |
+| 12 | u16 | k, number of capsules of a section |
+| 14 | u16 | s, number of sections |
+| 16 | utf-8 | the head: a JSON object of all that is no array |
+| then | s u64 | ids of the sections |
+| then | c f32 | radii_m of the body |
+| then | p f32 | its growth_m |
+| then | p * c * 6 f32 | its poses: ax, ay, az, bx, by, bz of each capsule, one pose after the other |
+| then | s * k f32 | radii of the sections |
+| then | s * k * 6 f32 | points of the sections, as the poses |
 """
 
 import struct
@@ -69,8 +75,9 @@ import struct
 import numpy as np
 from numpy.typing import NDArray
 
-from cell.messages import AxisStatus, DriveFeedback, OutputEvent, PlayoutState, SetpointBlock
-from cell.messages.presence import MOST_CAPSULES, MOST_POSES, Single
+from cell.messages import AxisStatus, Body, DriveFeedback, OutputEvent, PlayoutState, SetpointBlock
+from cell.messages.presence import MOST_CAPSULES, MOST_POSES
+from cell.messages.sections import MOST_SECTIONS, Sections, Single
 from cell.messages.setpoints import MOST_EVENTS
 from cell.net.errors import CodecError
 
@@ -84,13 +91,13 @@ LARGEST = 1e12
 """No sample is beyond, so that no square of one overflows."""
 FARTHEST_M = 1e6
 """Where a capsule can be, and how large it can be."""
-_SETPOINTS = struct.Struct("<4s4QdIIHHHH")
+_SETPOINTS = struct.Struct("<4s4QdIIHHHHQ")
 _EVENT = struct.Struct("<QQHB")
 _FEEDBACK = struct.Struct("<4s6QIBBHHHI")
-_SETPOINTS_MAGIC = b"ZSB3"
+_SETPOINTS_MAGIC = b"ZSB4"
 _FEEDBACK_MAGIC = b"ZDF4"
-_BODY = struct.Struct("<4sIHH")
-_BODY_MAGIC = b"ZPR1"
+_BODY = struct.Struct("<4sIHHHH")
+_BODY_MAGIC = b"ZPR2"
 
 
 def encode_setpoints(block: SetpointBlock) -> bytes:
@@ -108,7 +115,7 @@ def encode_setpoints(block: SetpointBlock) -> bytes:
     try:
         header = _SETPOINTS.pack(
             _SETPOINTS_MAGIC, block.owner, block.sequence, block.follows, block.first_tick,
-            block.dt_s, block.nominal, m, n, len(name), flags, len(block.events),
+            block.dt_s, block.nominal, m, n, len(name), flags, len(block.events), block.epoch,
         )  # fmt: skip
         events = b"".join(_EVENT.pack(each.tick, each.number, each.output, each.value) for each in block.events)
     except struct.error as error:
@@ -121,13 +128,13 @@ def decode_setpoints(data: bytes) -> SetpointBlock:
     """The block in `data`. Raises `CodecError`."""
     reader = _Reader("SetpointBlock", data)
     head = reader.header(_SETPOINTS, _SETPOINTS_MAGIC)
-    owner, sequence, follows, first_tick, dt_s, nominal, m, n, name_length, flags, event_count = head
+    owner, sequence, follows, first_tick, dt_s, nominal, m, n, name_length, flags, event_count, epoch = head
     if flags > 3:
         raise CodecError("SetpointBlock", f"flags {flags:#06x}: only bits 0 and 1 are in use")
     count = 3 if flags & 1 else 2
     # All sizes by the header first: what is refused costs nothing.
     _check_block(m, n, nominal, dt_s, count, event_count)
-    _check_counts("SetpointBlock", owner, sequence, follows, first_tick)
+    _check_counts("SetpointBlock", owner, sequence, follows, first_tick, epoch)
     reader.expect(name_length + event_count * _EVENT.size + 8 * count * m * n)
     robot = reader.text(name_length)
     events = tuple(_event(reader.take(_EVENT.size)) for _ in range(event_count))
@@ -135,7 +142,7 @@ def decode_setpoints(data: bytes) -> SetpointBlock:
     torque = samples[2] if flags & 1 else None
     return SetpointBlock(
         robot, owner, sequence, follows, first_tick, dt_s, nominal, samples[0], samples[1], torque, events,
-        bool(flags & 2),
+        bool(flags & 2), epoch,
     )  # fmt: skip
 
 
@@ -215,27 +222,42 @@ def decode_feedback(data: bytes) -> DriveFeedback:
     )  # fmt: skip
 
 
-def encode_presence(head: bytes, radii: Single, growth: Single, poses: Single) -> bytes:
-    """The bytes of a presence: its head, and the arrays of its body. Raises `CodecError` when they do not fit."""
-    c, p = len(radii), len(growth)
-    if poses.size != 6 * c * p or len(poses) != p:
-        found = f"radii_m {radii.shape}, growth_m {growth.shape}, poses {poses.shape}"
+def encode_presence(head: bytes, body: Body, sections: Sections) -> bytes:
+    """The bytes of a presence: its head, and the arrays of its body and way. Raises `CodecError` if they do not fit."""
+    c, p, s = len(body.radii_m), len(body.growth_m), len(sections.ids)
+    k = sections.radii.shape[-1]
+    if body.poses.size != 6 * c * p or len(body.poses) != p:
+        found = f"radii_m {body.radii_m.shape}, growth_m {body.growth_m.shape}, poses {body.poses.shape}"
         raise CodecError("Presence", f"{found}: allowed are (c,), (p,), (p, c, 2, 3)")
-    values = np.concatenate([radii, growth, poses.reshape(-1)], dtype="<f4")
-    _check_body(values, c, p)
-    return _BODY.pack(_BODY_MAGIC, len(head), c, p) + head + values.tobytes()
+    if sections.radii.shape != (s, k) or sections.points.size != 6 * s * k:
+        found = f"{s} ids, radii {sections.radii.shape}, points {sections.points.shape}"
+        raise CodecError("Presence", f"{found}: allowed are (s,), (s, k), (s, k, 2, 3)")
+    of_body = _body_values(body.radii_m, body.growth_m, body.poses)
+    of_way = _body_values(sections.radii.reshape(-1), sections.points)
+    _check_body(of_body, c, p)
+    _check_sections(of_way, k, s)
+    ids = sections.ids.astype("<u8").tobytes()
+    return _BODY.pack(_BODY_MAGIC, len(head), c, p, k, s) + head + ids + of_body.tobytes() + of_way.tobytes()
 
 
-def decode_presence(data: bytes) -> tuple[bytes, Single, Single, Single]:
-    """The head, radii `(c,)`, growth `(p,)` and poses `(p, c, 2, 3)` in `data`. Raises `CodecError`."""
+def decode_presence(data: bytes) -> tuple[bytes, tuple[Single, Single, Single], Sections]:
+    """The head; radii `(c,)`, growth `(p,)`, poses `(p, c, 2, 3)` of the body; the sections. Raises `CodecError`."""
     reader = _Reader("Presence", data)
-    length, c, p = reader.header(_BODY, _BODY_MAGIC)
+    length, c, p, k, s = reader.header(_BODY, _BODY_MAGIC)
     head = reader.take(length)
     count = c + p + 6 * c * p
-    reader.expect(4 * count)
-    values = np.frombuffer(reader.take(4 * count), dtype="<f4").astype(np.float32)
-    _check_body(values, c, p)
-    return head, values[:c], values[c : c + p], values[c + p :].reshape(p, c, 2, 3)
+    reader.expect(8 * s + 4 * (count + 7 * s * k))
+    ids = np.frombuffer(reader.take(8 * s), dtype="<u8").astype(np.uint64)
+    body = reader.singles(count)
+    way = reader.singles(7 * s * k)
+    _check_body(body, c, p)
+    _check_sections(way, k, s)
+    arrays = body[:c], body[c : c + p], body[c + p :].reshape(p, c, 2, 3)
+    return head, arrays, Sections(ids, way[s * k :].reshape(s, k, 2, 3), way[: s * k].reshape(s, k))
+
+
+def _body_values(*arrays: Single) -> Single:
+    return np.concatenate([each.reshape(-1) for each in arrays], dtype="<f4")
 
 
 def _check_body(values: Single, c: int, p: int) -> None:
@@ -243,9 +265,21 @@ def _check_body(values: Single, c: int, p: int) -> None:
     if not (c <= MOST_CAPSULES and p <= MOST_POSES and (c > 0 or p == 0)):
         allowed = f"up to {MOST_CAPSULES} capsules and {MOST_POSES} poses, and at least one capsule in a pose"
         raise CodecError("Presence", f"{p} poses of {c} capsules: allowed are {allowed}")
+    _check_lengths(values, c + p)
+
+
+def _check_sections(values: Single, k: int, s: int) -> None:
+    if not (k <= MOST_CAPSULES and s <= MOST_SECTIONS and (k > 0 or s == 0)):
+        allowed = f"up to {MOST_CAPSULES} capsules and {MOST_SECTIONS} sections, and at least one capsule in a section"
+        raise CodecError("Presence", f"{s} sections of {k} capsules: allowed are {allowed}")
+    _check_lengths(values, s * k)
+
+
+def _check_lengths(values: Single, lengths: int) -> None:
+    """The first `lengths` values are radii and growths."""
     if not (np.abs(values) <= FARTHEST_M).all():
         raise CodecError("Presence", f"a length or coordinate that is NaN, infinite or beyond {FARTHEST_M:g} m")
-    if (values[: c + p] < 0.0).any():
+    if (values[:lengths] < 0.0).any():
         raise CodecError("Presence", "a radius or growth below zero")
 
 
@@ -290,6 +324,9 @@ class _Reader:
             return self.take(count).decode()
         except UnicodeDecodeError as error:
             raise CodecError(self._kind, f"name is not UTF-8: {error}") from error
+
+    def singles(self, count: int) -> Single:
+        return np.frombuffer(self.take(4 * count), dtype="<f4").astype(np.float32)
 
     def floats(self, count: int) -> NDArray[np.float64]:
         array = np.frombuffer(self.take(8 * count), dtype="<f8").astype(np.float64)

@@ -27,6 +27,7 @@ from cell.messages import (
     Urgency,
 )
 from cell.messages.common import Name
+from cell.messages.sections import Way
 from cell.net import binary
 from cell.net.errors import CodecError
 
@@ -71,15 +72,19 @@ def _call_form(command: type[Any]) -> type[Any]:
 
 def _presence_head() -> type[Any]:
     """All of a presence that is no array."""
+    fields: list[tuple[str, Any, Any]] = []
+    for kind, names in ((Body, _BODY_HEAD), (Way, _WAY_HEAD)):
+        hints = get_type_hints(kind, include_extras=True)
+        fields += [(name, hints[name], dataclasses.field()) for name in names]
     hints = get_type_hints(Presence, include_extras=True)
-    own = [(field.name, hints[field.name], field) for field in dataclasses.fields(Presence) if field.name != "body"]
-    hints = get_type_hints(Body, include_extras=True)
-    body: list[tuple[str, Any, Any]] = [(name, hints[name], dataclasses.field()) for name in _BODY_HEAD]
-    return dataclasses.make_dataclass("Presence", [*body, *own], frozen=True)
+    own = {field.name: field for field in dataclasses.fields(Presence)}
+    fields += [(name, hints[name], own[name]) for name in _PRESENCE_FIELDS]
+    return dataclasses.make_dataclass("Presence", fields, frozen=True)
 
 
 _BODY_HEAD = ("known", "base", "reach_m")
-_PRESENCE_FIELDS = tuple(field.name for field in dataclasses.fields(Presence) if field.name != "body")
+_WAY_HEAD = ("committed", "owned", "links", "fixed")
+_PRESENCE_FIELDS = tuple(field.name for field in dataclasses.fields(Presence) if field.name not in ("body", "way"))
 _PRESENCE_HEAD = _presence_head()
 
 
@@ -100,17 +105,21 @@ def decode(kind: type[T], data: bytes) -> T:
 
 
 def _encode_presence(presence: Presence) -> bytes:
-    body = presence.body
+    body, way = presence.body, presence.way
     values = {name: getattr(presence, name) for name in _PRESENCE_FIELDS}
-    head = _PRESENCE_HEAD(body.known, body.base, body.reach_m, **values)
-    return binary.encode_presence(_to_json(_PRESENCE_HEAD, head), body.radii_m, body.growth_m, body.poses)
+    head = _PRESENCE_HEAD(body.known, body.base, body.reach_m, way.committed, way.owned, way.links, way.fixed, **values)
+    return binary.encode_presence(_to_json(_PRESENCE_HEAD, head), body, way.sections)
 
 
 def _decode_presence(data: bytes) -> Presence:
-    read, radii, growth, poses = binary.decode_presence(data)
+    read, (radii, growth, poses), sections = binary.decode_presence(data)
     head = _from_json(_PRESENCE_HEAD, read)
+    if not head.committed <= head.owned <= len(sections):
+        found = f"{head.committed} committed, {head.owned} owned of {len(sections)} sections"
+        raise CodecError("Presence", f"{found}: allowed are no more committed than owned, no more owned than there are")
     body = Body(head.known, head.base, head.reach_m, radii, poses, growth)
-    return Presence(body=body, **{name: getattr(head, name) for name in _PRESENCE_FIELDS})
+    way = Way(sections, head.committed, head.owned, head.links, head.fixed)
+    return Presence(body=body, way=way, **{name: getattr(head, name) for name in _PRESENCE_FIELDS})
 
 
 _LAYOUTS: dict[type, tuple[Callable[[Any], bytes], Callable[[bytes], Any]]] = {

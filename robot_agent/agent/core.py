@@ -11,6 +11,8 @@ from cell.config.settings import CellSettings
 from cell.core import Arrived, AskDone, Effect, Ended, Frozen, Publish, Request, Shutdown
 from cell.messages import (
     AxisStatus,
+    Body,
+    Clearance,
     ConveyorCount,
     Correction,
     DisableDrives,
@@ -22,6 +24,7 @@ from cell.messages import (
     ManagerState,
     Mode,
     PlayoutState,
+    Sections,
     SetpointBlock,
     Severity,
     ZoneGeometry,
@@ -29,6 +32,7 @@ from cell.messages import (
 from cell.net.estops import ObeyedEstops
 from robot_agent.agent.blocks.corrections import Corrections
 from robot_agent.agent.blocks.executive import Executive
+from robot_agent.agent.blocks.passed import Passed
 from robot_agent.agent.cell_clock import CellClock
 from robot_agent.agent.drives.axes import feedback_in_joints, samples_in_axes
 from robot_agent.agent.drives.gateway_link import GatewayLink, IdleClock
@@ -44,6 +48,7 @@ from robot_agent.agent.program.held_parts import HeldParts
 from robot_agent.agent.program.interruption import Interruption
 from robot_agent.agent.program.pace import Pace
 from robot_agent.agent.program.program_run import ProgramRun
+from robot_agent.agent.space.shared_space import SharedSpace, Use
 from robot_agent.agent.step.doing import doing
 from robot_agent.agent.step.progress import Progress
 from robot_agent.agent.step.report import Reporter
@@ -52,11 +57,14 @@ from robot_agent.agent.zones.zone_claims import ZoneClaims
 from robot_agent.dynamics import AxisTorques, axis_torques
 from robot_agent.kinematics import OpenMechanism
 from robot_agent.language import Program
+from robot_agent.workspace import standing
 
 _STALE_CYCLES = 5
 _SIGN_AHEAD_TICKS = 5
 _SIGN_SAMPLES = 3
 """A sign of life begins so far ahead, and has so many samples."""
+_ROOM_M = 0.01
+"""A robot that stands keeps so much room around it, for what it is pushed, and to begin the next motion in."""
 
 
 class AgentCore:
@@ -78,13 +86,14 @@ class AgentCore:
         self.link = GatewayLink(robot, boot, cell.digest, cell.robots[robot].gateway)
         inputs = {each.name: each.off_while for each in cell.robots[robot].spaces if each.off_while is not None}
         self.zones = ZoneClaims(robot, boot, cell.times.fresh_s, inputs)
+        self.space = SharedSpace(robot, kept_apart=cell.separation is not None)
         self._frames = HeardFrames(cell.robots[robot].things)
         self.run = ProgramRun(program)
         self.report = Reporter(robot, boot)
         self.pace = Pace()
         self.clock = CellClock()
-        self.jogging = Jogging(robot, self.zones)
-        self.corrections = Corrections(robot, cell.robots[robot].corrections, self.clock, self.zones)
+        self.jogging = Jogging(robot, self.zones, self.space)
+        self.corrections = Corrections(robot, cell.robots[robot].corrections, self.clock, self.zones, self.space)
         self.interruption = Interruption(robot, cell.robots[robot].path_window, self.run, self.pace, self.zones)
         self.parts = HeldParts()
         decisions = Decisions(robot, self.run, self.pace, self.jogging, self.corrections, self.interruption, self.parts)
@@ -96,11 +105,11 @@ class AgentCore:
         self._estops = ObeyedEstops(boot)
         self._rest = MeasuredRest()
         self._numbers = itertools.count(1)
-        self._announcer = Announcer(robot, boot, cell.digest, self.zones)
+        self._announcer = Announcer(robot, boot, cell.digest, self.zones, self.space)
         self._stopped_by = ""
         """Why the mode is FAULT or ESTOP."""
         parts = self.run, self.zones, self.pace, self.jogging, self.corrections, self.interruption
-        self._doing = functools.partial(doing, parts)
+        self._doing = functools.partial(doing, (*parts, self.space))
         self._progress = Progress(robot, cell.on_manager_return, *parts, self._doing, self.operator, self.report)
         self._idle = IdleClock(cell.times.idle_off_s)
         self._leaving = False
@@ -116,9 +125,12 @@ class AgentCore:
                 self.link.heard(message, now)
             case ManagerState():
                 self.zones.heard_state(message, now)
+                self.space.heard_manager(message)
                 self._estops.answered(message, message.heard.get(self._robot))
                 for estop in message.estops:
                     self._hear_estop(estop)
+            case Clearance():
+                self.space.heard(message)
             case ZoneGeometry():
                 self.zones.heard_geometry(message)
             case FramePose():
@@ -160,6 +172,7 @@ class AgentCore:
             )
         if self._owner != self.link.grant.owner:
             self._owner = self.link.grant.owner
+            self.space.claimed(self._owner, self.link.grant.epoch)
             self.run.outputs.claimed(self.link.grant.outputs)
         planner = self._planner
         if planner is None or planner.cycle_s != self.link.grant.cycle_s:
@@ -292,8 +305,9 @@ class AgentCore:
             kept = set() if self._rest.standing else set(self.zones.holds)
             self.zones.update_holds(now, self.zones.touched(body), kept)
             stop_time_s = self._rest.stop_time_s(planner, feedback, 0.0)
+            use, stands = self._used_beside_blocks(body, feedback, planner), self._stands(feedback)
             presence = self._announcer.presence(
-                feedback.owner, body, {}, stop_time_s, self._estops, now, standing=self._stands(feedback)
+                feedback.owner, body, use, {}, stop_time_s, self._estops, now, standing=stands
             )
             return [presence, self._sign_of_life(feedback, planner)]
         age_s = self.link.age(now)
@@ -307,19 +321,42 @@ class AgentCore:
         if age_s <= max(_STALE_CYCLES * planner.cycle_s, self._cell.times.lead_s):
             self.mode = self._progress.ended(self.mode, feedback, planner, self._leaving, now)
             block = executive.next_block(feedback, age_s, self._doing(self.mode).wishes(executive.supply, now))
-        body = executive.body(feedback, block)
-        entered = self._announcer.entered(body)
-        if block is not None and not all(self.zones.permitted(zone, now) for zone in entered):
-            block, body = None, executive.body(feedback, None)
+        passed = executive.passed(feedback, block)
+        used = self.space.used(passed)
+        if block is not None and not self._may_send(executive, passed, used, feedback, now):
+            block, passed = None, executive.passed(feedback, None)
+            used = self.space.used(passed)
+        body = passed.body
         stop_time_s = self._rest.stop_time_s(planner, feedback, executive.rest_s(feedback.tick, block))
         # A robot that brakes keeps its zones to the end: each time its body is worked out a little larger or smaller.
         kept = set(self.zones.holds) if stop_time_s > 0.0 and not moves(self.mode) else set(wants)
         self.zones.update_holds(now, self.zones.touched(body), kept)
-        presence = self._announcer.presence(feedback.owner, body, wants, stop_time_s, self._estops, now)
+        newest = executive.timeline.newest if block is None else block
+        ahead = self._doing(self.mode).ahead(newest, planner, feedback.tick, now) if self.space.kept_apart else None
+        use = Use(used, ahead, planner.model)
+        presence = self._announcer.presence(feedback.owner, body, use, wants, stop_time_s, self._estops, now)
         if block is None:
             return [presence]
         runs = self.mode is Mode.RUNNING
-        return [presence, Publish(executive.sent(block, self.run.events(block, executive, halted=not runs), runs))]
+        events = self.run.events(block, executive, halted=not runs)
+        return [presence, Publish(executive.sent(block, events, runs, self.space.epoch))]
+
+    def _may_send(
+        self, executive: Executive, passed: Passed, used: Sections, feedback: DriveFeedback, now: float
+    ) -> bool:
+        """Whether what a block passes is in no zone without a grant, and in no space that is not cleared."""
+        if not all(self.zones.permitted(zone, now) for zone in self._announcer.entered(passed.body)):
+            return False
+        return self.space.owns(used) or self.space.contains(executive.passed(feedback, None), used)
+
+    def _used_beside_blocks(self, body: Body, feedback: DriveFeedback, planner: Planner) -> Use:
+        """What a robot uses of the cell's space that no blocks lead."""
+        if not (self.space.kept_apart and body.known):
+            return Use(model=planner.model)
+        stands = Sections()
+        if self._rest.standing:
+            stands = standing(planner.model, planner.pose_world_base, feedback.position, _ROOM_M)
+        return Use(self.space.beside_blocks(body, stands), None, planner.model)
 
     # What the robot holds
 
@@ -356,7 +393,7 @@ class AgentCore:
             return executive, planner
         holding = planner.holding(self.run.to_hold.parts)
         grown = self._standing(executive, holding, feedback)
-        entered = sorted(self._announcer.entered(grown.body(feedback, None)))
+        entered = sorted(self._announcer.entered(grown.passed(feedback, None).body))
         closed = [zone for zone in entered if not self.zones.permitted(zone, now)]
         if closed:
             self._grown_into = frozenset(closed)
@@ -406,7 +443,7 @@ class AgentCore:
         return Publish(
             SetpointBlock(
                 feedback.robot, feedback.owner, next(self._numbers), 0, feedback.tick + _SIGN_AHEAD_TICKS,
-                planner.cycle_s, _SIGN_SAMPLES, position, velocity, torque,
+                planner.cycle_s, _SIGN_SAMPLES, position, velocity, torque, epoch=self.space.epoch,
             )
         )  # fmt: skip
 

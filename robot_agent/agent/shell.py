@@ -81,8 +81,8 @@ class AgentShell:
         self._calls: Calls | None = None
         mine = f"robot/{robot}"
         self._states = session.watch(
-            "manager/state", "zone/*", "frame/*", "conveyor/*", f"{mine}/drives", f"{mine}/jog", f"{mine}/correction/*",
-            f"gateway/{self._gateway}/state",
+            "manager/state", "zone/*", "frame/*", "conveyor/*", f"{mine}/drives", f"{mine}/clearance", f"{mine}/jog",
+            f"{mine}/correction/*", f"gateway/{self._gateway}/state",
         )  # fmt: skip
         self._estops = session.queue("estop")
         self.ended = threading.Event()

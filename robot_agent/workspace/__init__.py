@@ -13,6 +13,7 @@ from robot_agent.workspace.body import (
 from robot_agent.workspace.braking import BRAKING_RESERVE, Braking
 from robot_agent.workspace.itself import Itself, named, part_of
 from robot_agent.workspace.placed_robot import PlacedRobot
+from robot_agent.workspace.sections import FOLLOWING_M, MotionSections, cut, extended, of_points, sections_of, standing
 from robot_agent.workspace.spaces import Breach, Spaces
 from robot_agent.workspace.swept_body import Sweep, sweep
 from robot_agent.workspace.things import Things, Touch, solid_of, unknown_links
@@ -21,11 +22,13 @@ from robot_agent.workspace.zones import Crossing, crossings, zone_box
 __all__ = [
     "BODY_GROWTH_M",
     "BRAKING_RESERVE",
+    "FOLLOWING_M",
     "Braking",
     "Breach",
     "Crossing",
     "Envelope",
     "Itself",
+    "MotionSections",
     "PlacedRobot",
     "Spaces",
     "Sweep",
@@ -33,11 +36,16 @@ __all__ = [
     "Touch",
     "body_message",
     "crossings",
+    "cut",
     "envelope",
+    "extended",
     "joined",
     "named",
+    "of_points",
     "part_of",
+    "sections_of",
     "solid_of",
+    "standing",
     "standing_body",
     "sweep",
     "unknown_body",

@@ -9,7 +9,7 @@ import numpy as np
 from cell.geometry import transform_points
 from cell.geometry.arrays import Array
 from cell.messages import Body
-from cell.messages.presence import Single
+from cell.messages.sections import Single
 from robot_agent.kinematics import Model, OpenMechanism
 from robot_agent.workspace.swept_body import Sweep
 

@@ -31,6 +31,8 @@ class PlacedRobot:
     """Where it may be."""
     holding: Mapping[tuple[str, ...], "PlacedRobot"] = field(default_factory=dict)
     """The same robot with each of its parts in its gripper, and with all at once where it may be any of them."""
+    kept_apart: bool = False
+    """The cell keeps it apart from other robots wherever they are."""
 
     @classmethod
     def of(cls, settings: RobotSettings, model: Model | None = None) -> Self:
@@ -43,11 +45,18 @@ class PlacedRobot:
         """
         model = narrowed(load_model(settings.model) if model is None else model, settings.joints)
         things = Things(model, settings.things, settings.name)
-        return cls.at(model, settings.base, things, Spaces(model, settings.spaces, settings.orientation))
+        spaces = Spaces(model, settings.spaces, settings.orientation)
+        return cls.at(model, settings.base, things, spaces, kept_apart=settings.kept_apart)
 
     @classmethod
     def at(
-        cls, model: Model, base: PoseSettings = ORIGIN, things: Things | None = None, spaces: Spaces | None = None
+        cls,
+        model: Model,
+        base: PoseSettings = ORIGIN,
+        things: Things | None = None,
+        spaces: Spaces | None = None,
+        *,
+        kept_apart: bool = False,
     ) -> Self:
         """A robot whose file is read already; without `things` and `spaces` it stands in the open."""
         pose = pose_from(np.array(base.position_m), np.array(base.quaternion_xyzw))
@@ -55,8 +64,11 @@ class PlacedRobot:
         spaces = Spaces(model) if spaces is None else spaces
         held = {parts: model_of(replace(model.description, held=parts)) for parts in _holdings(model)}
         limits = Limits.of(model.description)
-        holding = {parts: cls(each, limits, pose, things.of(each), spaces.of(each)) for parts, each in held.items()}
-        return cls(model, limits, pose, things, spaces, holding)
+        holding = {
+            parts: cls(each, limits, pose, things.of(each), spaces.of(each), kept_apart=kept_apart)
+            for parts, each in held.items()
+        }
+        return cls(model, limits, pose, things, spaces, holding, kept_apart)
 
 
 def _holdings(model: Model) -> list[tuple[str, ...]]:

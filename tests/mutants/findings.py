@@ -148,7 +148,7 @@ FINDINGS = (
         (
             Edit(
                 CORE,
-                "        if block is not None and not all(self.zones.permitted(zone, now) for zone in entered):",
+                "        if not all(self.zones.permitted(zone, now) for zone in self._announcer.entered(passed.body)):",
                 "        if False:",
             ),
         ),
@@ -170,8 +170,8 @@ FINDINGS = (
         (
             Edit(
                 CORE,
-                "        body = executive.body(feedback, block)\n        entered",
-                "        body = executive.body(feedback, None)\n        entered",
+                "        passed = executive.passed(feedback, block)\n        used",
+                "        passed = executive.passed(feedback, None)\n        used",
             ),
         ),
     ),

@@ -13,8 +13,8 @@ from typing import TypeVar
 import numpy as np
 
 from cell.manager.separation.ledger import Ledger
-from cell.messages import Heard
-from cell.messages.sections import Clearance, Refusal, Sections, Way, WayReport
+from cell.messages import Body, Clearance, Heard, Presence, Refusal, Sections, Way
+from cell.messages.common import Vector
 from robot_agent.agent.space.owned_space import OwnedSpace
 
 P = TypeVar("P", "Agent", "Manager")
@@ -47,6 +47,24 @@ class OnTheLine:
             if not taken.isdisjoint((place - 1, place, place + 1)):
                 return k, Refusal(other, "too near")
         return None
+
+    def first_nearer(
+        self, robot: str, asked: Sections, other: str, reserved: Sections, _present: Sections
+    ) -> tuple[int, Refusal] | None:
+        return self.first_too_near(robot, asked, other, reserved)
+
+    def first_in_reach(
+        self, _robot: str, _asked: Sections, other: str, _base: Vector, _reach_m: float
+    ) -> tuple[int, Refusal] | None:
+        return 0, Refusal(other, f"{other} may be anywhere")
+
+
+def presence(
+    robot: str, boot: str, owner: int, sequence: int, way: Way, heard: Heard | None, epoch: int, taken: int = 0
+) -> Presence:
+    """Of a robot that knows where it is."""
+    body = Body(True, (0.0, 0.0, 0.0), 0.0)
+    return Presence(robot, boot, owner, sequence, heard, "", body, 0.0, epoch=epoch, taken=taken, way=way)
 
 
 @dataclass(frozen=True, slots=True)
@@ -126,7 +144,7 @@ class Agent:
     newest: Feedback | None = None
     told: int = -1
     sent: int = 0
-    reports: int = 0
+    presences: int = 0
     open: list[Block] = field(default_factory=list)
     manager: str | None = None
     inbox: list[object] = field(default_factory=list)
@@ -203,23 +221,13 @@ class Agent:
             self.line.send((self.robot, block))
 
     def _say(self, way: list[int], committed: int, owned: int) -> None:
-        self.reports += 1
+        self.presences += 1
         upto = owned + (self.line.rng.randint(1, 4) if self.manager is not None else 0)
-        self.space.ask(self.reports, way[owned:upto])
+        self.space.ask(self.presences, way[owned:upto])
         heard = None if self.manager is None else Heard(self.manager, 1)
         way_said = Way(sections([each - 1 for each in way[:upto]]), committed, owned)
-        report = WayReport(
-            f"r{self.robot}",
-            self.boot,
-            self.owner,
-            self.reports,
-            heard,
-            self.space.epoch,
-            self.space.taken,
-            True,
-            way_said,
-        )
-        self.line.send(report)
+        said = (self.boot, self.owner, self.presences, way_said, heard, self.space.epoch, self.space.taken)
+        self.line.send(presence(f"r{self.robot}", *said))
 
 
 @dataclass(slots=True)
@@ -228,11 +236,11 @@ class Manager:
     ledger: Ledger
     boot: str
     epoch: int
-    inbox: list[WayReport] = field(default_factory=list)
+    inbox: list[Presence] = field(default_factory=list)
 
     def step(self) -> None:
-        for report in self.inbox:
-            self.ledger.hear(report)
+        for said in self.inbox:
+            self.ledger.hear(said)
         self.inbox = []
         for clearance in self.ledger.clear():
             self.line.send(clearance)
@@ -331,7 +339,7 @@ class Line:
             case Feedback():
                 for agent in self.agents[message.robot]:
                     agent.inbox.append(message)
-            case WayReport():
+            case Presence():
                 for manager in self._reached(self.managers):
                     manager.inbox.append(message)
             case Clearance():

@@ -5,10 +5,9 @@ from dataclasses import replace
 import pytest
 
 from cell.manager.separation.ledger import MOST_OPEN, Ledger
-from cell.messages import Heard
-from cell.messages.sections import Clearance, Way, WayReport
+from cell.messages import Clearance, Heard, Presence, Way
 from robot_agent.agent.space.owned_space import OwnedSpace
-from tests.sim.space_checker import Line, OnTheLine, Rules, places
+from tests.sim.space_checker import Line, OnTheLine, Rules, places, presence
 from tests.sim.space_checker import sections as cut
 
 _STEPS = 6000
@@ -27,17 +26,17 @@ def test_nor_in_two_thousand_runs() -> None:
 
 
 class _ForgetsCleared(Ledger):
-    """Drops what it has cleared at the next report, confirmed or not."""
+    """Drops what it has cleared at the next presence, confirmed or not."""
 
-    def hear(self, report: WayReport) -> None:
-        super().hear(replace(report, taken=2**62))
+    def hear(self, presence: Presence) -> bool:
+        return super().hear(replace(presence, taken=2**62))
 
 
 class _BodyOnly(Ledger):
     """Takes what a robot was sent for all that it may use."""
 
-    def hear(self, report: WayReport) -> None:
-        super().hear(replace(report, way=replace(report.way, owned=report.way.committed)))
+    def hear(self, presence: Presence) -> bool:
+        return super().hear(replace(presence, way=replace(presence.way, owned=presence.way.committed)))
 
 
 class _WaitsForNobody(Ledger):
@@ -85,19 +84,19 @@ def _way(sections: range, committed: int, owned: int) -> Way:
     return Way(cut(sections), committed, owned)
 
 
-def _report(robot: str, way: Way, *, owner: int = 1, sequence: int = 1, taken: int = 0, epoch: int = 1) -> WayReport:
-    return WayReport(robot, f"boot {owner}", owner, sequence, Heard("m", 1), epoch, taken, True, way)
+def _said(robot: str, way: Way, *, owner: int = 1, sequence: int = 1, taken: int = 0, epoch: int = 1) -> Presence:
+    return presence(robot, f"boot {owner}", owner, sequence, way, Heard("m", 1), epoch, taken)
 
 
 def _ledger() -> Ledger:
     ledger = Ledger({"r0", "r1"}, "m", 1, OnTheLine())
-    ledger.hear(_report("r1", _way(range(9, 10), 1, 1)))
+    ledger.hear(_said("r1", _way(range(9, 10), 1, 1)))
     return ledger
 
 
 def test_what_is_asked_for_is_cleared_up_to_the_margin_from_the_other_robot() -> None:
     ledger = _ledger()
-    ledger.hear(_report("r0", _way(range(2, 12), 1, 1)))
+    ledger.hear(_said("r0", _way(range(2, 12), 1, 1)))
     (clearance,) = ledger.clear()
     assert clearance.cleared == 5  # 3 to 7: 8 is beside 9
     assert clearance.refused is not None
@@ -105,38 +104,46 @@ def test_what_is_asked_for_is_cleared_up_to_the_margin_from_the_other_robot() ->
     assert [places(each) for each in ledger.reserved("r0")] == [[2], [3, 4, 5, 6, 7]]
 
 
-def test_a_late_report_of_a_dead_agent_does_not_count_for_the_living_one() -> None:
+def test_a_late_presence_of_a_dead_agent_does_not_count_for_the_living_one() -> None:
     ledger = _ledger()
-    ledger.hear(_report("r0", _way(range(2, 4), 2, 2), owner=5))
-    ledger.hear(_report("r0", _way(range(20, 22), 2, 2), owner=4, sequence=90))
+    ledger.hear(_said("r0", _way(range(2, 4), 2, 2), owner=5))
+    ledger.hear(_said("r0", _way(range(20, 22), 2, 2), owner=4, sequence=90))
     assert [places(each) for each in ledger.reserved("r0")] == [[2, 3]]
 
 
 def test_a_robot_that_does_not_know_where_it_is_stops_the_others_and_keeps_what_it_had() -> None:
     ledger = _ledger()
-    lost = replace(_report("r1", Way(), owner=2), known=False)
-    ledger.hear(lost)
-    ledger.hear(_report("r0", _way(range(2, 5), 1, 1)))
+    said = _said("r1", Way(), owner=2)
+    ledger.hear(replace(said, body=replace(said.body, known=False)))
+    ledger.hear(_said("r0", _way(range(2, 5), 1, 1)))
     (clearance,) = ledger.clear()
     assert clearance.cleared == 0
     assert clearance.refused is not None
-    assert "does not know where it is" in clearance.refused.text
+    assert "may be anywhere" in clearance.refused.text
     assert [places(each) for each in ledger.reserved("r1")] == [[9]]
+
+
+def test_a_robot_that_is_where_nothing_was_reserved_for_it_is_there_from_now_on() -> None:
+    ledger = _ledger()
+    assert not ledger.hear(_said("r0", _way(range(2, 4), 2, 2)))
+    assert ledger.hear(_said("r0", _way(range(7, 8), 1, 1), sequence=2))
+    assert [places(each) for each in ledger.reserved("r0")] == [[7]]
+    assert not ledger.hear(_said("r0", _way(range(12, 13), 1, 1), owner=2)), "a new claim begins anew"
 
 
 def test_no_more_than_a_few_clearances_wait_for_their_confirmation() -> None:
     ledger = _ledger()
     for sequence in range(1, 2 * MOST_OPEN):
-        ledger.hear(_report("r0", _way(range(2, 5), 1, 1), sequence=sequence))
+        ledger.hear(_said("r0", _way(range(2, 5), 1, 1), sequence=sequence))
         assert len(ledger.clear()) == (sequence <= MOST_OPEN)
-    ledger.hear(_report("r0", _way(range(2, 5), 1, 1), sequence=99, taken=1))
+    ledger.hear(_said("r0", _way(range(2, 5), 1, 1), sequence=99, taken=1))
     assert len(ledger.clear()) == 1
 
 
 def test_a_manager_that_hears_of_a_newer_one_clears_nothing_any_more() -> None:
     ledger = _ledger()
-    ledger.hear(_report("r0", _way(range(2, 5), 1, 1), epoch=2))
-    ledger.hear(_report("r0", _way(range(2, 5), 1, 1), sequence=2))
+    ledger.hear(_said("r0", _way(range(2, 5), 1, 1), epoch=2))
+    ledger.hear(_said("r0", _way(range(2, 5), 1, 1), sequence=2))
     assert ledger.deposed
     assert ledger.clear()[0].cleared == 0
 

@@ -18,7 +18,9 @@ from cell.messages import (
     OutputEvent,
     PlaceFrame,
     PlayoutState,
+    Sections,
     SetpointBlock,
+    Way,
     ZoneGeometry,
 )
 from cell.net.binary import FARTHEST_M, LARGEST, MOST_COUNT
@@ -41,6 +43,8 @@ def of(kind: Any) -> st.SearchStrategy[Any]:
         return PLAIN[kind]
     if kind is Body:
         return bodies()
+    if kind is Way:
+        return ways()
     if kind in (FramePose, PlaceFrame, ZoneGeometry):
         return oriented(kind)
     if dataclasses.is_dataclass(kind):
@@ -86,6 +90,18 @@ def bodies(draw: st.DrawFn) -> Body:
     radii, growth = (draw(arrays(np.float32, count, elements=lengths)) for count in (c, n))
     poses = draw(arrays(np.float32, (n, c, 2, 3), elements=coordinates))
     return Body(draw(st.booleans()), draw(plain["base"]), draw(plain["reach_m"]), radii, poses, growth)
+
+
+@st.composite
+def ways(draw: st.DrawFn) -> Way:
+    n, c = draw(st.integers(0, 3)), draw(st.integers(1, 3))
+    lengths, coordinates = st.floats(0.0, FARTHEST_M, width=32), st.floats(-FARTHEST_M, FARTHEST_M, width=32)
+    ids = draw(arrays(np.uint64, n, elements=st.integers(0, 2**64 - 1)))
+    points = draw(arrays(np.float32, (n, c, 2, 3), elements=coordinates))
+    sections = Sections(ids, points, draw(arrays(np.float32, (n, c), elements=lengths)))
+    owned = draw(st.integers(0, n))
+    links, fixed = (st.lists(each, max_size=3).map(tuple) for each in (NAMES, COUNTS))
+    return Way(sections, draw(st.integers(0, owned)), owned, draw(links), draw(fixed))
 
 
 @st.composite

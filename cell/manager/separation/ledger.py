@@ -1,30 +1,41 @@
 """Which space is reserved for which robot, and what more may be cleared for whom (`docs/architecture.md`, section 4.5).
 
 No rule here depends on a time: a robot keeps what it owns, and what was cleared for it and not yet confirmed, however
-old its newest report is.
+old its newest presence is.
 """
 
 from collections.abc import Collection
 from dataclasses import dataclass, field
 from typing import Protocol
 
-from cell.messages.sections import Clearance, Refusal, Sections, WayReport
+from cell.messages import Body, Presence
+from cell.messages.common import Vector
+from cell.messages.sections import Clearance, Refusal, Sections
 from cell.net.freshness import NewestOf
 
 MOST_OPEN = 8
 """So many clearances of one robot may be unconfirmed; before it confirms one of them it gets no more."""
 
+TooNear = tuple[int, Refusal] | None
+"""The first section that comes too near, and why; None where none does."""
+
 
 class Separation(Protocol):
     """What is too near to what."""
 
-    def first_too_near(self, robot: str, asked: Sections, other: str, reserved: Sections) -> tuple[int, Refusal] | None:
-        """The first section of `asked` that comes too near to one of `reserved`, and why; None where none does."""
+    def first_too_near(self, robot: str, asked: Sections, other: str, reserved: Sections) -> TooNear:
+        """The first section of `asked` that comes too near to one of `reserved`."""
+
+    def first_nearer(self, robot: str, asked: Sections, other: str, reserved: Sections, present: Sections) -> TooNear:
+        """The same for a robot that may be too near already: only what is nearer than `present` counts."""
+
+    def first_in_reach(self, robot: str, asked: Sections, other: str, base: Vector, reach_m: float) -> TooNear:
+        """The first section of `asked` that is within the reach of `other` from its base, and so where it may be."""
 
 
 @dataclass(frozen=True, slots=True)
 class _Ask:
-    report: int
+    presence: int
     owner: int
     sections: Sections
 
@@ -37,10 +48,10 @@ class _Robot:
     """By number: what was cleared and is not confirmed, so the robot may own it."""
     number: int = 0
     """Of the newest clearance."""
-    known: bool = False
-    """Where it is: it is referenced. Until then it may be anywhere within its reach."""
+    anywhere: Body | None = None
+    """Within the reach of this body, as long as the robot does not know where it is."""
     named: bool = False
-    """Its newest report names this manager."""
+    """Its newest presence names this manager."""
     ask: _Ask | None = None
 
     def reserved(self) -> list[Sections]:
@@ -63,27 +74,34 @@ class Ledger:
         self.deposed = False
         """A manager of a higher epoch is at work; this one clears nothing any more."""
 
-    def hear(self, report: WayReport) -> None:
-        """Take a report, unless it is older than the newest one or of an earlier claim. Its age does not count."""
-        robot = self._robots.get(report.robot)
+    def hear(self, presence: Presence) -> bool:
+        """Take a presence, unless it is older than the newest one or of an earlier claim. Its age does not count.
+
+        True: the robot is where nothing was reserved for it, which is so from here on.
+        """
+        robot = self._robots.get(presence.robot)
         if robot is None:
-            return
+            return False
         before = robot.newest.era
-        if not robot.newest.accept(report.boot, report.owner, report.sequence):
-            return
-        self.deposed |= report.epoch > self._epoch
-        way, names_me = report.way, report.heard is not None and report.heard.boot == self._boot
-        robot.named = names_me and report.epoch == self._epoch
-        robot.known = report.known
-        if report.owner > before and robot.known:
+        if not robot.newest.accept(presence.boot, presence.owner, presence.sequence):
+            return False
+        self.deposed |= presence.epoch > self._epoch
+        robot.named = presence.epoch == self._epoch and presence.heard is not None and presence.heard.boot == self._boot
+        way, lost = presence.way, robot.anywhere is not None
+        known = {each for sections in robot.reserved() for each in sections.ids.tolist()}
+        asked = way.sections[way.owned :]
+        robot.ask = _Ask(presence.sequence, presence.owner, asked) if robot.named and len(asked) else None
+        robot.anywhere = None if presence.body.known else presence.body
+        anew = presence.owner > before and presence.body.known
+        if anew:
             # The gateway gave this claim at rest, and plays no block of an earlier owner.
             robot.open = {}
         elif robot.named:
-            robot.open = {number: cleared for number, cleared in robot.open.items() if number > report.taken}
-        if robot.known:
-            robot.owned = way.sections[: way.owned]
-        asked = way.sections[way.owned :]
-        robot.ask = _Ask(report.sequence, report.owner, asked) if robot.named and len(asked) else None
+            robot.open = {number: cleared for number, cleared in robot.open.items() if number > presence.taken}
+        if not presence.body.known:
+            return False
+        robot.owned = way.sections[: way.owned]
+        return not (anew or lost or known.issuperset(robot.owned.ids.tolist()))
 
     @property
     def awaited(self) -> list[str]:
@@ -106,7 +124,7 @@ class Ledger:
             if cleared > 0:
                 robot.open[robot.number] = ask.sections[:cleared]
             clearances.append(
-                Clearance(name, self._boot, self._epoch, ask.owner, ask.report, robot.number, cleared, refusal)
+                Clearance(name, self._boot, self._epoch, ask.owner, ask.presence, robot.number, cleared, refusal)
             )
         return clearances
 
@@ -120,10 +138,20 @@ class Ledger:
         for other, robot in self._robots.items():
             if other == name:
                 continue
-            if not robot.known:
-                return 0, Refusal(other, f"{other} does not know where it is: `cell drives` says how it finds out")
+            if robot.anywhere is not None:
+                body = robot.anywhere
+                found = self._separation.first_in_reach(name, asked[:cleared], other, body.base, body.reach_m)
+                cleared, refusal = found or (cleared, refusal)
             for reserved in robot.reserved():
-                found = self._separation.first_too_near(name, asked[:cleared], other, reserved)
-                if found is not None:
-                    cleared, refusal = found
+                found = self._first_against(name, asked[:cleared], other, reserved)
+                cleared, refusal = found or (cleared, refusal)
         return cleared, refusal
+
+    def _first_against(self, name: str, asked: Sections, other: str, reserved: Sections) -> TooNear:
+        """Robots that are too near already may part, and never come nearer."""
+        found = self._separation.first_too_near(name, asked, other, reserved)
+        if found is None:
+            return None
+        first, _ = found
+        nearer = self._separation.first_nearer(name, asked[first:], other, reserved, self._robots[name].owned)
+        return None if nearer is None else (first + nearer[0], nearer[1])

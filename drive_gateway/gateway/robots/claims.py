@@ -2,6 +2,8 @@
 
 from dataclasses import dataclass
 
+from cell.messages import SetpointBlock
+
 
 @dataclass(frozen=True, slots=True)
 class ClaimRefused:
@@ -22,6 +24,8 @@ class ClaimBook:
         self.owner = 0
         """Number of the present claim; 0: nobody."""
         self.boot = ""
+        self.epoch = 0
+        """The highest of a manager that an owner's block told of; the next owner trusts no earlier manager."""
 
     def claim(self, boot: str, at_rest: bool, now: float) -> int | ClaimRefused:
         """The number of the claim; the owner that asks again gets the number it has."""
@@ -51,10 +55,13 @@ class ClaimBook:
         if owner == self.owner:
             self._alive_at = now
 
-    def sent(self, owner: int, block: int, now: float) -> None:
-        """A set-point block with this sequence came; one that the network held back or repeats proves nothing."""
-        if owner == self.owner and block > self._newest_block:
-            self._newest_block = block
+    def sent(self, block: SetpointBlock, now: float) -> None:
+        """A set-point block came; one that the network held back or repeats does not prove that its owner lives."""
+        if block.owner != self.owner:
+            return
+        self.epoch = max(self.epoch, block.epoch)
+        if block.sequence > self._newest_block:
+            self._newest_block = block.sequence
             self._alive_at = now
 
     def expire(self, at_rest: bool, now: float) -> bool:

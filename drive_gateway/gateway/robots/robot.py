@@ -67,7 +67,7 @@ class Robot:
 
     def offer(self, block: SetpointBlock, now: float) -> None:
         """A block from somebody who says to be the owner."""
-        self.claims.sent(block.owner, block.sequence, now)
+        self.claims.sent(block, now)
         outcome = self.group.playout.offer(block)
         if isinstance(outcome, Refused):
             self._refused(block, outcome, now)
@@ -97,8 +97,9 @@ class Robot:
             self.group.playout.own(owner)
             self._log.info("claimed", f"{self.name} is claimed by boot {call.boot} as owner {owner}")
         grant = ClaimGrant(
-            owner, self._settings.cycle_s, tick, self._axes, self._boot, self._torques, self.group.outputs.names
-        )
+            owner, self._settings.cycle_s, tick, self._axes, self._boot, self._torques, self.group.outputs.names,
+            self.claims.epoch,
+        )  # fmt: skip
         return True, f"{self.name} is yours as owner {owner}", grant
 
     def obey(self, call: Release | EnableDrives | DisableDrives | ResetDrives, now: float, then: Then) -> None:

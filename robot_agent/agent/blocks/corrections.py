@@ -11,6 +11,7 @@ from cell.geometry.pose import compose, inverse, pose_from
 from cell.messages import CellTime, ConveyorCount, Correction
 from robot_agent.agent.cell_clock import CellClock
 from robot_agent.agent.planning.planner import Planner
+from robot_agent.agent.space.shared_space import SharedSpace
 from robot_agent.agent.zones.zone_claims import ZoneClaims
 from robot_agent.agent.zones.zone_guard import ZoneGuard
 from robot_agent.trajectory.sources import (
@@ -28,6 +29,8 @@ _AHEAD_S = 0.05
 _TURNING = (0.5, 3.0, 30.0)
 """Angular speed, acceleration and jerk [rad, s] of a correction."""
 _JERK_PER_ACCELERATION = 10.0
+_LEVER_M = 0.5
+"""What a corrected turn of the tool moves at most is about so far from its TCP; what goes farther stands."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,12 +48,17 @@ class Corrections:
     """All corrections of one robot as they are measured, and the one that its program follows."""
 
     def __init__(
-        self, robot: str, settings: Mapping[str, CorrectionSettings], clock: CellClock, zones: ZoneClaims
+        self,
+        robot: str,
+        settings: Mapping[str, CorrectionSettings],
+        clock: CellClock,
+        zones: ZoneClaims,
+        space: SharedSpace,
     ) -> None:
         self._robot = robot
         self._settings = settings
         self._clock = clock
-        self._guard = ZoneGuard(zones)
+        self._guard = ZoneGuard(zones, space)
         self._sources: dict[str, SensorOffset | Conveyor] = {}
         self._refused: dict[str, str] = {}
         self._followed = ""
@@ -116,6 +124,14 @@ class Corrections:
     def followed(self) -> str:
         """The correction that the program follows; empty for none."""
         return self._followed
+
+    @property
+    def beside_m(self) -> float:
+        """How far what the program follows may lead the robot beside its path [m]; 0 while it follows nothing."""
+        if not self._followed:
+            return 0.0
+        settings = self._settings[self._followed]
+        return settings.largest_m + _LEVER_M * settings.largest_turn_rad
 
     @property
     def waiting(self) -> str:

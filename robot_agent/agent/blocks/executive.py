@@ -9,8 +9,9 @@ import numpy as np
 from cell.config.settings import Times
 from cell.messages import Body, DriveFeedback, OutputEvent, SetpointBlock
 from robot_agent.agent.blocks.motion_source import Join, SentBlock, Wishes
+from robot_agent.agent.blocks.passed import Passed, Span
 from robot_agent.agent.blocks.sources import GovernedPath, Supply
-from robot_agent.agent.blocks.timeline import Span, Timeline
+from robot_agent.agent.blocks.timeline import Timeline
 from robot_agent.agent.drives.axes import samples_in_axes, torques_in_axes
 from robot_agent.agent.planning.planner import Planner
 from robot_agent.agent.planning.plans import Planned
@@ -96,10 +97,12 @@ class Executive:
             source.resume(join)
         return source.brake() if wishes.stop else source.samples()
 
-    def sent(self, block: SentBlock, events: tuple[OutputEvent, ...] = (), program: bool = False) -> SetpointBlock:
+    def sent(
+        self, block: SentBlock, events: tuple[OutputEvent, ...] = (), program: bool = False, epoch: int = 0
+    ) -> SetpointBlock:
         """Note that a block is sent with these events, and give its message, whose nominal part contains them.
 
-        `program`: a program runs.
+        `program`: a program runs; `epoch`: the highest of a manager that is known.
         """
         follows = self.timeline.newest.sequence
         self.timeline.sent(replace(block, events=events))
@@ -110,19 +113,19 @@ class Executive:
         torque = torques_in_axes(self._torques, segment)
         return SetpointBlock(
             self._robot, self._owner, block.sequence, follows, block.first_tick, self.cycle_s, nominal,
-            position, velocity, None if torque is None else torque[rows], events, program,
+            position, velocity, None if torque is None else torque[rows], events, program, epoch,
         )  # fmt: skip
 
-    def body(self, feedback: DriveFeedback, candidate: SentBlock | None) -> Body:
-        """Everything between the measured position and rest, for what was sent and for `candidate`.
-
-        The whole reach when nobody knows where the robot is: it is not referenced, or its joints cannot be as measured.
-        """
+    def passed(self, feedback: DriveFeedback, candidate: SentBlock | None) -> Passed:
+        """All between the measured position and rest, for what was sent and for `candidate`."""
         measured = self._measured(feedback)
         if measured is None:
-            return unknown_body(self._planner.model, self._planner.pose_world_base)
+            return Passed(unknown_body(self._planner.model, self._planner.pose_world_base), [], 0.0)
         tick, widen_m = measured
         spans = self.timeline.spans(tick, candidate)
+        return Passed(self._body(spans, widen_m), spans, widen_m)
+
+    def _body(self, spans: list[Span], widen_m: float) -> Body:
         pieces = [(self._stood(span), 0, 0) if span.stands else (span.planned.sweep, *span.samples) for span in spans]
         return body_message(self._planner.model, self._planner.pose_world_base, pieces, widen_m)
 

@@ -3,38 +3,15 @@
 import itertools
 import math
 from collections import deque
-from dataclasses import dataclass, replace
-
-import numpy as np
+from dataclasses import replace
 
 from cell.messages import DriveFeedback
 from robot_agent.agent.blocks.motion_source import SentBlock
+from robot_agent.agent.blocks.passed import Span
 from robot_agent.agent.planning.plans import Extended, Planned
 
 _KEPT_S = 1.0
 """So long blocks are remembered that were played: longer than a robot may be behind its command."""
-
-
-@dataclass(frozen=True, slots=True)
-class Span:
-    """A piece of one motion: everything from path time `first_tau` to `last_tau`, in whichever direction."""
-
-    planned: Planned
-    first_tau: float
-    last_tau: float
-
-    @property
-    def stands(self) -> bool:
-        """Whether it is one place only."""
-        return self.first_tau == self.last_tau
-
-    @property
-    def samples(self) -> tuple[int, int]:
-        """First and last sample of the motion's sweep that enclose the span."""
-        taus = self.planned.taus
-        last = min(int(np.searchsorted(taus, self.last_tau, side="left")), len(taus) - 1)
-        first = int(np.searchsorted(taus, self.first_tau, side="right")) - 1
-        return max(min(first, last), 0), last
 
 
 class Timeline:

@@ -3,8 +3,13 @@
 import math
 from collections.abc import Callable
 
-from cell.messages import Heard, Jog, JogHeld
+import numpy as np
+from numpy.typing import NDArray
+
+from cell.messages import Heard, Jog, JogHeld, Sections
 from robot_agent.agent.planning.planner import Planner
+from robot_agent.agent.space.jog_tube import JogTube
+from robot_agent.agent.space.shared_space import SharedSpace
 from robot_agent.agent.zones.zone_claims import ZoneClaims
 from robot_agent.agent.zones.zone_guard import ZoneGuard
 from robot_agent.trajectory.sources import JogSource, JogWish, JointAxes, ToolAxes
@@ -17,9 +22,10 @@ HELD_S = 0.2
 class Jogging:
     """The present press, if there is one. A press that has ended, for whatever reason, is never taken again."""
 
-    def __init__(self, robot: str, zones: ZoneClaims) -> None:
+    def __init__(self, robot: str, zones: ZoneClaims, space: SharedSpace) -> None:
         self._robot = robot
-        self._guard = ZoneGuard(zones)
+        self._guard = ZoneGuard(zones, space)
+        self._tube = JogTube()
         self._press = ""
         self._spent: set[str] = set()
         self._message: JogHeld | None = None
@@ -95,6 +101,10 @@ class Jogging:
     def rested(self) -> None:
         """The robot is at rest after the press."""
         self.source = None
+
+    def ahead(self, planner: Planner, q: NDArray[np.float64], at_rest: bool) -> Sections | None:
+        """The space in front of the robot, which comes to rest at `q` `(n,)`; None when the press has ended."""
+        return self._tube.ahead(planner, self.source, q, at_rest) if self.source is not None and self.held else None
 
     @property
     def wants(self) -> dict[str, float]:

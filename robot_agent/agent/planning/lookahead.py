@@ -213,7 +213,8 @@ class Lookahead:
         self._unplanned.add(self._plans)
         cut_s = max(lowest_tau - _KEPT_S, 0.0)
         self._extension = ExtendRequest(
-            self._plans, steps, motion, running.lines, running.switches, at_s, cut_s, running.first_tau, zones
+            self._plans, steps, motion, running.lines, running.switches, at_s, cut_s, running.first_tau, zones,
+            sections=running.sections,
         )  # fmt: skip
         self._asked_at = now
         return [Plan(self._extension)]

@@ -16,7 +16,7 @@ from robot_agent.paths import Arc, Block, JointMove, Line, PathError, Sequence, 
 from robot_agent.paths.arc import evenly_turned
 from robot_agent.paths.legs import end_of, half_turns
 from robot_agent.trajectory import Motion, PlanError, plan, spliced
-from robot_agent.workspace import Breach, Crossing, PlacedRobot, Touch, crossings, sweep
+from robot_agent.workspace import Breach, Crossing, MotionSections, PlacedRobot, Touch, crossings, cut, extended, sweep
 
 ZONE_MARGIN_M = 0.03
 """A robot stops this far in front of a zone it may not enter: more than the growth of a published body."""
@@ -39,6 +39,7 @@ class Planner:
         self.things = robot.things
         self.spaces = robot.spaces
         self.cycle_s = cycle_s
+        self._kept_apart = robot.kept_apart
         self.held = robot.model.description.held
         """The part that is held in all that it plans; several where it may be any of them."""
         self._by_held = {self.held: self}
@@ -118,8 +119,16 @@ class Planner:
             whole.id, lines, motion, whole.taus, whole.sweep, whole.crossings, whole.zone_versions,
             first_tau=self.cycle_s if cut_s > 0.0 else request.first_tau, cut_s=cut_s, splice_s=at_s - cut_s,
             switches=(request.switches + _switches(request))[-blocks:], spaces_off=request.steps[0].spaces_off,
-            held=whole.held, shut=whole.shut,
+            held=whole.held, shut=whole.shut, sections=self._extended_sections(request, whole),
         )  # fmt: skip
+
+    def _extended_sections(self, request: ExtendRequest, whole: Planned) -> MotionSections | None:
+        """Those of the motion before, up to where it is extended, and new ones from there on."""
+        if request.sections is None:
+            return whole.sections
+        first = int(np.searchsorted(whole.taus, request.splice_s - request.cut_s, side="right")) - 1
+        onward = cut(whole.sweep.part(first, len(whole.taus) - 1), whole.taus[first:])
+        return extended(request.sections, request.cut_s, float(whole.taus[first]), onward)
 
     def _free(self, planned: Planned, from_tau: float = 0.0) -> Planned | PlanFailed:
         """The motion, if from this tau [s] on it touches nothing that it must not, and keeps to its spaces."""
@@ -208,7 +217,8 @@ class Planner:
         if self.spaces.inputs:
             watched = self.spaces.watched(body, self.pose_world_base, motion.q(taus))
             shut = self.spaces.switched_by_input(watched, taus)
-        return Planned(id, lines, motion, taus, body, crossed, versions, held=self.held, shut=shut)
+        sections = cut(body, taus) if self._kept_apart else None
+        return Planned(id, lines, motion, taus, body, crossed, versions, held=self.held, shut=shut, sections=sections)
 
 
 def _lines(sequence: Sequence) -> tuple[int, ...]:

@@ -9,7 +9,7 @@ from cell.core import Effect
 from cell.messages import FramePose, ZoneGeometry
 from robot_agent.language import MotionStep, Switch
 from robot_agent.trajectory import Motion
-from robot_agent.workspace import Crossing, Sweep
+from robot_agent.workspace import Crossing, MotionSections, Sweep
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -55,6 +55,8 @@ class ExtendRequest:
     zones: tuple[ZoneGeometry, ...]
     frames: tuple[FramePose, ...] = ()
     """As in `PlanRequest`."""
+    sections: MotionSections | None = None
+    """Of the motion."""
 
     @property
     def held(self) -> tuple[str, ...]:
@@ -109,6 +111,8 @@ class Planned:
     """The part that the robot holds; several where it may be any of them."""
     shut: tuple[Crossing, ...] = ()
     """Where it enters and leaves spaces that an input switches."""
+    sections: MotionSections | None = None
+    """What it takes of the cell's space; None for samples that no plan has cut, and where robots are not kept apart."""
 
     def line_at(self, tau: float) -> int:
         """The program line that path time `tau` [s] lies in."""

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from cell.messages.sections import Clearance
 
 _ASKS = 200
-"""So many reports are remembered with what they asked for; a later answer counts as none."""
+"""So many presences are remembered with what they asked for; a later answer counts as none."""
 
 
 class OwnedSpace:
@@ -14,14 +14,15 @@ class OwnedSpace:
 
     def __init__(self, owner: int, epoch: int) -> None:
         """`owner` numbers the claim, `epoch` is the highest that the gateway has heard of."""
-        self._owner = owner
+        self.owner = owner
         self.epoch = epoch
         """Of the newest manager known; what an earlier one clears counts no more."""
         self.taken = 0
         """Number of that manager's newest clearance that was taken."""
-        self._owned: frozenset[int] = frozenset()
+        self.ids: frozenset[int] = frozenset()
+        """Of what is owned."""
         self._asked: OrderedDict[int, tuple[int, ...]] = OrderedDict()
-        """By sequence of a report, what it asked for."""
+        """By sequence of a presence, what it asked for."""
 
     def heard_epoch(self, epoch: int) -> None:
         """A manager of this epoch lives; a newer one counts its clearances anew."""
@@ -29,14 +30,15 @@ class OwnedSpace:
             self.epoch, self.taken = epoch, 0
             self._asked.clear()
 
-    def take(self, clearance: Clearance) -> None:
+    def take(self, clearance: Clearance) -> bool:
         """Take a clearance, unless it is old: of an earlier manager or claim, or confirmed already."""
         self.heard_epoch(clearance.epoch)
-        if clearance.epoch < self.epoch or clearance.owner != self._owner or clearance.number <= self.taken:
-            return
+        if clearance.epoch < self.epoch or clearance.owner != self.owner or clearance.number <= self.taken:
+            return False
         self.taken = clearance.number
-        asked = self._asked.get(clearance.report, ())
-        self._owned |= frozenset(asked[: clearance.cleared])
+        asked = self._asked.get(clearance.presence, ())
+        self.ids |= frozenset(asked[: clearance.cleared])
+        return True
 
     def follow(self, way: Sequence[int], committed: int, *, renounce: bool = False) -> int:
         """How much of its way a robot owns: from where it is measured on, as far as it goes without a gap.
@@ -45,13 +47,13 @@ class OwnedSpace:
         it may pass by what was sent. Those it has in any case.
         """
         owned = committed
-        while not renounce and owned < len(way) and way[owned] in self._owned:
+        while not renounce and owned < len(way) and way[owned] in self.ids:
             owned += 1
-        self._owned = frozenset(way[:owned])
+        self.ids = frozenset(way[:owned])
         return owned
 
-    def ask(self, report: int, sections: Sequence[int]) -> None:
-        """A report with this sequence asks for the sections that come after those that are owned."""
-        self._asked[report] = tuple(sections)
+    def ask(self, presence: int, sections: Sequence[int]) -> None:
+        """A presence with this sequence asks for the sections that come after those that are owned."""
+        self._asked[presence] = tuple(sections)
         while len(self._asked) > _ASKS:
             self._asked.popitem(last=False)

@@ -8,23 +8,29 @@ from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from itertools import takewhile
 
-from cell.messages import Mode
+from cell.messages import Mode, Sections
 from robot_agent.agent.blocks.corrections import Corrections
 from robot_agent.agent.blocks.executive import Executive
-from robot_agent.agent.blocks.motion_source import MotionSource, Wishes
+from robot_agent.agent.blocks.motion_source import MotionSource, SentBlock, Wishes
 from robot_agent.agent.blocks.sources import CorrectedPath, GovernedPath, Jogged, Supply
 from robot_agent.agent.operator.jogging import Jogging
 from robot_agent.agent.planning.lookahead import Item
+from robot_agent.agent.planning.planner import Planner
 from robot_agent.agent.planning.plans import Planned
 from robot_agent.agent.program.interruption import Interruption
 from robot_agent.agent.program.pace import MANUAL_SPEED_M_S, Pace
 from robot_agent.agent.program.program_run import ProgramRun
+from robot_agent.agent.space.shared_space import SharedSpace, onward
 from robot_agent.agent.zones.zone_claims import ZoneClaims
 from robot_agent.language import Pause, TrackingOn
 from robot_agent.trajectory import Hold, RateRequest, Segment
 
 _AHEAD_S = 0.6
 """A zone is asked for this long, plus the time to stop, before it is entered; a grant takes about 0.05 s."""
+_SPACE_AHEAD_S = 0.2
+"""So much of a motion is asked for beyond where the robot would come to rest; an answer takes about 0.03 s."""
+_BEFORE_A_START_S = 0.3
+"""So long before a pause ends the space of the next motion is asked for."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,6 +53,7 @@ class Standing:
     jogging: Jogging
     corrections: Corrections
     interruption: Interruption
+    space: SharedSpace
 
     def wishes(self, supply: Supply, now: float) -> Wishes:
         """For a block that is made at `now` [s]."""
@@ -66,6 +73,13 @@ class Standing:
     def wants(self, _executive: Executive, _tick: int) -> dict[str, float]:
         """The zones that the robot comes to soon after a tick: zone to seconds until it is entered."""
         return self.jogging.wants
+
+    def ahead(self, _newest: SentBlock, _planner: Planner, _tick: int, _now: float) -> Sections | None:
+        """The sections that come after those that `newest` passes up to rest, in the order of travel.
+
+        None where the robot is to stay within what it uses already.
+        """
+        return None
 
     def reason(self, executive: Executive | None, tick: int, now: float) -> Cause:
         """Why it stands, or jogs slower than wished."""
@@ -89,11 +103,39 @@ class Standing:
         return requests
 
     def _zone_holds(self, planned: Planned, now: float) -> list[Hold]:
-        return [hold for _, hold in self.zones.holds_on(planned, now)]
+        return [hold for _, hold in self._closed(planned, now)]
+
+    def _closed(self, planned: Planned, now: float) -> list[tuple[str, Hold]]:
+        """What of a motion may not be entered now, with the zone where it is that."""
+        return [*self.zones.holds_on(planned, now), *self.space.holds_on(planned, self.corrections.beside_m)]
+
+    def _way_on(self, newest: SentBlock, following: Planned | None, now: float, backwards: bool = False) -> Sections:
+        """Along what `newest` is on and what follows it, as far as may be asked for and no zone or input is closed."""
+        path, stop, beside_m = newest.path, newest.path_segment.stop_tau, self.corrections.beside_m
+        if backwards:
+            return onward(path, beside_m, stop, stop - _SPACE_AHEAD_S)
+        until, ends = stop + _SPACE_AHEAD_S, path.motion.duration_s
+        some = Sections()
+        if stop < ends:
+            until = self._free_until(path, stop, until, now)
+            some = onward(path, beside_m, stop, min(until, ends))
+        if following is None or following.motion is path.motion or until <= ends:
+            return some
+        farther = self._free_until(following, 0.0, until - ends, now)
+        return some.joined(onward(following, beside_m, 0.0, farther)) if farther > 0.0 else some
+
+    def _free_until(self, planned: Planned, tau: float, until: float, now: float) -> float:
+        return min([until, *(hold.tau for _, hold in self.zones.holds_on(planned, now) if hold.until > tau)])
+
+    def _may_move(self, now: float) -> bool:
+        return all(request.rate != 0.0 for request in self._requests(now))
 
 
 class BeingJogged(Standing):
     """An operator's jog key moves it."""
+
+    def ahead(self, newest: SentBlock, planner: Planner, tick: int, _now: float) -> Sections | None:
+        return self.jogging.ahead(planner, newest.segment.q[-1], newest.rest_tick <= tick)
 
     def _reason(self, _resting: Executive | None, _tick: int, _now: float) -> Cause:
         source = self.jogging.source
@@ -113,6 +155,13 @@ class Running(Standing):
             end_tick=self.run.end_tick,
             correction=correction,
         )
+
+    def ahead(self, newest: SentBlock, _planner: Planner, tick: int, now: float) -> Sections | None:
+        if not self._may_move(now) or self.zones.kept_still:
+            return None
+        waits_s = (self.run.begins_tick - tick) * newest.planned.motion.cycle_s
+        follower = None if waits_s > _BEFORE_A_START_S or self.corrections.waiting else self.run.follower
+        return self._way_on(newest, follower, now, self.pace.backwards)
 
     def _next(self, supply: Supply, corrected: bool) -> MotionSource | None:
         follower = self.run.follower
@@ -154,7 +203,7 @@ class Running(Standing):
             return Cause(self.pace.requests[0].who)
         if override < 0.0:
             return Cause(newest.segment.ruled_by or f"{self.pace.requests[0].who}: at the beginning of this motion")
-        blocking = [held for held in self.zones.holds_on(motion, now) if held[1].until > tau]
+        blocking = [held for held in self._closed(motion, now) if held[1].until > tau]
         if not blocking:
             return Cause("")
         zone, hold = min(blocking, key=lambda held: held[1].tau)
@@ -183,6 +232,11 @@ class Returning(Running):
             source=None if way is None else GovernedPath(supply, way),
         )
 
+    def ahead(self, newest: SentBlock, _planner: Planner, _tick: int, now: float) -> Sections | None:
+        if not self.zones.fresh(now) or self.zones.kept_still or self.pace.override == 0.0:
+            return None
+        return self._way_on(newest, self.interruption.follower, now)
+
     def wants(self, executive: Executive, tick: int) -> dict[str, float]:
         way = self.interruption.follower
         return _zones_ahead(executive, () if way is None else (way,), tick)
@@ -196,7 +250,7 @@ class Returning(Running):
         return self._held_back(resting, way, abs(self.pace.override), now)
 
 
-Parts = tuple[ProgramRun, ZoneClaims, Pace, Jogging, Corrections, Interruption]
+Parts = tuple[ProgramRun, ZoneClaims, Pace, Jogging, Corrections, Interruption, SharedSpace]
 _DOING = {Mode.RUNNING: Running, Mode.JOGGING: BeingJogged, Mode.RETURNING: Returning}
 
 

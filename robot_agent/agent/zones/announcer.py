@@ -3,17 +3,19 @@
 from cell.core import Publish
 from cell.messages import Body, Presence
 from cell.net.estops import ObeyedEstops
+from robot_agent.agent.space.shared_space import SharedSpace, Use
 from robot_agent.agent.zones.zone_claims import ZoneClaims
 
 
 class Announcer:
     """Numbers the presences of one robot and remembers the body in the newest one."""
 
-    def __init__(self, robot: str, boot: str, digest: str, zones: ZoneClaims) -> None:
+    def __init__(self, robot: str, boot: str, digest: str, zones: ZoneClaims, space: SharedSpace) -> None:
         self._robot = robot
         self._boot = boot
         self._digest = digest
         self._zones = zones
+        self._space = space
         self._sequence = 0
         self.body: Body | None = None
         """None before the first presence."""
@@ -27,6 +29,7 @@ class Announcer:
         self,
         owner: int,
         body: Body,
+        use: Use,
         wants: dict[str, float],
         stop_time_s: float,
         estops: ObeyedEstops,
@@ -36,7 +39,8 @@ class Announcer:
     ) -> Publish:
         """The next presence under the claim `owner`.
 
-        `body` is everything between here and rest, `estops` holds the stop to acknowledge; `standing`: see `Presence`.
+        `body` is everything between here and rest, `use` what it uses of the cell's space, `estops` holds the stop to
+        acknowledge; `standing`: see `Presence`.
         """
         self.body = body
         self._sequence += 1
@@ -58,5 +62,8 @@ class Announcer:
                 wants=wants,
                 estop_acknowledged=estop.id if estop is not None else None,
                 standing=standing,
+                epoch=self._space.epoch,
+                taken=self._space.taken,
+                way=self._space.way(self._sequence, use),
             )
         )

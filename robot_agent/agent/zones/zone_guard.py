@@ -3,6 +3,7 @@
 from collections.abc import Callable
 
 from robot_agent.agent.planning.planner import ZONE_MARGIN_M, Planner
+from robot_agent.agent.space.shared_space import SharedSpace
 from robot_agent.agent.zones.zone_claims import ZoneClaims
 from robot_agent.trajectory.sources import States
 from robot_agent.workspace import sweep
@@ -14,8 +15,9 @@ _WANTED_S = 1.0
 class ZoneGuard:
     """Closes the way into things, out of spaces, and into zones without a grant; remembers for which of them to ask."""
 
-    def __init__(self, zones: ZoneClaims) -> None:
+    def __init__(self, zones: ZoneClaims, space: SharedSpace) -> None:
         self._zones = zones
+        self._space = space
         self._now = 0.0
         self._ahead: dict[str, float] = {}
 
@@ -38,8 +40,8 @@ class ZoneGuard:
         def clear(states: States) -> str:
             """The thing that states would touch, the space or the zone that is closed to them."""
             path = sweep(planner.model, planner.pose_world_base, states.q)
-            if thing := planner.things.in_the_way(path):
-                return thing
+            if reason := planner.things.in_the_way(path) or self._space.outside(path):
+                return reason
             if planner.spaces:
                 base, off = planner.pose_world_base, self._zones.spaces.off(self._now)
                 if border := planner.spaces.in_the_way(planner.spaces.watched(path, base, states.q), off):

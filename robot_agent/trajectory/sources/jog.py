@@ -122,6 +122,11 @@ class JogSource:
     def state(self) -> JointState:
         return self._way.at(0)
 
+    def lead(self, q: Numbers) -> Numbers:
+        """Joint speeds `(n,)` of the wish where the robot stands at `q` `(n,)`. Raises `NoDirection`."""
+        state = JointState(q, np.zeros_like(q), np.zeros_like(q))
+        return self._axes.lead(state, self._wish.index) * self._wish.speed
+
     @property
     def at_rest(self) -> bool:
         """Whether the robot stands in `state`, and nothing given so far moves it on."""

@@ -30,9 +30,11 @@ from cell.messages import (
     ResetEstop,
     ResetRobot,
     Run,
+    Sections,
     SetpointBlock,
     SetupStatus,
     Token,
+    Way,
     ZoneDeadlock,
     ZoneGeometry,
     ZoneState,
@@ -102,11 +104,12 @@ def block(**changes: Any) -> SetpointBlock:
 
 
 def test_the_layout_of_a_block_is_the_documented_one() -> None:
-    data = encode(block())
-    assert data[:4] == b"ZSB3"
-    assert data[54:64] == b"\x04\x00\x00\x00\x00\x00left"
-    assert np.frombuffer(data[64:112], "<f8").tolist() == [1.0, 2.0, 3.0, 4.0, 5.0, 6.0]
-    assert len(data) == 60 + 4 + 2 * 48
+    data = encode(block(epoch=9))
+    assert data[:4] == b"ZSB4"
+    assert data[54:60] == b"\x04\x00\x00\x00\x00\x00"
+    assert data[60:72] == b"\x09" + bytes(7) + b"left"
+    assert np.frombuffer(data[72:120], "<f8").tolist() == [1.0, 2.0, 3.0, 4.0, 5.0, 6.0]
+    assert len(data) == 68 + 4 + 2 * 48
 
 
 def test_the_torque_of_a_block_comes_behind_its_velocity_and_is_announced() -> None:
@@ -114,15 +117,15 @@ def test_the_torque_of_a_block_comes_behind_its_velocity_and_is_announced() -> N
     data = encode(block(torque=torque))
     assert data[56:58] == b"\x01\x00"
     assert np.frombuffer(data[-48:], "<f8").tolist() == torque.ravel().tolist()
-    assert len(data) == 60 + 4 + 3 * 48
+    assert len(data) == 68 + 4 + 3 * 48
 
 
 def test_the_events_of_a_block_come_behind_its_name() -> None:
     data = encode(block(events=(OutputEvent(11, 3, 1, True),)))
     assert data[58:60] == b"\x01\x00"
-    assert data[64:83] == b"\x0b" + bytes(7) + b"\x03" + bytes(7) + b"\x01\x00\x01"
+    assert data[72:91] == b"\x0b" + bytes(7) + b"\x03" + bytes(7) + b"\x01\x00\x01"
     with pytest.raises(CodecError, match="an output is 0 or 1"):
-        decode(SetpointBlock, data[:82] + b"\x02" + data[83:])
+        decode(SetpointBlock, data[:90] + b"\x02" + data[91:])
 
 
 def test_flags_of_a_later_version_are_refused() -> None:
@@ -156,8 +159,8 @@ def test_a_block_that_must_not_travel_is_not_encoded(change: dict[str, Any]) -> 
 
 
 def test_another_version_of_a_block_is_refused_by_its_magic() -> None:
-    with pytest.raises(CodecError, match="magic b'ZSB2', expected b'ZSB3'"):
-        decode(SetpointBlock, b"ZSB2" + encode(block())[4:])
+    with pytest.raises(CodecError, match="magic b'ZSB3', expected b'ZSB4'"):
+        decode(SetpointBlock, b"ZSB3" + encode(block())[4:])
 
 
 def test_bytes_behind_a_block_are_refused() -> None:
@@ -215,11 +218,44 @@ def test_a_wrong_field_is_refused_by_its_name(old: bytes, new: bytes, says: str)
 
 def test_the_layout_of_a_presence_is_the_documented_one() -> None:
     data = encode(dataclasses.replace(PRESENCE, body=BODY))
-    end = 12 + int.from_bytes(data[4:8], "little")
-    assert data[:4] == b"ZPR1"
-    assert data[8:12] == b"\x01\x00\x01\x00"
-    assert json.loads(data[12:end])["known"] is True
+    end = 16 + int.from_bytes(data[4:8], "little")
+    assert data[:4] == b"ZPR2"
+    assert data[8:16] == b"\x01\x00\x01\x00\x00\x00\x00\x00"
+    assert json.loads(data[16:end])["known"] is True
     assert np.frombuffer(data[end:], "<f4").tolist() == np.float32([0.1, 0.02, 0, 0, 0, 0.1, 0, 0]).tolist()
+
+
+SECTION = Sections(np.uint64([7]), np.float32([[[[1, 2, 3], [4, 5, 6]]]]), np.float32([[0.25]]))
+
+
+def test_the_layout_of_a_way_is_the_documented_one() -> None:
+    data = encode(dataclasses.replace(PRESENCE, way=Way(SECTION, 1, 1, ("hand",))))
+    end = 16 + int.from_bytes(data[4:8], "little")
+    assert data[8:16] == b"\x00\x00\x00\x00\x01\x00\x01\x00"
+    head = json.loads(data[16:end])
+    assert (head["committed"], head["owned"], head["links"]) == (1, 1, ["hand"])
+    assert data[end : end + 8] == b"\x07" + bytes(7)
+    assert np.frombuffer(data[end + 8 :], "<f4").tolist() == [0.25, 1, 2, 3, 4, 5, 6]
+
+
+@pytest.mark.parametrize(
+    ("way", "says"),
+    [
+        (Way(dataclasses.replace(SECTION, radii=np.float32([[-0.1]]))), "below zero"),
+        (Way(dataclasses.replace(SECTION, points=np.full((1, 1, 2, 3), np.inf, np.float32))), "infinite"),
+        (Way(dataclasses.replace(SECTION, ids=np.uint64([7, 8]))), "allowed are"),
+        (Way(Sections(np.uint64([7]), np.zeros((1, 0, 2, 3), np.float32), np.zeros((1, 0), np.float32))), "at least"),
+    ],
+)
+def test_a_way_of_another_shape_does_not_travel(way: Way, says: str) -> None:
+    with pytest.raises(CodecError, match=says):
+        encode(dataclasses.replace(PRESENCE, way=way))
+
+
+@pytest.mark.parametrize(("committed", "owned"), [(1, 0), (0, 2), (2, 2)])
+def test_a_way_of_which_more_is_owned_than_there_is_is_refused(committed: int, owned: int) -> None:
+    with pytest.raises(CodecError, match="no more committed than owned"):
+        decode(Presence, encode(dataclasses.replace(PRESENCE, way=Way(SECTION, committed, owned))))
 
 
 @pytest.mark.parametrize(

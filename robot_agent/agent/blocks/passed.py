@@ -1,0 +1,41 @@
+"""What a robot may pass up to rest: pieces of its motions, and the body over them."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from cell.messages import Body
+from robot_agent.agent.planning.plans import Planned
+
+
+@dataclass(frozen=True, slots=True)
+class Span:
+    """A piece of one motion: everything from path time `first_tau` to `last_tau`, in whichever direction."""
+
+    planned: Planned
+    first_tau: float
+    last_tau: float
+
+    @property
+    def stands(self) -> bool:
+        """Whether it is one place only."""
+        return self.first_tau == self.last_tau
+
+    @property
+    def samples(self) -> tuple[int, int]:
+        """First and last sample of the motion's sweep that enclose the span."""
+        taus = self.planned.taus
+        last = min(int(np.searchsorted(taus, self.last_tau, side="left")), len(taus) - 1)
+        first = int(np.searchsorted(taus, self.first_tau, side="right")) - 1
+        return max(min(first, last), 0), last
+
+
+@dataclass(frozen=True, slots=True)
+class Passed:
+    """What a robot may pass up to rest."""
+
+    body: Body
+    """The whole reach when nobody knows where the robot is: it is not referenced, or its joints cannot be so."""
+    spans: list[Span]
+    widen_m: float
+    """How far it is measured from where it is commanded."""
