@@ -333,7 +333,7 @@ class AgentCore:
         self.zones.update_holds(now, self.zones.touched(body), kept)
         newest = executive.timeline.newest if block is None else block
         ahead = self._doing(self.mode).ahead(newest, planner, feedback.tick, now) if self.space.kept_apart else None
-        use = Use(used, ahead, planner.model)
+        use = Use(used, planner.model, ahead, passed.widen_m)
         presence = self._announcer.presence(feedback.owner, body, use, wants, stop_time_s, self._estops, now)
         if block is None:
             return [presence]
@@ -356,7 +356,7 @@ class AgentCore:
         stands = Sections()
         if self._rest.standing:
             stands = standing(planner.model, planner.pose_world_base, feedback.position, _ROOM_M)
-        return Use(self.space.beside_blocks(body, stands), None, planner.model)
+        return Use(self.space.beside_blocks(body, stands), planner.model)
 
     # What the robot holds
 

@@ -6,6 +6,7 @@ overlapping times is drawn again.
 
 import atexit
 import math
+import os
 import random
 import tempfile
 from collections.abc import Sequence
@@ -245,6 +246,8 @@ def _cell(
     times = f"fresh_s: {fresh_s}, feedback_lost_s: {lost_s}, owner_silent_s: {owner_s}, estop_delay_s: {stop_s}"
     idle = rng.choice(["", "", ", idle_off_s: 1.5"])
     lines.append(f"times: {{{times}, lead_s: {lead_s}{idle}}}")
+    if os.environ.get("SEP"):
+        lines.append("separation: {margin: 30}")
     lines.append(f"on_manager_return: {rng.choice(['continue', 'continue', 'operator'])}")
     return "\n".join(lines) + "\n"
 

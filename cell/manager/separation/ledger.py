@@ -14,7 +14,7 @@ from cell.messages.sections import Clearance, Refusal, Sections
 from cell.net.freshness import NewestOf
 
 MOST_OPEN = 8
-"""So many clearances of one robot may be unconfirmed; before it confirms one of them it gets no more."""
+"""So many clearances of one robot may be unconfirmed; then the newest one is repeated until it is confirmed."""
 
 TooNear = tuple[int, Refusal] | None
 """The first section that comes too near, and why; None where none does."""
@@ -46,8 +46,7 @@ class _Robot:
     owned: Sections = field(default_factory=Sections)
     open: dict[int, Sections] = field(default_factory=dict)
     """By number: what was cleared and is not confirmed, so the robot may own it."""
-    number: int = 0
-    """Of the newest clearance."""
+    newest_clearance: Clearance | None = None
     anywhere: Body | None = None
     """Within the reach of this body, as long as the robot does not know where it is."""
     named: bool = False
@@ -117,15 +116,18 @@ class Ledger:
         clearances = []
         for name, robot in self._robots.items():
             ask, robot.ask = robot.ask, None
-            if ask is None or len(robot.open) >= MOST_OPEN:
+            if ask is None:
                 continue
-            cleared, refusal = self._longest(name, ask.sections)
-            robot.number += 1
-            if cleared > 0:
-                robot.open[robot.number] = ask.sections[:cleared]
-            clearances.append(
-                Clearance(name, self._boot, self._epoch, ask.owner, ask.presence, robot.number, cleared, refusal)
-            )
+            newest = robot.newest_clearance
+            if newest is None or len(robot.open) < MOST_OPEN:
+                number = 1 if newest is None else newest.number + 1
+                cleared, refusal = self._longest(name, ask.sections)
+                if cleared > 0:
+                    robot.open[number] = ask.sections[:cleared]
+                robot.newest_clearance = newest = Clearance(
+                    name, self._boot, self._epoch, ask.owner, ask.presence, number, cleared, refusal
+                )
+            clearances.append(newest)
         return clearances
 
     def _longest(self, name: str, asked: Sections) -> tuple[int, Refusal | None]:

@@ -138,7 +138,10 @@ class Executive:
         return known[1]
 
     def _measured(self, feedback: DriveFeedback) -> tuple[int, float] | None:
-        """The tick whose commanded position is nearest to the measured one, and the distance of the two bodies [m]."""
+        """After which tick the commanded position was nearest to the measured one, and how far bodies are apart [m].
+
+        That is on the straight way to the next tick's; the capsule ends go it together.
+        """
         if not feedback.referenced:
             return None
         span = int(_MEASURED_LAG_S / self.cycle_s)
@@ -150,7 +153,12 @@ class Executive:
             points = self._planner.model.capsules(np.vstack([commanded, feedback.position]))
         except OpenMechanism:
             return None
-        away = points[:-1] - points[-1]
-        distances = np.sqrt(np.einsum("...k,...k", away, away).max(axis=(1, 2)))
+        away = points[-1] - points[:-1]
+        steps = np.diff(points[:-1], axis=0)
+        along = np.einsum("mcek,mcek->m", away[:-1], steps)
+        whole = np.einsum("mcek,mcek->m", steps, steps)
+        share = np.clip(along / np.where(whole > 0.0, whole, 1.0), 0.0, 1.0)
+        away[:-1] -= share[:, None, None, None] * steps
+        distances = np.sqrt(np.einsum("mcek,mcek->mce", away, away).max(axis=(1, 2)))
         nearest = int(np.argmin(distances))
         return ticks[nearest], float(distances[nearest])

@@ -25,10 +25,12 @@ class Use:
 
     sections: Sections = field(default_factory=Sections)
     """All that it may pass by what was sent."""
-    ahead: Sections | None = None
-    """Those that come after these, in the order of travel; None: it gives up what it does not use."""
     model: Model | None = None
     """Of whose body the sections are."""
+    ahead: Sections | None = None
+    """Those that come after these, in the order of travel; None: it gives up what it does not use."""
+    widen_m: float = 0.0
+    """How far it is measured from where it is commanded."""
 
 
 class SharedSpace:
@@ -41,6 +43,8 @@ class SharedSpace:
         self._refusal = ""
         self._way = Sections()
         """What was said last: all that is owned is in there."""
+        self.beside_path = False
+        """The robot is measured farther from its path than its sections have room for."""
 
     # What is heard
 
@@ -166,7 +170,7 @@ class SharedSpace:
         self._owned.ask(sequence, ids[owned:])
         if owned == len(ids):
             self._refusal = ""
-        self._way = whole
+        self._way, self.beside_path = whole, use.widen_m > FOLLOWING_M
         capsules = range(len(use.model.body))
         links = tuple(part_of(use.model, capsule) for capsule in capsules)
         fixed = tuple(capsule for capsule in capsules if use.model.body[capsule].link == 0)

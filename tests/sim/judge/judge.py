@@ -5,7 +5,7 @@ from collections.abc import Callable, Collection
 from typing import Any
 
 from cell.core import Effect
-from tests.sim.judge import bodies, grants, motion, news, orders, states
+from tests.sim.judge import bodies, grants, motion, news, orders, room, states
 from tests.sim.judge.facts import STRANGER, Facts, Sample
 from tests.sim.judge.invariant import Broken, Invariant
 from tests.sim.world import World
@@ -60,6 +60,8 @@ ALL: tuple[type[Invariant], ...] = (
     orders.OneOwner,
     orders.OutputsByOrder,
     orders.EffortIsBounded,
+    room.KeptApart,
+    room.BlockIsOwned,
 )
 
 
