@@ -96,10 +96,10 @@ class Standing:
         requests = list(self.pace.requests)
         if not self.zones.fresh(now):
             requests.append(RateRequest(0.0, "the manager is silent"))
-        if self.space.beside_path:
-            requests.append(RateRequest(0.0, "the robot is measured beside its path"))
         if self.mode is not Mode.RUNNING:
             requests.append(RateRequest(0.0, "halted" if self.mode is Mode.HALTED else self.mode.value))
+        if self.space.beside_path:
+            requests.append(RateRequest(0.0, "the robot is measured beside its path"))
         if self.run.correction_ends:
             requests.append(RateRequest(0.0, "TRACK OFF"))
         return requests

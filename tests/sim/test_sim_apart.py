@@ -1,0 +1,109 @@
+"""Two arms share room without a zone: they never touch, and come to the end of what they can do."""
+
+from pathlib import Path
+
+import pytest
+
+from cell.messages import Halt, Heard, Jog, JogFrame, JogHeld, Mode
+from tests.sim.apart_cell import MARGIN_M, Apart, apart_cell
+from tests.sim.network import Weather
+from tests.unit.config_world import TWO_ARMS
+
+TO_THE_MIDDLE = """MJ J1={turn:g} J2=-12 J3=65 J4=0 J5=37 J6=0 F=100
+ML X={x:g} Y={y:g} Z={z:g} A=0 B=90 C=0 F=1500
+WAIT 0.2
+ML X=980 F=1500
+HOME F=100
+"""
+
+
+def _towards(x: float, y: float, z: float, turn: float = 0.0) -> str:
+    return TO_THE_MIDDLE.format(x=x, y=y, z=z, turn=turn)
+
+
+HEAD_ON = {"left": _towards(2000, 0, 1250), "right": _towards(2000, 0, 1250)}
+ASIDE = {"left": _towards(1950, 150, 1300), "right": _towards(1900, 150, 1200)}
+OVER = {"left": _towards(1900, 0, 1500), "right": _towards(1950, 50, 1250)}
+PROGRAMS = {side: (TWO_ARMS.parent / "programs" / f"{side}.prog").read_text() for side in ("left", "right")}
+
+
+@pytest.mark.parametrize("programs", [HEAD_ON, ASIDE, OVER], ids=["head on", "aside", "over each other"])
+def test_arms_that_would_collide_stop_in_front_of_each_other(tmp_path: Path, programs: dict[str, str]) -> None:
+    free = Apart(apart_cell(tmp_path / "free", programs, None))
+    free.run(8.0)
+    assert free.nearest_m < 0.0, "these programs do not collide: the test shows nothing"
+    kept = Apart(apart_cell(tmp_path / "kept", programs))
+    kept.run(8.0)
+    assert MARGIN_M <= kept.nearest_m < 3.0 * MARGIN_M
+    assert kept.forced == []
+
+
+def test_who_waits_says_for_which_link_of_whom(tmp_path: Path) -> None:
+    cell = Apart(apart_cell(tmp_path, HEAD_ON))
+    cell.run(6.0)
+    waits = cell.world.seen.robots["left"].waiting_for
+    assert waits.startswith("left's link")
+    assert "of where right's link" in waits
+
+
+def test_the_example_needs_no_zone(tmp_path: Path) -> None:
+    cell = Apart(apart_cell(tmp_path, PROGRAMS))
+    took_s = cell.run(25.0)
+    assert cell.done
+    assert took_s < 16.0, "with its zone it takes 15.8 s"
+    assert cell.nearest_m > MARGIN_M
+    assert cell.forced == []
+
+
+def test_with_lost_and_late_messages_programs_come_to_their_end(tmp_path: Path) -> None:
+    cell = Apart(apart_cell(tmp_path, PROGRAMS), weather=Weather(loss=0.05))
+    cell.run(40.0)
+    assert cell.done
+    assert cell.nearest_m > MARGIN_M
+
+
+def test_a_killed_manager_and_a_killed_agent_cost_time_and_nothing_else(tmp_path: Path) -> None:
+    cell = Apart(apart_cell(tmp_path, PROGRAMS))
+    cell.run(3.0)
+    cell.world.kill("manager")
+    cell.run(1.0)
+    assert {state.waiting_for for state in cell.world.seen.robots.values()} == {"the manager is silent"}
+    cell.world.start_manager()
+    cell.run(2.0)
+    cell.world.kill("robot/left")
+    cell.run(1.0)
+    cell.world.start_agent("left")
+    cell.run(40.0)
+    assert cell.done
+    assert cell.nearest_m > MARGIN_M
+
+
+def _jog(cell: Apart, speed_m_s: float, seconds: float) -> float:
+    """How far the left arm's tool goes along X of its base [m] while its key is held."""
+    world, press = cell.world, f"press at {cell.world.clock.now:g}"
+    start, until = world.seen.robots["left"].tcp_position_m, world.clock.now + seconds
+    world.operate("robot/left", Jog(press, "X", speed_m_s, JogFrame.BASE))
+    while world.clock.now < until:
+        state = world.seen.robots["left"]
+        world.press(JogHeld("left", press, True, Heard(state.boot, state.sequence)))
+        world.clock.run_until(world.clock.now + 0.03)
+    world.clock.run_until(world.clock.now + 1.0)
+    end = world.seen.robots["left"].tcp_position_m
+    assert start is not None
+    assert end is not None
+    return end[0] - start[0]
+
+
+def test_a_jog_stands_in_front_of_the_other_arm_and_leads_away_from_it(tmp_path: Path) -> None:
+    cell = Apart(apart_cell(tmp_path, HEAD_ON))
+    cell.run(6.0)
+    cell.operator.working = False
+    for robot in ("left", "right"):
+        cell.world.operate(f"robot/{robot}", Halt())
+    cell.world.clock.run_until(cell.world.clock.now + 1.0)
+    assert abs(_jog(cell, 0.2, 1.5)) < 0.05
+    assert _jog(cell, -0.2, 1.5) < -0.15
+    assert _jog(cell, 0.2, 3.0) > 0.1
+    assert cell.nearest_m >= MARGIN_M
+    assert cell.forced == []
+    assert cell.world.seen.robots["left"].mode is not Mode.FAULT
