@@ -164,6 +164,10 @@ class ZoneEntry(BaseModel):
     robots: Annotated[tuple[Name, ...], Field(min_length=1)] = Field(description="robots that may ask for the zone")
 
 
+Meeting = Annotated[tuple[Name, ...], Field(min_length=2)]
+"""The robots that meet."""
+
+
 class TimesEntry(BaseModel):
     """Deadlines in seconds; what is left out keeps its default."""
 
@@ -187,6 +191,10 @@ class TimesEntry(BaseModel):
         description="from a software emergency stop (it never replaces a hard-wired one) to a gateway's quick stop; "
         "at most 5, because `cell up` waits 10 s for the end of a gateway",
     )
+    clock_error_s: Annotated[float, Field(gt=0, le=1)] = Field(
+        _DEFAULT.clock_error_s,
+        description="a robot that knows cell time less well takes no part in a common start or a meeting; at most 1",
+    )
     idle_off_s: Seconds | None = Field(
         _DEFAULT.idle_off_s, description="a robot without a program for so long is switched off; without it never"
     )
@@ -208,6 +216,9 @@ class CellFile(BaseModel):
     )
     conveyors: dict[Name, ConveyorEntry] = Field(default={}, description="belts that robots may follow, by name")
     zones: dict[Name, ZoneEntry] = Field(default={}, description="exclusive zones by name")
+    meetings: Annotated[dict[Name, Meeting], Field(max_length=50)] = Field(
+        default={}, description="up to 50 meetings, where robots wait for each other (MEET): their robots, by name"
+    )
     things: dict[Name, ThingEntry] = Field(default={}, description="what robots keep away from, by name")
     times: TimesEntry = Field(TimesEntry.model_construct(), description="deadlines in seconds")
     on_manager_return: Annotated[OnManagerReturn, Field(strict=False)] = Field(
@@ -263,6 +274,7 @@ class CellFile(BaseModel):
             digest=digest,
             conveyors=conveyors,
             frames=frames.settings(self._fixed()),
+            meetings=dict(self.meetings),
         )
 
     def _fixed(self) -> dict[str, str | None]:

@@ -44,6 +44,7 @@ from cell.messages.manager_commands import (
     TeachFrame,
 )
 from cell.messages.manager_state import ManagerState, SetupStatus, ZoneDeadlock, ZoneState, ZoneStatus
+from cell.messages.meeting import Arrival, Attendance, MeetingStatus, Meets
 from cell.messages.presence import Body, Presence
 from cell.messages.robot_commands import (
     Continue,
@@ -60,6 +61,7 @@ from cell.messages.robot_commands import (
     Step,
 )
 from cell.messages.robot_state import (
+    ClockStatus,
     CorrectionStatus,
     GovernorStatus,
     Mode,
@@ -78,6 +80,8 @@ __all__ = [
     "STATES",
     "AcceptPosition",
     "AdoptZone",
+    "Arrival",
+    "Attendance",
     "AxisStatus",
     "Body",
     "BusCounters",
@@ -87,6 +91,7 @@ __all__ = [
     "ClaimGrant",
     "ClearSetup",
     "ClearZone",
+    "ClockStatus",
     "Command",
     "Continue",
     "ConveyorCount",
@@ -116,6 +121,8 @@ __all__ = [
     "KeptEvents",
     "ListEvents",
     "ManagerState",
+    "MeetingStatus",
+    "Meets",
     "Mode",
     "MoveAxes",
     "NodeStatus",

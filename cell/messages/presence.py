@@ -7,6 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cell.messages.common import Count, Duration, Few, Heard, Length, Name, Token, Vector
+from cell.messages.meeting import Meets
+from cell.messages.robot_state import Mode
 from cell.messages.state import Urgency, state
 
 MOST_CAPSULES = 50
@@ -59,3 +61,6 @@ class Presence:
     """Id of the active emergency stop under which this robot is at rest or braking, if any."""
     standing: bool = False
     """At rest and switched off; it stays so while the manager state that `heard` names has another robot in set-up."""
+    mode: Mode | None = None
+    """What the agent can do; None: it does not say."""
+    meets: Meets = field(default_factory=Meets)

@@ -42,6 +42,7 @@ from robot_agent.agent.planning.planner import Planner
 from robot_agent.agent.planning.plans import Plan, PlanFailed, Planned
 from robot_agent.agent.program.held_parts import HeldParts
 from robot_agent.agent.program.interruption import Interruption
+from robot_agent.agent.program.meetings import Meetings
 from robot_agent.agent.program.pace import Pace
 from robot_agent.agent.program.program_run import ProgramRun
 from robot_agent.agent.step.doing import doing
@@ -82,10 +83,11 @@ class AgentCore:
         self.run = ProgramRun(program)
         self.report = Reporter(robot, boot)
         self.pace = Pace()
-        self.clock = CellClock()
+        self.clock = CellClock(robot, self.zones.sent, cell.times.clock_error_s)
         self.jogging = Jogging(robot, self.zones)
         self.corrections = Corrections(robot, cell.robots[robot].corrections, self.clock, self.zones)
         self.interruption = Interruption(robot, cell.robots[robot].path_window, self.run, self.pace, self.zones)
+        self.meetings = Meetings(robot, boot, self.run, self.zones, self.clock)
         self.parts = HeldParts()
         decisions = Decisions(robot, self.run, self.pace, self.jogging, self.corrections, self.interruption, self.parts)
         self.operator = OperatorCalls(robot, boot, cell.times.command_s, self.link, decisions)
@@ -101,7 +103,9 @@ class AgentCore:
         """Why the mode is FAULT or ESTOP."""
         parts = self.run, self.zones, self.pace, self.jogging, self.corrections, self.interruption
         self._doing = functools.partial(doing, parts)
-        self._progress = Progress(robot, cell.on_manager_return, *parts, self._doing, self.operator, self.report)
+        self._progress = Progress(
+            robot, cell.on_manager_return, *parts, self.meetings, self._doing, self.operator, self.report
+        )
         self._idle = IdleClock(cell.times.idle_off_s)
         self._leaving = False
 
@@ -293,8 +297,9 @@ class AgentCore:
             self.zones.update_holds(now, self.zones.touched(body), kept)
             stop_time_s = self._rest.stop_time_s(planner, feedback, 0.0)
             presence = self._announcer.presence(
-                feedback.owner, body, {}, stop_time_s, self._estops, now, standing=self._stands(feedback)
-            )
+                feedback.owner, self.mode, self.meetings.told(self.mode), body, {}, stop_time_s, self._estops, now,
+                standing=self._stands(feedback),
+            )  # fmt: skip
             return [presence, self._sign_of_life(feedback, planner)]
         age_s = self.link.age(now)
         if self._leaving:
@@ -315,7 +320,9 @@ class AgentCore:
         # A robot that brakes keeps its zones to the end: each time its body is worked out a little larger or smaller.
         kept = set(self.zones.holds) if stop_time_s > 0.0 and not moves(self.mode) else set(wants)
         self.zones.update_holds(now, self.zones.touched(body), kept)
-        presence = self._announcer.presence(feedback.owner, body, wants, stop_time_s, self._estops, now)
+        presence = self._announcer.presence(
+            feedback.owner, self.mode, self.meetings.told(self.mode), body, wants, stop_time_s, self._estops, now
+        )
         if block is None:
             return [presence]
         runs = self.mode is Mode.RUNNING
@@ -428,4 +435,4 @@ class AgentCore:
         )  # fmt: skip
         self.operator.sent_state(state.sequence, now)
         frames = {frame.frame: frame.version for frame in self._frames.present}
-        return Publish(replace(state, frames=frames, part=self.parts.told))
+        return Publish(replace(state, frames=frames, part=self.parts.told, clock=self.clock.status(now)))

@@ -1,7 +1,7 @@
 """Where the robot is and what it wants, for the manager."""
 
 from cell.core import Publish
-from cell.messages import Body, Presence
+from cell.messages import Body, Meets, Mode, Presence
 from cell.net.estops import ObeyedEstops
 from robot_agent.agent.zones.zone_claims import ZoneClaims
 
@@ -26,6 +26,8 @@ class Announcer:
     def presence(
         self,
         owner: int,
+        mode: Mode,
+        meets: Meets,
         body: Body,
         wants: dict[str, float],
         stop_time_s: float,
@@ -58,5 +60,7 @@ class Announcer:
                 wants=wants,
                 estop_acknowledged=estop.id if estop is not None else None,
                 standing=standing,
+                mode=mode,
+                meets=meets,
             )
         )
