@@ -320,7 +320,9 @@ class MeetingNetwork(RuleBasedStateMachine):
 
 
 TestMeetingNetwork = MeetingNetwork.TestCase
-TestMeetingNetwork.settings = settings(max_examples=40, stateful_step_count=25, deadline=None, phases=[Phase.explicit, Phase.generate])
+TestMeetingNetwork.settings = settings(
+    max_examples=40, stateful_step_count=25, deadline=None, phases=[Phase.explicit, Phase.generate]
+)
 
 
 @pytest.fixture
