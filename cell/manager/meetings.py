@@ -68,7 +68,9 @@ class _Meeting:
                 released, leave_at = waiting, cell_time + LEAD_S
         there = tuple(robot for robot, arrival in waiting.items() if released.get(robot) != arrival)
         missing = {
-            robot: refused.get(robot) or self._why_missing(counted.get(robot))
+            robot: f"which gets no grants: {refused[robot]}"
+            if robot in refused
+            else self._why_missing(counted.get(robot))
             for robot in self._robots
             if there and robot not in there
         }

@@ -94,6 +94,7 @@ class Network:
 
     def __init__(self, names: tuple[str, ...] = NAMES) -> None:
         self.cell = replace(manager_world.settings(names), meetings={"load": names, "other": names})
+        self.digests = dict.fromkeys(names, "digest")
         self.now = 100.0
         self.sent: list[tuple[str, object]] = []
         self.arrived: dict[Arrival, str] = {}
@@ -183,7 +184,9 @@ class Network:
             self.check(leave)
         agent.sequence += 1
         agent.zones.sent_presence(agent.sequence, BODY, self.now)
-        presence = Presence(name, agent.boot, agent.owner, agent.sequence, agent.zones.heard, "digest", BODY, 0.0)
+        presence = Presence(
+            name, agent.boot, agent.owner, agent.sequence, agent.zones.heard, self.digests[name], BODY, 0.0
+        )
         self.sent = [*self.sent[-KEPT:], ("manager", replace(presence, mode=mode, meets=said))]
 
     # What programs and operators do
@@ -363,6 +366,15 @@ def test_one_that_falls_silent_is_named(net: Network) -> None:
         net.come(name)
     net.settle(1.0, dumb="c")
     assert net.reason("a") == "meeting load: waits for c, which is silent"
+
+
+def test_one_with_another_configuration_has_not_come(net: Network) -> None:
+    net.digests["c"] = "another one"
+    for name in NAMES:
+        net.come(name)
+    net.settle(1.0)
+    assert net.leaves == []
+    assert "waits for c, which gets no grants: its configuration another" in net.reason("a")
 
 
 def test_one_that_waits_elsewhere_is_named_with_the_place(net: Network) -> None:
