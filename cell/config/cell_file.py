@@ -216,8 +216,8 @@ class CellFile(BaseModel):
     )
     conveyors: dict[Name, ConveyorEntry] = Field(default={}, description="belts that robots may follow, by name")
     zones: dict[Name, ZoneEntry] = Field(default={}, description="exclusive zones by name")
-    meetings: Annotated[dict[Name, Meeting], Field(max_length=50)] = Field(
-        default={}, description="up to 50 meetings, where robots wait for each other (MEET): their robots, by name"
+    meetings: Annotated[dict[Name, Meeting], Field(max_length=16)] = Field(
+        default={}, description="up to 16 meetings, where robots wait for each other (MEET): their robots, by name"
     )
     things: dict[Name, ThingEntry] = Field(default={}, description="what robots keep away from, by name")
     times: TimesEntry = Field(TimesEntry.model_construct(), description="deadlines in seconds")

@@ -68,9 +68,7 @@ class _Meeting:
                 released, leave_at = waiting, cell_time + LEAD_S
         there = tuple(robot for robot, arrival in waiting.items() if released.get(robot) != arrival)
         missing = {
-            robot: f"which gets no grants: {refused[robot]}"
-            if robot in refused
-            else self._why_missing(counted.get(robot))
+            robot: self._why_missing(counted.get(robot), refused.get(robot))
             for robot in self._robots
             if there and robot not in there
         }
@@ -80,7 +78,9 @@ class _Meeting:
         at = said.meets.waits
         return None if at is None or at.meeting != self.name or at.held_up else Arrival(said.boot, at.number)
 
-    def _why_missing(self, said: Presence | None) -> str:
+    def _why_missing(self, said: Presence | None, refusal: str | None) -> str:
+        if refusal is not None:
+            return f"which gets no grants: {refusal}"
         if said is None:
             return "which is silent"
         at = said.meets.waits
