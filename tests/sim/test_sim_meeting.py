@@ -13,7 +13,7 @@ from tests.unit.config_world import CELL, Copy
 
 ROBOTS = ("left", "right")
 QUICK = "MJ J1=10 F=100\nMEET load\nMJ J1=0 F=100\nMEET load TIMEOUT 60\nMJ J1=5 F=100\nEND"
-SLOW = "MJ J1=40 F=50\nMEET load\nMJ J1=0 F=30\nMEET load\nMJ J1=5 F=100\nEND"
+SLOW = "MJ J1=25 F=50\nMEET load\nMJ J1=0 F=20\nMEET load\nMJ J1=5 F=100\nEND"
 
 
 class Begins:
