@@ -350,6 +350,16 @@ def test_nobody_leaves_before_the_last_one_has_come_and_all_leave_at_one_time(ne
     assert 0.25 < first - came_at < 0.45
 
 
+def test_the_time_at_which_they_leave_is_the_same_for_one_that_hears_of_it_a_little_later(net: Network) -> None:
+    for name in NAMES:
+        net.come(name)
+    net.settle(0.16, deaf="c")
+    assert {leave.robot for leave in net.leaves} == {"a", "b"}
+    net.settle(0.1)
+    assert [(leave.robot, leave.late) for leave in net.leaves] == [("a", False), ("b", False), ("c", False)]
+    assert net.leaves[2].at == pytest.approx(net.leaves[0].at, abs=CYCLE_S)
+
+
 def test_the_manager_says_who_is_there_and_who_is_missing(net: Network) -> None:
     net.come("b")
     net.halt("c", True)

@@ -3,7 +3,7 @@
 import numpy as np
 
 from cell.messages import Arrival, Continue, Halt, MeetingStatus, Mode, ProgramState, ResetRobot, Run
-from tests.unit.agent_runs import BACK, INTO, TO_START, enabled, ended, running, until
+from tests.unit.agent_runs import BACK, INTO, enabled, ended, near_zone, running, until
 from tests.unit.agent_world import CYCLE_S, STEP_S, AgentWorld
 
 PROGRAM = "MJ J1=20\nMEET load\nMJ J1=0\nEND"
@@ -137,7 +137,7 @@ def test_a_time_out_ends_the_program_without_the_time_of_a_halt() -> None:
 
 
 def test_a_zone_behind_the_meet_is_asked_for_once_it_leaves() -> None:
-    world = at_meet(f"{TO_START}\nMEET load\n{INTO}\n{BACK}\nEND")
+    world = at_meet(f"{near_zone()}\nMEET load\n{INTO}\n{BACK}\nEND")
     world.run(1.0)
     assert not any(presence.wants for presence in world.presences)
     release(world)
