@@ -137,7 +137,7 @@ def test_a_time_out_ends_the_program_without_the_time_of_a_halt() -> None:
 
 
 def test_a_zone_behind_the_meet_is_asked_for_once_it_leaves() -> None:
-    world = at_meet(f"{near_zone()}\nMEET load\n{INTO}\n{BACK}\nEND")
+    world = at_meet(f"MJ {near_zone()}\nMEET load\n{INTO}\n{BACK}\nEND")
     world.run(1.0)
     assert not any(presence.wants for presence in world.presences)
     release(world)
