@@ -71,6 +71,7 @@ def robot_agent(
             mine.corrections,
             spaces=mine.program_spaces,
             parts=model.description.parts,
+            meetings=settings.meetings_of(robot),
         )
     except (KinematicsError, ProgramError) as error:
         raise CommandError(str(error), f"correct it, then: cell check {quoted(file)}") from error

@@ -53,13 +53,14 @@ def _names(document: Document, cell: CellFile) -> Iterator[Problem]:
         if robot.gateway not in gateways:
             allowed = f"one of {', '.join(gateways)}"
             yield document.problem(("robots", name, "gateway"), f"unknown gateway {robot.gateway!r}", allowed)
-    for zone, entry in cell.zones.items():
-        for index, name in enumerate(entry.robots):
-            path: KeyPath = ("zones", zone, "robots", index)
+    lists: dict[KeyPath, tuple[str, ...]] = {("zones", zone, "robots"): it.robots for zone, it in cell.zones.items()}
+    lists |= {("meetings", meeting): robots_of_it for meeting, robots_of_it in cell.meetings.items()}
+    for path, named in lists.items():
+        for index, name in enumerate(named):
             if name not in robots:
-                yield document.problem(path, f"unknown robot {name!r}", f"one of {', '.join(robots)}")
-            elif name in entry.robots[:index]:
-                yield document.problem(path, f"{name!r} a second time", "each robot once")
+                yield document.problem((*path, index), f"unknown robot {name!r}", f"one of {', '.join(robots)}")
+            elif name in named[:index]:
+                yield document.problem((*path, index), f"{name!r} a second time", "each robot once")
 
 
 def _frames(document: Document, cell: CellFile) -> Iterator[Problem]:

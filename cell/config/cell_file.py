@@ -189,6 +189,10 @@ class SeparationEntry(BaseModel):
         return SeparationSettings(self.margin, tuple(PairMargin(pair.robots, pair.margin) for pair in self.pairs))
 
 
+Meeting = Annotated[tuple[Name, ...], Field(min_length=2)]
+"""The robots that meet."""
+
+
 class TimesEntry(BaseModel):
     """Deadlines in seconds; what is left out keeps its default."""
 
@@ -212,6 +216,10 @@ class TimesEntry(BaseModel):
         description="from a software emergency stop (it never replaces a hard-wired one) to a gateway's quick stop; "
         "at most 5, because `cell up` waits 10 s for the end of a gateway",
     )
+    clock_error_s: Annotated[float, Field(gt=0, le=1)] = Field(
+        _DEFAULT.clock_error_s,
+        description="a robot that knows cell time less well takes no part in a common start or a meeting; at most 1",
+    )
     idle_off_s: Seconds | None = Field(
         _DEFAULT.idle_off_s, description="a robot without a program for so long is switched off; without it never"
     )
@@ -233,6 +241,9 @@ class CellFile(BaseModel):
     )
     conveyors: dict[Name, ConveyorEntry] = Field(default={}, description="belts that robots may follow, by name")
     zones: dict[Name, ZoneEntry] = Field(default={}, description="exclusive zones by name")
+    meetings: Annotated[dict[Name, Meeting], Field(max_length=16)] = Field(
+        default={}, description="up to 16 meetings, where robots wait for each other (MEET): their robots, by name"
+    )
     things: dict[Name, ThingEntry] = Field(default={}, description="what robots keep away from, by name")
     separation: SeparationEntry | None = Field(
         None, description="keeps the robots apart wherever they are; without it only zones do"
@@ -293,6 +304,7 @@ class CellFile(BaseModel):
             conveyors=conveyors,
             frames=frames.settings(self._fixed()),
             separation=None if self.separation is None else self.separation.settings(),
+            meetings=dict(self.meetings),
         )
 
     def _fixed(self) -> dict[str, str | None]:

@@ -303,6 +303,8 @@ class Times:
     """Silence of set-point blocks, at rest, that ends a claim."""
     estop_delay_s: float = 2.0
     """From a software emergency stop to the gateway's own quick stop of a robot that is not at rest by then."""
+    clock_error_s: float = 0.05
+    """A robot that knows cell time less well begins nothing at a common moment."""
     idle_off_s: float | None = None
     """A robot that has had no program for so long is switched off; `None`: it stays on."""
 
@@ -324,3 +326,9 @@ class CellSettings:
     frames: dict[str, FrameSettings] = field(default_factory=dict)
     separation: SeparationSettings | None = None
     """None: zones alone keep robots apart."""
+    meetings: dict[str, tuple[str, ...]] = field(default_factory=dict)
+    """By name, the robots that meet."""
+
+    def meetings_of(self, robot: str) -> frozenset[str]:
+        """The meetings that MEET in a robot's program may name."""
+        return frozenset(name for name, robots in self.meetings.items() if robot in robots)

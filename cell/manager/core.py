@@ -9,6 +9,7 @@ from cell.core import Answer, Effect, Frozen, Publish, Request
 from cell.manager.deadlock import DeadlockWatch
 from cell.manager.estop_latch import EstopLatch
 from cell.manager.frames import FrameNotWritten, Frames, FramesWritten
+from cell.manager.meetings import Meetings
 from cell.manager.occupancy import ZoneSpace
 from cell.manager.presences import MOST_STRANGERS, Presences
 from cell.manager.records import JournalFailed, JournalWritten, Store, Stored, ZoneDecided
@@ -61,6 +62,7 @@ class ManagerCore:
         self._latch = EstopLatch(stored)
         self._setup = SetupTurns(settings.robots, boot, settings.times)
         self._deadlocks = DeadlockWatch()
+        self._meetings = Meetings(settings.meetings)
         self._frames = Frames(settings, epoch)
         self._separation = None if settings.separation is None else Separation(settings, boot, epoch)
         self._moving: tuple[str, str, PlaceFrame | TeachFrame] | None = None
@@ -151,6 +153,7 @@ class ManagerCore:
                 zone.grant(sights[name], self._new_token, self._sequence + 1)
         self._follow_changes(before, sights, now)
         self._follow_setup(now)
+        self._meetings.look(self._presences.fresh_ones(now), refused, self._cell_time(now))
         for deadlock in self._deadlocks.look(self._zones, sights, self._cell_time(now), now):
             self._tell(Severity.WARNING, "zone_deadlock", deadlock.text, deadlock.remedy)
         self._publish_state(sights, refused, now)
@@ -341,6 +344,7 @@ class ManagerCore:
             heard_gateways=self._setup.heard(),
             deadlocks=self._deadlocks.present,
             frames=dict(self._frames.versions),
+            meetings=self._meetings.present,
         )
         if now < self._state_due and self._published is not None and _same(state, self._published):
             return

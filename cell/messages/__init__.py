@@ -44,6 +44,7 @@ from cell.messages.manager_commands import (
     TeachFrame,
 )
 from cell.messages.manager_state import ManagerState, SetupStatus, ZoneDeadlock, ZoneState, ZoneStatus
+from cell.messages.meeting import Arrival, Attendance, MeetingStatus, Meets
 from cell.messages.presence import Body, Presence
 from cell.messages.robot_commands import (
     Continue,
@@ -60,6 +61,7 @@ from cell.messages.robot_commands import (
     Step,
 )
 from cell.messages.robot_state import (
+    ClockStatus,
     CorrectionStatus,
     GovernorStatus,
     Mode,
@@ -79,6 +81,8 @@ __all__ = [
     "STATES",
     "AcceptPosition",
     "AdoptZone",
+    "Arrival",
+    "Attendance",
     "AxisStatus",
     "Body",
     "BusCounters",
@@ -89,6 +93,7 @@ __all__ = [
     "ClearSetup",
     "ClearZone",
     "Clearance",
+    "ClockStatus",
     "Command",
     "Continue",
     "ConveyorCount",
@@ -118,6 +123,8 @@ __all__ = [
     "KeptEvents",
     "ListEvents",
     "ManagerState",
+    "MeetingStatus",
+    "Meets",
     "Mode",
     "MoveAxes",
     "NodeStatus",

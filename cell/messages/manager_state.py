@@ -6,6 +6,7 @@ from typing import Annotated
 
 from cell.messages.common import Count, Duration, Few, Heard, Name, Text, Token
 from cell.messages.estop import Estop
+from cell.messages.meeting import MeetingStatus
 from cell.messages.state import Urgency, state
 
 
@@ -82,3 +83,4 @@ class ManagerState:
     deadlocks: Annotated[tuple[ZoneDeadlock, ...], Few] = ()
     frames: Annotated[dict[Name, Count], Few] = field(default_factory=dict)
     """Frame: the version in force."""
+    meetings: Annotated[dict[Name, MeetingStatus], Few] = field(default_factory=dict)

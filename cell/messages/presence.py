@@ -6,6 +6,8 @@ from typing import Annotated
 import numpy as np
 
 from cell.messages.common import Count, Duration, Few, Heard, Length, Name, Token, Vector
+from cell.messages.meeting import Meets
+from cell.messages.robot_state import Mode
 from cell.messages.sections import Single, Way
 from cell.messages.state import Urgency, state
 
@@ -63,3 +65,6 @@ class Presence:
     """Number of the newest clearance of that manager which was taken (`Clearance`)."""
     way: Way = field(default_factory=Way)
     """What it uses of the cell's space and asks for; empty where the cell does not keep robots apart."""
+    mode: Mode | None = None
+    """What the agent can do; None: it does not say."""
+    meets: Meets = field(default_factory=Meets)

@@ -101,6 +101,16 @@ class Reserve:
     """How far it is from that limit [rad or m]; below zero beyond it."""
 
 
+@dataclass(frozen=True, slots=True)
+class ClockStatus:
+    """What the agent knows of cell time."""
+
+    offset_s: Number
+    """Cell time less the agent's own clock, as its host counts from its start."""
+    error_s: Duration
+    """How far that is from the truth at most."""
+
+
 @state("robot/{robot}/state")
 @dataclass(frozen=True, slots=True)
 class RobotState:
@@ -133,3 +143,5 @@ class RobotState:
     reserve: Reserve | None = None
     part: Name | None = ""
     """What the robot holds: a part of its robot file, empty for none; None where nobody has said it yet."""
+    clock: ClockStatus | None = None
+    """None before a manager's state has answered this agent."""

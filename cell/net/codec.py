@@ -39,7 +39,8 @@ MOST_URGENT_BYTES = 2 * 2**20
 """Of one that is read within a cycle; an `Estop` with the longest texts, all escaped, has 1.5 MiB."""
 MOST_VALUES = 4500
 """In one that is read within a cycle, counted by commas: time goes into wrong values, not into long texts. The state of
-a manager with sixteen robots and a zone for every two of them, all in each queue, has 4400 with those in texts."""
+a manager with sixteen robots, a zone for every two of them, half of all in each queue, and sixteen meetings of all has
+4300 with those in texts."""
 _MOST_TOLD = 100
 """Wrong values among which the first is looked for; to list more takes longer than to find them."""
 _WITHIN_A_CYCLE = (Urgency.REAL_TIME, Urgency.INTERACTIVE)

@@ -46,6 +46,7 @@ from robot_agent.agent.planning.planner import Planner
 from robot_agent.agent.planning.plans import Plan, PlanFailed, Planned
 from robot_agent.agent.program.held_parts import HeldParts
 from robot_agent.agent.program.interruption import Interruption
+from robot_agent.agent.program.meetings import Meetings
 from robot_agent.agent.program.pace import Pace
 from robot_agent.agent.program.program_run import ProgramRun
 from robot_agent.agent.space.shared_space import SharedSpace, Use
@@ -91,10 +92,11 @@ class AgentCore:
         self.run = ProgramRun(program)
         self.report = Reporter(robot, boot)
         self.pace = Pace()
-        self.clock = CellClock()
+        self.clock = CellClock(robot, self.zones.sent, cell.times.clock_error_s)
         self.jogging = Jogging(robot, self.zones, self.space)
         self.corrections = Corrections(robot, cell.robots[robot].corrections, self.clock, self.zones, self.space)
         self.interruption = Interruption(robot, cell.robots[robot].path_window, self.run, self.pace, self.zones)
+        self.meetings = Meetings(robot, boot, self.run, self.zones, self.clock)
         self.parts = HeldParts()
         decisions = Decisions(robot, self.run, self.pace, self.jogging, self.corrections, self.interruption, self.parts)
         self.operator = OperatorCalls(robot, boot, cell.times.command_s, self.link, decisions)
@@ -110,7 +112,9 @@ class AgentCore:
         """Why the mode is FAULT or ESTOP."""
         parts = self.run, self.zones, self.pace, self.jogging, self.corrections, self.interruption
         self._doing = functools.partial(doing, (*parts, self.space))
-        self._progress = Progress(robot, cell.on_manager_return, *parts, self._doing, self.operator, self.report)
+        self._progress = Progress(
+            robot, cell.on_manager_return, *parts, self.meetings, self._doing, self.operator, self.report
+        )
         self._idle = IdleClock(cell.times.idle_off_s)
         self._leaving = False
 
@@ -307,8 +311,9 @@ class AgentCore:
             stop_time_s = self._rest.stop_time_s(planner, feedback, 0.0)
             use, stands = self._used_beside_blocks(body, feedback, planner), self._stands(feedback)
             presence = self._announcer.presence(
-                feedback.owner, body, use, {}, stop_time_s, self._estops, now, standing=stands
-            )
+                feedback.owner, self.mode, self.meetings.told(self.mode), body, use, {}, stop_time_s, self._estops,
+                now, standing=stands,
+            )  # fmt: skip
             return [presence, self._sign_of_life(feedback, planner)]
         age_s = self.link.age(now)
         if self._leaving:
@@ -333,8 +338,10 @@ class AgentCore:
         self.zones.update_holds(now, self.zones.touched(body), kept)
         newest = executive.timeline.newest if block is None else block
         ahead = self._doing(self.mode).ahead(newest, planner, feedback.tick, now) if self.space.kept_apart else None
-        use = Use(used, planner.model, ahead, passed.widen_m)
-        presence = self._announcer.presence(feedback.owner, body, use, wants, stop_time_s, self._estops, now)
+        use, meets = Use(used, planner.model, ahead, passed.widen_m), self.meetings.told(self.mode)
+        presence = self._announcer.presence(
+            feedback.owner, self.mode, meets, body, use, wants, stop_time_s, self._estops, now
+        )
         if block is None:
             return [presence]
         runs = self.mode is Mode.RUNNING
@@ -465,4 +472,4 @@ class AgentCore:
         )  # fmt: skip
         self.operator.sent_state(state.sequence, now)
         frames = {frame.frame: frame.version for frame in self._frames.present}
-        return Publish(replace(state, frames=frames, part=self.parts.told))
+        return Publish(replace(state, frames=frames, part=self.parts.told, clock=self.clock.status(now)))

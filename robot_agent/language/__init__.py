@@ -22,12 +22,13 @@ from robot_agent.language.moves import (
 from robot_agent.language.parser import parse_program
 from robot_agent.language.parts import Attach, Detach, held_before, uses_parts
 from robot_agent.language.program import Program, ProgramError, ProgramProblem
-from robot_agent.language.sequence import End, Goto, Label, SetOutput, SwitchSpace, Track, Wait
+from robot_agent.language.sequence import End, Goto, Label, MeetOthers, SetOutput, SwitchSpace, Track, Wait
 from robot_agent.language.statement import STATEMENTS, Statement
 from robot_agent.language.steps import (
     Finished,
     HoldParts,
     JointStep,
+    Meet,
     MoveCaps,
     Pause,
     ProgramFault,
@@ -52,6 +53,8 @@ __all__ = [
     "JointStep",
     "Label",
     "LineStep",
+    "Meet",
+    "MeetOthers",
     "MotionStep",
     "Move",
     "MoveArc",

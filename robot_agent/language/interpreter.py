@@ -9,6 +9,7 @@ from robot_agent.language.statement import Walk
 from robot_agent.language.steps import (
     Finished,
     HoldParts,
+    Meet,
     Pause,
     ProgramFault,
     Switch,
@@ -21,7 +22,7 @@ _MAX_IDLE_STATEMENTS = 10_000
 _MAX_SWITCHES = 100
 """At one place."""
 
-Step = MotionStep | Pause | SwitchNow | HoldParts | TrackingOn | TrackingOff | Finished | ProgramFault
+Step = MotionStep | Pause | SwitchNow | HoldParts | Meet | TrackingOn | TrackingOff | Finished | ProgramFault
 
 
 class Interpreter:

@@ -19,16 +19,17 @@ def parse_program(
     outputs: Collection[str] | None = None,
     spaces: Collection[str] | None = None,
     parts: Collection[str] | None = None,
+    meetings: Collection[str] | None = None,
 ) -> Program:
     """Parse a program.
 
     `joint_names` are the joints that `MJ` may name; joint values are degrees, or millimetres for the joints in
     `linear`, lengths millimetres, speeds percent of the joint limits (`MJ`, `HOME`) or mm/s (`ML`, `MC`, `MS`).
     `corrections` are the names that `TRACK` may use, `outputs` those of `SET DO` and `RESET DO`, `spaces` those of
-    `SPACE`, `parts` those of `ATTACH`, `None` for any.
+    `SPACE`, `parts` those of `ATTACH`, `meetings` those of `MEET`, `None` for any.
     Raises `ProgramError` with every mistake.
     """
-    reading = Reading(joint_names, linear, corrections, outputs, spaces, parts)
+    reading = Reading(joint_names, linear, corrections, outputs, spaces, parts, meetings)
     lines, statements, problems = text.splitlines(), list[Statement](), list[ProgramProblem]()
 
     def wrong(line: int, mistake: Mistake) -> None:

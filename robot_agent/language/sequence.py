@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from typing import Self
 
 from robot_agent.language.statement import Reading, Statement, Walk, statement
-from robot_agent.language.steps import Finished, Pause, Switch, TrackingOff, TrackingOn
+from robot_agent.language.steps import Finished, Meet, Pause, ProgramFault, Switch, TrackingOff, TrackingOn
 from robot_agent.language.words import Mistake, Word, number
 
 _NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*\Z")
@@ -110,6 +110,36 @@ class Wait(Statement):
 
     def run(self, _walk: Walk) -> Pause:
         return Pause(self.line, self.duration_s)
+
+
+@statement("MEET")
+@dataclass(frozen=True, slots=True)
+class MeetOthers(Statement):
+    """`MEET name`, `MEET name TIMEOUT s`: wait until all robots of the meeting are there, and leave with them."""
+
+    meeting: str
+    timeout_s: float | None
+
+    @classmethod
+    def read(cls, line: int, words: list[Word], reading: Reading) -> Self:
+        if len(words) != 2 and not (len(words) == 4 and words[2].text.upper() == "TIMEOUT"):
+            found = f"`{' '.join(word.text for word in words)}`"
+            raise Mistake(words[0].column, found, "MEET and the name of a meeting; if wanted, TIMEOUT and seconds")
+        word = words[1]
+        if reading.meetings is not None and word.text not in reading.meetings:
+            known = ", ".join(sorted(reading.meetings)) or "this robot is in none in the cell file"
+            raise Mistake(word.column, f"unknown meeting `{word.text}`", f"a name of meetings: {known}")
+        timeout_s = None
+        if len(words) == 4:
+            timeout_s = number(words[3].text, words[3])
+            if not 0 < timeout_s <= _MAX_WAIT_S:
+                raise Mistake(words[3].column, f"TIMEOUT {words[3].text}", f"more than 0, up to {_MAX_WAIT_S:g} s")
+        return cls(line, word.text, timeout_s)
+
+    def run(self, walk: Walk) -> Meet | ProgramFault:
+        if walk.tracking:
+            return ProgramFault(self.line, "MEET while the robot follows a correction: TRACK OFF comes first")
+        return Meet(self.line, self.meeting, self.timeout_s)
 
 
 @statement("LABEL")

@@ -26,6 +26,7 @@ class Reading:
     outputs: Collection[str] | None
     spaces: Collection[str] | None
     parts: Collection[str] | None
+    meetings: Collection[str] | None
     place: int = 0
     """Index of the statement that is being read."""
     labels: dict[str, int] = field(default_factory=dict)

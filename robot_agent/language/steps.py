@@ -77,6 +77,16 @@ class HoldParts:
 
 
 @dataclass(frozen=True, slots=True)
+class Meet:
+    """Wait, at rest, until all robots of a meeting have come to it; they leave together."""
+
+    line: int
+    meeting: str
+    timeout_s: float | None = None
+    """After so long the program ends."""
+
+
+@dataclass(frozen=True, slots=True)
 class TrackingOn:
     """The moves that follow are corrected by what is measured under this name."""
 

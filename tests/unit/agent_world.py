@@ -34,6 +34,7 @@ from cell.messages import (
     GatewayState,
     Heard,
     ManagerState,
+    MeetingStatus,
     OutputEvent,
     PlayoutState,
     Presence,
@@ -134,6 +135,8 @@ class AgentWorld:
         self.manager_silent = False
         self.setup: SetupStatus | None = None
         """Whom the manager has in set-up."""
+        self.meetings: dict[str, MeetingStatus] = {}
+        """What the manager says of meetings."""
         self.geometry_lost = False
         self.frames: tuple[FramePose, ...] = ()
         """What the manager tells of frames."""
@@ -289,6 +292,7 @@ class AgentWorld:
             self.agent.receive(frame, self.now)
         state = ManagerState("test", "m", 5, self._sequence, self.now, "digest", heard, {"handover": self.zone})
         state = replace(state, setup=self.setup, frames={frame.frame: frame.version for frame in self.frames})
+        state = replace(state, meetings=self.meetings)
         self.agent.receive(Arrived(state, self.now), self.now)
 
     def _gateway_state(self, inputs: dict[str, bool | None]) -> GatewayState:

@@ -20,6 +20,7 @@ from robot_agent.language import (
     HoldParts,
     Interpreter,
     LineStep,
+    Meet,
     MotionStep,
     Move,
     Pause,
@@ -151,7 +152,7 @@ def _asked_for(program: Program) -> set[int]:
     interpreter, steps = Interpreter(program), list[Step]()
     while len(steps) < _MOST_STEPS and not (steps and isinstance(steps[-1], Finished | ProgramFault)):
         steps.append(interpreter.next())
-    rests = Pause | HoldParts | TrackingOn | TrackingOff
+    rests = Pause | HoldParts | Meet | TrackingOn | TrackingOff
     return {
         before.line
         for before, step in pairwise(steps)

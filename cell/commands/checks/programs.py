@@ -29,7 +29,10 @@ def check_programs(document: Document, named: NamedFiles, models: dict[str, Mode
             try:
                 corrections = document.keys(("robots", robot, "corrections"))
                 outputs, spaces = _outputs(document, named, robot), _spaces(document, robot)
-                program = parse_program(text, file.name, joints, linear, corrections, outputs, spaces, model.parts)
+                meetings = _meetings(document, robot)
+                program = parse_program(
+                    text, file.name, joints, linear, corrections, outputs, spaces, model.parts, meetings
+                )
             except ProgramError as error:
                 for problem in error.problems:
                     yield Problem(file, problem.line, problem.column, "program", problem.found, problem.allowed)
@@ -52,6 +55,12 @@ def _spaces(document: Document, robot: str) -> list[str]:
     """What the robot's program may switch."""
     place = ("robots", robot, "spaces")
     return [name for name in document.keys(place) if document.value((*place, name, "by_program")) is True]
+
+
+def _meetings(document: Document, robot: str) -> list[str]:
+    """Those that the robot is in."""
+    named = ((name, document.value(("meetings", name))) for name in document.keys(("meetings",)))
+    return [name for name, robots in named if isinstance(robots, list | tuple) and robot in robots]
 
 
 def _edges(program: Program, file: Path) -> Iterator[Problem]:

@@ -6,7 +6,7 @@ from rich.text import Text
 
 from cell.commands.client.cell_view import Snapshot, unreferenced
 from cell.config.settings import CellSettings
-from cell.messages import GatewayState, ManagerState, Mode, ProgramState, RobotState, ZoneState
+from cell.messages import GatewayState, ManagerState, MeetingStatus, Mode, ProgramState, RobotState, ZoneState
 from cell.messages.manager_state import ZoneStatus
 
 LONGEST_PROGRAM_TEXT = 48
@@ -110,10 +110,12 @@ def robot_line(robot: str, state: RobotState | None) -> str:
 
 
 def footer(settings: CellSettings, seen: Snapshot) -> list[str]:
-    """Zones, gateways and the manager, one line each."""
-    lines = [manager_line(settings, seen.manager)]
+    """The manager, cell time, zones, meetings and gateways, one line each."""
+    lines = [manager_line(settings, seen.manager), clock_line(settings, seen)]
     zones = seen.manager.zones if seen.manager else {}
     lines += [zone_line(name, zone) for name, zone in zones.items()]
+    meetings = seen.manager.meetings if seen.manager else {}
+    lines += [meeting_line(name, meeting) for name, meeting in meetings.items()]
     lines += [gateway_line(name, seen.gateways.get(name)) for name in settings.gateways]
     return lines
 
@@ -137,6 +139,24 @@ def zone_line(name: str, zone: ZoneStatus) -> str:
     if zone.queue:
         line += f", next {', '.join(zone.queue)}"
     return f"{line} ({zone.reason})" if zone.reason else line
+
+
+def clock_line(settings: CellSettings, seen: Snapshot) -> str:
+    """How well each robot knows cell time, by which robots start together and leave meetings."""
+    clocks = {name: seen.robots[name].clock if name in seen.robots else None for name in settings.robots}
+    known = (
+        f"{name} {'unknown' if clock is None else f'within {1000 * clock.error_s:.0f} ms'}"
+        for name, clock in clocks.items()
+    )
+    return f"cell time: {', '.join(known)} ({1000 * settings.times.clock_error_s:g} ms allowed)"
+
+
+def meeting_line(name: str, meeting: MeetingStatus) -> str:
+    if not meeting.there:
+        return f"meeting {name}: nobody waits"
+    waits = "waits" if len(meeting.there) == 1 else "wait"
+    missing = ", ".join(f"{robot}, {what}" for robot, what in meeting.missing.items())
+    return f"meeting {name}: {', '.join(meeting.there)} {waits} for {missing}"
 
 
 def gateway_line(name: str, gateway: GatewayState | None) -> str:

@@ -21,6 +21,7 @@ from robot_agent.language import (
     Finished,
     HoldParts,
     Interpreter,
+    Meet,
     MotionStep,
     Pause,
     Program,
@@ -63,7 +64,17 @@ class Waiting:
 
 
 Item = (
-    Planned | PlanFailed | Waiting | Pause | SwitchNow | HoldParts | TrackingOn | TrackingOff | Finished | ProgramFault
+    Planned
+    | PlanFailed
+    | Waiting
+    | Pause
+    | SwitchNow
+    | HoldParts
+    | Meet
+    | TrackingOn
+    | TrackingOff
+    | Finished
+    | ProgramFault
 )
 
 

@@ -17,6 +17,7 @@ from robot_agent.agent.planning.plans import Extended, PlanFailed, Planned
 from robot_agent.language import (
     Finished,
     HoldParts,
+    Meet,
     Pause,
     Program,
     ProgramFault,
@@ -49,8 +50,8 @@ class ProgramRun:
         """The first motion is still to come, and has to begin exactly at `resume_tick`."""
         self.end_tick: int | None = None
         """The first motion ends then; None when nobody says so, or after it."""
-        self._pause = (0, 0)
-        """Line of the newest pause and the tick at which it begins."""
+        self._pause = (0, 0, "")
+        """Line of the newest pause, the tick at which it begins, and what it is."""
         self._held_since: int | None = None
         """The tick at which the program was halted; None while it goes on."""
         self._goes_since = 0
@@ -59,6 +60,8 @@ class ProgramRun:
         """Where the robot stands, while what it follows takes it from there before a next motion does."""
         self.to_hold: HoldParts | None = None
         """The program has come to this ATTACH or DETACH, at rest."""
+        self.at_meeting: Meet | None = None
+        """The program has come to this MEET, at rest."""
         self.held_up = ""
         """Why that is not done yet, for people."""
 
@@ -83,7 +86,7 @@ class ProgramRun:
         """
         self.state, self.error, self.line = ProgramState.RUNNING, "", 0
         self.waited_s = {}
-        self.resume_tick, self._pause = at_tick or 0, (0, 0)
+        self.resume_tick, self._pause = at_tick or 0, (0, 0, "")
         self.starting, self.end_tick = at_tick is not None, end_tick
         self._held_since, self._goes_since, self._beside = None, 0, None
         self.correction, self.correction_ends = "", False
@@ -226,7 +229,7 @@ class ProgramRun:
     def settle(self, executive: Executive, feedback: DriveFeedback, cycle_s: float) -> None:
         """Take the steps that move nothing, once the robot rests after its motion with all outputs switched."""
         self.outputs.executed(feedback.event, feedback.tick)
-        self.to_hold = None
+        self.to_hold = self.at_meeting = None
         before: object = self
         while before is not self.lookahead.head:
             before = self.lookahead.head
@@ -244,7 +247,7 @@ class ProgramRun:
         head = self.lookahead.head
         if isinstance(head, Pause):
             self.resume_tick = rest_tick + round(head.duration_s / cycle_s)
-            self._pause = (head.line, rest_tick)
+            self._pause = (head.line, rest_tick, "WAIT")
             self.lookahead.advance()
         elif isinstance(head, SwitchNow):
             self.outputs.due(head.switches, rest_tick)
@@ -261,6 +264,8 @@ class ProgramRun:
                     self.correction_ends = True
                 case HoldParts() if executive.at_rest(tick):
                     self.to_hold = head
+                case Meet() if executive.at_rest(tick):
+                    self.at_meeting = head
                 case Finished(line):
                     self.state, self.line, self.correction = ProgramState.DONE, line, ""
                     self.lookahead.stop()
@@ -274,6 +279,13 @@ class ProgramRun:
         """The ATTACH or DETACH to which the program has come is done."""
         self.to_hold, self.held_up = None, ""
         self.lookahead.advance()
+
+    def leave_meeting(self, tick: int, at_tick: int) -> None:
+        """All have come to the MEET to which the program has come, as is known at `tick`; it goes on at `at_tick`."""
+        if self.at_meeting is not None:
+            self.resume_tick, self._pause = at_tick, (self.at_meeting.line, tick, "MEET")
+            self.at_meeting, self.held_up = None, ""
+            self.lookahead.advance()
 
     def leaves_correction(self, executive: Executive) -> bool:
         """Whether a correction is to end where the robot comes to rest: TRACK OFF, or the end of the program."""
@@ -296,9 +308,11 @@ class ProgramRun:
         """Note the line of the motion or the pause that is played at a tick."""
         if not self.running:
             return
-        line, begin = self._pause
+        line, begin, _ = self._pause
         moving = playing.path.line_at(playing.path_state(tick).tau)
-        if line > 0 and max(begin, playing.first_tick) <= tick and playing.first_tick < self.resume_tick:
+        if self.at_meeting is not None:
+            self.line = self.at_meeting.line
+        elif line > 0 and max(begin, playing.first_tick) <= tick and playing.first_tick < self.resume_tick:
             self.line = line
         elif moving > 0:
             self.line = moving
@@ -317,8 +331,8 @@ class ProgramRun:
         if self.starting and tick <= self.resume_tick:
             return f"the common start, in {(self.resume_tick - tick) * cycle_s:.1f} s"
         if self._pause[1] <= tick < self.resume_tick:
-            return f"WAIT, {(self.resume_tick - tick) * cycle_s:.1f} s left"
-        if self.to_hold is not None and self.held_up:
+            return f"{self._pause[2]}, {(self.resume_tick - tick) * cycle_s:.1f} s left"
+        if (self.to_hold is not None or self.at_meeting is not None) and self.held_up:
             return self.held_up
         if isinstance(self.lookahead.head, Waiting):
             return f"line {self.lookahead.head.line} is being planned"

@@ -12,6 +12,7 @@ from robot_agent.agent.operator.jogging import Jogging
 from robot_agent.agent.operator.operator import OperatorCalls
 from robot_agent.agent.planning.planner import Planner
 from robot_agent.agent.program.interruption import Interruption
+from robot_agent.agent.program.meetings import Meetings
 from robot_agent.agent.program.pace import Pace
 from robot_agent.agent.program.program_run import ProgramRun
 from robot_agent.agent.step.doing import Standing
@@ -31,6 +32,7 @@ class Progress:
     jogging: Jogging
     corrections: Corrections
     interruption: Interruption
+    meetings: Meetings
     doing: Callable[[Mode], Standing]
     operator: OperatorCalls
     report: Reporter
@@ -71,6 +73,8 @@ class Progress:
             why = self.doing(mode).reason(executive, feedback.tick, now).text or "the robot was held up"
             self.run.fail(f"the common start was missed: {why}")
         self.run.settle(executive, feedback, executive.cycle_s)
+        if late := self.meetings.follow(feedback.tick, executive.cycle_s, now):
+            self.report.event(Severity.WARNING, "late_for_meeting", late, "see what delays the manager's messages")
         self.run.follow(executive.timeline.at(feedback.tick)[0], feedback.tick)
         if mode is not Mode.RUNNING:
             return mode

@@ -1,7 +1,7 @@
 """Where the robot is and what it wants, for the manager."""
 
 from cell.core import Publish
-from cell.messages import Body, Presence
+from cell.messages import Body, Meets, Mode, Presence
 from cell.net.estops import ObeyedEstops
 from robot_agent.agent.space.shared_space import SharedSpace, Use
 from robot_agent.agent.zones.zone_claims import ZoneClaims
@@ -28,6 +28,8 @@ class Announcer:
     def presence(
         self,
         owner: int,
+        mode: Mode,
+        meets: Meets,
         body: Body,
         use: Use,
         wants: dict[str, float],
@@ -65,5 +67,7 @@ class Announcer:
                 epoch=self._space.epoch,
                 taken=self._space.taken,
                 way=self._space.way(self._sequence, use),
+                mode=mode,
+                meets=meets,
             )
         )

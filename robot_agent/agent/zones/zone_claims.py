@@ -26,8 +26,9 @@ class ZoneClaims:
         self._robot = robot
         self._fresh_s = fresh_s
         self._newest = NewestOf()
-        self._sent = Sent(boot)
-        self.spaces = SwitchedSpaces(robot, inputs or {}, self._sent)
+        self.sent = Sent(boot)
+        """The presences."""
+        self.spaces = SwitchedSpaces(robot, inputs or {}, self.sent)
         self._geometry: dict[str, ZoneGeometry] = {}
         self._boxes: dict[str, Box] = {}
         self._touched: deque[tuple[Body, frozenset[str]]] = deque(maxlen=_BODIES)
@@ -46,7 +47,7 @@ class ZoneClaims:
         not touch. The manager may give such a zone to another as soon as it hears this, so that grant is dead from
         here on.
         """
-        self._sent.record(sequence, now)
+        self.sent.record(sequence, now)
         for name, status in self.state.zones.items() if self.state is not None else ():
             if status.holder != self._robot or status.token is None or name in self.holds:
                 continue
@@ -55,14 +56,14 @@ class ZoneClaims:
 
     def forget_echoes(self) -> None:
         """After a freeze: nothing that answers an older presence counts as young."""
-        self._sent.forget()
+        self.sent.forget()
 
     def heard_state(self, state: ManagerState, now: float) -> None:
         """Take a manager's state, unless it is old or of an earlier epoch."""
         self.spaces.heard_manager(state)
         if self._newest.accept(state.boot, state.epoch, state.sequence):
             self.state, self._lower = state, None
-        elif state.epoch < self._newest.era and self._sent.age(state.heard.get(self._robot), now) < self._fresh_s:
+        elif state.epoch < self._newest.era and self.sent.age(state.heard.get(self._robot), now) < self._fresh_s:
             self._lower = state.epoch
 
     def heard_geometry(self, zone: ZoneGeometry) -> None:
@@ -83,7 +84,7 @@ class ZoneClaims:
 
     def age(self, now: float) -> float:
         """Age by echo [s] of the newest manager state."""
-        return self._sent.age(self.state.heard.get(self._robot) if self.state is not None else None, now)
+        return self.sent.age(self.state.heard.get(self._robot) if self.state is not None else None, now)
 
     def fresh(self, now: float) -> bool:
         return self.age(now) < self._fresh_s

@@ -101,6 +101,13 @@ def test_the_digest_follows_the_meaning_of_all_files(tmp_path: Path, name: str, 
          "zones.handover.robots[1]: found unknown robot 'up', allowed one of left, right"),
         ("robots: [left, right]", "robots: [left, left]", "[left, §left",
          "zones.handover.robots[1]: found 'left' a second time, allowed each robot once"),
+        ("times: {", "meetings: {load: [left, up]}\ntimes: {", "§up]",
+         "meetings.load[1]: found unknown robot 'up', allowed one of left, right"),
+        ("times: {", "meetings: {load: [left, left]}\ntimes: {", "§left]}",
+         "meetings.load[1]: found 'left' a second time, allowed each robot once"),
+        ("times: {", "meetings: {load: [left]}\ntimes: {", "§[left]}",
+         "meetings.load: found 1 entries, allowed 2 or more"),
+        ("times: {", "times: {clock_error_s: 2, ", "§2,", "times.clock_error_s: found 2, allowed 1 or less"),
         ("on_manager_return: continue", "on_manager_return: go", "§go\n",
          "on_manager_return: found 'go', allowed 'continue' or 'operator'"),
     ],
@@ -130,7 +137,7 @@ def test_each_mistake_is_one_line_at_its_place(tmp_path: Path, old: str, new: st
         ("{estop_delay_s: 60}", "§60}", "times.estop_delay_s: found 60, allowed 5 or less"),
         ("{fresh_s: -1}", "§-1}", "times.fresh_s: found -1, allowed more than 0"),
         ("{fresh: 1}", "§fresh:", "times.fresh: found unknown key 'fresh', allowed one of fresh_s, command_s, "
-         "nominal_s, lead_s, feedback_lost_s, owner_silent_s, estop_delay_s, idle_off_s"),
+         "nominal_s, lead_s, feedback_lost_s, owner_silent_s, estop_delay_s, clock_error_s, idle_off_s"),
     ],
 )  # fmt: skip
 def test_times_that_contradict_each_other_are_refused(tmp_path: Path, times: str, at: str, problem: str) -> None:

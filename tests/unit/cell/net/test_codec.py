@@ -16,6 +16,7 @@ from hypothesis import strategies as st
 from cell.messages import (
     COMMANDS,
     STATES,
+    Arrival,
     Body,
     Call,
     CellTime,
@@ -24,6 +25,7 @@ from cell.messages import (
     Estop,
     Heard,
     ManagerState,
+    MeetingStatus,
     OutputEvent,
     Presence,
     Reply,
@@ -321,7 +323,10 @@ def test_what_is_longer_than_any_message_is_refused_unread() -> None:
 
 
 def full_cell() -> ManagerState:
-    """Sixteen robots, a zone for every two, for which eight wait, an emergency stop of each with a long reason."""
+    """Sixteen robots, a zone for every two, for which eight wait, an emergency stop of each with a long reason.
+
+    And sixteen meetings of all of them.
+    """
     robots = [f"robot_number_{number}" for number in range(16)]
     long = "a reason, as a person gives it; " * 8
     zones = {
@@ -331,9 +336,13 @@ def full_cell() -> ManagerState:
     heard = {robot: Heard("0123456789abcdef", 123456) for robot in robots}
     texts = dict.fromkeys(robots, long)
     stops = tuple(Estop(robot, True, robot, long) for robot in robots)
+    arrivals = {robot: Arrival("0123456789abcdef", 123456) for robot in robots}
+    missing = dict.fromkeys(robots[8:], "which is there, but does not know cell time well enough")
+    meetings = {f"meeting_{n}": MeetingStatus(tuple(robots[:8]), missing, arrivals, 12.5) for n in range(16)}
     return ManagerState(
         "cell", "boot", 2, 99, 12.5, "digest", heard, zones, texts, stops, SetupStatus("robot_number_0", False, long),
         texts, heard, (ZoneDeadlock(tuple(robots), tuple(robots), 1.0, long, long),), {f"f{n}": n for n in range(50)},
+        meetings,
     )  # fmt: skip
 
 

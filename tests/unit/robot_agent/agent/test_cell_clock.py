@@ -5,7 +5,19 @@ import random
 import numpy as np
 import pytest
 
-from cell.messages import AxisStatus, CellTime, DriveFeedback, ManagerState, Mode, PlayoutState, ProgramState, Run
+from cell.config.settings import Times
+from cell.messages import (
+    AxisStatus,
+    CellTime,
+    DriveFeedback,
+    Heard,
+    ManagerState,
+    Mode,
+    PlayoutState,
+    ProgramState,
+    Run,
+)
+from cell.net.freshness import Sent
 from robot_agent.agent.cell_clock import CellClock
 from tests.unit.agent_runs import enabled, ended, until
 
@@ -15,7 +27,7 @@ BEHIND_S = 990.0
 
 
 def state(sequence: int, cell_time: float, boot: str = "m", epoch: int = 1) -> ManagerState:
-    return ManagerState("c", boot, epoch, sequence, cell_time, "digest")
+    return ManagerState("c", boot, epoch, sequence, cell_time, "digest", {"left": Heard("a", sequence)})
 
 
 def feedback(tick: int) -> DriveFeedback:
@@ -26,12 +38,17 @@ def feedback(tick: int) -> DriveFeedback:
     )  # fmt: skip
 
 
-def clock(seed: int = 0, late_s: float = 0.004) -> CellClock:
-    """Two seconds of messages, each late by its own time; ticks are counted from own time 1000."""
-    rng, heard = random.Random(seed), CellClock()
+def clock(seed: int = 0, late_s: float = 0.004, answers_s: float = 0.005) -> CellClock:
+    """Two seconds of messages, each late by its own time; ticks are counted from own time 1000.
+
+    Each state answers a presence that was sent `answers_s` before it.
+    """
+    rng, sent = random.Random(seed), Sent("a")
+    heard = CellClock("left", sent, 0.05)
     heard.ticks_last(CYCLE_S)
     for k in range(40):
         at = 1000.0 + 0.05 * k
+        sent.record(k, at - answers_s)
         heard.arrived(state(k, at - BEHIND_S), at + rng.expovariate(1.0 / late_s))
     for tick in range(0, 500, 5):
         heard.arrived(feedback(tick), 1000.0 + tick * CYCLE_S + rng.expovariate(1.0 / late_s))
@@ -112,3 +129,27 @@ def test_a_robot_that_cannot_begin_in_time_does_not_begin_and_says_why() -> None
     world.run(0.5)
     assert world.state.program.error == "the common start was missed: the robot was held up"
     np.testing.assert_array_equal(world.commanded, stood)
+
+
+def test_it_tells_cell_time_and_how_far_it_may_be_wrong() -> None:
+    status = clock(late_s=1e-4).status(1002.0)
+    assert status is not None
+    assert status.offset_s == pytest.approx(-BEHIND_S, abs=1e-3)
+    assert 0.005 <= status.error_s <= 0.0075
+
+
+def test_a_start_by_a_clock_that_is_known_too_badly_is_refused_with_the_numbers() -> None:
+    refusal = str(clock(late_s=1e-4, answers_s=0.08).start_tick(CellTime("m", 13.0), 1002.0))
+    assert refusal.startswith("no common start: cell time is known to within 8")
+    assert "ms only, allowed are 50 ms (times: clock_error_s)" in refusal
+
+
+def test_a_robot_tells_its_clock_and_refuses_a_common_start_by_a_bad_one() -> None:
+    world = enabled("MJ J1=20\nEND")
+    assert world.state.clock is not None
+    assert 0.0 <= world.state.clock.error_s < 0.03
+    strict = enabled("MJ J1=20\nEND", times=Times(clock_error_s=0.001))
+    call = strict.call(Run(CellTime("m", strict.now + 1.0)))
+    strict.step()
+    assert "allowed are 1 ms" in strict.replies[call].text
+    assert strict.state.mode is Mode.READY

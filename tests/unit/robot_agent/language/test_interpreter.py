@@ -8,6 +8,7 @@ from robot_agent.language import (
     Interpreter,
     JointStep,
     LineStep,
+    Meet,
     Pause,
     ProgramFault,
     Step,
@@ -101,6 +102,12 @@ def test_a_correction_ends_before_another_or_the_same_one_begins_and_only_once()
         TrackingOff(5),
         Pause(7, 2.0),
     ]
+
+
+def test_a_meeting_is_a_step_of_its_own_and_not_while_a_correction_is_followed() -> None:
+    assert steps_of("MEET load\nMEET load TIMEOUT 5", 2) == [Meet(1, "load", None), Meet(2, "load", 5.0)]
+    fault = steps_of("TRACK a\nMEET load", 2)[1]
+    assert fault == ProgramFault(2, "MEET while the robot follows a correction: TRACK OFF comes first")
 
 
 def held(text: str, before: tuple[str, ...] | None) -> list[tuple[str, ...] | str]:

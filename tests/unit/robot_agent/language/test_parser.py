@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 from robot_agent.language import (
     Goto,
     Home,
+    MeetOthers,
     MoveArc,
     MoveCaps,
     MoveJoints,
@@ -27,7 +28,7 @@ JOINTS = ("J1", "J2", "J3", "J4", "J5", "J6")
 
 def problems_of(text: str) -> list[str]:
     with pytest.raises(ProgramError) as caught:
-        parse_program(text, "p", JOINTS, outputs=("gripper", "glue"))
+        parse_program(text, "p", JOINTS, outputs=("gripper", "glue"), meetings=("load",))
     return [str(problem) for problem in caught.value.problems]
 
 
@@ -91,7 +92,7 @@ def test_a_jump_points_behind_its_label_even_when_the_label_comes_later() -> Non
         (
             "FLY X=1",
             "1:1: found `FLY`, allowed one of MJ, ML, MC, MS, HOME, TANG, ATTACH, DETACH, TRACK, "
-            "SET, RESET, SPACE, WAIT, LABEL, GOTO, END",
+            "SET, RESET, SPACE, WAIT, MEET, LABEL, GOTO, END",
         ),
         ("MJ", "1:1: found MJ without a joint, allowed at least one of J1, J2, J3, J4, J5, J6"),
         (
@@ -125,6 +126,14 @@ def test_a_jump_points_behind_its_label_even_when_the_label_comes_later() -> Non
         ("MS F=10", "1:1: found MS without a coordinate, allowed at least one of X, Y, Z, A, B, C"),
         ("WAIT", "1:1: found 0 words after WAIT, allowed a time in seconds"),
         ("WAIT -1", "1:6: found WAIT -1, allowed 0 to 3600 s"),
+        ("MEET", "1:1: found `MEET`, allowed MEET and the name of a meeting; if wanted, TIMEOUT and seconds"),
+        (
+            "MEET load 5",
+            "1:1: found `MEET load 5`, allowed MEET and the name of a meeting; if wanted, TIMEOUT and seconds",
+        ),
+        ("MEET laod", "1:6: found unknown meeting `laod`, allowed a name of meetings: load"),
+        ("MEET load TIMEOUT 0", "1:19: found TIMEOUT 0, allowed more than 0, up to 3600 s"),
+        ("MEET load TIMEOUT nan", "1:19: found `nan`, allowed a finite number"),
         ("GOTO a\nLABEL b", "1:6: found unknown label `a`, allowed a label of this program: b"),
         ("LABEL a\nGOTO a 2.5", "2:8: found count 2.5, allowed a whole number, 1 to 1000000"),
         ("LABEL a\nLABEL a", "2:7: found label `a` a second time, allowed each label once"),
@@ -147,6 +156,11 @@ def test_a_mistake_is_named_with_its_place_and_what_is_allowed(text: str, proble
 def test_outputs_are_switched_by_name() -> None:
     program = parse_program("SET DO gripper\nreset do Gripper", "p", JOINTS)
     assert program.statements == (SetOutput(1, "gripper", True), SetOutput(2, "Gripper", False))
+
+
+def test_a_meeting_may_have_a_time_out() -> None:
+    program = parse_program("MEET load\nmeet load timeout 2.5", "p", JOINTS)
+    assert program.statements == (MeetOthers(1, "load", None), MeetOthers(2, "load", 2.5))
 
 
 def test_all_mistakes_are_reported_at_once_in_order() -> None:

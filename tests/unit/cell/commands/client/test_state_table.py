@@ -3,13 +3,23 @@
 import dataclasses
 
 from cell.commands.client.cell_view import Snapshot, at_rest, unreferenced
-from cell.commands.client.state_table import cell_table, labelled_why, robot_line, why, zone_line
+from cell.commands.client.state_table import (
+    cell_table,
+    clock_line,
+    labelled_why,
+    meeting_line,
+    robot_line,
+    why,
+    zone_line,
+)
 from cell.config import load_cell
 from cell.messages import (
     AxisStatus,
     BusCounters,
+    ClockStatus,
     GatewayState,
     GovernorStatus,
+    MeetingStatus,
     Mode,
     NodeStatus,
     ProgramState,
@@ -77,6 +87,20 @@ def test_an_interrupted_program_says_what_is_possible_and_on_its_way_back_what_i
 def test_a_zone_names_its_holder_its_queue_and_its_reason() -> None:
     zone = ZoneStatus(ZoneState.ORPHANED, "left", None, ("right",), 1, 0.0, "left is silent")
     assert zone_line("handover", zone) == "zone handover: orphaned, last held by left, next right (left is silent)"
+
+
+def test_a_meeting_names_who_waits_and_for_whom() -> None:
+    meeting = MeetingStatus(("left", "third"), {"right": "which is halted"})
+    assert meeting_line("load", meeting) == "meeting load: left, third wait for right, which is halted"
+    assert meeting_line("load", MeetingStatus()) == "meeting load: nobody waits"
+
+
+def test_it_says_how_well_each_robot_knows_cell_time() -> None:
+    known = dataclasses.replace(RUNNING, clock=ClockStatus(-990.0, 0.0042))
+    assert (
+        clock_line(CELL, Snapshot(robots={"left": known}))
+        == "cell time: left within 4 ms, right unknown (50 ms allowed)"
+    )
 
 
 def lines(width: int, *robots: RobotState) -> list[str]:
