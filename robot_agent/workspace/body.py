@@ -15,7 +15,7 @@ from robot_agent.workspace.swept_body import Sweep
 
 BODY_GROWTH_M = 0.02
 """How much the capsules of one published pose are grown at most, to cover what follows it."""
-_ROUNDING = float(np.sqrt(3.0) * np.finfo(np.float32).epsneg)
+ROUNDING = float(np.sqrt(3.0) * np.finfo(np.float32).epsneg)
 """How far rounding to single precision moves an end point at most, as a share of its largest coordinate."""
 
 
@@ -100,18 +100,18 @@ def joined(first: Body, second: Body) -> Body:
 
 def body_of(model: Model, pose_world_base: Array, points: Array, growth: list[float]) -> Body:
     """The body of poses of all capsules in world `(m, c, 2, 3)` [m], each with its growth [m]."""
-    rounding = _ROUNDING * float(np.abs(points).max(initial=0.0))
+    rounding = ROUNDING * float(np.abs(points).max(initial=0.0))
     return Body(
         known=True,
         base=_base(pose_world_base),
         reach_m=model.reach_m,
-        radii_m=_up(model.capsule_radii),
+        radii_m=rounded_up(model.capsule_radii),
         poses=points.astype(np.float32),
-        growth_m=_up(np.array(growth) + rounding),
+        growth_m=rounded_up(np.array(growth) + rounding),
     )
 
 
-def _up(values: Array) -> Single:
+def rounded_up(values: Array) -> Single:
     """Rounded to single precision, never down."""
     return np.nextafter(values.astype(np.float32), np.float32(np.inf))
 

@@ -16,7 +16,18 @@ from robot_agent.paths import Arc, Block, JointMove, Line, PathError, Sequence, 
 from robot_agent.paths.arc import evenly_turned
 from robot_agent.paths.legs import end_of, half_turns
 from robot_agent.trajectory import Motion, PlanError, plan, spliced
-from robot_agent.workspace import Breach, Crossing, MotionSections, PlacedRobot, Touch, crossings, cut, extended, sweep
+from robot_agent.workspace import (
+    Braking,
+    Breach,
+    Crossing,
+    MotionSections,
+    PlacedRobot,
+    Touch,
+    crossings,
+    cut,
+    extended,
+    sweep,
+)
 
 ZONE_MARGIN_M = 0.03
 """A robot stops this far in front of a zone it may not enter: more than the growth of a published body."""
@@ -40,6 +51,7 @@ class Planner:
         self.spaces = robot.spaces
         self.cycle_s = cycle_s
         self._kept_apart = robot.kept_apart
+        self._braking = Braking.of(robot.model, robot.limits, cycle_s)
         self.held = robot.model.description.held
         """The part that is held in all that it plans; several where it may be any of them."""
         self._by_held = {self.held: self}
@@ -126,9 +138,8 @@ class Planner:
         """Those of the motion before, up to where it is extended, and new ones from there on."""
         if request.sections is None:
             return whole.sections
-        first = int(np.searchsorted(whole.taus, request.splice_s - request.cut_s, side="right")) - 1
-        onward = cut(whole.sweep.part(first, len(whole.taus) - 1), whole.taus[first:])
-        return extended(request.sections, request.cut_s, float(whole.taus[first]), onward)
+        samples = whole.sweep, whole.taus, whole.motion.q(whole.taus), whole.motion.qd(whole.taus)
+        return extended(request.sections, request.cut_s, request.splice_s - request.cut_s, self._braking, *samples)
 
     def _free(self, planned: Planned, from_tau: float = 0.0) -> Planned | PlanFailed:
         """The motion, if from this tau [s] on it touches nothing that it must not, and keeps to its spaces."""
@@ -217,7 +228,7 @@ class Planner:
         if self.spaces.inputs:
             watched = self.spaces.watched(body, self.pose_world_base, motion.q(taus))
             shut = self.spaces.switched_by_input(watched, taus)
-        sections = cut(body, taus) if self._kept_apart else None
+        sections = cut(self._braking, body, taus, motion.q(taus), motion.qd(taus)) if self._kept_apart else None
         return Planned(id, lines, motion, taus, body, crossed, versions, held=self.held, shut=shut, sections=sections)
 
 

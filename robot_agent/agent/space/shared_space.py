@@ -204,7 +204,8 @@ def _grown(motion: MotionSections, by_m: float) -> MotionSections:
     if by_m == 0.0:
         return motion
     sections = motion.sections
-    return MotionSections(motion.taus, of_points(sections.points.astype(float), sections.radii + by_m))
+    grown = of_points(sections.points.astype(float), sections.radii.astype(float) + by_m)
+    return MotionSections(motion.taus, grown, motion.stray)
 
 
 def _around(motion: MotionSections, tau: float) -> NDArray[np.intp]:
