@@ -26,6 +26,7 @@ def check_cell_file(document: Document, cell: CellFile) -> list[Problem]:
         *_names(document, cell),
         *_frames(document, cell),
         *_corrections(document, cell),
+        *_zones(document, cell),
         *_things(document, cell),
         *_spaces(document, cell),
         *_times(document, cell),
@@ -52,13 +53,6 @@ def _names(document: Document, cell: CellFile) -> Iterator[Problem]:
         if robot.gateway not in gateways:
             allowed = f"one of {', '.join(gateways)}"
             yield document.problem(("robots", name, "gateway"), f"unknown gateway {robot.gateway!r}", allowed)
-    for zone, entry in cell.zones.items():
-        for index, name in enumerate(entry.robots):
-            path: KeyPath = ("zones", zone, "robots", index)
-            if name not in robots:
-                yield document.problem(path, f"unknown robot {name!r}", f"one of {', '.join(robots)}")
-            elif name in entry.robots[:index]:
-                yield document.problem(path, f"{name!r} a second time", "each robot once")
 
 
 def _frames(document: Document, cell: CellFile) -> Iterator[Problem]:
@@ -104,6 +98,12 @@ def _things(document: Document, cell: CellFile) -> Iterator[Problem]:
     robots = document.keys(("robots",))
     for name, thing in cell.things.items():
         yield from thing.problems(document, ("things", name), robots)
+
+
+def _zones(document: Document, cell: CellFile) -> Iterator[Problem]:
+    robots = document.keys(("robots",))
+    for name, zone in cell.zones.items():
+        yield from zone.problems(document, ("zones", name), robots)
 
 
 def _spaces(document: Document, cell: CellFile) -> Iterator[Problem]:

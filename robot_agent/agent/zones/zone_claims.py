@@ -5,14 +5,13 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from cell.geometry import Box
-from cell.geometry.occupied import body_touches_box
+from cell.geometry import Solid, body_touches
 from cell.messages import Body, Heard, ManagerState, Token, ZoneGeometry, ZoneState
 from cell.net.freshness import NewestOf, Sent
 from robot_agent.agent.planning.plans import Planned
 from robot_agent.agent.zones.switched_spaces import SwitchedSpaces
 from robot_agent.trajectory import Hold
-from robot_agent.workspace import Sweep, crossings, zone_box
+from robot_agent.workspace import Sweep, crossings
 
 _BODIES = 2
 """So many of the newest bodies have their zones remembered: the announced one and the next are asked for again."""
@@ -29,7 +28,7 @@ class ZoneClaims:
         self._sent = Sent(boot)
         self.spaces = SwitchedSpaces(robot, inputs or {}, self._sent)
         self._geometry: dict[str, ZoneGeometry] = {}
-        self._boxes: dict[str, Box] = {}
+        self._solids: dict[str, Solid] = {}
         self._touched: deque[tuple[Body, frozenset[str]]] = deque(maxlen=_BODIES)
         self.state: ManagerState | None = None
         self._lower: int | None = None
@@ -73,7 +72,7 @@ class ZoneClaims:
         if known is not None and known.version == self.state.zones[zone.zone].version != zone.version:
             return
         if zone != known:
-            self._geometry[zone.zone], self._boxes[zone.zone] = zone, zone_box(zone)
+            self._geometry[zone.zone], self._solids[zone.zone] = zone, zone.solid()
             self._touched.clear()
 
     @property
@@ -129,7 +128,7 @@ class ZoneClaims:
         for known, zones in self._touched:
             if known is body:
                 return set(zones)
-        touched = frozenset(name for name, box in self._boxes.items() if body_touches_box(body, box))
+        touched = frozenset(name for name, solid in self._solids.items() if body_touches(body, solid))
         self._touched.append((body, touched))
         return set(touched)
 

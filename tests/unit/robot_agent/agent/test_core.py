@@ -7,8 +7,7 @@ import pytest
 
 from cell.config.settings import OnManagerReturn, Times
 from cell.core import Ask, Frozen, Publish, Shutdown
-from cell.geometry import capsules_touch_box
-from cell.geometry.occupied import body_touches_box
+from cell.geometry import body_touches, capsules_touch
 from cell.messages import (
     Command,
     Continue,
@@ -31,7 +30,6 @@ from cell.messages import (
     ZoneState,
     ZoneStatus,
 )
-from robot_agent.workspace import zone_box
 from tests.unit.agent_runs import INTO_ZONE, SHORT, at_rest, enabled, ended, running, until
 from tests.unit.agent_world import CYCLE_S, ZONE, AgentWorld
 
@@ -86,8 +84,8 @@ def test_it_stops_in_front_of_a_zone_that_is_not_granted_and_says_who_holds_it()
     world.zone = ZoneStatus(ZoneState.OCCUPIED, "right", None, (), 1, world.now)
     until(world, lambda: "held by right" in world.state.waiting_for)
     until(world, at_rest(world), seconds=0.1)
-    box = zone_box(ZONE)
-    assert not any(body_touches_box(presence.body, box) for presence in world.presences)
+    box = ZONE.solid()
+    assert not any(body_touches(presence.body, box) for presence in world.presences)
     world.grant()
     until(world, ended(world))
     assert world.state.waited_s["handover"] > 0.0
@@ -112,10 +110,10 @@ def test_a_zone_is_given_up_once_the_body_is_outside_for_good() -> None:
     world = running(INTO_ZONE)
     world.grant()
     until(world, lambda: "handover" in world.presences[-1].holds)
-    box = zone_box(ZONE)
+    box = ZONE.solid()
     until(world, ended(world))
     for presence in world.presences:
-        if body_touches_box(presence.body, box):
+        if body_touches(presence.body, box):
             assert "handover" in presence.holds
     assert "handover" not in world.presences[-1].holds
 
@@ -137,7 +135,7 @@ def test_a_robot_that_brakes_out_of_a_zone_keeps_it_until_it_stands() -> None:
     until(world, at_rest(world))
     world.run(0.3)
     braking = [presence for presence in world.presences[stopped:] if presence.stop_time_s > 0.0]
-    assert any(not body_touches_box(presence.body, zone_box(ZONE)) for presence in braking), "or nothing is tested"
+    assert any(not body_touches(presence.body, ZONE.solid()) for presence in braking), "or nothing is tested"
     assert all("handover" in presence.holds for presence in braking)
     assert "handover" not in world.presences[-1].holds
 
@@ -346,10 +344,10 @@ def test_the_zone_rule_is_the_managers_own() -> None:
     """Published bodies are judged with the same function by agent and manager: here against the capsules themselves."""
     world = running(INTO_ZONE)
     world.grant()
-    until(world, lambda: body_touches_box(world.presences[-1].body, zone_box(ZONE)))
+    until(world, lambda: body_touches(world.presences[-1].body, ZONE.solid()))
     until(world, ended(world))
     inside = [
-        capsules_touch_box(world.planner.model.capsules(q), world.planner.model.capsule_radii, zone_box(ZONE)).any()
+        capsules_touch(world.planner.model.capsules(q), world.planner.model.capsule_radii, ZONE.solid()).any()
         for q in world.played[::5]
     ]
     assert any(inside)
