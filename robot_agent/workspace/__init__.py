@@ -16,7 +16,7 @@ from robot_agent.workspace.placed_robot import PlacedRobot
 from robot_agent.workspace.spaces import Breach, Spaces
 from robot_agent.workspace.swept_body import Sweep, sweep
 from robot_agent.workspace.things import Things, Touch, solid_of, unknown_links
-from robot_agent.workspace.zones import Crossing, crossings
+from robot_agent.workspace.zones import Crossing, crossings, with_entry
 
 __all__ = [
     "BODY_GROWTH_M",
@@ -42,4 +42,5 @@ __all__ = [
     "sweep",
     "unknown_body",
     "unknown_links",
+    "with_entry",
 ]

@@ -1,5 +1,6 @@
 """Where along a path the body of a robot enters and leaves zones."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -29,6 +30,20 @@ def crossings(path: Sweep, taus: Array, zone: ZoneGeometry, margin_m: float) -> 
         raise WrongShape("taus", taus.shape, f"({len(path.points)},)")
     near = _near(path, zone.solid(), margin_m)
     return [Crossing(zone.zone, enter, leave) for enter, leave in intervals(near, taus)]
+
+
+def with_entry(crossings: Sequence[Crossing]) -> list[tuple[Crossing, float]]:
+    """Each crossing, and where [s] the first is entered of those that overlap or touch one another up to it.
+
+    Beyond that place a robot cannot stop outside all of them before it has left the last one.
+    """
+    found, entry, left = list[tuple[Crossing, float]](), 0.0, -np.inf
+    for crossing in sorted(crossings, key=lambda crossing: crossing.enter_tau):
+        if crossing.enter_tau > left:
+            entry = crossing.enter_tau
+        left = max(left, crossing.leave_tau)
+        found.append((crossing, entry))
+    return found
 
 
 def intervals(touched: Flags, taus: Array) -> list[tuple[float, float]]:

@@ -11,7 +11,7 @@ from cell.net.freshness import NewestOf, Sent
 from robot_agent.agent.planning.plans import Planned
 from robot_agent.agent.zones.switched_spaces import SwitchedSpaces
 from robot_agent.trajectory import Hold
-from robot_agent.workspace import Sweep, crossings
+from robot_agent.workspace import Crossing, Sweep, crossings, with_entry
 
 _BODIES = 2
 """So many of the newest bodies have their zones remembered: the announced one and the next are asked for again."""
@@ -169,18 +169,22 @@ class ZoneClaims:
             and status.token == self.holds.get(zone)
         )
 
-    def holds_on(self, planned: Planned, now: float) -> list[tuple[str, Hold]]:
+    def holds_on(self, planned: Planned, tau: float, now: float) -> list[tuple[str, Hold]]:
         """The zones on a motion that may not be entered now, neither forwards nor backwards, with the hold for each.
+
+        From `tau` [s] on; zones between which the robot cannot stop are all held before the first of them. First come
+        those that somebody holds.
 
         Likewise, without a zone, the spaces that an input switches and that are on. Who is inside one stops there.
         """
         if planned.motion.duration_s > 0.0 and not self._planned_against_present(planned):
             return [("", Hold(0.0, "the zones have changed since this motion was planned: halt and run again"))]
         zones = [
-            (crossing.zone, Hold(crossing.enter_tau, self.why_not(crossing.zone), until=crossing.leave_tau))
-            for crossing in planned.crossings
+            (crossing.zone, Hold(_hold(crossing, entry, tau), self.why_not(crossing.zone), until=crossing.leave_tau))
+            for crossing, entry in with_entry(planned.crossings)
             if not self.permitted(crossing.zone, now)
         ]
+        zones.sort(key=lambda held: self.state is None or self.state.zones[held[0]].holder in (None, self._robot))
         spaces = [
             ("", Hold(crossing.enter_tau, why, until=crossing.leave_tau))
             for crossing in planned.shut
@@ -217,3 +221,8 @@ class ZoneClaims:
         if status.holder not in (None, self._robot):
             return f"zone {zone}: held by {status.holder} since {since_s:.1f} s{self._deadlock()}"
         return f"zone {zone}: {status.reason or 'asked for'}"
+
+
+def _hold(crossing: Crossing, entry: float, tau: float) -> float:
+    """Where a zone holds a robot that is at `tau`: past the common entry of several it may go on to its own border."""
+    return entry if tau <= entry else crossing.enter_tau

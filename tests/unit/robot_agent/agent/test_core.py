@@ -1,5 +1,6 @@
 """The agent's core against a gateway that plays blocks exactly and a manager that says what the test wants."""
 
+import itertools
 from dataclasses import replace
 
 import numpy as np
@@ -24,6 +25,7 @@ from cell.messages import (
     Release,
     ResetRobot,
     Run,
+    SetOverride,
     SetpointBlock,
     Step,
     Token,
@@ -89,6 +91,70 @@ def test_it_stops_in_front_of_a_zone_that_is_not_granted_and_says_who_holds_it()
     world.grant()
     until(world, ended(world))
     assert world.state.waited_s["handover"] > 0.0
+
+
+FRONT = replace(ZONE, zone="front", size_m=(0.4, 2.0, 3.0), position_m=(2.4, 0.0, 1.0))
+"""Is entered before the other zone and left after that: a robot cannot stop between them."""
+BY_RIGHT = ZoneStatus(ZoneState.OCCUPIED, "right", None, (), 1, 0.0)
+
+
+def through_front() -> AgentWorld:
+    """A program that runs through `FRONT`, which it may, into the zone."""
+    world = AgentWorld(INTO_ZONE)
+    world.other_zones = (FRONT,)
+    until(world, lambda: world.states != [] and world.state.mode is Mode.DISABLED)
+    world.call(Enable())
+    until(world, lambda: world.state.mode is Mode.READY)
+    world.call(Run())
+    until(world, lambda: len(world.planned) >= 2)
+    return world
+
+
+def entered_at(world: AgentWorld, zone: str) -> float:
+    return next(crossing.enter_tau for crossing in world.planned[1].crossings if crossing.zone == zone)
+
+
+def test_it_enters_none_of_two_zones_that_overlap_before_both_are_granted() -> None:
+    world = through_front()
+    world.zone = BY_RIGHT
+    until(world, lambda: "zone handover: held by right" in world.state.waiting_for)
+    until(world, at_rest(world), seconds=0.2)
+    assert entered_at(world, "front") < entered_at(world, "handover") - 0.1
+    assert not any(body_touches(presence.body, FRONT.solid()) for presence in world.presences)
+    front_s, handover_s = (world.presences[-1].wants[zone] for zone in ("front", "handover"))
+    assert front_s == handover_s < 1e-6
+    world.grant()
+    until(world, ended(world))
+
+
+def test_it_wants_zones_that_overlap_for_the_same_moment_and_gives_none_up_before_it_has_left_it() -> None:
+    world = through_front()
+    world.grant()
+    until(world, ended(world))
+    ahead = [presence.wants for presence in world.presences if presence.wants.get("front", 0.0) > 0.0]
+    assert ahead
+    assert all(wants["front"] == wants["handover"] for wants in ahead)
+    first = next(k for k, presence in enumerate(world.presences) if body_touches(presence.body, FRONT.solid()))
+    held = ["handover" in presence.holds for presence in world.presences[first:]]
+    assert held[0]
+    assert sum(a != b for a, b in itertools.pairwise(held)) == 1
+
+
+def test_a_robot_that_loses_the_second_zone_on_its_way_there_stops_in_front_of_it_and_may_go_back() -> None:
+    world = through_front()
+    world.grant()
+
+    def tau_s() -> float:
+        governor = world.state.governor if world.state.program.line == 2 else None
+        return 0.0 if governor is None else governor.tau_s
+
+    until(world, lambda: tau_s() > entered_at(world, "front") + 0.01)
+    world.granting, world.zone = False, BY_RIGHT
+    until(world, lambda: "zone handover: held by right" in world.state.waiting_for)
+    until(world, at_rest(world), seconds=0.2)
+    assert entered_at(world, "handover") - 0.01 < tau_s() <= entered_at(world, "handover")
+    world.call(SetOverride(-50.0))
+    until(world, lambda: tau_s() < entered_at(world, "front"))
 
 
 def test_a_move_to_where_the_robot_stands_is_done_at_once() -> None:

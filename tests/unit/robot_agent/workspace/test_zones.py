@@ -5,7 +5,7 @@ from hypothesis import strategies as st
 
 from cell.geometry import WrongShape, body_touches, transform_points
 from cell.messages import ZoneGeometry
-from robot_agent.workspace import body_message, crossings, sweep
+from robot_agent.workspace import Crossing, body_message, crossings, sweep, with_entry
 from tests.unit.six_axis_arm import arm
 from tests.unit.six_axis_paths import BASE, CYCLE_S, joint_path
 
@@ -108,3 +108,9 @@ def test_a_path_far_from_the_zone_does_not_cross_it() -> None:
 def test_there_is_one_time_per_sample() -> None:
     with pytest.raises(WrongShape, match=r"\(50,\)"):
         crossings(sweep(ARM, BASE, np.zeros((50, 6))), np.zeros(49), zone_at(np.zeros(3)), MARGIN_M)
+
+
+def test_zones_that_overlap_on_the_path_have_the_entry_of_the_first_in_common() -> None:
+    paths = [Crossing("c", 5.0, 6.0), Crossing("b", 2.0, 4.0), Crossing("a", 1.0, 3.0), Crossing("a", 4.0, 4.5)]
+    found = [(crossing.zone, crossing.enter_tau, entry) for crossing, entry in with_entry(paths)]
+    assert found == [("a", 1.0, 1.0), ("b", 2.0, 1.0), ("a", 4.0, 1.0), ("c", 5.0, 5.0)]
