@@ -26,6 +26,7 @@ def check_cell_file(document: Document, cell: CellFile) -> list[Problem]:
         *_names(document, cell),
         *_frames(document, cell),
         *_corrections(document, cell),
+        *_zones(document, cell),
         *_things(document, cell),
         *_spaces(document, cell),
         *_separation(document, cell),
@@ -53,14 +54,13 @@ def _names(document: Document, cell: CellFile) -> Iterator[Problem]:
         if robot.gateway not in gateways:
             allowed = f"one of {', '.join(gateways)}"
             yield document.problem(("robots", name, "gateway"), f"unknown gateway {robot.gateway!r}", allowed)
-    lists: dict[KeyPath, tuple[str, ...]] = {("zones", zone, "robots"): it.robots for zone, it in cell.zones.items()}
-    lists |= {("meetings", meeting): robots_of_it for meeting, robots_of_it in cell.meetings.items()}
-    for path, named in lists.items():
-        for index, name in enumerate(named):
+    for meeting, members in cell.meetings.items():
+        for index, name in enumerate(members):
+            path: KeyPath = ("meetings", meeting, index)
             if name not in robots:
-                yield document.problem((*path, index), f"unknown robot {name!r}", f"one of {', '.join(robots)}")
-            elif name in named[:index]:
-                yield document.problem((*path, index), f"{name!r} a second time", "each robot once")
+                yield document.problem(path, f"unknown robot {name!r}", f"one of {', '.join(robots)}")
+            elif name in members[:index]:
+                yield document.problem(path, f"{name!r} a second time", "each robot once")
 
 
 def _frames(document: Document, cell: CellFile) -> Iterator[Problem]:
@@ -106,6 +106,12 @@ def _things(document: Document, cell: CellFile) -> Iterator[Problem]:
     robots = document.keys(("robots",))
     for name, thing in cell.things.items():
         yield from thing.problems(document, ("things", name), robots)
+
+
+def _zones(document: Document, cell: CellFile) -> Iterator[Problem]:
+    robots = document.keys(("robots",))
+    for name, zone in cell.zones.items():
+        yield from zone.problems(document, ("zones", name), robots)
 
 
 def _spaces(document: Document, cell: CellFile) -> Iterator[Problem]:

@@ -23,11 +23,11 @@ from cell.config.settings import (
     SensorFrame,
     SeparationSettings,
     Times,
-    ZoneSettings,
 )
 from cell.config.space_entry import OrientationEntry, SpaceEntry, joint_range
 from cell.config.thing_entry import ThingEntry
 from cell.config.units import STRICT, Milliseconds, Number, PositiveAngle, PositiveLength, Seconds, ToSI, Units
+from cell.config.zone_entry import ZoneEntry
 from cell.geometry import frame_from_points
 from cell.messages.common import ECHO_S
 
@@ -152,18 +152,6 @@ class GatewayEntry(BaseModel):
     model_config = STRICT
     endpoint: Endpoint = Field(description="where the gateway listens, tcp/HOST:PORT")
     drives: FileName = Field(description="the file of its bus and drives, relative to this one")
-
-
-class ZoneEntry(BaseModel):
-    """An exclusive zone: a box that one robot at a time may be in."""
-
-    model_config = STRICT
-    size: tuple[PositiveLength, PositiveLength, PositiveLength] = Field(
-        description="edge lengths of the box: [x, y, z]"
-    )
-    pose: Pose = Field(description="pose of the box's centre: X, Y, Z, A, B, C")
-    frame: Name | None = _FRAME
-    robots: Annotated[tuple[Name, ...], Field(min_length=1)] = Field(description="robots that may ask for the zone")
 
 
 class PairEntry(BaseModel):
@@ -294,10 +282,7 @@ class CellFile(BaseModel):
                 name: GatewayEndpoint(name, gateway.endpoint, document.beside(gateway.drives))
                 for name, gateway in self.gateways.items()
             },
-            zones={
-                name: ZoneSettings(name, zone.size, frames.in_world(zone.pose.settings(), zone.frame), zone.robots)
-                for name, zone in self.zones.items()
-            },
+            zones={name: zone.settings(name, frames) for name, zone in self.zones.items()},
             times=Times(**{field.name: getattr(self.times, field.name) for field in dataclasses.fields(Times)}),
             on_manager_return=self.on_manager_return,
             digest=digest,

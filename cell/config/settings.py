@@ -256,12 +256,17 @@ class GatewayEndpoint:
 
 @dataclass(frozen=True, slots=True)
 class ZoneSettings:
-    """An exclusive zone: an oriented box and the robots that may ask for it."""
+    """An exclusive zone: a solid and the robots that may ask for it."""
 
     name: str
-    size_m: tuple[float, float, float]
+    size_m: tuple[float, ...]
+    """The lengths of its shape."""
     pose: PoseSettings
     robots: tuple[str, ...]
+    shape: str = "box"
+    """Its word in `cell.geometry.MEASURED`."""
+    priority: dict[str, int] = field(default_factory=dict)
+    """By robot, before how many others that wait it goes; 0 where none is given."""
 
 
 @dataclass(frozen=True, slots=True)

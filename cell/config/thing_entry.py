@@ -1,7 +1,7 @@
 """Schema of what has a shape and a place, and of things that robots keep away from: a table, a wall, a fixture."""
 
 from collections.abc import Iterator
-from typing import Annotated, Literal
+from typing import Annotated, ClassVar, Literal
 
 from pydantic import BaseModel, BeforeValidator, Field
 
@@ -24,7 +24,6 @@ from cell.config.units import STRICT, NotNegativeLength, PositiveLength
 from cell.geometry.convex import MOST_POINTS
 
 MARGIN_M = 0.005
-SHAPES = ("box", "hull", "sphere", "cylinder", "half_space", "mesh")
 _UNITS_M = {"m": 1.0, "mm": 0.001, "inch": 0.0254}
 
 
@@ -48,33 +47,42 @@ class MeshEntry(BaseModel):
     unit: Literal["mm", "m", "inch"] = Field(description="mm, m or inch: what a 1 in the file means")
 
 
-class ShapedEntry(BaseModel):
-    """What has exactly one shape, at a place."""
+class PlacedEntry(BaseModel):
+    """What has exactly one shape, at a place; here the shapes that a few lengths give, which zones have too."""
 
     model_config = STRICT
-    pose: Pose = Field(description="pose of its middle, of a half space a point of its face: X, Y, Z, A, B, C")
+    shapes: ClassVar[tuple[str, ...]] = ("box", "sphere", "cylinder")
+    """The keys of which exactly one is given."""
+    pose: Pose = Field(description="pose of its middle: X, Y, Z, A, B, C")
     frame: Name | None = Field(None, description="the frame in which it is given, by name; default world")
     box: tuple[PositiveLength, PositiveLength, PositiveLength] | None = Field(
         None, description="a box: edge lengths [x, y, z]; or another shape"
     )
+    sphere: PositiveLength | None = Field(None, description="a ball: its radius")
+    cylinder: CylinderEntry | None = Field(None, description="a round column about Z: {radius, length}")
+
+    def shape_problems(self, document: Document, path: KeyPath) -> Iterator[Problem]:
+        """More shapes than one, or none."""
+        shapes = [shape for shape in self.shapes if document.value((*path, shape)) is not None]
+        if len(shapes) != 1:
+            found = " and ".join(shapes) or "no shape"
+            yield document.problem(path, found, f"exactly one of {', '.join(self.shapes)}", at_key=not shapes)
+
+
+class ShapedEntry(PlacedEntry):
+    """What has any shape, at a place, and is kept away from."""
+
+    shapes = ("box", "hull", "sphere", "cylinder", "half_space", "mesh")
+    pose: Pose = Field(description="pose of its middle, of a half space a point of its face: X, Y, Z, A, B, C")
     hull: Annotated[tuple[Point, ...], Field(min_length=4, max_length=MOST_POINTS)] | None = Field(
         None,
         description=f"all between 4 to {MOST_POINTS} corners [x, y, z] in the axes of the pose, and what they span",
     )
-    sphere: PositiveLength | None = Field(None, description="a ball: its radius")
-    cylinder: CylinderEntry | None = Field(None, description="a round column about Z: {radius, length}")
     half_space: Literal[True] | None = Field(
         None, description="true: all below the plane Z = 0 of the pose, a floor or a wall; Z points to the free side"
     )
     mesh: MeshEntry | None = Field(None, description="triangles of a file: {file, unit}; bodies must come from outside")
     margin: NotNegativeLength = Field(MARGIN_M, description="nearer than this no robot comes; default 5 mm")
-
-    def shape_problems(self, document: Document, path: KeyPath) -> Iterator[Problem]:
-        """More shapes than one, or none."""
-        shapes = [shape for shape in SHAPES if getattr(self, shape) is not None]
-        if len(shapes) != 1:
-            found = " and ".join(shapes) or "no shape"
-            yield document.problem(path, found, f"exactly one of {', '.join(SHAPES)}", at_key=not shapes)
 
     def shape(self, document: Document) -> Shape:
         """The shape; exactly one is given."""

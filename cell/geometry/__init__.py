@@ -1,11 +1,12 @@
 """Poses, rotations and distances: pure numpy, batched over leading dimensions, SI units and radians."""
 
-from cell.geometry.box import Box, capsule_box_distance, capsules_touch_box, point_box_distance
+from cell.geometry.box import Box, capsule_box_distance, point_box_distance
 from cell.geometry.convex import Convex, Hull
 from cell.geometry.errors import GeometryError, NoFrame, NotAPose, WrongShape
 from cell.geometry.frame import frame_from_axes, frame_from_points, largest_turn, taught_frame
+from cell.geometry.measured import MEASURED, Measured, measured_solid
 from cell.geometry.mesh import Mesh
-from cell.geometry.occupied import OccupiedSpace, body_touches_box
+from cell.geometry.occupied import OccupiedSpace, body_touches, capsules_touch
 from cell.geometry.pose import (
     check_poses,
     compose,
@@ -22,12 +23,14 @@ from cell.geometry.segment import capsule_distance, segment_distance
 from cell.geometry.solid import Cylinder, HalfSpace, PlacedSolid, Solid, Sphere
 
 __all__ = [
+    "MEASURED",
     "Box",
     "Convex",
     "Cylinder",
     "GeometryError",
     "HalfSpace",
     "Hull",
+    "Measured",
     "Mesh",
     "NoFrame",
     "NotAPose",
@@ -37,10 +40,10 @@ __all__ = [
     "Solid",
     "Sphere",
     "WrongShape",
-    "body_touches_box",
+    "body_touches",
     "capsule_box_distance",
     "capsule_distance",
-    "capsules_touch_box",
+    "capsules_touch",
     "check_poses",
     "compose",
     "frame_from_axes",
@@ -48,6 +51,7 @@ __all__ = [
     "from_xyz_abc",
     "inverse",
     "largest_turn",
+    "measured_solid",
     "point_box_distance",
     "pose_elements",
     "pose_from",

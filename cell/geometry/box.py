@@ -4,7 +4,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from cell.geometry.arrays import Array, Flags
+from cell.geometry.arrays import Array
 from cell.geometry.errors import GeometryError, WrongShape
 from cell.geometry.pose import check_poses, pose_from
 from cell.geometry.segment import least_along
@@ -69,10 +69,6 @@ class Box:
         return replace(self, pose_world_box=pose_world_solid)
 
 
-_ROUNDING = 1e-9
-"""What only rounding decides is looked at exactly."""
-
-
 def point_box_distance(points: Array, box: Box) -> Array:
     """Distance `(...)` [m] of points `(..., 3)` in world from the solid box; 0 inside."""
     outside = np.abs((points - box.pose_world_box[:3, 3]) @ box.pose_world_box[:3, :3]) - box.size / 2
@@ -101,39 +97,6 @@ def capsule_box_distance(points: Array, radii: Array, box: Box) -> Array:
     outside = np.abs(start + share[..., None] * direction) - half
     distance: Array = np.linalg.norm(np.maximum(outside, 0), axis=-1)
     return distance - radii
-
-
-def capsules_touch_box(points: Array, radii: Array, box: Box) -> Flags:
-    """Whether each capsule touches the box: `(...)`; arguments as for `capsule_box_distance`.
-
-    The exact distance is taken only for capsules whose bounding sphere comes near enough.
-    """
-    points = np.asarray(points, dtype=float)
-    radii = np.broadcast_to(radii, points.shape[:-2])
-    touches, _ = _near_and_inside(points, radii, box)
-    if touches.any():
-        touches[touches] = capsule_box_distance(points[touches], radii[touches], box) <= 0
-    return touches
-
-
-def any_capsule_touches_box(points: Array, radii: Array, box: Box) -> bool:
-    """Whether one of many capsules `(..., 2, 3)` touches the box; the exact distance only where nothing else tells."""
-    near, inside = _near_and_inside(points, radii, box)
-    if inside.any() or not near.any():
-        return bool(inside.any())
-    return bool((capsule_box_distance(points[near], radii[near], box) <= 0).any())
-
-
-def _near_and_inside(points: Array, radii: Array, box: Box) -> tuple[Flags, Flags]:
-    """Whether each capsule's bounding sphere touches the box, and whether the sphere at its middle surely does."""
-    start, end = points[..., 0, :], points[..., 1, :]
-    way = end - start
-    outside = np.abs(((start + end) / 2 - box.pose_world_box[:3, 3]) @ box.pose_world_box[:3, :3]) - box.size / 2
-    np.maximum(outside, 0.0, out=outside)
-    squares = np.asarray(np.einsum("...k,...k", outside, outside))
-    bound = np.sqrt(np.einsum("...k,...k", way, way)) / 2 + radii
-    near = np.asarray(squares <= bound * bound * (1.0 + _ROUNDING))
-    return near, np.asarray(squares < radii * radii * (1.0 - _ROUNDING))
 
 
 def _closest_share(start: Array, direction: Array, half: Array) -> Array:

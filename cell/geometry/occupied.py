@@ -1,11 +1,16 @@
-"""Whether the space that a robot may occupy touches a box: the one rule that manager and agents share."""
+"""Whether the space that a robot may occupy touches a solid: the one rule that manager and agents share."""
 
 from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from cell.geometry.box import Box, any_capsule_touches_box, point_box_distance
+from cell.geometry.arrays import Array, Flags
+from cell.geometry.box import Box, capsule_box_distance
+from cell.geometry.solid import Solid
+
+_ROUNDING = 1e-9
+"""What only rounding decides is looked at exactly."""
 
 
 class OccupiedSpace(Protocol):
@@ -25,12 +30,56 @@ class OccupiedSpace(Protocol):
     def growth_m(self) -> NDArray[np.float32]: ...
 
 
-def body_touches_box(body: OccupiedSpace, box: Box) -> bool:
-    """True when any capsule of any pose, grown by that pose's growth, touches the box.
+def body_touches(body: OccupiedSpace, solid: Solid) -> bool:
+    """True when any capsule of any pose, grown by that pose's growth, touches the solid.
 
     A body that is not known, or has no poses, counts as its whole reach: a sphere around its base.
     """
     if not body.known or len(body.poses) == 0:
-        return float(point_box_distance(np.array(body.base), box)) <= body.reach_m
+        return bool(capsules_touch(np.array([body.base, body.base]), np.array(body.reach_m), solid))
     grown = body.radii_m + body.growth_m[:, None].astype(float)
-    return any_capsule_touches_box(body.poses.astype(float), grown, box)
+    return _any_capsule_touches(body.poses.astype(float), grown, solid)
+
+
+def capsules_touch(points: Array, radii: Array, solid: Solid) -> Flags:
+    """Whether each capsule touches the solid: `(...)`; end points `(..., 2, 3)` in world, radii broadcast with `(...)`.
+
+    It does exactly where its distance is at most 0. That is worked out only where its bounding sphere comes near the
+    box around the solid.
+    """
+    points = np.asarray(points, dtype=float)
+    radii = np.broadcast_to(radii, points.shape[:-2])
+    touches = np.asarray(_gaps(points, radii, solid) <= 0.0)
+    if touches.any():
+        touches[touches] = _touch(points[touches], radii[touches], solid)
+    return touches
+
+
+def _any_capsule_touches(points: Array, radii: Array, solid: Solid) -> bool:
+    """Whether one of many capsules touches the solid: first the one whose bounding sphere is nearest is looked at."""
+    gaps = _gaps(points, radii, solid)
+    near = gaps <= 0.0
+    if not near.any():
+        return False
+    nearest = np.unravel_index(int(gaps.argmin()), gaps.shape)
+    return bool(_touch(points[nearest], radii[nearest], solid).any() or _touch(points[near], radii[near], solid).any())
+
+
+def _touch(points: Array, radii: Array, solid: Solid) -> Flags:
+    """By the exact distance; a box is not asked for the depth of what is inside, which takes it ten times as long."""
+    if isinstance(solid, Box):
+        return np.asarray(capsule_box_distance(points, radii, solid) <= 0.0)
+    return np.asarray(solid.capsule_distance(points, radii) <= 0.0)
+
+
+def _gaps(points: Array, radii: Array, solid: Solid) -> Array:
+    """Distance `(...)` [m] of each capsule's bounding sphere from the box around the solid, or somewhat less."""
+    start, end = points[..., 0, :], points[..., 1, :]
+    way = end - start
+    bound = np.sqrt(np.einsum("...k,...k", way, way)) / 2.0 + radii
+    box = solid.bounds()
+    if box is None:
+        return np.asarray(-bound)
+    outside = np.abs(((start + end) / 2.0 - box.pose_world_box[:3, 3]) @ box.pose_world_box[:3, :3]) - box.size / 2.0
+    np.maximum(outside, 0.0, out=outside)
+    return np.asarray(np.sqrt(np.einsum("...k,...k", outside, outside)) - bound * (1.0 + _ROUNDING))

@@ -15,6 +15,7 @@ from cell.manager.presences import MOST_STRANGERS, Presences
 from cell.manager.records import JournalFailed, JournalWritten, Store, Stored, ZoneDecided
 from cell.manager.separation.separation import Separation
 from cell.manager.setup_turns import SetupTurns
+from cell.manager.zone_turns import ZoneTurns
 from cell.manager.zones import Intrusion, Sight, Zone
 from cell.messages import (
     AdoptZone,
@@ -58,6 +59,7 @@ class ManagerCore:
         self._presences = Presences(boot, settings.digest, frozenset(settings.robots), settings.times.fresh_s)
         self._spaces = {name: ZoneSpace(zone) for name, zone in settings.zones.items()}
         self._zones = {name: Zone(name, zone.robots, settings.robots, epoch) for name, zone in settings.zones.items()}
+        self._turns = ZoneTurns({name: zone.priority for name, zone in settings.zones.items()})
         self._since = dict.fromkeys(settings.zones, 0.0)
         self._latch = EstopLatch(stored)
         self._setup = SetupTurns(settings.robots, boot, settings.times)
@@ -148,9 +150,9 @@ class ManagerCore:
         for request in self._calls:
             self._answer(request, sights, now)
         self._calls.clear()
+        self._turns.line_up(self._zones, sights)
         if not self._latch.in_force:
-            for name, zone in self._zones.items():
-                zone.grant(sights[name], self._new_token, self._sequence + 1)
+            self._turns.grant(self._zones, sights, self._new_token, self._sequence + 1)
         self._follow_changes(before, sights, now)
         self._follow_setup(now)
         self._meetings.look(self._presences.fresh_ones(now), refused, self._cell_time(now))
@@ -376,7 +378,7 @@ class ManagerCore:
         if self._latch.in_force:
             return "emergency stop"
         lost = [robot for robot in zone.queue if not sights[robot].known]
-        return f"{', '.join(lost)} not referenced" if lost else ""
+        return f"{', '.join(lost)} not referenced" if lost else self._turns.why_free(zone.name, self._zones)
 
     def _publish_geometry(self, now: float) -> None:
         if now < self._geometry_due:

@@ -9,6 +9,8 @@ from dataclasses import dataclass
 from cell.manager.zones import Sight, Zone
 from cell.messages import Token, ZoneDeadlock, ZoneState
 
+_NOW_S = 0.1
+"""A zone that is wanted within so long is one that the robot waits for, if it does not get it."""
 LASTING_S = 1.0
 """What lasts so long is no passing moment; what was not seen for so long is over."""
 
@@ -47,32 +49,35 @@ class DeadlockWatch:
         return found
 
 
-def _waiting(zones: Mapping[str, Zone], sights: Mapping[str, Mapping[str, Sight]]) -> dict[str, tuple[str, str]]:
-    """Robot: a zone that it needs now, and who holds it; the first by name if there are several."""
-    waiting: dict[str, tuple[str, str]] = {}
+def _waiting(zones: Mapping[str, Zone], sights: Mapping[str, Mapping[str, Sight]]) -> dict[str, dict[str, str]]:
+    """Robot: the zones that it needs now, by name, and who holds each."""
+    waiting: dict[str, dict[str, str]] = {}
     for name, zone in sorted(zones.items()):
         if zone.holder is not None and zone.state in (ZoneState.GRANTED, ZoneState.OCCUPIED):
             for robot in zone.queue:
-                if sights[name][robot].needs_now:
-                    waiting.setdefault(robot, (name, zone.holder))
+                if sights[name][robot].needed_in_s < _NOW_S:
+                    waiting.setdefault(robot, {})[name] = zone.holder
     return waiting
 
 
-def _circles(waiting: Mapping[str, tuple[str, str]]) -> list[tuple[tuple[str, str], ...]]:
-    """All circles, as (robot, the zone that it waits for), beginning with the first robot by name."""
-    found, done = [], set[str]()
-    for start in sorted(waiting):
-        way: list[str] = []
-        robot = start
-        while robot in waiting and robot not in way and robot not in done:
-            way.append(robot)
-            robot = waiting[robot][1]
-        if robot in way:
-            circle = way[way.index(robot) :]
-            first = circle.index(min(circle))
-            found.append(tuple((each, waiting[each][0]) for each in (*circle[first:], *circle[:first])))
-        done |= set(way)
-    return found
+def _circles(waiting: Mapping[str, Mapping[str, str]]) -> list[tuple[tuple[str, str], ...]]:
+    """As (robot, the zone that it waits for), for each robot the shortest circle of which it is the first by name."""
+    circles = (_circle(start, waiting) for start in sorted(waiting))
+    return [circle for circle in circles if circle]
+
+
+def _circle(start: str, waiting: Mapping[str, Mapping[str, str]]) -> tuple[tuple[str, str], ...]:
+    ways: list[tuple[tuple[str, str], ...]] = [((start, zone),) for zone in waiting[start]]
+    reached = set[str]()
+    for way in ways:  # grows while it is gone through: the shorter ways come first
+        robot, zone = way[-1]
+        holder = waiting[robot][zone]
+        if holder == start:
+            return way
+        if holder > start and holder in waiting and holder not in reached:
+            reached.add(holder)
+            ways += [(*way, (holder, further)) for further in waiting[holder]]
+    return ()
 
 
 def _deadlock(steps: tuple[tuple[str, str], ...], zones: Mapping[str, Zone], cell_time: float) -> ZoneDeadlock:

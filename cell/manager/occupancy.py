@@ -3,13 +3,12 @@
 import zlib
 
 from cell.config.settings import ZoneSettings
-from cell.geometry.box import Box
-from cell.geometry.occupied import body_touches_box
+from cell.geometry import body_touches
 from cell.messages import Body, ZoneGeometry
 
 
 class ZoneSpace:
-    """The box of one zone. Answers are remembered for each robot's newest body, which is asked about often."""
+    """The solid of one zone. Answers are remembered for each robot's newest body, which is asked about often."""
 
     def __init__(self, zone: ZoneSettings) -> None:
         self.geometry = ZoneGeometry(
@@ -19,18 +18,20 @@ class ZoneSpace:
             position_m=zone.pose.position_m,
             quaternion_xyzw=zone.pose.quaternion_xyzw,
             robots=zone.robots,
+            shape=zone.shape,
         )
-        self._box = Box.at(zone.size_m, zone.pose.position_m, zone.pose.quaternion_xyzw)
+        self._solid = self.geometry.solid()
         self._known: dict[str, tuple[Body, bool]] = {}
 
     def touched_by(self, robot: str, body: Body) -> bool:
         """Whether the space that `robot` may occupy touches the zone."""
         known = self._known.get(robot)
         if known is None or known[0] is not body:
-            known = self._known[robot] = (body, body_touches_box(body, self._box))
+            known = self._known[robot] = (body, body_touches(body, self._solid))
         return known[1]
 
 
 def _version(zone: ZoneSettings) -> int:
     """The same number for the same geometry, over restarts too, so that plans stay valid when a manager returns."""
-    return zlib.crc32(repr((zone.size_m, zone.pose.position_m, zone.pose.quaternion_xyzw, zone.robots)).encode())
+    meaning = (zone.shape, zone.size_m, zone.pose.position_m, zone.pose.quaternion_xyzw, zone.robots)
+    return zlib.crc32(repr(meaning).encode())

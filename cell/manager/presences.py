@@ -9,8 +9,6 @@ from cell.manager.zones import Sight
 from cell.messages import Body, Heard, Presence, TokenGone
 from cell.net.freshness import NewestOf, Sent
 
-_NOW_S = 0.1
-"""A zone that is wanted within so long is one that the robot waits for, if it does not get it."""
 MOST_STRANGERS = 8
 """Robots that are not configured and followed all the same: where they are matters, how many is bounded."""
 
@@ -144,7 +142,7 @@ class Presences:
                 echo=presence.heard.sequence if presence.heard is not None else -1,
                 refused=refused.get(name, ""),
                 still_braking=self._still_braking(name, presence, robot.heard_at, now),
-                needs_now=presence.wants.get(zone, inf) < _NOW_S,
+                needed_in_s=presence.wants.get(zone, inf),
             )
         return seen
 

@@ -10,6 +10,7 @@ be safe an agent never takes up a token again that it did not hold in such a pre
 
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
+from math import inf
 
 from cell.messages import Token, ZoneState
 
@@ -32,8 +33,8 @@ class Sight:
     """Why the robot gets no grants; empty when it may."""
     still_braking: bool = False
     """Silent for so short a time that it may not have come to rest yet."""
-    needs_now: bool = False
-    """It stands, or would come to stand at once, where it does not get the zone."""
+    needed_in_s: float = inf
+    """When it comes to stand where it does not get the zone; infinite where it does not want it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -180,7 +181,7 @@ class Zone:
         return sight.holds is not None or unheard
 
     def _line_up(self, sights: Mapping[str, Sight]) -> None:
-        """First come, first served; whoever stops asking or falls silent loses its place."""
+        """Whoever stops asking or falls silent loses its place; in which order they go says `ZoneTurns`."""
         asking = {
             robot
             for robot, sight in sights.items()
@@ -191,16 +192,19 @@ class Zone:
 
     # Decisions
 
-    def grant(self, sights: Mapping[str, Sight], new_token: Callable[[], Token], sequence: int) -> str | None:
-        """Give a free zone to the first in line; the robot's name, or None when nobody may have it now."""
-        if self.state is not ZoneState.FREE or self.awaited or not self.queue:
-            return None
-        eligible = next((robot for robot in self.queue if sights[robot].known), None)
-        if eligible is None:
-            return None
-        self.queue.remove(eligible)
-        self._set_holder(eligible, sights[eligible].boot, new_token(), sequence)
-        return eligible
+    def open_to(self, robot: str, sight: Sight) -> bool:
+        """Whether a robot may have the zone now, where it is its turn."""
+        return self.state is ZoneState.FREE and not self.awaited and robot in self.queue and sight.known
+
+    @property
+    def comes_free(self) -> bool:
+        """It is free, or will be once its holder leaves; nobody has to decide first."""
+        return self.state is not ZoneState.ORPHANED and not self.awaited
+
+    def grant(self, robot: str, boot: str, token: Token, sequence: int) -> None:
+        """Give the zone to a robot to which it is open."""
+        self.queue.remove(robot)
+        self._set_holder(robot, boot, token, sequence)
 
     def clear(self, sights: Mapping[str, Sight], sequence: int) -> tuple[bool, str]:
         """An operator has looked: no robot is inside that does not say so itself. Done or not, and why."""

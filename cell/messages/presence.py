@@ -54,7 +54,7 @@ class Presence:
     """Until all that was sent is at rest and the robot is measured so, at the longest; 0.0 exactly when it stands."""
     holds: Annotated[dict[Name, Token], Few] = field(default_factory=dict)
     wants: Annotated[dict[Name, Duration], Few] = field(default_factory=dict)
-    """Zone wanted: seconds until it is needed."""
+    """Zone wanted: seconds until it is needed. Those with the same number are needed together, all or none."""
     estop_acknowledged: Name | None = None
     """Id of the active emergency stop under which this robot is at rest or braking, if any."""
     standing: bool = False

@@ -3,8 +3,10 @@
 from dataclasses import dataclass
 from typing import Annotated
 
-from annotated_types import Gt, Le
+import numpy as np
+from annotated_types import Gt, Le, MaxLen
 
+from cell.geometry import PlacedSolid, measured_solid, pose_from
 from cell.messages.common import Count, Few, Name, Vector, check_quaternion
 from cell.messages.state import state
 
@@ -14,19 +16,29 @@ Edge = Annotated[float, Gt(0.0), Le(1e6)]
 @state("zone/{zone}")
 @dataclass(frozen=True, slots=True)
 class ZoneGeometry:
-    """An exclusive zone: an oriented box. A robot is inside when one of its capsules touches the box."""
+    """An exclusive zone: a solid. A robot is inside when one of its capsules touches it."""
 
     zone: Name
     version: Count
-    size_m: tuple[Edge, Edge, Edge]
-    """Full edge lengths along the box's own axes."""
+    """The same number stands for the same shape, lengths, pose and robots; another one for anything else."""
+    size_m: Annotated[tuple[Edge, ...], MaxLen(10)]
+    """The lengths of the shape: a box has its full edge lengths along its own axes, a sphere its radius, a cylinder its
+    radius and its length along Z."""
     position_m: Vector
-    """Centre of the box in world."""
+    """Its middle in world."""
     quaternion_xyzw: tuple[float, float, float, float]
-    """Orientation of the box in world."""
+    """Its orientation in world."""
     robots: Annotated[tuple[Name, ...], Few]
-    """Robots that may ask for it; for all others the box is closed."""
+    """Robots that may ask for it; for all others it is closed."""
+    shape: Name = "box"
+    """`box`, `sphere`, `cylinder`: a word of `cell.geometry.MEASURED`."""
 
     def __post_init__(self) -> None:
-        """Raises `ValueError` when the quaternion is no orientation."""
+        """Raises `ValueError` when the quaternion is no orientation, and for a shape that is none."""
         check_quaternion(self.quaternion_xyzw)
+        self.solid()
+
+    def solid(self) -> PlacedSolid:
+        """What bodies are looked at against, in world."""
+        pose = pose_from(np.array(self.position_m), np.array(self.quaternion_xyzw))
+        return measured_solid(self.shape, self.size_m, pose)

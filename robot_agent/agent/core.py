@@ -32,7 +32,6 @@ from cell.messages import (
 from cell.net.estops import ObeyedEstops
 from robot_agent.agent.blocks.corrections import Corrections
 from robot_agent.agent.blocks.executive import Executive
-from robot_agent.agent.blocks.passed import Passed
 from robot_agent.agent.cell_clock import CellClock
 from robot_agent.agent.drives.axes import feedback_in_joints, samples_in_axes
 from robot_agent.agent.drives.gateway_link import GatewayLink, IdleClock
@@ -42,6 +41,7 @@ from robot_agent.agent.operator.decisions import Decisions, Situation
 from robot_agent.agent.operator.jogging import Jogging
 from robot_agent.agent.operator.operator import OperatorCalls
 from robot_agent.agent.planning.heard_frames import HeardFrames
+from robot_agent.agent.planning.passed import Passed
 from robot_agent.agent.planning.planner import Planner
 from robot_agent.agent.planning.plans import Plan, PlanFailed, Planned
 from robot_agent.agent.program.held_parts import HeldParts

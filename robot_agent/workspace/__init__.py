@@ -17,7 +17,7 @@ from robot_agent.workspace.sections import FOLLOWING_M, MotionSections, cut, ext
 from robot_agent.workspace.spaces import Breach, Spaces
 from robot_agent.workspace.swept_body import Sweep, sweep
 from robot_agent.workspace.things import Things, Touch, solid_of, unknown_links
-from robot_agent.workspace.zones import Crossing, crossings, zone_box
+from robot_agent.workspace.zones import Crossing, crossings, with_entry
 
 __all__ = [
     "BODY_GROWTH_M",
@@ -50,5 +50,5 @@ __all__ = [
     "sweep",
     "unknown_body",
     "unknown_links",
-    "zone_box",
+    "with_entry",
 ]

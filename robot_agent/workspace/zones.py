@@ -1,10 +1,11 @@
 """Where along a path the body of a robot enters and leaves zones."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from cell.geometry import Box, WrongShape, capsules_touch_box
+from cell.geometry import Solid, WrongShape, capsules_touch
 from cell.geometry.arrays import Array, Flags
 from cell.messages import ZoneGeometry
 from robot_agent.workspace.swept_body import Sweep
@@ -27,8 +28,22 @@ def crossings(path: Sweep, taus: Array, zone: ZoneGeometry, margin_m: float) -> 
     """
     if taus.shape != (len(path.points),):
         raise WrongShape("taus", taus.shape, f"({len(path.points)},)")
-    near = _near(path, zone_box(zone), margin_m)
+    near = _near(path, zone.solid(), margin_m)
     return [Crossing(zone.zone, enter, leave) for enter, leave in intervals(near, taus)]
+
+
+def with_entry(crossings: Sequence[Crossing]) -> list[tuple[Crossing, float]]:
+    """Each crossing, and where [s] the first is entered of those that overlap or touch one another up to it.
+
+    Beyond that place a robot cannot stop outside all of them before it has left the last one.
+    """
+    found, entry, left = list[tuple[Crossing, float]](), 0.0, -np.inf
+    for crossing in sorted(crossings, key=lambda crossing: crossing.enter_tau):
+        if crossing.enter_tau > left:
+            entry = crossing.enter_tau
+        left = max(left, crossing.leave_tau)
+        found.append((crossing, entry))
+    return found
 
 
 def intervals(touched: Flags, taus: Array) -> list[tuple[float, float]]:
@@ -48,12 +63,7 @@ def half_steps(path: Sweep) -> Array:
     return around
 
 
-def zone_box(zone: ZoneGeometry) -> Box:
-    """The box of a zone."""
-    return Box.at(zone.size_m, zone.position_m, zone.quaternion_xyzw)
-
-
-def _near(path: Sweep, box: Box, margin_m: float) -> Flags:
+def _near(path: Sweep, solid: Solid, margin_m: float) -> Flags:
     """Samples `(m,)` around which, up to half a step to either side, some capsule is nearer than the margin."""
     around = half_steps(path)
-    return np.asarray(capsules_touch_box(path.points, path.radii + around + margin_m, box).any(axis=-1))
+    return np.asarray(capsules_touch(path.points, path.radii + around + margin_m, solid).any(axis=-1))

@@ -4,8 +4,7 @@ import signal
 
 from live_cell import LiveCell, Process, Recorder
 
-from cell.geometry import Box
-from cell.geometry.occupied import body_touches_box
+from cell.geometry import Box, body_touches
 from cell.messages import ManagerState, Mode, Presence, ProgramState, RobotState, Token
 
 
@@ -67,7 +66,7 @@ def test_both_robots_brake_on_their_paths_and_both_programs_end_after_the_manage
                 case RobotState(robot=robot, program=program) if program.state is ProgramState.DONE:
                     done.add(robot)
                 case Presence(robot=robot, body=body) if body.known:
-                    inside[robot] = body_touches_box(body, box)
+                    inside[robot] = body_touches(body, box)
                     assert not all(inside.values()), "both bodies are in the zone"
                 case ManagerState(zones=zones):
                     token = zones["handover"].token

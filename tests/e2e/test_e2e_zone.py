@@ -7,8 +7,7 @@ from pathlib import Path
 import pytest
 from live_cell import SHIPPED_CYCLE_S, LiveCell, Recorder, wait_until
 
-from cell.geometry import Box
-from cell.geometry.occupied import body_touches_box
+from cell.geometry import Box, body_touches
 from cell.messages import Presence, ProgramState, RobotState
 
 
@@ -38,7 +37,7 @@ class Onlooker:
                 if program.state is ProgramState.DONE:
                     self.done.add(robot)
             case Presence(robot=robot, body=body) if body.known:
-                self._inside[robot] = body_touches_box(body, self._box)
+                self._inside[robot] = body_touches(body, self._box)
                 if self._inside[robot]:
                     self.visited.add(robot)
                 assert not all(self._inside.values()), "both bodies are in the zone"

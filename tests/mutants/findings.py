@@ -40,8 +40,8 @@ FINDINGS = (
         (
             Edit(
                 ZONES,
-                "if self.state is not ZoneState.FREE or self.awaited or not self.queue:",
-                "if self.state is not ZoneState.FREE or not self.queue:",
+                "self.state is ZoneState.FREE and not self.awaited and",
+                "self.state is ZoneState.FREE and",
             ),
         ),
     ),

@@ -102,8 +102,8 @@ RULES = (
         (
             Edit(
                 ZONES,
-                "eligible = next((robot for robot in self.queue if sights[robot].known), None)",
-                "eligible = next(iter(self.queue), None)",
+                " and robot in self.queue and sight.known",
+                " and robot in self.queue",
             ),
         ),
     ),

@@ -18,12 +18,11 @@ import numpy as np
 
 from cell.commands.checks import CellBundle, check_cell
 from cell.config.settings import ZoneSettings
-from cell.geometry import capsules_touch_box, transform_points
+from cell.geometry import capsules_touch, transform_points
 from cell.messages import ZoneGeometry
 from robot_agent.agent.planning.dry_run import dry_run
 from robot_agent.agent.planning.planner import Planner
 from robot_agent.language import parse_program
-from robot_agent.workspace import zone_box
 from tests.sim.programs import APPROACHES, Way, program_text
 
 MODELS = Path(__file__).parents[2] / "cell_configs" / "models"
@@ -296,7 +295,7 @@ def _contention(bundle: CellBundle) -> float | None:
         q = np.concatenate([planned.motion.q(np.arange(0.0, planned.motion.duration_s, 0.04)) for planned in motions])
         points = transform_points(planner.pose_world_base, model.capsules(q))
         for zone in bundle.cell.zones.values():
-            inside = capsules_touch_box(points, model.capsule_radii, zone_box(_geometry(zone))).any(axis=-1)
+            inside = capsules_touch(points, model.capsule_radii, _geometry(zone).solid()).any(axis=-1)
             if inside[0] or (inside.any() and robot not in zone.robots):
                 return None
             if robot in zone.robots and not inside.any():
@@ -316,4 +315,6 @@ def _contention(bundle: CellBundle) -> float | None:
 
 
 def _geometry(zone: ZoneSettings) -> ZoneGeometry:
-    return ZoneGeometry(zone.name, 1, zone.size_m, zone.pose.position_m, zone.pose.quaternion_xyzw, zone.robots)
+    return ZoneGeometry(
+        zone.name, 1, zone.size_m, zone.pose.position_m, zone.pose.quaternion_xyzw, zone.robots, zone.shape
+    )

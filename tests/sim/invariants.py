@@ -8,9 +8,8 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from cell.geometry import capsules_touch_box, transform_points
+from cell.geometry import capsules_touch, transform_points
 from cell.messages import DriveFeedback, ZoneGeometry
-from robot_agent.workspace import zone_box
 from tests.sim.planned_paths import PlannedPaths
 from tests.sim.world import World
 
@@ -58,9 +57,9 @@ class Invariants:
         self.time_inside_s = dict.fromkeys(world.cell.robots, 0.0)
         zones = world.cell.zones.values()
         self._boxes = {
-            zone.name: zone_box(
-                ZoneGeometry(zone.name, 1, zone.size_m, zone.pose.position_m, zone.pose.quaternion_xyzw, zone.robots)
-            )
+            zone.name: ZoneGeometry(
+                zone.name, 1, zone.size_m, zone.pose.position_m, zone.pose.quaternion_xyzw, zone.robots, zone.shape
+            ).solid()
             for zone in zones
         }
         world.on_feedback.append(self.look)
@@ -119,7 +118,7 @@ class Invariants:
         planner, model = self._world.planners[robot], self._world.models[robot]
         points = transform_points(planner.pose_world_base, model.capsules(model.coupling.joints(axes)))
         boxes = self._boxes.items()
-        return {zone: capsules_touch_box(points, model.capsule_radii, box).any(axis=-1) for zone, box in boxes}
+        return {zone: capsules_touch(points, model.capsule_radii, box).any(axis=-1) for zone, box in boxes}
 
     def _judge(self, robot: str) -> None:
         """All samples of the robot that are not judged yet."""

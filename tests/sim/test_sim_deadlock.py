@@ -1,4 +1,7 @@
-"""Two arms that each hold a zone the other one needs: found, told to both, and freed by the commands that are told."""
+"""Two arms that each hold a zone the other one needs: found, told to both, and freed by the commands that are told.
+
+Where a motion leads through both zones without a stop between them, it never comes to that.
+"""
 
 import re
 from collections.abc import Callable
@@ -42,14 +45,17 @@ ACROSS = "ML Y=-500 F=150\nML X=980 Y=0 F=900\nHOME F=80\nEND\n"
 """The right arm is turned by half a turn: what is north for one is south for the other."""
 
 
-class Stuck:
-    """Both arms have run into each other's way; `between` is what each does on the way from zone to zone."""
+PAUSE = "WAIT 3\n"
 
-    def __init__(self, folder: Path, between: str, planned: bool = True) -> None:
+
+class Cell:
+    """Both arms are switched on; `left` and `right` is what they do on the way from zone to zone."""
+
+    def __init__(self, folder: Path, left: str, right: str, planned: bool = True) -> None:
         copy = Copy(folder)
         copy.change("two_arms/cell.yaml", ONE_ZONE, ZONES)
         copy.slow_buses()
-        for robot in ("left", "right"):
+        for robot, between in (("left", left), ("right", right)):
             (copy.folder / f"two_arms/programs/{robot}.prog").write_text(IN + between + ACROSS)
         self.world = World(load_bundle(copy.cell), 0, Weather(loss=0.0, double=0.0, late=0.0))
         self.invariants = Invariants(self.world, planned=planned)
@@ -57,8 +63,9 @@ class Stuck:
         for robot, order, after in (("left", Enable(), Mode.READY), ("right", Enable(), Mode.READY)):
             self.order(robot, order)
             self.until(lambda robot=robot, after=after: self.mode(robot) is after)
-        for robot in ("left", "right"):
-            self.order(robot, Run())
+
+    def stuck(self) -> None:
+        """Until each of them waits for the other one."""
         self.until(lambda: self.codes.count("zone_deadlock") == 1, 40.0)
 
     @property
@@ -102,8 +109,21 @@ class Stuck:
         return state is not None and state.program.state is ProgramState.DONE
 
 
+def test_arms_that_cannot_stop_between_two_zones_take_both_and_never_wait_for_each_other(tmp_path: Path) -> None:
+    cell = Cell(tmp_path, "", "")
+    for robot in ("left", "right"):
+        cell.order(robot, Run())
+    cell.until(lambda: cell.done("left") and cell.done("right"), 60.0)
+    assert "zone_deadlock" not in cell.codes
+    cell.world.clock.run_until(cell.world.clock.now + 1.0)
+    cell.invariants.check_at_rest()
+
+
 def test_two_arms_that_wait_for_each_others_zones_are_told_both_how_to_go_on(tmp_path: Path) -> None:
-    stuck = Stuck(tmp_path, between="")
+    stuck = Cell(tmp_path, PAUSE, PAUSE)
+    for robot in ("left", "right"):
+        stuck.order(robot, Run())
+    stuck.stuck()
     [event] = [event for event in stuck.world.seen.events if event.code == "zone_deadlock"]
     assert event.text == "left waits for zone south held by right; right waits for zone north held by left"
     stuck.until(lambda: all(event.remedy in str(stuck.state(robot)) for robot in ("left", "right")))
@@ -111,8 +131,22 @@ def test_two_arms_that_wait_for_each_others_zones_are_told_both_how_to_go_on(tmp
     assert stuck.codes.count("zone_deadlock") == 1
 
 
+def halted_between(folder: Path) -> Cell:
+    """The left arm, halted in the first zone, gives up the second one, which the right arm takes."""
+    stuck = Cell(folder, "", PAUSE)
+    stuck.order("left", Run())
+    stuck.until(lambda: stuck.zone("north") == (ZoneState.OCCUPIED, "left"))
+    stuck.order("left", Halt())
+    stuck.until(lambda: stuck.zone("south")[0] is ZoneState.FREE)
+    stuck.order("right", Run())
+    stuck.until(lambda: stuck.zone("south") == (ZoneState.OCCUPIED, "right"))
+    stuck.order("left", Continue())
+    stuck.stuck()
+    return stuck
+
+
 def test_going_back_as_told_frees_them_and_both_programs_end(tmp_path: Path) -> None:
-    stuck = Stuck(tmp_path, between="")
+    stuck = halted_between(tmp_path)
     robot, zone, other = stuck.back
     stuck.order(robot, SetOverride(-100.0))
     stuck.until(lambda: stuck.zone(zone)[0] is not ZoneState.OCCUPIED)
@@ -128,7 +162,10 @@ def test_going_back_as_told_frees_them_and_both_programs_end(tmp_path: Path) -> 
 
 
 def test_where_the_motion_begins_inside_jogging_out_as_told_frees_them(tmp_path: Path) -> None:
-    stuck = Stuck(tmp_path, between="WAIT 3\n", planned=False)
+    stuck = Cell(tmp_path, PAUSE, PAUSE, planned=False)
+    for each in ("left", "right"):
+        stuck.order(each, Run())
+    stuck.stuck()
     robot, _, other = stuck.back
     stuck.order(robot, Halt())
     stuck.until(lambda: stuck.mode(robot) is Mode.HALTED)

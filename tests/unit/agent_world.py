@@ -106,6 +106,8 @@ class AgentWorld:
             "boot",
         )
         self.events: list[Event] = []
+        self.other_zones: tuple[ZoneGeometry, ...] = ()
+        """Beside the one that may be another's: the robot has these as long as it wants or holds them."""
         self.torques = False
         """A drive takes torque as feed-forward."""
         self.outputs: tuple[str, ...] = ()
@@ -282,15 +284,24 @@ class AgentWorld:
         elif self.zone.holder == "left" and knows and not presence.holds:
             self.zone = ZoneStatus(ZoneState.FREE, None, None, (), 1, 0.0)
 
+    def _granted_if_wanted(self, zone: str) -> ZoneStatus:
+        said = self.presences[-1] if self.presences else None
+        if said is None or zone not in {*said.wants, *said.holds}:
+            return ZoneStatus(ZoneState.FREE, None, None, (), 1, 0.0)
+        return ZoneStatus(ZoneState.GRANTED, "left", said.holds.get(zone, Token(5, 1000 + self._sequence)), (), 1, 0.0)
+
     def _manager(self) -> None:
         if self.granting and self.presences:
             self._grant_or_free(self.presences[-1])
         heard = {"left": Heard("boot", self.presences[-1].sequence)} if self.presences else {}
         if not self.geometry_lost:
             self.agent.receive(ZONE, self.now)
+            for zone in self.other_zones:
+                self.agent.receive(zone, self.now)
         for frame in () if self.frames_lost else self.frames:
             self.agent.receive(frame, self.now)
-        state = ManagerState("test", "m", 5, self._sequence, self.now, "digest", heard, {"handover": self.zone})
+        zones = {"handover": self.zone} | {zone.zone: self._granted_if_wanted(zone.zone) for zone in self.other_zones}
+        state = ManagerState("test", "m", 5, self._sequence, self.now, "digest", heard, zones)
         state = replace(state, setup=self.setup, frames={frame.frame: frame.version for frame in self.frames})
         state = replace(state, meetings=self.meetings)
         self.agent.receive(Arrived(state, self.now), self.now)

@@ -10,6 +10,7 @@ from annotated_types import Ge, Gt, Le
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
+from cell.geometry import MEASURED
 from cell.messages import (
     AxisStatus,
     Body,
@@ -23,6 +24,7 @@ from cell.messages import (
     Way,
     ZoneGeometry,
 )
+from cell.messages.zone import Edge
 from cell.net.binary import FARTHEST_M, LARGEST, MOST_COUNT
 
 SAMPLES = st.floats(-LARGEST, LARGEST)
@@ -106,8 +108,11 @@ def ways(draw: st.DrawFn) -> Way:
 
 @st.composite
 def oriented(draw: st.DrawFn, kind: Any) -> Any:
-    """A message with an orientation, which has length 1."""
+    """A message with an orientation, which has length 1, and the lengths of its shape."""
     values = {name: draw(strategy) for name, strategy in fields(kind).items() if name != "quaternion_xyzw"}
+    if kind is ZoneGeometry:
+        values["shape"] = shape = draw(st.sampled_from(list(MEASURED)))
+        values["size_m"] = tuple(draw(of(Edge)) for _ in MEASURED[shape].lengths)
     raw = draw(st.lists(st.floats(-1.0, 1.0), min_size=4, max_size=4).filter(lambda q: math.hypot(*q) > 1e-3))
     return kind(quaternion_xyzw=tuple(part / math.hypot(*raw) for part in raw), **values)
 

@@ -66,13 +66,15 @@ def _summary(bundle: CellBundle, courses: list[ProgramCourse]) -> Group:
     gateways.caption_justify = "left"
     for name, gateway in bundle.gateways.items():
         gateways.add_row(name, cell.gateways[name].endpoint, *_bus_cells(gateway))
-    zones = _table("zone", "size mm", "centre mm", "robots")
+    zones = _table("zone", "shape", "lengths mm", "centre mm", "robots")
     for name, zone in cell.zones.items():
-        zones.add_row(name, _millimetres(zone.size_m), _millimetres(zone.pose.position_m), ", ".join(zone.robots))
+        robots_first = sorted(zone.robots, key=lambda robot: -zone.priority.get(robot, 0))
+        who = ", ".join(f"{robot} ({n})" if (n := zone.priority.get(robot)) else robot for robot in robots_first)
+        zones.add_row(name, zone.shape, _millimetres(zone.size_m), _millimetres(zone.pose.position_m), who)
     return Group(title, robots, programs, gateways, *([zones] if cell.zones else []))
 
 
-def _millimetres(xyz: tuple[float, float, float]) -> str:
+def _millimetres(xyz: tuple[float, ...]) -> str:
     return ", ".join(f"{1000 * value:.0f}" for value in xyz)
 
 

@@ -9,10 +9,10 @@ import numpy as np
 from cell.config.settings import Times
 from cell.messages import Body, DriveFeedback, OutputEvent, SetpointBlock
 from robot_agent.agent.blocks.motion_source import Join, SentBlock, Wishes
-from robot_agent.agent.blocks.passed import Passed, Span
 from robot_agent.agent.blocks.sources import GovernedPath, Supply
 from robot_agent.agent.blocks.timeline import Timeline
 from robot_agent.agent.drives.axes import samples_in_axes, torques_in_axes
+from robot_agent.agent.planning.passed import Passed, Span
 from robot_agent.agent.planning.planner import Planner
 from robot_agent.agent.planning.plans import Planned
 from robot_agent.dynamics import AxisTorques

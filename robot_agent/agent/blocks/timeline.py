@@ -7,7 +7,7 @@ from dataclasses import replace
 
 from cell.messages import DriveFeedback
 from robot_agent.agent.blocks.motion_source import SentBlock
-from robot_agent.agent.blocks.passed import Span
+from robot_agent.agent.planning.passed import Span
 from robot_agent.agent.planning.plans import Extended, Planned
 
 _KEPT_S = 1.0

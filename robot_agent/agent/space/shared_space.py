@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cell.messages import Body, Clearance, ManagerState, Sections, Way
-from robot_agent.agent.blocks.passed import Passed, Span
+from robot_agent.agent.planning.passed import Passed, Span
 from robot_agent.agent.planning.plans import Planned
 from robot_agent.agent.space.owned_space import OwnedSpace
 from robot_agent.kinematics import Model

@@ -24,6 +24,7 @@ from robot_agent.agent.space.shared_space import SharedSpace, onward
 from robot_agent.agent.zones.zone_claims import ZoneClaims
 from robot_agent.language import Meet, Pause, TrackingOn
 from robot_agent.trajectory import Hold, RateRequest, Segment
+from robot_agent.workspace import with_entry
 
 _AHEAD_S = 0.6
 """A zone is asked for this long, plus the time to stop, before it is entered; a grant takes about 0.05 s."""
@@ -59,7 +60,8 @@ class Standing:
         """For a block that is made at `now` [s]."""
 
         def holds(planned: Planned, segment: Segment, index: int) -> list[Hold]:
-            return [*self.pace.holds(planned, segment, index), *self._zone_holds(planned, now)]
+            tau = segment.state(index).tau
+            return [*self.pace.holds(planned, segment, index), *self._zone_holds(planned, tau, now)]
 
         jog = self.jogging.source
         return Wishes(
@@ -104,12 +106,12 @@ class Standing:
             requests.append(RateRequest(0.0, "TRACK OFF"))
         return requests
 
-    def _zone_holds(self, planned: Planned, now: float) -> list[Hold]:
-        return [hold for _, hold in self._closed(planned, now)]
+    def _zone_holds(self, planned: Planned, tau: float, now: float) -> list[Hold]:
+        return [hold for _, hold in self._closed(planned, tau, now)]
 
-    def _closed(self, planned: Planned, now: float) -> list[tuple[str, Hold]]:
-        """What of a motion may not be entered now, with the zone where it is that."""
-        return [*self.zones.holds_on(planned, now), *self.space.holds_on(planned, self.corrections.beside_m)]
+    def _closed(self, planned: Planned, tau: float, now: float) -> list[tuple[str, Hold]]:
+        """What of a motion may not be entered now from `tau` [s], with the zone where it is that."""
+        return [*self.zones.holds_on(planned, tau, now), *self.space.holds_on(planned, self.corrections.beside_m)]
 
     def _way_on(self, newest: SentBlock, following: Planned | None, now: float, backwards: bool = False) -> Sections:
         """Along what `newest` is on and what follows it, as far as may be asked for and no zone or input is closed."""
@@ -127,7 +129,7 @@ class Standing:
         return some.joined(onward(following, beside_m, 0.0, farther)) if farther > 0.0 else some
 
     def _free_until(self, planned: Planned, tau: float, until: float, now: float) -> float:
-        return min([until, *(hold.tau for _, hold in self.zones.holds_on(planned, now) if hold.until > tau)])
+        return min([until, *(hold.tau for _, hold in self.zones.holds_on(planned, tau, now) if hold.until > tau)])
 
     def _may_move(self, now: float) -> bool:
         return all(request.rate != 0.0 for request in self._requests(now))
@@ -207,7 +209,7 @@ class Running(Standing):
             return Cause(self.pace.requests[0].who)
         if override < 0.0:
             return Cause(newest.segment.ruled_by or f"{self.pace.requests[0].who}: at the beginning of this motion")
-        blocking = [held for held in self._closed(motion, now) if held[1].until > tau]
+        blocking = [held for held in self._closed(motion, tau, now) if held[1].until > tau]
         if not blocking:
             return Cause("")
         zone, hold = min(blocking, key=lambda held: held[1].tau)
@@ -231,7 +233,7 @@ class Returning(Running):
         return Wishes(
             requests=tuple(requests),
             stop=False,
-            holds=lambda planned, _segment, _index: self._zone_holds(planned, now),
+            holds=lambda planned, segment, index: self._zone_holds(planned, segment.state(index).tau, now),
             cap_m_s=MANUAL_SPEED_M_S,
             source=None if way is None else GovernedPath(supply, way),
         )
@@ -266,6 +268,7 @@ def doing(parts: Parts, mode: Mode) -> Standing:
 def _zones_ahead(executive: Executive, items: Iterable[Item], tick: int, pause_s: float = 0.0) -> dict[str, float]:
     """The zones that are crossed soon after `tick`: zone to seconds until then; `items` are what comes next.
 
+    Zones between which the robot cannot stop have the same seconds, those until the first of them is entered.
     The next motion does not begin within `pause_s`.
     """
     wants: dict[str, float] = {}
@@ -281,8 +284,9 @@ def _zones_ahead(executive: Executive, items: Iterable[Item], tick: int, pause_s
             until_s += item.duration_s
         elif isinstance(item, Planned) and item.motion not in seen:
             seen.append(item.motion)
-            for crossing in item.crossings:
-                if until_s + crossing.leave_tau > 0.0 and until_s + crossing.enter_tau < ahead_s:
-                    wants.setdefault(crossing.zone, max(0.0, until_s + crossing.enter_tau))
+            for crossing, entry in with_entry(item.crossings):
+                if until_s + crossing.leave_tau > 0.0 and until_s + entry < ahead_s:
+                    entered_s = until_s + (entry if until_s + entry >= 0.0 else crossing.enter_tau)
+                    wants.setdefault(crossing.zone, max(0.0, entered_s))
             until_s += item.motion.duration_s
     return wants

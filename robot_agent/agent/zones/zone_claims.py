@@ -5,14 +5,13 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from cell.geometry import Box
-from cell.geometry.occupied import body_touches_box
+from cell.geometry import Solid, body_touches
 from cell.messages import Body, Heard, ManagerState, Token, ZoneGeometry, ZoneState
 from cell.net.freshness import NewestOf, Sent
 from robot_agent.agent.planning.plans import Planned
 from robot_agent.agent.zones.switched_spaces import SwitchedSpaces
 from robot_agent.trajectory import Hold
-from robot_agent.workspace import Sweep, crossings, zone_box
+from robot_agent.workspace import Crossing, Sweep, crossings, with_entry
 
 _BODIES = 2
 """So many of the newest bodies have their zones remembered: the announced one and the next are asked for again."""
@@ -30,7 +29,7 @@ class ZoneClaims:
         """The presences."""
         self.spaces = SwitchedSpaces(robot, inputs or {}, self.sent)
         self._geometry: dict[str, ZoneGeometry] = {}
-        self._boxes: dict[str, Box] = {}
+        self._solids: dict[str, Solid] = {}
         self._touched: deque[tuple[Body, frozenset[str]]] = deque(maxlen=_BODIES)
         self.state: ManagerState | None = None
         self._lower: int | None = None
@@ -74,7 +73,7 @@ class ZoneClaims:
         if known is not None and known.version == self.state.zones[zone.zone].version != zone.version:
             return
         if zone != known:
-            self._geometry[zone.zone], self._boxes[zone.zone] = zone, zone_box(zone)
+            self._geometry[zone.zone], self._solids[zone.zone] = zone, zone.solid()
             self._touched.clear()
 
     @property
@@ -130,7 +129,7 @@ class ZoneClaims:
         for known, zones in self._touched:
             if known is body:
                 return set(zones)
-        touched = frozenset(name for name, box in self._boxes.items() if body_touches_box(body, box))
+        touched = frozenset(name for name, solid in self._solids.items() if body_touches(body, solid))
         self._touched.append((body, touched))
         return set(touched)
 
@@ -171,18 +170,22 @@ class ZoneClaims:
             and status.token == self.holds.get(zone)
         )
 
-    def holds_on(self, planned: Planned, now: float) -> list[tuple[str, Hold]]:
+    def holds_on(self, planned: Planned, tau: float, now: float) -> list[tuple[str, Hold]]:
         """The zones on a motion that may not be entered now, neither forwards nor backwards, with the hold for each.
+
+        From `tau` [s] on; zones between which the robot cannot stop are all held before the first of them. First come
+        those that somebody holds.
 
         Likewise, without a zone, the spaces that an input switches and that are on. Who is inside one stops there.
         """
         if planned.motion.duration_s > 0.0 and not self._planned_against_present(planned):
             return [("", Hold(0.0, "the zones have changed since this motion was planned: halt and run again"))]
         zones = [
-            (crossing.zone, Hold(crossing.enter_tau, self.why_not(crossing.zone), until=crossing.leave_tau))
-            for crossing in planned.crossings
+            (crossing.zone, Hold(_hold(crossing, entry, tau), self.why_not(crossing.zone), until=crossing.leave_tau))
+            for crossing, entry in with_entry(planned.crossings)
             if not self.permitted(crossing.zone, now)
         ]
+        zones.sort(key=lambda held: self.state is None or self.state.zones[held[0]].holder in (None, self._robot))
         spaces = [
             ("", Hold(crossing.enter_tau, why, until=crossing.leave_tau))
             for crossing in planned.shut
@@ -219,3 +222,8 @@ class ZoneClaims:
         if status.holder not in (None, self._robot):
             return f"zone {zone}: held by {status.holder} since {since_s:.1f} s{self._deadlock()}"
         return f"zone {zone}: {status.reason or 'asked for'}"
+
+
+def _hold(crossing: Crossing, entry: float, tau: float) -> float:
+    """Where a zone holds a robot that is at `tau`: past the common entry of several it may go on to its own border."""
+    return entry if tau <= entry else crossing.enter_tau

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cell.core import Request
-from cell.geometry import Box, body_touches_box, capsules_touch_box, transform_points
+from cell.geometry import Solid, body_touches, capsules_touch, transform_points
 from cell.messages import (
     Call,
     DriveFeedback,
@@ -28,7 +28,6 @@ from cell.messages import (
     TokenGone,
     ZoneGeometry,
 )
-from robot_agent.workspace import zone_box
 from tests.sim.world import World
 
 Floats = NDArray[np.float64]
@@ -72,10 +71,10 @@ class Shown:
             self._poses = self.message.body.poses.astype(float)
         return self._poses
 
-    def touches(self, zone: str, box: Box) -> bool:
+    def touches(self, zone: str, solid: Solid) -> bool:
         """By the rule that manager and agents share."""
         if zone not in self._touched:
-            self._touched[zone] = body_touches_box(self.message.body, box)
+            self._touched[zone] = body_touches(self.message.body, solid)
         return self._touched[zone]
 
     def misses(self, points: Floats) -> Floats:
@@ -160,9 +159,9 @@ class Facts:
         self.start = world.clock.now
         self.robots = tuple(world.cell.robots)
         self.boxes = {
-            zone.name: zone_box(
-                ZoneGeometry(zone.name, 1, zone.size_m, zone.pose.position_m, zone.pose.quaternion_xyzw, zone.robots)
-            )
+            zone.name: ZoneGeometry(
+                zone.name, 1, zone.size_m, zone.pose.position_m, zone.pose.quaternion_xyzw, zone.robots, zone.shape
+            ).solid()
             for zone in world.cell.zones.values()
         }
         self.order: dict[str, int] = {}
@@ -394,7 +393,7 @@ class Facts:
     def touching(self, robot: str, points: Floats) -> dict[str, NDArray[np.bool_]]:
         """By zone: which of the bodies `(m, c, 2, 3)` touch it."""
         radii = self.world.models[robot].capsule_radii
-        return {zone: capsules_touch_box(points, radii, box).any(axis=-1) for zone, box in self.boxes.items()}
+        return {zone: capsules_touch(points, radii, box).any(axis=-1) for zone, box in self.boxes.items()}
 
     def inside_now(self, robot: str) -> frozenset[str]:
         """The zones that the real body touches at this moment."""

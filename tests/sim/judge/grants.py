@@ -341,6 +341,10 @@ class GrantsAreDue(_OfManager):
             self.broken("manager", f"it grants zone {zone} to {holder}, which does not know where it is")
         if zone not in presence.wants:
             self.broken("manager", f"it grants zone {zone} to {holder}, which does not ask for it")
+        together = (other for other, in_s in presence.wants.items() if in_s == presence.wants.get(zone))
+        left = [other for other in together if other in state.zones and state.zones[other].holder != holder]
+        if left:
+            self.broken("manager", f"it grants zone {zone} to {holder} without {', '.join(left)}, needed with it")
         if state.estops:
             self.broken("manager", f"it grants zone {zone} to {holder} under an emergency stop")
 

@@ -21,9 +21,24 @@ from cell.commands.cell_command import COMMANDS as COMMANDS_OF_CELL
 from cell.commands.cell_command import app
 from cell.commands.subcommands import Subcommand
 from cell.config import ConfigError
+from cell.config.settings import PoseSettings, ZoneSettings
 from cell.config.units import STRICT, Length
+from cell.geometry import MEASURED, Box, Measured
 from cell.geometry.arrays import Array
-from cell.messages import COMMANDS, STATES, Call, Command, Correction, Run, Urgency
+from cell.manager.occupancy import ZoneSpace
+from cell.messages import (
+    COMMANDS,
+    STATES,
+    Call,
+    Command,
+    Correction,
+    ManagerState,
+    Run,
+    Urgency,
+    ZoneGeometry,
+    ZoneState,
+    ZoneStatus,
+)
 from cell.messages.call import command
 from cell.messages.common import Duration, Name
 from cell.messages.state import state
@@ -33,6 +48,7 @@ from cell.net.keys import Keys
 from cell.net.latest import Decoder
 from robot_agent.agent.planning.dry_run import dry_run
 from robot_agent.agent.planning.planner import Planner
+from robot_agent.agent.zones.zone_claims import ZoneClaims
 from robot_agent.kinematics import SerialModel, SingularityDistance, load_model
 from robot_agent.kinematics.chain import Chain, Joint
 from robot_agent.kinematics.families.closed_form import ClosedForm, Raw
@@ -45,6 +61,7 @@ from robot_agent.model import FAMILIES, RobotDescription
 from robot_agent.model.families import ClosedFormFile, family
 from robot_agent.workspace import PlacedRobot
 from tests.unit.agent_runs import enabled, ended, until
+from tests.unit.manager_world import ball
 
 WIDE = {"COLUMNS": "120"}
 
@@ -195,6 +212,31 @@ def test_the_schema_of_robot_files_has_the_family() -> None:
     assert (choice["description"], choice["properties"]["family"]["const"]) == ("A portal.", "portal")
 
 
+# A shape of zones
+
+
+@pytest.fixture
+def shapes() -> Iterator[None]:
+    cube = Measured(("edge",), lambda lengths, pose: Box(np.full(3, lengths[0]), pose))
+    with patch.dict(MEASURED, {"cube": cube}):
+        yield
+
+
+@pytest.mark.usefixtures("shapes")
+def test_a_zone_of_a_shape_travels_and_knows_who_is_inside() -> None:
+    place = PoseSettings((0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0))
+    space = ZoneSpace(ZoneSettings("middle", (0.4,), place, ("left",), "cube"))
+    heard = decode(ZoneGeometry, encode(space.geometry))
+    assert heard == space.geometry
+    claims = ZoneClaims("left", "boot", 0.25)
+    status = ZoneStatus(ZoneState.FREE, None, None, (), heard.version, 0.0)
+    claims.heard_state(ManagerState("c", "m", 5, 1, 0.0, "d", {}, {"middle": status}), 0.0)
+    claims.heard_geometry(heard)
+    for x, inside in ((0.299, True), (0.301, False)):
+        assert space.touched_by("left", ball(x)) is inside
+        assert claims.touched(ball(x)) == ({"middle"} if inside else set())
+
+
 # A statement that moves, and one that lasts no time
 
 
@@ -309,4 +351,5 @@ def test_nothing_of_it_is_left() -> None:
     assert ToolWear not in STATES
     assert "portal" not in FAMILIES
     assert "PARK" not in STATEMENTS
+    assert "cube" not in MEASURED
     assert Keys("two_arms").type_of(KEY) is None

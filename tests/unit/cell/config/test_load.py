@@ -91,8 +91,8 @@ def test_the_digest_follows_the_meaning_of_all_files(tmp_path: Path, name: str, 
          "readable file, relative to this one"),
         ("left_drives.yaml", "drives.yaml", "drives: §drives.yaml", "gateways.left_bus.drives: found 'drives.yaml': no "
          "such file, allowed a readable file, relative to this one"),
-        ("[900, 2600, 2600]", "[900, 2600]", "§[900", "zones.handover.size: found 2 values, allowed edge lengths of "
-         "the box: [x, y, z]"),
+        ("[900, 2600, 2600]", "[900, 2600]", "§[900", "zones.handover.size: found 2 values, allowed a box as well: "
+         "edge lengths [x, y, z], as older files have it"),
         ("[900, 2600, 2600]", "[900, 0, 2600]", "900, §0", "zones.handover.size[1]: found 0, allowed more than 0"),
         ("robots: [left, right]", "robots: []", "§[]", "zones.handover.robots: found an empty list, allowed 1 or more"),
         ("127.0.0.1:7450", "0.0.0.0:7450", '§"tcp/0.0', "manager.endpoint: found 'tcp/0.0.0.0:7450', allowed an "
@@ -149,8 +149,8 @@ def test_times_that_contradict_each_other_are_refused(tmp_path: Path, times: str
     ("old", "new", "at", "problem"),
     [
         ("robots: [left, right]", "robots: [5]", "§5]", "zones.handover.robots[0]: found 5, allowed text"),
-        ("[900, 2600, 2600]", "[]", "§[]", "zones.handover.size: found 0 values, allowed edge lengths of the box: "
-         "[x, y, z]"),
+        ("[900, 2600, 2600]", "[]", "§[]", "zones.handover.size: found 0 values, allowed a box as well: edge "
+         "lengths [x, y, z], as older files have it"),
         ("cell: two_arms", "cell: 5", "cell: §5", "cell: found 5, allowed text"),
         ("[900, 2600, 2600]", "far", "§far", "zones.handover.size: found 'far', allowed a list"),
     ],

@@ -1,4 +1,20 @@
-from cell.geometry import Box, body_touches_box
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from cell.geometry import (
+    MEASURED,
+    Box,
+    GeometryError,
+    HalfSpace,
+    Hull,
+    Solid,
+    body_touches,
+    capsules_touch,
+    measured_solid,
+    pose_from,
+)
 from cell.messages import Body
 from tests.unit.plain_body import Capsule, plain_body
 
@@ -12,21 +28,66 @@ def body(*poses: Capsule, growth: float = 0.0) -> Body:
 
 
 def test_a_body_clear_of_the_box_does_not_touch_it() -> None:
-    assert not body_touches_box(body(FAR, NEAR), BOX)
+    assert not body_touches(body(FAR, NEAR), BOX)
 
 
 def test_one_pose_on_the_way_is_enough() -> None:
-    assert body_touches_box(body(FAR, (1.45, 0.0, 0.0, 1.45, 0.0, 0.3), FAR), BOX)
+    assert body_touches(body(FAR, (1.45, 0.0, 0.0, 1.45, 0.0, 0.3), FAR), BOX)
 
 
 def test_the_growth_of_a_pose_counts() -> None:
-    assert body_touches_box(body(FAR, NEAR, growth=0.02), BOX)
+    assert body_touches(body(FAR, NEAR, growth=0.02), BOX)
 
 
 def test_an_unknown_body_counts_as_its_whole_reach() -> None:
-    assert body_touches_box(Body(known=False, base=(0.0, 0.0, 0.0), reach_m=1.5), BOX)
-    assert not body_touches_box(Body(known=False, base=(0.0, 0.0, 0.0), reach_m=1.49), BOX)
+    assert body_touches(Body(known=False, base=(0.0, 0.0, 0.0), reach_m=1.5), BOX)
+    assert not body_touches(Body(known=False, base=(0.0, 0.0, 0.0), reach_m=1.49), BOX)
 
 
 def test_a_body_without_poses_counts_as_its_whole_reach() -> None:
-    assert body_touches_box(body(), BOX)
+    assert body_touches(body(), BOX)
+
+
+TURNED = pose_from(np.array([0.3, -0.2, 0.5]), np.array([0.2, 0.4, 0.4, 0.8]))
+LENGTHS = {"box": (0.9, 0.5, 1.2), "sphere": (0.5,), "cylinder": (0.4, 1.1)}
+SOLIDS: list[Solid] = [
+    *(measured_solid(word, LENGTHS[word], TURNED) for word in MEASURED),
+    HalfSpace(TURNED),
+    Hull(np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]), TURNED),
+]
+
+
+@pytest.mark.parametrize("solid", SOLIDS, ids=lambda solid: type(solid).__name__)
+def test_touching_agrees_with_the_distance(solid: Solid) -> None:
+    rng = np.random.default_rng(3)
+    ends, radii = rng.uniform(-1.5, 1.5, (40, 12, 2, 3)), rng.uniform(0.01, 0.1, 12)
+    expected = np.asarray(solid.capsule_distance(ends, radii)) <= 0.0
+    assert {False, True} == set(expected.ravel().tolist())
+    np.testing.assert_array_equal(capsules_touch(ends, radii, solid), expected)
+
+
+@pytest.mark.parametrize("solid", SOLIDS, ids=lambda solid: type(solid).__name__)
+@given(seed=st.integers(0, 10_000))
+@settings(max_examples=30, deadline=None)
+def test_a_body_touches_a_solid_where_one_of_its_capsules_does(solid: Solid, seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    poses = np.float32(rng.uniform(-1.2, 1.2, (3, 2, 2, 3)))
+    radii, growth = np.float32(rng.uniform(0.01, 0.1, 2)), np.float32(rng.uniform(0.0, 0.1, 3))
+    grown = radii.astype(float) + growth[:, None].astype(float)
+    expected = bool((np.asarray(solid.capsule_distance(poses.astype(float), grown)) <= 0.0).any())
+    occupied = Body(True, (0.0, 0.0, 0.0), 5.0, radii, poses, growth)
+    assert body_touches(occupied, solid) is expected
+
+
+@pytest.mark.parametrize(
+    ("word", "lengths", "says"),
+    [
+        ("cone", (1.0,), "found 'cone', allowed one of box, sphere, cylinder"),
+        ("sphere", (1.0, 2.0), "sphere: found 2 lengths, allowed radius"),
+        ("cylinder", (1.0, 0.0), "length of a cylinder: found 0 m, allowed is a length above zero"),
+        ("box", (1.0, -1.0, 1.0), "allowed are three lengths above zero"),
+    ],
+)
+def test_lengths_that_give_no_solid_are_refused(word: str, lengths: tuple[float, ...], says: str) -> None:
+    with pytest.raises(GeometryError, match=says):
+        measured_solid(word, lengths, TURNED)

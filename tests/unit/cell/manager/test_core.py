@@ -82,6 +82,15 @@ def test_the_place_in_the_queue_is_kept_while_a_robot_keeps_wanting() -> None:
     assert world.zone.queue == ("top", "right")
 
 
+def test_a_priority_in_the_cell_file_goes_before_who_came_first() -> None:
+    cell = settings(robots=("left", "right", "top"))
+    world = World(replace(cell, zones={"middle": replace(cell.zones["middle"], priority={"top": 1})}))
+    for robot in (world.left, world.right, world.top):
+        robot.wants = True
+        world.run()
+    assert world.zone.queue == ("top", "right")
+
+
 @pytest.mark.parametrize("how", ["stops wanting", "silent"])
 def test_the_place_in_the_queue_is_lost_by(held: World, how: str) -> None:
     held.right.wants = True

@@ -12,13 +12,13 @@ ZONES = ("z1", "z2", "z3")
 class Needy(Robot):
     """A robot that keeps the zone `has` once it is granted, and then needs the zone `needs` in `in_s`."""
 
-    has = needs = ""
+    has = needs = also = ""
     in_s = 0.0
 
     def presence(self) -> Presence:
         said = super().presence()
         token = said.holds.get(self.has)
-        wants = {self.has: 0.0} | ({self.needs: self.in_s} if token is not None and self.needs else {})
+        wants = {self.has: 0.0} | ({self.needs: self.in_s, self.also: self.in_s} if token is not None else {})
         holds: dict[str, Token] = {} if token is None else {self.has: token}
         return replace(said, holds=holds, wants={zone: s for zone, s in wants.items() if zone})
 
@@ -57,6 +57,14 @@ def test_who_merely_waits_for_one_of_them_is_not_named() -> None:
     made.run(3.0)
     [deadlock] = present(made)
     assert deadlock.robots == ("a", "b")
+
+
+def test_a_circle_through_the_second_of_two_zones_that_are_needed_is_found() -> None:
+    made = world(("z1", "z2"), ("z2", ""), ("z3", "z1"))
+    made.robots["a"].also = "z3"  # type: ignore[attr-defined]
+    made.run(3.0)
+    [deadlock] = present(made)
+    assert (deadlock.robots, deadlock.zones) == (("a", "c"), ("z3", "z1"))
 
 
 def test_the_one_that_got_its_zone_last_is_sent_back() -> None:

@@ -33,5 +33,21 @@ def test_a_pose_to_come_counts_with_its_growth() -> None:
 
 def test_the_version_is_that_of_the_geometry() -> None:
     assert ZoneSpace(ZONE).geometry.version == ZoneSpace(replace(ZONE)).geometry.version
-    other = ZoneSpace(replace(ZONE, size_m=(0.4, 0.4, 0.5)))
-    assert other.geometry.version != ZoneSpace(ZONE).geometry.version
+    others = [
+        replace(ZONE, size_m=(0.4, 0.4, 0.5)),
+        replace(ZONE, shape="sphere", size_m=(0.4,)),
+        replace(ZONE, shape="cylinder", size_m=(0.4, 0.4)),
+    ]
+    versions = {ZoneSpace(zone).geometry.version for zone in (ZONE, *others)}
+    assert len(versions) == 4
+    assert ZoneSpace(replace(ZONE, priority={"left": 3})).geometry == ZoneSpace(ZONE).geometry
+
+
+@pytest.mark.parametrize(
+    ("shape", "size_m", "reaches_m"),
+    [("sphere", (0.5,), 0.5), ("cylinder", (0.3, 2.0), 0.3), ("box", (0.4, 1, 1), 0.2)],
+)
+def test_a_zone_of_each_shape_ends_at_its_border(shape: str, size_m: tuple[float, ...], reaches_m: float) -> None:
+    space = ZoneSpace(replace(ZONE, shape=shape, size_m=size_m))
+    assert space.touched_by("left", ball(reaches_m + 0.1 - 1e-6))
+    assert not space.touched_by("left", ball(reaches_m + 0.1 + 1e-6))

@@ -8,6 +8,7 @@ from hypothesis import settings
 from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, rule
 
+from cell.manager.zone_turns import ZoneTurns
 from cell.manager.zones import Sight, Zone
 from cell.messages import Token, ZoneState
 
@@ -43,6 +44,7 @@ class ZoneMachine(RuleBasedStateMachine):
     def __init__(self) -> None:
         super().__init__()
         self.zone = Zone("z", ("a", "b"), ("a", "b"), EPOCH)
+        self.turns = ZoneTurns({"z": {}})
         self.agents = {name: Agent() for name in "ab"}
         self.sights: dict[str, Sight] = {}
         self.sequence = 0
@@ -60,7 +62,8 @@ class ZoneMachine(RuleBasedStateMachine):
         self.zone.look(self.sights, self.sequence + 1)
         if before is ZoneState.ORPHANED and self.zone.state is ZoneState.FREE:
             assert all(self.sights[s].fresh and not self.sights[s].inside for s in suspects)
-        self.zone.grant(self.sights, self.new_token, self.sequence + 1)
+        self.turns.line_up({"z": self.zone}, {"z": self.sights})
+        self.turns.grant({"z": self.zone}, {"z": self.sights}, self.new_token, self.sequence + 1)
         self.publish()
 
     def publish(self) -> None:

@@ -300,9 +300,12 @@ def test_a_presence_of_another_shape_is_refused_where_it_is_read(at: int, new: b
     [
         (b'"size_m":[1.0,', b'"size_m":[0.0,', "size_m.0"),
         (b"0.0,1.0]", b"0.5,1.0]", "quaternion_xyzw has length 1.118"),
+        (b'"box"', b'"cone"', "found 'cone', allowed one of box, sphere, cylinder"),
+        (b'"box"', b'"cylinder"', "cylinder: found 3 lengths, allowed radius, length"),
+        (b'"size_m":[1.0,', b'"size_m":[', "box: found 2 lengths, allowed x, y, z"),
     ],
 )
-def test_a_zone_that_is_no_box_is_refused_where_it_is_read(old: bytes, new: bytes, says: str) -> None:
+def test_a_zone_that_is_no_solid_is_refused_where_it_is_read(old: bytes, new: bytes, says: str) -> None:
     data = encode(ZoneGeometry("middle", 1, (1.0, 1.0, 1.0), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0), ()))
     assert old in data
     with pytest.raises(CodecError, match=says):

@@ -1,5 +1,6 @@
 """The agent's core against a gateway that plays blocks exactly and a manager that says what the test wants."""
 
+import itertools
 from dataclasses import replace
 
 import numpy as np
@@ -7,8 +8,7 @@ import pytest
 
 from cell.config.settings import OnManagerReturn, Times
 from cell.core import Ask, Frozen, Publish, Shutdown
-from cell.geometry import capsules_touch_box
-from cell.geometry.occupied import body_touches_box
+from cell.geometry import body_touches, capsules_touch
 from cell.messages import (
     Command,
     Continue,
@@ -25,13 +25,13 @@ from cell.messages import (
     Release,
     ResetRobot,
     Run,
+    SetOverride,
     SetpointBlock,
     Step,
     Token,
     ZoneState,
     ZoneStatus,
 )
-from robot_agent.workspace import zone_box
 from tests.unit.agent_runs import INTO_ZONE, SHORT, at_rest, enabled, ended, running, until
 from tests.unit.agent_world import CYCLE_S, ZONE, AgentWorld
 
@@ -86,11 +86,75 @@ def test_it_stops_in_front_of_a_zone_that_is_not_granted_and_says_who_holds_it()
     world.zone = ZoneStatus(ZoneState.OCCUPIED, "right", None, (), 1, world.now)
     until(world, lambda: "held by right" in world.state.waiting_for)
     until(world, at_rest(world), seconds=0.1)
-    box = zone_box(ZONE)
-    assert not any(body_touches_box(presence.body, box) for presence in world.presences)
+    box = ZONE.solid()
+    assert not any(body_touches(presence.body, box) for presence in world.presences)
     world.grant()
     until(world, ended(world))
     assert world.state.waited_s["handover"] > 0.0
+
+
+FRONT = replace(ZONE, zone="front", size_m=(0.4, 2.0, 3.0), position_m=(2.4, 0.0, 1.0))
+"""Is entered before the other zone and left after that: a robot cannot stop between them."""
+BY_RIGHT = ZoneStatus(ZoneState.OCCUPIED, "right", None, (), 1, 0.0)
+
+
+def through_front() -> AgentWorld:
+    """A program that runs through `FRONT`, which it may, into the zone."""
+    world = AgentWorld(INTO_ZONE)
+    world.other_zones = (FRONT,)
+    until(world, lambda: world.states != [] and world.state.mode is Mode.DISABLED)
+    world.call(Enable())
+    until(world, lambda: world.state.mode is Mode.READY)
+    world.call(Run())
+    until(world, lambda: len(world.planned) >= 2)
+    return world
+
+
+def entered_at(world: AgentWorld, zone: str) -> float:
+    return next(crossing.enter_tau for crossing in world.planned[1].crossings if crossing.zone == zone)
+
+
+def test_it_enters_none_of_two_zones_that_overlap_before_both_are_granted() -> None:
+    world = through_front()
+    world.zone = BY_RIGHT
+    until(world, lambda: "zone handover: held by right" in world.state.waiting_for)
+    until(world, at_rest(world), seconds=0.2)
+    assert entered_at(world, "front") < entered_at(world, "handover") - 0.1
+    assert not any(body_touches(presence.body, FRONT.solid()) for presence in world.presences)
+    front_s, handover_s = (world.presences[-1].wants[zone] for zone in ("front", "handover"))
+    assert front_s == handover_s < 1e-6
+    world.grant()
+    until(world, ended(world))
+
+
+def test_it_wants_zones_that_overlap_for_the_same_moment_and_gives_none_up_before_it_has_left_it() -> None:
+    world = through_front()
+    world.grant()
+    until(world, ended(world))
+    ahead = [presence.wants for presence in world.presences if presence.wants.get("front", 0.0) > 0.0]
+    assert ahead
+    assert all(wants["front"] == wants["handover"] for wants in ahead)
+    first = next(k for k, presence in enumerate(world.presences) if body_touches(presence.body, FRONT.solid()))
+    held = ["handover" in presence.holds for presence in world.presences[first:]]
+    assert held[0]
+    assert sum(a != b for a, b in itertools.pairwise(held)) == 1
+
+
+def test_a_robot_that_loses_the_second_zone_on_its_way_there_stops_in_front_of_it_and_may_go_back() -> None:
+    world = through_front()
+    world.grant()
+
+    def tau_s() -> float:
+        governor = world.state.governor if world.state.program.line == 2 else None
+        return 0.0 if governor is None else governor.tau_s
+
+    until(world, lambda: tau_s() > entered_at(world, "front") + 0.01)
+    world.granting, world.zone = False, BY_RIGHT
+    until(world, lambda: "zone handover: held by right" in world.state.waiting_for)
+    until(world, at_rest(world), seconds=0.2)
+    assert entered_at(world, "handover") - 0.01 < tau_s() <= entered_at(world, "handover")
+    world.call(SetOverride(-50.0))
+    until(world, lambda: tau_s() < entered_at(world, "front"))
 
 
 def test_a_move_to_where_the_robot_stands_is_done_at_once() -> None:
@@ -112,10 +176,10 @@ def test_a_zone_is_given_up_once_the_body_is_outside_for_good() -> None:
     world = running(INTO_ZONE)
     world.grant()
     until(world, lambda: "handover" in world.presences[-1].holds)
-    box = zone_box(ZONE)
+    box = ZONE.solid()
     until(world, ended(world))
     for presence in world.presences:
-        if body_touches_box(presence.body, box):
+        if body_touches(presence.body, box):
             assert "handover" in presence.holds
     assert "handover" not in world.presences[-1].holds
 
@@ -137,7 +201,7 @@ def test_a_robot_that_brakes_out_of_a_zone_keeps_it_until_it_stands() -> None:
     until(world, at_rest(world))
     world.run(0.3)
     braking = [presence for presence in world.presences[stopped:] if presence.stop_time_s > 0.0]
-    assert any(not body_touches_box(presence.body, zone_box(ZONE)) for presence in braking), "or nothing is tested"
+    assert any(not body_touches(presence.body, ZONE.solid()) for presence in braking), "or nothing is tested"
     assert all("handover" in presence.holds for presence in braking)
     assert "handover" not in world.presences[-1].holds
 
@@ -346,10 +410,10 @@ def test_the_zone_rule_is_the_managers_own() -> None:
     """Published bodies are judged with the same function by agent and manager: here against the capsules themselves."""
     world = running(INTO_ZONE)
     world.grant()
-    until(world, lambda: body_touches_box(world.presences[-1].body, zone_box(ZONE)))
+    until(world, lambda: body_touches(world.presences[-1].body, ZONE.solid()))
     until(world, ended(world))
     inside = [
-        capsules_touch_box(world.planner.model.capsules(q), world.planner.model.capsule_radii, zone_box(ZONE)).any()
+        capsules_touch(world.planner.model.capsules(q), world.planner.model.capsule_radii, ZONE.solid()).any()
         for q in world.played[::5]
     ]
     assert any(inside)

@@ -3,9 +3,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from cell.geometry import WrongShape, body_touches_box, capsule_box_distance, transform_points
+from cell.geometry import WrongShape, body_touches, transform_points
 from cell.messages import ZoneGeometry
-from robot_agent.workspace import body_message, crossings, sweep, zone_box
+from robot_agent.workspace import Crossing, body_message, crossings, sweep, with_entry
 from tests.unit.six_axis_arm import arm
 from tests.unit.six_axis_paths import BASE, CYCLE_S, joint_path
 
@@ -14,7 +14,12 @@ MARGIN_M = 0.03
 """More than the growth of a published body, as the agent has it."""
 
 
-def zone_at(centre: np.ndarray, size: tuple[float, float, float] = (0.4, 0.5, 0.3), turn: float = 0.4) -> ZoneGeometry:
+SHAPES = st.sampled_from([("box", (0.4, 0.5, 0.3)), ("sphere", (0.2,)), ("cylinder", (0.2, 0.4))])
+
+
+def zone_at(
+    centre: np.ndarray, size: tuple[float, ...] = (0.4, 0.5, 0.3), turn: float = 0.4, shape: str = "box"
+) -> ZoneGeometry:
     return ZoneGeometry(
         zone="fixture",
         version=1,
@@ -22,25 +27,28 @@ def zone_at(centre: np.ndarray, size: tuple[float, float, float] = (0.4, 0.5, 0.
         position_m=tuple(centre.tolist()),
         quaternion_xyzw=(0.0, 0.0, float(np.sin(turn / 2)), float(np.cos(turn / 2))),
         robots=("left",),
+        shape=shape,
     )
 
 
-def flange_zone(seed: int, tau: float) -> ZoneGeometry:
+def flange_zone(seed: int, tau: float, shape: tuple[str, tuple[float, ...]]) -> ZoneGeometry:
     """A zone beside where the flange is at a time of the path."""
     pose = BASE @ ARM.forward(joint_path(seed, np.array([tau])))[0]
-    return zone_at(pose[:3, 3] + pose[:3, 0] * 0.35)
+    return zone_at(pose[:3, 3] + pose[:3, 0] * 0.35, shape[1], shape=shape[0])
 
 
 def distances(q: np.ndarray, zone: ZoneGeometry) -> np.ndarray:
     points = transform_points(BASE, ARM.capsules(q))
-    return capsule_box_distance(points, ARM.capsule_radii, zone_box(zone)).min(axis=-1)
+    return np.asarray(zone.solid().capsule_distance(points, ARM.capsule_radii)).min(axis=-1)
 
 
-@given(seed=st.integers(0, 10_000), where=st.floats(0, 1.6), cycle_s=st.sampled_from([CYCLE_S, 0.02]))
+@given(seed=st.integers(0, 10_000), where=st.floats(0, 1.6), shape=SHAPES, cycle_s=st.sampled_from([CYCLE_S, 0.02]))
 @settings(max_examples=60, deadline=None)
-def test_every_touch_lies_inside_a_crossing(seed: int, where: float, cycle_s: float) -> None:
+def test_every_touch_lies_inside_a_crossing(
+    seed: int, where: float, shape: tuple[str, tuple[float, ...]], cycle_s: float
+) -> None:
     taus = cycle_s * np.arange(round(1.6 / cycle_s) + 1)
-    zone = flange_zone(seed, where)
+    zone = flange_zone(seed, where, shape)
     found = crossings(sweep(ARM, BASE, joint_path(seed, taus)), taus, zone, MARGIN_M)
     fine = np.linspace(0, taus[-1], 3001)
     touching = fine[distances(joint_path(seed, fine), zone) <= MARGIN_M]
@@ -48,17 +56,19 @@ def test_every_touch_lies_inside_a_crossing(seed: int, where: float, cycle_s: fl
     assert all(covered)
 
 
-@given(seed=st.integers(0, 10_000), where=st.floats(0, 1.6))
+@given(seed=st.integers(0, 10_000), where=st.floats(0, 1.6), shape=SHAPES)
 @settings(max_examples=30, deadline=None)
-def test_a_robot_held_in_front_of_a_crossing_publishes_a_body_outside_the_zone(seed: int, where: float) -> None:
+def test_a_robot_held_in_front_of_a_crossing_publishes_a_body_outside_the_zone(
+    seed: int, where: float, shape: tuple[str, tuple[float, ...]]
+) -> None:
     taus = CYCLE_S * np.arange(401)
-    zone = flange_zone(seed, where)
+    zone = flange_zone(seed, where, shape)
     body = sweep(ARM, BASE, joint_path(seed, taus))
     found = crossings(body, taus, zone, MARGIN_M)
     held = round(found[0].enter_tau / CYCLE_S) if found else len(taus) - 1
     if held > 0:
         message = body_message(ARM, BASE, [(body, 0, held)])
-        assert not body_touches_box(message, zone_box(zone))
+        assert not body_touches(message, zone.solid())
 
 
 def test_a_crossing_is_not_much_longer_than_the_touch() -> None:
@@ -98,3 +108,9 @@ def test_a_path_far_from_the_zone_does_not_cross_it() -> None:
 def test_there_is_one_time_per_sample() -> None:
     with pytest.raises(WrongShape, match=r"\(50,\)"):
         crossings(sweep(ARM, BASE, np.zeros((50, 6))), np.zeros(49), zone_at(np.zeros(3)), MARGIN_M)
+
+
+def test_zones_that_overlap_on_the_path_have_the_entry_of_the_first_in_common() -> None:
+    paths = [Crossing("c", 5.0, 6.0), Crossing("b", 2.0, 4.0), Crossing("a", 1.0, 3.0), Crossing("a", 4.0, 4.5)]
+    found = [(crossing.zone, crossing.enter_tau, entry) for crossing, entry in with_entry(paths)]
+    assert found == [("a", 1.0, 1.0), ("b", 2.0, 1.0), ("a", 4.0, 1.0), ("c", 5.0, 5.0)]

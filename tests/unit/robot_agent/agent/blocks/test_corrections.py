@@ -5,7 +5,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from cell.geometry.occupied import body_touches_box
+from cell.geometry import body_touches
 from cell.messages import (
     Continue,
     Enable,
@@ -19,7 +19,6 @@ from cell.messages import (
     ZoneState,
     ZoneStatus,
 )
-from robot_agent.workspace import zone_box
 from tests.unit.agent_runs import INTO, near_zone
 from tests.unit.agent_world import CYCLE_S, ZONE
 from tests.unit.measured_world import START, Measured, shares
@@ -206,11 +205,11 @@ def test_a_correction_leads_into_no_zone_without_a_grant() -> None:
     world.until_line(3)
     world.offset_m = (1.15, 0.0, -0.5)
     world.until(lambda: "held by right" in world.state.waiting_for)
-    box = zone_box(ZONE)
-    assert not any(body_touches_box(presence.body, box) for presence in world.presences)
+    box = ZONE.solid()
+    assert not any(body_touches(presence.body, box) for presence in world.presences)
     assert "handover" in world.presences[-1].wants
     world.grant()
-    world.until(lambda: any(body_touches_box(p.body, box) for p in world.presences[-3:]))
+    world.until(lambda: any(body_touches(p.body, box) for p in world.presences[-3:]))
     assert "handover" in world.presences[-1].holds
 
 

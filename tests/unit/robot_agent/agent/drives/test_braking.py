@@ -5,14 +5,14 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from cell.geometry.occupied import body_touches_box
+from cell.geometry import body_touches
 from cell.messages import Disable, Mode, Presence
-from robot_agent.workspace import BRAKING_RESERVE, Braking, zone_box
+from robot_agent.workspace import BRAKING_RESERVE, Braking
 from tests.unit.agent_runs import INTO_ZONE, enabled, running, until
 from tests.unit.agent_world import CYCLE_S, STEP_S, ZONE, AgentWorld
 from tests.unit.body_cover import covers
 
-BOX = zone_box(ZONE)
+BOX = ZONE.solid()
 MOVES = "MJ J1=60 J2=-30 J3=40 J5=60\nMJ J1=-40 J2=40 J4=90 F=60\nMJ J1=20 J3=-30 J5=-40 J6=90\nHOME\nEND"
 UNKNOWN_S = 2.0 * STEP_S
 """How long a robot may brake before its agent hears of it and says so."""
@@ -29,7 +29,7 @@ def into_the_zone() -> AgentWorld:
     world = running(INTO_ZONE)
     world.grant()
     until(world, lambda: world.presences[-1].holds != {} and np.abs(world.velocity).max() > 0.3)
-    until(world, lambda: body_touches_box(world.presences[-1].body, BOX))
+    until(world, lambda: body_touches(world.presences[-1].body, BOX))
     return world
 
 
@@ -72,7 +72,7 @@ def test_a_zone_is_kept_until_the_robot_that_brakes_into_it_is_measured_at_rest(
     while world.braking is not None:
         world.step()
         assert newest(world).holds == token
-        assert body_touches_box(newest(world).body, BOX)
+        assert body_touches(newest(world).body, BOX)
 
 
 def test_a_zone_that_it_did_not_come_into_is_given_back_once_it_stands() -> None:
@@ -83,7 +83,7 @@ def test_a_zone_that_it_did_not_come_into_is_given_back_once_it_stands() -> None
     while world.braking is not None:
         world.step()
         assert newest(world).holds != {}
-        assert not body_touches_box(newest(world).body, BOX)
+        assert not body_touches(newest(world).body, BOX)
     until(world, lambda: at_rest(world), 1.0)
     world.run(0.1)
     assert newest(world).holds == {}
@@ -97,7 +97,7 @@ def test_a_robot_that_stands_inside_a_zone_after_a_stop_keeps_it() -> None:
     world.brake(configured(world))
     until(world, lambda: at_rest(world), 2.0)
     world.run(0.5)
-    assert body_touches_box(newest(world).body, BOX)
+    assert body_touches(newest(world).body, BOX)
     assert newest(world).holds == token
 
 

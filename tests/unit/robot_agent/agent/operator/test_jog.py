@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from cell.core import Frozen, Publish
-from cell.geometry.occupied import body_touches_box
+from cell.geometry import body_touches
 from cell.messages import (
     Continue,
     Enable,
@@ -27,7 +27,6 @@ from cell.messages import (
 )
 from robot_agent.agent.operator.jogging import HELD_S
 from robot_agent.trajectory.sources import JOG_SPEED_M_S
-from robot_agent.workspace import zone_box
 from tests.unit.agent_world import CYCLE_S, STEP_S, ZONE, AgentWorld
 
 PROGRAM = "MJ J1=30 F=30\nEND"
@@ -175,12 +174,12 @@ def test_it_stops_in_front_of_a_zone_of_another_robot_and_enters_once_it_is_gran
     key = Key(world, jog("J2", 0.3))
     key.hold(3.0, until=lambda: "held by right" in world.state.waiting_for and not moves(world))
     key.hold(2 * STEP_S)
-    box = zone_box(ZONE)
-    assert not any(body_touches_box(presence.body, box) for presence in world.presences)
+    box = ZONE.solid()
+    assert not any(body_touches(presence.body, box) for presence in world.presences)
     assert "handover" in world.presences[-1].wants
     world.grant()
-    key.hold(2.0, until=lambda: body_touches_box(world.presences[-1].body, box))
-    assert body_touches_box(world.presences[-1].body, box)
+    key.hold(2.0, until=lambda: body_touches(world.presences[-1].body, box))
+    assert body_touches(world.presences[-1].body, box)
     assert world.presences[-1].holds == {"handover": world.zone.token}
 
 

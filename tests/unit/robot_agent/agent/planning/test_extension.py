@@ -5,14 +5,13 @@ import pickle
 import numpy as np
 import pytest
 
-from cell.geometry.occupied import body_touches_box
+from cell.geometry import body_touches
 from cell.messages import Continue, Enable, Halt, Mode, ProgramState, ResetRobot, Run, SetOverride, Step
 from robot_agent.agent.planning import lookahead
 from robot_agent.agent.planning.dry_run import dry_run
 from robot_agent.agent.planning.plans import Extended
 from robot_agent.language import parse_program
 from robot_agent.trajectory.timing.optimal.interior_point import Search
-from robot_agent.workspace import zone_box
 from tests.unit.agent_rounds import ROUND, TO_START, extensions, speeds
 from tests.unit.agent_runs import enabled, running, until
 from tests.unit.agent_world import CYCLE_S, ZONE, AgentWorld
@@ -198,12 +197,12 @@ def test_steps_end_at_every_block_of_an_extended_motion_and_behind_them_it_is_ex
 def test_zone_that_an_extension_enters_is_not_entered_before_it_is_granted() -> None:
     world = on_its_rounds(TO_START + 4 * ROUND + "ML X=2450 Y=0 Z=1400 F=800\nML X=1500 F=800\nEND")
     until(world, lambda: world.state.waiting_for.startswith("zone handover"))
-    box = zone_box(ZONE)
+    box = ZONE.solid()
     assert extensions(world) != []
-    assert not any(body_touches_box(each.body, box) for each in world.presences)
+    assert not any(body_touches(each.body, box) for each in world.presences)
     world.grant()
     until(world, lambda: world.state.program.state is ProgramState.DONE)
-    assert any(body_touches_box(each.body, box) for each in world.presences)
+    assert any(body_touches(each.body, box) for each in world.presences)
 
 
 def test_short_moves_are_planned_far_enough_ahead_and_the_robot_does_not_stop_between_them() -> None:

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from cell.messages import Clearance, Refusal, Sections
-from robot_agent.agent.blocks.passed import Passed, Span
+from robot_agent.agent.planning.passed import Passed, Span
 from robot_agent.agent.planning.planner import Planner
 from robot_agent.agent.planning.plans import Planned, PlanRequest
 from robot_agent.agent.space.shared_space import SharedSpace, Use, onward
