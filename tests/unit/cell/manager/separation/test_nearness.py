@@ -148,7 +148,7 @@ def rolling_ways() -> dict[str, Sections]:
     rng = np.random.default_rng(11)
     found = {}
     for number, (robot, links) in enumerate(ROBOTS.items()):
-        middle = np.array([0.75 * number, 0.0, 0.0])
+        middle = np.array([[0.0, 0.0, 0.0], [0.75, 0.0, 0.0], [0.25, 0.75, 0.0]][number])
         points = rng.integers(-2, 3, (LENGTH, links, 2, 3)) / 4.0 + middle
         points[:, 0] = np.array([[0, 0, 0], [0.5, 0, 0]]) + middle
         points[::3] += [0, 0, 0.875]
@@ -164,34 +164,46 @@ DISTANCES = {
 
 @contextmanager
 def little_memory() -> Iterator[None]:
-    with patch.multiple(nearness, _ASKED=4, _RESERVED=6, _BOUNDED=3, _AT_ONCE=40):
+    with patch.multiple(nearness, _ASKED=4, _RESERVED=5, _BOUNDED=3, _AT_ONCE=40):
         yield
 
 
-stretches = st.builds(lambda start, count: np.arange(start, start + count), st.integers(0, LENGTH), st.integers(0, 5))
+def check_call(one: Nearness, pair: tuple[str, str], part: np.ndarray, other_part: np.ndarray, known: bool) -> None:
+    robot, other = pair
+    fixed = [frozenset(each for each in FIXED if known and each < ROBOTS[name]) for name in pair]
+    distances = without_fixed(DISTANCES[pair], *fixed)[part][:, :, other_part]
+    found = one.first_too_near(robot, WAYS[robot][part], other, WAYS[other][other_part])
+    check(found, distances, MARGINS.get(frozenset(pair), MARGIN))
+
+
+stretches = st.builds(lambda start, count: np.arange(start, start + count), st.integers(0, LENGTH), st.integers(0, 3))
 parts = st.builds(lambda *both: np.concatenate(both), stretches, stretches)
 """Of a way, as when a robot changes its mind: what it keeps, and what comes then."""
 rolls = st.lists(st.tuples(st.integers(-1, 2), st.integers(-1, 2)), min_size=2, max_size=8)
 calls = st.lists(st.tuples(st.sampled_from(sorted(DISTANCES)), parts, parts, rolls, st.booleans()), max_size=8)
 
 
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=100, deadline=None)
 @given(calls)
 def test_what_is_remembered_never_makes_an_answer_another_one(
     calls: list[tuple[tuple[str, str], np.ndarray, np.ndarray, list[tuple[int, int]], bool]],
 ) -> None:
-    fixed = NOBODY
+    shape = {"known": True}
     with little_memory():
-        one = separation(MARGIN, MARGINS, lambda _: fixed)
-        for (robot, other), part, other_part, steps, known in calls:
-            fixed = FIXED if known else NOBODY
-            counted = (frozenset(each for each in fixed if each < ROBOTS[name]) for name in (robot, other))
-            distances = without_fixed(DISTANCES[robot, other], *counted)
+        one = separation(MARGIN, MARGINS, lambda _: FIXED if shape["known"] else NOBODY)
+        for pair, part, other_part, steps, shape["known"] in calls:
             for step, other_step in [(0, 0), *steps]:
                 part, other_part = ((part + step) % LENGTH, (other_part + other_step) % LENGTH)
-                found = one.first_too_near(robot, WAYS[robot][part], other, WAYS[other][other_part])
-                margin = MARGINS.get(frozenset((robot, other)), MARGIN)
-                check(found, distances[part][:, :, other_part], margin)
+                check_call(one, pair, part, other_part, shape["known"])
+
+
+def test_a_memory_that_forgets_all_the_time_is_never_wrong() -> None:
+    rng, pairs = np.random.default_rng(14), sorted(DISTANCES)
+    with little_memory():
+        one = separation(MARGIN, MARGINS, lambda _: NOBODY)
+        for _ in range(2500):
+            part, other_part = (rng.integers(0, LENGTH // 2, rng.integers(1, most + 2)) for most in (4, 5))
+            check_call(one, pairs[rng.integers(len(pairs))], part, other_part, False)
 
 
 def test_long_ways_that_roll_past_each_other_are_told_as_without_memory() -> None:
