@@ -19,6 +19,7 @@ from bench.gateway import gateways
 from bench.governor import governed
 from bench.kinematics import kinematics
 from bench.load import load
+from bench.nearness import nearness
 from bench.rest import rests
 from bench.timing import Row, median_s
 from bench.workspace import workspace
@@ -128,6 +129,7 @@ def main() -> None:
     for row in [
         *inverse,
         *distances(),
+        *nearness(),
         *own,
         *emergency_stop(),
         *simulated_drives(),

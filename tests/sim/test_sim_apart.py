@@ -34,7 +34,7 @@ def test_arms_that_would_collide_stop_in_front_of_each_other(tmp_path: Path, pro
     assert free.nearest_m < 0.0, "these programs do not collide: the test shows nothing"
     kept = Apart(apart_cell(tmp_path / "kept", programs))
     kept.run(8.0)
-    assert MARGIN_M <= kept.nearest_m < 3.0 * MARGIN_M
+    assert MARGIN_M <= kept.nearest_m < 0.12
     assert kept.forced == []
 
 
