@@ -7,7 +7,7 @@ import pytest
 from cell.messages import Halt, Heard, Jog, JogFrame, JogHeld, Mode
 from tests.sim.apart_cell import MARGIN_M, Apart, apart_cell
 from tests.sim.network import Weather
-from tests.unit.config_world import TWO_ARMS
+from tests.unit.config_world import TWO_ARMS, Copy
 
 TO_THE_MIDDLE = """MJ J1={turn:g} J2=-12 J3=65 J4=0 J5=37 J6=0 F=100
 ML X={x:g} Y={y:g} Z={z:g} A=0 B=90 C=0 F=1500
@@ -53,6 +53,18 @@ def test_the_example_needs_no_zone(tmp_path: Path) -> None:
     assert took_s < 16.0, "with its zone it takes 15.8 s"
     assert cell.nearest_m > MARGIN_M
     assert cell.forced == []
+
+
+def test_in_the_shared_room_arms_would_collide_and_come_to_their_end(tmp_path: Path) -> None:
+    copy, file = Copy(tmp_path).slow_buses("shared_room"), "shared_room/cell.yaml"
+    kept = Apart(copy.folder / file)
+    kept.run(30.0)
+    assert kept.done
+    assert kept.nearest_m > MARGIN_M
+    free = Apart(copy.change(file, "separation: {margin: 30}", "# no separation").folder / file)
+    while free.nearest_m > 0.0 and not free.done:
+        free.run(0.5)
+    assert free.nearest_m < 0.0
 
 
 def test_with_lost_and_late_messages_programs_come_to_their_end(tmp_path: Path) -> None:

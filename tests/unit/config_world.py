@@ -39,11 +39,11 @@ class Copy:
         file.write_text(f"{file.read_text()}{line}\n")
         return self
 
-    def slow_buses(self) -> "Copy":
+    def slow_buses(self, cell: str = "two_arms") -> "Copy":
         """Cycles of 20 ms instead of 4, for tests in which the bus matters less than the time that they take."""
         for side in ("left", "right"):
-            self.change(f"two_arms/{side}_drives.yaml", "cycle_s: 0.004", "cycle_s: 0.02")
-        return self.change(CELL, "times: {", "times: {lead_s: 0.05, nominal_s: 0.16, ")
+            self.change(f"{cell}/{side}_drives.yaml", "cycle_s: 0.004", "cycle_s: 0.02")
+        return self.change(f"{cell}/cell.yaml", "times: {", "times: {lead_s: 0.05, nominal_s: 0.16, ")
 
     def place(self, name: str, at: str) -> str:
         """`file:line:column` of the one place in the file `name` that reads like `at`, counted at its mark `§`."""
