@@ -58,14 +58,12 @@ from robot_agent.agent.zones.zone_claims import ZoneClaims
 from robot_agent.dynamics import AxisTorques, axis_torques
 from robot_agent.kinematics import OpenMechanism
 from robot_agent.language import Program
-from robot_agent.workspace import standing
+from robot_agent.workspace import ROOM_M, standing
 
 _STALE_CYCLES = 5
 _SIGN_AHEAD_TICKS = 5
 _SIGN_SAMPLES = 3
 """A sign of life begins so far ahead, and has so many samples."""
-_ROOM_M = 0.01
-"""A robot that stands keeps so much room around it, for what it is pushed, and to begin the next motion in."""
 
 
 class AgentCore:
@@ -362,7 +360,7 @@ class AgentCore:
             return Use(model=planner.model)
         stands = Sections()
         if self._rest.standing:
-            stands = standing(planner.model, planner.pose_world_base, feedback.position, _ROOM_M)
+            stands = standing(planner.model, planner.pose_world_base, feedback.position, ROOM_M)
         return Use(self.space.beside_blocks(body, stands), planner.model)
 
     # What the robot holds

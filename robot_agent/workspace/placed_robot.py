@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cell.config.settings import JointRange, PoseSettings, RobotSettings
+from cell.geometry import transform_points
 from cell.geometry.pose import pose_from
 from robot_agent.kinematics import Model, load_model, model_of
 from robot_agent.trajectory import Limits
@@ -69,6 +70,11 @@ class PlacedRobot:
             for parts, each in held.items()
         }
         return cls(model, limits, pose, things, spaces, holding, kept_apart)
+
+    @property
+    def body_at_home(self) -> NDArray[np.float64]:
+        """Capsules at the home position in world, `(c, 2, 3)` [m]."""
+        return transform_points(self.pose_world_base, self.model.capsules(self.model.home))
 
 
 def _holdings(model: Model) -> list[tuple[str, ...]]:

@@ -26,6 +26,8 @@ from robot_agent.workspace.swept_body import Sweep
 
 FOLLOWING_M = 0.010
 """How far the measured robot may be from the commanded one."""
+ROOM_M = 0.010
+"""A robot that stands keeps so much room around it, for what it is pushed, and to begin the next motion in."""
 _SECTION_S = 0.010
 _SECTION_M = 0.010
 """A section lasts as long as `_SECTION_S`, or as the end that moves fastest needs for this, if that is longer."""

@@ -9,8 +9,7 @@ from cell.commands.checks.readings import Readings
 from cell.config.document import Document
 from cell.config.frame_entry import FrameTree
 from cell.config.problem import Problem
-from cell.geometry import capsule_distance, transform_points
-from cell.geometry.arrays import Array
+from cell.geometry import capsule_distance
 from robot_agent.kinematics import Model
 from robot_agent.workspace import Itself, PlacedRobot, named, part_of
 
@@ -41,9 +40,7 @@ def _within(document: Document, model: Model) -> Iterator[Problem]:
 
 
 def _between(readings: Readings, models: dict[str, Model]) -> Iterator[Problem]:
-    bodies = {
-        robot: _at_home(readings, robot, model) for robot, model in models.items() if robot in readings.cell.robots
-    }
+    bodies = {robot: each.body_at_home for robot, each in placed(readings, models).items()}
     for one, other in combinations(bodies, 2):
         mine_m, its_m = models[one].capsule_radii[:, None], models[other].capsule_radii
         gaps = capsule_distance(bodies[one][:, None], mine_m, bodies[other], its_m)
@@ -56,9 +53,11 @@ def _between(readings: Readings, models: dict[str, Model]) -> Iterator[Problem]:
             yield readings.document.problem(("robots", other, "base"), found, allowed, at_key=True)
 
 
-def _at_home(readings: Readings, robot: str, model: Model) -> Array:
-    """Capsules at home in world `(c, 2, 3)`."""
-    entry = readings.cell.robots[robot]
-    base = FrameTree(readings.cell.frames).in_world(entry.base.settings(), entry.frame)
-    placed = PlacedRobot.at(model, base)
-    return transform_points(placed.pose_world_base, model.capsules(model.home))
+def placed(readings: Readings, models: dict[str, Model]) -> dict[str, PlacedRobot]:
+    """The robots whose model is known, at their bases in world, without things and spaces."""
+    frames = FrameTree(readings.cell.frames)
+    return {
+        robot: PlacedRobot.at(models[robot], frames.in_world(entry.base.settings(), entry.frame))
+        for robot, entry in readings.cell.robots.items()
+        if robot in models
+    }

@@ -10,6 +10,7 @@ from rich.table import Table
 
 from cell.commands.checks import CellBundle, check_cell
 from cell.commands.checks.motions import ProgramCourse, check_motions, listed
+from cell.commands.checks.separation import robots_apart
 from cell.config.problem import Problem, refuses
 from drive_gateway.config import GatewaySettings
 from drive_gateway.config.bus_load import bus_load
@@ -71,7 +72,20 @@ def _summary(bundle: CellBundle, courses: list[ProgramCourse]) -> Group:
         robots_first = sorted(zone.robots, key=lambda robot: -zone.priority.get(robot, 0))
         who = ", ".join(f"{robot} ({n})" if (n := zone.priority.get(robot)) else robot for robot in robots_first)
         zones.add_row(name, zone.shape, _millimetres(zone.size_m), _millimetres(zone.pose.position_m), who)
-    return Group(title, robots, programs, gateways, *([zones] if cell.zones else []))
+    shared = [zones] if cell.zones else []
+    return Group(title, robots, programs, gateways, *shared, *_kept_apart(bundle))
+
+
+def _kept_apart(bundle: CellBundle) -> list[Table | str]:
+    """What cleared space means in this cell, by pairs of robots."""
+    if bundle.cell.separation is None:
+        return []
+    table = _table("kept apart", "margin mm", "apart at home mm", "bases apart mm", "reach mm")
+    pairs = robots_apart(bundle.cell.separation, bundle.robots)
+    for pair in pairs:
+        lengths = _millimetres((pair.margin_m, pair.home_m, pair.bases_m)).split(", ")
+        table.add_row(", ".join(pair.robots), *lengths, _millimetres(pair.reaches_m))
+    return [table, *(note for pair in pairs for note in pair.notes)]
 
 
 def _millimetres(xyz: tuple[float, ...]) -> str:

@@ -8,7 +8,7 @@ from typer.testing import CliRunner
 
 from cell.commands.cell_command import app
 from robot_agent.model import FAMILIES
-from tests.unit.config_world import CELL, TWO_ARMS, Copy
+from tests.unit.config_world import CELL, CONFIGS, TWO_ARMS, Copy
 
 RUNNER = CliRunner()
 
@@ -20,13 +20,26 @@ def test_a_good_cell_is_summed_up_with_exit_0() -> None:
         assert text in result.output
 
 
+def test_robots_that_are_kept_apart_are_told_how_far_they_are_and_whom_a_lost_one_stops() -> None:
+    result = RUNNER.invoke(app, ["check", str(CONFIGS / "shared_room" / "cell.yaml")], env={"COLUMNS": "120"})
+    assert result.exit_code == 0
+    (row,) = [line.split() for line in result.output.splitlines() if line.startswith(" left, right ")]
+    assert row == ["left,", "right", "30", "1560", "3600", "4085,", "4085"]
+    far = "reaches 4085 mm, their bases are 3600 mm apart."
+    assert result.output.splitlines()[-2:] == [
+        f"While right does not know where it is, left cannot move: right {far}",
+        f"While left does not know where it is, right cannot move: left {far}",
+    ]
+
+
 def test_a_bad_cell_is_its_problems_with_exit_1(tmp_path: Path) -> None:
     copy = Copy(tmp_path).add(CELL, "colour: red")
     result = RUNNER.invoke(app, ["check", str(copy.cell)])
     assert result.exit_code == 1
     assert copy.shown(result.output) == (
         f"{copy.place(CELL, '§colour')}: colour: found unknown key 'colour', allowed one of cell, units, manager, "
-        "robots, gateways, frames, conveyors, zones, meetings, things, separation, times, on_manager_return\n1 problem in 1 file\n"
+        "robots, gateways, frames, conveyors, zones, meetings, things, separation, times, "
+        "on_manager_return\n1 problem in 1 file\n"
     )
 
 
