@@ -1,6 +1,7 @@
 """The table that `cell up` and `cell status` show, and the same as plain lines."""
 
 from collections.abc import Iterable
+from textwrap import wrap
 
 from rich.text import Text
 
@@ -42,9 +43,16 @@ def cell_table(settings: CellSettings, seen: Snapshot, width: int) -> Text:
         reason = labelled_why(state) if state is not None else "its agent does not answer"
         if robot in lost and not reason:
             reason = f"not referenced: {lost[robot]}"
-        text.append(f"{'':{robots}}  {reason}".rstrip() + "\n", "yellow")
+        text.append(_indented(reason, robots + 2, width) + "\n", "yellow")
     text.append("\n".join(footer(settings, seen)))
     return text
+
+
+def _indented(reason: str, indent: int, width: int) -> str:
+    """Below the robot's mode; what is longer than a line goes on there."""
+    margin = " " * indent
+    lines = wrap(reason, width, initial_indent=margin, subsequent_indent=margin, break_on_hyphens=False)
+    return "\n".join(lines)
 
 
 def _cells(state: RobotState | None, placed: bool) -> tuple[str, str, str, Iterable[str], str, str]:

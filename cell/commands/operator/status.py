@@ -13,7 +13,8 @@ from cell.commands.options import CELL_FILE, CellFileOption, ConnectOption
 from cell.config.settings import CellSettings
 from cell.messages import Mode
 
-NO_TERMINAL_WIDTH = 200
+NO_TERMINAL_WIDTH = 10_000
+"""What is read by programs is not wrapped."""
 STOPPED, FAULTY = 3, 4
 """Exit codes."""
 

@@ -100,7 +100,10 @@ class Nearness:
                 first = near.section[wrong].min()
                 wrong = wrong[near.section[wrong] == first]
                 nearest = int(wrong[near.distance[wrong].argmin()])
-                rule = f"nearer than {1e3 * margin:g} mm they may only part"
+                parts = kept[near.link[nearest], near.other_link[nearest]] < margin
+                rule = (
+                    f"nearer than {1e3 * margin:g} mm they may only part" if parts else f"{1e3 * margin:g} mm are kept"
+                )
                 return start + int(first), self._refusal(robot, other, near, nearest, rule)
         return None
 

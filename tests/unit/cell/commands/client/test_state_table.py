@@ -129,6 +129,17 @@ def test_a_robot_that_must_home_has_no_place_and_is_told_what_to_do() -> None:
     assert unreferenced(Snapshot(gateways={"left_bus": starting})) == {}
 
 
+def test_a_long_reason_goes_on_below_itself_and_in_one_line_where_there_is_room() -> None:
+    where = "where right's link 4 may be; nearer than 30 mm they may only part"
+    why_not = f"left's link 4 would come within 24.8 mm of {where}"
+    waiting = dataclasses.replace(RUNNING, waiting_for=why_not)
+    assert lines(80, waiting)[3:5] == [
+        "       waits: left's link 4 would come within 24.8 mm of where right's link 4",
+        "       may be; nearer than 30 mm they may only part",
+    ]
+    assert lines(1000, waiting)[3] == f"       waits: {why_not}"
+
+
 def test_no_row_is_wider_than_the_terminal() -> None:
     program = ProgramStatus(
         "left.prog", ProgramState.RUNNING, 1008, "ML X=-1650.5 Y=-1000.5 Z=1350.25 A=10 B=90 C=0 F=900"

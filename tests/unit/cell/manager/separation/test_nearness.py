@@ -349,10 +349,14 @@ def test_each_pair_of_links_keeps_its_own_distance() -> None:
     present, one = body(0.11, 0.14), separation()
     assert one.first_too_near("left", present, "right", reserved) is not None
     assert one.first_nearer("left", body(0.111, 0.131), "right", reserved, present) is None
-    for asked in (body(0.109, 0.2), body(0.2, 0.129), body(0.2, 0.13 - 5e-7)):
+    for asked, rule in (
+        (body(0.109, 0.2), "nearer than 30 mm they may only part"),
+        (body(0.2, 0.129), "30 mm are kept"),
+        (body(0.2, 0.13 - 5e-7), "30 mm are kept"),
+    ):
         found = one.first_nearer("left", asked, "right", reserved, present)
         assert found is not None
-        assert found[1].text.endswith("; nearer than 30 mm they may only part")
+        assert found[1].text.endswith(f"; {rule}")
 
 
 def test_a_part_that_is_gripped_while_too_near_keeps_the_margin() -> None:
