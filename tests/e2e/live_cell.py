@@ -114,12 +114,12 @@ class Recorder:
 class LiveCell:
     """A running cell of a test; leaving the `with` block ends every process that belongs to it."""
 
-    def __init__(self, folder: Path, cycle_s: float = 0.01) -> None:
-        """The cell with two arms. Unless its buses cycle as shipped it leaves half of a small computer free."""
+    def __init__(self, folder: Path, cycle_s: float = 0.01, cell: str = "two_arms") -> None:
+        """A cell of `cell_configs`. Unless its buses cycle as shipped it leaves half of a small computer free."""
         self.folder = folder
         configs = folder / "cell_configs"
         shutil.copytree(ROOT / "cell_configs", configs, ignore=shutil.ignore_patterns(".zencell"))
-        self.file = configs / "two_arms" / "cell.yaml"
+        self.file = configs / cell / "cell.yaml"
         self._move_to_free_ports()
         self._set_cycle(cycle_s)
         self.settings = load_cell(self.file)
