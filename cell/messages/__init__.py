@@ -71,7 +71,7 @@ from cell.messages.robot_state import (
     Reserve,
     RobotState,
 )
-from cell.messages.sections import Clearance, Refusal, Sections, Way
+from cell.messages.sections import Clearance, PlannedWay, Refusal, Sections, Way
 from cell.messages.setpoints import OutputEvent, SetpointBlock
 from cell.messages.state import STATES, Urgency
 from cell.messages.zone import ZoneGeometry
@@ -131,6 +131,7 @@ __all__ = [
     "OutputEvent",
     "PaceStatus",
     "PlaceFrame",
+    "PlannedWay",
     "PlayoutState",
     "Presence",
     "PressAxis",
