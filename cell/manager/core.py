@@ -28,6 +28,7 @@ from cell.messages import (
     Heard,
     ManagerState,
     PlaceFrame,
+    PlannedWay,
     Presence,
     Reply,
     ResetEstop,
@@ -90,6 +91,8 @@ class ManagerCore:
                 self._hear_presence(message, now)
                 self._setup.heard_robot(message, now)
                 self._confirmed(message.estop_acknowledged, f"robot {message.robot}", now)
+            case PlannedWay() if self._separation is not None:
+                self._separation.planned(message)
             case GatewayState():
                 self._setup.heard_gateway(message)
                 self._confirmed(message.estop, f"gateway {message.gateway}", now)

@@ -87,7 +87,7 @@ class AgentCore:
         self.link = GatewayLink(robot, boot, cell.digest, cell.robots[robot].gateway)
         inputs = {each.name: each.off_while for each in cell.robots[robot].spaces if each.off_while is not None}
         self.zones = ZoneClaims(robot, boot, cell.times.fresh_s, inputs)
-        self.space = SharedSpace(robot, kept_apart=cell.separation is not None)
+        self.space = SharedSpace(robot, boot, kept_apart=cell.separation is not None)
         self._frames = HeardFrames(cell.robots[robot].things)
         self.run = ProgramRun(program)
         self.report = Reporter(robot, boot)
@@ -339,14 +339,29 @@ class AgentCore:
         newest = executive.timeline.newest if block is None else block
         ahead = self._doing(self.mode).ahead(newest, planner, feedback.tick, now) if self.space.kept_apart else None
         use, meets = Use(used, planner.model, ahead, passed.widen_m), self.meetings.told(self.mode)
+        told = self._outlook(executive, feedback.owner, now)
         presence = self._announcer.presence(
             feedback.owner, self.mode, meets, body, use, wants, stop_time_s, self._estops, now
         )
+        told.append(presence)
         if block is None:
-            return [presence]
+            return told
         runs = self.mode is Mode.RUNNING
         events = self.run.events(block, executive, halted=not runs)
-        return [presence, Publish(executive.sent(block, events, runs, self.space.epoch))]
+        return [*told, Publish(executive.sent(block, events, runs, self.space.epoch))]
+
+    def _outlook(self, executive: Executive, owner: int, now: float) -> list[Effect]:
+        """What the program has planned, where robots are kept apart, for the manager."""
+        if not self.space.kept_apart:
+            return []
+        lookahead = self.run.lookahead
+        motions: tuple[Planned, ...] = ()
+        if self.run.running and not self.run.correction and not self.pace.backwards:
+            lookahead.looks_further = self.space.look_further
+            motions = lookahead.motions(executive.timeline.newest.path)
+        self.space.outlook.look(owner, motions, more=lookahead.goes_on)
+        news = self.space.outlook.news(now)
+        return [] if news is None else [Publish(news)]
 
     def _may_send(
         self, executive: Executive, passed: Passed, used: Sections, feedback: DriveFeedback, now: float

@@ -5,8 +5,9 @@ from collections.abc import Iterable
 from cell.config.settings import CellSettings
 from cell.manager.separation.ledger import Ledger
 from cell.manager.separation.nearness import Nearness
+from cell.manager.separation.order import Order
 from cell.manager.setup_turns import SetupNews
-from cell.messages import Clearance, Presence, Severity
+from cell.messages import Clearance, PlannedWay, Presence, Severity
 
 
 class Separation:
@@ -24,7 +25,12 @@ class Separation:
         nearness = Nearness(
             settings.separation.margin_m, margins, lambda robot: self._fixed.get(robot, frozenset()), self._link
         )
-        self._ledger = Ledger(settings.robots, boot, epoch, nearness)
+        self._order = Order(nearness)
+        self._ledger = Ledger(settings.robots, boot, epoch, nearness, self._order)
+
+    def planned(self, way: PlannedWay) -> None:
+        """Take what a robot has planned."""
+        self._order.planned(way)
 
     def hear(self, presence: Presence) -> Iterable[SetupNews]:
         """Take a presence, whatever its age; what there is to tell of it."""

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from cell.messages import Body, Clearance, ManagerState, Sections, Way
 from robot_agent.agent.planning.passed import Passed, Span
 from robot_agent.agent.planning.plans import Planned
+from robot_agent.agent.space.outlook import Outlook
 from robot_agent.agent.space.owned_space import OwnedSpace
 from robot_agent.kinematics import Model
 from robot_agent.trajectory import Hold
@@ -36,8 +37,11 @@ class Use:
 class SharedSpace:
     """Of one robot in a cell that keeps its robots apart; in another one (`kept_apart` false) all space is free."""
 
-    def __init__(self, robot: str, *, kept_apart: bool) -> None:
+    def __init__(self, robot: str, boot: str, *, kept_apart: bool) -> None:
         self._robot = robot
+        self.outlook = Outlook(robot, boot)
+        self.look_further = False
+        """The manager knows too little of what the robot has planned: its way ends in that of another one."""
         self.kept_apart = kept_apart
         self._owned = OwnedSpace(0, 0)
         self._refusal = ""
@@ -62,6 +66,7 @@ class SharedSpace:
         """Take a clearance, unless it is old or for another robot."""
         if clearance.robot == self._robot and self._owned.take(clearance):
             self._refusal = "" if clearance.refused is None else clearance.refused.text
+            self.look_further = clearance.look_further
 
     @property
     def epoch(self) -> int:
@@ -174,7 +179,7 @@ class SharedSpace:
         capsules = range(len(use.model.body))
         links = tuple(named(part_of(use.model, capsule)).removeprefix("the ") for capsule in capsules)
         fixed = tuple(capsule for capsule in capsules if use.model.body[capsule].link == 0)
-        return Way(whole, committed, owned, links, fixed)
+        return Way(whole, committed, owned, links, fixed, self.outlook.plan, self.outlook.pieces(whole))
 
     def _mine(self, sections: Sections) -> NDArray[np.bool_]:
         """Which of them are owned."""
