@@ -43,7 +43,7 @@ from cell.messages.manager_commands import (
     SetEstop,
     TeachFrame,
 )
-from cell.messages.manager_state import ManagerState, SetupStatus, ZoneDeadlock, ZoneState, ZoneStatus
+from cell.messages.manager_state import Deadlock, ManagerState, SetupStatus, ZoneState, ZoneStatus
 from cell.messages.meeting import Arrival, Attendance, MeetingStatus, Meets
 from cell.messages.presence import Body, Presence
 from cell.messages.robot_commands import (
@@ -99,6 +99,7 @@ __all__ = [
     "ConveyorCount",
     "Correction",
     "CorrectionStatus",
+    "Deadlock",
     "Disable",
     "DisableDrives",
     "DriveFeedback",
@@ -168,7 +169,6 @@ __all__ = [
     "Way",
     "Who",
     "WriteObject",
-    "ZoneDeadlock",
     "ZoneGeometry",
     "ZoneState",
     "ZoneStatus",

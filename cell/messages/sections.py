@@ -6,7 +6,7 @@ from typing import Annotated
 import numpy as np
 from numpy.typing import NDArray
 
-from cell.messages.common import Count, Few, Name, Number, Text
+from cell.messages.common import Count, Duration, Few, Name, Number, Text
 from cell.messages.state import Urgency, state
 
 Single = NDArray[np.float32]
@@ -112,6 +112,8 @@ class Refusal:
     other_link: Name = ""
     distance_m: Number = 0.0
     """Of the two links, their growth included."""
+    since: Duration = 0.0
+    """Cell time [s] since which the robot has been cleared nothing."""
 
 
 @state("robot/{robot}/clearance", Urgency.REAL_TIME)

@@ -113,3 +113,11 @@ def test_a_jog_stands_in_front_of_the_other_arm_and_leads_away_from_it(tmp_path:
     assert cell.nearest_m >= MARGIN_M
     assert cell.forced == []
     assert cell.world.seen.robots["left"].mode is not Mode.FAULT
+
+
+def test_a_stand_off_is_named_with_what_frees_them(tmp_path: Path) -> None:
+    cell = Apart(apart_cell(tmp_path, {side: _to_the_middle_and_stay(2000) for side in ("left", "right")}))
+    cell.run(8.0)
+    (event,) = [each for each in cell.world.seen.events if each.code == "space_standoff"]
+    assert event.text.startswith("left and right wait for each other: left's link")
+    assert "jog it away" in event.remedy, "both want to stay there: no way back frees them"

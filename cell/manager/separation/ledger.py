@@ -8,6 +8,7 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Protocol
 
+from cell.geometry import capsule_distance
 from cell.messages import Body, Presence
 from cell.messages.common import Vector
 from cell.messages.sections import Clearance, Refusal, Sections
@@ -140,6 +141,16 @@ class Ledger:
     def reserved(self, robot: str) -> list[Sections]:
         """All that a robot may use."""
         return self._robots[robot].reserved()
+
+    def intruded(self, name: str, body: Body) -> str:
+        """In whose reserved space a robot is measured, by the present pose of its body; empty: in nobody's."""
+        capsules = body.poses[:1, :, None].astype(float), body.radii_m[None, :, None].astype(float)
+        for other, robot in self._robots.items():
+            for some in robot.reserved() if other != name else ():
+                points, radii = some.points[:, None].astype(float), some.radii[:, None].astype(float)
+                if len(some) and (capsule_distance(*capsules, points, radii) <= 0.0).any():
+                    return other
+        return ""
 
     def clear(self) -> list[Clearance]:
         """Answer what was asked for since the last call, one robot after another."""

@@ -22,6 +22,7 @@ from cell.messages import (
     CellTime,
     Command,
     Correction,
+    Deadlock,
     Estop,
     Heard,
     ManagerState,
@@ -38,7 +39,6 @@ from cell.messages import (
     SetupStatus,
     Token,
     Way,
-    ZoneDeadlock,
     ZoneGeometry,
     ZoneState,
     ZoneStatus,
@@ -357,7 +357,7 @@ def full_cell() -> ManagerState:
     meetings = {f"meeting_{n}": MeetingStatus(tuple(robots[:8]), missing, arrivals, 12.5) for n in range(16)}
     return ManagerState(
         "cell", "boot", 2, 99, 12.5, "digest", heard, zones, texts, stops, SetupStatus("robot_number_0", False, long),
-        texts, heard, (ZoneDeadlock(tuple(robots), tuple(robots), 1.0, long, long),), {f"f{n}": n for n in range(50)},
+        texts, heard, (Deadlock(tuple(robots), tuple(robots), 1.0, long, long),), {f"f{n}": n for n in range(50)},
         meetings,
     )  # fmt: skip
 
