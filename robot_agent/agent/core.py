@@ -417,6 +417,10 @@ class AgentCore:
         grown = self._standing(executive, holding, feedback)
         entered = sorted(self._announcer.entered(grown.passed(feedback, None).body))
         closed = [zone for zone in entered if not self.zones.permitted(zone, now)]
+        room = standing(holding.model, holding.pose_world_base, feedback.commanded, _ROOM_M)
+        if not closed and not self.space.room_for(room):
+            self.run.held_up = self.space.why
+            return executive, planner
         if closed:
             self._grown_into = frozenset(closed)
             self.run.held_up = self.zones.why_not(closed[0])

@@ -14,6 +14,7 @@ from cell.config.settings import (
     OnManagerReturn,
     PoseSettings,
     RobotSettings,
+    SeparationSettings,
     SpaceSettings,
     ThingSettings,
     Times,
@@ -25,6 +26,7 @@ from cell.messages import (
     Call,
     Claim,
     ClaimGrant,
+    Clearance,
     Command,
     DisableDrives,
     DriveFeedback,
@@ -38,6 +40,7 @@ from cell.messages import (
     OutputEvent,
     PlayoutState,
     Presence,
+    Refusal,
     Release,
     Reply,
     ResetDrives,
@@ -91,20 +94,32 @@ class AgentWorld:
         corrections: dict[str, CorrectionSettings] | None = None,
         spaces: tuple[SpaceSettings, ...] = (),
         things: tuple[ThingSettings, ...] = (),
+        separation: SeparationSettings | None = None,
     ) -> None:
         arm = arm or model()
         names = arm.joint_names
         self.planner = Planner(
-            PlacedRobot.at(arm, things=Things(arm, things, "left"), spaces=Spaces(arm, spaces)), CYCLE_S
+            PlacedRobot.at(
+                arm,
+                things=Things(arm, things, "left"),
+                spaces=Spaces(arm, spaces),
+                kept_apart=separation is not None,
+            ),
+            CYCLE_S,
         )
         parsed = parse_program(program, "left.prog", names)
         self.agent = AgentCore(
-            settings(on_manager_return, times or Times(), corrections or {}, spaces, things),
+            replace(
+                settings(on_manager_return, times or Times(), corrections or {}, spaces, things), separation=separation
+            ),
             "left",
             lambda _: self.planner,
             parsed,
             "boot",
         )
+        self.clears: int | None = None
+        """So many sections the manager clears of each presence that asks; None: all."""
+        self._clearances = 0
         self.events: list[Event] = []
         self.other_zones: tuple[ZoneGeometry, ...] = ()
         """Beside the one that may be another's: the robot has these as long as it wants or holds them."""
@@ -306,6 +321,19 @@ class AgentWorld:
         state = replace(state, meetings=self.meetings)
         self.agent.receive(Arrived(state, self.now), self.now)
 
+    def _clear(self, presence: Presence) -> None:
+        """Answers a presence that asks for room at the next step."""
+        way = presence.way
+        asked = len(way.sections) - way.owned
+        if asked == 0 or self.manager_silent:
+            return
+        self._clearances += 1
+        cleared = asked if self.clears is None else min(self.clears, asked)
+        refused = None if cleared == asked else Refusal("right", "right is in the way")
+        self.agent.receive(
+            Clearance("left", "m", 5, presence.owner, presence.sequence, self._clearances, cleared, refused), self.now
+        )
+
     def _gateway_state(self, inputs: dict[str, bool | None]) -> GatewayState:
         counters = BusCounters(0, 0, 0.0, 0, 0, 0, 0.0)
         heard = Heard("m", self._sequence)
@@ -322,6 +350,7 @@ class AgentWorld:
                 self.events.append(event)
             case Publish(Presence() as presence):
                 self.presences.append(presence)
+                self._clear(presence)
             case Publish(RobotState() as state):
                 self.states.append(state)
             case Ask(ask_id, _, Call(id=id, command=command)):

@@ -47,6 +47,8 @@ class SharedSpace:
         self._refusal = ""
         self._way = Sections()
         """What was said last: all that is owned is in there."""
+        self._wanted: Sections | None = None
+        """What a robot that stands wants to grow into."""
         self.beside_path = False
         """The robot is measured farther from its path than its sections have room for."""
 
@@ -104,6 +106,14 @@ class SharedSpace:
     def owns(self, sections: Sections) -> bool:
         """Whether all of these may be used."""
         return bool(self._mine(sections).all())
+
+    def room_for(self, sections: Sections) -> bool:
+        """Whether a robot that stands may grow into these; where not, they are asked for next."""
+        if not self.kept_apart or self.owns(sections):
+            self._wanted = None
+            return True
+        self._wanted = sections
+        return False
 
     def outside(self, path: Sweep) -> str:
         """Why a robot may not go through samples that no plan has cut; empty when it may."""
@@ -168,8 +178,9 @@ class SharedSpace:
         """The way for the presence with this sequence; what is not asked for any more is given up."""
         if not self.kept_apart or use.model is None:
             return Way()
-        renounce = use.ahead is None
-        whole = use.sections if use.ahead is None else _united(use.sections, use.ahead)
+        ahead, self._wanted = use.ahead if self._wanted is None else self._wanted, None
+        renounce = ahead is None
+        whole = use.sections if ahead is None else _united(use.sections, ahead)
         ids, committed = whole.ids.tolist(), len(use.sections)
         owned = self._owned.follow(ids, committed, renounce=renounce)
         self._owned.ask(sequence, ids[owned:])
