@@ -26,6 +26,8 @@ from robot_agent.workspace.swept_body import Sweep
 
 FOLLOWING_M = 0.010
 """How far the measured robot may be from the commanded one."""
+BACKING_RATE = 0.5
+"""Sections cover quick stops on the way back up to this rate; those at full rate would let them grow by 14 % more."""
 _SECTION_S = 0.010
 _SECTION_M = 0.010
 """A section lasts as long as `_SECTION_S`, or as the end that moves fastest needs for this, if that is longer."""
@@ -79,7 +81,7 @@ def cut(braking: Braking, path: Sweep, taus: Array, q: Array, qd: Array) -> Moti
 
     A quick stop that begins at `tau` at rate 1 or less is covered: at each moment the robot is within one of the
     sections from that of `tau` to that in which a braking ramp along the path can end at the earliest. Whoever has the
-    sections that its blocks may play has these. Backwards that holds up to half of the planned speed.
+    sections that its blocks may play has these. Backwards that holds up to `BACKING_RATE`.
     """
     edges = _edges(path, taus, 0)
     stops = _QuickStops(braking, taus, q, qd)

@@ -20,7 +20,7 @@ from robot_agent.language import Interpreter, MotionStep, parse_program
 from robot_agent.paths import JointMove, Line, Sequence
 from robot_agent.trajectory import Limits, Motion, plan
 from robot_agent.workspace import Braking, PlacedRobot, sweep
-from robot_agent.workspace.sections import FOLLOWING_M, MotionSections, cut, extended, standing, within
+from robot_agent.workspace.sections import BACKING_RATE, FOLLOWING_M, MotionSections, cut, extended, standing, within
 from tests.unit.random_moves import sequence
 from tests.unit.repository import ROOT
 from tests.unit.six_axis_paths import BASE, joint_path
@@ -171,13 +171,16 @@ def test_the_harder_drives_are_told_to_brake_the_less_sections_grow_for_quick_st
     assert twice < 0.8 * half_more < 0.8 * 0.8 * as_ramps
 
 
-@given(seed=st.integers(0, SEEDS - 1), share=st.floats(0.0, 1.0))
+@pytest.mark.parametrize("name", MODELS)
+@given(seed=st.integers(0, SEEDS - 1), share=st.floats(0.0, 1.0), harder=st.sampled_from([1.0, 1.5]))
 @settings(max_examples=40, deadline=None)
-def test_a_quick_stop_on_the_way_back_at_half_speed_stays_in_the_sections_behind(seed: int, share: float) -> None:
-    motion, found, drives = motion_of("six_axis", seed), cut_motion("six_axis", seed), braking("six_axis")
+def test_a_quick_stop_on_the_way_back_at_the_rate_for_that_stays_in_the_sections_behind(
+    name: str, seed: int, share: float, harder: float
+) -> None:
+    motion, found, drives = motion_of(name, seed), cut_motion(name, seed, harder), braking(name, harder)
     tau = share * motion.duration_s
-    points = stopping(motion, drives, tau, -0.5)
-    assert each_within_one(points, ARM.capsule_radii, tight(found.sections[: found.index(tau) + 1]))
+    points = stopping(motion, drives, tau, -BACKING_RATE)
+    assert each_within_one(points, drives.model.capsule_radii, tight(found.sections[: found.index(tau) + 1]))
 
 
 @given(seed=st.integers(0, 10_000))
