@@ -162,7 +162,7 @@ class Planner:
 
         found: list[Touch | Breach | None] = [self.things.first_touch(onward, taus, points_at)]
         if self.spaces:
-            watched = self.spaces.watched(onward, self.pose_world_base, motion.q(taus))
+            watched = self.spaces.watched(onward, self.pose_world_base, self.model.forward(motion.q(taus)))
             found.append(
                 self.spaces.first_breach(watched, taus, watched_at, planned.spaces_off.union(self.spaces.inputs))
             )
@@ -231,7 +231,7 @@ class Planner:
         versions = {zone.zone: zone.version for zone in zones}
         shut: tuple[Crossing, ...] = ()
         if self.spaces.inputs:
-            watched = self.spaces.watched(body, self.pose_world_base, motion.q(taus))
+            watched = self.spaces.watched(body, self.pose_world_base, self.model.forward(motion.q(taus)))
             shut = self.spaces.switched_by_input(watched, taus)
         sections = cut(self._braking, body, taus, motion.q(taus), motion.qd(taus)) if self._kept_apart else None
         return Planned(id, lines, motion, taus, body, crossed, versions, held=self.held, shut=shut, sections=sections)
