@@ -72,9 +72,14 @@ class AgentCore:
     """One robot. The shell calls `step` every 20 ms; `boot` is new at each start."""
 
     def __init__(
-        self, cell: CellSettings, robot: str, planner_for: Callable[[float], Planner], program: Program, boot: str
+        self,
+        cell: CellSettings,
+        robot: str,
+        planner_for: Callable[[float, tuple[float, ...]], Planner],
+        program: Program,
+        boot: str,
     ) -> None:
-        """`planner_for` gives the robot's planner for a gateway's cycle [s], which is known when the claim is."""
+        """`planner_for` gives the robot's planner for the cycle [s] and the quick stop that a claim tells."""
         self._cell = cell
         self._robot = robot
         self._boot = boot
@@ -178,9 +183,9 @@ class AgentCore:
             self._owner = self.link.grant.owner
             self.space.claimed(self._owner, self.link.grant.epoch)
             self.run.outputs.claimed(self.link.grant.outputs)
-        planner = self._planner
-        if planner is None or planner.cycle_s != self.link.grant.cycle_s:
-            planner = self._planner_for(self.link.grant.cycle_s)
+        planner, told = self._planner, (self.link.grant.cycle_s, self.link.grant.quick_stop)
+        if planner is None or told != (planner.cycle_s, planner.quick_stop):
+            planner = self._planner_for(*told)
             self.parts.declare(planner.model.description.parts)
             planner = self._plan_with(planner.holding(self.parts.held))
             self.clock.ticks_last(planner.cycle_s)

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from cell.messages import Halt, Heard, Jog, JogFrame, JogHeld, Mode
+from cell.messages import Halt, Heard, Jog, JogFrame, JogHeld, Mode, SetOverride
 from tests.sim.apart_cell import MARGIN_M, Apart, apart_cell
 from tests.sim.network import Weather
 from tests.unit.config_world import TWO_ARMS
@@ -82,6 +82,30 @@ def test_a_killed_manager_and_a_killed_agent_cost_time_and_nothing_else(tmp_path
     cell.run(40.0)
     assert cell.done
     assert cell.nearest_m > MARGIN_M
+
+
+def test_a_robot_goes_back_at_half_of_the_planned_speed_at_most_whatever_the_override(tmp_path: Path) -> None:
+    cell, rates = Apart(apart_cell(tmp_path, ASIDE)), list[tuple[float, str]]()
+    world, clock = cell.world, cell.world.clock
+
+    def under_way() -> bool:
+        state = world.seen.robots.get("left")
+        governor = None if state is None else state.governor
+        return governor is not None and governor.rate > 0.99 and governor.tau_s > 0.4
+
+    assert clock.run_until(clock.now + 10.0, under_way)
+    world.operate("robot/left", SetOverride(-100.0))
+
+    def goes_back() -> bool:
+        governor = world.seen.robots["left"].governor
+        assert governor is not None
+        rates.append((governor.rate, governor.ruled_by))
+        return len(rates) > 3 and governor.rate == 0.0 and min(rates)[0] < 0.0
+
+    assert clock.run_until(clock.now + 10.0, goes_back)
+    assert min(rates)[0] == pytest.approx(-0.5, abs=0.01)
+    assert (min(rates)[0], "robots are kept apart") in rates
+    assert cell.forced == []
 
 
 def _jog(cell: Apart, speed_m_s: float, seconds: float) -> float:

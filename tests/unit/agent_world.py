@@ -3,6 +3,7 @@
 import time
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -98,22 +99,22 @@ class AgentWorld:
     ) -> None:
         arm = arm or model()
         names = arm.joint_names
-        self.planner = Planner(
-            PlacedRobot.at(
-                arm,
-                things=Things(arm, things, "left"),
-                spaces=Spaces(arm, spaces),
-                kept_apart=separation is not None,
-            ),
-            CYCLE_S,
+        self._placed = PlacedRobot.at(
+            arm,
+            things=Things(arm, things, "left"),
+            spaces=Spaces(arm, spaces),
+            kept_apart=separation is not None,
         )
+        self.planner = Planner(self._placed, CYCLE_S)
+        self.brakes: tuple[float, ...] = ()
+        """The quick stop that the next claim tells."""
         parsed = parse_program(program, "left.prog", names)
         self.agent = AgentCore(
             replace(
                 settings(on_manager_return, times or Times(), corrections or {}, spaces, things), separation=separation
             ),
             "left",
-            lambda _: self.planner,
+            self._planner_for,
             parsed,
             "boot",
         )
@@ -217,6 +218,11 @@ class AgentWorld:
         for _ in range(round(STEP_S / CYCLE_S)):
             self._play()
         self.now += STEP_S
+
+    def _planner_for(self, *told: Any) -> Planner:
+        if told != (self.planner.cycle_s, self.planner.quick_stop):
+            self.planner = Planner(self._placed, *told)
+        return self.planner
 
     def quick_stop(self, beside: NDArray[np.float64] | float = 0.0) -> None:
         """The drives stop at once, `beside` `(n,)` where they are commanded to be, and have no torque any more."""
@@ -378,7 +384,7 @@ class AgentWorld:
         match command:
             case Claim():
                 axes = self.planner.model.joint_names
-                grant = ClaimGrant(7, CYCLE_S, self.tick, axes, "gateway", self.torques, self.outputs)
+                grant = ClaimGrant(7, CYCLE_S, self.tick, axes, "gateway", self.torques, self.outputs, 0, self.brakes)
                 return Reply(id, True, "yours", grant)
             case EnableDrives():
                 self.enabled = True

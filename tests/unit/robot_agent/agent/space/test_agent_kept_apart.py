@@ -122,10 +122,10 @@ def test_a_part_is_taken_once_there_is_room_for_it() -> None:
     world.run(1.0)
     assert world.state.part == ""
     assert world.state.waiting_for == "right is in the way"
-    world.clears = None
+    world.clears, before = None, len(world.presences)
     until(world, lambda: world.state.part == "rod")
-    taken = next(
-        k for k, each in enumerate(world.presences) if len(each.body.radii_m) > len(world.presences[0].body.radii_m)
-    )
-    assert _used(world.presences[taken]) <= _owned(world.presences[taken - 1])
+    world.run(0.1)
+    capsules = [len(each.body.radii_m) for each in world.presences]
+    taken = next(k for k in range(before, len(capsules)) if capsules[k] > capsules[before - 1])
+    assert _used(world.presences[taken]) <= set(world.presences[taken - 1].way.sections.ids.tolist()), "asked before"
     until(world, lambda: world.state.program.state is ProgramState.DONE)
