@@ -19,6 +19,7 @@ from bench.gateway import gateways
 from bench.governor import governed
 from bench.kinematics import kinematics
 from bench.load import load
+from bench.makespan import makespan
 from bench.nearness import nearness
 from bench.rest import rests
 from bench.timing import Row, median_s
@@ -130,6 +131,7 @@ def main() -> None:
         *inverse,
         *distances(),
         *nearness(),
+        *makespan(),
         *own,
         *emergency_stop(),
         *simulated_drives(),

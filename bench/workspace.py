@@ -31,7 +31,7 @@ def workspace(model: Model, motion: Motion) -> Iterator[Row]:
         file = _ball(Path(folder))
         things, spaces = Things(model, tuple(_free_things(model, motion, body, file))), Spaces(model, _spaces(body))
     taus = motion.grid
-    q = motion.q(taus)
+    flange = model.forward(motion.q(taus))  # who sweeps a block has worked it out already
 
     def points_at(taus: Array) -> Array:
         return transform_points(_WORLD, model.capsules(motion.q(taus)))
@@ -41,12 +41,12 @@ def workspace(model: Model, motion: Motion) -> Iterator[Row]:
 
     def whole() -> None:
         touch = things.first_touch(body, taus, points_at)
-        breach = spaces.first_breach(spaces.watched(body, _WORLD, q), taus, watched_at, ())
+        breach = spaces.first_breach(spaces.watched(body, _WORLD, flange), taus, watched_at, ())
         if touch or breach:
             raise AssertionError(f"{touch} {breach}")
 
     def at_run_time() -> None:
-        way = things.in_the_way(block) or spaces.in_the_way(spaces.watched(block, _WORLD, q[:BLOCK]), ())
+        way = things.in_the_way(block) or spaces.in_the_way(spaces.watched(block, _WORLD, flange[:BLOCK]), ())
         if way:
             raise AssertionError(way)
 

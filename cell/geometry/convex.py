@@ -103,7 +103,7 @@ class Faces:
         heights = np.einsum("mek,pk->pme", segments, self._normals).swapaxes(0, 1) - self._offsets[:, None]
         least = np.abs(heights).min(axis=-1)
         least[heights[..., 0] * heights[..., 1] <= 0.0] = 0.0
-        middle, way = segments.mean(axis=1), segments[:, 1] - segments[:, 0]
+        middle, way = (segments[:, 0] + segments[:, 1]) / 2.0, segments[:, 1] - segments[:, 0]
         halves = np.sqrt(np.einsum("mk,mk->m", way, way)) / 2.0
         away = middle[:, None] - self._centres
         np.maximum(least, np.sqrt(np.einsum("mpk,mpk->mp", away, away)) - self._balls - halves[:, None], out=least)

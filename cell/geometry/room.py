@@ -72,6 +72,8 @@ class Room:
         inside = (self._out(axes[:, 0]) <= CRACK_M) & (distances.min(axis=1, initial=np.inf) > _TOUCHES_M)
         nearest = (distances - self._nearer).min(axis=1, initial=np.inf)
         outside = ~inside
+        if not outside.any():
+            return np.asarray(nearest)
         along = axes[outside, None, 0] + _PLACES[:, None] * (axes[outside, 1] - axes[outside, 0])[:, None]
         nearest[outside] = -np.maximum(self._out(along).max(axis=1, initial=0.0), 0.0) - max(self.extra)
         return np.asarray(nearest)

@@ -1,5 +1,6 @@
 """The exact distance between line segments, and so between capsules."""
 
+import math
 from collections.abc import Callable
 
 import numpy as np
@@ -40,7 +41,7 @@ def segment_distance(first: Array, second: Array) -> Array:
     """
     first, second = _segments(first, "first"), _segments(second, "second")
     shape = np.broadcast_shapes(first.shape, second.shape)
-    pairs = int(np.prod(shape[:-2]))
+    pairs = math.prod(shape[:-2])
     if pairs <= _AT_ONCE:
         return _distance(*(each.reshape((1,) * (len(shape) - each.ndim) + each.shape) for each in (first, second)))
     one, other = (np.broadcast_to(each, shape).reshape(-1, 2, 3) for each in (first, second))
@@ -73,13 +74,16 @@ def _segments(points: Array, which: str) -> Array:
 
 
 def _distance(first: Array, second: Array) -> Array:
-    a, b = (np.ascontiguousarray(np.moveaxis(each, (-2, -1), (0, 1))) for each in (first, second))
+    pairs = first.ndim - 2
+    order = pairs, pairs + 1, *range(pairs)
+    a, b = (np.ascontiguousarray(each.transpose(order)) for each in (first, second))
     u, v, w = a[1] - a[0], b[1] - b[0], b[0] - a[0]
     uu, vv, uv, uw, vw = _dot(u, u), _dot(v, v), _dot(u, v), _dot(u, w), _dot(v, w)
     normal = _cross(u, v)
-    s = _share(_dot(_cross(w, v), normal), _dot(normal, normal))
-    t = _share(uv * s - vw, vv)
-    s = _share(uv * t + uw, uu)
+    with np.errstate(over="ignore"):
+        s = _share(_dot(_cross(w, v), normal), _dot(normal, normal))
+        t = _share(uv * s - vw, vv)
+        s = _share(uv * t + uw, uu)
     away = w + t * v - s * u
     return np.asarray(np.sqrt(_dot(away, away)))
 
@@ -87,16 +91,18 @@ def _distance(first: Array, second: Array) -> Array:
 def _share(way: Array, whole: Array) -> Array:
     """`way / whole` in 0 to 1; 0 where there is no whole."""
     share = np.zeros(way.shape)
-    with np.errstate(over="ignore"):
-        np.divide(way, whole, out=share, where=whole > 0.0)
-    return np.clip(share, 0.0, 1.0, out=share)
+    np.divide(way, whole, out=share, where=whole > 0.0)
+    return np.asarray(np.minimum(np.maximum(share, 0.0, out=share), 1.0, out=share))
 
 
-def _dot(a: Array, b: Array) -> Array:
+Parts = Array | tuple[Array, Array, Array]
+
+
+def _dot(a: Parts, b: Parts) -> Array:
     """Of vectors `(3, ...)`."""
     return np.asarray(a[0] * b[0] + a[1] * b[1] + a[2] * b[2])
 
 
-def _cross(a: Array, b: Array) -> Array:
+def _cross(a: Array, b: Array) -> Parts:
     """Of vectors `(3, ...)`."""
-    return np.stack([a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]])
+    return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]

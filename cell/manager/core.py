@@ -13,7 +13,7 @@ from cell.manager.meetings import Meetings
 from cell.manager.occupancy import ZoneSpace
 from cell.manager.presences import MOST_STRANGERS, Presences
 from cell.manager.records import JournalFailed, JournalWritten, Store, Stored, ZoneDecided
-from cell.manager.separation.separation import Separation
+from cell.manager.separation.separation import Separation, SpaceNews
 from cell.manager.setup_turns import SetupTurns
 from cell.manager.zone_turns import ZoneTurns
 from cell.manager.zones import Intrusion, Sight, Zone
@@ -28,6 +28,7 @@ from cell.messages import (
     Heard,
     ManagerState,
     PlaceFrame,
+    PlannedWay,
     Presence,
     Reply,
     ResetEstop,
@@ -90,6 +91,8 @@ class ManagerCore:
                 self._hear_presence(message, now)
                 self._setup.heard_robot(message, now)
                 self._confirmed(message.estop_acknowledged, f"robot {message.robot}", now)
+            case PlannedWay() if self._separation is not None:
+                self._separation.planned(message)
             case GatewayState():
                 self._setup.heard_gateway(message)
                 self._confirmed(message.estop, f"gateway {message.gateway}", now)
@@ -114,12 +117,17 @@ class ManagerCore:
         left_out = bool(self._presences.strangers_left_out)
         if self._separation is not None:
             for news in self._separation.hear(presence):
-                self._tell(news.severity, news.code, news.text, news.remedy)
+                self._tell_of_space(news, now)
         self._presences.hear(presence, lambda robot: any(robot in zone.suspects for zone in self._zones.values()), now)
         if not left_out and (names := self._presences.strangers_left_out):
             text = f"more than {MOST_STRANGERS} robots that are not in the cell file report themselves; left out: "
             remedy = "stop agents that do not belong to this cell, or start them with its cell file"
             self._tell(Severity.ALARM, "too_many_robots", text + ", ".join(sorted(names)), remedy)
+
+    def _tell_of_space(self, news: SpaceNews, now: float) -> None:
+        self._tell(news.severity, news.code, news.text, news.remedy)
+        if news.stops:
+            self._stop_all(news.text, now)
 
     def _confirmed(self, estop_id: str | None, who: str, now: float) -> None:
         effects = self._latch.heard_confirmation(estop_id, who, now)
@@ -161,7 +169,10 @@ class ManagerCore:
         self._publish_state(sights, refused, now)
         self._publish_geometry(now)
         if self._separation is not None:
-            self._effects += map(Publish, self._separation.clear())
+            clearances, told = self._separation.clear(self._cell_time(now))
+            self._effects += map(Publish, clearances)
+            for news in told:
+                self._tell_of_space(news, now)
         self._effects += self._latch.step(self._presences.acknowledged(now), self._presences.silent(now), now)
         effects, self._effects = self._effects, []
         return effects
@@ -183,9 +194,13 @@ class ManagerCore:
             return
         self._tell(Severity.ALARM, "zone_breach", where, f"look at the robots, then `cell reset`; {way_out}")
         self._breaches[intrusion.zone, intrusion.robot] = f"{where}: {way_out}"
+        self._stop_all(where, now)
+
+    def _stop_all(self, why: str, now: float) -> None:
+        """A protective stop."""
         self._protective_stops += 1
         stop_id = f"protective-{self._boot}-{self._protective_stops}"
-        self._set_estop(Estop(stop_id, True, "manager", f"protective stop: {where}"), now)
+        self._set_estop(Estop(stop_id, True, "manager", f"protective stop: {why}"), now)
 
     def _follow_changes(
         self,
@@ -344,7 +359,7 @@ class ManagerCore:
             setup=self._setup.status,
             setup_refused=dict(self._setup.refused),
             heard_gateways=self._setup.heard(),
-            deadlocks=self._deadlocks.present,
+            deadlocks=(*self._deadlocks.present, *(self._separation.standoffs if self._separation is not None else ())),
             frames=dict(self._frames.versions),
             meetings=self._meetings.present,
         )

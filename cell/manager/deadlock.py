@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from cell.manager.zones import Sight, Zone
-from cell.messages import Token, ZoneDeadlock, ZoneState
+from cell.messages import Deadlock, Token, ZoneState
 
 _NOW_S = 0.1
 """A zone that is wanted within so long is one that the robot waits for, if it does not get it."""
@@ -19,7 +19,7 @@ LASTING_S = 1.0
 class _Circle:
     seen_first: float
     seen_last: float
-    deadlock: ZoneDeadlock | None = None
+    deadlock: Deadlock | None = None
     """Once it was told."""
 
 
@@ -30,13 +30,13 @@ class DeadlockWatch:
         self._circles: dict[tuple[tuple[str, str], ...], _Circle] = {}
 
     @property
-    def present(self) -> tuple[ZoneDeadlock, ...]:
+    def present(self) -> tuple[Deadlock, ...]:
         """Those that were told and still last."""
         return tuple(circle.deadlock for circle in self._circles.values() if circle.deadlock is not None)
 
     def look(
         self, zones: Mapping[str, Zone], sights: Mapping[str, Mapping[str, Sight]], cell_time: float, now: float
-    ) -> list[ZoneDeadlock]:
+    ) -> list[Deadlock]:
         """The deadlocks that are new; `sights` by zone and robot."""
         for steps in _circles(_waiting(zones, sights)):
             self._circles.setdefault(steps, _Circle(now, now)).seen_last = now
@@ -80,7 +80,7 @@ def _circle(start: str, waiting: Mapping[str, Mapping[str, str]]) -> tuple[tuple
     return ()
 
 
-def _deadlock(steps: tuple[tuple[str, str], ...], zones: Mapping[str, Zone], cell_time: float) -> ZoneDeadlock:
+def _deadlock(steps: tuple[tuple[str, str], ...], zones: Mapping[str, Zone], cell_time: float) -> Deadlock:
     """Named, with the way out: the robot that got its zone last goes back."""
     blocked_by = {zones[zone].holder: (zone, robot) for robot, zone in steps}
     back = max(blocked_by, key=lambda robot: zones[blocked_by[robot][0]].token or Token(0, 0))
@@ -92,4 +92,4 @@ def _deadlock(steps: tuple[tuple[str, str], ...], zones: Mapping[str, Zone], cel
         f"--help`), which ends its program; {other} goes on by itself, after it `cell override {back} 100` and "
         f"`cell continue {back}`, or `cell run {back}`"
     )
-    return ZoneDeadlock(tuple(robot for robot, _ in steps), tuple(zone for _, zone in steps), cell_time, text, remedy)
+    return Deadlock(tuple(robot for robot, _ in steps), tuple(zone for _, zone in steps), cell_time, text, remedy)

@@ -92,7 +92,7 @@ class ManagerShell:
         self._tokens = tokens
         self._writer = writer
         self._frame_file = FrameFile()
-        self._states = session.watch("robot/*/presence", "gateway/*/state")
+        self._states = session.watch("robot/*/planned_way", "robot/*/presence", "gateway/*/state")
         self._estops = session.queue("estop")
         self._calls = session.serve("manager")
 

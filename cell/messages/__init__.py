@@ -43,7 +43,7 @@ from cell.messages.manager_commands import (
     SetEstop,
     TeachFrame,
 )
-from cell.messages.manager_state import ManagerState, SetupStatus, ZoneDeadlock, ZoneState, ZoneStatus
+from cell.messages.manager_state import Deadlock, ManagerState, SetupStatus, ZoneState, ZoneStatus
 from cell.messages.meeting import Arrival, Attendance, MeetingStatus, Meets
 from cell.messages.presence import Body, Presence
 from cell.messages.robot_commands import (
@@ -71,7 +71,7 @@ from cell.messages.robot_state import (
     Reserve,
     RobotState,
 )
-from cell.messages.sections import Clearance, Refusal, Sections, Way
+from cell.messages.sections import Clearance, PlannedWay, Refusal, Sections, Way
 from cell.messages.setpoints import OutputEvent, SetpointBlock
 from cell.messages.state import STATES, Urgency
 from cell.messages.zone import ZoneGeometry
@@ -99,6 +99,7 @@ __all__ = [
     "ConveyorCount",
     "Correction",
     "CorrectionStatus",
+    "Deadlock",
     "Disable",
     "DisableDrives",
     "DriveFeedback",
@@ -131,6 +132,7 @@ __all__ = [
     "OutputEvent",
     "PaceStatus",
     "PlaceFrame",
+    "PlannedWay",
     "PlayoutState",
     "Presence",
     "PressAxis",
@@ -167,7 +169,6 @@ __all__ = [
     "Way",
     "Who",
     "WriteObject",
-    "ZoneDeadlock",
     "ZoneGeometry",
     "ZoneState",
     "ZoneStatus",

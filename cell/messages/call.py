@@ -9,7 +9,7 @@ from typing import Annotated, ClassVar, TypeVar
 
 from annotated_types import MaxLen
 
-from cell.messages.common import Count, Duration, Few, Heard, Name, Text
+from cell.messages.common import Count, Duration, Few, Heard, Name, Number, Text
 
 SWITCHED_ON_WITHIN_S = 12.0
 """Drives that charge their DC link first take up to 10 s (`switch_on_s` of an axis), and their brakes."""
@@ -81,6 +81,8 @@ class ClaimGrant:
     """The robot's digital outputs, which `SetpointBlock.events` may switch."""
     epoch: Count = 0
     """The highest of a manager that any block for this robot told of; whatever an earlier one clears does not count."""
+    quick_stop: Annotated[tuple[Number, ...], Few] = ()
+    """[rad/s^2 or m/s^2] with which the drive of each of `axes` brakes by itself; empty: not told."""
 
 
 @dataclass(frozen=True, slots=True)

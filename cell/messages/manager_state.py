@@ -45,8 +45,11 @@ class SetupStatus:
 
 
 @dataclass(frozen=True, slots=True)
-class ZoneDeadlock:
-    """Robots that wait for each other: each needs now the zone at its place in `zones`, which the next one holds."""
+class Deadlock:
+    """Robots that wait for each other: each needs now the zone at its place in `zones`, which the next one holds.
+
+    Without zones: each needs now the room in which the next one stands.
+    """
 
     robots: Annotated[tuple[Name, ...], Few]
     zones: Annotated[tuple[Name, ...], Few]
@@ -80,7 +83,7 @@ class ManagerState:
     """Robots that are to be set up and must wait: why, for people."""
     heard_gateways: Annotated[dict[Name, Heard], Few] = field(default_factory=dict)
     """Gateway: its newest state that the manager received."""
-    deadlocks: Annotated[tuple[ZoneDeadlock, ...], Few] = ()
+    deadlocks: Annotated[tuple[Deadlock, ...], Few] = ()
     frames: Annotated[dict[Name, Count], Few] = field(default_factory=dict)
     """Frame: the version in force."""
     meetings: Annotated[dict[Name, MeetingStatus], Few] = field(default_factory=dict)

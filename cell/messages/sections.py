@@ -6,11 +6,13 @@ from typing import Annotated
 import numpy as np
 from numpy.typing import NDArray
 
-from cell.messages.common import Count, Few, Name, Number, Text
+from cell.messages.common import Count, Duration, Few, Name, Number, Text
 from cell.messages.state import Urgency, state
 
 Single = NDArray[np.float32]
 """As it travels."""
+Pieces = NDArray[np.uint32]
+NO_PIECE = 2**32 - 1
 MOST_SECTIONS = 2000
 """In one presence."""
 
@@ -71,6 +73,31 @@ class Way:
     """The link that each of a section's capsules is of."""
     fixed: Annotated[tuple[Count, ...], Few] = ()
     """The capsules that never move: of the base."""
+    plan: Count = 0
+    """Number of the `PlannedWay` that `pieces` count in; 0: none."""
+    pieces: Pieces = field(default_factory=lambda: np.empty(0, np.uint32))
+    """`(s,)`: the piece of the planned way in which each section lies; `NO_PIECE` for one that lies in none. Empty
+    without a plan."""
+
+
+@state("robot/{robot}/planned_way")
+@dataclass(frozen=True, slots=True, eq=False)
+class PlannedWay:
+    """The space of all motions that a robot has planned, in coarse pieces: by it robots do not block each other.
+
+    Repeated, and told anew when more is planned; the robot is somewhere along it.
+    """
+
+    robot: Name
+    boot: Name
+    owner: Count
+    """The claim of its agent."""
+    number: Count
+    """Grows with each new plan under one claim; from 1."""
+    more: bool
+    """The program goes on after these motions."""
+    pieces: Sections = field(default_factory=Sections)
+    """In the order in which they are passed."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -85,6 +112,8 @@ class Refusal:
     other_link: Name = ""
     distance_m: Number = 0.0
     """Of the two links, their growth included."""
+    since: Duration = 0.0
+    """Cell time [s] since which the robot has been cleared nothing."""
 
 
 @state("robot/{robot}/clearance", Urgency.REAL_TIME)
@@ -105,3 +134,5 @@ class Clearance:
     cleared: Count
     refused: Refusal | None = None
     """Why not all of it was cleared."""
+    look_further: bool = False
+    """What is known of the robot's plan ends in the way of another one: more of its program should be planned."""

@@ -61,13 +61,28 @@ Presence:
 | 10 | u16 | p, number of its poses |
 | 12 | u16 | k, number of capsules of a section |
 | 14 | u16 | s, number of sections |
-| 16 | utf-8 | the head: a JSON object of all that is no array |
+| 16 | u16 | t, number of pieces |
+| 18 | utf-8 | the head: a JSON object of all that is no array |
 | then | s u64 | ids of the sections |
+| then | t u32 | their pieces: t is s with a plan, else 0 |
 | then | c f32 | radii_m of the body |
 | then | p f32 | its growth_m |
 | then | p * c * 6 f32 | its poses: ax, ay, az, bx, by, bz of each capsule, one pose after the other |
 | then | s * k f32 | radii of the sections |
 | then | s * k * 6 f32 | points of the sections, as the poses |
+
+PlannedWay:
+
+| offset | type | field |
+|---|---|---|
+| 0 | 4 bytes | magic `ZPW1` |
+| 4 | u32 | length of the head in bytes |
+| 8 | u16 | k, number of capsules of a piece |
+| 10 | u16 | s, number of pieces |
+| 12 | utf-8 | the head: a JSON object of all that is no array |
+| then | s u64 | ids of the pieces |
+| then | s * k f32 | radii of the pieces |
+| then | s * k * 6 f32 | points of the pieces: ax, ay, az, bx, by, bz of each capsule, one piece after the other |
 """
 
 import struct
@@ -77,7 +92,7 @@ from numpy.typing import NDArray
 
 from cell.messages import AxisStatus, Body, DriveFeedback, OutputEvent, PlayoutState, SetpointBlock
 from cell.messages.presence import MOST_CAPSULES, MOST_POSES
-from cell.messages.sections import MOST_SECTIONS, Sections, Single
+from cell.messages.sections import MOST_SECTIONS, Pieces, Sections, Single, Way
 from cell.messages.setpoints import MOST_EVENTS
 from cell.net.errors import CodecError
 
@@ -96,8 +111,10 @@ _EVENT = struct.Struct("<QQHB")
 _FEEDBACK = struct.Struct("<4s6QIBBHHHI")
 _SETPOINTS_MAGIC = b"ZSB4"
 _FEEDBACK_MAGIC = b"ZDF4"
-_BODY = struct.Struct("<4sIHHHH")
+_BODY = struct.Struct("<4sIHHHHH")
 _BODY_MAGIC = b"ZPR2"
+_PLANNED = struct.Struct("<4sIHH")
+_PLANNED_MAGIC = b"ZPW1"
 
 
 def encode_setpoints(block: SetpointBlock) -> bytes:
@@ -222,38 +239,74 @@ def decode_feedback(data: bytes) -> DriveFeedback:
     )  # fmt: skip
 
 
-def encode_presence(head: bytes, body: Body, sections: Sections) -> bytes:
+def encode_presence(head: bytes, body: Body, way: Way) -> bytes:
     """The bytes of a presence: its head, and the arrays of its body and way. Raises `CodecError` if they do not fit."""
-    c, p, s = len(body.radii_m), len(body.growth_m), len(sections.ids)
-    k = sections.radii.shape[-1]
+    c, p = len(body.radii_m), len(body.growth_m)
     if body.poses.size != 6 * c * p or len(body.poses) != p:
         found = f"radii_m {body.radii_m.shape}, growth_m {body.growth_m.shape}, poses {body.poses.shape}"
         raise CodecError("Presence", f"{found}: allowed are (c,), (p,), (p, c, 2, 3)")
+    of_body = _body_values(body.radii_m, body.growth_m, body.poses)
+    _check_body(of_body, c, p)
+    ids, of_way = _section_values("Presence", way.sections)
+    k, s, t = way.sections.radii.shape[-1], len(way.sections), len(way.pieces)
+    if t not in (0, s):
+        raise CodecError("Presence", f"{t} pieces of {s} sections: allowed are none or one of each")
+    header = _BODY.pack(_BODY_MAGIC, len(head), c, p, k, s, t)
+    pieces = way.pieces.astype("<u4").tobytes()
+    return header + head + ids + pieces + of_body.tobytes() + of_way.tobytes()
+
+
+def decode_presence(data: bytes) -> tuple[bytes, tuple[Single, Single, Single], Sections, Pieces]:
+    """The head; radii `(c,)`, growth `(p,)`, poses `(p, c, 2, 3)` of the body; the sections and their pieces.
+
+    Raises `CodecError`.
+    """
+    reader = _Reader("Presence", data)
+    length, c, p, k, s, t = reader.header(_BODY, _BODY_MAGIC)
+    head = reader.take(length)
+    if t not in (0, s):
+        raise CodecError("Presence", f"{t} pieces of {s} sections: allowed are none or one of each")
+    count = c + p + 6 * c * p
+    reader.expect(8 * s + 4 * (t + count + 7 * s * k))
+    ids = reader.ids(s)
+    pieces = np.frombuffer(reader.take(4 * t), dtype="<u4").astype(np.uint32)
+    body = reader.singles(count)
+    _check_body(body, c, p)
+    arrays = body[:c], body[c : c + p], body[c + p :].reshape(p, c, 2, 3)
+    return head, arrays, _sections("Presence", reader, ids, k), pieces
+
+
+def encode_planned_way(head: bytes, pieces: Sections) -> bytes:
+    """The bytes of a planned way: its head, and its arrays. Raises `CodecError` if they do not fit."""
+    ids, values = _section_values("PlannedWay", pieces)
+    header = _PLANNED.pack(_PLANNED_MAGIC, len(head), pieces.radii.shape[-1], len(pieces))
+    return header + head + ids + values.tobytes()
+
+
+def decode_planned_way(data: bytes) -> tuple[bytes, Sections]:
+    """The head and the pieces. Raises `CodecError`."""
+    reader = _Reader("PlannedWay", data)
+    length, k, s = reader.header(_PLANNED, _PLANNED_MAGIC)
+    head = reader.take(length)
+    reader.expect(8 * s + 28 * s * k)
+    return head, _sections("PlannedWay", reader, reader.ids(s), k)
+
+
+def _section_values(kind: str, sections: Sections) -> tuple[bytes, Single]:
+    s, k = len(sections.ids), sections.radii.shape[-1]
     if sections.radii.shape != (s, k) or sections.points.size != 6 * s * k:
         found = f"{s} ids, radii {sections.radii.shape}, points {sections.points.shape}"
-        raise CodecError("Presence", f"{found}: allowed are (s,), (s, k), (s, k, 2, 3)")
-    of_body = _body_values(body.radii_m, body.growth_m, body.poses)
-    of_way = _body_values(sections.radii.reshape(-1), sections.points)
-    _check_body(of_body, c, p)
-    _check_sections(of_way, k, s)
-    ids = sections.ids.astype("<u8").tobytes()
-    return _BODY.pack(_BODY_MAGIC, len(head), c, p, k, s) + head + ids + of_body.tobytes() + of_way.tobytes()
+        raise CodecError(kind, f"{found}: allowed are (s,), (s, k), (s, k, 2, 3)")
+    values = _body_values(sections.radii.reshape(-1), sections.points)
+    _check_sections(kind, values, k, s)
+    return sections.ids.astype("<u8").tobytes(), values
 
 
-def decode_presence(data: bytes) -> tuple[bytes, tuple[Single, Single, Single], Sections]:
-    """The head; radii `(c,)`, growth `(p,)`, poses `(p, c, 2, 3)` of the body; the sections. Raises `CodecError`."""
-    reader = _Reader("Presence", data)
-    length, c, p, k, s = reader.header(_BODY, _BODY_MAGIC)
-    head = reader.take(length)
-    count = c + p + 6 * c * p
-    reader.expect(8 * s + 4 * (count + 7 * s * k))
-    ids = np.frombuffer(reader.take(8 * s), dtype="<u8").astype(np.uint64)
-    body = reader.singles(count)
-    way = reader.singles(7 * s * k)
-    _check_body(body, c, p)
-    _check_sections(way, k, s)
-    arrays = body[:c], body[c : c + p], body[c + p :].reshape(p, c, 2, 3)
-    return head, arrays, Sections(ids, way[s * k :].reshape(s, k, 2, 3), way[: s * k].reshape(s, k))
+def _sections(kind: str, reader: "_Reader", ids: NDArray[np.uint64], k: int) -> Sections:
+    s = len(ids)
+    values = reader.singles(7 * s * k)
+    _check_sections(kind, values, k, s)
+    return Sections(ids, values[s * k :].reshape(s, k, 2, 3), values[: s * k].reshape(s, k))
 
 
 def _body_values(*arrays: Single) -> Single:
@@ -265,22 +318,22 @@ def _check_body(values: Single, c: int, p: int) -> None:
     if not (c <= MOST_CAPSULES and p <= MOST_POSES and (c > 0 or p == 0)):
         allowed = f"up to {MOST_CAPSULES} capsules and {MOST_POSES} poses, and at least one capsule in a pose"
         raise CodecError("Presence", f"{p} poses of {c} capsules: allowed are {allowed}")
-    _check_lengths(values, c + p)
+    _check_lengths("Presence", values, c + p)
 
 
-def _check_sections(values: Single, k: int, s: int) -> None:
+def _check_sections(kind: str, values: Single, k: int, s: int) -> None:
     if not (k <= MOST_CAPSULES and s <= MOST_SECTIONS and (k > 0 or s == 0)):
         allowed = f"up to {MOST_CAPSULES} capsules and {MOST_SECTIONS} sections, and at least one capsule in a section"
-        raise CodecError("Presence", f"{s} sections of {k} capsules: allowed are {allowed}")
-    _check_lengths(values, s * k)
+        raise CodecError(kind, f"{s} sections of {k} capsules: allowed are {allowed}")
+    _check_lengths(kind, values, s * k)
 
 
-def _check_lengths(values: Single, lengths: int) -> None:
+def _check_lengths(kind: str, values: Single, lengths: int) -> None:
     """The first `lengths` values are radii and growths."""
     if not (np.abs(values) <= FARTHEST_M).all():
-        raise CodecError("Presence", f"a length or coordinate that is NaN, infinite or beyond {FARTHEST_M:g} m")
+        raise CodecError(kind, f"a length or coordinate that is NaN, infinite or beyond {FARTHEST_M:g} m")
     if (values[:lengths] < 0.0).any():
-        raise CodecError("Presence", "a radius or growth below zero")
+        raise CodecError(kind, "a radius or growth below zero")
 
 
 def _floats(kind: str, name: str, values: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -324,6 +377,9 @@ class _Reader:
             return self.take(count).decode()
         except UnicodeDecodeError as error:
             raise CodecError(self._kind, f"name is not UTF-8: {error}") from error
+
+    def ids(self, count: int) -> NDArray[np.uint64]:
+        return np.frombuffer(self.take(8 * count), dtype="<u8").astype(np.uint64)
 
     def singles(self, count: int) -> Single:
         return np.frombuffer(self.take(4 * count), dtype="<f4").astype(np.float32)

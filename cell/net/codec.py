@@ -27,7 +27,7 @@ from cell.messages import (
     Urgency,
 )
 from cell.messages.common import Name
-from cell.messages.sections import Way
+from cell.messages.sections import PlannedWay, Way
 from cell.net import binary
 from cell.net.errors import CodecError
 
@@ -84,7 +84,7 @@ def _presence_head() -> type[Any]:
 
 
 _BODY_HEAD = ("known", "base", "reach_m")
-_WAY_HEAD = ("committed", "owned", "links", "fixed")
+_WAY_HEAD = ("committed", "owned", "links", "fixed", "plan")
 _PRESENCE_FIELDS = tuple(field.name for field in dataclasses.fields(Presence) if field.name not in ("body", "way"))
 _PRESENCE_HEAD = _presence_head()
 
@@ -108,25 +108,50 @@ def decode(kind: type[T], data: bytes) -> T:
 def _encode_presence(presence: Presence) -> bytes:
     body, way = presence.body, presence.way
     values = {name: getattr(presence, name) for name in _PRESENCE_FIELDS}
-    head = _PRESENCE_HEAD(body.known, body.base, body.reach_m, way.committed, way.owned, way.links, way.fixed, **values)
-    return binary.encode_presence(_to_json(_PRESENCE_HEAD, head), body, way.sections)
+    head = _PRESENCE_HEAD(
+        body.known, body.base, body.reach_m, way.committed, way.owned, way.links, way.fixed, way.plan, **values
+    )
+    return binary.encode_presence(_to_json(_PRESENCE_HEAD, head), body, way)
 
 
 def _decode_presence(data: bytes) -> Presence:
-    read, (radii, growth, poses), sections = binary.decode_presence(data)
+    read, (radii, growth, poses), sections, pieces = binary.decode_presence(data)
     head = _from_json(_PRESENCE_HEAD, read)
     if not head.committed <= head.owned <= len(sections):
         found = f"{head.committed} committed, {head.owned} owned of {len(sections)} sections"
         raise CodecError("Presence", f"{found}: allowed are no more committed than owned, no more owned than there are")
     body = Body(head.known, head.base, head.reach_m, radii, poses, growth)
-    way = Way(sections, head.committed, head.owned, head.links, head.fixed)
+    way = Way(sections, head.committed, head.owned, head.links, head.fixed, head.plan, pieces)
     return Presence(body=body, way=way, **{name: getattr(head, name) for name in _PRESENCE_FIELDS})
+
+
+def _planned_way_head() -> type[Any]:
+    """All of a planned way that is no array."""
+    hints = get_type_hints(PlannedWay, include_extras=True)
+    fields = [(name, hints[name], dataclasses.field()) for name in _PLANNED_FIELDS]
+    return dataclasses.make_dataclass("PlannedWay", fields, frozen=True)
+
+
+_PLANNED_FIELDS = ("robot", "boot", "owner", "number", "more")
+_PLANNED_HEAD = _planned_way_head()
+
+
+def _encode_planned_way(way: PlannedWay) -> bytes:
+    head = _PLANNED_HEAD(*(getattr(way, name) for name in _PLANNED_FIELDS))
+    return binary.encode_planned_way(_to_json(_PLANNED_HEAD, head), way.pieces)
+
+
+def _decode_planned_way(data: bytes) -> PlannedWay:
+    read, pieces = binary.decode_planned_way(data)
+    head = _from_json(_PLANNED_HEAD, read)
+    return PlannedWay(pieces=pieces, **{name: getattr(head, name) for name in _PLANNED_FIELDS})
 
 
 _LAYOUTS: dict[type, tuple[Callable[[Any], bytes], Callable[[bytes], Any]]] = {
     SetpointBlock: (binary.encode_setpoints, binary.decode_setpoints),
     DriveFeedback: (binary.encode_feedback, binary.decode_feedback),
     Presence: (_encode_presence, _decode_presence),
+    PlannedWay: (_encode_planned_way, _decode_planned_way),
 }
 """How messages that are not JSON are written and read."""
 
@@ -166,9 +191,9 @@ def _check_urgent(kind: str, data: bytes) -> None:
 def message_schemas() -> dict[str, Any]:
     """JSON Schemas of all that travels as JSON: state messages, `Reply` and `KeptEvents` by class, calls by verb.
 
-    Of `Presence` it is that of its head.
+    Of `Presence` and `PlannedWay` it is that of their heads.
     """
-    kinds = [*(kind for kind in STATES if kind not in _LAYOUTS), Reply, KeptEvents, _PRESENCE_HEAD]
+    kinds = [*(kind for kind in STATES if kind not in _LAYOUTS), Reply, KeptEvents, _PRESENCE_HEAD, _PLANNED_HEAD]
     schemas = {kind.__name__: _adapter(kind).json_schema() for kind in kinds}
     for role, verbs in COMMANDS.items():
         schemas |= {f"{role}/{verb}": _adapter(_call_form(kind)).json_schema() for verb, kind in verbs.items()}

@@ -70,9 +70,14 @@ class AgentCore:
     """One robot. The shell calls `step` every 20 ms; `boot` is new at each start."""
 
     def __init__(
-        self, cell: CellSettings, robot: str, planner_for: Callable[[float], Planner], program: Program, boot: str
+        self,
+        cell: CellSettings,
+        robot: str,
+        planner_for: Callable[[float, tuple[float, ...]], Planner],
+        program: Program,
+        boot: str,
     ) -> None:
-        """`planner_for` gives the robot's planner for a gateway's cycle [s], which is known when the claim is."""
+        """`planner_for` gives the robot's planner for the cycle [s] and the quick stop that a claim tells."""
         self._cell = cell
         self._robot = robot
         self._boot = boot
@@ -85,7 +90,7 @@ class AgentCore:
         self.link = GatewayLink(robot, boot, cell.digest, cell.robots[robot].gateway)
         inputs = {each.name: each.off_while for each in cell.robots[robot].spaces if each.off_while is not None}
         self.zones = ZoneClaims(robot, boot, cell.times.fresh_s, inputs)
-        self.space = SharedSpace(robot, kept_apart=cell.separation is not None)
+        self.space = SharedSpace(robot, boot, kept_apart=cell.separation is not None)
         self._frames = HeardFrames(cell.robots[robot].things)
         self.run = ProgramRun(program)
         self.report = Reporter(robot, boot)
@@ -176,9 +181,9 @@ class AgentCore:
             self._owner = self.link.grant.owner
             self.space.claimed(self._owner, self.link.grant.epoch)
             self.run.outputs.claimed(self.link.grant.outputs)
-        planner = self._planner
-        if planner is None or planner.cycle_s != self.link.grant.cycle_s:
-            planner = self._planner_for(self.link.grant.cycle_s)
+        planner, told = self._planner, (self.link.grant.cycle_s, self.link.grant.quick_stop)
+        if planner is None or told != (planner.cycle_s, planner.quick_stop):
+            planner = self._planner_for(*told)
             self.parts.declare(planner.model.description.parts)
             planner = self._plan_with(planner.holding(self.parts.held))
             self.clock.ticks_last(planner.cycle_s)
@@ -337,14 +342,29 @@ class AgentCore:
         newest = executive.timeline.newest if block is None else block
         ahead = self._doing(self.mode).ahead(newest, planner, feedback.tick, now) if self.space.kept_apart else None
         use, meets = Use(used, planner.model, ahead, passed.widen_m), self.meetings.told(self.mode)
+        told = self._outlook(executive, feedback.owner, now)
         presence = self._announcer.presence(
             feedback.owner, self.mode, meets, body, use, wants, stop_time_s, self._estops, now
         )
+        told.append(presence)
         if block is None:
-            return [presence]
+            return told
         runs = self.mode is Mode.RUNNING
         events = self.run.events(block, executive, halted=not runs)
-        return [presence, Publish(executive.sent(block, events, runs, self.space.epoch))]
+        return [*told, Publish(executive.sent(block, events, runs, self.space.epoch))]
+
+    def _outlook(self, executive: Executive, owner: int, now: float) -> list[Effect]:
+        """What the program has planned, where robots are kept apart, for the manager."""
+        if not self.space.kept_apart:
+            return []
+        lookahead = self.run.lookahead
+        motions: tuple[Planned, ...] = ()
+        if self.run.running and not self.run.correction and not self.pace.backwards:
+            lookahead.looks_further = self.space.look_further
+            motions = lookahead.motions(executive.timeline.newest.path)
+        self.space.outlook.look(owner, motions, more=lookahead.goes_on)
+        news = self.space.outlook.news(now)
+        return [] if news is None else [Publish(news)]
 
     def _may_send(
         self, executive: Executive, passed: Passed, used: Sections, feedback: DriveFeedback, now: float
@@ -400,6 +420,10 @@ class AgentCore:
         grown = self._standing(executive, holding, feedback)
         entered = sorted(self._announcer.entered(grown.passed(feedback, None).body))
         closed = [zone for zone in entered if not self.zones.permitted(zone, now)]
+        room = standing(holding.model, holding.pose_world_base, feedback.commanded, ROOM_M)
+        if not closed and not self.space.room_for(room):
+            self.run.held_up = self.space.why
+            return executive, planner
         if closed:
             self._grown_into = frozenset(closed)
             self.run.held_up = self.zones.why_not(closed[0])

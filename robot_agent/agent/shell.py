@@ -46,7 +46,7 @@ def run_agent(
     with contextlib.ExitStack() as stack:
         session = stack.enter_context(CellSession(cell.name, link, "robot", robot, boot, options))
         shell = AgentShell(core, session, cell, robot, say, stop)
-        shell.start_worker = lambda cycle_s: stack.enter_context(PlanWorker(planner_for(cycle_s)))
+        shell.start_worker = lambda *told: stack.enter_context(PlanWorker(planner_for(*told)))
         run_core(core, period_s=PERIOD_S, inbox=shell.inbox, perform=shell.perform, stop=shell.ended)
         return shell.exit_code
 
@@ -54,7 +54,8 @@ def run_agent(
 class AgentShell:
     """Carries the core's effects out and collects what it must hear."""
 
-    start_worker: Callable[[float], PlanWorker]
+    start_worker: Callable[[float, tuple[float, ...]], PlanWorker]
+    """With cycle and quick stop, as the gateway told them."""
 
     def __init__(
         self,
@@ -127,7 +128,7 @@ class AgentShell:
                 self._calls = self._session.serve(f"robot/{self._robot}")
                 self._session.declare_alive()
             if self._worker is None:
-                self._worker = self.start_worker(grant.cycle_s)
+                self._worker = self.start_worker(grant.cycle_s, grant.quick_stop)
                 logging.getLogger("robot_agent").info("robot %s: taken over from %s", self._robot, self._gateway)
             return
         refusal = self._core.link.refusal

@@ -132,7 +132,11 @@ class Model(ABC):
 
     def capsules(self, q: Array) -> Array:
         """Joints `(..., n)` -> end points of all capsules in base `(..., c, 2, 3)` [m]; radii: `capsule_radii`."""
-        frames = self.links(q)[..., self._capsule_links, None, :3, :]
+        return self.capsules_of(self.links(q))
+
+    def capsules_of(self, links: Array) -> Array:
+        """The same from poses of all links in base `(..., links, 4, 4)`."""
+        frames = links[..., self._capsule_links, None, :3, :]
         ends = self._capsule_ends
         points: Array = frames[..., 3] + frames[..., 0] * ends[..., 0, None]
         points += frames[..., 1] * ends[..., 1, None]
@@ -145,8 +149,12 @@ class Model(ABC):
 
     def tcp(self, q: Array) -> Array:
         """Joints `(..., n)` -> pose in base `(..., 4, 4)` of the mounted tool's TCP; without a tool, of the flange."""
+        return self.tcp_at(self.forward(q))
+
+    def tcp_at(self, pose_base_flange: Array) -> Array:
+        """Where the TCP is, `(..., 4, 4)`, when the flange is at these poses."""
         tool = self.description.tool
-        return self.forward(q) if tool is None else np.asarray(self.forward(q) @ tool.pose_flange_tcp)
+        return pose_base_flange if tool is None else np.asarray(pose_base_flange @ tool.pose_flange_tcp)
 
     def flange_at(self, pose_base_tcp: Array) -> Array:
         """Where the flange is, `(..., 4, 4)`, when the mounted tool's TCP is at these poses: before `inverse`."""

@@ -14,6 +14,7 @@ from robot_agent.workspace.braking import BRAKING_RESERVE, Braking
 from robot_agent.workspace.itself import Itself, named, part_of
 from robot_agent.workspace.placed_robot import PlacedRobot
 from robot_agent.workspace.sections import (
+    BACKING_RATE,
     FOLLOWING_M,
     ROOM_M,
     MotionSections,
@@ -29,6 +30,7 @@ from robot_agent.workspace.things import Things, Touch, solid_of, unknown_links
 from robot_agent.workspace.zones import Crossing, crossings, with_entry
 
 __all__ = [
+    "BACKING_RATE",
     "BODY_GROWTH_M",
     "BRAKING_RESERVE",
     "FOLLOWING_M",

@@ -1,13 +1,15 @@
 """Where a robot may still come to that brakes off its path: each drive by itself, and nobody knows how hard.
 
 The gateway's last means is the drives' own quick stop. Its deceleration (6085h) stands in the drives file, which an
-agent does not read; `cell check` and the gateway's own check make it more than the robot's braking ramps need. A loaded
-axis may take twice as long, as the gateway's deadline for rest has it. So each axis brakes with at least half of what
-its ramps need, and it ends up somewhere between where it is now and where that leads.
+agent does not read: the gateway tells it with the claim. `cell check` and the gateway's own check make it more than the
+robot's braking ramps need. A loaded axis may take twice as long, as the gateway's deadline for rest has it. So each
+axis brakes with at least half of what its ramps need, and it ends up somewhere between where it is now and where that
+leads.
 """
 
 import itertools
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Self
 
@@ -38,13 +40,20 @@ class Braking:
     acceleration: Array
     """`(n,)` what was sent may change the speed of each axis by at most."""
     reaction_s: float
+    quick_stop: Array
+    """`(n,)` [rad/s^2 or m/s^2] with which the drive of each axis brakes where nothing hinders it."""
 
     @classmethod
-    def of(cls, model: Model, limits: Limits, cycle_s: float) -> Self:
-        """From what a robot's ramps need of its drives (`cell check` demands it of the drives file)."""
+    def of(cls, model: Model, limits: Limits, cycle_s: float, quick_stop: Sequence[float] = ()) -> Self:
+        """From what a robot's ramps need of its drives (`cell check` demands it of the drives file).
+
+        `quick_stop` is what the drives are told, for each axis; what the ramps need of it where that is more, and where
+        there is not one for each axis.
+        """
         ramp = np.abs(limits.ramp_acceleration_bounds).max(axis=0)
         axes = np.abs(model.coupling.axes_per_joint) @ ramp
-        return cls(model, axes / BRAKING_RESERVE, axes, _REACTION_CYCLES * cycle_s)
+        told = np.maximum(axes, quick_stop) if len(quick_stop) == len(axes) else axes
+        return cls(model, axes / BRAKING_RESERVE, axes, _REACTION_CYCLES * cycle_s, told)
 
     def time_s(self, qd: Array) -> float:
         """Until rest [s] from joint speeds `qd` `(n,)`, at the longest."""

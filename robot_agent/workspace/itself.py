@@ -15,6 +15,8 @@ from robot_agent.workspace.cover import Cover
 
 HELD = "part "
 """In front of the name of a part that the robot holds: a link may have the same name."""
+_FEW = 500
+"""So many distances are sooner known than which of them are needed."""
 _POSES = 256
 """Sets of joints all over their limits, the same ones each time."""
 
@@ -37,6 +39,8 @@ class Itself:
         `points`: all capsules `(m, c, 2, 3)` [m], `radii` `(c,)`.
         """
         one, other = self.pairs
+        if len(points) * len(one) <= _FEW:
+            return capsule_distance(points[:, one], radii[one], points[:, other], radii[other]) - self.margin_m
         way, middle = points[..., 1, :] - points[..., 0, :], points.mean(axis=-2)
         balls = np.sqrt(np.einsum("...k,...k", way, way)) / 2.0 + radii
         between = middle[:, one] - middle[:, other]
@@ -59,12 +63,17 @@ class Itself:
         some.pairs = self.pairs[:, columns]
         return some
 
-    def near(self, cover: Cover) -> Flags:
-        """Which pairs may come too near, and when: `(b, p)`, by stretches of the cover."""
+    def roughly_near(self, cover: Cover) -> Flags:
+        """Which pairs may come too near by the balls around them, and when: `(b, p)`, by stretches of the cover."""
         one, other = self.pairs
         between = cover.centres[:, one] - cover.centres[:, other]
         reach = cover.balls[:, one] + cover.balls[:, other] + self.margin_m
-        near = np.asarray(np.einsum("...k,...k", between, between) < reach * reach)
+        return np.asarray(np.einsum("...k,...k", between, between) < reach * reach)
+
+    def near(self, cover: Cover) -> Flags:
+        """The same, and less of them, by the capsules."""
+        one, other = self.pairs
+        near = self.roughly_near(cover)
         stretch, pair = np.nonzero(near)
         first, second = (stretch, one[pair]), (stretch, other[pair])
         distance = capsule_distance(cover.points[first], cover.radii[first], cover.points[second], cover.radii[second])

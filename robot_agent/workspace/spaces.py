@@ -97,10 +97,11 @@ class Spaces:
     def __bool__(self) -> bool:
         return bool(self._spaces) or self._orientation is not None
 
-    def watched(self, body: Sweep, pose_world_base: Array, q: Array) -> Sweep:
-        """A swept body with TCP and pointing axis, `q` `(m, n)` being the joints of its samples."""
-        points = np.concatenate([body.points, self._tool(pose_world_base, q)], axis=1)
-        chords = np.linalg.norm(np.diff(points[:, -2:], axis=0), axis=-1).max(axis=-1)
+    def watched(self, body: Sweep, pose_world_base: Array, flange: Array) -> Sweep:
+        """A swept body with TCP and pointing axis, from the poses of the flange in base at its samples `(m, 4, 4)`."""
+        tool = self._tool(pose_world_base, flange)
+        points, steps = np.concatenate([body.points, tool], axis=1), np.diff(tool[:, :, 0], axis=0)
+        chords = np.sqrt(np.einsum("mtk,mtk->mt", steps, steps))
         return Sweep(
             points,
             np.append(body.radii, [0.0, 0.0]),
@@ -110,8 +111,9 @@ class Spaces:
 
     def points(self, pose_world_base: Array, q: Array) -> Array:
         """What `watched` looks at, at joints `q` `(k, n)`: `(k, c + 2, 2, 3)` in world."""
-        body = transform_points(pose_world_base, self._model.capsules(q))
-        return np.concatenate([body, self._tool(pose_world_base, q)], axis=1)
+        links = self._model.links(q)
+        body = transform_points(pose_world_base, self._model.capsules_of(links))
+        return np.concatenate([body, self._tool(pose_world_base, links[..., -1, :, :])], axis=1)
 
     def first_breach(
         self, path: Sweep, taus: Array, points_at: Callable[[Array], Array], off: Collection[str]
@@ -207,9 +209,9 @@ class Spaces:
         space = next(each for each in self._spaces if each.name == name)
         return Barrier(self._solids[name], space.margin_m, self._watched[space.of])
 
-    def _tool(self, pose_world_base: Array, q: Array) -> Array:
+    def _tool(self, pose_world_base: Array, flange: Array) -> Array:
         """TCP and pointing axis, `(k, 2, 2, 3)`."""
-        tcp = pose_world_base @ self._model.tcp(q)
+        tcp = pose_world_base @ self._model.tcp_at(flange)
         axis = 0 if self._orientation is None else self._orientation.axis
         each = np.stack([tcp[:, :3, 3], self._lever_m * tcp[:, :3, axis]], axis=1)
         return np.repeat(each[:, :, None], 2, axis=2)

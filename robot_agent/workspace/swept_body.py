@@ -27,11 +27,14 @@ class Sweep:
         return Sweep(self.points[first : last + 1], self.radii, self.chords[first:last], self.bulge[first:last])
 
 
-def sweep(model: Model, pose_world_base: Array, q: Array) -> Sweep:
-    """The swept body of a joint path `q` `(m, n)`, its samples evenly apart in time or in way."""
+def sweep(model: Model, pose_world_base: Array, q: Array, links: Array | None = None) -> Sweep:
+    """The swept body of a joint path `q` `(m, n)`, its samples evenly apart in time or in way.
+
+    `links`: `Model.links` at these joints, for who has them already.
+    """
     q = np.asarray(q, dtype=float)
     if q.ndim != 2 or len(q) == 0:
         raise WrongShape("joint path", q.shape, f"(m, {model.n}) with m > 0")
-    points = transform_points(pose_world_base, model.capsules(q))
+    points = transform_points(pose_world_base, model.capsules(q) if links is None else model.capsules_of(links))
     chords = np.linalg.norm(np.diff(points, axis=0), axis=-1).max(axis=-1)
     return Sweep(points, model.capsule_radii, chords, model.bulge_m(q))

@@ -1,7 +1,7 @@
 """What a robot must not touch: the things of its cell, and itself. Where a motion comes too near, and to what."""
 
 import copy
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Protocol, Self
 
@@ -150,28 +150,28 @@ class Barriers:
         self._boxed, self._boxes = tuple(boxes), Boxes(list(boxes.values()))
         self._margins = np.array([self.barriers[index].margin_m for index in boxes])[:, None, None]
 
-    def near(self, cover: Cover) -> list[Flags]:
-        """Which columns of each barrier may come too near, and when: `(b, k)`, by stretches of the cover."""
-        flags = [np.ones(cover.radii.shape, dtype=bool)] * len(self.barriers)
-        for index, near in zip(
-            self._boxed, self._boxes.distance(cover.points) - cover.radii < self._margins, strict=True
-        ):
-            flags[index] = near
-        return [barrier.near(cover, near) for barrier, near in zip(self.barriers, flags, strict=True)]
+    def near(self, cover: Cover) -> Iterator[tuple[Barrier, Flags]]:
+        """The barriers some of whose columns may come too near, with which and when: `(b, k)`, by stretches."""
+        roughly = np.asarray(self._boxes.distance(cover.points) - cover.radii < self._margins)
+        somewhere: Flags = np.asarray(roughly.any(axis=(1, 2)))
+        some = dict(zip(self._boxed, somewhere.tolist(), strict=True))
+        flags = dict(zip(self._boxed, roughly, strict=True))
+        for index, barrier in enumerate(self.barriers):
+            if some.get(index, True):
+                near = barrier.near(cover, flags.get(index, np.ones(cover.radii.shape, dtype=bool)))
+                if near.any():
+                    yield barrier, near
 
     def first_near(
         self, cover: Cover, path: Sweep, taus: Array, points_at: Callable[[Array], Array]
     ) -> tuple[Barrier, Near] | None:
         """Where a motion first comes too near to one of them; see `first_near`."""
-        looked_at = zip(self.barriers, self.near(cover), strict=True)
-        found = [
-            (each, first_near_of(each, cover, near, path, taus, points_at)) for each, near in looked_at if near.any()
-        ]
+        found = [(each, first_near_of(each, cover, near, path, taus, points_at)) for each, near in self.near(cover)]
         return min(((each, near) for each, near in found if near), key=lambda each: each[1].tau, default=None)
 
     def blocked(self, cover: Cover, path: Sweep) -> tuple[Barrier, Near] | None:
         """Which of them is in the way of samples close to one another, which are one stretch; see `blocked`."""
-        for barrier, near in zip(self.barriers, self.near(cover), strict=True):
+        for barrier, near in self.near(cover):
             if found := blocked_of(barrier, near, path):
                 return barrier, found
         return None
@@ -265,7 +265,7 @@ class Things:
         cover = Cover.of(path, len(path.points))
         if found := self._barriers.blocked(cover, path):
             return f"{self._name(found[0])} is in the way of {named(self._part(*found))}"
-        if near := blocked_of(self._itself, self._itself.near(cover), path):
+        if near := blocked_of(self._itself, self._itself.roughly_near(cover), path):
             part, other = self._itself.names(near.column)
             return f"{other} is in the way of {named(part)}"
         return ""

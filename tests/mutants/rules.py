@@ -58,8 +58,8 @@ RULES = (
         (
             Edit(
                 "cell/manager/core.py",
-                '        self._set_estop(Estop(stop_id, True, "manager", f"protective stop: {where}"), now)',
-                "        _ = stop_id",
+                "        self._stop_all(where, now)",
+                "        _ = now",
             ),
         ),
     ),

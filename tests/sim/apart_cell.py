@@ -19,8 +19,8 @@ STEP_S = 0.1
 
 
 def apart_cell(folder: Path, programs: dict[str, str], margin_mm: float | None = 1000.0 * MARGIN_M) -> Path:
-    """A copy of the example without zones; `margin_mm` None: nothing keeps its arms apart."""
-    copy = Copy(folder)
+    """A copy of the example without zones, on slow buses; `margin_mm` None: nothing keeps its arms apart."""
+    copy = Copy(folder).slow_buses()
     text = (copy.folder / CELL).read_text()
     before, _, after = text.partition("zones:\n")
     kept = "" if margin_mm is None else f"separation: {{margin: {margin_mm:g}}}\n"

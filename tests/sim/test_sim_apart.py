@@ -4,9 +4,10 @@ from pathlib import Path
 
 import pytest
 
-from cell.messages import Halt, Heard, Jog, JogFrame, JogHeld, Mode
+from cell.messages import Halt, Heard, Jog, JogFrame, JogHeld, Mode, SetOverride
 from tests.sim.apart_cell import MARGIN_M, Apart, apart_cell
 from tests.sim.network import Weather
+from tests.sim.random_pairs import LONGEST_S, pairs
 from tests.unit.config_world import TWO_ARMS, Copy
 
 TO_THE_MIDDLE = """MJ J1={turn:g} J2=-12 J3=65 J4=0 J5=37 J6=0 F=100
@@ -21,36 +22,44 @@ def _towards(x: float, y: float, z: float, turn: float = 0.0) -> str:
     return TO_THE_MIDDLE.format(x=x, y=y, z=z, turn=turn)
 
 
+def _to_the_middle_and_stay(x: float) -> str:
+    return "\n".join(_towards(x, 0, 1250).splitlines()[:2]) + "\n"
+
+
 HEAD_ON = {"left": _towards(2000, 0, 1250), "right": _towards(2000, 0, 1250)}
-ASIDE = {"left": _towards(1950, 150, 1300), "right": _towards(1900, 150, 1200)}
 OVER = {"left": _towards(1900, 0, 1500), "right": _towards(1950, 50, 1250)}
 PROGRAMS = {side: (TWO_ARMS.parent / "programs" / f"{side}.prog").read_text() for side in ("left", "right")}
 
 
-@pytest.mark.parametrize("programs", [HEAD_ON, ASIDE, OVER], ids=["head on", "aside", "over each other"])
-def test_arms_that_would_collide_stop_in_front_of_each_other(tmp_path: Path, programs: dict[str, str]) -> None:
+@pytest.mark.parametrize("programs", [HEAD_ON, OVER], ids=["head on", "over each other"])
+def test_arms_that_would_collide_go_one_after_the_other(tmp_path: Path, programs: dict[str, str]) -> None:
     free = Apart(apart_cell(tmp_path / "free", programs, None))
-    free.run(8.0)
+    free.run(4.5)
     assert free.nearest_m < 0.0, "these programs do not collide: the test shows nothing"
     kept = Apart(apart_cell(tmp_path / "kept", programs))
-    kept.run(8.0)
-    assert MARGIN_M <= kept.nearest_m < 0.12
+    assert kept.run(20.0) < 10.0
+    assert kept.done
+    assert kept.nearest_m >= MARGIN_M
     assert kept.forced == []
 
 
-def test_who_waits_says_for_which_link_of_whom(tmp_path: Path) -> None:
-    cell = Apart(apart_cell(tmp_path, HEAD_ON))
-    cell.run(6.0)
+def test_arms_that_want_to_end_at_one_place_stop_in_front_of_each_other_and_say_so(tmp_path: Path) -> None:
+    cell = Apart(apart_cell(tmp_path, {side: _to_the_middle_and_stay(2000) for side in ("left", "right")}))
+    cell.run(8.0)
+    assert MARGIN_M <= cell.nearest_m < 0.12
     waits = cell.world.seen.robots["left"].waiting_for
     assert waits.startswith("left's link")
     assert "of where right's link" in waits
+    (event,) = [each for each in cell.world.seen.events if each.code == "space_standoff"]
+    assert event.text.startswith("left and right wait for each other: left's link")
+    assert "jog it away" in event.remedy, "both want to stay there: no way back frees them"
 
 
 def test_the_example_needs_no_zone(tmp_path: Path) -> None:
     cell = Apart(apart_cell(tmp_path, PROGRAMS))
     took_s = cell.run(25.0)
     assert cell.done
-    assert took_s < 16.0, "with its zone it takes 15.8 s"
+    assert took_s < 17.5
     assert cell.nearest_m > MARGIN_M
     assert cell.forced == []
 
@@ -90,6 +99,30 @@ def test_a_killed_manager_and_a_killed_agent_cost_time_and_nothing_else(tmp_path
     assert cell.nearest_m > MARGIN_M
 
 
+def test_a_robot_goes_back_at_half_of_the_planned_speed_at_most_whatever_the_override(tmp_path: Path) -> None:
+    cell, rates = Apart(apart_cell(tmp_path, HEAD_ON)), list[tuple[float, str]]()
+    world, clock = cell.world, cell.world.clock
+
+    def under_way() -> bool:
+        state = world.seen.robots.get("left")
+        governor = None if state is None else state.governor
+        return governor is not None and governor.rate > 0.99 and governor.tau_s > 0.4
+
+    assert clock.run_until(clock.now + 10.0, under_way)
+    world.operate("robot/left", SetOverride(-100.0))
+
+    def goes_back() -> bool:
+        governor = world.seen.robots["left"].governor
+        assert governor is not None
+        rates.append((governor.rate, governor.ruled_by))
+        return len(rates) > 3 and governor.rate == 0.0 and min(rates)[0] < 0.0
+
+    assert clock.run_until(clock.now + 10.0, goes_back)
+    assert min(rates)[0] == pytest.approx(-0.5, abs=0.01)
+    assert (min(rates)[0], "robots are kept apart") in rates
+    assert cell.forced == []
+
+
 def _jog(cell: Apart, speed_m_s: float, seconds: float) -> float:
     """How far the left arm's tool goes along X of its base [m] while its key is held."""
     world, press = cell.world, f"press at {cell.world.clock.now:g}"
@@ -107,15 +140,32 @@ def _jog(cell: Apart, speed_m_s: float, seconds: float) -> float:
 
 
 def test_a_jog_stands_in_front_of_the_other_arm_and_leads_away_from_it(tmp_path: Path) -> None:
-    cell = Apart(apart_cell(tmp_path, HEAD_ON))
+    cell = Apart(apart_cell(tmp_path, {side: _to_the_middle_and_stay(2000) for side in ("left", "right")}))
     cell.run(6.0)
     cell.operator.working = False
     for robot in ("left", "right"):
         cell.world.operate(f"robot/{robot}", Halt())
     cell.world.clock.run_until(cell.world.clock.now + 1.0)
-    assert abs(_jog(cell, 0.2, 1.5)) < 0.05
+    assert abs(_jog(cell, 0.2, 1.5)) < 0.1
     assert _jog(cell, -0.2, 1.5) < -0.15
     assert _jog(cell, 0.2, 3.0) > 0.1
     assert cell.nearest_m >= MARGIN_M
     assert cell.forced == []
     assert cell.world.seen.robots["left"].mode is not Mode.FAULT
+
+
+def _all_complete(seeds: range, folder: Path) -> None:
+    for seed, _, cell in pairs(seeds, folder):
+        cell.run(LONGEST_S)
+        assert cell.done, (seed, {name: state.waiting_for for name, state in cell.world.seen.robots.items()})
+        assert cell.nearest_m >= MARGIN_M, seed
+        assert cell.forced == [], seed
+
+
+def test_random_programs_that_can_be_done_one_after_another_are_done_together(tmp_path: Path) -> None:
+    _all_complete(range(3), tmp_path)
+
+
+@pytest.mark.soak
+def test_two_hundred_of_them(tmp_path: Path) -> None:
+    _all_complete(range(3, 203), tmp_path)

@@ -522,6 +522,13 @@ def test_a_plan_takes_its_time_and_comes_in_the_order_of_the_requests(bundle: Ce
     assert [result.id for result in worker.results()] == [2]
 
 
+def test_an_agent_plans_with_the_quick_stop_of_its_drives_file(bundle: CellBundle) -> None:
+    planner = calm(bundle).planners["left"]
+    axes = bundle.gateways["left_bus"].robots["left"].axes
+    assert planner.quick_stop == tuple(axis.quick_stop for axis in axes)
+    assert planner.quick_stop == pytest.approx(np.radians([600, 550, 650, 1100, 1100, 1300]))
+
+
 # The journal
 
 

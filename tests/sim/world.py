@@ -8,6 +8,7 @@ import random
 import threading
 from collections.abc import Callable, Collection
 from dataclasses import dataclass, field, replace
+from functools import partial
 from pathlib import Path
 
 from cell.commands.checks import CellBundle, check_cell
@@ -102,7 +103,7 @@ class World:
         self.on_life: list[Callable[[str, str], None]] = []
         """Also "ended": a process has ended by itself."""
         self.models = {name: robot.model for name, robot in bundle.robots.items()}
-        self.planners = {name: Planner(robot, self.cycle_s(name)) for name, robot in bundle.robots.items()}
+        self.planners = {name: Planner(robot, *self._told(name)) for name, robot in bundle.robots.items()}
         self.exchange = Exchange(self.cell.name, self.clock, self.network, self.rng.random())
         self.exchange.on_published.append(self._left)
         self._planning_share = self.rng.uniform(0.0, _LARGEST_PLANNING_SHARE)
@@ -127,6 +128,11 @@ class World:
 
     def cycle_s(self, robot: str) -> float:
         return self.bundle.gateways[self.cell.robots[robot].gateway].cycle_s
+
+    def _told(self, robot: str) -> tuple[float, tuple[float, ...]]:
+        """Cycle and quick stop of a robot, as the drives file has them."""
+        gateway = self.bundle.gateways[self.cell.robots[robot].gateway]
+        return gateway.cycle_s, tuple(axis.quick_stop for axis in gateway.robots[robot].axes)
 
     def _host(self) -> Host:
         drift_ppm = self.rng.uniform(-_LARGEST_DRIFT_PPM, _LARGEST_DRIFT_PPM)
@@ -190,16 +196,23 @@ class World:
         return self._process(core, shell, session, settings.cycle_s, stop)
 
     def _agent(self, robot: str, cell: CellSettings, session: SimSession) -> Process:
-        planner, settings, model = self.planners[robot], self.cell.robots[robot], self.models[robot]
+        settings, model = self.cell.robots[robot], self.models[robot]
         names = model.joint_names, model.linear_names
         text = settings.program.read_text()
         program = parse_program(text, settings.program.name, *names, settings.corrections)
-        core, stop = AgentCore(cell, robot, lambda _: planner, program, session.boot), threading.Event()
+        planner_for = partial(self._planner_for, robot)
+        core, stop = AgentCore(cell, robot, planner_for, program, session.boot), threading.Event()
         watched = WatchedCore(session.process, core, self.on_delivered)
         shell = AgentShell(watched, session, cell, robot, self._says(session.process), stop, session.host.read)
         planned = self.seen.planned[robot].append
-        shell.start_worker = lambda _: SimWorker(planner, self.clock, self._planning_share, planned)
+        shell.start_worker = lambda *told: SimWorker(planner_for(*told), self.clock, self._planning_share, planned)
         return self._process(core, shell, session, AGENT_PERIOD_S, stop)
+
+    def _planner_for(self, robot: str, *told: object) -> Planner:
+        """It knows what the drives file says; so must who asks for it with what a claim told."""
+        planner = self.planners[robot]
+        assert told == (planner.cycle_s, planner.quick_stop), f"{robot} was told {told}"
+        return planner
 
     def _process(
         self, core: Core, shell: Shell, session: SimSession, period_s: float, stop: threading.Event

@@ -3,6 +3,7 @@
 import time
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +15,7 @@ from cell.config.settings import (
     OnManagerReturn,
     PoseSettings,
     RobotSettings,
+    SeparationSettings,
     SpaceSettings,
     ThingSettings,
     Times,
@@ -25,6 +27,7 @@ from cell.messages import (
     Call,
     Claim,
     ClaimGrant,
+    Clearance,
     Command,
     DisableDrives,
     DriveFeedback,
@@ -38,6 +41,7 @@ from cell.messages import (
     OutputEvent,
     PlayoutState,
     Presence,
+    Refusal,
     Release,
     Reply,
     ResetDrives,
@@ -91,20 +95,32 @@ class AgentWorld:
         corrections: dict[str, CorrectionSettings] | None = None,
         spaces: tuple[SpaceSettings, ...] = (),
         things: tuple[ThingSettings, ...] = (),
+        separation: SeparationSettings | None = None,
     ) -> None:
         arm = arm or model()
         names = arm.joint_names
-        self.planner = Planner(
-            PlacedRobot.at(arm, things=Things(arm, things, "left"), spaces=Spaces(arm, spaces)), CYCLE_S
+        self._placed = PlacedRobot.at(
+            arm,
+            things=Things(arm, things, "left"),
+            spaces=Spaces(arm, spaces),
+            kept_apart=separation is not None,
         )
+        self.planner = Planner(self._placed, CYCLE_S)
+        self.brakes: tuple[float, ...] = ()
+        """The quick stop that the next claim tells."""
         parsed = parse_program(program, "left.prog", names)
         self.agent = AgentCore(
-            settings(on_manager_return, times or Times(), corrections or {}, spaces, things),
+            replace(
+                settings(on_manager_return, times or Times(), corrections or {}, spaces, things), separation=separation
+            ),
             "left",
-            lambda _: self.planner,
+            self._planner_for,
             parsed,
             "boot",
         )
+        self.clears: int | None = None
+        """So many sections the manager clears of each presence that asks; None: all."""
+        self._clearances = 0
         self.events: list[Event] = []
         self.other_zones: tuple[ZoneGeometry, ...] = ()
         """Beside the one that may be another's: the robot has these as long as it wants or holds them."""
@@ -202,6 +218,11 @@ class AgentWorld:
         for _ in range(round(STEP_S / CYCLE_S)):
             self._play()
         self.now += STEP_S
+
+    def _planner_for(self, *told: Any) -> Planner:
+        if told != (self.planner.cycle_s, self.planner.quick_stop):
+            self.planner = Planner(self._placed, *told)
+        return self.planner
 
     def quick_stop(self, beside: NDArray[np.float64] | float = 0.0) -> None:
         """The drives stop at once, `beside` `(n,)` where they are commanded to be, and have no torque any more."""
@@ -306,6 +327,19 @@ class AgentWorld:
         state = replace(state, meetings=self.meetings)
         self.agent.receive(Arrived(state, self.now), self.now)
 
+    def _clear(self, presence: Presence) -> None:
+        """Answers a presence that asks for room at the next step."""
+        way = presence.way
+        asked = len(way.sections) - way.owned
+        if asked == 0 or self.manager_silent:
+            return
+        self._clearances += 1
+        cleared = asked if self.clears is None else min(self.clears, asked)
+        refused = None if cleared == asked else Refusal("right", "right is in the way")
+        self.agent.receive(
+            Clearance("left", "m", 5, presence.owner, presence.sequence, self._clearances, cleared, refused), self.now
+        )
+
     def _gateway_state(self, inputs: dict[str, bool | None]) -> GatewayState:
         counters = BusCounters(0, 0, 0.0, 0, 0, 0, 0.0)
         heard = Heard("m", self._sequence)
@@ -322,6 +356,7 @@ class AgentWorld:
                 self.events.append(event)
             case Publish(Presence() as presence):
                 self.presences.append(presence)
+                self._clear(presence)
             case Publish(RobotState() as state):
                 self.states.append(state)
             case Ask(ask_id, _, Call(id=id, command=command)):
@@ -349,7 +384,7 @@ class AgentWorld:
         match command:
             case Claim():
                 axes = self.planner.model.joint_names
-                grant = ClaimGrant(7, CYCLE_S, self.tick, axes, "gateway", self.torques, self.outputs)
+                grant = ClaimGrant(7, CYCLE_S, self.tick, axes, "gateway", self.torques, self.outputs, 0, self.brakes)
                 return Reply(id, True, "yours", grant)
             case EnableDrives():
                 self.enabled = True

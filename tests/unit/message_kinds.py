@@ -47,6 +47,8 @@ def of(kind: Any) -> st.SearchStrategy[Any]:
         return bodies()
     if kind is Way:
         return ways()
+    if kind is Sections:
+        return sections()
     if kind in (FramePose, PlaceFrame, ZoneGeometry):
         return oriented(kind)
     if dataclasses.is_dataclass(kind):
@@ -95,15 +97,21 @@ def bodies(draw: st.DrawFn) -> Body:
 
 
 @st.composite
-def ways(draw: st.DrawFn) -> Way:
+def sections(draw: st.DrawFn) -> Sections:
     n, c = draw(st.integers(0, 3)), draw(st.integers(1, 3))
     lengths, coordinates = st.floats(0.0, FARTHEST_M, width=32), st.floats(-FARTHEST_M, FARTHEST_M, width=32)
     ids = draw(arrays(np.uint64, n, elements=st.integers(0, 2**64 - 1)))
     points = draw(arrays(np.float32, (n, c, 2, 3), elements=coordinates))
-    sections = Sections(ids, points, draw(arrays(np.float32, (n, c), elements=lengths)))
-    owned = draw(st.integers(0, n))
+    return Sections(ids, points, draw(arrays(np.float32, (n, c), elements=lengths)))
+
+
+@st.composite
+def ways(draw: st.DrawFn) -> Way:
+    some = draw(sections())
+    owned = draw(st.integers(0, len(some)))
     links, fixed = (st.lists(each, max_size=3).map(tuple) for each in (NAMES, COUNTS))
-    return Way(sections, draw(st.integers(0, owned)), owned, draw(links), draw(fixed))
+    pieces = draw(arrays(np.uint32, draw(st.sampled_from([0, len(some)])), elements=st.integers(0, 2**32 - 1)))
+    return Way(some, draw(st.integers(0, owned)), owned, draw(links), draw(fixed), draw(COUNTS), pieces)
 
 
 @st.composite

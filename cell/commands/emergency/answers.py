@@ -5,8 +5,8 @@ from threading import Lock
 
 import zenoh
 
-_PRESENCE_MAGIC, _HEAD_AT = b"ZPR2", 16
-"""The fields of a presence are a JSON object after 16 bytes, which begin with the magic and its length (u32)."""
+_PRESENCE_MAGIC, _HEAD_AT = b"ZPR2", 18
+"""The fields of a presence are a JSON object after 18 bytes, which begin with the magic and its length (u32)."""
 Member = tuple[str, str, str]
 """Cell, role and name of a process."""
 

@@ -4,10 +4,11 @@ No rule here depends on a time: a robot keeps what it owns, and what was cleared
 old its newest presence is.
 """
 
-from collections.abc import Collection
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Protocol
 
+from cell.geometry import capsule_distance
 from cell.messages import Body, Presence
 from cell.messages.common import Vector
 from cell.messages.sections import Clearance, Refusal, Sections
@@ -18,6 +19,22 @@ MOST_OPEN = 8
 
 TooNear = tuple[int, Refusal] | None
 """The first section that comes too near, and why; None where none does."""
+
+
+class Admission(Protocol):
+    """How far a robot may be let in, so that all get through."""
+
+    def hear(self, presence: Presence, reserved: Mapping[int, int]) -> None:
+        """A presence was taken; `reserved`: the pieces of the sections that its robot may use, by their ids."""
+
+    def knows(self, robot: str, plan: int) -> bool:
+        """Whether the plan with this number has been heard."""
+
+    def admitted(self, robot: str, pieces: Sequence[int]) -> tuple[int, Refusal | None]:
+        """How many of the sections in these pieces of its plan a robot may be cleared, and what is in the way."""
+
+    def look_further(self, robot: str) -> bool:
+        """Whether a robot should plan more of its program."""
 
 
 class Separation(Protocol):
@@ -38,6 +55,8 @@ class _Ask:
     presence: int
     owner: int
     sections: Sections
+    plan: int
+    pieces: list[int]
 
 
 @dataclass(slots=True)
@@ -52,6 +71,8 @@ class _Robot:
     named: bool = False
     """Its newest presence names this manager."""
     ask: _Ask | None = None
+    pieces: dict[int, int] = field(default_factory=dict)
+    """Of sections, by their ids: the piece of its plan in which each lies."""
 
     def reserved(self) -> list[Sections]:
         return [self.owned, *self.open.values()]
@@ -64,11 +85,14 @@ class Ledger:
     cleared.
     """
 
-    def __init__(self, robots: Collection[str], boot: str, epoch: int, separation: Separation) -> None:
-        """`epoch` is greater than that of every manager before."""
+    def __init__(
+        self, robots: Collection[str], boot: str, epoch: int, separation: Separation, order: Admission | None = None
+    ) -> None:
+        """`epoch` is greater than that of every manager before; without `order` nobody waits for others to pass."""
         self._boot = boot
         self._epoch = epoch
         self._separation = separation
+        self._order = order
         self._robots = {robot: _Robot() for robot in sorted(robots)}
         self.deposed = False
         """A manager of a higher epoch is at work; this one clears nothing any more."""
@@ -89,7 +113,9 @@ class Ledger:
         way, lost = presence.way, robot.anywhere is not None
         known = {each for sections in robot.reserved() for each in sections.ids.tolist()}
         asked = way.sections[way.owned :]
-        robot.ask = _Ask(presence.sequence, presence.owner, asked) if robot.named and len(asked) else None
+        pieces = way.pieces.tolist()
+        ask = _Ask(presence.sequence, presence.owner, asked, way.plan, pieces[way.owned :])
+        robot.ask = ask if robot.named and len(asked) else None
         robot.anywhere = None if presence.body.known else presence.body
         anew = presence.owner > before and presence.body.known
         if anew:
@@ -100,6 +126,11 @@ class Ledger:
         if not presence.body.known:
             return False
         robot.owned = way.sections[: way.owned]
+        if self._order is not None:
+            robot.pieces |= dict(zip(way.sections.ids.tolist(), pieces, strict=False))
+            kept = {each for sections in robot.reserved() for each in sections.ids.tolist()}
+            robot.pieces = {id: piece for id, piece in robot.pieces.items() if id in kept}
+            self._order.hear(presence, robot.pieces)
         return not (anew or lost or known.issuperset(robot.owned.ids.tolist()))
 
     @property
@@ -110,6 +141,16 @@ class Ledger:
     def reserved(self, robot: str) -> list[Sections]:
         """All that a robot may use."""
         return self._robots[robot].reserved()
+
+    def intruded(self, name: str, body: Body) -> str:
+        """In whose reserved space a robot is measured, by the present pose of its body; empty: in nobody's."""
+        capsules = body.poses[:1, :, None].astype(float), body.radii_m[None, :, None].astype(float)
+        for other, robot in self._robots.items():
+            for some in robot.reserved() if other != name else ():
+                points, radii = some.points[:, None].astype(float), some.radii[:, None].astype(float)
+                if len(some) and (capsule_distance(*capsules, points, radii) <= 0.0).any():
+                    return other
+        return ""
 
     def clear(self) -> list[Clearance]:
         """Answer what was asked for since the last call, one robot after another."""
@@ -122,13 +163,26 @@ class Ledger:
             if newest is None or len(robot.open) < MOST_OPEN:
                 number = 1 if newest is None else newest.number + 1
                 cleared, refusal = self._longest(name, ask.sections)
+                if self._order is not None and ask.pieces:
+                    cleared, refusal = self._admitted(self._order, name, ask, cleared, refusal)
                 if cleared > 0:
                     robot.open[number] = ask.sections[:cleared]
+                    robot.pieces |= dict(zip(ask.sections.ids[:cleared].tolist(), ask.pieces, strict=False))
+                look_further = self._order is not None and self._order.look_further(name)
                 robot.newest_clearance = newest = Clearance(
-                    name, self._boot, self._epoch, ask.owner, ask.presence, number, cleared, refusal
+                    name, self._boot, self._epoch, ask.owner, ask.presence, number, cleared, refusal, look_further
                 )
             clearances.append(newest)
         return clearances
+
+    def _admitted(
+        self, order: Admission, name: str, ask: _Ask, cleared: int, refusal: Refusal | None
+    ) -> tuple[int, Refusal | None]:
+        """The same, but no farther than all robots can still get through."""
+        if not order.knows(name, ask.plan):
+            return 0, Refusal("", f"what {name} has planned has not been heard yet")
+        admitted, why = order.admitted(name, ask.pieces[:cleared])
+        return (admitted, why) if admitted < cleared else (cleared, refusal)
 
     def _longest(self, name: str, asked: Sections) -> tuple[int, Refusal | None]:
         """How many of the sections may be used, and what stands against the next one."""

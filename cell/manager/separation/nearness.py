@@ -107,6 +107,19 @@ class Nearness:
                 return start + int(first), self._refusal(robot, other, near, nearest, rule)
         return None
 
+    def too_near(self, robot: str, sections: Sections, other: str, others: Sections) -> Flags:
+        """Which sections `(s,)` come nearer than the margin to which of the others `(t,)`: `(s, t)`."""
+        table = np.zeros((len(sections), len(others)), dtype=bool)
+        margin = self._margin(robot, other)
+        if not table.size or self._far(robot, sections, other, others, margin):
+            return table
+        fixed = frozenset(self._fixed(robot)), frozenset(self._fixed(other))
+        most = max(1, _AT_ONCE // others.radii.size // sections.radii.shape[1])
+        for start in range(0, len(sections), most):
+            near = _near(sections[start : start + most], others, margin, fixed)
+            table[start + near.section, near.other_section] = True
+        return table
+
     def first_in_reach(
         self, robot: str, asked: Sections, other: str, base: tuple[float, float, float], reach_m: float
     ) -> tuple[int, Refusal] | None:

@@ -1,12 +1,26 @@
 """Keeps the robots of a cell apart: from their presences to clearances, and what people are told of it."""
 
 from collections.abc import Iterable
+from dataclasses import dataclass, replace
 
 from cell.config.settings import CellSettings
 from cell.manager.separation.ledger import Ledger
 from cell.manager.separation.nearness import Nearness
-from cell.manager.setup_turns import SetupNews
-from cell.messages import Clearance, Presence, Severity
+from cell.manager.separation.order import Order
+from cell.manager.separation.standoff import LASTING_S, StandoffWatch
+from cell.messages import Clearance, Deadlock, PlannedWay, Presence, Refusal, Severity
+
+
+@dataclass(frozen=True, slots=True)
+class SpaceNews:
+    """For people."""
+
+    severity: Severity
+    code: str
+    text: str
+    remedy: str
+    stops: bool = False
+    """All robots must stop."""
 
 
 class Separation:
@@ -20,28 +34,63 @@ class Separation:
         self._fixed: dict[str, frozenset[int]] = {}
         self._beside: set[str] = set()
         """Robots that were last heard where nothing was reserved for them."""
+        self._at_rest: dict[str, bool] = {}
+        self._refused: dict[str, tuple[Refusal, float]] = {}
+        """Who is cleared nothing, why, and when it was told so last."""
         margins = {frozenset(pair.robots): pair.margin_m for pair in settings.separation.pairs}
         nearness = Nearness(
             settings.separation.margin_m, margins, lambda robot: self._fixed.get(robot, frozenset()), self._link
         )
-        self._ledger = Ledger(settings.robots, boot, epoch, nearness)
+        self._order = Order(nearness)
+        self._ledger = Ledger(settings.robots, boot, epoch, nearness, self._order)
+        self._standoffs = StandoffWatch(lambda robot, all_of_them: self._order.way_back(robot, all_of_them) is not None)
 
-    def hear(self, presence: Presence) -> Iterable[SetupNews]:
+    def planned(self, way: PlannedWay) -> None:
+        """Take what a robot has planned."""
+        self._order.planned(way)
+
+    def hear(self, presence: Presence) -> Iterable[SpaceNews]:
         """Take a presence, whatever its age; what there is to tell of it."""
-        robot = presence.robot
-        if presence.way.links:
-            self._links[robot], self._fixed[robot] = presence.way.links, frozenset(presence.way.fixed)
+        robot, way = presence.robot, presence.way
+        if way.links:
+            self._links[robot], self._fixed[robot] = way.links, frozenset(way.fixed)
+        self._at_rest[robot] = presence.stop_time_s == 0.0
         if not self._ledger.hear(presence):
             self._beside.discard(robot)
+            return
+        if other := self._ledger.intruded(robot, presence.body):
+            text = f"{robot} is in space that is cleared for {other}"
+            remedy = f"look at the robots, then `cell reset`; jog {robot} away with `cell jog {robot}`"
+            yield SpaceNews(Severity.ALARM, "space_breach", text, remedy, stops=True)
         elif robot not in self._beside:
-            self._beside.add(robot)
             text = f"{robot} is where nothing was cleared for it: others keep away from there now"
             remedy = f"it left its path by a quick stop, or was pushed: look at it, then `cell return {robot}`"
-            yield SetupNews(Severity.WARNING, "space_forced", text, remedy)
+            yield SpaceNews(Severity.WARNING, "space_forced", text, remedy)
+        self._beside.add(robot)
 
-    def clear(self) -> list[Clearance]:
-        """Answers to what was asked for since the last call."""
-        return self._ledger.clear()
+    @property
+    def standoffs(self) -> tuple[Deadlock, ...]:
+        """Robots that wait for each other, as they were told."""
+        return self._standoffs.present
+
+    def clear(self, cell_time: float) -> tuple[list[Clearance], list[SpaceNews]]:
+        """Answers to what was asked for since the last call, and what there is to tell."""
+        clearances = [self._dated(each, cell_time) for each in self._ledger.clear()]
+        lasting = {robot: each for robot, each in self._refused.items() if cell_time - each[1] <= LASTING_S}
+        self._refused = lasting
+        waiting = {robot: refusal for robot, (refusal, _) in lasting.items() if self._at_rest.get(robot)}
+        standoffs = self._standoffs.look(waiting, cell_time)
+        return clearances, [SpaceNews(Severity.WARNING, "space_standoff", each.text, each.remedy) for each in standoffs]
+
+    def _dated(self, clearance: Clearance, cell_time: float) -> Clearance:
+        """With the time since which nothing has been cleared."""
+        if clearance.refused is None or clearance.cleared > 0:
+            self._refused.pop(clearance.robot, None)
+            return clearance
+        before = self._refused.get(clearance.robot)
+        refusal = replace(clearance.refused, since=cell_time if before is None else before[0].since)
+        self._refused[clearance.robot] = refusal, cell_time
+        return replace(clearance, refused=refusal)
 
     def _link(self, robot: str, capsule: int) -> str:
         links = self._links.get(robot, ())

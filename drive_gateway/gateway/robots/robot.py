@@ -56,6 +56,7 @@ class Robot:
         self.claims = ClaimBook(drives.robot, first_owner, times.owner_silent_s)
         self._settings = settings
         self._axes = tuple(axis.name for axis in drives.axes)
+        self._quick_stop = tuple(axis.quick_stop for axis in drives.axes)
         self._torques = any(axis.torque_offset for axis in drives.axes)
         self._boot = boot
         self._log = log
@@ -98,7 +99,7 @@ class Robot:
             self._log.info("claimed", f"{self.name} is claimed by boot {call.boot} as owner {owner}")
         grant = ClaimGrant(
             owner, self._settings.cycle_s, tick, self._axes, self._boot, self._torques, self.group.outputs.names,
-            self.claims.epoch,
+            self.claims.epoch, self._quick_stop,
         )  # fmt: skip
         return True, f"{self.name} is yours as owner {owner}", grant
 

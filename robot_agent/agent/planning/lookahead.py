@@ -34,6 +34,7 @@ from robot_agent.language import (
 from robot_agent.trajectory import Motion
 
 _PLANNED_AHEAD = 3
+_PLANNED_FURTHER = 12
 _CHAIN = 24
 """Steps that are planned at once, or more where these last less than `_AHEAD_S`."""
 _LONGEST_CHAIN = 200
@@ -100,6 +101,8 @@ class Lookahead:
         self._unplanned: set[int] = set()
         """Ids of the plans that were asked for and are not there yet."""
         self._asked_at = 0.0
+        self.looks_further = False
+        """More is planned than is needed to go on: others have to know where the robot will be."""
         self._took_s: deque[float] = deque(maxlen=_MEASURED)
         """From asking for a plan to having it."""
 
@@ -136,6 +139,16 @@ class Lookahead:
         interpreted = None if self._interpreter is None else self._interpreter.place
         items = tuple(item.lines if isinstance(item, Planned) else item.line for item in self._items)
         return interpreted, items, tuple(step.line for step in self._coming)
+
+    def motions(self, running: Planned) -> tuple[Planned, ...]:
+        """All that is planned: the motion that runs, and those that come."""
+        coming = (item for item in self._items if isinstance(item, Planned) and item.motion is not running.motion)
+        return (running, *coming)
+
+    @property
+    def goes_on(self) -> bool:
+        """Whether the program goes on after all that is planned."""
+        return not any(isinstance(item, Finished | ProgramFault) for item in self._items)
 
     def advance(self) -> None:
         """The head is being executed; what follows becomes the head."""
@@ -180,7 +193,8 @@ class Lookahead:
         """Interpret further, and hand the next motion to the worker; without zone geometry nothing is planned."""
         if self._interpreter is None or zones is None or self.open is not None:
             return []
-        while len(self._items) < _PLANNED_AHEAD and not self._blocked():
+        most = _PLANNED_FURTHER if self.looks_further else _PLANNED_AHEAD
+        while len(self._items) < most and not self._blocked():
             step = self._take(self._interpreter)
             if isinstance(step, MotionStep):
                 steps = self._chain(self._interpreter, step, self._chain_of, self._end)

@@ -41,22 +41,27 @@ _SLOWEST = 1e-4
 
 
 class Planner:
-    """Plans the steps of one robot. `cycle_s` is the gateway's cycle."""
+    """Plans the steps of one robot, with what its gateway tells when it gives the robot.
 
-    def __init__(self, robot: PlacedRobot, cycle_s: float) -> None:
+    `cycle_s` is the gateway's cycle, and `quick_stop` with what each axis brakes by itself [rad/s^2 or m/s^2]; empty:
+    with what the ramps need.
+    """
+
+    def __init__(self, robot: PlacedRobot, cycle_s: float, quick_stop: tuple[float, ...] = ()) -> None:
         self.model = robot.model
         self.limits = robot.limits
         self.pose_world_base = robot.pose_world_base
         self.things = robot.things
         self.spaces = robot.spaces
         self.cycle_s = cycle_s
+        self.quick_stop = quick_stop
         self._kept_apart = robot.kept_apart
-        self._braking = Braking.of(robot.model, robot.limits, cycle_s)
+        self._braking = Braking.of(robot.model, robot.limits, cycle_s, quick_stop)
         self.held = robot.model.description.held
         """The part that is held in all that it plans; several where it may be any of them."""
         self._by_held = {self.held: self}
         for parts, other in robot.holding.items():
-            self._by_held[parts] = Planner(other, cycle_s)
+            self._by_held[parts] = Planner(other, cycle_s, quick_stop)
             self._by_held[parts]._by_held = self._by_held
 
     def holding(self, parts: tuple[str, ...]) -> "Planner":
@@ -157,7 +162,7 @@ class Planner:
 
         found: list[Touch | Breach | None] = [self.things.first_touch(onward, taus, points_at)]
         if self.spaces:
-            watched = self.spaces.watched(onward, self.pose_world_base, motion.q(taus))
+            watched = self.spaces.watched(onward, self.pose_world_base, self.model.forward(motion.q(taus)))
             found.append(
                 self.spaces.first_breach(watched, taus, watched_at, planned.spaces_off.union(self.spaces.inputs))
             )
@@ -226,7 +231,7 @@ class Planner:
         versions = {zone.zone: zone.version for zone in zones}
         shut: tuple[Crossing, ...] = ()
         if self.spaces.inputs:
-            watched = self.spaces.watched(body, self.pose_world_base, motion.q(taus))
+            watched = self.spaces.watched(body, self.pose_world_base, self.model.forward(motion.q(taus)))
             shut = self.spaces.switched_by_input(watched, taus)
         sections = cut(self._braking, body, taus, motion.q(taus), motion.qd(taus)) if self._kept_apart else None
         return Planned(id, lines, motion, taus, body, crossed, versions, held=self.held, shut=shut, sections=sections)

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from cell.messages import Body, Clearance, ManagerState, Sections, Way
 from robot_agent.agent.planning.passed import Passed, Span
 from robot_agent.agent.planning.plans import Planned
+from robot_agent.agent.space.outlook import Outlook
 from robot_agent.agent.space.owned_space import OwnedSpace
 from robot_agent.kinematics import Model
 from robot_agent.trajectory import Hold
@@ -36,13 +37,18 @@ class Use:
 class SharedSpace:
     """Of one robot in a cell that keeps its robots apart; in another one (`kept_apart` false) all space is free."""
 
-    def __init__(self, robot: str, *, kept_apart: bool) -> None:
+    def __init__(self, robot: str, boot: str, *, kept_apart: bool) -> None:
         self._robot = robot
+        self.outlook = Outlook(robot, boot)
+        self.look_further = False
+        """The manager knows too little of what the robot has planned: its way ends in that of another one."""
         self.kept_apart = kept_apart
         self._owned = OwnedSpace(0, 0)
         self._refusal = ""
         self._way = Sections()
         """What was said last: all that is owned is in there."""
+        self._wanted: Sections | None = None
+        """What a robot that stands wants to grow into."""
         self.beside_path = False
         """The robot is measured farther from its path than its sections have room for."""
 
@@ -62,6 +68,7 @@ class SharedSpace:
         """Take a clearance, unless it is old or for another robot."""
         if clearance.robot == self._robot and self._owned.take(clearance):
             self._refusal = "" if clearance.refused is None else clearance.refused.text
+            self.look_further = clearance.look_further
 
     @property
     def epoch(self) -> int:
@@ -99,6 +106,14 @@ class SharedSpace:
     def owns(self, sections: Sections) -> bool:
         """Whether all of these may be used."""
         return bool(self._mine(sections).all())
+
+    def room_for(self, sections: Sections) -> bool:
+        """Whether a robot that stands may grow into these; where not, they are asked for next."""
+        if not self.kept_apart or self.owns(sections):
+            self._wanted = None
+            return True
+        self._wanted = sections
+        return False
 
     def outside(self, path: Sweep) -> str:
         """Why a robot may not go through samples that no plan has cut; empty when it may."""
@@ -163,8 +178,9 @@ class SharedSpace:
         """The way for the presence with this sequence; what is not asked for any more is given up."""
         if not self.kept_apart or use.model is None:
             return Way()
-        renounce = use.ahead is None
-        whole = use.sections if use.ahead is None else _united(use.sections, use.ahead)
+        ahead, self._wanted = use.ahead if self._wanted is None else self._wanted, None
+        renounce = ahead is None
+        whole = use.sections if ahead is None else _united(use.sections, ahead)
         ids, committed = whole.ids.tolist(), len(use.sections)
         owned = self._owned.follow(ids, committed, renounce=renounce)
         self._owned.ask(sequence, ids[owned:])
@@ -174,7 +190,7 @@ class SharedSpace:
         capsules = range(len(use.model.body))
         links = tuple(named(part_of(use.model, capsule)).removeprefix("the ") for capsule in capsules)
         fixed = tuple(capsule for capsule in capsules if use.model.body[capsule].link == 0)
-        return Way(whole, committed, owned, links, fixed)
+        return Way(whole, committed, owned, links, fixed, self.outlook.plan, self.outlook.pieces(whole))
 
     def _mine(self, sections: Sections) -> NDArray[np.bool_]:
         """Which of them are owned."""

@@ -24,7 +24,7 @@ from robot_agent.agent.space.shared_space import SharedSpace, onward
 from robot_agent.agent.zones.zone_claims import ZoneClaims
 from robot_agent.language import Meet, Pause, TrackingOn
 from robot_agent.trajectory import Hold, RateRequest, Segment
-from robot_agent.workspace import with_entry
+from robot_agent.workspace import BACKING_RATE, with_entry
 
 _AHEAD_S = 0.6
 """A zone is asked for this long, plus the time to stop, before it is entered; a grant takes about 0.05 s."""
@@ -104,6 +104,8 @@ class Standing:
             requests.append(RateRequest(0.0, "the robot is measured beside its path"))
         if self.run.correction_ends:
             requests.append(RateRequest(0.0, "TRACK OFF"))
+        if self.pace.backwards and self.space.kept_apart:
+            requests.append(RateRequest(-BACKING_RATE, "robots are kept apart"))
         return requests
 
     def _zone_holds(self, planned: Planned, tau: float, now: float) -> list[Hold]:

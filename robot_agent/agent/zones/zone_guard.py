@@ -39,12 +39,13 @@ class ZoneGuard:
 
         def clear(states: States) -> str:
             """The thing that states would touch, the space or the zone that is closed to them."""
-            path = sweep(planner.model, planner.pose_world_base, states.q)
+            links = planner.model.links(states.q)
+            path = sweep(planner.model, planner.pose_world_base, states.q, links)
             if reason := planner.things.in_the_way(path) or self._space.outside(path):
                 return reason
             if planner.spaces:
                 base, off = planner.pose_world_base, self._zones.spaces.off(self._now)
-                if border := planner.spaces.in_the_way(planner.spaces.watched(path, base, states.q), off):
+                if border := planner.spaces.in_the_way(planner.spaces.watched(path, base, links[:, -1]), off):
                     return border
                 haste = planner.spaces.haste(base, states.q, states.qd, off)
                 if haste[1:].max(initial=0.0) > max(1.0, haste[0]):

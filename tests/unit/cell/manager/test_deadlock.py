@@ -2,7 +2,7 @@
 
 from dataclasses import replace
 
-from cell.messages import Event, Presence, Token, ZoneDeadlock
+from cell.messages import Deadlock, Event, Presence, Token
 from tests.unit.manager_world import Robot, World, settings
 
 ROBOTS = ("a", "b", "c")
@@ -37,7 +37,7 @@ def told(made: World) -> list[Event]:
     return [event for event in made.events if event.code == "zone_deadlock"]
 
 
-def present(made: World) -> tuple[ZoneDeadlock, ...]:
+def present(made: World) -> tuple[Deadlock, ...]:
     return made.state.deadlocks
 
 

@@ -22,11 +22,13 @@ from cell.messages import (
     CellTime,
     Command,
     Correction,
+    Deadlock,
     Estop,
     Heard,
     ManagerState,
     MeetingStatus,
     OutputEvent,
+    PlannedWay,
     Presence,
     Reply,
     ResetEstop,
@@ -37,7 +39,6 @@ from cell.messages import (
     SetupStatus,
     Token,
     Way,
-    ZoneDeadlock,
     ZoneGeometry,
     ZoneState,
     ZoneStatus,
@@ -220,10 +221,10 @@ def test_a_wrong_field_is_refused_by_its_name(old: bytes, new: bytes, says: str)
 
 def test_the_layout_of_a_presence_is_the_documented_one() -> None:
     data = encode(dataclasses.replace(PRESENCE, body=BODY))
-    end = 16 + int.from_bytes(data[4:8], "little")
+    end = 18 + int.from_bytes(data[4:8], "little")
     assert data[:4] == b"ZPR2"
-    assert data[8:16] == b"\x01\x00\x01\x00\x00\x00\x00\x00"
-    assert json.loads(data[16:end])["known"] is True
+    assert data[8:18] == b"\x01\x00\x01\x00" + bytes(6)
+    assert json.loads(data[18:end])["known"] is True
     assert np.frombuffer(data[end:], "<f4").tolist() == np.float32([0.1, 0.02, 0, 0, 0, 0.1, 0, 0]).tolist()
 
 
@@ -231,11 +232,22 @@ SECTION = Sections(np.uint64([7]), np.float32([[[[1, 2, 3], [4, 5, 6]]]]), np.fl
 
 
 def test_the_layout_of_a_way_is_the_documented_one() -> None:
-    data = encode(dataclasses.replace(PRESENCE, way=Way(SECTION, 1, 1, ("hand",))))
-    end = 16 + int.from_bytes(data[4:8], "little")
-    assert data[8:16] == b"\x00\x00\x00\x00\x01\x00\x01\x00"
-    head = json.loads(data[16:end])
+    way = Way(SECTION, 1, 1, ("hand",), plan=3, pieces=np.uint32([5]))
+    data = encode(dataclasses.replace(PRESENCE, way=way))
+    end = 18 + int.from_bytes(data[4:8], "little")
+    assert data[8:18] == bytes(4) + b"\x01\x00\x01\x00\x01\x00"
+    head = json.loads(data[18:end])
     assert (head["committed"], head["owned"], head["links"]) == (1, 1, ["hand"])
+    assert data[end : end + 8] == b"\x07" + bytes(7)
+    assert data[end + 8 : end + 12] == b"\x05" + bytes(3)
+    assert np.frombuffer(data[end + 12 :], "<f4").tolist() == [0.25, 1, 2, 3, 4, 5, 6]
+
+
+def test_the_layout_of_a_planned_way_is_the_documented_one() -> None:
+    data = encode(PlannedWay("left", "b", 1, 2, more=True, pieces=SECTION))
+    end = 12 + int.from_bytes(data[4:8], "little")
+    assert (data[:4], data[8:12]) == (b"ZPW1", b"\x01\x00\x01\x00")
+    assert json.loads(data[12:end]) == {"robot": "left", "boot": "b", "owner": 1, "number": 2, "more": True}
     assert data[end : end + 8] == b"\x07" + bytes(7)
     assert np.frombuffer(data[end + 8 :], "<f4").tolist() == [0.25, 1, 2, 3, 4, 5, 6]
 
@@ -246,6 +258,7 @@ def test_the_layout_of_a_way_is_the_documented_one() -> None:
         (Way(dataclasses.replace(SECTION, radii=np.float32([[-0.1]]))), "below zero"),
         (Way(dataclasses.replace(SECTION, points=np.full((1, 1, 2, 3), np.inf, np.float32))), "infinite"),
         (Way(dataclasses.replace(SECTION, ids=np.uint64([7, 8]))), "allowed are"),
+        (Way(SECTION, pieces=np.uint32([1, 2])), "none or one of each"),
         (Way(Sections(np.uint64([7]), np.zeros((1, 0, 2, 3), np.float32), np.zeros((1, 0), np.float32))), "at least"),
     ],
 )
@@ -344,7 +357,7 @@ def full_cell() -> ManagerState:
     meetings = {f"meeting_{n}": MeetingStatus(tuple(robots[:8]), missing, arrivals, 12.5) for n in range(16)}
     return ManagerState(
         "cell", "boot", 2, 99, 12.5, "digest", heard, zones, texts, stops, SetupStatus("robot_number_0", False, long),
-        texts, heard, (ZoneDeadlock(tuple(robots), tuple(robots), 1.0, long, long),), {f"f{n}": n for n in range(50)},
+        texts, heard, (Deadlock(tuple(robots), tuple(robots), 1.0, long, long),), {f"f{n}": n for n in range(50)},
         meetings,
     )  # fmt: skip
 

@@ -181,6 +181,14 @@ def test_the_owner_that_asks_again_gets_the_same_grant() -> None:
     assert world.claim("a1") == world.claim("a1") == 100
 
 
+def test_a_claim_tells_how_hard_each_drive_brakes_by_itself() -> None:
+    world = World(gateway_settings((axis("J1", 1, quick_stop=20.0), axis("J2", 2, quick_stop=17.5))))
+    world.ready()
+    grant = world.ask(Claim("left", "a1", "d")).claim
+    assert grant is not None
+    assert grant.quick_stop == (20.0, 17.5)
+
+
 def test_another_configuration_is_refused() -> None:
     reply = World().ask(Claim("left", "a1", "other"))
     assert not reply.ok

@@ -369,6 +369,18 @@ def test_lost_feedback_is_a_fault_that_an_operator_must_reset() -> None:
     assert world.state.program.state is ProgramState.INTERRUPTED
 
 
+def test_with_another_quick_stop_told_the_robot_is_planned_for_anew_and_with_an_equal_one_as_before() -> None:
+    world = enabled(SHORT)
+    first = world.agent._planner
+    for brakes, same in (((), True), ((10.0, 20.0, 30.0, 40.0, 50.0, 60.0), False), ((10.0, 20.0), False)):
+        world.brakes = brakes
+        world.agent.link.lose_claim()
+        until(world, lambda: world.agent.link.owned is not None)
+        world.run(0.1)
+        assert (world.agent._planner is first) == same
+        assert world.agent._planner.quick_stop == brakes
+
+
 def test_feedback_of_before_its_reset_is_no_new_fault() -> None:
     world = running(SHORT)
     world.run(0.5)

@@ -76,7 +76,7 @@ class Plane:
 
         def clear(states: States) -> str:
             path = sweep(self.model, WORLD, states.q)  # type: ignore[arg-type]
-            return spaces.in_the_way(spaces.watched(path, WORLD, states.q), ())
+            return spaces.in_the_way(spaces.watched(path, WORLD, self.model.forward(states.q)), ())
 
         return clear
 

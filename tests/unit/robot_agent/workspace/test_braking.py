@@ -58,6 +58,17 @@ def test_wherever_its_drives_come_to_rest_with_half_of_their_deceleration_or_mor
         assert covers(body, transform_points(BASE, points))
 
 
+def test_an_axis_brakes_as_told_or_as_the_ramps_need_if_that_is_more_and_so_do_all_where_some_are_not_told() -> None:
+    arm = MODELS["six_axis"]
+    ramp = braking(arm).acceleration
+    of = Limits.of(arm.description), CYCLE_S
+    told = Braking.of(arm, *of, tuple((ramp * [2.0, 0.5, 1.0, 3.0, 0.0, -1.0]).tolist()))
+    assert told.quick_stop == pytest.approx(ramp * [2.0, 1.0, 1.0, 3.0, 1.0, 1.0])
+    assert (told.deceleration == braking(arm).deceleration).all()
+    for too_few in ((), (50.0,), (50.0,) * 7):
+        assert (Braking.of(arm, *of, too_few).quick_stop == ramp).all()
+
+
 def test_a_slow_robot_has_a_body_of_the_growth_of_any_other() -> None:
     arm = MODELS["six_axis"]
     body = braking(arm).body(BASE, arm.home, np.full(arm.n, 0.1))

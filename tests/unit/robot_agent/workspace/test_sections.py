@@ -20,7 +20,7 @@ from robot_agent.language import Interpreter, MotionStep, parse_program
 from robot_agent.paths import JointMove, Line, Sequence
 from robot_agent.trajectory import Limits, Motion, plan
 from robot_agent.workspace import Braking, PlacedRobot, sweep
-from robot_agent.workspace.sections import FOLLOWING_M, MotionSections, cut, extended, standing, within
+from robot_agent.workspace.sections import BACKING_RATE, FOLLOWING_M, MotionSections, cut, extended, standing, within
 from tests.unit.random_moves import sequence
 from tests.unit.repository import ROOT
 from tests.unit.six_axis_paths import BASE, joint_path
@@ -47,8 +47,11 @@ def placed(name: str) -> PlacedRobot:
     return replace(PlacedRobot.at(MODELS[name]), pose_world_base=BASE)
 
 
-def braking(name: str) -> Braking:
-    return Braking.of(MODELS[name], Limits.of(MODELS[name].description), CYCLE_S)
+def braking(name: str, harder: float = 1.0) -> Braking:
+    """As it is told of drives whose quick stop is `harder` than the ramps are."""
+    model, limits = MODELS[name], Limits.of(MODELS[name].description)
+    ramp = Braking.of(model, limits, CYCLE_S).acceleration
+    return Braking.of(model, limits, CYCLE_S, tuple((harder * ramp).tolist()))
 
 
 def sampled(motion: Motion) -> tuple:
@@ -75,8 +78,8 @@ def motion_of(name: str, seed: int) -> Motion:
 
 
 @cache
-def cut_motion(name: str, seed: int) -> MotionSections:
-    return cut(braking(name), *sampled(motion_of(name, seed)))
+def cut_motion(name: str, seed: int, harder: float = 1.0) -> MotionSections:
+    return cut(braking(name, harder), *sampled(motion_of(name, seed)))
 
 
 def rest_along(motion: Motion, drives: Braking, tau: float, rate: float) -> float:
@@ -96,9 +99,9 @@ def stopping(motion: Motion, drives: Braking, tau: float, rate: float) -> np.nda
     """The capsules `(30, c, 2, 3)` of a robot each axis of which brakes by itself from `tau` to rest."""
     coupling = drives.model.coupling
     speed = rate * coupling.axes(motion.qd(np.array(tau)))
-    braking_s = np.abs(speed) / drives.acceleration
+    braking_s = np.abs(speed) / drives.quick_stop
     at_s = np.minimum(np.linspace(0.0, braking_s.max(), 30)[:, None], braking_s)
-    way = speed * at_s - np.sign(speed) * drives.acceleration * at_s**2 / 2.0
+    way = speed * at_s - np.sign(speed) * drives.quick_stop * at_s**2 / 2.0
     return transform_points(BASE, drives.model.capsules(motion.q(np.array(tau)) + coupling.joints(way)))
 
 
@@ -147,13 +150,37 @@ def test_a_quick_stop_stays_in_the_sections_up_to_where_a_ramp_along_the_path_ma
     assert stop_is_covered(motion, cut_motion(name, seed), braking(name), share * motion.duration_s, rate)
 
 
-@given(seed=st.integers(0, SEEDS - 1), share=st.floats(0.0, 1.0))
+@pytest.mark.parametrize("name", MODELS)
+@given(
+    seed=st.integers(0, SEEDS - 1),
+    share=st.floats(0.0, 1.0),
+    rate=st.sampled_from([0.3, 0.7, 1.0]),
+    harder=st.sampled_from([1.0, 1.2, 1.5, 2.0, 3.0]),
+)
 @settings(max_examples=40, deadline=None)
-def test_a_quick_stop_on_the_way_back_at_half_speed_stays_in_the_sections_behind(seed: int, share: float) -> None:
-    motion, found, drives = motion_of("six_axis", seed), cut_motion("six_axis", seed), braking("six_axis")
+def test_a_quick_stop_of_drives_that_brake_as_told_or_all_of_them_so_many_times_harder_stays_in_the_sections(
+    name: str, seed: int, share: float, rate: float, harder: float
+) -> None:
+    motion, found, drives = motion_of(name, seed), cut_motion(name, seed, 1.5), braking(name, 1.5 * harder)
+    assert stop_is_covered(motion, found, drives, share * motion.duration_s, rate)
+
+
+@pytest.mark.parametrize("name", MODELS)
+def test_the_harder_drives_are_told_to_brake_the_less_sections_grow_for_quick_stops(name: str) -> None:
+    as_ramps, half_more, twice = (cut_motion(name, 0, harder).stray.max() for harder in (1.0, 1.5, 2.0))
+    assert twice < 0.8 * half_more < 0.8 * 0.8 * as_ramps
+
+
+@pytest.mark.parametrize("name", MODELS)
+@given(seed=st.integers(0, SEEDS - 1), share=st.floats(0.0, 1.0), harder=st.sampled_from([1.0, 1.5]))
+@settings(max_examples=40, deadline=None)
+def test_a_quick_stop_on_the_way_back_at_the_rate_for_that_stays_in_the_sections_behind(
+    name: str, seed: int, share: float, harder: float
+) -> None:
+    motion, found, drives = motion_of(name, seed), cut_motion(name, seed, harder), braking(name, harder)
     tau = share * motion.duration_s
-    points = stopping(motion, drives, tau, -0.5)
-    assert each_within_one(points, ARM.capsule_radii, tight(found.sections[: found.index(tau) + 1]))
+    points = stopping(motion, drives, tau, -BACKING_RATE)
+    assert each_within_one(points, drives.model.capsule_radii, tight(found.sections[: found.index(tau) + 1]))
 
 
 @given(seed=st.integers(0, 10_000))

@@ -58,7 +58,7 @@ def first_breach(
 ) -> Breach | None:
     mine = pickle.loads(pickle.dumps(Spaces(MODEL, spaces, cone)))
     q = motion.q(motion.grid)
-    body = mine.watched(sweep(MODEL, WORLD, q), WORLD, q)
+    body = mine.watched(sweep(MODEL, WORLD, q), WORLD, MODEL.forward(q))
     found = mine.first_breach(body, motion.grid, lambda taus: mine.points(WORLD, motion.q(taus)), off)
     pickle.dumps(mine)  # it goes to the planning process
     assert found is None or isinstance(found, Breach)
@@ -271,7 +271,7 @@ def _pressed(
     mine = Spaces(ARM, (safe("cabin", low, high),))
 
     def clear(states: States) -> str:
-        return mine.in_the_way(mine.watched(sweep(ARM, WORLD, states.q), WORLD, states.q), ())
+        return mine.in_the_way(mine.watched(sweep(ARM, WORLD, states.q), WORLD, ARM.forward(states.q)), ())
 
     key = jogged.press(axis, speed, clear=clear)
     for block in range(most):

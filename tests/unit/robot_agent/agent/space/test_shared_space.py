@@ -31,7 +31,7 @@ HOME = standing(ARM, BASE, ARM.home, 0.01)
 
 
 def _space() -> SharedSpace:
-    space = SharedSpace("left", kept_apart=True)
+    space = SharedSpace("left", "boot", kept_apart=True)
     space.claimed(1, 5)
     space.way(1, Use(HOME, ARM))
     return space
@@ -135,7 +135,7 @@ def test_a_correction_needs_room_beside_the_path() -> None:
 
 
 def test_where_robots_are_not_kept_apart_all_space_is_free() -> None:
-    space = SharedSpace("left", kept_apart=False)
+    space = SharedSpace("left", "boot", kept_apart=False)
     assert space.holds_on(PLANNED, 0.0) == []
     assert space.outside(PLANNED.sweep) == ""
     assert len(space.way(1, Use(HOME, ARM, HOME)).sections) == 0

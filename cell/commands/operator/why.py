@@ -1,0 +1,87 @@
+"""`cell why`: what a robot waits for, who keeps it waiting, and what would let it go on."""
+
+import time
+from pathlib import Path
+
+import typer
+
+from cell.commands.client.cell_view import Snapshot
+from cell.commands.client.connection import STATE_TIMEOUT_S, connect
+from cell.commands.client.state_table import why as reason_of
+from cell.commands.errors import CommandError
+from cell.commands.options import CELL_FILE, CellFileOption, ConnectOption, RobotArgument
+from cell.messages import Clearance, Mode, RobotState
+
+_LISTENS_S = 0.3
+"""Who asks for room is answered much more often than that."""
+_STANDS = {
+    Mode.READY: "no program runs: cell run {robot}",
+    Mode.HALTED: "it is halted: cell continue {robot}",
+    Mode.DISABLED: "its drives are off: cell enable {robot}",
+    Mode.OFF_PATH: "it stands beside its path: cell return {robot}",
+    Mode.STARTING: "it has not heard its drives yet: cell drives",
+    Mode.ENABLING: "its drives are being switched on",
+    Mode.JOGGING: "it is being jogged",
+}
+"""What would let a robot go on that waits for nothing."""
+
+
+def why(robot: RobotArgument, file: CellFileOption = Path(CELL_FILE), endpoint: ConnectOption = None) -> None:
+    """Say what a robot waits for: who keeps it waiting, which links, since when, and what would free it.
+
+    Whoever keeps it waiting is looked at in the same way, and so on.
+    """
+    with connect(file, endpoint) as operator:
+        operator.check_robot(robot)
+        answers = operator.session.watch("robot/*/clearance")
+        seen = operator.view.wait_for(lambda seen: robot in seen.robots and seen.manager is not None, STATE_TIMEOUT_S)
+        time.sleep(_LISTENS_S)
+        clearances = {each.robot: each for each in answers.take_new() if isinstance(each, Clearance)}
+        seen = operator.view.look()
+        if robot not in seen.robots:
+            raise CommandError(f"robot {robot} does not answer", "see who is silent: cell status")
+        for line in explained(robot, seen, clearances):
+            typer.echo(line)
+
+
+def explained(robot: str, seen: Snapshot, clearances: dict[str, Clearance]) -> list[str]:
+    """What a robot waits for, then what that one waits for who keeps it waiting, until it is clear who can help."""
+    lines: list[str] = []
+    asked: list[str] = []
+    while robot and robot not in asked:
+        asked.append(robot)
+        line, robot = _one(robot, seen, clearances.get(robot))
+        lines.append(line)
+    deadlocks = seen.manager.deadlocks if seen.manager is not None else ()
+    mine = next((each for each in deadlocks if not set(each.robots).isdisjoint(asked)), None)
+    if mine is not None:
+        lines.append(f"{' and '.join(mine.robots)} wait for each other: {mine.remedy}")
+    return lines
+
+
+def _one(robot: str, seen: Snapshot, clearance: Clearance | None) -> tuple[str, str]:
+    """What one robot waits for, and who keeps it waiting; empty for nobody."""
+    state = seen.robots.get(robot)
+    if state is None:
+        return f"{robot} does not answer: cell status says what starts it", ""
+    reason = reason_of(state)
+    refusal = None if clearance is None else clearance.refused
+    if refusal is not None and reason == refusal.text:
+        return f"{robot} waits{_since(refusal.since, seen)}: {reason}", refusal.by if refusal.by in seen.robots else ""
+    for name, zone in seen.manager.zones.items() if seen.manager is not None else ():
+        if reason.startswith(f"zone {name}:"):
+            holder = zone.holder if zone.holder is not None and zone.holder != robot else ""
+            return f"{robot} waits{_since(zone.since, seen)}: {reason}", holder
+    if reason:
+        return f"{robot} ({state.mode.value}): {reason}", ""
+    return f"{robot} waits for nothing: {_stands(robot, state)}", ""
+
+
+def _since(since: float, seen: Snapshot) -> str:
+    return "" if seen.manager is None else f" since {max(0.0, seen.manager.cell_time - since):.1f} s"
+
+
+def _stands(robot: str, state: RobotState) -> str:
+    if state.mode in _STANDS:
+        return _STANDS[state.mode].format(robot=robot)
+    return f"it moves, line {state.program.line} {state.program.text}"

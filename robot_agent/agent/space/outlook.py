@@ -1,0 +1,85 @@
+"""The space of all that a robot has planned, in coarse pieces, by which the manager sees who will block whom."""
+
+from bisect import bisect_right
+from collections.abc import Iterable
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cell.messages import PlannedWay, Sections
+from cell.messages.sections import NO_PIECE, Pieces
+from robot_agent.agent.planning.plans import Planned
+from robot_agent.workspace import MotionSections, of_points
+
+_PIECE_M = 0.06
+"""A piece is as many sections as the end of a capsule that goes the farthest goes in so much."""
+_AGAIN_S = 1.0
+
+
+class Outlook:
+    """Numbers the plans of one claim, and says in which piece of the newest one a section lies."""
+
+    def __init__(self, robot: str, boot: str) -> None:
+        self._robot = robot
+        self._boot = boot
+        self._owner = 0
+        self._known: tuple[object, ...] = ()
+        self._way: PlannedWay | None = None
+        self._piece_of: dict[int, int] = {}
+        self._told_at = -np.inf
+        self._number = 0
+
+    def look(self, owner: int, motions: Iterable[Planned], *, more: bool) -> None:
+        """What is planned now, under this claim: the motion that runs, and those that come; `more`: not all of it."""
+        planned = tuple(each.sections for each in motions if each.sections is not None)
+        if owner != self._owner:
+            self._owner, self._number = owner, 0
+        known = (owner, more, *map(id, planned))
+        if known == self._known:
+            return
+        self._known, self._told_at = known, -np.inf
+        if not planned:
+            self._way, self._piece_of = None, {}
+            return
+        pieces, self._piece_of = Sections(), {}
+        for motion in planned:
+            coarse, which = _coarse(motion)
+            self._piece_of |= dict(zip(motion.sections.ids.tolist(), (which + len(pieces)).tolist(), strict=True))
+            pieces = pieces.joined(coarse)
+        self._number += 1
+        self._way = PlannedWay(self._robot, self._boot, owner, self._number, more, pieces)
+
+    def news(self, now: float) -> PlannedWay | None:
+        """What is to be told now: a new plan at once, the same one again after a while."""
+        if self._way is None or now - self._told_at < _AGAIN_S:
+            return None
+        self._told_at = now
+        return self._way
+
+    @property
+    def plan(self) -> int:
+        """Number of the newest plan; 0: none."""
+        return 0 if self._way is None else self._way.number
+
+    def pieces(self, sections: Sections) -> Pieces:
+        """`(s,)`: in which piece of the newest plan each section lies. Empty without a plan."""
+        if self._way is None:
+            return np.empty(0, np.uint32)
+        return np.array([self._piece_of.get(each, NO_PIECE) for each in sections.ids.tolist()], np.uint32)
+
+
+@lru_cache(maxsize=32)
+def _coarse(motion: MotionSections) -> tuple[Sections, NDArray[np.intp]]:
+    """Pieces of a motion, each the space of some sections in a row; and the piece of each section."""
+    points, radii = motion.sections.points.astype(float), motion.sections.radii.astype(float)
+    chords = np.linalg.norm(np.diff(points, axis=0), axis=-1).max(axis=(1, 2)) if len(points) > 1 else np.zeros(0)
+    way = np.concatenate([[0.0], chords.cumsum()]).tolist()
+    firsts = [0]
+    while (following := max(bisect_right(way, way[firsts[-1]] + _PIECE_M), firsts[-1] + 1)) < len(way):
+        firsts.append(following)
+    counts = np.diff([*firsts, len(way)])
+    which = np.repeat(np.arange(len(firsts)), counts)
+    middles = points[np.array(firsts) + counts // 2]
+    needed = np.linalg.norm(points - middles[which], axis=-1).max(axis=-1) + radii
+    return of_points(middles, np.maximum.reduceat(needed, firsts)), which

@@ -1,0 +1,76 @@
+"""`cell why`: from a robot that waits to what would free it."""
+
+from dataclasses import replace
+
+from cell.commands.client.cell_view import Snapshot
+from cell.commands.operator.why import explained
+from cell.messages import (
+    Clearance,
+    Deadlock,
+    ManagerState,
+    Mode,
+    ProgramState,
+    ProgramStatus,
+    Refusal,
+    RobotState,
+    ZoneState,
+    ZoneStatus,
+)
+
+NEAR = "left's link 4 would come within 19.2 mm of where right's link 4 may be; 30 mm are kept"
+AWAY = "right would be in the way of left, which must get through first"
+
+
+def _state(robot: str, waiting_for: str = "", mode: Mode = Mode.RUNNING) -> RobotState:
+    program = ProgramStatus(f"{robot}.prog", ProgramState.RUNNING, 3, "ML Z=1150", "")
+    return RobotState(robot, "boot", 1, mode, program, None, None, None, None, None, waiting_for=waiting_for)
+
+
+def _manager(deadlocks: tuple[Deadlock, ...] = (), zones: dict[str, ZoneStatus] | None = None) -> ManagerState:
+    return replace(ManagerState("cell", "m", 1, 1, 10.0, "d", {}, zones or {}), deadlocks=deadlocks)
+
+
+def _refused(robot: str, by: str, text: str, since: float) -> Clearance:
+    return Clearance(robot, "m", 1, 1, 1, 1, 0, Refusal(by, text, since=since))
+
+
+def test_who_waits_for_whom_and_since_when_down_to_who_can_help() -> None:
+    seen = Snapshot({"left": _state("left", NEAR), "right": _state("right", mode=Mode.HALTED)}, manager=_manager())
+    assert explained("left", seen, {"left": _refused("left", "right", NEAR, 6.8)}) == [
+        f"left waits since 3.2 s: {NEAR}",
+        "right waits for nothing: it is halted: cell continue right",
+    ]
+
+
+def test_robots_that_wait_for_each_other_are_told_what_frees_them() -> None:
+    deadlock = Deadlock(("left", "right"), (), 9.0, "left and right wait for each other", "let right back: ...")
+    states = {"left": _state("left", NEAR), "right": _state("right", AWAY)}
+    refused = {"left": _refused("left", "right", NEAR, 6.0), "right": _refused("right", "left", AWAY, 7.0)}
+    assert explained("right", Snapshot(states, manager=_manager((deadlock,))), refused) == [
+        f"right waits since 3.0 s: {AWAY}",
+        f"left waits since 4.0 s: {NEAR}",
+        "left and right wait for each other: let right back: ...",
+    ]
+
+
+def test_a_zone_leads_to_its_holder() -> None:
+    zone = ZoneStatus(ZoneState.OCCUPIED, "right", None, ("left",), 1, 5.0)
+    waits = "zone door: held by right since 5.0 s"
+    seen = Snapshot({"left": _state("left", waits), "right": _state("right")}, manager=_manager(zones={"door": zone}))
+    assert explained("left", seen, {}) == [
+        f"left waits since 5.0 s: {waits}",
+        "right waits for nothing: it moves, line 3 ML Z=1150",
+    ]
+
+
+def test_an_old_refusal_of_a_robot_that_moves_on_is_not_told() -> None:
+    seen = Snapshot({"left": _state("left")}, manager=_manager())
+    assert explained("left", seen, {"left": _refused("left", "right", NEAR, 6.0)}) == [
+        "left waits for nothing: it moves, line 3 ML Z=1150"
+    ]
+
+
+def test_who_does_not_answer_is_the_end_of_it() -> None:
+    seen = Snapshot({"left": _state("left", NEAR)}, manager=_manager())
+    lines = explained("left", seen, {"left": _refused("left", "right", NEAR, 6.0)})
+    assert lines == [f"left waits since 4.0 s: {NEAR}"]

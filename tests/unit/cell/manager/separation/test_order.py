@@ -1,0 +1,164 @@
+"""Who is let in: wherever robots begin safely, all of them get to the end of their ways."""
+
+import random
+
+import numpy as np
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from cell.geometry.arrays import Flags
+from cell.manager.separation.order import Order
+from cell.messages import Body, PlannedWay, Presence, Sections, Way
+from cell.messages.sections import NO_PIECE
+
+
+def _pieces(robot: str, count: int) -> Sections:
+    """Piece k of a robot has the id 1000 times its letter, and k."""
+    ids = np.uint64(1000 * ord(robot)) + np.arange(count, dtype=np.uint64)
+    return Sections(ids, np.zeros((count, 1, 2, 3), np.float32), np.zeros((count, 1), np.float32))
+
+
+class Known:
+    """Conflicts as they were drawn: pairs of (robot, piece)."""
+
+    def __init__(self, near: set[frozenset[tuple[str, int]]]) -> None:
+        self.near = near
+
+    def too_near(self, robot: str, sections: Sections, other: str, others: Sections) -> Flags:
+        return np.array(
+            [[self.meet(robot, i, other, j) for j in range(len(others))] for i in range(len(sections))], dtype=bool
+        ).reshape(len(sections), len(others))
+
+    def meet(self, robot: str, piece: int, other: str, others: int) -> bool:
+        return frozenset([(robot, piece), (other, others)]) in self.near
+
+
+class Ways:
+    """Robots on planned ways, who may use what they stand in and what was admitted."""
+
+    def __init__(self, counts: dict[str, int], near: set[frozenset[tuple[str, int]]]) -> None:
+        self.known, self.order, self.counts = Known(near), Order(Known(near)), counts
+        self.at = dict.fromkeys(counts, 0)
+        for robot, count in counts.items():
+            self.order.planned(PlannedWay(robot, "b", 1, 1, more=False, pieces=_pieces(robot, count)))
+            self.hear(robot)
+
+    def hear(self, robot: str, at: int | None = None) -> None:
+        here = self.at[robot] = self.at[robot] if at is None else at
+        section = _pieces(robot, here + 1)[slice(here, here + 1)]
+        way = Way(section, 1, 1, plan=1, pieces=np.uint32([here]))
+        body = Body(True, (0.0, 0.0, 0.0), 1.0)
+        presence = Presence(robot, "b", 1, 1, None, "", body, 0.0, way=way)
+        self.order.hear(presence, {int(section.ids[0]): here})
+
+    def onward(self, robot: str, ahead: int) -> int:
+        """Let a robot go on by up to so many pieces; how many it went."""
+        here = self.at[robot]
+        asked = list(range(here + 1, min(here + 1 + ahead, self.counts[robot])))
+        free = next((k for k, piece in enumerate(asked) if self._blocked(robot, piece)), len(asked))
+        admitted, _ = self.order.admitted(robot, asked[:free])
+        self.hear(robot, here + admitted)
+        return admitted
+
+    def _blocked(self, robot: str, piece: int) -> bool:
+        return any(self.known.meet(robot, piece, other, at) for other, at in self.at.items() if other != robot)
+
+    @property
+    def done(self) -> bool:
+        return all(self.at[robot] == count - 1 for robot, count in self.counts.items())
+
+
+def _drawn(seed: int) -> Ways:
+    """Up to four robots; at their beginnings and ends they are in nobody's way."""
+    rng = random.Random(seed)
+    counts = {robot: rng.randint(3, 9) for robot in "abcd"[: rng.randint(2, 4)]}
+    near: set[frozenset[tuple[str, int]]] = set()
+    for robot in counts:
+        for other in counts:
+            if robot < other:
+                share = rng.choice([0.05, 0.2, 0.5])
+                near |= {
+                    frozenset([(robot, i), (other, j)])
+                    for i in range(1, counts[robot] - 1)
+                    for j in range(1, counts[other] - 1)
+                    if rng.random() < share
+                }
+    return Ways(counts, near)
+
+
+@given(st.integers(0, 10**9))
+@settings(max_examples=300, deadline=None)
+def test_from_a_safe_beginning_everybody_gets_to_the_end_of_its_way(seed: int) -> None:
+    ways, rng = _drawn(seed), random.Random(seed + 1)
+    for _ in range(60 * len(ways.counts)):
+        ways.onward(rng.choice(sorted(ways.counts)), rng.randint(1, 4))
+    assert ways.done, ways.at
+
+
+def test_without_an_order_some_of_them_block_each_other() -> None:
+    stuck = 0
+    for seed in range(60):
+        ways, rng = _drawn(seed), random.Random(seed + 1)
+        ways.order.admitted = lambda _robot, pieces: (len(pieces), None)  # type: ignore[method-assign]
+        for _ in range(60 * len(ways.counts)):
+            ways.onward(rng.choice(sorted(ways.counts)), rng.randint(1, 4))
+        stuck += not ways.done
+    assert stuck > 5
+
+
+CROSSING = {frozenset([("a", i), ("b", j)]) for i in (2, 3) for j in (2, 3)}
+
+
+def test_who_would_stand_in_the_way_of_another_one_waits_in_front_of_it() -> None:
+    ways = Ways({"a": 6, "b": 6}, CROSSING)
+    assert ways.onward("a", 2) == 2
+    admitted, why = ways.order.admitted("b", [1, 2])
+    assert admitted == 1, "in piece 2 each would stand in the other's way out"
+    narrow = {frozenset([("a", i), ("b", j)]) for i in range(1, 5) for j in range(1, 5)}
+    ways = Ways({"a": 6, "b": 6}, narrow | {frozenset([("a", 1), ("b", 4)])})
+    ways.hear("a", 1)
+    admitted, why = ways.order.admitted("b", [1])
+    assert admitted == 0
+    assert why is not None
+    assert why.by == "a"
+    assert why.text == "b would be in the way of a, which must get through first"
+
+
+def test_where_the_cell_is_not_safe_anyway_nothing_is_cut() -> None:
+    ends = {frozenset([("a", 5), ("b", 5)])}
+    ways = Ways({"a": 6, "b": 6}, ends)
+    assert ways.order.admitted("a", [1, 2, 3, 4, 5]) == (5, None)
+
+
+def test_a_plan_that_ends_in_the_way_of_another_one_is_too_short() -> None:
+    ways = Ways({"a": 6, "b": 6}, {frozenset([("a", 5), ("b", 3)])})
+    assert not ways.order.look_further("a"), "there is no more of it"
+    ways.order.planned(PlannedWay("a", "b", 1, 2, more=True, pieces=_pieces("a", 6)))
+    section = _pieces("a", 1)
+    body, way = Body(True, (0.0, 0.0, 0.0), 1.0), Way(section, 1, 1, plan=2, pieces=np.uint32([0]))
+    ways.order.hear(Presence("a", "b", 1, 2, None, "", body, 0.0, way=way), {int(section.ids[0]): 0})
+    assert ways.order.look_further("a")
+    assert not ways.order.look_further("b")
+    ways.hear("b", 4)
+    assert not ways.order.look_further("a"), "b has passed"
+
+
+def test_a_plan_counts_from_the_presence_that_counts_in_it() -> None:
+    ways = Ways({"a": 6, "b": 6}, CROSSING)
+    ways.order.planned(PlannedWay("a", "b", 1, 2, more=False, pieces=_pieces("a", 3)))
+    assert ways.order.knows("a", 1)
+    assert not ways.order.knows("a", 2)
+
+
+def test_sections_outside_the_plan_do_not_move_a_robot_along_it() -> None:
+    ways = Ways({"a": 6, "b": 6}, CROSSING)
+    assert ways.order.admitted("a", [NO_PIECE, NO_PIECE]) == (2, None)
+
+
+def test_who_has_to_back_is_told_how_far() -> None:
+    nose = {frozenset([("a", i), ("b", j)]) for i in (2, 3, 4) for j in (2, 3, 4)}
+    ways = Ways({"a": 6, "b": 6}, nose - {frozenset([("a", 2), ("b", 2)])})
+    ways.hear("a", 2)
+    ways.hear("b", 2)
+    assert ways.order.way_back("a", ["a", "b"]) == 1
+    assert ways.order.way_back("b", ["a", "b"]) == 1

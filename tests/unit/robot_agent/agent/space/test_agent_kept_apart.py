@@ -1,0 +1,131 @@
+"""One agent whose manager clears room, or does not."""
+
+import numpy as np
+
+from cell.config.settings import SeparationSettings
+from cell.messages import Continue, Enable, Halt, Mode, Presence, ProgramState, Run, SetOverride, SetPart
+from tests.unit.agent_runs import at_rest, until
+from tests.unit.agent_world import AgentWorld
+from tests.unit.robot_agent.agent.operator.test_jog import Key, jog
+from tests.unit.robot_agent.agent.program.test_attached_parts import BARE, PICK
+
+KEPT_APART = SeparationSettings(0.03)
+THERE_AND_BACK = "MJ J1=25 F=100\nMJ J1=-25 F=100\nEND"
+
+
+def _ready(program: str, separation: SeparationSettings | None = KEPT_APART) -> AgentWorld:
+    world = AgentWorld(program, arm=BARE, separation=separation)
+    until(world, lambda: world.states != [] and world.state.mode is Mode.DISABLED)
+    world.call(SetPart(None))
+    world.run(0.1)
+    world.call(Enable())
+    until(world, lambda: world.state.mode is Mode.READY)
+    return world
+
+
+def _running(program: str, clears: int | None = None, separation: SeparationSettings | None = KEPT_APART) -> AgentWorld:
+    world = _ready(program, separation)
+    world.clears = clears
+    world.call(Run())
+    until(world, lambda: world.state.mode is Mode.RUNNING)
+    return world
+
+
+def _owned(presence: Presence) -> set[int]:
+    return set(presence.way.sections.ids[: presence.way.owned].tolist())
+
+
+def _used(presence: Presence) -> set[int]:
+    return set(presence.way.sections.ids[: presence.way.committed].tolist())
+
+
+def test_where_all_is_cleared_a_program_takes_as_long_as_without() -> None:
+    took = []
+    for separation in (KEPT_APART, None):
+        world = _running(THERE_AND_BACK, separation=separation)
+        start = world.now
+        until(world, lambda world=world: world.state.program.state is ProgramState.DONE)
+        took.append(world.now - start)
+    assert took[0] - took[1] < 0.2
+
+
+def test_nothing_moves_where_nothing_is_cleared_and_the_state_says_who_is_in_the_way() -> None:
+    world = _running(THERE_AND_BACK, clears=0)
+    world.run(1.0)
+    assert world.state.waiting_for == "right is in the way"
+    assert np.ptp(np.array(world.played), axis=0).max() == 0.0
+    world.clears = None
+    until(world, lambda: world.state.program.state is ProgramState.DONE)
+
+
+def test_what_is_cleared_bit_by_bit_is_gone_bit_by_bit_and_never_more() -> None:
+    world = _running(THERE_AND_BACK, clears=1)
+    until(world, lambda: world.state.program.line == 2, 30.0)
+    for before, after in zip(world.presences, world.presences[1:], strict=False):
+        assert _used(after) <= _owned(before) | {
+            int(each) for each in before.way.sections.ids[before.way.owned : before.way.owned + 1]
+        }
+
+
+def test_a_halted_robot_gives_up_what_it_does_not_use() -> None:
+    world = _running(THERE_AND_BACK)
+    world.run(0.4)
+    assert _owned(world.presences[-1]) > _used(world.presences[-1])
+    world.call(Halt())
+    until(world, lambda: world.state.mode is Mode.HALTED and at_rest(world))
+    assert _owned(world.presences[-1]) == _used(world.presences[-1])
+    assert len(world.presences[-1].way.sections) == world.presences[-1].way.owned, "and asks for nothing"
+    world.call(Continue())
+    until(world, lambda: world.state.program.state is ProgramState.DONE)
+
+
+def test_a_silent_manager_ends_what_is_owned_beyond_the_way_to_rest() -> None:
+    world = _running(THERE_AND_BACK)
+    world.run(0.3)
+    world.manager_silent = True
+    world.run(0.6)
+    assert _owned(world.presences[-1]) == _used(world.presences[-1])
+
+
+def test_backwards_what_lies_behind_is_asked_for() -> None:
+    world = _running(THERE_AND_BACK)
+    world.run(0.3)
+    world.call(SetOverride(-0.5))
+    world.run(0.5)
+    way = world.presences[-1].way
+    assert way.owned > way.committed
+    back = world.played[-1][0]
+    world.run(0.3)
+    assert world.played[-1][0] < back
+
+
+def test_a_jog_asks_for_what_is_in_front_of_it_and_stands_without() -> None:
+    world = _ready("END")
+    world.clears = 0
+    key = Key(world, jog("J1", 0.3))
+    key.hold(1.0)
+    stood = world.played[-1].copy()
+    assert np.abs(stood - world.played[0]).max() < 0.02
+    assert "right is in the way" in world.state.waiting_for
+    world.clears = None
+    key.hold(2.0)
+    assert world.played[-1][0] - stood[0] > 0.1
+
+
+def test_a_part_is_taken_once_there_is_room_for_it() -> None:
+    world = _running(PICK)
+    until(world, lambda: bool(world.state.tcp_speed_m_s))
+    executive = world.agent.executive
+    assert executive is not None
+    until(world, lambda: executive.at_motion_end)
+    world.clears = 0
+    world.run(1.0)
+    assert world.state.part == ""
+    assert world.state.waiting_for == "right is in the way"
+    world.clears, before = None, len(world.presences)
+    until(world, lambda: world.state.part == "rod")
+    world.run(0.1)
+    capsules = [len(each.body.radii_m) for each in world.presences]
+    taken = next(k for k in range(before, len(capsules)) if capsules[k] > capsules[before - 1])
+    assert _used(world.presences[taken]) <= set(world.presences[taken - 1].way.sections.ids.tolist()), "asked before"
+    until(world, lambda: world.state.program.state is ProgramState.DONE)
