@@ -12,7 +12,7 @@ from ruckig import InputParameter, Ruckig, Trajectory
 
 from bench.arms import arms
 from bench.corrections import corrections
-from bench.distances import distances, itself
+from bench.distances import distances, itself, trajectories
 from bench.drives import simulated_drives
 from bench.estop import emergency_stop
 from bench.gateway import gateways
@@ -130,6 +130,7 @@ def main() -> None:
     for row in [
         *inverse,
         *distances(),
+        *trajectories(model),
         *nearness(),
         *makespan(),
         *own,

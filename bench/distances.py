@@ -7,7 +7,7 @@ import fcl
 import numpy as np
 
 from bench.timing import Row, median_s
-from cell.geometry import capsule_distance, transform_points
+from cell.geometry import capsule_distance, nearest_capsules, transform_points
 from cell.geometry.arrays import Array
 from robot_agent.kinematics import Model
 from robot_agent.trajectory import Motion
@@ -16,6 +16,7 @@ from robot_agent.workspace import Things, sweep
 PAIRS = (49, 294, 1372)
 """Two, four and eight arms of seven capsules, each with each other."""
 ARMS, CAPSULES, SAMPLES = 8, 8, 500
+WITHIN_M = 0.03
 BLOCK = 90
 """Samples of a jog's block with its ramp."""
 
@@ -41,6 +42,14 @@ def distances() -> Iterator[Row]:
     yield Row(what, own, own / (peer_s * pairs / PAIRS[-1]), "of python-fcl, pair by pair")
 
 
+def trajectories(model: Model) -> Iterator[Row]:
+    """Whether arms in a ring that wave come nearer than 30 mm to each other, and where they are nearest."""
+    for what, radius_m, aim_s in (("clear", 4.0, 5e-4), ("near", 2.0, 5e-3), ("entangled", 1.0, 5e-3)):
+        bodies = _ring(model, radius_m)
+        own = median_s(partial(nearest_capsules, bodies, [model.capsule_radii] * ARMS, WITHIN_M), 50)
+        yield Row(f"the nearest of {ARMS} arms, {SAMPLES} samples, {what}", own, own / aim_s, f"of {1e3 * aim_s:g} ms")
+
+
 def itself(model: Model, motion: Motion) -> list[Row]:
     """What it takes to keep a robot out of itself, in ten seconds of a planned motion and in a block of a jog."""
     things, world = Things(model), np.eye(4)
@@ -55,6 +64,19 @@ def itself(model: Model, motion: Motion) -> list[Row]:
         Row("a robot against itself, 10 s of motion", whole_s, whole_s / 0.03, "of 30 ms"),
         Row(f"a robot against itself, a block of {BLOCK} samples", block_s, block_s / 0.0003, "of 0.3 ms"),
     ]
+
+
+def _ring(model: Model, radius_m: float) -> list[Array]:
+    """Capsules `(m, c, 2, 3)` [m] of arms around a place, which all of them face."""
+    rng, times = np.random.default_rng(3), 0.004 * np.arange(SAMPLES)[:, None]
+    bodies = []
+    for around in 2.0 * np.pi * np.arange(ARMS) / ARMS:
+        swing, rate, phase = rng.uniform([[0.3], [0.5], [0.0]], [[1.0], [2.0], [6.0]], (3, model.n))
+        q = model.home + swing * np.radians([60, 25, 25, 60, 40, 90]) * np.sin(rate * times + phase)
+        x, y, base = np.cos(around), np.sin(around), np.eye(4)
+        base[:2] = [[-x, y, 0.0, radius_m * x], [-y, -x, 0.0, radius_m * y]]
+        bodies.append(transform_points(base, model.capsules(q)))
+    return bodies
 
 
 def _by_fcl(one: Array, other: Array, radii: Array) -> Callable[[], list[float]]:

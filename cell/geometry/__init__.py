@@ -21,6 +21,7 @@ from cell.geometry.pose import (
 from cell.geometry.room import Room
 from cell.geometry.segment import capsule_distance, segment_distance
 from cell.geometry.solid import Cylinder, HalfSpace, PlacedSolid, Solid, Sphere
+from cell.geometry.trajectories import Nearest, nearest_capsules
 
 __all__ = [
     "MEASURED",
@@ -32,6 +33,7 @@ __all__ = [
     "Hull",
     "Measured",
     "Mesh",
+    "Nearest",
     "NoFrame",
     "NotAPose",
     "OccupiedSpace",
@@ -52,6 +54,7 @@ __all__ = [
     "inverse",
     "largest_turn",
     "measured_solid",
+    "nearest_capsules",
     "point_box_distance",
     "pose_elements",
     "pose_from",

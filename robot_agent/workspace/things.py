@@ -153,8 +153,7 @@ class Barriers:
     def near(self, cover: Cover) -> Iterator[tuple[Barrier, Flags]]:
         """The barriers some of whose columns may come too near, with which and when: `(b, k)`, by stretches."""
         roughly = np.asarray(self._boxes.distance(cover.points) - cover.radii < self._margins)
-        somewhere: Flags = np.asarray(roughly.any(axis=(1, 2)))
-        some = dict(zip(self._boxed, somewhere.tolist(), strict=True))
+        some = dict(zip(self._boxed, np.asarray(roughly.any(axis=(1, 2))).tolist(), strict=True))
         flags = dict(zip(self._boxed, roughly, strict=True))
         for index, barrier in enumerate(self.barriers):
             if some.get(index, True):

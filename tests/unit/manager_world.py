@@ -4,7 +4,15 @@ import itertools
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
-from cell.config.settings import CellSettings, OnManagerReturn, PoseSettings, RobotSettings, Times, ZoneSettings
+from cell.config.settings import (
+    CellSettings,
+    OnManagerReturn,
+    PoseSettings,
+    RobotSettings,
+    SeparationSettings,
+    Times,
+    ZoneSettings,
+)
 from cell.core import Answer, Effect, Publish, Request
 from cell.manager.core import ManagerCore
 from cell.manager.frames import WriteFrame
@@ -44,6 +52,7 @@ def settings(robots: tuple[str, ...] = ("left", "right"), zones: tuple[str, ...]
         times=Times(),
         on_manager_return=OnManagerReturn.CONTINUE,
         digest="digest",
+        separation=SeparationSettings(0.03),
     )
 
 

@@ -9,7 +9,7 @@ from cell.commands.checks.readings import Readings
 from cell.config.document import Document
 from cell.config.frame_entry import FrameTree
 from cell.config.problem import Problem
-from cell.geometry import capsule_distance
+from cell.geometry import nearest_capsules
 from robot_agent.kinematics import Model
 from robot_agent.workspace import Itself, PlacedRobot, named, part_of
 
@@ -42,13 +42,13 @@ def _within(document: Document, model: Model) -> Iterator[Problem]:
 def _between(readings: Readings, models: dict[str, Model]) -> Iterator[Problem]:
     bodies = {robot: each.body_at_home for robot, each in placed(readings, models).items()}
     for one, other in combinations(bodies, 2):
-        mine_m, its_m = models[one].capsule_radii[:, None], models[other].capsule_radii
-        gaps = capsule_distance(bodies[one][:, None], mine_m, bodies[other], its_m)
-        if gaps.min() <= 0:
-            mine, its = np.unravel_index(int(gaps.argmin()), gaps.shape)
-            its_part, my_part = named(part_of(models[other], int(its))), named(part_of(models[one], int(mine)))
+        both = [bodies[each][None] for each in (one, other)]
+        touching = nearest_capsules(both, [models[each].capsule_radii for each in (one, other)], within=0.0)
+        if touching is not None:
+            its_part = named(part_of(models[other], touching.other_capsule))
+            my_part = named(part_of(models[one], touching.capsule))
             parts = f"{its_part} of {other}, {my_part} of {one}"
-            found = f"{other} at home {-1000 * gaps.min():.0f} mm deep in {one} at home: {parts}"
+            found = f"{other} at home {-1000 * touching.distance_m:.0f} mm deep in {one} at home: {parts}"
             allowed = f"a base, or a home position, at which {other} and {one} are apart"
             yield readings.document.problem(("robots", other, "base"), found, allowed, at_key=True)
 

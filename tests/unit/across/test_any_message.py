@@ -20,7 +20,6 @@ from cell.messages import (
     COMMANDS,
     STATES,
     AxisStatus,
-    Body,
     DriveFeedback,
     Enable,
     Heard,
@@ -32,14 +31,14 @@ from cell.messages import (
     Run,
     SetpointBlock,
 )
-from cell.net.binary import encode_presence
+from cell.net.binary import encode_planned_way, encode_presence
 from cell.net.codec import decode, decode_call, encode, message_schemas
 from cell.net.errors import CodecError
 from tests.unit.agent_world import AgentWorld
 from tests.unit.gateway_world import World as GatewayWorld
 from tests.unit.manager_world import INSIDE, Robot
 from tests.unit.manager_world import World as ManagerWorld
-from tests.unit.message_kinds import blocks, bodies, feedbacks, messages
+from tests.unit.message_kinds import blocks, bodies, feedbacks, messages, sections, ways
 
 KNOWN = (
     "left", "right", "middle", "handover", "seam", "b1", "m1", "m", "boot", "g1", "gateway", "a1", "digest", "d", "J1",
@@ -116,13 +115,11 @@ def streams(draw: st.DrawFn, kind: type) -> bytes:
     return encode(replace(some, **changes))
 
 
-def presence_bytes(head: bytes, body: Body) -> bytes:
-    return encode_presence(head, body.radii_m, body.growth_m, body.poses)
-
-
 def state_bytes(name: str) -> st.SearchStrategy[tuple[str, bytes]]:
     if name == "Presence":
-        data = st.builds(presence_bytes, json_of(name), bodies()) | messages(KINDS[name]).map(encode)
+        data = st.builds(encode_presence, json_of(name), bodies(), ways()) | messages(KINDS[name]).map(encode)
+    elif name == "PlannedWay":
+        data = st.builds(encode_planned_way, json_of(name), sections()) | messages(KINDS[name]).map(encode)
     elif name in SCHEMAS:
         data = json_of(name) | messages(KINDS[name]).map(encode)
     else:
