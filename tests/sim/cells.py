@@ -5,8 +5,8 @@ overlapping times is drawn again.
 """
 
 import atexit
+import itertools
 import math
-import os
 import random
 import tempfile
 from collections.abc import Sequence
@@ -18,7 +18,7 @@ import numpy as np
 
 from cell.commands.checks import CellBundle, check_cell
 from cell.config.settings import ZoneSettings
-from cell.geometry import capsules_touch, transform_points
+from cell.geometry import capsule_distance, capsules_touch, transform_points
 from cell.messages import ZoneGeometry
 from robot_agent.agent.planning.dry_run import dry_run
 from robot_agent.agent.planning.planner import Planner
@@ -31,6 +31,9 @@ _LONGEST_S = 9.0
 """Of motion, of a program."""
 _ASKED_S = 0.6
 """So long before it enters a zone a robot asks for it."""
+_KEPT_APART = 0.4
+"""Share of the cells that keep their robots apart, where these are so much farther apart than the margin at home:"""
+_ROOM_MM = 60.0
 _ZONE_MIDDLE_MM, _ZONE_HEIGHT_MM = 1400.0, 2600.0
 _TOP_MM = _ZONE_MIDDLE_MM + _ZONE_HEIGHT_MM / 2
 _SIDES = {"-x": 0.0, "+x": 180.0, "-y": 90.0, "+y": -90.0}
@@ -94,13 +97,15 @@ def _drawn(number: int, rng: random.Random) -> GeneratedCell | None:
     for name, members in gateways.items():
         (folder / f"{name}.yaml").write_text(_drives(rng, name, members, cycles[name], overrun_s))
         (folder / f"{name}.sim.yaml").write_text(f"units: {{length: mm, angle: deg}}\nlag_s: {lag_s}\n")
-    (folder / "cell.yaml").write_text(_cell(rng, zones, robots, gateways, lost_s, max(cycles.values())))
+    text = _cell(rng, zones, robots, gateways, lost_s, max(cycles.values()))
+    (folder / "cell.yaml").write_text(text)
     bundle, _ = check_cell(folder / "cell.yaml")
     if bundle is None:
         return None
     longest_s = _contention(bundle)
     if longest_s is None:
         return None
+    bundle = _kept_apart(number, bundle, folder / "cell.yaml", text)
     families = tuple(robot.family for robot in robots)
     return GeneratedCell(number, bundle, families, tuple(cycles.values()), longest_s)
 
@@ -245,8 +250,6 @@ def _cell(
     times = f"fresh_s: {fresh_s}, feedback_lost_s: {lost_s}, owner_silent_s: {owner_s}, estop_delay_s: {stop_s}"
     idle = rng.choice(["", "", ", idle_off_s: 1.5"])
     lines.append(f"times: {{{times}, lead_s: {lead_s}{idle}}}")
-    if os.environ.get("SEP"):
-        lines.append("separation: {margin: 30}")
     lines.append(f"on_manager_return: {rng.choice(['continue', 'continue', 'operator'])}")
     return "\n".join(lines) + "\n"
 
@@ -312,6 +315,32 @@ def _contention(bundle: CellBundle) -> float | None:
         for other in visits
     )
     return longest_s if meets else None
+
+
+def _kept_apart(number: int, bundle: CellBundle, file: Path, text: str) -> CellBundle:
+    """Some cells keep their robots apart, if these are far enough from each other at home: then the file says so."""
+    rng = random.Random(f"separation {number}")
+    margin_mm = rng.choice([10.0, 30.0, 60.0])
+    if rng.random() >= _KEPT_APART or _apart_at_home_m(bundle) < (margin_mm + _ROOM_MM) / 1000.0:
+        return bundle
+    file.write_text(f"{text}separation: {{margin: {margin_mm:g}}}\n")
+    kept, problems = check_cell(file)
+    assert kept is not None, problems
+    return kept
+
+
+def _apart_at_home_m(bundle: CellBundle) -> float:
+    """The least distance of two robots at home, where one of the two links moves [m]."""
+    bodies = []
+    for name, robot in bundle.robots.items():
+        base = Planner(robot, bundle.gateways[bundle.cell.robots[name].gateway].cycle_s).pose_world_base
+        points = transform_points(base, robot.model.capsules(robot.model.home[None]))[0]
+        bodies.append((points, robot.model.capsule_radii, np.array([each.link != 0 for each in robot.model.body])))
+    least = math.inf
+    for (one, radii, moves), (other, other_radii, other_moves) in itertools.combinations(bodies, 2):
+        away = capsule_distance(one[:, None], radii[:, None], other[None], other_radii[None])
+        least = min(least, float(away[moves[:, None] | other_moves[None]].min()))
+    return least
 
 
 def _geometry(zone: ZoneSettings) -> ZoneGeometry:
