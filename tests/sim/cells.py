@@ -34,6 +34,8 @@ _ASKED_S = 0.6
 _KEPT_APART = 0.4
 """Share of the cells that keep their robots apart, where these are so much farther apart than the margin at home:"""
 _ROOM_MM = 60.0
+_NARROW = 0.6
+"""There zones are so much narrower: who has passed one is in the way of those who wait on its other side."""
 _ZONE_MIDDLE_MM, _ZONE_HEIGHT_MM = 1400.0, 2600.0
 _TOP_MM = _ZONE_MIDDLE_MM + _ZONE_HEIGHT_MM / 2
 _SIDES = {"-x": 0.0, "+x": 180.0, "-y": 90.0, "+y": -90.0}
@@ -85,7 +87,8 @@ def generated_cell(number: int) -> GeneratedCell:
 
 
 def _drawn(number: int, rng: random.Random) -> GeneratedCell | None:
-    zones, robots = _layout(rng)
+    margin_mm = _margin_mm(number)
+    zones, robots = _layout(rng, 1.0 if margin_mm is None else _NARROW)
     texts = {robot.name: program_text(rng, robot.family, robot.ways) for robot in robots}
     folder = _folder(number)
     for robot in robots:
@@ -105,7 +108,8 @@ def _drawn(number: int, rng: random.Random) -> GeneratedCell | None:
     longest_s = _contention(bundle)
     if longest_s is None:
         return None
-    bundle = _kept_apart(number, bundle, folder / "cell.yaml", text)
+    if margin_mm is not None and _apart_at_home_m(bundle) >= (margin_mm + _ROOM_MM) / 1000.0:
+        bundle = _kept_apart(folder / "cell.yaml", text, margin_mm)
     families = tuple(robot.family for robot in robots)
     return GeneratedCell(number, bundle, families, tuple(cycles.values()), longest_s)
 
@@ -124,17 +128,17 @@ def _folder(number: int) -> Path:
 # Who stands where
 
 
-def _layout(rng: random.Random) -> tuple[list[_Zone], list[_Robot]]:
+def _layout(rng: random.Random, narrow: float) -> tuple[list[_Zone], list[_Robot]]:
     shape = rng.choices(["pair", "two doors", "chain", "star", "long chain", "big"], [10, 2, 2, 3, 0.5, 0.5])[0]
     if shape == "pair":
-        return _around(rng, ["-x", "+x"])
+        return _around(rng, narrow, ["-x", "+x"])
     if shape == "two doors":
-        return _two_doors(rng)
+        return _two_doors(rng, narrow)
     if shape == "star":
-        return _around(rng, rng.choice([["-x", "+x", "top"], ["-x", "+x", "-y"], ["-x", "top"], ["-x", "-y"]]))
+        return _around(rng, narrow, rng.choice([["-x", "+x", "top"], ["-x", "+x", "-y"], ["-x", "top"], ["-x", "-y"]]))
     if shape == "big":
-        return _around(rng, ["-x", "+x", "-y", "+y"])
-    return _chain(rng, 2 if shape == "chain" else rng.choice([3, 3, 4]))
+        return _around(rng, narrow, ["-x", "+x", "-y", "+y"])
+    return _chain(rng, narrow, 2 if shape == "chain" else rng.choice([3, 3, 4]))
 
 
 def _family(rng: random.Random, side: str) -> str:
@@ -143,10 +147,10 @@ def _family(rng: random.Random, side: str) -> str:
     return rng.choice(["six_axis", "palletizer", "scara"])
 
 
-def _around(rng: random.Random, sides: Sequence[str]) -> tuple[list[_Zone], list[_Robot]]:
+def _around(rng: random.Random, narrow: float, sides: Sequence[str]) -> tuple[list[_Zone], list[_Robot]]:
     """One zone, and a robot at each of these sides."""
     wide = rng.uniform(420.0, 600.0) if "-y" in sides else rng.uniform(700.0, 1300.0)
-    zone = _Zone("middle", 0.0, 0.0, rng.uniform(210.0, 450.0), wide, rng.choice([0.0, 0.0, 30.0, -17.0]))
+    zone = _Zone("middle", 0.0, 0.0, narrow * rng.uniform(210.0, 450.0), wide, rng.choice([0.0, 0.0, 30.0, -17.0]))
     robots = []
     for number, side in enumerate(sides):
         family = _family(rng, side)
@@ -154,9 +158,9 @@ def _around(rng: random.Random, sides: Sequence[str]) -> tuple[list[_Zone], list
     return [zone], robots
 
 
-def _two_doors(rng: random.Random) -> tuple[list[_Zone], list[_Robot]]:
+def _two_doors(rng: random.Random, narrow: float) -> tuple[list[_Zone], list[_Robot]]:
     """Two robots that face each other, and two zones side by side between them."""
-    half_x, half_y = rng.uniform(210.0, 400.0), rng.uniform(150.0, 200.0)
+    half_x, half_y = narrow * rng.uniform(210.0, 400.0), rng.uniform(150.0, 200.0)
     aside = half_y + rng.uniform(60.0, 200.0)
     zones = [_Zone("left", 0.0, aside, half_x, half_y, 0.0), _Zone("right", 0.0, -aside, half_x, half_y, 0.0)]
     robots = []
@@ -169,7 +173,7 @@ def _two_doors(rng: random.Random) -> tuple[list[_Zone], list[_Robot]]:
     return zones, robots
 
 
-def _chain(rng: random.Random, links: int) -> tuple[list[_Zone], list[_Robot]]:
+def _chain(rng: random.Random, narrow: float, links: int) -> tuple[list[_Zone], list[_Robot]]:
     """Robots in a row with a zone between each two; those in the middle turn from one to the other."""
     families = [_family(rng, "-x") for _ in range(links + 1)]
     zones: list[_Zone] = []
@@ -181,7 +185,7 @@ def _chain(rng: random.Random, links: int) -> tuple[list[_Zone], list[_Robot]]:
             x += near + zones[-1].half_x
             ways.append(Way(zones[-1].name, 90.0, 0.0))
         if number < links:
-            half_x = rng.uniform(210.0, 400.0)
+            half_x = narrow * rng.uniform(210.0, 400.0)
             zones.append(_Zone(f"z{number}", x + near + half_x, 0.0, half_x, rng.uniform(700.0, 1200.0), 0.0))
             ways.append(Way(zones[-1].name, -90.0, 0.0))
         robots.append(_Robot(f"r{number}", family, x, 0.0, APPROACHES[family].base_z_mm, 90.0, tuple(ways)))
@@ -317,16 +321,18 @@ def _contention(bundle: CellBundle) -> float | None:
     return longest_s if meets else None
 
 
-def _kept_apart(number: int, bundle: CellBundle, file: Path, text: str) -> CellBundle:
-    """Some cells keep their robots apart, if these are far enough from each other at home: then the file says so."""
+def _margin_mm(number: int) -> float | None:
+    """Some cells keep their robots apart; drawn by itself, so that the others are what they are."""
     rng = random.Random(f"separation {number}")
     margin_mm = rng.choice([10.0, 30.0, 60.0])
-    if rng.random() >= _KEPT_APART or _apart_at_home_m(bundle) < (margin_mm + _ROOM_MM) / 1000.0:
-        return bundle
+    return margin_mm if rng.random() < _KEPT_APART else None
+
+
+def _kept_apart(file: Path, text: str, margin_mm: float) -> CellBundle:
     file.write_text(f"{text}separation: {{margin: {margin_mm:g}}}\n")
-    kept, problems = check_cell(file)
-    assert kept is not None, problems
-    return kept
+    bundle, problems = check_cell(file)
+    assert bundle is not None, problems
+    return bundle
 
 
 def _apart_at_home_m(bundle: CellBundle) -> float:

@@ -62,6 +62,10 @@ ALL: tuple[type[Invariant], ...] = (
     orders.EffortIsBounded,
     room.KeptApart,
     room.BlockIsOwned,
+    room.QueueIsReserved,
+    room.OwnedIsCleared,
+    room.OwnedKeptApart,
+    room.SaysForWhom,
 )
 
 
