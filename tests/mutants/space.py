@@ -59,9 +59,7 @@ SPACE = (
     Mutant(
         "epoch-ignored",
         "an agent takes what a manager of before has cleared",
-        (
-            Edit(OWNED, "        if epoch > self.epoch:\n", "        if epoch != self.epoch:\n"),
-        ),
+        (Edit(OWNED, "        if epoch > self.epoch:\n", "        if epoch != self.epoch:\n"),),
         bench=Bench.LINE,
     ),
     Mutant(
@@ -99,7 +97,11 @@ SPACE = (
                 "            robot.owned = robot.owned[np.flatnonzero(np.isin(robot.owned.ids, list(known)))]\n"
                 "        return forced",
             ),
-            Edit(LEDGER, "from cell.messages import Body, Presence\n", "import numpy as np\n\nfrom cell.messages import Body, Presence\n"),
+            Edit(
+                LEDGER,
+                "from cell.messages import Body, Presence\n",
+                "import numpy as np\n\nfrom cell.messages import Body, Presence\n",
+            ),
         ),
     ),
     # How space is cut, and measured

@@ -532,13 +532,15 @@ def test_a_good_run_breaks_nothing_when_it_is_judged_again(run: Recording, kept_
     assert kept_apart.judged(lambda moments: moments) is None
 
 
-@pytest.mark.parametrize(("to", "age_s", "good"), [("gateway", 0.65, True), ("gateway", 0.75, False), ("robot", 0.65, False)])
+@pytest.mark.parametrize(
+    ("to", "age_s", "good"), [("gateway", 0.65, True), ("gateway", 0.75, False), ("robot", 0.65, False)]
+)
 def test_an_order_to_a_gateway_may_be_older_by_what_lies_between_two_of_its_states(
     run: Recording, to: str, age_s: float, good: bool
 ) -> None:
     at = moving_at(run)
     name = f"robot/{ONE}" if to == "robot" else run.judge.facts.gateway_of(ONE)
-    kind, whose = (RobotState, "state of ") if to == "robot" else (GatewayState, "")
+    kind: type = RobotState if to == "robot" else GatewayState
     seen = next(m for m in run.moments if m.name == name and isinstance(m.what, kind) and m.at >= at)
     order = Run() if to == "robot" else SwitchOutput(ONE, "gripper", False, "anna")
     call = Call("9", order, Heard(seen.what.boot, seen.what.sequence))

@@ -11,7 +11,6 @@ from tests.sim.space_checker import STEPS, Line, OnTheLine, Rules, places, prese
 from tests.sim.space_checker import sections as cut
 
 
-
 @pytest.mark.parametrize("first", range(0, 120, 30))
 def test_two_robots_never_meet_whatever_becomes_of_messages_and_processes(first: int) -> None:
     lines = [Line(seed, Rules()) for seed in range(first, first + 30)]

@@ -192,7 +192,11 @@ class OwnedIsCleared(Invariant):
         self._clearances.setdefault((clearance.robot, clearance.epoch, clearance.number), clearance)
 
     def _measured(self, _: str, feedback: DriveFeedback) -> None:
-        if not feedback.enabled or feedback.state in (PlayoutState.FOLLOWING, PlayoutState.STOPPING, PlayoutState.FAULT):
+        if not feedback.enabled or feedback.state in (
+            PlayoutState.FOLLOWING,
+            PlayoutState.STOPPING,
+            PlayoutState.FAULT,
+        ):
             self._stopped_at[feedback.robot] = self.facts.now
 
     def _said(self, _: str, presence: Presence) -> None:
@@ -246,6 +250,8 @@ class OwnedKeptApart(Invariant):
         """By robot, when each section was last cleared for it."""
         self._heard_at: dict[str, dict[int, float]] = defaultdict(dict)
         """By robot, when a manager was first told that it owns a section."""
+        self._measured: dict[tuple[str, str], dict[tuple[int, int], float]] = defaultdict(dict)
+        """By two robots and a section of each, how far these are apart [m], where that is less than the margin."""
         self._tangled: set[Pair] = set()
         """Robots too near to each other by force."""
 
@@ -306,19 +312,26 @@ class OwnedKeptApart(Invariant):
 
     def _near(self, robot: str, some: Sections, other: str, its: Sections) -> dict[tuple[int, int], float]:
         """The pairs of sections that are nearer than the margin, by their ids, and how near [m]."""
-        margin, near = self._margin(robot, other) - _ROUNDING_M, {}
-        low, high = _boxes(some)
-        its_low, its_high = _boxes(its)
-        meet = (low[:, None] - margin < its_high).all(axis=-1) & (its_low - margin < high[:, None]).all(axis=-1)
-        for i, j in np.argwhere(meet).tolist():
-            points, radii = some.points[i].astype(float), some.radii[i].astype(float)
-            others, its_radii = its.points[j].astype(float), its.radii[j].astype(float)
-            away = capsule_distance(points[:, None], radii[:, None], others[None], its_radii[None])
-            moves = self._moves(robot, len(points))[:, None] | self._moves(other, len(others))
-            least = float(away[moves].min())
-            if least < margin:
-                near[int(some.ids[i]), int(its.ids[j])] = least
-        return near
+        margin, known = self._margin(robot, other) - _ROUNDING_M, self._measured[robot, other]
+        pairs = [(one, two) for one in some.ids.tolist() for two in its.ids.tolist()]
+        new = np.array([k for k, pair in enumerate(pairs) if pair not in known], dtype=np.intp)
+        if len(new):
+            away = self._away(robot, some[new // len(its)], other, its[new % len(its)], margin)
+            known.update((pairs[k], each) for k, each in zip(new.tolist(), away.tolist(), strict=True))
+        return {pair: known[pair] for pair in pairs if known[pair] < margin}
+
+    def _away(self, robot: str, some: Sections, other: str, its: Sections, within: float) -> Floats:
+        """Between sections `(s,)` of one robot and as many of the other [m], infinite where that is not `within`."""
+        (low, high), (its_low, its_high) = _boxes(some), _boxes(its)
+        meet = (low[:, :, None] - within < its_high[:, None]).all(axis=-1)
+        meet &= (its_low[:, None] - within < high[:, :, None]).all(axis=-1)
+        meet &= self._moves(robot, meet.shape[1])[:, None] | self._moves(other, meet.shape[2])
+        k, i, j = np.nonzero(meet)
+        least = np.full(len(some), np.inf)
+        points, its_points = some.points[k, i].astype(float), its.points[k, j].astype(float)
+        radii, its_radii = some.radii[k, i].astype(float), its.radii[k, j].astype(float)
+        np.minimum.at(least, k, capsule_distance(points, radii, its_points, its_radii))
+        return least
 
     def _moves(self, robot: str, count: int) -> np.ndarray:
         """Which of so many capsules move; those behind the model's are of what it holds."""
@@ -327,9 +340,9 @@ class OwnedKeptApart(Invariant):
 
 
 def _boxes(sections: Sections) -> tuple[Floats, Floats]:
-    """Around each section, `(s, 3)` each [m]."""
-    low = (sections.points.min(axis=2) - sections.radii[..., None]).min(axis=1)
-    high = (sections.points.max(axis=2) + sections.radii[..., None]).max(axis=1)
+    """Around each capsule, `(s, c, 3)` each [m]."""
+    low = sections.points.min(axis=2) - sections.radii[..., None]
+    high = sections.points.max(axis=2) + sections.radii[..., None]
     return low.astype(float), high.astype(float)
 
 
