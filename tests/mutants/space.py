@@ -10,6 +10,12 @@ SHARED = "robot_agent/agent/space/shared_space.py"
 SECTIONS = "robot_agent/workspace/sections.py"
 DOING = "robot_agent/agent/step/doing.py"
 
+_LOOK = "        return self.space.owns(used) or self.space.contains(executive.passed(feedback, None), used)"
+_HOLDS = (
+    "        return [*self.zones.holds_on(planned, tau, now), *self.space.holds_on(planned, self.corrections.beside_m)]"
+)
+_NO_HOLDS = "        return [*self.zones.holds_on(planned, tau, now)]"
+
 SPACE = (
     # The protocol
     Mutant(
@@ -59,7 +65,13 @@ SPACE = (
     Mutant(
         "epoch-ignored",
         "an agent takes what a manager of before has cleared",
-        (Edit(OWNED, "        if epoch > self.epoch:\n", "        if epoch != self.epoch:\n"),),
+        (
+            Edit(
+                OWNED,
+                "        if epoch > self.epoch:\n            self.epoch, self.taken = epoch, 0\n            self._asked.clear()\n",
+                "        if epoch != self.epoch:\n            self.epoch, self.taken = epoch, 0\n",
+            ),
+        ),
         bench=Bench.LINE,
     ),
     Mutant(
@@ -164,25 +176,18 @@ SPACE = (
     Mutant(
         "no-hold-at-the-end",
         "an agent does not slow down in front of the end of what it owns",
-        (
-            Edit(
-                DOING,
-                "        return [*self.zones.holds_on(planned, tau, now), "
-                "*self.space.holds_on(planned, self.corrections.beside_m)]",
-                "        return [*self.zones.holds_on(planned, tau, now)]",
-            ),
-        ),
+        (Edit(DOING, _HOLDS, _NO_HOLDS),),
+    ),
+    Mutant(
+        "sends-without-a-look",
+        "an agent sends a block without a look at what it owns",
+        (Edit(CORE, _LOOK, "        return True"),),
+        "the hold at the end of what it owns leads no block farther; this look is the second one",
     ),
     Mutant(
         "sends-into-the-unowned",
-        "an agent sends a block without a look at what it owns",
-        (
-            Edit(
-                CORE,
-                "        return self.space.owns(used) or self.space.contains(executive.passed(feedback, None), used)",
-                "        return True",
-            ),
-        ),
+        "an agent neither holds at the end of what it owns nor looks at that before it sends",
+        (Edit(CORE, _LOOK, "        return True"), Edit(DOING, _HOLDS, _NO_HOLDS)),
     ),
     Mutant(
         "rear-by-the-command",

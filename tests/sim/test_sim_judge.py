@@ -509,6 +509,7 @@ PLANTED: dict[str, Callable[[Recording], Change]] = {
 }
 PLANTED_KEPT_APART: dict[str, Callable[[Recording], Change]] = {
     "robots are kept apart": comes_nearer,
+    "the real body is in owned space": comes_nearer,
     "blocks keep to owned space": commits_to_nothing,
     "what is queued is reserved": space_given_away,
     "owned space was cleared": nothing_cleared,

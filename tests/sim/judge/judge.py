@@ -61,6 +61,7 @@ ALL: tuple[type[Invariant], ...] = (
     orders.OutputsByOrder,
     orders.EffortIsBounded,
     room.KeptApart,
+    room.BodyIsOwned,
     room.BlockIsOwned,
     room.QueueIsReserved,
     room.OwnedIsCleared,

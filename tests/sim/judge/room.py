@@ -80,6 +80,27 @@ class KeptApart(Invariant):
         return sample.points, model.capsule_radii, np.array([each.link != 0 for each in model.body])
 
 
+class BodyIsOwned(Invariant):
+    """The real body lies within one of the sections that its robot owns by its newest presence, however old that is,
+    also while drives brake by themselves; one that a drive has brought elsewhere excepted, until that is said."""
+
+    name = "the real body is in owned space"
+
+    def look(self, sample: Sample) -> None:
+        if self.facts.cell.separation is None or sample.shown is None:
+            return
+        presence = sample.shown.message
+        hindered = self.facts.hindered(sample.robot, sample.at) or self.facts.hindered(sample.robot, sample.shown.at)
+        if hindered or not presence.body.known:
+            return
+        owned = presence.way.sections[: presence.way.owned]
+        outside = _misses(sample.points[None], self.facts.world.models[sample.robot].capsule_radii, owned)
+        if outside > _TOLERANCE_M:
+            age_s = sample.at - sample.shown.at
+            what = f"it is {1000 * outside:.1f} mm out of what it said {age_s:.3f} s before that it owns"
+            self.broken(sample.robot, what, sample.at)
+
+
 class BlockIsOwned(Invariant):
     """Every block that moves its robot leads only through sections that the presence before it calls committed."""
 
