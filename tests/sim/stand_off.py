@@ -23,6 +23,8 @@ class StandOffs:
         self._order = order
         self._stuck: dict[str, tuple[frozenset[str], float]] = {}
         """By robot, whom it waits for, and since when it has waited without a motion."""
+        self._runs: set[str] = set()
+        """Robots on the path of their programs: only there they go back."""
         self._back: dict[str, float] = {}
         """Who is let back, and since when."""
         self._halted: dict[str, float] = {}
@@ -41,7 +43,7 @@ class StandOffs:
             self._go_on(state)
         stuck = [robot for robot in sorted(self._stuck) if robot in self._waited_for(robot)]
         if stuck and not self._back and all(now - self._stuck[robot][1] > _STUCK_S for robot in stuck):
-            free = [robot for robot in stuck if robot not in self._halted]
+            free = [robot for robot in stuck if robot in self._runs - self._halted.keys()]
             if free:
                 self._back[free[self._parted % len(free)]] = now
                 self._parted += 1
@@ -50,7 +52,11 @@ class StandOffs:
         robot = state.robot
         others = set(self._facts.robots) - {robot}
         named = frozenset(others & set(re.findall(r"\w+", state.waiting_for)))
-        if state.mode is not Mode.RUNNING or not named or self._facts.moving(robot):
+        if state.mode is Mode.RUNNING:
+            self._runs.add(robot)
+        else:
+            self._runs.discard(robot)
+        if state.mode not in (Mode.RUNNING, Mode.RETURNING) or not named or self._facts.moving(robot):
             self._stuck.pop(robot, None)
         else:
             self._stuck[robot] = named, self._stuck.get(robot, (named, self._facts.now))[1]

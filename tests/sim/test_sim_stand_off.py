@@ -54,6 +54,12 @@ def test_it_is_another_one_s_turn_the_next_time() -> None:
     assert backs == {"r0", "r1"}
 
 
+def test_one_that_returns_to_its_path_is_not_let_back_but_the_other_one_is() -> None:
+    two = _Two(r0="zone middle: held by r1 since 2 s", r1="r1's hand would come into where r0's hand may be")
+    two.mode["r0"] = Mode.RETURNING
+    assert set(two.lasts(4.0)) == {("r1", SetOverride(-50.0))}
+
+
 def test_who_waits_for_one_that_moves_or_has_ended_is_left_alone() -> None:
     assert _Two(r0="r1 is in the way", r1="").lasts(10.0) == []
     moves = _Two(r0="r1 is in the way", r1="r0 is in the way")
