@@ -21,12 +21,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from tests.mutants.catalog import GROUPS, MUTANTS
-from tests.mutants.mutant import Mutant, check_applies, plant
+from tests.mutants.mutant import Bench, Mutant, check_applies, plant
 
-RUNS = 20
-"""Seeds for each fault, of `SECONDS` of cell time at most."""
-SECONDS = 30.0
-_HANGS_S = 600
+_HANGS_S = 1800
 """A search that takes more processor time hangs, which is a way to be found."""
 _MOST_BYTES = 6 * 2**30
 """Of memory: one that hangs may take all there is."""
@@ -42,20 +39,21 @@ class Found:
     took_s: float
 
 
-def search(mutant: Mutant | None, runs: int = RUNS, seconds: float = SECONDS) -> Found:
+def search(mutant: Mutant | None) -> Found:
     """Search the tree with this fault, in a process of its own; the first broken invariant ends it."""
     began = time.monotonic()
+    bench = Bench.CELL if mutant is None else mutant.bench
     with tempfile.TemporaryDirectory(prefix="mutant-") as folder:
         tree, report = Path(folder) / "tree", Path(folder) / "report.json"
         plant(mutant, tree)
-        command = [sys.executable, "-m", "tests.sim.search", "--seeds", f"0:{runs}", "--seconds", f"{seconds:g}"]
+        command = [sys.executable, "-m", bench.module, "--seeds", f"0:{bench.runs}"]
         command += ["--stop-at-first", "--json", str(report)]
         environment = os.environ | {"PYTHONPATH": str(tree), "OPENBLAS_NUM_THREADS": "1"}
         limited = ["prlimit", f"--cpu={_HANGS_S}", f"--as={_MOST_BYTES}", *command]
         done = subprocess.run(limited, cwd=tree, env=environment, capture_output=True, text=True, check=False)
         took_s = time.monotonic() - began
         if done.returncode in (-signal.SIGXCPU, -signal.SIGKILL):
-            return Found("the run does not end", runs, 0.0, took_s)
+            return Found("the run does not end", bench.runs, 0.0, took_s)
         if not report.exists():
             last = (done.stderr.strip().splitlines() or ["nothing was said"])[-1]
             return Found(f"the cell does not start: {last}", 0, 0.0, took_s)

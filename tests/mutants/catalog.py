@@ -3,6 +3,7 @@
 from tests.mutants.drawn import DRAWN
 from tests.mutants.findings import FINDINGS
 from tests.mutants.rules import RULES
+from tests.mutants.space import SPACE
 
-GROUPS = {"findings": FINDINGS, "rules": RULES, "drawn": DRAWN}
-MUTANTS = (*FINDINGS, *RULES, *DRAWN)
+GROUPS = {"findings": FINDINGS, "rules": RULES, "space": SPACE, "drawn": DRAWN}
+MUTANTS = (*FINDINGS, *RULES, *SPACE, *DRAWN)

@@ -2,6 +2,7 @@
 
 import shutil
 from dataclasses import dataclass
+from enum import Enum
 from pathlib import Path
 
 ROOT = Path(__file__).parents[2]
@@ -17,6 +18,20 @@ class Edit:
     new: str
 
 
+class Bench(Enum):
+    """Where a fault is looked for: a module with seeds, and how many."""
+
+    CELL = "tests.sim.search", 20
+    """Whole generated cells."""
+    LINE = "tests.sim.space_checker", 20_000
+    """Two robots on a line of places: for the rules of cleared space that need more messages to be lost than cells
+    do."""
+
+    def __init__(self, module: str, runs: int) -> None:
+        self.module = module
+        self.runs = runs
+
+
 @dataclass(frozen=True, slots=True)
 class Mutant:
     """A fault with a short name, what goes wrong by it in words, and its edits."""
@@ -26,6 +41,7 @@ class Mutant:
     edits: tuple[Edit, ...]
     harmless: str = ""
     """Why nobody could see it, in a sentence; empty: it must be found."""
+    bench: Bench = Bench.CELL
 
 
 class DoesNotApply(Exception):

@@ -5,8 +5,8 @@ overlapping times is drawn again.
 """
 
 import atexit
+import itertools
 import math
-import os
 import random
 import tempfile
 from collections.abc import Sequence
@@ -18,7 +18,7 @@ import numpy as np
 
 from cell.commands.checks import CellBundle, check_cell
 from cell.config.settings import ZoneSettings
-from cell.geometry import capsules_touch, transform_points
+from cell.geometry import capsule_distance, capsules_touch, transform_points
 from cell.messages import ZoneGeometry
 from robot_agent.agent.planning.dry_run import dry_run
 from robot_agent.agent.planning.planner import Planner
@@ -31,6 +31,11 @@ _LONGEST_S = 9.0
 """Of motion, of a program."""
 _ASKED_S = 0.6
 """So long before it enters a zone a robot asks for it."""
+_KEPT_APART = 0.4
+"""Share of the cells that keep their robots apart, where these are so much farther apart than the margin at home:"""
+_ROOM_MM = 60.0
+_NARROW = 0.6
+"""There zones are so much narrower: who has passed one is in the way of those who wait on its other side."""
 _ZONE_MIDDLE_MM, _ZONE_HEIGHT_MM = 1400.0, 2600.0
 _TOP_MM = _ZONE_MIDDLE_MM + _ZONE_HEIGHT_MM / 2
 _SIDES = {"-x": 0.0, "+x": 180.0, "-y": 90.0, "+y": -90.0}
@@ -82,7 +87,8 @@ def generated_cell(number: int) -> GeneratedCell:
 
 
 def _drawn(number: int, rng: random.Random) -> GeneratedCell | None:
-    zones, robots = _layout(rng)
+    margin_mm = _margin_mm(number)
+    zones, robots = _layout(rng, 1.0 if margin_mm is None else _NARROW)
     texts = {robot.name: program_text(rng, robot.family, robot.ways) for robot in robots}
     folder = _folder(number)
     for robot in robots:
@@ -94,13 +100,16 @@ def _drawn(number: int, rng: random.Random) -> GeneratedCell | None:
     for name, members in gateways.items():
         (folder / f"{name}.yaml").write_text(_drives(rng, name, members, cycles[name], overrun_s))
         (folder / f"{name}.sim.yaml").write_text(f"units: {{length: mm, angle: deg}}\nlag_s: {lag_s}\n")
-    (folder / "cell.yaml").write_text(_cell(rng, zones, robots, gateways, lost_s, max(cycles.values())))
+    text = _cell(rng, zones, robots, gateways, lost_s, max(cycles.values()))
+    (folder / "cell.yaml").write_text(text)
     bundle, _ = check_cell(folder / "cell.yaml")
     if bundle is None:
         return None
     longest_s = _contention(bundle)
     if longest_s is None:
         return None
+    if margin_mm is not None and _apart_at_home_m(bundle) >= (margin_mm + _ROOM_MM) / 1000.0:
+        bundle = _kept_apart(folder / "cell.yaml", text, margin_mm)
     families = tuple(robot.family for robot in robots)
     return GeneratedCell(number, bundle, families, tuple(cycles.values()), longest_s)
 
@@ -119,17 +128,17 @@ def _folder(number: int) -> Path:
 # Who stands where
 
 
-def _layout(rng: random.Random) -> tuple[list[_Zone], list[_Robot]]:
+def _layout(rng: random.Random, narrow: float) -> tuple[list[_Zone], list[_Robot]]:
     shape = rng.choices(["pair", "two doors", "chain", "star", "long chain", "big"], [10, 2, 2, 3, 0.5, 0.5])[0]
     if shape == "pair":
-        return _around(rng, ["-x", "+x"])
+        return _around(rng, narrow, ["-x", "+x"])
     if shape == "two doors":
-        return _two_doors(rng)
+        return _two_doors(rng, narrow)
     if shape == "star":
-        return _around(rng, rng.choice([["-x", "+x", "top"], ["-x", "+x", "-y"], ["-x", "top"], ["-x", "-y"]]))
+        return _around(rng, narrow, rng.choice([["-x", "+x", "top"], ["-x", "+x", "-y"], ["-x", "top"], ["-x", "-y"]]))
     if shape == "big":
-        return _around(rng, ["-x", "+x", "-y", "+y"])
-    return _chain(rng, 2 if shape == "chain" else rng.choice([3, 3, 4]))
+        return _around(rng, narrow, ["-x", "+x", "-y", "+y"])
+    return _chain(rng, narrow, 2 if shape == "chain" else rng.choice([3, 3, 4]))
 
 
 def _family(rng: random.Random, side: str) -> str:
@@ -138,10 +147,10 @@ def _family(rng: random.Random, side: str) -> str:
     return rng.choice(["six_axis", "palletizer", "scara"])
 
 
-def _around(rng: random.Random, sides: Sequence[str]) -> tuple[list[_Zone], list[_Robot]]:
+def _around(rng: random.Random, narrow: float, sides: Sequence[str]) -> tuple[list[_Zone], list[_Robot]]:
     """One zone, and a robot at each of these sides."""
     wide = rng.uniform(420.0, 600.0) if "-y" in sides else rng.uniform(700.0, 1300.0)
-    zone = _Zone("middle", 0.0, 0.0, rng.uniform(210.0, 450.0), wide, rng.choice([0.0, 0.0, 30.0, -17.0]))
+    zone = _Zone("middle", 0.0, 0.0, narrow * rng.uniform(210.0, 450.0), wide, rng.choice([0.0, 0.0, 30.0, -17.0]))
     robots = []
     for number, side in enumerate(sides):
         family = _family(rng, side)
@@ -149,9 +158,9 @@ def _around(rng: random.Random, sides: Sequence[str]) -> tuple[list[_Zone], list
     return [zone], robots
 
 
-def _two_doors(rng: random.Random) -> tuple[list[_Zone], list[_Robot]]:
+def _two_doors(rng: random.Random, narrow: float) -> tuple[list[_Zone], list[_Robot]]:
     """Two robots that face each other, and two zones side by side between them."""
-    half_x, half_y = rng.uniform(210.0, 400.0), rng.uniform(150.0, 200.0)
+    half_x, half_y = narrow * rng.uniform(210.0, 400.0), rng.uniform(150.0, 200.0)
     aside = half_y + rng.uniform(60.0, 200.0)
     zones = [_Zone("left", 0.0, aside, half_x, half_y, 0.0), _Zone("right", 0.0, -aside, half_x, half_y, 0.0)]
     robots = []
@@ -164,7 +173,7 @@ def _two_doors(rng: random.Random) -> tuple[list[_Zone], list[_Robot]]:
     return zones, robots
 
 
-def _chain(rng: random.Random, links: int) -> tuple[list[_Zone], list[_Robot]]:
+def _chain(rng: random.Random, narrow: float, links: int) -> tuple[list[_Zone], list[_Robot]]:
     """Robots in a row with a zone between each two; those in the middle turn from one to the other."""
     families = [_family(rng, "-x") for _ in range(links + 1)]
     zones: list[_Zone] = []
@@ -176,7 +185,7 @@ def _chain(rng: random.Random, links: int) -> tuple[list[_Zone], list[_Robot]]:
             x += near + zones[-1].half_x
             ways.append(Way(zones[-1].name, 90.0, 0.0))
         if number < links:
-            half_x = rng.uniform(210.0, 400.0)
+            half_x = narrow * rng.uniform(210.0, 400.0)
             zones.append(_Zone(f"z{number}", x + near + half_x, 0.0, half_x, rng.uniform(700.0, 1200.0), 0.0))
             ways.append(Way(zones[-1].name, -90.0, 0.0))
         robots.append(_Robot(f"r{number}", family, x, 0.0, APPROACHES[family].base_z_mm, 90.0, tuple(ways)))
@@ -245,8 +254,6 @@ def _cell(
     times = f"fresh_s: {fresh_s}, feedback_lost_s: {lost_s}, owner_silent_s: {owner_s}, estop_delay_s: {stop_s}"
     idle = rng.choice(["", "", ", idle_off_s: 1.5"])
     lines.append(f"times: {{{times}, lead_s: {lead_s}{idle}}}")
-    if os.environ.get("SEP"):
-        lines.append("separation: {margin: 30}")
     lines.append(f"on_manager_return: {rng.choice(['continue', 'continue', 'operator'])}")
     return "\n".join(lines) + "\n"
 
@@ -312,6 +319,34 @@ def _contention(bundle: CellBundle) -> float | None:
         for other in visits
     )
     return longest_s if meets else None
+
+
+def _margin_mm(number: int) -> float | None:
+    """Some cells keep their robots apart; drawn by itself, so that the others are what they are."""
+    rng = random.Random(f"separation {number}")
+    margin_mm = rng.choice([10.0, 30.0, 60.0])
+    return margin_mm if rng.random() < _KEPT_APART else None
+
+
+def _kept_apart(file: Path, text: str, margin_mm: float) -> CellBundle:
+    file.write_text(f"{text}separation: {{margin: {margin_mm:g}}}\n")
+    bundle, problems = check_cell(file)
+    assert bundle is not None, problems
+    return bundle
+
+
+def _apart_at_home_m(bundle: CellBundle) -> float:
+    """The least distance of two robots at home, where one of the two links moves [m]."""
+    bodies = []
+    for name, robot in bundle.robots.items():
+        base = Planner(robot, bundle.gateways[bundle.cell.robots[name].gateway].cycle_s).pose_world_base
+        points = transform_points(base, robot.model.capsules(robot.model.home[None]))[0]
+        bodies.append((points, robot.model.capsule_radii, np.array([each.link != 0 for each in robot.model.body])))
+    least = math.inf
+    for (one, radii, moves), (other, other_radii, other_moves) in itertools.combinations(bodies, 2):
+        away = capsule_distance(one[:, None], radii[:, None], other[None], other_radii[None])
+        least = min(least, float(away[moves[:, None] | other_moves[None]].min()))
+    return least
 
 
 def _geometry(zone: ZoneSettings) -> ZoneGeometry:

@@ -22,7 +22,7 @@ class Moment:
 
     at: float
     kind: str
-    """published, delivered, effect, life, planned or sample."""
+    """published, delivered, effect, life, planned, sample or space."""
     name: str
     what: Any
     calm_until: float
@@ -66,6 +66,8 @@ class Recording:
     def _sample(self) -> None:
         facts = self.judge.facts
         self._keep("sample", "", {robot: facts.measured(robot) for robot in facts.robots})
+        if self.world.cell.separation is not None:
+            self._keep("space", "", {robot: (facts.queued(robot), facts.reserved(robot)) for robot in facts.robots})
         self.world.clock.after(SAMPLE_S, self._sample)
 
     def judged(self, change: Change, *only: str) -> Broken | None:
@@ -102,6 +104,9 @@ def _show(stage: SimpleNamespace, judge: Judge, moment: Moment) -> None:
             axes: dict[str, Floats] = moment.what
             judge.facts.measured = axes.__getitem__  # type: ignore[method-assign]
             judge.facts.take_sample()
+        case "space":
+            judge.facts.queued = lambda robot: moment.what[robot][0]  # type: ignore[method-assign]
+            judge.facts.reserved = lambda robot: moment.what[robot][1]  # type: ignore[method-assign]
         case "planned":
             stage.seen.planned[moment.name].append(moment.what)
         case "life":

@@ -3,11 +3,17 @@
 The rules are the product's (`Ledger`, `OwnedSpace`); gateways, agents and manager around them are as small as can be.
 Any message may be lost, doubled, late for as long as one likes; agents and managers freeze, are cut off, are started
 again while the old one lives on. In all of that no robot may be where the other one is.
+
+python -m tests.sim.space_checker --seeds 0:20000
 """
 
+import argparse
+import json
 import random
+import sys
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import TypeVar
 
 import numpy as np
@@ -20,6 +26,8 @@ from robot_agent.agent.space.owned_space import OwnedSpace
 P = TypeVar("P", "Agent", "Manager")
 PLACES = 24
 _LOSS, _DOUBLE, _MOST_UNDER_WAY, _NEXT_ONES, _JUMPS_QUEUE = 0.1, 0.05, 60, 12, 0.1
+STEPS = 6000
+"""Of a run, for about 30 moves."""
 _SILENT = 12
 """So many steps of a gateway without a block end a claim at rest."""
 
@@ -348,3 +356,31 @@ class Line:
 
     def _reached(self, processes: list[P]) -> list[P]:
         return [process for process in processes if self.cut.get(id(process), 0) <= self.now]
+
+
+def main() -> int:
+    """The command; what it writes is as `tests.sim.search` has it, with steps for seconds."""
+    parser = argparse.ArgumentParser(description="search runs on a line of places for two robots that meet")
+    parser.add_argument("--seeds", metavar="A:B", required=True, help="from A up to before B")
+    parser.add_argument("--json", type=Path, metavar="FILE", help="write what was found there")
+    parser.add_argument("--stop-at-first", action="store_true", help="end at the first run in which they meet")
+    options = parser.parse_args()
+    first, _, last = options.seeds.partition(":")
+    broken: list[dict[str, object]] = []
+    runs = 0
+    for seed in range(int(first), int(last)):
+        runs += 1
+        step = Line(seed, Rules()).run(STEPS)
+        if step is not None:
+            print(f"run {seed}: they meet at step {step}", flush=True)
+            broken.append({"seed": seed, "invariant": "two robots never meet on a line", "at_s": float(step)})
+        if broken and options.stop_at_first:
+            break
+    print(f"{runs} runs, they met in {len(broken)}")
+    if options.json is not None:
+        options.json.write_text(json.dumps({"seeds": runs, "broken": broken}) + "\n")
+    return 1 if broken else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

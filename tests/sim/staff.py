@@ -19,6 +19,7 @@ from cell.messages import (
     ZoneState,
 )
 from tests.sim.judge.facts import OFF_S, Facts
+from tests.sim.stand_off import StandOffs
 from tests.sim.world import World
 
 _LOOK_EVERY_S = 0.3
@@ -40,6 +41,7 @@ class Staff:
         self._left_alone: dict[str, float] = {}
         self._stopped: dict[frozenset[str], float] = {}
         """Since when these emergency stops are seen in force."""
+        self._stand_offs = StandOffs(facts, self._order)
         world.operator(PATIENT)
         world.on_published.append(self._hear)
         world.clock.after(_LOOK_EVERY_S, self._look)
@@ -56,7 +58,10 @@ class Staff:
             for name in self._world.processes:
                 self._world.start(name)
         if self.working:
-            for state in list(eyes.robots.values()):
+            states = list(eyes.robots.values())
+            if self._world.cell.separation is not None:
+                self._stand_offs.look(states)
+            for state in states:
                 self._serve(state)
             for feedback in list(self._facts.feedback.values()):
                 self._refer(feedback)
@@ -107,7 +112,7 @@ class Staff:
 
     def _serve(self, state: RobotState) -> None:
         robot = state.robot
-        if self._facts.now < self._left_alone.get(robot, 0.0):
+        if self._facts.now < self._left_alone.get(robot, 0.0) or self._stand_offs.busy_with(robot):
             return
         if state.program.state is ProgramState.DONE and state.mode is Mode.READY and not self.endless:
             self.done.add(robot)

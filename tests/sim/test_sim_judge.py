@@ -5,6 +5,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 from cell.core import Request
@@ -12,6 +13,7 @@ from cell.messages import (
     AdoptZone,
     AxisStatus,
     Call,
+    Clearance,
     Continue,
     DriveFeedback,
     Estop,
@@ -28,10 +30,13 @@ from cell.messages import (
     Run,
     SetpointBlock,
     Severity,
+    SwitchOutput,
     Token,
+    Way,
     ZoneState,
 )
 from robot_agent.agent.planning.plans import Plan
+from tests.sim.apart_cell import apart_cell
 from tests.sim.coverage import ELSEWHERE, event_codes
 from tests.sim.faults import DriveFails, JogPress, Kill, Moment, Stop
 from tests.sim.judge import ALL
@@ -41,6 +46,7 @@ from tests.sim.world import load_bundle
 from tests.unit.config_world import Copy
 
 ONE, OTHER, ZONE = "placer", "stacker", "table"
+LEFT, RIGHT = "left", "right"
 PROGRAMS = {
     ONE: """LABEL again
 MJ J1=-70 J2=140 J3=20 J4=-70 F=60
@@ -75,6 +81,18 @@ def run(tmp_path_factory: pytest.TempPathFactory) -> Recording:
     copy.change("mixed/cell.yaml", "owner_silent_s: 2}", "owner_silent_s: 2, lead_s: 0.06}")
     copy.change("mixed/cell.yaml", "on_manager_return: continue", "on_manager_return: operator")
     return Recording(load_bundle(copy.folder / "mixed" / "cell.yaml"), SECONDS, PLAN)
+
+
+TOWARDS_EACH_OTHER = """MJ J1=0 J2=-12 J3=65 J4=0 J5=37 J6=0 F=100
+ML X=2000 Y=0 Z=1250 A=0 B=90 C=0 F=1500
+"""
+
+
+@pytest.fixture(scope="module")
+def kept_apart(tmp_path_factory: pytest.TempPathFactory) -> Recording:
+    """Without a zone: they stop in front of each other."""
+    programs = dict.fromkeys((LEFT, RIGHT), TOWARDS_EACH_OTHER)
+    return Recording(load_bundle(apart_cell(tmp_path_factory.mktemp("apart"), programs)), 5.0, ())
 
 
 def first(run: Recording, kind: str, of: type, good: Callable[[Any], bool], since: float = 0.0) -> Seen:
@@ -393,6 +411,51 @@ def planned_again_and_again(run: Recording) -> Change:
     return changed
 
 
+def comes_nearer(run: Recording) -> Change:
+    """As if it had gone on to where the other one stands."""
+    leans = np.array([0.0, 0.0, -0.3, 0.0, 0.0, 0.0])
+    return after(waiting_at(run), samples(LEFT, lambda axes: axes + leans))
+
+
+def waiting_at(run: Recording) -> float:
+    return first(run, "published", RobotState, lambda s: s.robot == LEFT and RIGHT in s.waiting_for).at
+
+
+def commits_to_nothing(run: Recording) -> Change:
+    """Its presences commit it to nothing but where it is."""
+    little = each("published", Presence, of(LEFT, lambda p: replace(p, way=replace(p.way, committed=1))))
+    return after(moving_at(run, LEFT), little)
+
+
+def space_given_away(run: Recording) -> Change:
+    """From a moment of its motion on the manager keeps no more than what was kept then."""
+    at = moving_at(run, LEFT)
+    kept = next(m for m in run.moments if m.kind == "space" and m.at >= at).what[LEFT][1]
+
+    def changed(moments: list[Seen]) -> Iterator[Seen]:
+        for m in moments:
+            yield replace(m, what={**m.what, LEFT: (m.what[LEFT][0], kept)}) if m.kind == "space" else m
+
+    return after(at, changed)
+
+
+def nothing_cleared(_: Recording) -> Change:
+    return each("published", Clearance, lambda m: replace(m.what, cleared=0))
+
+
+def owned_too_near(run: Recording) -> Change:
+    """The sections of one robot reach to the other one."""
+
+    def grown(way: Way) -> Way:
+        return replace(way, sections=replace(way.sections, radii=way.sections.radii + np.float32(3.0)))
+
+    return after(moving_at(run, LEFT), each("published", Presence, of(RIGHT, lambda p: replace(p, way=grown(p.way)))))
+
+
+def says_not_for_whom(_: Recording) -> Change:
+    return each("published", RobotState, of(LEFT, lambda s: replace(s, waiting_for="cleared space")))
+
+
 PLANTED: dict[str, Callable[[Recording], Change]] = {
     "one body in a zone": both_in_it,
     "the real body is published": somewhere_else,
@@ -444,6 +507,15 @@ PLANTED: dict[str, Callable[[Recording], Change]] = {
     "outputs are switched by order": output_by_itself,
     "effort is bounded": planned_again_and_again,
 }
+PLANTED_KEPT_APART: dict[str, Callable[[Recording], Change]] = {
+    "robots are kept apart": comes_nearer,
+    "the real body is in owned space": comes_nearer,
+    "blocks keep to owned space": commits_to_nothing,
+    "what is queued is reserved": space_given_away,
+    "owned space was cleared": nothing_cleared,
+    "owned space is kept apart": owned_too_near,
+    "says for whom it waits": says_not_for_whom,
+}
 
 
 @pytest.mark.parametrize("code", ELSEWHERE)
@@ -453,15 +525,41 @@ def test_what_no_generated_cell_does_is_seen_by_a_test_of_its_own(code: str) -> 
 
 
 def test_every_invariant_has_a_fault_that_it_must_see() -> None:
-    assert sorted(PLANTED) == sorted(kind.name for kind in ALL)
+    assert sorted([*PLANTED, *PLANTED_KEPT_APART]) == sorted(kind.name for kind in ALL)
 
 
-def test_a_good_run_breaks_nothing_when_it_is_judged_again(run: Recording) -> None:
+def test_a_good_run_breaks_nothing_when_it_is_judged_again(run: Recording, kept_apart: Recording) -> None:
     assert run.judged(lambda moments: moments) is None
+    assert kept_apart.judged(lambda moments: moments) is None
+
+
+@pytest.mark.parametrize(
+    ("to", "age_s", "good"), [("gateway", 0.65, True), ("gateway", 0.75, False), ("robot", 0.65, False)]
+)
+def test_an_order_to_a_gateway_may_be_older_by_what_lies_between_two_of_its_states(
+    run: Recording, to: str, age_s: float, good: bool
+) -> None:
+    at = moving_at(run)
+    name = f"robot/{ONE}" if to == "robot" else run.judge.facts.gateway_of(ONE)
+    kind: type = RobotState if to == "robot" else GatewayState
+    seen = next(m for m in run.moments if m.name == name and isinstance(m.what, kind) and m.at >= at)
+    order = Run() if to == "robot" else SwitchOutput(ONE, "gripper", False, "anna")
+    call = Call("9", order, Heard(seen.what.boot, seen.what.sequence))
+    asked = with_one_more(seen.at + age_s, "delivered", name, Request("9", call))
+    answered = with_one_more(seen.at + age_s + 0.01, "published", name, Reply("9", True, ""))
+    broken = run.judged(lambda moments: answered(list(asked(moments))), "orders are carried out in time and once")
+    assert (broken is None) == good
 
 
 @pytest.mark.parametrize("name", PLANTED)
 def test_an_invariant_sees_its_fault(run: Recording, name: str) -> None:
     broken = run.judged(PLANTED[name](run), name)
+    assert broken is not None
+    assert broken.invariant == name
+
+
+@pytest.mark.parametrize("name", PLANTED_KEPT_APART)
+def test_an_invariant_of_cleared_space_sees_its_fault(kept_apart: Recording, name: str) -> None:
+    broken = kept_apart.judged(PLANTED_KEPT_APART[name](kept_apart), name)
     assert broken is not None
     assert broken.invariant == name

@@ -7,22 +7,20 @@ import pytest
 from cell.manager.separation.ledger import MOST_OPEN, Ledger
 from cell.messages import Clearance, Heard, Presence, Way
 from robot_agent.agent.space.owned_space import OwnedSpace
-from tests.sim.space_checker import Line, OnTheLine, Rules, places, presence
+from tests.sim.space_checker import STEPS, Line, OnTheLine, Rules, places, presence
 from tests.sim.space_checker import sections as cut
-
-_STEPS = 6000
 
 
 @pytest.mark.parametrize("first", range(0, 120, 30))
 def test_two_robots_never_meet_whatever_becomes_of_messages_and_processes(first: int) -> None:
     lines = [Line(seed, Rules()) for seed in range(first, first + 30)]
-    assert [line.run(_STEPS) for line in lines] == [None] * len(lines)
+    assert [line.run(STEPS) for line in lines] == [None] * len(lines)
     assert sum(line.moves for line in lines) > 10 * len(lines)
 
 
 @pytest.mark.soak
 def test_nor_in_two_thousand_runs() -> None:
-    assert [seed for seed in range(2000) if Line(seed, Rules()).run(_STEPS) is not None] == []
+    assert [seed for seed in range(2000) if Line(seed, Rules()).run(STEPS) is not None] == []
 
 
 class _ForgetsCleared(Ledger):
@@ -77,7 +75,7 @@ _FAULTS = {
 @pytest.mark.parametrize("fault", _FAULTS)
 def test_without_one_of_the_rules_they_meet(fault: str) -> None:
     rules, seed = _FAULTS[fault]
-    assert Line(seed, rules).run(_STEPS) is not None
+    assert Line(seed, rules).run(STEPS) is not None
 
 
 def _way(sections: range, committed: int, owned: int) -> Way:

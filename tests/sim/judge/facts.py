@@ -3,6 +3,7 @@
 Nothing here uses the product's own rules of freshness and order: when each message was sent is known.
 """
 
+import functools
 import itertools
 from collections import defaultdict, deque
 from collections.abc import Callable
@@ -14,6 +15,7 @@ from numpy.typing import NDArray
 
 from cell.core import Request
 from cell.geometry import Solid, body_touches, capsules_touch, transform_points
+from cell.manager.core import ManagerCore
 from cell.messages import (
     Call,
     DriveFeedback,
@@ -24,10 +26,12 @@ from cell.messages import (
     Mode,
     Presence,
     RobotState,
+    Sections,
     SetpointBlock,
     TokenGone,
     ZoneGeometry,
 )
+from drive_gateway.gateway.core import GatewayCore
 from tests.sim.world import World
 
 Floats = NDArray[np.float64]
@@ -384,6 +388,29 @@ class Facts:
         axes = self.world.bundle.gateways[gateway.partition("/")[2]].robots[robot].axes
         nodes = self.world.buses[gateway].nodes
         return np.array([nodes[a.node_id].drives[a.number - 1].position / a.counts_per_unit + a.offset for a in axes])
+
+    def queued(self, robot: str) -> Floats | None:
+        """The samples `(m, n)` of the axes that the robot's gateway has queued, up to rest; None: blocks are not
+        played."""
+        process = self.world.processes[self.gateway_of(robot)]
+        if not process.alive:
+            return None
+        assert isinstance(process.core, GatewayCore)
+        playout = process.core._robots[robot].group.playout
+        return playout._position[playout._row(playout.tick) :] if playout.live else None
+
+    def reserved(self, robot: str) -> Sections | None:
+        """What the manager that lives keeps for a robot; None: it waits for somebody, or does not know where it is."""
+        process = self.world.processes["manager"]
+        if not process.alive:
+            return None
+        assert isinstance(process.core, ManagerCore)
+        separation = process.core._separation
+        assert separation is not None
+        ledger = separation._ledger
+        if ledger.deposed or ledger.awaited or ledger._robots[robot].anywhere is not None:
+            return None
+        return functools.reduce(Sections.joined, ledger.reserved(robot), Sections())
 
     def points(self, robot: str, axes: Floats) -> Floats:
         """Capsules `(m, c, 2, 3)` [m] in world, for axes `(m, n)`."""

@@ -61,7 +61,12 @@ ALL: tuple[type[Invariant], ...] = (
     orders.OutputsByOrder,
     orders.EffortIsBounded,
     room.KeptApart,
+    room.BodyIsOwned,
     room.BlockIsOwned,
+    room.QueueIsReserved,
+    room.OwnedIsCleared,
+    room.OwnedKeptApart,
+    room.SaysForWhom,
 )
 
 

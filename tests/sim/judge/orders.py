@@ -38,6 +38,8 @@ _DATED = (
 )  # fmt: skip
 """What moves, releases or switches something."""
 _LATER_S = 0.02
+_BETWEEN_STATES_S = 0.2
+"""A gateway's states are so far apart: what an operator has seen of it may be older by that."""
 
 
 class OrdersInTime(Invariant):
@@ -68,7 +70,8 @@ class OrdersInTime(Invariant):
         if not reply.ok or key not in self._asked:
             return
         call, age_s = self._asked[key]
-        if age_s > self.facts.cell.times.command_s + _LATER_S:
+        apart_s = _BETWEEN_STATES_S if name.startswith("gateway/") else 0.0
+        if age_s > self.facts.cell.times.command_s + apart_s + _LATER_S:
             seen = "a state that it never sent" if age_s == inf else f"a state that was {age_s:.2f} s old"
             self.broken(name, f"it has carried out `{call.command.verb}` of a caller who had seen {seen}")
         if key in self._done:

@@ -1,0 +1,67 @@
+"""Robots that wait for each other are parted by an operator, those that only wait are left alone."""
+
+from types import SimpleNamespace
+
+from cell.messages import Halt, Mode, ProgramState, ProgramStatus, RobotState, SetOverride
+from tests.sim.stand_off import StandOffs
+
+_STEP_S = 0.3
+_PROGRAM = ProgramStatus("p", ProgramState.RUNNING, 3, "")
+
+
+class _Two:
+    """Two robots that say whom they wait for, and what they are ordered."""
+
+    def __init__(self, **waiting_for: str) -> None:
+        self.facts = SimpleNamespace(robots=tuple(waiting_for), now=0.0, moving=lambda robot: robot in self.moves)
+        self.moves: set[str] = set()
+        self.mode = dict.fromkeys(waiting_for, Mode.RUNNING)
+        self.waiting_for = waiting_for
+        self.ordered: list[tuple[str, object]] = []
+        self.stand_offs = StandOffs(self.facts, lambda robot, order: self.ordered.append((robot, order)))  # type: ignore[arg-type]
+
+    def lasts(self, seconds: float) -> list[tuple[str, object]]:
+        """What is ordered meanwhile."""
+        self.ordered = []
+        until = self.facts.now + seconds
+        while self.facts.now < until:
+            self.facts.now += _STEP_S
+            self.stand_offs.look(
+                RobotState(robot, "b", 1, self.mode[robot], _PROGRAM, *[None] * 4, None, waiting_for=text)
+                for robot, text in self.waiting_for.items()
+            )
+        return self.ordered
+
+
+def test_of_two_that_wait_for_each_other_one_is_let_back_halted_and_goes_on_after_the_other() -> None:
+    two = _Two(r0="zone middle: held by r1 since 2 s", r1="r1's hand would come into where r0's hand may be")
+    assert two.lasts(2.5) == [], "they may get on by themselves"
+    assert set(two.lasts(1.0)) == {("r0", SetOverride(-50.0))}
+    two.moves = {"r0"}
+    assert set(two.lasts(1.0)) == {("r0", SetOverride(-50.0))}
+    two.moves = {"r1"}
+    two.waiting_for["r1"] = ""
+    assert ("r0", Halt()) in two.lasts(1.5)
+    two.mode["r0"] = Mode.HALTED
+    assert two.stand_offs.busy_with("r0")
+    assert two.lasts(7.0) == []
+    assert not two.stand_offs.busy_with("r0")
+
+
+def test_it_is_another_one_s_turn_the_next_time() -> None:
+    two = _Two(r0="r1 is in the way", r1="r0 is in the way")
+    backs = {robot for robot, order in two.lasts(30.0) if isinstance(order, SetOverride)}
+    assert backs == {"r0", "r1"}
+
+
+def test_one_that_returns_to_its_path_is_not_let_back_but_the_other_one_is() -> None:
+    two = _Two(r0="zone middle: held by r1 since 2 s", r1="r1's hand would come into where r0's hand may be")
+    two.mode["r0"] = Mode.RETURNING
+    assert set(two.lasts(4.0)) == {("r1", SetOverride(-50.0))}
+
+
+def test_who_waits_for_one_that_moves_or_has_ended_is_left_alone() -> None:
+    assert _Two(r0="r1 is in the way", r1="").lasts(10.0) == []
+    moves = _Two(r0="r1 is in the way", r1="r0 is in the way")
+    moves.moves = {"r1"}
+    assert moves.lasts(10.0) == []
