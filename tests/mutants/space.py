@@ -164,7 +164,6 @@ SPACE = (
                 "        at, other_at = _places(self._rows, asked.ids, self._table), np.arange(len(reserved))\n",
             ),
         ),
-        "it takes more passes than 20 runs have; the tests of Nearness see it",
     ),
     Mutant(
         "parting-approaches",
