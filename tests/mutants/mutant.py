@@ -40,7 +40,8 @@ class Mutant:
     says: str
     edits: tuple[Edit, ...]
     harmless: str = ""
-    """Why nobody could see it, in a sentence; empty: it must be found."""
+    """Why no run shows it, in a sentence: nobody could see it, or only a test of its own does. Empty: it must be
+    found."""
     bench: Bench = Bench.CELL
 
 

@@ -84,6 +84,7 @@ SPACE = (
                 "            self._owned = OwnedSpace(owner, self._owned.epoch)",
             ),
         ),
+        "one manager lives at a time in these cells; the tests of SharedSpace see it",
     ),
     Mutant(
         "thrown-away-comes-back",
@@ -115,12 +116,14 @@ SPACE = (
                 "import numpy as np\n\nfrom cell.messages import Body, Presence\n",
             ),
         ),
+        "nobody comes near while a drive has failed in 20 runs; the tests of Ledger see it",
     ),
     # How space is cut, and measured
     Mutant(
         "no-stray",
         "sections have no room for a quick stop that leaves the path",
         (Edit(SECTIONS, "    radii = path.radii + stray\n", "    radii = path.radii + 0.0 * stray\n"),),
+        "the margin hides it in 20 runs; the tests of sections see it",
     ),
     Mutant(
         "no-chord",
@@ -137,6 +140,7 @@ SPACE = (
         "no-following",
         "sections have no room for what a robot follows behind",
         (Edit(SECTIONS, "    return of_points(points, radii + FOLLOWING_M)", "    return of_points(points, radii)"),),
+        "simulated drives are behind along the path, not beside it; the tests of sections see it",
     ),
     Mutant(
         "margin-forgotten",
@@ -171,6 +175,7 @@ SPACE = (
                 "        np.minimum.at(kept, (near.link, near.other_link), near.distance - 0.1)",
             ),
         ),
+        "drives that fail hardly ever leave two robots too near; the tests of Nearness see it",
     ),
     # Who keeps to it
     Mutant(
@@ -210,5 +215,6 @@ SPACE = (
                 "            if reason := planner.things.in_the_way(path):",
             ),
         ),
+        "the look before a block is sent holds a jog, too",
     ),
 )
