@@ -92,7 +92,7 @@ ML X=2000 Y=0 Z=1250 A=0 B=90 C=0 F=1500
 def kept_apart(tmp_path_factory: pytest.TempPathFactory) -> Recording:
     """Without a zone: they stop in front of each other."""
     programs = dict.fromkeys((LEFT, RIGHT), TOWARDS_EACH_OTHER)
-    return Recording(load_bundle(apart_cell(tmp_path_factory.mktemp("apart"), programs)), 5.0, ())
+    return Recording(load_bundle(apart_cell(tmp_path_factory.mktemp("apart"), programs)), 7.0, ())
 
 
 def first(run: Recording, kind: str, of: type, good: Callable[[Any], bool], since: float = 0.0) -> Seen:
