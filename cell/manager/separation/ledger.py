@@ -189,7 +189,7 @@ class Ledger:
         if self.deposed:
             return 0, Refusal("", f"a manager of a higher epoch than {self._epoch} is at work: stop this one")
         if awaited := self.awaited:
-            return 0, Refusal(awaited[0], f"{', '.join(awaited)} not heard yet")
+            return 0, Refusal(awaited[0], f"{', '.join(awaited)} not heard yet: start what does not run")
         cleared, refusal = len(asked), None
         for other, robot in self._robots.items():
             if other == name:

@@ -7,8 +7,11 @@ from cell.config.settings import CellSettings
 from cell.manager.separation.ledger import Ledger
 from cell.manager.separation.nearness import Nearness
 from cell.manager.separation.order import Order
-from cell.manager.separation.standoff import LASTING_S, StandoffWatch
+from cell.manager.separation.standoff import StandoffWatch
 from cell.messages import Clearance, Deadlock, PlannedWay, Presence, Refusal, Severity
+
+_ASKS_S = 0.3
+"""Who waits asks much more often than that."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,6 +37,8 @@ class Separation:
         self._fixed: dict[str, frozenset[int]] = {}
         self._beside: set[str] = set()
         """Robots that were last heard where nothing was reserved for them."""
+        self._breaching: set[str] = set()
+        """Those of them that were in space of others, and were told of."""
         self._at_rest: dict[str, bool] = {}
         self._refused: dict[str, tuple[Refusal, float]] = {}
         """Who is cleared nothing, why, and when it was told so last."""
@@ -57,8 +62,11 @@ class Separation:
         self._at_rest[robot] = presence.stop_time_s == 0.0
         if not self._ledger.hear(presence):
             self._beside.discard(robot)
+            self._breaching.discard(robot)
             return
-        if other := self._ledger.intruded(robot, presence.body):
+        other = self._ledger.intruded(robot, presence.body)
+        if other and robot not in self._breaching:
+            self._breaching.add(robot)
             text = f"{robot} is in space that is cleared for {other}"
             remedy = f"look at the robots, then `cell reset`; jog {robot} away with `cell jog {robot}`"
             yield SpaceNews(Severity.ALARM, "space_breach", text, remedy, stops=True)
@@ -76,7 +84,7 @@ class Separation:
     def clear(self, cell_time: float) -> tuple[list[Clearance], list[SpaceNews]]:
         """Answers to what was asked for since the last call, and what there is to tell."""
         clearances = [self._dated(each, cell_time) for each in self._ledger.clear()]
-        lasting = {robot: each for robot, each in self._refused.items() if cell_time - each[1] <= LASTING_S}
+        lasting = {robot: each for robot, each in self._refused.items() if cell_time - each[1] <= _ASKS_S}
         self._refused = lasting
         waiting = {robot: refusal for robot, (refusal, _) in lasting.items() if self._at_rest.get(robot)}
         standoffs = self._standoffs.look(waiting, cell_time)

@@ -35,7 +35,7 @@ class Outlook:
         planned = tuple(each.sections for each in motions if each.sections is not None)
         if owner != self._owner:
             self._owner, self._number = owner, 0
-        known = (owner, more, *map(id, planned))
+        known = (owner, more, *planned)
         if known == self._known:
             return
         self._known, self._told_at = known, -np.inf

@@ -1,0 +1,92 @@
+"""What people are told of robots that are kept apart."""
+
+import numpy as np
+
+from cell.manager.separation.separation import Separation, SpaceNews
+from cell.messages import Heard, Presence, Sections, Way
+from tests.unit.manager_world import settings
+from tests.unit.plain_body import plain_body
+
+
+def _section(number: int, x: float) -> Sections:
+    """A ball of 0.1 m."""
+    points = np.broadcast_to(np.float32([x, 0.0, 0.0]), (1, 1, 2, 3))
+    return Sections(np.uint64([number]), points, np.float32([[0.1]]))
+
+
+class Two:
+    """Two balls on a line, and the manager that keeps them apart."""
+
+    def __init__(self) -> None:
+        self.separation = Separation(settings(), "m", 5)
+        self._sequence = 0
+        self.told: list[SpaceNews] = []
+        self.cell_time = 0.0
+        for robot, x in (("left", 0.0), ("right", 1.0)):
+            self.says(robot, _section(ord(robot[0]), x), x)
+
+    def says(self, robot: str, sections: Sections, x: float, owned: int = 1) -> None:
+        """It stands at `x`, owns so many of these sections, and asks for the others."""
+        self._sequence += 1
+        body = plain_body((0.1,), (((x, 0.0, 0.0, x, 0.0, 0.0),),), (0.0,), reach_m=0.5)
+        way = Way(sections, owned, owned, ("hand",))
+        heard = Heard("m", 1)
+        presence = Presence(robot, robot, 1, self._sequence, heard, "digest", body, 0.0, epoch=5, way=way)
+        self.told += self.separation.hear(presence)
+
+    def answers(self, seconds: float = 0.02) -> dict[str, str]:
+        """By robot, why nothing was cleared."""
+        self.cell_time += seconds
+        clearances, told = self.separation.clear(self.cell_time)
+        self.told += told
+        return {each.robot: each.refused.text for each in clearances if each.refused is not None}
+
+    @property
+    def codes(self) -> list[str]:
+        return [each.code for each in self.told]
+
+
+def test_a_robot_that_is_where_nothing_was_cleared_is_told_of_once() -> None:
+    cell = Two()
+    for step in range(5):
+        cell.says("left", _section(10 + step, 0.3 + 0.01 * step), 0.3 + 0.01 * step)
+    assert cell.codes == ["space_forced"]
+    cell.says("left", _section(14, 0.34), 0.34)
+    cell.says("left", _section(20, 0.2), 0.2)
+    assert cell.codes == ["space_forced"] * 2
+
+
+def test_a_robot_in_space_of_another_one_stops_all_once() -> None:
+    cell = Two()
+    for step in range(5):
+        cell.says("left", _section(10 + step, 0.85 + 0.01 * step), 0.85 + 0.01 * step)
+    assert cell.codes == ["space_breach"]
+    assert cell.told[0].stops
+    assert cell.told[0].text == "left is in space that is cleared for right"
+
+
+def test_robots_that_are_refused_for_each_other_for_a_second_are_a_stand_off() -> None:
+    cell = Two()
+    ahead = {"left": _section(30, 0.9), "right": _section(31, 0.1)}
+    for _ in range(70):
+        cell.says("left", _section(ord("l"), 0.0).joined(ahead["left"]), 0.0)
+        cell.says("right", _section(ord("r"), 1.0).joined(ahead["right"]), 1.0)
+        refused = cell.answers()
+    assert refused == {
+        "left": "left's hand would come into where right's hand may be; 30 mm are kept",
+        "right": "right's hand would come into where left's hand may be; 30 mm are kept",
+    }
+    assert cell.codes == ["space_standoff"]
+    assert cell.separation.standoffs[0].robots == ("left", "right")
+    for _ in range(70):
+        cell.says("left", _section(ord("l"), 0.0), 0.0)
+        cell.answers()
+    assert cell.separation.standoffs == ()
+
+
+def test_who_has_not_reported_keeps_all_waiting_by_name() -> None:
+    cell = Two()
+    fresh = Separation(settings(), "m", 5)
+    cell.separation = fresh
+    cell.says("left", _section(ord("l"), 0.0).joined(_section(40, 0.2)), 0.0)
+    assert cell.answers() == {"left": "right not heard yet: start what does not run"}
