@@ -21,7 +21,7 @@ def good(seed: int, seconds: float) -> Outcome:
     return outcome
 
 
-@pytest.mark.parametrize("seed", [*range(1008, 1012), *range(1016, 1020)])
+@pytest.mark.parametrize("seed", [*range(1008, 1011), *range(1016, 1019)])
 def test_a_generated_cell_under_faults_breaks_nothing_and_comes_to_its_end(seed: int) -> None:
     outcome = good(seed, SECONDS)
     assert outcome.contended, "its robots never asked for one zone at the same time"
