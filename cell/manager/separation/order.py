@@ -19,6 +19,8 @@ from cell.messages.sections import NO_PIECE
 from cell.net.freshness import NewestOf
 
 _FREE = -1
+_MOST_TRIES = 200
+"""Of orders in which robots may go, where it matters."""
 
 
 class Conflicts(Protocol):
@@ -131,17 +133,28 @@ class Order:
 
     def _stuck(self, standing: Mapping[str, int]) -> list[str]:
         """Who cannot get to the end of its way, one after the other, from where all stand; empty: the cell is safe."""
-        at, left = dict(standing), sorted(standing)
-        while left:
-            free = next((robot for robot in left if self._gets_through(robot, at)), None)
-            if free is None:
-                return left
-            at[free] = self._robots[free].end
-            left.remove(free)
-        return []
+        tries = _MOST_TRIES
 
-    def _gets_through(self, robot: str, at: Mapping[str, int]) -> bool:
-        return all(self._last_near(robot, other)[at[other]] <= at[robot] for other in at if other != robot)
+        def stuck(at: dict[str, int], left: list[str]) -> list[str]:
+            """Whoever ends in nobody's way may go at once; of the others it may matter who goes first."""
+            nonlocal tries
+            tries -= 1
+            while robot := next((each for each in left if self._gets_through(each, at, left)), None):
+                at, left = at | {robot: self._robots[robot].end}, [each for each in left if each != robot]
+            fewest = left
+            for robot in left if tries > 0 else ():
+                if fewest and self._gets_through(robot, at):
+                    others = [each for each in left if each != robot]
+                    fewest = min(fewest, stuck(at | {robot: self._robots[robot].end}, others), key=len)
+            return fewest
+
+        return stuck(dict(standing), sorted(standing))
+
+    def _gets_through(self, robot: str, at: Mapping[str, int], out_of: Sequence[str] = ()) -> bool:
+        """Whether it can go to the end of its way, and is out of the way of these others there."""
+        end = self._robots[robot].end
+        free = all(self._last_near(robot, other)[at[other]] <= at[robot] for other in at if other != robot)
+        return free and all(self._last_near(other, robot)[end] <= at[other] for other in out_of if other != robot)
 
     def _last_near(self, robot: str, other: str) -> list[int]:
         """For each piece of the other's way the last one of the robot's own that is too near to it."""

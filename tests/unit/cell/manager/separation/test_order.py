@@ -130,6 +130,12 @@ def test_where_the_cell_is_not_safe_anyway_nothing_is_cut() -> None:
     assert ways.order.admitted("a", [1, 2, 3, 4, 5]) == (5, None)
 
 
+def test_who_ends_in_the_way_of_another_one_goes_after_it() -> None:
+    ways = Ways({"a": 6, "b": 6}, {frozenset([("a", 5), ("b", 3)])})
+    assert ways.order.admitted("b", [1, 2]) == (2, None), "b first, then a: though a could go at once"
+    assert ways.order.admitted("a", [1, 2, 3, 4, 5])[0] == 4
+
+
 def test_a_plan_that_ends_in_the_way_of_another_one_is_too_short() -> None:
     ways = Ways({"a": 6, "b": 6}, {frozenset([("a", 5), ("b", 3)])})
     assert not ways.order.look_further("a"), "there is no more of it"
