@@ -1,14 +1,16 @@
 """Subcommands whose modules are imported when they are asked for: an order need not wait for the kinematics."""
 
 import importlib
+import re
 from collections.abc import Iterator, Mapping, MutableMapping
 from dataclasses import dataclass
 from typing import Any
 
 import typer
-from typer.core import TyperGroup
+from typer.core import TyperCommand, TyperGroup
 
 HELP = {"help_option_names": ["-h", "--help"]}
+_BELOW_ZERO = re.compile(r"-\.?\d.*")
 
 
 def explained(app: typer.Typer) -> Any:
@@ -49,6 +51,14 @@ def subcommands(definitions: Mapping[str, Subcommand], before: str = "") -> type
     return Group
 
 
+class _Command(TyperCommand):
+    """Takes a number below 0 as a number; other parsers take it for an option: `cell override left -30`."""
+
+    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
+        ctx.ignore_unknown_options = any(_BELOW_ZERO.fullmatch(word) for word in args)
+        return super().parse_args(ctx, args)
+
+
 class _Commands(MutableMapping[str, Any]):
     """Name to command; what was looked up is kept."""
 
@@ -77,5 +87,5 @@ class _Commands(MutableMapping[str, Any]):
 def _load(name: str, definition: Subcommand) -> Any:
     function = getattr(importlib.import_module(definition.module, "cell.commands"), definition.function)
     app = typer.Typer(add_completion=False, pretty_exceptions_enable=False, context_settings=HELP)
-    app.command(name, epilog=f"Example: {definition.example}")(function)
+    app.command(name, cls=_Command, epilog=f"Example: {definition.example}")(function)
     return explained(app)

@@ -1,52 +1,32 @@
-"""Robots that wait for each other's zones, each holding one that the next one needs: none of them ever goes on.
-
-Nobody backs by itself: what a program has switched on its way can not be undone by going back. So people are told.
-"""
+"""Robots that wait for each other's zones, each holding one that the next one needs: none of them ever goes on."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 
+from cell.manager.circles import LastingCircles
 from cell.manager.zones import Sight, Zone
 from cell.messages import Deadlock, Token, ZoneState
 
 _NOW_S = 0.1
 """A zone that is wanted within so long is one that the robot waits for, if it does not get it."""
-LASTING_S = 1.0
-"""What lasts so long is no passing moment; what was not seen for so long is over."""
-
-
-@dataclass(slots=True)
-class _Circle:
-    seen_first: float
-    seen_last: float
-    deadlock: Deadlock | None = None
-    """Once it was told."""
 
 
 class DeadlockWatch:
-    """Looks for circles of waiting robots once a cycle, and remembers since when each is there."""
+    """Looks for circles of waiting robots once a cycle."""
 
     def __init__(self) -> None:
-        self._circles: dict[tuple[tuple[str, str], ...], _Circle] = {}
+        self._circles = LastingCircles[tuple[tuple[str, str], ...]]()
 
     @property
     def present(self) -> tuple[Deadlock, ...]:
         """Those that were told and still last."""
-        return tuple(circle.deadlock for circle in self._circles.values() if circle.deadlock is not None)
+        return self._circles.present
 
     def look(
         self, zones: Mapping[str, Zone], sights: Mapping[str, Mapping[str, Sight]], cell_time: float, now: float
     ) -> list[Deadlock]:
         """The deadlocks that are new; `sights` by zone and robot."""
-        for steps in _circles(_waiting(zones, sights)):
-            self._circles.setdefault(steps, _Circle(now, now)).seen_last = now
-        self._circles = {steps: each for steps, each in self._circles.items() if now - each.seen_last <= LASTING_S}
-        found = []
-        for steps, circle in self._circles.items():
-            if circle.deadlock is None and circle.seen_last == now and now - circle.seen_first >= LASTING_S:
-                circle.deadlock = _deadlock(steps, zones, cell_time)
-                found.append(circle.deadlock)
-        return found
+        circles = _circles(_waiting(zones, sights))
+        return self._circles.look(circles, now, lambda steps: _deadlock(steps, zones, cell_time))
 
 
 def _waiting(zones: Mapping[str, Zone], sights: Mapping[str, Mapping[str, Sight]]) -> dict[str, dict[str, str]]:

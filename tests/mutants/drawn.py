@@ -5,7 +5,7 @@ from tests.mutants.mutant import Edit, Mutant
 DRAWN: tuple[Mutant, ...] = (
     Mutant(
         "drawn-01",
-        "drop a condition, cell/manager/deadlock.py line 54",
+        "drop a condition, cell/manager/deadlock.py line 36",
         (
             Edit(
                 "cell/manager/deadlock.py",

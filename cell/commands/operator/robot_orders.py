@@ -91,7 +91,7 @@ def override(
     file: CellFileOption = Path(CELL_FILE),
     endpoint: ConnectOption = None,
 ) -> None:
-    """Follow the path at a percentage of the planned speed; below 0 back along it: `override left -- -30`."""
+    """Follow the path at a percentage of the planned speed; below 0 back along it: `override left -30`."""
     _order(robot, SetOverride(percent), file, endpoint)
 
 

@@ -1,56 +1,39 @@
-"""Robots that keep each other out of the room that each needs next: none of them ever goes on by itself.
-
-Nobody backs by itself: what a program has switched on its way can not be undone by going back. So people are told.
-"""
+"""Robots that keep each other out of the room that each needs next: none of them ever goes on by itself."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 
+from cell.manager.circles import LastingCircles
 from cell.messages import Deadlock, Refusal
-
-LASTING_S = 1.0
-"""What lasts so long is no passing moment; what was not seen for so long is over."""
-
-
-@dataclass(slots=True)
-class _Circle:
-    seen_first: float
-    seen_last: float
-    deadlock: Deadlock | None = None
-    """Once it was told."""
 
 
 @dataclass(slots=True)
 class StandoffWatch:
-    """Looks for circles of robots at rest that wait for each other, and remembers since when each is there."""
+    """Looks for circles of robots at rest that wait for each other."""
 
     way_back: Callable[[str, tuple[str, ...]], bool]
     """Whether all these robots get through once the first one is let back."""
-    _circles: dict[tuple[str, ...], _Circle] = field(default_factory=dict)
+    _circles: LastingCircles[tuple[str, ...]] = field(default_factory=LastingCircles)
 
     @property
     def present(self) -> tuple[Deadlock, ...]:
         """Those that were told and still last."""
-        return tuple(each.deadlock for each in self._circles.values() if each.deadlock is not None)
+        return self._circles.present
 
     def look(self, refused: Mapping[str, Refusal], now: float) -> list[Deadlock]:
         """The stand-offs that are new. `refused`: who rests and is cleared nothing, and why; `now` is cell time [s]."""
-        for circle in _circles_of(refused):
-            self._circles.setdefault(circle, _Circle(now, now)).seen_last = now
-        self._circles = {robots: each for robots, each in self._circles.items() if now - each.seen_last <= LASTING_S}
-        found = []
-        for robots, each in self._circles.items():
-            if each.deadlock is None and each.seen_last == now and now - each.seen_first >= LASTING_S:
-                each.deadlock = Deadlock(robots, (), now, _text(robots, refused), self._remedy(robots))
-                found.append(each.deadlock)
-        return found
+        return self._circles.look(
+            _circles_of(refused),
+            now,
+            lambda robots: Deadlock(robots, (), now, _text(robots, refused), self._remedy(robots)),
+        )
 
     def _remedy(self, robots: tuple[str, ...]) -> str:
         back = next((robot for robot in robots if self.way_back(robot, robots)), None)
         if back is None:
             return (
                 "no way back frees them: halt one of them (`cell halt ROBOT`), jog it away with `cell jog ROBOT`, "
-                "and let it `cell return` when the others have passed"
+                "which ends its program, and `cell run ROBOT` when the others have passed"
             )
         others = " and ".join(robot for robot in robots if robot != back)
         return (

@@ -126,3 +126,11 @@ def test_an_emergency_stop_that_cannot_be_sent_points_to_the_hard_wired_one(tmp_
     assert result.returncode == 1
     assert "NO emergency stop was sent" in result.stderr
     assert "next: use the hard-wired emergency stop" in result.stderr
+
+
+@pytest.mark.parametrize("words", [["left", "-50"], ["left", "-.5"], ["left", "-12.5", "--connect", "x"]])
+def test_a_number_below_zero_is_no_option(tmp_path: Path, words: list[str]) -> None:
+    """As events tell people to type it: they ask for no `--` before it, and options may follow."""
+    result = CliRunner().invoke(cell_command.app, ["override", *words, "-f", str(tmp_path / "none.yaml")])
+    assert "none.yaml" in str(result.exception) + result.output
+    assert "No such option" not in result.output
