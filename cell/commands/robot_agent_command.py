@@ -50,7 +50,7 @@ def robot_agent(
     """
     from robot_agent.agent.shell import run_agent
     from robot_agent.kinematics import KinematicsError
-    from robot_agent.language import ProgramError, parse_program
+    from robot_agent.language import Names, ProgramError, parse_program
     from robot_agent.workspace import PlacedRobot
 
     settings = process_cell(file, parent_pipe)
@@ -59,20 +59,11 @@ def robot_agent(
     mine = settings.robots[robot]
     try:
         placed = PlacedRobot.of(mine)
-        model = placed.model
         text = read_text(mine.program)
         if isinstance(text, Problem):
             raise CommandError(f"the program cannot be read\n{text}", f"correct it, then: cell check {file}")
-        program = parse_program(
-            text,
-            mine.program.name,
-            model.joint_names,
-            model.linear_names,
-            mine.corrections,
-            spaces=mine.program_spaces,
-            parts=model.description.parts,
-            meetings=settings.meetings_of(robot),
-        )
+        known = Names.of(settings, robot, placed.model.description)
+        program = parse_program(text, mine.program.name, known)
     except (KinematicsError, ProgramError) as error:
         raise CommandError(str(error), f"correct it, then: cell check {quoted(file)}") from error
     options = zenoh_options(mode, connect, listen, config, cfg)

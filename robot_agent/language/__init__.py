@@ -19,6 +19,7 @@ from robot_agent.language.moves import (
     SplineStep,
     Tangent,
 )
+from robot_agent.language.names import Names
 from robot_agent.language.parser import parse_program
 from robot_agent.language.parts import Attach, Detach, held_before, uses_parts
 from robot_agent.language.program import Program, ProgramError, ProgramProblem
@@ -62,6 +63,7 @@ __all__ = [
     "MoveJoints",
     "MoveLine",
     "MoveSpline",
+    "Names",
     "Pause",
     "Program",
     "ProgramError",

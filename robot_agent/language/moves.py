@@ -50,7 +50,7 @@ class MoveJoints(Move):
 
     @classmethod
     def read(cls, line: int, words: list[Word], reading: Reading) -> Self:
-        joints, linear = reading.joint_names, reading.linear
+        joints, linear = reading.names.joints, reading.names.linear
         named = named_numbers(words, (*joints, *_PACE, "SYNC"))
         speed = percent(named.pop("F", None), words[0])
         synchronised = _switch(named, "SYNC", True, "1: the joints arrive together, or 0: each as fast as it can")

@@ -1,8 +1,8 @@
 """Program text to statements. All mistakes are found in one pass and reported together."""
 
 import re
-from collections.abc import Collection
 
+from robot_agent.language.names import Names
 from robot_agent.language.program import Program, ProgramError, ProgramProblem
 from robot_agent.language.statement import STATEMENTS, Reading, Statement
 from robot_agent.language.words import Mistake, Word
@@ -10,26 +10,14 @@ from robot_agent.language.words import Mistake, Word
 _WORD = re.compile(r"[^\s=]+(?:\s*=\s*[^\s=]+)?")
 
 
-def parse_program(
-    text: str,
-    name: str,
-    joint_names: tuple[str, ...],
-    linear: Collection[str] = frozenset(),
-    corrections: Collection[str] | None = None,
-    outputs: Collection[str] | None = None,
-    spaces: Collection[str] | None = None,
-    parts: Collection[str] | None = None,
-    meetings: Collection[str] | None = None,
-) -> Program:
+def parse_program(text: str, name: str, names: Names) -> Program:
     """Parse a program.
 
-    `joint_names` are the joints that `MJ` may name; joint values are degrees, or millimetres for the joints in
-    `linear`, lengths millimetres, speeds percent of the joint limits (`MJ`, `HOME`) or mm/s (`ML`, `MC`, `MS`).
-    `corrections` are the names that `TRACK` may use, `outputs` those of `SET DO` and `RESET DO`, `spaces` those of
-    `SPACE`, `parts` those of `ATTACH`, `meetings` those of `MEET`, `None` for any.
+    Joint values are degrees or millimetres, lengths millimetres, speeds percent of the joint limits (`MJ`, `HOME`) or
+    mm/s (`ML`, `MC`, `MS`).
     Raises `ProgramError` with every mistake.
     """
-    reading = Reading(joint_names, linear, corrections, outputs, spaces, parts, meetings)
+    reading = Reading(names)
     lines, statements, problems = text.splitlines(), list[Statement](), list[ProgramProblem]()
 
     def wrong(line: int, mistake: Mistake) -> None:

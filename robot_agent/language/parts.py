@@ -23,8 +23,8 @@ class Attach(Statement):
             found = f"`{' '.join(word.text for word in words)}`"
             raise Mistake(words[0].column, found, "ATTACH and the name of a part")
         word = words[1]
-        if reading.parts is not None and word.text not in reading.parts:
-            known = ", ".join(sorted(reading.parts)) or "this robot has none in its robot file"
+        if reading.names.parts is not None and word.text not in reading.names.parts:
+            known = ", ".join(sorted(reading.names.parts)) or "this robot has none in its robot file"
             raise Mistake(word.column, f"unknown part `{word.text}`", f"a name of parts: {known}")
         return cls(line, word.text)
 

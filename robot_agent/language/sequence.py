@@ -25,8 +25,8 @@ class Track(Statement):
         word = _only_argument(words, "the name of a correction, or OFF")
         if word.text.upper() == "OFF":
             return cls(line, None)
-        if reading.corrections is not None and word.text not in reading.corrections:
-            known = ", ".join(sorted(reading.corrections)) or "this robot has none in the cell file"
+        if reading.names.corrections is not None and word.text not in reading.names.corrections:
+            known = ", ".join(sorted(reading.names.corrections)) or "this robot has none in the cell file"
             raise Mistake(word.column, f"unknown correction `{word.text}`", f"OFF or a name of corrections: {known}")
         return cls(line, word.text)
 
@@ -56,8 +56,8 @@ class SetOutput(Statement):
             found = f"`{' '.join(word.text for word in words)}`"
             raise Mistake(words[0].column, found, f"{words[0].text.upper()} DO and the name of an output")
         word = words[2]
-        if reading.outputs is not None and word.text not in reading.outputs:
-            known = ", ".join(sorted(reading.outputs)) or "this robot has none in its drives file"
+        if reading.names.outputs is not None and word.text not in reading.names.outputs:
+            known = ", ".join(sorted(reading.names.outputs)) or "this robot has none in its drives file"
             raise Mistake(word.column, f"unknown output `{word.text}`", f"a name of outputs: {known}")
         return cls(line, word.text, words[0].text.upper() == "SET")
 
@@ -84,8 +84,8 @@ class SwitchSpace(Statement):
             found = f"`{' '.join(word.text for word in words)}`"
             raise Mistake(words[0].column, found, "SPACE, the name of a space, and ON or OFF")
         word = words[1]
-        if reading.spaces is not None and word.text not in reading.spaces:
-            known = ", ".join(sorted(reading.spaces)) or "this robot has none with by_program in the cell file"
+        if reading.names.spaces is not None and word.text not in reading.names.spaces:
+            known = ", ".join(sorted(reading.names.spaces)) or "this robot has none with by_program in the cell file"
             raise Mistake(word.column, f"unknown space `{word.text}`", f"a name of spaces with by_program: {known}")
         return cls(line, word.text, words[2].text.upper() == "ON")
 
@@ -126,8 +126,8 @@ class MeetOthers(Statement):
             found = f"`{' '.join(word.text for word in words)}`"
             raise Mistake(words[0].column, found, "MEET and the name of a meeting; if wanted, TIMEOUT and seconds")
         word = words[1]
-        if reading.meetings is not None and word.text not in reading.meetings:
-            known = ", ".join(sorted(reading.meetings)) or "this robot is in none in the cell file"
+        if reading.names.meetings is not None and word.text not in reading.names.meetings:
+            known = ", ".join(sorted(reading.names.meetings)) or "this robot is in none in the cell file"
             raise Mistake(word.column, f"unknown meeting `{word.text}`", f"a name of meetings: {known}")
         timeout_s = None
         if len(words) == 4:

@@ -5,10 +5,11 @@ that the robot knows (`robot_agent.language.steps`, a move of the flange), or a 
 """
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Collection
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Self, TypeVar
 
+from robot_agent.language.names import Names
 from robot_agent.language.words import Word
 
 if TYPE_CHECKING:
@@ -20,13 +21,7 @@ if TYPE_CHECKING:
 class Reading:
     """What the statements of one text are read against, and what they tell one another."""
 
-    joint_names: tuple[str, ...]
-    linear: Collection[str]
-    corrections: Collection[str] | None
-    outputs: Collection[str] | None
-    spaces: Collection[str] | None
-    parts: Collection[str] | None
-    meetings: Collection[str] | None
+    names: Names
     place: int = 0
     """Index of the statement that is being read."""
     labels: dict[str, int] = field(default_factory=dict)

@@ -12,7 +12,7 @@ from shared_bus import SHARED_BUSES, move_left_bus_to
 from cell.messages import ManagerState, Mode, ProgramState, RobotState, ZoneState
 from drive_gateway.config import load_drives
 from robot_agent.kinematics import Model
-from robot_agent.language import MoveJoints, MoveLine, parse_program
+from robot_agent.language import MoveJoints, MoveLine, Names, parse_program
 from robot_agent.workspace import PlacedRobot
 
 LINE_INTO_ZONE = 9
@@ -143,7 +143,9 @@ def distance_from_lines(points: NDArray[np.float64], model: Model, program: str)
 
 def corners_in(program: str, model: Model) -> NDArray[np.float64]:
     """`(3, 3)` [m] start and end of the line into the zone and the end of the next, from the program text itself."""
-    statements = {statement.line: statement for statement in parse_program(program, "p", model.joint_names).statements}
+    statements = {
+        statement.line: statement for statement in parse_program(program, "p", Names(model.joint_names)).statements
+    }
     before, line, after = (statements[LINE_INTO_ZONE + i] for i in (-1, 0, 1))
     assert isinstance(before, MoveJoints)
     assert isinstance(line, MoveLine)

@@ -22,7 +22,7 @@ from cell.geometry import capsule_distance, capsules_touch, transform_points
 from cell.messages import ZoneGeometry
 from robot_agent.agent.planning.dry_run import dry_run
 from robot_agent.agent.planning.planner import Planner
-from robot_agent.language import parse_program
+from robot_agent.language import Names, parse_program
 from tests.sim.programs import APPROACHES, Way, program_text
 
 MODELS = Path(__file__).parents[2] / "cell_configs" / "models"
@@ -292,7 +292,9 @@ def _contention(bundle: CellBundle) -> float | None:
     for robot, settings in bundle.cell.robots.items():
         model = bundle.robots[robot].model
         text = settings.program.read_text()
-        program = parse_program(text, settings.program.name, model.joint_names, model.linear_names, {})
+        program = parse_program(
+            text, settings.program.name, Names(model.joint_names, linear=model.linear_names, corrections={})
+        )
         cycle_s = bundle.gateways[settings.gateway].cycle_s
         planner = Planner(bundle.robots[robot], cycle_s)
         motions, failed = dry_run(planner, program, 2.0 * _LONGEST_S)

@@ -40,7 +40,7 @@ from robot_agent.agent.planning.planner import Planner
 from robot_agent.agent.planning.plans import Planned
 from robot_agent.agent.shell import PERIOD_S as AGENT_PERIOD_S
 from robot_agent.agent.shell import AgentShell
-from robot_agent.language import parse_program
+from robot_agent.language import Names, parse_program
 from tests.sim.bus import LivingBus, SimPort, SimWorkers
 from tests.sim.clock import Clock
 from tests.sim.disk import Disk, SimWriter
@@ -196,10 +196,10 @@ class World:
         return self._process(core, shell, session, settings.cycle_s, stop)
 
     def _agent(self, robot: str, cell: CellSettings, session: SimSession) -> Process:
-        settings, model = self.cell.robots[robot], self.models[robot]
-        names = model.joint_names, model.linear_names
+        settings = self.cell.robots[robot]
         text = settings.program.read_text()
-        program = parse_program(text, settings.program.name, *names, settings.corrections)
+        names = Names.of(self.cell, robot, self.models[robot].description)
+        program = parse_program(text, settings.program.name, names)
         planner_for = partial(self._planner_for, robot)
         core, stop = AgentCore(cell, robot, planner_for, program, session.boot), threading.Event()
         watched = WatchedCore(session.process, core, self.on_delivered)

@@ -57,7 +57,7 @@ from robot_agent.agent.core import AgentCore
 from robot_agent.agent.planning.planner import Planner
 from robot_agent.agent.planning.plans import Plan, PlanFailed, Planned, Unplan
 from robot_agent.kinematics import Model
-from robot_agent.language import parse_program
+from robot_agent.language import Names, parse_program
 from robot_agent.workspace import PlacedRobot, Spaces, Things
 from tests.unit.six_axis_arm import arm as model
 
@@ -108,7 +108,7 @@ class AgentWorld:
         self.planner = Planner(self._placed, CYCLE_S)
         self.brakes: tuple[float, ...] = ()
         """The quick stop that the next claim tells."""
-        parsed = parse_program(program, "left.prog", names)
+        parsed = parse_program(program, "left.prog", Names(names))
         self.agent = AgentCore(
             replace(
                 settings(on_manager_return, times or Times(), corrections or {}, spaces, things), separation=separation

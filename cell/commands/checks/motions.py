@@ -23,6 +23,7 @@ from robot_agent.language import (
     Meet,
     MotionStep,
     Move,
+    Names,
     Pause,
     Program,
     ProgramFault,
@@ -73,8 +74,7 @@ def _course(bundle: CellBundle, robot: str) -> tuple[ProgramCourse, list[Problem
     file, text = settings.program, read_text(settings.program)
     if isinstance(text, Problem):
         return ProgramCourse(robot, 0, 0.0, ()), [text]
-    names = model.joint_names, model.linear_names, settings.corrections
-    whole = parse_program(text, file.name, *names, spaces=settings.program_spaces)
+    whole = parse_program(text, file.name, Names.of(bundle.cell, robot, model.description))
     program = _once_through(whole)
     cycle_s = bundle.gateways[settings.gateway].cycle_s
     planner = _Asked(bundle.robots[robot], cycle_s)

@@ -9,7 +9,7 @@ from cell.commands.checks.readings import NamedFiles
 from cell.config.document import Document, Naming, read_text
 from cell.config.problem import Problem, Severity
 from robot_agent.kinematics import Model
-from robot_agent.language import Program, ProgramError, parse_program
+from robot_agent.language import Names, Program, ProgramError, parse_program
 from robot_agent.model.checks import expected_joints
 
 
@@ -31,7 +31,17 @@ def check_programs(document: Document, named: NamedFiles, models: dict[str, Mode
                 outputs, spaces = _outputs(document, named, robot), _spaces(document, robot)
                 meetings = _meetings(document, robot)
                 program = parse_program(
-                    text, file.name, joints, linear, corrections, outputs, spaces, model.parts, meetings
+                    text,
+                    file.name,
+                    Names(
+                        joints,
+                        linear=linear,
+                        corrections=corrections,
+                        outputs=outputs,
+                        spaces=spaces,
+                        parts=model.parts,
+                        meetings=meetings,
+                    ),
                 )
             except ProgramError as error:
                 for problem in error.problems:

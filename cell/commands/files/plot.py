@@ -18,7 +18,7 @@ from robot_agent.agent.planning.dry_run import dry_run
 from robot_agent.agent.planning.planner import Planner
 from robot_agent.agent.planning.plans import Planned
 from robot_agent.kinematics import Model, load_model
-from robot_agent.language import ProgramError, parse_program
+from robot_agent.language import Names, ProgramError, parse_program
 from robot_agent.paths import Passing
 from robot_agent.trajectory import block_lengths
 from robot_agent.workspace import PlacedRobot
@@ -47,7 +47,9 @@ def plot(
     if isinstance(text, Problem):
         raise CommandError(f"the program cannot be read\n{text}", "name a program file")
     try:
-        parsed = parse_program(text, str(program), robot.joint_names, robot.linear_names, parts=robot.description.parts)
+        parsed = parse_program(
+            text, str(program), Names(robot.joint_names, linear=robot.linear_names, parts=robot.description.parts)
+        )
     except ProgramError as error:
         raise CommandError(f"the program is refused\n{error}", "correct it; docs/language.md") from error
     motions, failed = dry_run(planner, parsed, longest_s)

@@ -11,7 +11,7 @@ from cell.messages import ZoneGeometry
 from robot_agent.agent.planning.planner import Planner
 from robot_agent.agent.planning.plans import Planned, PlanRequest
 from robot_agent.kinematics import Model
-from robot_agent.language import Finished, Interpreter, JointStep, LineStep, Pause, parse_program
+from robot_agent.language import Finished, Interpreter, JointStep, LineStep, Names, Pause, parse_program
 from robot_agent.workspace import PlacedRobot
 from tests.unit.config_world import TWO_ARMS
 
@@ -52,7 +52,7 @@ def rehearsal(request: pytest.FixtureRequest) -> Rehearsal:
 def _play(placed: PlacedRobot, text: str) -> tuple[np.ndarray, float]:
     """Joints along the whole program, from home, and its duration without waiting for anyone."""
     planner, model = Planner(placed, cycle_s=0.004), placed.model
-    interpreter = Interpreter(parse_program(text, "program", model.joint_names))
+    interpreter = Interpreter(parse_program(text, "program", Names(model.joint_names)))
     no_zones: tuple[ZoneGeometry, ...] = ()
     samples, at, duration_s = [model.home[None]], model.home, 0.0
     while not isinstance(step := interpreter.next(), Finished):

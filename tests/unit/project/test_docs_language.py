@@ -4,7 +4,7 @@ import re
 
 import pytest
 
-from robot_agent.language import STATEMENTS, parse_program
+from robot_agent.language import STATEMENTS, Names, parse_program
 from tests.unit.repository import ROOT
 
 TABLE = re.findall(r"^\| (`.*`) \|", (ROOT / "docs" / "language.md").read_text(), re.M)
@@ -18,4 +18,4 @@ def test_every_statement_has_an_example() -> None:
 @pytest.mark.parametrize("example", EXAMPLES)
 def test_every_example_is_understood(example: str) -> None:
     text = example if example.startswith("LABEL") else f"LABEL name\n{example}"
-    assert isinstance(parse_program(text, "p", ("J1", "J2")).statements[-1], STATEMENTS[example.split()[0]])
+    assert isinstance(parse_program(text, "p", Names(("J1", "J2"))).statements[-1], STATEMENTS[example.split()[0]])

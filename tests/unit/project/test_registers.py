@@ -54,7 +54,7 @@ from robot_agent.kinematics.chain import Chain, Joint
 from robot_agent.kinematics.families.closed_form import ClosedForm, Raw
 from robot_agent.kinematics.families.upright import heading, tilt
 from robot_agent.kinematics.problems import checked_lengths
-from robot_agent.language import STATEMENTS, JointStep, Move, ProgramError, Statement, Switch, parse_program
+from robot_agent.language import STATEMENTS, JointStep, Move, Names, ProgramError, Statement, Switch, parse_program
 from robot_agent.language.statement import Reading, Walk, statement
 from robot_agent.language.words import Mistake, Word, named_numbers, percent
 from robot_agent.model import FAMILIES, RobotDescription
@@ -184,7 +184,9 @@ def test_a_robot_of_a_family_moves_along_a_line(portal: Path) -> None:
     model = load_model(portal)
     text = "MJ J1=100 J2=100 J3=-200 J4=0\nML X=900 Y=700 Z=1200 F=500\nEND"
     planner = Planner(PlacedRobot.at(model), 0.004)
-    motions, failure = dry_run(planner, parse_program(text, "p", model.joint_names, model.linear_names), 60.0)
+    motions, failure = dry_run(
+        planner, parse_program(text, "p", Names(model.joint_names, linear=model.linear_names)), 60.0
+    )
     assert failure is None
     end = motions[-1].motion.q(np.array([motions[-1].motion.duration_s]))
     np.testing.assert_allclose(model.forward(end)[0, :3, 3], [0.9, 0.7, 1.2], atol=1e-6)
@@ -250,7 +252,7 @@ class Park(Move):
     @classmethod
     def read(cls, line: int, words: list[Word], reading: Reading) -> Self:
         speed = percent(named_numbers(words, ("F",)).get("F"), words[0])
-        return cls(line, (0.0,) * len(reading.joint_names), speed)
+        return cls(line, (0.0,) * len(reading.names.joints), speed)
 
     def run(self, _walk: Walk) -> JointStep:
         return JointStep(self.line, self.joints, self.speed)
@@ -294,9 +296,9 @@ PROGRAM = "MJ J1=2 F=20\ndrop gripper\nMJ J1=6 F=20\nPARK F=50\nEND"
 
 @pytest.mark.usefixtures("statements")
 def test_statements_are_read_with_their_mistakes() -> None:
-    assert parse_program(PROGRAM, "p", ("J1", "J2")).statements[3] == Park(4, (0.0, 0.0), 0.5)
+    assert parse_program(PROGRAM, "p", Names(("J1", "J2"))).statements[3] == Park(4, (0.0, 0.0), 0.5)
     with pytest.raises(ProgramError) as caught:
-        parse_program("DROP\nPARK F=0\nFLY", "p", ("J1",))
+        parse_program("DROP\nPARK F=0\nFLY", "p", Names(("J1",)))
     first, second, third = map(str, caught.value.problems)
     assert first == "1:1: found 0 words after DROP, allowed the name of an output"
     assert second == "2:6: found F=0, allowed 0.01 to 100 percent for PARK"

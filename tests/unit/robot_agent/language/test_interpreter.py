@@ -9,6 +9,7 @@ from robot_agent.language import (
     JointStep,
     LineStep,
     Meet,
+    Names,
     Pause,
     ProgramFault,
     Step,
@@ -20,7 +21,7 @@ from robot_agent.language import (
 
 
 def steps_of(text: str, count: int) -> list[Step]:
-    interpreter = Interpreter(parse_program(text, "p", ("J1",)))
+    interpreter = Interpreter(parse_program(text, "p", Names(("J1",))))
     return [interpreter.next() for _ in range(count)]
 
 
@@ -112,7 +113,7 @@ def test_a_meeting_is_a_step_of_its_own_and_not_while_a_correction_is_followed()
 
 def held(text: str, before: tuple[str, ...] | None) -> list[tuple[str, ...] | str]:
     """What each move is done with, and the fault that ends the program."""
-    interpreter, found = Interpreter(parse_program(text, "p", ("J1",)), before), list[tuple[str, ...] | str]()
+    interpreter, found = Interpreter(parse_program(text, "p", Names(("J1",))), before), list[tuple[str, ...] | str]()
     while not isinstance(step := interpreter.next(), Finished | ProgramFault):
         found += [step.held] if isinstance(step, JointStep) else []
     return [*found, step.text] if isinstance(step, ProgramFault) else found

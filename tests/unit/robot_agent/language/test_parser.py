@@ -16,6 +16,7 @@ from robot_agent.language import (
     MoveJoints,
     MoveLine,
     MoveSpline,
+    Names,
     ProgramError,
     SetOutput,
     Tangent,
@@ -28,25 +29,25 @@ JOINTS = ("J1", "J2", "J3", "J4", "J5", "J6")
 
 def problems_of(text: str) -> list[str]:
     with pytest.raises(ProgramError) as caught:
-        parse_program(text, "p", JOINTS, outputs=("gripper", "glue"), meetings=("load",))
+        parse_program(text, "p", Names(JOINTS, outputs=("gripper", "glue"), meetings=("load",)))
     return [str(problem) for problem in caught.value.problems]
 
 
 def test_degrees_percent_and_millimetres_become_si() -> None:
-    program = parse_program("MJ J1=90 J3=-45 F=25\nML X=1500 Y=-20 Z=1000 A=0 B=90 C=180 F=250", "p", JOINTS)
+    program = parse_program("MJ J1=90 J3=-45 F=25\nML X=1500 Y=-20 Z=1000 A=0 B=90 C=180 F=250", "p", Names(JOINTS))
     joints, line = program.statements
     assert joints == MoveJoints(1, (math.pi / 2, None, -math.pi / 4, None, None, None), 0.25)
     assert line == MoveLine(2, (1.5, -0.02, 1.0), (0.0, math.pi / 2, math.pi), MoveCaps(0.25))
 
 
 def test_what_is_not_named_is_kept() -> None:
-    (line,) = parse_program("ML Z=1000", "p", JOINTS).statements
+    (line,) = parse_program("ML Z=1000", "p", Names(JOINTS)).statements
     assert line == MoveLine(1, (None, None, 1.0), None)
 
 
 def test_arcs_and_splines_become_si() -> None:
     text = "MC X=2000 QX=1000 QY=-500 QA=0 QB=90 QC=0 H=-720 F=100 R=20\nMS Y=100 FC=50 FA=90"
-    arc, spline = parse_program(text, "p", JOINTS).statements
+    arc, spline = parse_program(text, "p", Names(JOINTS)).statements
     via = ((1.0, -0.5, None), (0.0, math.pi / 2, 0.0))
     assert arc == MoveArc(1, *via, (2.0, None, None), None, -4 * math.pi, MoveCaps(0.1, round_m=0.02))
     assert spline == MoveSpline(2, (None, 0.1, None), None, MoveCaps(0.05, math.pi / 2))
@@ -54,7 +55,7 @@ def test_arcs_and_splines_become_si() -> None:
 
 def test_caps_and_round_edges_go_with_every_move() -> None:
     joints, line = parse_program(
-        "MJ J1=0 F=50 FC=200 FA=30 R=40\nML X=1 F=300 FC=200 R=0 FLIP=1", "p", JOINTS
+        "MJ J1=0 F=50 FC=200 FA=30 R=40\nML X=1 F=300 FC=200 R=0 FLIP=1", "p", Names(JOINTS)
     ).statements
     assert joints == MoveJoints(1, (0.0, *[None] * 5), 0.5, MoveCaps(0.2, math.pi / 6, None, 0.04))
     assert line == MoveLine(2, (0.001, None, None), None, MoveCaps(0.2, round_m=0.0), True)
@@ -62,26 +63,26 @@ def test_caps_and_round_edges_go_with_every_move() -> None:
 
 def test_the_joints_may_be_capped_and_may_arrive_apart() -> None:
     text = "MJ J1=0 SYNC=0 FJ=90\nML X=1 FJ=45\nHOME F=20 FC=100 R=30"
-    joints, line, home = parse_program(text, "p", JOINTS).statements
+    joints, line, home = parse_program(text, "p", Names(JOINTS)).statements
     assert joints == MoveJoints(1, (0.0, *[None] * 5), 1.0, MoveCaps(joint_speed_rad_s=math.pi / 2), synchronised=False)
     assert line == MoveLine(2, (0.001, None, None), None, MoveCaps(joint_speed_rad_s=math.pi / 4))
     assert home == Home(3, 0.2, MoveCaps(0.1, round_m=0.03))
 
 
 def test_the_tool_follows_the_path_from_tang_1_to_tang_0() -> None:
-    on, turned, off = parse_program("TANG 1\nTANG 1 H=-45\nTANG 0", "p", JOINTS).statements
+    on, turned, off = parse_program("TANG 1\nTANG 1 H=-45\nTANG 0", "p", Names(JOINTS)).statements
     assert (on, turned, off) == (Tangent(1, 0.0), Tangent(2, -math.pi / 4), Tangent(3, None))
 
 
 def test_case_comments_and_blank_lines_do_not_matter() -> None:
-    program = parse_program("; a comment\n\n  home f = 50 ; the rest\nwait 0.5", "p", JOINTS)
+    program = parse_program("; a comment\n\n  home f = 50 ; the rest\nwait 0.5", "p", Names(JOINTS))
     assert program.statements == (Home(3, 0.5), Wait(4, 0.5))
     assert program.text_of(3) == "home f = 50"
     assert program.text_of(99) == ""
 
 
 def test_a_jump_points_behind_its_label_even_when_the_label_comes_later() -> None:
-    program = parse_program("GOTO later\nWAIT 1\nLABEL later\nWAIT 2\nGOTO later 3", "p", JOINTS)
+    program = parse_program("GOTO later\nWAIT 1\nLABEL later\nWAIT 2\nGOTO later 3", "p", Names(JOINTS))
     assert program.statements[0] == Goto(1, 3, None)
     assert program.statements[4] == Goto(5, 3, 3)
 
@@ -154,12 +155,12 @@ def test_a_mistake_is_named_with_its_place_and_what_is_allowed(text: str, proble
 
 
 def test_outputs_are_switched_by_name() -> None:
-    program = parse_program("SET DO gripper\nreset do Gripper", "p", JOINTS)
+    program = parse_program("SET DO gripper\nreset do Gripper", "p", Names(JOINTS))
     assert program.statements == (SetOutput(1, "gripper", True), SetOutput(2, "Gripper", False))
 
 
 def test_a_meeting_may_have_a_time_out() -> None:
-    program = parse_program("MEET load\nmeet load timeout 2.5", "p", JOINTS)
+    program = parse_program("MEET load\nmeet load timeout 2.5", "p", Names(JOINTS))
     assert program.statements == (MeetOthers(1, "load", None), MeetOthers(2, "load", 2.5))
 
 
@@ -171,9 +172,9 @@ def test_all_mistakes_are_reported_at_once_in_order() -> None:
 @given(st.text(max_size=60))
 def test_no_text_makes_the_parser_fail_otherwise(text: str) -> None:
     with contextlib.suppress(ProgramError):
-        assert parse_program(text, "p", JOINTS).statements
+        assert parse_program(text, "p", Names(JOINTS)).statements
 
 
 def test_joints_with_names_in_lower_case_are_moved() -> None:
-    (move,) = parse_program("MJ base=90 LIFT=20", "p", ("base", "lift", "Turn"), {"lift"}).statements
+    (move,) = parse_program("MJ base=90 LIFT=20", "p", Names(("base", "lift", "Turn"), linear={"lift"})).statements
     assert move == MoveJoints(1, (math.pi / 2, 0.02, None), 1.0)

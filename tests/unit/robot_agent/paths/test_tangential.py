@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from cell.geometry import from_xyz_abc
 from robot_agent.agent.planning.dry_run import dry_run
 from robot_agent.agent.planning.planner import Planner
-from robot_agent.language import parse_program
+from robot_agent.language import Names, parse_program
 from robot_agent.paths import Arc, Line, Sequence, Spline
 from robot_agent.paths.orientation import axis_angle
 from robot_agent.paths.sequence import Block
@@ -114,7 +114,7 @@ MC QX=1100 QY=150 X=1050 Y=200 F=200
 TANG 0
 ML Y=250 F=200
 """
-    parsed = parse_program(program, "p", MODEL.joint_names)
+    parsed = parse_program(program, "p", Names(MODEL.joint_names))
     motions, failed = dry_run(Planner(PlacedRobot.at(MODEL), 0.004), parsed, 60.0)
     assert failed is None
     first, last = (planned.motion for planned in motions)

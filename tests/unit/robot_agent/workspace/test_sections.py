@@ -16,7 +16,7 @@ from cell.messages.sections import Sections
 from robot_agent.agent.planning.planner import Planner
 from robot_agent.agent.planning.plans import Extended, ExtendRequest, Planned, PlanRequest
 from robot_agent.kinematics import load_model, model_of
-from robot_agent.language import Interpreter, MotionStep, parse_program
+from robot_agent.language import Interpreter, MotionStep, Names, parse_program
 from robot_agent.paths import JointMove, Line, Sequence
 from robot_agent.trajectory import Limits, Motion, plan
 from robot_agent.workspace import Braking, PlacedRobot, sweep
@@ -316,7 +316,7 @@ def test_other_space_has_another_id() -> None:
 
 
 def steps(program: str) -> tuple[MotionStep, ...]:
-    interpreter = Interpreter(parse_program(program + "END", "way.prog", ARM.joint_names))
+    interpreter = Interpreter(parse_program(program + "END", "way.prog", Names(ARM.joint_names)))
     found = []
     while isinstance(step := interpreter.next(), MotionStep):
         found.append(step)

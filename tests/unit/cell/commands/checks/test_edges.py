@@ -7,7 +7,7 @@ import pytest
 from cell.commands.checks import check_cell
 from cell.commands.checks.edges import idle_edges
 from cell.config.problem import refuses
-from robot_agent.language import parse_program
+from robot_agent.language import Names, parse_program
 from tests.unit.config_world import Copy
 
 JOINTS = ("J1", "J2")
@@ -15,7 +15,7 @@ PROGRAM = "two_arms/programs/left.prog"
 
 
 def found(text: str) -> list[tuple[int, str]]:
-    return list(idle_edges(parse_program(text, "p", JOINTS)))
+    return list(idle_edges(parse_program(text, "p", Names(JOINTS))))
 
 
 @pytest.mark.parametrize(

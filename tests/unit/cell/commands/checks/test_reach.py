@@ -8,7 +8,7 @@ import pytest
 from cell.commands.checks import check_cell
 from cell.commands.checks.reach import unreachable_lines
 from robot_agent.kinematics import Model
-from robot_agent.language import parse_program
+from robot_agent.language import Names, parse_program
 from tests.unit.config_world import CELL, ROBOT, Copy
 from tests.unit.six_axis_arm import arm
 
@@ -17,7 +17,7 @@ ARM = arm()
 
 
 def found(text: str, model: Model = ARM) -> list[tuple[int, str]]:
-    return list(unreachable_lines(model, parse_program(text, "p", model.joint_names)))
+    return list(unreachable_lines(model, parse_program(text, "p", Names(model.joint_names))))
 
 
 def test_a_line_that_leaves_the_reach_is_named_with_the_place() -> None:

@@ -10,7 +10,7 @@ from cell.messages import Continue, Enable, Halt, Mode, ProgramState, ResetRobot
 from robot_agent.agent.planning import lookahead
 from robot_agent.agent.planning.dry_run import dry_run
 from robot_agent.agent.planning.plans import Extended
-from robot_agent.language import parse_program
+from robot_agent.language import Names, parse_program
 from robot_agent.trajectory.timing.optimal.interior_point import Search
 from tests.unit.agent_rounds import ROUND, TO_START, extensions, speeds
 from tests.unit.agent_runs import enabled, running, until
@@ -62,7 +62,7 @@ def test_endless_round_of_66_tangential_moves_never_stops_and_what_is_kept_does_
 
 def test_dry_run_shows_a_long_chain_as_it_runs() -> None:
     arm = AgentWorld("END").planner
-    program = parse_program(TO_START + 5 * ROUND + "MJ J1=20\nEND", "long.prog", arm.model.joint_names)
+    program = parse_program(TO_START + 5 * ROUND + "MJ J1=20\nEND", "long.prog", Names(arm.model.joint_names))
     motions, failed = dry_run(arm, program, 60.0)
     assert failed is None
     assert [len(planned.lines) for planned in motions] == [1, 31, 1]
@@ -147,7 +147,7 @@ def extension_of(feed_mm_s: float, monkeypatch: pytest.MonkeyPatch) -> tuple[Ext
         f"ML Y={-300 + 12 * (k // 2)} Z={1350 + 100 * (k % 4 in (1, 2))} F={feed_mm_s} R=5\n" for k in range(40)
     )
     planner = AgentWorld("END").planner
-    program = parse_program(f"{TO_START}{moves}END", "long.prog", planner.model.joint_names)
+    program = parse_program(f"{TO_START}{moves}END", "long.prog", Names(planner.model.joint_names))
     ahead, searched = lookahead.Lookahead(), []
     ahead.start(program, planner.model.home)
     while ahead.open is None:

@@ -10,7 +10,7 @@ import pytest
 from cell.messages import ZoneGeometry
 from robot_agent.agent.planning.planner import Planner
 from robot_agent.agent.planning.plans import Planned, PlanRequest
-from robot_agent.language import Interpreter, MotionStep, parse_program
+from robot_agent.language import Interpreter, MotionStep, Names, parse_program
 from robot_agent.model.description import ProfileKind, Shaping
 from robot_agent.trajectory import Limits
 from robot_agent.trajectory.governor.rate_bounds import RateBounds
@@ -36,7 +36,7 @@ SLOWEST = {
 
 
 def planned(program: str, limits: Limits = LIMITS, zones: tuple[ZoneGeometry, ...] = ()) -> Planned:
-    interpreter = Interpreter(parse_program(program, "slow.prog", ARM.joint_names))
+    interpreter = Interpreter(parse_program(program, "slow.prog", Names(ARM.joint_names)))
     steps = []
     while isinstance(step := interpreter.next(), MotionStep):
         steps.append(step)

@@ -7,7 +7,7 @@ from cell.config.settings import PoseSettings, SpaceKind, SpaceSettings, SphereS
 from cell.messages import Enable, Mode
 from robot_agent.agent.planning.planner import Planner
 from robot_agent.agent.planning.plans import PlanFailed, Planned, PlanRequest
-from robot_agent.language import Interpreter, MotionStep, parse_program
+from robot_agent.language import Interpreter, MotionStep, Names, parse_program
 from robot_agent.workspace import PlacedRobot, Spaces
 from tests.unit.agent_runs import until
 from tests.unit.agent_world import CYCLE_S, AgentWorld
@@ -35,7 +35,7 @@ def slow(by_program: bool = False) -> SpaceSettings:
 
 
 def planned(program: str, *spaces: SpaceSettings) -> Planned | PlanFailed:
-    interpreter, steps = Interpreter(parse_program(program, "p", ARM.joint_names)), list[MotionStep]()
+    interpreter, steps = Interpreter(parse_program(program, "p", Names(ARM.joint_names))), list[MotionStep]()
     while isinstance(step := interpreter.next(), MotionStep):
         steps.append(step)
     planner = Planner(PlacedRobot.at(ARM, spaces=Spaces(ARM, spaces)), 0.004)

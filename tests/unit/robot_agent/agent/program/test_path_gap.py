@@ -10,7 +10,7 @@ from cell.config.settings import PathWindow
 from robot_agent.agent.planning.dry_run import dry_run
 from robot_agent.agent.planning.plans import Planned
 from robot_agent.agent.program.path_gap import Gap, Stretch
-from robot_agent.language import parse_program
+from robot_agent.language import Names, parse_program
 from tests.unit.agent_world import AgentWorld
 
 PROGRAM = "MJ J5=30\nML Y=150 F=200\nEND"
@@ -20,7 +20,7 @@ WINDOW = PathWindow()
 @cache
 def line() -> Planned:
     planner = AgentWorld(PROGRAM).planner
-    return dry_run(planner, parse_program(PROGRAM, "left.prog", planner.model.joint_names), 60.0)[0][1]
+    return dry_run(planner, parse_program(PROGRAM, "left.prog", Names(planner.model.joint_names)), 60.0)[0][1]
 
 
 @settings(max_examples=30, deadline=None)
