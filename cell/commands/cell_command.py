@@ -17,6 +17,7 @@ COMMANDS = {
     "check": Subcommand(".files.check", "check", f"cell check {FILE}"),
     "model": Subcommand(".files.model", "model", f"cell model {MODEL}"),
     "schema": Subcommand(".files.schema", "schema", "cell schema cell > cell.schema.json"),
+    "format": Subcommand(".files.format", "format_", f"cell format {PROGRAM}"),
     "plot": Subcommand(".files.plot", "plot", f"cell plot {PROGRAM} --model {MODEL}"),
     "up": Subcommand(".up.up", "up", f"cell up {FILE} --until-done"),
     "status": Subcommand(".operator.status", "status", f"cell status -f {FILE}"),

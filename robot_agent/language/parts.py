@@ -7,7 +7,7 @@ from typing import Self
 from robot_agent.language.program import Program
 from robot_agent.language.statement import Reading, Statement, Walk, statement
 from robot_agent.language.steps import HoldParts, ProgramFault
-from robot_agent.language.words import Mistake, Word
+from robot_agent.language.words import Mistake, Word, unknown
 
 
 @statement("ATTACH")
@@ -24,8 +24,7 @@ class Attach(Statement):
             raise Mistake(words[0].column, found, "ATTACH and the name of a part")
         word = words[1]
         if reading.names.parts is not None and word.text not in reading.names.parts:
-            known = ", ".join(sorted(reading.names.parts)) or "this robot has none in its robot file"
-            raise Mistake(word.column, f"unknown part `{word.text}`", f"a name of parts: {known}")
+            raise unknown(word, "part", reading.names.parts, "a name of parts", "this robot has none in its robot file")
         return cls(line, word.text)
 
     def run(self, walk: Walk) -> HoldParts | ProgramFault:

@@ -47,9 +47,8 @@ def plot(
     if isinstance(text, Problem):
         raise CommandError(f"the program cannot be read\n{text}", "name a program file")
     try:
-        parsed = parse_program(
-            text, str(program), Names(robot.joint_names, linear=robot.linear_names, parts=robot.description.parts)
-        )
+        names = Names(robot.joint_names, linear=robot.linear_names, parts=robot.description.parts)
+        parsed = parse_program(text, str(program), names, program.parent)
     except ProgramError as error:
         raise CommandError(f"the program is refused\n{error}", "correct it; docs/language.md") from error
     motions, failed = dry_run(planner, parsed, longest_s)

@@ -314,7 +314,7 @@ def test_halt_is_taken_however_old_it_is() -> None:
 
 
 def test_an_unreachable_target_ends_the_program_in_front_of_it_and_names_its_line() -> None:
-    world = running("MJ J1=10\nML X=9000\nEND")
+    world = running("MJ J1=10\nML X=9000 F=9999\nEND")
     until(world, lambda: world.state.program.state is ProgramState.FAILED)
     assert world.state.program.line == 2
     assert "line 2" in world.state.program.error
@@ -433,7 +433,7 @@ def test_the_zone_rule_is_the_managers_own() -> None:
 
 def test_moves_that_join_are_planned_and_played_as_one_motion_without_a_stop() -> None:
     world = running(
-        "MJ J1=20 J2=-20 J3=30 J5=60 F=60\nML Y=200 R=40\nML Z=1900 R=40\nMC QY=250 QZ=1850 Y=300\nHOME\nEND"
+        "MJ J1=20 J2=-20 J3=30 J5=60 F=60\nML Y=200 R=40 F=9999\nML Z=1900 R=40\nMC QY=250 QZ=1850 Y=300\nHOME\nEND"
     )
     until(world, ended(world))
     joined = next(planned for planned in world.planned if len(planned.lines) > 1)
@@ -444,7 +444,7 @@ def test_moves_that_join_are_planned_and_played_as_one_motion_without_a_stop() -
 
 
 def test_mistake_in_one_of_the_moves_that_join_is_named_with_its_line() -> None:
-    world = running("MJ J1=20 J2=-20 J3=30 J5=60 F=60\nML Y=200 R=40\nML X=9000\nHOME\nEND")
+    world = running("MJ J1=20 J2=-20 J3=30 J5=60 F=60\nML Y=200 R=40 F=9999\nML X=9000\nHOME\nEND")
     until(world, lambda: world.state.program.state is ProgramState.FAILED)
     assert world.state.program.line == 3
 
