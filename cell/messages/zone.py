@@ -6,7 +6,7 @@ from typing import Annotated
 import numpy as np
 from annotated_types import Gt, Le, MaxLen
 
-from cell.geometry import PlacedSolid, measured_solid, pose_from
+from cell.geometry import PlacedSolid, SpaceOf, measured_solid, pose_from
 from cell.messages.common import Count, Few, Name, Vector, check_quaternion
 from cell.messages.state import state
 
@@ -16,11 +16,11 @@ Edge = Annotated[float, Gt(0.0), Le(1e6)]
 @state("zone/{zone}")
 @dataclass(frozen=True, slots=True)
 class ZoneGeometry:
-    """An exclusive zone: a solid. A robot is inside when one of its capsules touches it."""
+    """An exclusive zone: a solid. A robot is inside when its body touches it, or its TCP."""
 
     zone: Name
     version: Count
-    """The same number stands for the same shape, lengths, pose and robots; another one for anything else."""
+    """The same number stands for the same shape, lengths, pose, robots and `of`; another one for anything else."""
     size_m: Annotated[tuple[Edge, ...], MaxLen(10)]
     """The lengths of the shape: a box has its full edge lengths along its own axes, a sphere its radius, a cylinder its
     radius and its length along Z."""
@@ -32,6 +32,8 @@ class ZoneGeometry:
     """Robots that may ask for it; for all others it is closed."""
     shape: Name = "box"
     """`box`, `sphere`, `cylinder`: a word of `cell.geometry.MEASURED`."""
+    of: SpaceOf = SpaceOf.BODY
+    """What of a robot is inside: any of its capsules, or its TCP alone, a point."""
 
     def __post_init__(self) -> None:
         """Raises `ValueError` when the quaternion is no orientation, and for a shape that is none."""

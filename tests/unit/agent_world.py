@@ -122,6 +122,7 @@ class AgentWorld:
         """So many sections the manager clears of each presence that asks; None: all."""
         self._clearances = 0
         self.events: list[Event] = []
+        self.geometry = ZONE
         self.other_zones: tuple[ZoneGeometry, ...] = ()
         """Beside the one that may be another's: the robot has these as long as it wants or holds them."""
         self.torques = False
@@ -316,7 +317,7 @@ class AgentWorld:
             self._grant_or_free(self.presences[-1])
         heard = {"left": Heard("boot", self.presences[-1].sequence)} if self.presences else {}
         if not self.geometry_lost:
-            self.agent.receive(ZONE, self.now)
+            self.agent.receive(self.geometry, self.now)
             for zone in self.other_zones:
                 self.agent.receive(zone, self.now)
         for frame in () if self.frames_lost else self.frames:

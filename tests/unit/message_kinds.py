@@ -93,7 +93,8 @@ def bodies(draw: st.DrawFn) -> Body:
     lengths, coordinates = st.floats(0.0, FARTHEST_M, width=32), st.floats(-FARTHEST_M, FARTHEST_M, width=32)
     radii, growth = (draw(arrays(np.float32, count, elements=lengths)) for count in (c, n))
     poses = draw(arrays(np.float32, (n, c, 2, 3), elements=coordinates))
-    return Body(draw(st.booleans()), draw(plain["base"]), draw(plain["reach_m"]), radii, poses, growth)
+    tcp = draw(arrays(np.float32, (n, 3), elements=coordinates))
+    return Body(draw(st.booleans()), draw(plain["base"]), draw(plain["reach_m"]), radii, poses, growth, tcp)
 
 
 @st.composite

@@ -129,12 +129,17 @@ class ZoneClaims:
         for known, zones in self._touched:
             if known is body:
                 return set(zones)
-        touched = frozenset(name for name, solid in self._solids.items() if body_touches(body, solid))
+        touched = frozenset(
+            name for name, solid in self._solids.items() if body_touches(body, solid, self._geometry[name].of)
+        )
         self._touched.append((body, touched))
         return set(touched)
 
     def crossed(self, path: Sweep, margin_m: float) -> list[str] | None:
-        """The zones that a swept body comes nearer to than `margin_m`; `None` while a zone's geometry is missing."""
+        """The zones that a swept body, or its TCP, comes nearer to than `margin_m`.
+
+        `None` while a zone's geometry is missing.
+        """
         zones, taus = self.geometry, np.arange(len(path.points), dtype=float)
         if zones is None:
             return None

@@ -8,7 +8,7 @@ import pytest
 
 from cell.config.settings import OnManagerReturn, Times
 from cell.core import Ask, Frozen, Publish, Shutdown
-from cell.geometry import body_touches, capsules_touch
+from cell.geometry import SpaceOf, body_touches, capsules_touch
 from cell.messages import (
     Command,
     Continue,
@@ -91,6 +91,27 @@ def test_it_stops_in_front_of_a_zone_that_is_not_granted_and_says_who_holds_it()
     world.grant()
     until(world, ended(world))
     assert world.state.waited_s["handover"] > 0.0
+
+
+def test_in_front_of_a_zone_of_the_tcp_it_stops_with_its_tcp_and_its_body_may_be_inside() -> None:
+    world = AgentWorld(INTO_ZONE)
+    world.geometry = replace(ZONE, of=SpaceOf.TCP)
+    world.zone = ZoneStatus(ZoneState.OCCUPIED, "right", None, (), 1, world.now)
+    until(world, lambda: world.states != [] and world.state.mode is Mode.DISABLED)
+    world.call(Enable())
+    until(world, lambda: world.state.mode is Mode.READY)
+    world.call(Run())
+    until(world, lambda: "held by right" in world.state.waiting_for)
+    until(world, at_rest(world), seconds=0.1)
+    box, last = ZONE.solid(), world.presences[-1].body
+    assert body_touches(last, box)
+    assert not any(body_touches(presence.body, box, SpaceOf.TCP) for presence in world.presences)
+    tcp = world.planner.pose_world_base @ world.planner.model.tcp(world.commanded)
+    assert 0.0 < box.capsule_distance(np.stack([tcp[:3, 3]] * 2), np.zeros(())) < 0.06
+    world.grant()
+    until(world, lambda: any(body_touches(presence.body, box, SpaceOf.TCP) for presence in world.presences))
+    assert world.presences[-1].holds == {"handover": world.zone.token}
+    until(world, ended(world))
 
 
 FRONT = replace(ZONE, zone="front", size_m=(0.4, 2.0, 3.0), position_m=(2.4, 0.0, 1.0))
