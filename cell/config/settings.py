@@ -262,6 +262,8 @@ class ZoneSettings:
     """What of a robot is inside."""
     priority: dict[str, int] = field(default_factory=dict)
     """By robot, before how many others that wait it goes; 0 where none is given."""
+    in_frame: InFrame | None = None
+    """Its pose as the file gives it; None: in world."""
 
 
 @dataclass(frozen=True, slots=True)

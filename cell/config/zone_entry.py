@@ -9,7 +9,7 @@ from cell.config.document import Document
 from cell.config.fields import Name
 from cell.config.frame_entry import FrameTree
 from cell.config.problem import KeyPath, Problem
-from cell.config.settings import ZoneSettings
+from cell.config.settings import InFrame, ZoneSettings
 from cell.config.thing_entry import PlacedEntry
 from cell.config.units import PositiveLength
 from cell.geometry import SpaceOf
@@ -53,7 +53,8 @@ class ZoneEntry(PlacedEntry):
         """The settings; exactly one shape is given."""
         pose = frames.in_world(self.pose.settings(), self.frame)
         shape, size_m = self._measured()
-        return ZoneSettings(name, size_m, pose, self.robots, shape, self.of, dict(self.priority))
+        in_frame = None if self.frame is None else InFrame(self.frame, self.pose.settings())
+        return ZoneSettings(name, size_m, pose, self.robots, shape, self.of, dict(self.priority), in_frame)
 
     def _measured(self) -> tuple[str, tuple[float, ...]]:
         """Its shape and its lengths [m], as `cell.geometry.MEASURED` has them."""

@@ -153,6 +153,7 @@ class AgentWorld:
         self._still = 0
         self.manager_silent = False
         self.setup: SetupStatus | None = None
+        self.zone_change: str | None = None
         """Whom the manager has in set-up."""
         self.meetings: dict[str, MeetingStatus] = {}
         """What the manager says of meetings."""
@@ -325,7 +326,7 @@ class AgentWorld:
         zones = {"handover": self.zone} | {zone.zone: self._granted_if_wanted(zone.zone) for zone in self.other_zones}
         state = ManagerState("test", "m", 5, self._sequence, self.now, "digest", heard, zones)
         state = replace(state, setup=self.setup, frames={frame.frame: frame.version for frame in self.frames})
-        state = replace(state, meetings=self.meetings)
+        state = replace(state, meetings=self.meetings, zone_change=self.zone_change)
         self.agent.receive(Arrived(state, self.now), self.now)
 
     def _clear(self, presence: Presence) -> None:

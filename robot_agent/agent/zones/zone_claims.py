@@ -88,11 +88,16 @@ class ZoneClaims:
     def fresh(self, now: float) -> bool:
         return self.age(now) < self._fresh_s
 
-    # Set-up
+    # Set-up and changes of zones
 
     @property
     def kept_still(self) -> str:
-        """Why nothing may move this robot now: the newest manager state has a robot in set-up. Empty when it may."""
+        """Why nothing may move this robot now; empty when it may.
+
+        The newest manager state has a robot in set-up, or a zone that is being changed.
+        """
+        if self.state is not None and self.state.zone_change is not None:
+            return f"zone {self.state.zone_change} is being changed"
         setup = None if self.state is None else self.state.setup
         if setup is None:
             return ""

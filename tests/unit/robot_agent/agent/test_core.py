@@ -618,3 +618,25 @@ def test_an_older_geometry_of_a_zone_does_not_take_the_place_of_the_present_one(
     older = replace(ZONE, version=7, position_m=(50.0, 0.0, 0.0))
     world.agent.receive(older, world.now)
     assert world.agent.zones.geometry == (ZONE,)
+
+
+def test_while_a_zone_is_changed_nothing_moves_and_what_was_planned_before_is_never_driven_on() -> None:
+    world = running(INTO_ZONE)
+    until(world, lambda: (world.state.tcp_speed_m_s or 0.0) > 0.1)
+    world.zone_change = "handover"
+    until(world, lambda: world.state.mode is Mode.HALTED)
+    until(world, at_rest(world), seconds=2.0)
+    assert world.state.waiting_for == "zone handover is being changed"
+    assert [event.code for event in world.events if event.text == "halted: zone handover is being changed"] == [
+        "zone_change"
+    ]
+    id = world.call(Run())
+    until(world, lambda: id in world.replies)
+    assert world.replies[id].text.startswith("left stays at rest: zone handover is being changed")
+    larger = replace(ZONE, size_m=(3.0, 2.0, 3.0), version=2)
+    world.geometry, world.zone = larger, ZoneStatus(ZoneState.OCCUPIED, "right", None, (), 2, world.now)
+    world.zone_change, stood = None, world.commanded.copy()
+    world.call(Continue())
+    world.run(1.0)
+    assert np.abs(world.commanded - stood).max() < 1e-9
+    assert all(presence.stop_time_s == 0.0 for presence in world.presences[-40:])
