@@ -42,6 +42,8 @@ COMMANDS = {
     "accept": Subcommand(".operator.set_up", "accept", f"cell accept left J2 -f {FILE}"),
     "estop": Subcommand(".operator.estop", "estop", f'cell estop --reason "door open" -f {FILE}'),
     "reset": Subcommand(".operator.reset", "reset", f"cell reset left -f {FILE}"),
+    "zone show": Subcommand(".operator.zone", "show", f"cell zone show -f {FILE}"),
+    "zone set": Subcommand(".operator.zone", "set_", f"cell zone set handover --pose 0,0,1400,0,0,0 -f {FILE}"),
     "zone clear": Subcommand(".operator.zone", "clear", f"cell zone clear handover -f {FILE}"),
     "zone adopt": Subcommand(".operator.zone", "adopt", f"cell zone adopt handover left -f {FILE}"),
     "frame show": Subcommand(".operator.frame", "show", f"cell frame show -f {FILE}"),
@@ -59,7 +61,10 @@ COMMANDS = {
 No module says so itself, because none is imported before its command is asked for.
 """
 GROUPS = {
-    "zone": ("An operator's word about an exclusive zone.", f"cell zone clear handover -f {FILE}"),
+    "zone": (
+        "Exclusive zones: where they are, how one is changed, an operator's word about one.",
+        f"cell zone clear handover -f {FILE}",
+    ),
     "frame": ("The frames of the cell, and where they are.", f"cell frame show -f {FILE}"),
     "setup": ("An operator's word about the robot in set-up.", f"cell setup clear left -f {FILE}"),
     "simulate": (

@@ -8,7 +8,7 @@ from typing import Self
 
 import numpy as np
 
-from cell.geometry import pose_from, quaternion
+from cell.geometry import SpaceOf, pose_from, quaternion
 from cell.geometry.arrays import Array
 
 Points = tuple[tuple[float, float, float], ...]
@@ -167,13 +167,6 @@ class SpaceKind(Enum):
     SLOW = "slow"
 
 
-class SpaceOf(Enum):
-    """What of a robot a space is about."""
-
-    BODY = "body"
-    TCP = "tcp"
-
-
 @dataclass(frozen=True, slots=True)
 class SpaceSettings:
     """A space of one robot: it stays inside the safe ones, out of forbidden ones, and is slow in slow ones."""
@@ -265,8 +258,12 @@ class ZoneSettings:
     robots: tuple[str, ...]
     shape: str = "box"
     """Its word in `cell.geometry.MEASURED`."""
+    of: SpaceOf = SpaceOf.BODY
+    """What of a robot is inside."""
     priority: dict[str, int] = field(default_factory=dict)
     """By robot, before how many others that wait it goes; 0 where none is given."""
+    in_frame: InFrame | None = None
+    """Its pose as the file gives it; None: in world."""
 
 
 @dataclass(frozen=True, slots=True)

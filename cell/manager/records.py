@@ -29,7 +29,7 @@ class EstopCleared:
 
 @dataclass(frozen=True, slots=True)
 class ZoneDecided:
-    """An operator cleared a zone or had it adopted."""
+    """An operator cleared a zone, had it adopted, or changed it."""
 
     zone: str
     decision: str

@@ -87,8 +87,11 @@ class SetupTurns:
 
     # The cycle
 
-    def step(self, fresh: Mapping[str, Presence], estop: bool, age: Age, sequence: int, now: float) -> list[SetupNews]:
-        """Decide for the manager state with `sequence`; `fresh` are the presences that may be relied on."""
+    def step(self, fresh: Mapping[str, Presence], stopped: str, age: Age, sequence: int, now: float) -> list[SetupNews]:
+        """Decide for the manager state with `sequence`; `fresh` are the presences that may be relied on.
+
+        `stopped`: why nothing may begin or go on in the whole cell, for people; empty when it may.
+        """
         self._started = now if self._started is None else self._started
         self._line_up()
         news: list[SetupNews] = []
@@ -97,7 +100,7 @@ class SetupTurns:
             self.status = None
             news.append(SetupNews(Severity.INFO, "setup_over", f"{before.robot} is not in set-up any more"))
         if self.status is None:
-            self.refused = {robot: self._hindrance(robot, fresh, estop, age, now) for robot in self._queue}
+            self.refused = {robot: self._hindrance(robot, fresh, stopped, age, now) for robot in self._queue}
             chosen = next((robot for robot in self._queue if not self.refused[robot]), None)
             if chosen is not None:
                 self._announced_in = sequence
@@ -106,17 +109,17 @@ class SetupTurns:
                 text = f"{chosen} is in set-up; all other robots stay at rest"
                 news.append(SetupNews(Severity.INFO, "setup_begins", text))
         if self.status is not None:
-            news += self._follow(self.status, fresh, estop, age, now)
+            news += self._follow(self.status, fresh, stopped, age, now)
         return news
 
     def _follow(
-        self, status: SetupStatus, fresh: Mapping[str, Presence], estop: bool, age: Age, now: float
+        self, status: SetupStatus, fresh: Mapping[str, Presence], stopped: str, age: Age, now: float
     ) -> list[SetupNews]:
         """Whether it is free now; the others that are to be set up wait for it."""
         robot = status.robot
         alive = self._alive(robot, age)
         reason = "" if alive else self._silent(robot)
-        reason = reason or self._not_confirmed(robot, fresh, now) or _stopped(estop)
+        reason = reason or self._not_confirmed(robot, fresh, now) or stopped
         self.status = SetupStatus(robot, not reason, reason)
         self.refused = {other: f"{robot} is in set-up; one robot at a time" for other in self._queue if other != robot}
         if alive or status.reason == reason:
@@ -146,12 +149,12 @@ class SetupTurns:
         state = self._gateways[self._gateway_of[robot]].state
         return state is not None and age(state.heard) < self._fresh_s
 
-    def _hindrance(self, robot: str, fresh: Mapping[str, Presence], estop: bool, age: Age, now: float) -> str:
+    def _hindrance(self, robot: str, fresh: Mapping[str, Presence], stopped: str, age: Age, now: float) -> str:
         """Why a robot is not let in; empty when it may be."""
         if not self._alive(robot, age):
             return f"its gateway {self._gateway_of[robot]} is not heard anew"
         others = (self._unstill(other, fresh, now) for other in self._gateway_of if other != robot)
-        return _stopped(estop) or "; ".join(filter(None, others))
+        return stopped or "; ".join(filter(None, others))
 
     def _unstill(self, other: str, fresh: Mapping[str, Presence], now: float) -> str:
         """Why another robot may move; empty when it stands."""
@@ -195,7 +198,3 @@ class SetupTurns:
     def _silent(self, robot: str) -> str:
         gateway = self._gateway_of[robot]
         return f"its gateway {gateway} is silent: start it again, or look at {robot} and say: cell setup clear {robot}"
-
-
-def _stopped(estop: bool) -> str:
-    return "an emergency stop is set: cell reset" if estop else ""

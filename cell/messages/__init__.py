@@ -6,7 +6,7 @@ On which key a message travels stands above its class (`@state`, `@command`); ho
 """
 
 from cell.messages.call import COMMANDS, Call, ClaimGrant, Command, Reply, Who
-from cell.messages.common import CellTime, Heard, Token, TokenGone
+from cell.messages.common import CellTime, ClockStatus, Heard, Token, TokenGone
 from cell.messages.correction import ConveyorCount, Correction
 from cell.messages.drive_fault import Fault, FaultDrive
 from cell.messages.drives import AxisStatus, DriveFeedback, PlayoutState
@@ -38,9 +38,11 @@ from cell.messages.manager_commands import (
     ClearSetup,
     ClearZone,
     ListEvents,
+    Place,
     PlaceFrame,
     ResetEstop,
     SetEstop,
+    SetZone,
     TeachFrame,
 )
 from cell.messages.manager_state import Deadlock, ManagerState, SetupStatus, ZoneState, ZoneStatus
@@ -61,7 +63,6 @@ from cell.messages.robot_commands import (
     Step,
 )
 from cell.messages.robot_state import (
-    ClockStatus,
     CorrectionStatus,
     GovernorStatus,
     Mode,
@@ -131,6 +132,7 @@ __all__ = [
     "NodeStatus",
     "OutputEvent",
     "PaceStatus",
+    "Place",
     "PlaceFrame",
     "PlannedWay",
     "PlayoutState",
@@ -156,6 +158,7 @@ __all__ = [
     "SetManual",
     "SetOverride",
     "SetPart",
+    "SetZone",
     "SetpointBlock",
     "SetupStatus",
     "Severity",

@@ -1,11 +1,18 @@
 """What the manager is asked for: `manager/cmd/<verb>`."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Annotated, ClassVar
 
+import numpy as np
+from annotated_types import Ge, Le, MaxLen
+
+from cell.geometry import SpaceOf, measured_solid
 from cell.messages.call import Command, command
 from cell.messages.common import Count, Few, Name, Number, Vector, Words, check_quaternion
 from cell.messages.event import Severity
+from cell.messages.zone import Edge
+
+Rank = Annotated[int, Ge(0), Le(1000)]
 
 
 @command("manager")
@@ -89,6 +96,48 @@ class TeachFrame(Command):
     by: Words
     origin_m: Vector | None = None
     """Its origin instead of the first."""
+
+
+@dataclass(frozen=True, slots=True)
+class Place:
+    """A pose in the frame in which something is given."""
+
+    position_m: Vector
+    quaternion_xyzw: tuple[float, float, float, float]
+
+    def __post_init__(self) -> None:
+        """Raises `ValueError` when the quaternion is no orientation."""
+        check_quaternion(self.quaternion_xyzw)
+
+
+@command("manager")
+@dataclass(frozen=True, slots=True)
+class SetZone(Command):
+    """Change a zone, in the manager's cell file and in the running cell; what is left out stays as it is.
+
+    `data` of the reply is the version under which it is there.
+    """
+
+    verb: ClassVar[str] = "set_zone"
+    zone: Name
+    by: Words
+    place: Place | None = None
+    """Of its middle, in the frame in which the cell file gives it."""
+    shape: Name | None = None
+    """As in `ZoneGeometry`, with `size_m`."""
+    size_m: Annotated[tuple[Edge, ...], MaxLen(10)] = ()
+    of: SpaceOf | None = None
+    priority: Annotated[dict[Name, Rank], Few] = field(default_factory=dict)
+    """By robot: before how many others that wait it goes. Who is left out keeps his."""
+
+    def __post_init__(self) -> None:
+        """Raises `ValueError` where nothing would change, and for a shape that is none."""
+        if self.shape is not None:
+            measured_solid(self.shape, self.size_m, np.eye(4))
+        elif self.size_m:
+            raise ValueError("lengths without a shape")
+        if self.place is None and self.shape is None and self.of is None and not self.priority:
+            raise ValueError("nothing to change: a place, a shape, of, or a priority is missing")
 
 
 @command("manager")

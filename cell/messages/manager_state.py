@@ -87,3 +87,5 @@ class ManagerState:
     frames: Annotated[dict[Name, Count], Few] = field(default_factory=dict)
     """Frame: the version in force."""
     meetings: Annotated[dict[Name, MeetingStatus], Few] = field(default_factory=dict)
+    zone_change: Name | None = None
+    """The zone that is being changed: all robots stay at rest, and it is granted to nobody, until that is over."""

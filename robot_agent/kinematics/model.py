@@ -67,13 +67,14 @@ class Model(ABC):
 
     @cached_property
     def reach_m(self) -> float:
-        """A bound [m]: no point of any capsule, nor the flange, is ever farther from the base origin.
+        """A bound [m]: no point of any capsule, nor flange or TCP, is ever farther from the base origin.
 
         Joints that turn may have any angle, those that slide keep to their limits; less than 1 % too large for families
         with one chain (`robot_agent.kinematics.reach`).
         """
         flange = len(self.link_names) - 1
-        reach = float(farthest(self._places(flange, np.zeros((1, 3))))[0])
+        ends = np.stack([np.zeros(3), self.tcp_at(np.eye(4))[:3, 3]])
+        reach = float(farthest(self._places(flange, ends)).max())
         for link in sorted(set(self._capsule_links.tolist())):
             mine = self._capsule_links == link
             ends = farthest(self._places(link, self._capsule_ends[mine].reshape(-1, 3)))
@@ -133,6 +134,12 @@ class Model(ABC):
     def capsules(self, q: Array) -> Array:
         """Joints `(..., n)` -> end points of all capsules in base `(..., c, 2, 3)` [m]; radii: `capsule_radii`."""
         return self.capsules_of(self.links(q))
+
+    def body_and_tcp(self, q: Array) -> Array:
+        """`capsules`, and the TCP as one more of length 0: `(..., c + 1, 2, 3)` [m] in base."""
+        links = self.links(q)
+        tcp = self.tcp_at(links[..., -1, :, :])[..., None, None, :3, 3]
+        return np.concatenate([self.capsules_of(links), np.repeat(tcp, 2, axis=-2)], axis=-3)
 
     def capsules_of(self, links: Array) -> Array:
         """The same from poses of all links in base `(..., links, 4, 4)`."""
@@ -198,7 +205,7 @@ class Model(ABC):
         return np.where(self.linear, joints, np.unwrap(joints, axis=0))
 
     def bulge_m(self, q: Array) -> Array:
-        """How far, at most, an end point of a capsule leaves the chord between two samples of a path: `(m - 1,)` [m].
+        """How far, at most, an end of a capsule or the TCP leaves the chord of two samples of a path: `(m - 1,)` [m].
 
         `q` `(m, n)`, evenly apart in time or in way. Joints that move evenly carry a point on arcs: its second
         derivative is at most R (sum of joint steps)^2, with R the reach and sliding steps divided by R, so it leaves

@@ -150,8 +150,10 @@ def zone_line(name: str, zone: ZoneStatus) -> str:
 
 
 def clock_line(settings: CellSettings, seen: Snapshot) -> str:
-    """How well each robot knows cell time, by which robots start together and leave meetings."""
+    """How well each robot knows cell time, by which robots start together and leave meetings, and each gateway."""
     clocks = {name: seen.robots[name].clock if name in seen.robots else None for name in settings.robots}
+    told = {name: seen.gateways[name].clock if name in seen.gateways else None for name in settings.gateways}
+    clocks |= {f"gateway {name}": clock for name, clock in told.items()}
     known = (
         f"{name} {'unknown' if clock is None else f'within {1000 * clock.error_s:.0f} ms'}"
         for name, clock in clocks.items()

@@ -67,11 +67,12 @@ def _summary(bundle: CellBundle, courses: list[ProgramCourse]) -> Group:
     gateways.caption_justify = "left"
     for name, gateway in bundle.gateways.items():
         gateways.add_row(name, cell.gateways[name].endpoint, *_bus_cells(gateway))
-    zones = _table("zone", "shape", "lengths mm", "centre mm", "robots")
+    zones = _table("zone", "of", "shape", "lengths mm", "centre mm", "robots")
     for name, zone in cell.zones.items():
         robots_first = sorted(zone.robots, key=lambda robot: -zone.priority.get(robot, 0))
         who = ", ".join(f"{robot} ({n})" if (n := zone.priority.get(robot)) else robot for robot in robots_first)
-        zones.add_row(name, zone.shape, _millimetres(zone.size_m), _millimetres(zone.pose.position_m), who)
+        lengths, centre = _millimetres(zone.size_m), _millimetres(zone.pose.position_m)
+        zones.add_row(name, zone.of.value, zone.shape, lengths, centre, who)
     shared = [zones] if cell.zones else []
     return Group(title, robots, programs, gateways, *shared, *_kept_apart(bundle))
 

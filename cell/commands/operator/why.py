@@ -78,7 +78,7 @@ def _one(robot: str, seen: Snapshot, clearance: Clearance | None) -> tuple[str, 
 
 
 def _since(since: float, seen: Snapshot) -> str:
-    return "" if seen.manager is None else f" since {max(0.0, seen.manager.cell_time - since):.1f} s"
+    return "" if seen.manager is None else f", for {max(0.0, seen.manager.cell_time - since):.1f} s so far"
 
 
 def _stands(robot: str, state: RobotState) -> str:
