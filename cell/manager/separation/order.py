@@ -5,6 +5,9 @@ each in the other's way out. So what is cleared is cut further until the cell is
 all that it has planned while the others stand at the ends of what they own; then another one, while that one stands at
 the end of its way; and so on until all have (the safe states of Dijkstra's banker, on ways instead of money). Where the
 cell is not safe already, nothing is cut: then geometry alone decides.
+
+Whose turn it is (`turn.py`) goes before all who need not get through before it: what is cleared for them keeps them out
+of its way, and out of the way of those before it.
 """
 
 from collections.abc import Mapping, Sequence
@@ -52,6 +55,8 @@ class Order:
 
     def __init__(self, conflicts: Conflicts) -> None:
         self._conflicts = conflicts
+        self.turn = ""
+        """The robot whose turn it is; empty: nobody's."""
         self._robots: dict[str, _Robot] = {}
         self._last: dict[tuple[str, str], tuple[PlannedWay, PlannedWay, list[int], Flags]] = {}
         """By two robots and for their plans: for each piece of the second the last one of the first that is too near
@@ -82,6 +87,10 @@ class Order:
         used = [piece for piece in way.pieces[: way.committed].tolist() if piece != NO_PIECE]
         robot.back = min(min(used, default=robot.at), robot.end)
 
+    def plans(self, robot: str) -> bool:
+        """Whether a robot has a planned way."""
+        return robot in self._positions()
+
     def knows(self, robot: str, plan: int) -> bool:
         """Whether the plan with this number is what the order goes by."""
         mine = self._robots.get(robot)
@@ -95,16 +104,54 @@ class Order:
         standing = self._positions()
         if robot not in standing or not pieces or self._stuck(standing):
             return len(pieces), None
-        count, refusal = len(pieces), None
+        count, refusal = self._out_of_the_way_of_the_next(robot, pieces, standing)
         while count > 0:
             last = max((piece for piece in pieces[:count] if piece != NO_PIECE), default=standing[robot])
             stuck = self._stuck(standing | {robot: max(last, standing[robot])})
             if not stuck:
                 return count, refusal
-            other = next((each for each in stuck if each != robot), robot)
+            others = sorted(
+                (each for each in stuck if each != robot),
+                key=lambda each: self._last_near(each, robot)[last] <= standing[each],
+            )
+            other = others[0] if others else robot
             refusal = Refusal(other, f"{robot} would be in the way of {other}, which must get through first")
             count = next((k for k, piece in enumerate(pieces[:count]) if piece == last), 0)
         return 0, refusal
+
+    def _out_of_the_way_of_the_next(
+        self, robot: str, pieces: Sequence[int], standing: Mapping[str, int]
+    ) -> tuple[int, Refusal | None]:
+        """How many of these pieces a robot may enter and need not get through before the one whose turn it is.
+
+        One that must get through before it anyway may go on, until that is no longer so.
+        """
+        if self.turn not in standing or self.turn == robot:
+            return len(pieces), None
+        here, before = standing[robot], robot in self._before(self.turn, standing)
+        for count, piece in enumerate(pieces):
+            if piece == NO_PIECE or piece <= here:
+                continue
+            here, was_before = piece, before
+            before = robot in self._before(self.turn, {**standing, robot: here})
+            if before and not was_before:
+                why = f"{self.turn} has waited for long and goes first: {robot} would be in its way"
+                return count, Refusal(self.turn, why)
+        return len(pieces), None
+
+    def before(self, robot: str) -> set[str]:
+        """Who must get through before a robot does."""
+        standing = self._positions()
+        return self._before(robot, standing) if robot in standing else set()
+
+    def is_clear(self, robot: str) -> bool:
+        """Whether nobody still has to pass where a robot is, at the end of what it may use."""
+        mine = self._robots[robot]
+        return not any(
+            self._last_near(other, robot)[mine.at] > its.at
+            for other, its in self._robots.items()
+            if other != robot and mine.plan is not None and its.plan is not None
+        )
 
     def look_further(self, robot: str) -> bool:
         """Whether what is known of a robot's plan ends where another one still has to pass."""
@@ -149,6 +196,24 @@ class Order:
             return fewest
 
         return stuck(dict(standing), sorted(standing))
+
+    def _before(self, robot: str, at: Mapping[str, int]) -> set[str]:
+        """Who must get through before a robot does, and before those: they stand in the way, or it would end in theirs.
+
+        Whether one must go before another one depends on these two alone, so where the cell is safe this is no circle.
+        """
+        found: set[str] = set()
+        left = [robot]
+        while left:
+            one = left.pop()
+            new = {each for each in at.keys() - found - {one, robot} if self._must_go_before(each, one, at)}
+            found |= new
+            left += new
+        return found
+
+    def _must_go_before(self, other: str, robot: str, at: Mapping[str, int]) -> bool:
+        stands_in_its_way = self._last_near(robot, other)[at[other]] > at[robot]
+        return stands_in_its_way or self._last_near(other, robot)[self._robots[robot].end] > at[other]
 
     def _gets_through(self, robot: str, at: Mapping[str, int], out_of: Sequence[str] = ()) -> bool:
         """Whether it can go to the end of its way, and is out of the way of these others there."""

@@ -1,6 +1,8 @@
 """Who is let in: wherever robots begin safely, all of them get to the end of their ways."""
 
 import random
+from collections.abc import Iterator
+from itertools import cycle
 
 import numpy as np
 from hypothesis import given, settings
@@ -63,6 +65,13 @@ class Ways:
     def _blocked(self, robot: str, piece: int) -> bool:
         return any(self.known.meet(robot, piece, other, at) for other, at in self.at.items() if other != robot)
 
+    def in_the_way_of(self, robot: str) -> str:
+        """Who stands in the next piece of a robot, or has to get through before it goes there; empty: nobody."""
+        following = self.at[robot] + 1
+        stands = next((other for other, at in self.at.items() if self.known.meet(robot, following, other, at)), "")
+        _, refusal = self.order.admitted(robot, [following])
+        return stands or ("" if refusal is None else refusal.by)
+
     @property
     def done(self) -> bool:
         return all(self.at[robot] == count - 1 for robot, count in self.counts.items())
@@ -104,6 +113,87 @@ def test_without_an_order_some_of_them_block_each_other() -> None:
             ways.onward(rng.choice(sorted(ways.counts)), rng.randint(1, 4))
         stuck += not ways.done
     assert stuck > 5
+
+
+def again_and_again(seed: int, rounds: int) -> Ways:
+    """As `_drawn`, with ways that are gone over and over again."""
+    once = _drawn(seed)
+    near = {
+        frozenset([(robot, i + k * once.counts[robot]), (other, j + m * once.counts[other])])
+        for (robot, i), (other, j) in (sorted(each) for each in once.known.near)
+        for k in range(rounds)
+        for m in range(rounds)
+    }
+    return Ways({robot: rounds * count for robot, count in once.counts.items()}, near)
+
+
+def _turns(ways: Ways, rng: random.Random) -> Iterator[str]:
+    """Who tries to go on next, at random; meanwhile it is somebody's turn until that one is through."""
+    while not ways.done:
+        turn = ways.order.turn
+        if not turn or ways.order.is_clear(turn):
+            ways.order.turn = rng.choice(["", *sorted(ways.counts)])
+        yield rng.choice(sorted(ways.counts))
+
+
+@given(st.integers(0, 10**9))
+@settings(max_examples=200, deadline=None)
+def test_whosever_turn_it_is_everybody_gets_to_the_end_of_its_way(seed: int) -> None:
+    ways, rng = again_and_again(seed, 2), random.Random(seed + 1)
+    for tries, robot in enumerate(_turns(ways, rng)):
+        ways.onward(robot, rng.randint(1, 4))
+        assert tries < 150 * len(ways.counts), (ways.at, ways.order.turn)
+
+
+@given(st.integers(0, 10**9))
+@settings(max_examples=100, deadline=None)
+def test_who_is_not_before_the_one_whose_turn_it_is_does_not_come_before_it(seed: int) -> None:
+    ways, rng = again_and_again(seed, 3), random.Random(seed + 1)
+    for robot, _ in zip(_turns(ways, rng), range(100), strict=False):
+        turn = ways.order.turn
+        before = set() if not turn or turn == robot else ways.order.before(turn)
+        ways.onward(robot, rng.randint(1, 4))
+        if turn and turn != robot:
+            assert ways.order.before(turn) <= before
+
+
+def two_loop_and_one_waits() -> Ways:
+    """Either a or b is always in the middle, which is theirs together and not c's."""
+    middle = {
+        frozenset([(robot, piece), ("c", its)])
+        for robot in "ab"
+        for piece in range(62)
+        for its in (2, 3)
+        if piece % 6 not in (0, 1)
+    }
+    ways = Ways({"a": 62, "b": 62, "c": 6}, middle)
+    ways.onward("a", 3)
+    return ways
+
+
+def _passed_before(ways: Ways) -> int:
+    """How many times the two go through the middle before the third one is in there."""
+    for robot in cycle("abc"):
+        ways.onward(robot, 1)
+        if ways.at["c"] >= 3:
+            return ways.at["a"] // 6 + ways.at["b"] // 6
+    raise AssertionError
+
+
+def test_two_that_passagain_and_again_let_a_third_one_through_when_it_is_its_turn() -> None:
+    assert _passed_before(two_loop_and_one_waits()) > 15, "they are always in its way: the test shows nothing"
+    ways = two_loop_and_one_waits()
+    ways.order.turn = "c"
+    assert _passed_before(ways) <= 2
+
+
+def test_who_waits_because_it_is_another_one_s_turn_is_told_so() -> None:
+    ways = two_loop_and_one_waits()
+    ways.order.turn = "c"
+    admitted, why = ways.order.admitted("b", [1, 2])
+    assert admitted == 1
+    assert why is not None
+    assert (why.by, why.text) == ("c", "c has waited for long and goes first: b would be in its way")
 
 
 CROSSING = {frozenset([("a", i), ("b", j)]) for i in (2, 3) for j in (2, 3)}
