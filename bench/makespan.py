@@ -6,7 +6,7 @@ from tempfile import TemporaryDirectory
 
 from bench.timing import Row
 from tests.sim.apart_cell import SIDES, Apart, apart_cell
-from tests.sim.random_pairs import LONGEST_S, pairs
+from tests.sim.random_rooms import LONGEST_S, rooms
 
 _PAIRS = range(8)
 _START_S = 1.2
@@ -15,11 +15,11 @@ _STANDS = "HOME F=100\n"
 
 
 def makespan() -> list[Row]:
-    """Of random programs; see `tests.sim.random_pairs`."""
+    """Of random programs; see `tests.sim.random_rooms`."""
     took, beside, after, done = [], [], [], 0
     with TemporaryDirectory() as name:
         folder = Path(name)
-        for seed, programs, cell in pairs(_PAIRS, folder):
+        for seed, programs, cell in rooms(_PAIRS, folder):
             together = cell.run(LONGEST_S) - _START_S
             done += cell.done
             alone = [_alone(folder / f"{side} {seed}", programs, side) for side in SIDES]

@@ -7,7 +7,7 @@ import pytest
 from cell.messages import Halt, Heard, Jog, JogFrame, JogHeld, Mode, SetOverride
 from tests.sim.apart_cell import MARGIN_M, Apart, apart_cell
 from tests.sim.network import Weather
-from tests.sim.random_pairs import LONGEST_S, pairs
+from tests.sim.random_rooms import LONGEST_S, rooms
 from tests.unit.config_world import TWO_ARMS
 
 TO_THE_MIDDLE = """MJ J1={turn:g} J2=-12 J3=65 J4=0 J5=37 J6=0 F=100
@@ -132,7 +132,7 @@ def test_a_jog_stands_in_front_of_the_other_arm_and_leads_away_from_it(tmp_path:
 
 
 def _all_complete(seeds: range, folder: Path) -> None:
-    for seed, _, cell in pairs(seeds, folder):
+    for seed, _, cell in rooms(seeds, folder):
         cell.run(LONGEST_S)
         assert cell.done, (seed, {name: state.waiting_for for name, state in cell.world.seen.robots.items()})
         assert cell.nearest_m >= MARGIN_M, seed

@@ -1,10 +1,12 @@
 """Who goes first: robots that share room are let in only as far as all of them can still get through.
 
 Clearing alone is no order: two robots that are both let in as far as nothing is in their way may end up nose to nose,
-each in the other's way out. So what is cleared is cut further until the cell is *safe*: some robot can go to the end of
-all that it has planned while the others stand at the ends of what they own; then another one, while that one stands at
-the end of its way; and so on until all have (the safe states of Dijkstra's banker, on ways instead of money). Where the
-cell is not safe already, nothing is cut: then geometry alone decides.
+each in the other's way out. So what is cleared is cut further until the cell is *safe*. A *bay* is a piece of a robot's
+way where nobody still has to pass. The cell is safe when some robot can go to a bay, or to the end of all that it has
+planned, while the others stand at the ends of what they own; then another one, while that one stands there; and so on
+until all are at their ends (the safe states of Dijkstra's banker, on ways instead of money). To go to a bay is never
+wrong: who stands there is in nobody's way. Where some cannot get to their ends already, what is cleared makes them no
+more; two that want to end at one place are let on as far as geometry lets them.
 
 Whose turn it is (`turn.py`) goes before all who need not get through before it: what is cleared for them keeps them out
 of its way, and out of the way of those before it.
@@ -15,6 +17,7 @@ from dataclasses import dataclass, field
 from typing import Protocol
 
 import numpy as np
+from numpy.typing import NDArray
 
 from cell.geometry.arrays import Flags
 from cell.messages import PlannedWay, Presence, Refusal, Sections
@@ -58,7 +61,7 @@ class Order:
         self.turn = ""
         """The robot whose turn it is; empty: nobody's."""
         self._robots: dict[str, _Robot] = {}
-        self._last: dict[tuple[str, str], tuple[PlannedWay, PlannedWay, list[int], Flags]] = {}
+        self._last: dict[tuple[str, str], tuple[PlannedWay, PlannedWay, NDArray[np.intp], Flags]] = {}
         """By two robots and for their plans: for each piece of the second the last one of the first that is too near
         to it; and all that are."""
 
@@ -97,22 +100,20 @@ class Order:
         return mine is not None and mine.plan is not None and mine.plan.number == plan
 
     def admitted(self, robot: str, pieces: Sequence[int]) -> tuple[int, Refusal | None]:
-        """How many of the sections that lie in these pieces of its plan a robot may be cleared, and who is in the way.
-
-        All of them, where the cell is not safe anyway.
-        """
+        """How many of the sections that lie in these pieces of its plan a robot may be cleared, and who is in the way."""
         standing = self._positions()
-        if robot not in standing or not pieces or self._stuck(standing):
+        if robot not in standing or not pieces:
             return len(pieces), None
+        already = self._stuck(standing)
         count, refusal = self._out_of_the_way_of_the_next(robot, pieces, standing)
         while count > 0:
             last = max((piece for piece in pieces[:count] if piece != NO_PIECE), default=standing[robot])
             stuck = self._stuck(standing | {robot: max(last, standing[robot])})
-            if not stuck:
+            if len(stuck) <= len(already):
                 return count, refusal
             others = sorted(
                 (each for each in stuck if each != robot),
-                key=lambda each: self._last_near(each, robot)[last] <= standing[each],
+                key=lambda each: (self._last_near(each, robot)[last] <= standing[each], each in already),
             )
             other = others[0] if others else robot
             refusal = Refusal(other, f"{robot} would be in the way of {other}, which must get through first")
@@ -140,7 +141,7 @@ class Order:
         return len(pieces), None
 
     def before(self, robot: str) -> set[str]:
-        """Who must get through before a robot does."""
+        """Who must leave its place before a robot can go to where nobody still has to pass."""
         standing = self._positions()
         return self._before(robot, standing) if robot in standing else set()
 
@@ -148,18 +149,18 @@ class Order:
         """Whether nobody still has to pass where a robot is, at the end of what it may use."""
         mine = self._robots[robot]
         return not any(
-            self._last_near(other, robot)[mine.at] > its.at
+            self._last_near(other, robot)[mine.at] >= its.at
             for other, its in self._robots.items()
             if other != robot and mine.plan is not None and its.plan is not None
         )
 
     def look_further(self, robot: str) -> bool:
-        """Whether what is known of a robot's plan ends where another one still has to pass."""
+        """Whether a robot shares room with another one on what is known of their plans, and its own goes on after that."""
         mine = self._robots.get(robot)
         if mine is None or mine.plan is None or not mine.plan.more:
             return False
         return any(
-            self._too_near(other, robot)[its.at :, mine.end].any()
+            self._too_near(other, robot)[its.at :, mine.at :].any()
             for other, its in self._robots.items()
             if other != robot and its.plan is not None
         )
@@ -182,53 +183,77 @@ class Order:
         """Who cannot get to the end of its way, one after the other, from where all stand; empty: the cell is safe."""
         tries = _MOST_TRIES
 
-        def stuck(at: dict[str, int], left: list[str]) -> list[str]:
-            """Whoever ends in nobody's way may go at once; of the others it may matter who goes first."""
+        def stuck(at: dict[str, int]) -> list[str]:
+            """Whoever can go to a bay may do so at once; of the others it may matter who goes first."""
             nonlocal tries
             tries -= 1
-            while robot := next((each for each in left if self._gets_through(each, at, left)), None):
-                at, left = at | {robot: self._robots[robot].end}, [each for each in left if each != robot]
+            while found := next(((each, bay) for each in at if (bay := self._farthest_bay(each, at)) is not None), None):
+                at = {**at, found[0]: found[1]}
+            left = sorted(each for each, piece in at.items() if piece < self._robots[each].end)
             fewest = left
             for robot in left if tries > 0 else ():
-                if fewest and self._gets_through(robot, at):
-                    others = [each for each in left if each != robot]
-                    fewest = min(fewest, stuck(at | {robot: self._robots[robot].end}, others), key=len)
+                if fewest and self._reach(robot, at) == self._robots[robot].end:
+                    fewest = min(fewest, stuck({**at, robot: self._robots[robot].end}), key=len)
             return fewest
 
-        return stuck(dict(standing), sorted(standing))
+        return stuck(dict(standing))
 
     def _before(self, robot: str, at: Mapping[str, int]) -> set[str]:
-        """Who must get through before a robot does, and before those: they stand in the way, or it would end in theirs.
+        """Who must leave its place before a robot can go to its next bay, and before those can go to theirs.
 
-        Whether one must go before another one depends on these two alone, so where the cell is safe this is no circle.
+        Where the cell is safe this is no circle: whoever goes first has nobody before it, and goes to where it is
+        before nobody.
         """
         found: set[str] = set()
         left = [robot]
         while left:
             one = left.pop()
-            new = {each for each in at.keys() - found - {one, robot} if self._must_go_before(each, one, at)}
+            bays = self._bays(one, at)
+            bay = int(bays[0]) if len(bays) else None
+            new = {each for each in at.keys() - found - {one, robot} if self._must_go_before(each, one, bay, at)}
             found |= new
             left += new
         return found
 
-    def _must_go_before(self, other: str, robot: str, at: Mapping[str, int]) -> bool:
-        stands_in_its_way = self._last_near(robot, other)[at[other]] > at[robot]
-        return stands_in_its_way or self._last_near(other, robot)[self._robots[robot].end] > at[other]
-
-    def _gets_through(self, robot: str, at: Mapping[str, int], out_of: Sequence[str] = ()) -> bool:
-        """Whether it can go to the end of its way, and is out of the way of these others there."""
+    def _must_go_before(self, other: str, robot: str, bay: int | None, at: Mapping[str, int]) -> bool:
+        """It stands in the way to the bay, or where there is none, to the end, or this end is in its own way."""
         end = self._robots[robot].end
-        free = all(self._last_near(robot, other)[at[other]] <= at[robot] for other in at if other != robot)
-        return free and all(self._last_near(other, robot)[end] <= at[other] for other in out_of if other != robot)
+        way = slice(at[robot] + 1, (end if bay is None else bay) + 1)
+        stands_in_the_way = bool(self._too_near(robot, other)[way, at[other]].any())
+        return stands_in_the_way or (bay is None and self._last_near(other, robot)[end] > at[other])
 
-    def _last_near(self, robot: str, other: str) -> list[int]:
-        """For each piece of the other's way the last one of the robot's own that is too near to it."""
+    def _farthest_bay(self, robot: str, at: Mapping[str, int]) -> int | None:
+        """To which it can go while the others stand."""
+        bays = self._bays(robot, at)
+        bays = bays[bays <= self._reach(robot, at)]
+        return int(bays[-1]) if len(bays) else None
+
+    def _bays(self, robot: str, at: Mapping[str, int]) -> NDArray[np.intp]:
+        """The pieces ahead of it where nobody still has to pass."""
+        here = at[robot]
+        clear = np.ones(self._robots[robot].end - here, dtype=bool)
+        for other, its in at.items():
+            if other != robot:
+                clear &= self._last_near(other, robot)[here + 1 :] < its
+        return here + 1 + np.flatnonzero(clear)
+
+    def _reach(self, robot: str, at: Mapping[str, int]) -> int:
+        """The last piece to which it can go while the others stand."""
+        here = at[robot]
+        blocked = np.zeros(self._robots[robot].end - here, dtype=bool)
+        for other, its in at.items():
+            if other != robot:
+                blocked |= self._too_near(robot, other)[here + 1 :, its]
+        return here + (int(blocked.argmax()) if blocked.any() else len(blocked))
+
+    def _last_near(self, robot: str, other: str) -> NDArray[np.intp]:
+        """For each piece of the other's way the last one of the robot's own that is too near to it; `_FREE`: none."""
         return self._tables(robot, other)[0]
 
     def _too_near(self, robot: str, other: str) -> Flags:
         return self._tables(robot, other)[1]
 
-    def _tables(self, robot: str, other: str) -> tuple[list[int], Flags]:
+    def _tables(self, robot: str, other: str) -> tuple[NDArray[np.intp], Flags]:
         mine, its = self._robots[robot].plan, self._robots[other].plan
         if mine is None or its is None:
             raise ValueError(f"{robot} or {other} has no plan")
@@ -241,5 +266,5 @@ class Order:
                 near = self._conflicts.too_near(robot, mine.pieces, other, its.pieces)
             rows = np.arange(len(near))[:, None]
             last = np.where(near, rows, _FREE).max(axis=0, initial=_FREE)
-            known = self._last[robot, other] = mine, its, last.tolist(), near
+            known = self._last[robot, other] = mine, its, last, near
         return known[2], known[3]

@@ -189,11 +189,20 @@ def test_two_that_passagain_and_again_let_a_third_one_through_when_it_is_its_tur
 
 def test_who_waits_because_it_is_another_one_s_turn_is_told_so() -> None:
     ways = two_loop_and_one_waits()
+    ways.onward("c", 1)
     ways.order.turn = "c"
     admitted, why = ways.order.admitted("b", [1, 2])
     assert admitted == 1
     assert why is not None
     assert (why.by, why.text) == ("c", "c has waited for long and goes first: b would be in its way")
+
+
+def test_who_can_go_to_a_bay_is_let_in_though_others_have_to_pass_behind_it() -> None:
+    early = {frozenset([("a", 1), ("b", 3)])}
+    late = {frozenset([("a", 4), ("b", j)]) for j in (1, 3)}
+    ways = Ways({"a": 6, "b": 6}, early | late)
+    ways.hear("a", 1)
+    assert ways.order.admitted("b", [1]) == (1, None), "b would be in a's way, a in b's: but a has a bay at 2"
 
 
 CROSSING = {frozenset([("a", i), ("b", j)]) for i in (2, 3) for j in (2, 3)}
