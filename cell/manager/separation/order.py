@@ -116,9 +116,15 @@ class Order:
                 key=lambda each: (self._last_near(each, robot)[last] <= standing[each], each in already),
             )
             other = others[0] if others else robot
-            refusal = Refusal(other, f"{robot} would be in the way of {other}, which must get through first")
+            refusal = self._waits_for(other, f"{robot} would be in the way of {other}, which must get through first", standing)
             count = next((k for k, piece in enumerate(pieces[:count]) if piece == last), 0)
         return 0, refusal
+
+    def let_in(self, robot: str, pieces: Sequence[int]) -> None:
+        """A robot was cleared sections in these pieces of its plan: it may be there before it says so."""
+        mine = self._robots[robot]
+        cleared = max((piece for piece in pieces if piece != NO_PIECE), default=mine.at)
+        mine.at = min(max(cleared, mine.at), max(mine.end, 0))
 
     def _out_of_the_way_of_the_next(
         self, robot: str, pieces: Sequence[int], standing: Mapping[str, int]
@@ -136,9 +142,16 @@ class Order:
             here, was_before = piece, before
             before = robot in self._before(self.turn, {**standing, robot: here})
             if before and not was_before:
-                why = f"{self.turn} has waited for long and goes first: {robot} would be in its way"
-                return count, Refusal(self.turn, why)
+                why = f"{robot} would be in the way of {self.turn}, which has waited for long and goes first"
+                return count, self._waits_for(self.turn, why, standing)
         return len(pieces), None
+
+    def _waits_for(self, other: str, why: str, standing: Mapping[str, int]) -> Refusal:
+        """It names the one that can go on at once, of those who keep the other one waiting: so no circle is told of
+        where there is none.
+        """
+        first = min((each for each in self._before(other, standing) if not self._before(each, standing)), default=other)
+        return Refusal(first, why if first == other else f"{why}, after {first}")
 
     def before(self, robot: str) -> set[str]:
         """Who must leave its place before a robot can go to where nobody still has to pass."""

@@ -54,15 +54,22 @@ class Ways:
         self.order.hear(presence, {int(section.ids[0]): here})
 
     def onward(self, robot: str, ahead: int) -> int:
-        """Let a robot go on by up to so many pieces; how many it went."""
-        here = self.at[robot]
-        asked = list(range(here + 1, min(here + 1 + ahead, self.counts[robot])))
-        free = next((k for k, piece in enumerate(asked) if self._blocked(robot, piece)), len(asked))
-        admitted, _ = self.order.admitted(robot, asked[:free])
-        self.hear(robot, here + admitted)
+        """Let a robot go on by up to so many pieces, which it says; how many it went."""
+        admitted = self.let_in(robot, ahead)
+        self.hear(robot)
         return admitted
 
-    def _blocked(self, robot: str, piece: int) -> bool:
+    def let_in(self, robot: str, ahead: int) -> int:
+        """Let a robot go on by up to so many pieces; how many."""
+        here = self.at[robot]
+        asked = list(range(here + 1, min(here + 1 + ahead, self.counts[robot])))
+        free = next((k for k, piece in enumerate(asked) if self.blocked(robot, piece)), len(asked))
+        admitted, _ = self.order.admitted(robot, asked[:free])
+        self.at[robot] = here + admitted
+        self.order.let_in(robot, asked[:admitted])
+        return admitted
+
+    def blocked(self, robot: str, piece: int) -> bool:
         return any(self.known.meet(robot, piece, other, at) for other, at in self.at.items() if other != robot)
 
     def in_the_way_of(self, robot: str) -> str:
@@ -71,6 +78,16 @@ class Ways:
         stands = next((other for other, at in self.at.items() if self.known.meet(robot, following, other, at)), "")
         _, refusal = self.order.admitted(robot, [following])
         return stands or ("" if refusal is None else refusal.by)
+
+    def goes_in_the_end(self, robot: str) -> bool:
+        """Whether the one for which it waits can go on, or the one for which that one waits, and so on."""
+        for _ in self.counts:
+            following = self.at[robot] + 1
+            _, refusal = self.order.admitted(robot, [following])
+            if refusal is None:
+                return not self.blocked(robot, following)
+            robot = refusal.by
+        return False
 
     @property
     def done(self) -> bool:
@@ -101,6 +118,18 @@ def test_from_a_safe_beginning_everybody_gets_to_the_end_of_its_way(seed: int) -
     ways, rng = _drawn(seed), random.Random(seed + 1)
     for _ in range(60 * len(ways.counts)):
         ways.onward(rng.choice(sorted(ways.counts)), rng.randint(1, 4))
+    assert ways.done, ways.at
+
+
+@given(st.integers(0, 10**9))
+@settings(max_examples=100, deadline=None)
+def test_also_where_robots_say_later_than_they_were_let_in_where_they_may_be(seed: int) -> None:
+    ways, rng = _drawn(seed), random.Random(seed + 1)
+    for _ in range(60):
+        for robot in rng.sample(sorted(ways.counts), len(ways.counts)):
+            ways.let_in(robot, rng.randint(1, 4))
+        for robot in ways.counts:
+            ways.hear(robot)
     assert ways.done, ways.at
 
 
@@ -194,7 +223,8 @@ def test_who_waits_because_it_is_another_one_s_turn_is_told_so() -> None:
     admitted, why = ways.order.admitted("b", [1, 2])
     assert admitted == 1
     assert why is not None
-    assert (why.by, why.text) == ("c", "c has waited for long and goes first: b would be in its way")
+    text = "b would be in the way of c, which has waited for long and goes first, after a"
+    assert (why.by, why.text) == ("a", text), "a can go on at once"
 
 
 def test_who_can_go_to_a_bay_is_let_in_though_others_have_to_pass_behind_it() -> None:
@@ -223,10 +253,24 @@ def test_who_would_stand_in_the_way_of_another_one_waits_in_front_of_it() -> Non
     assert why.text == "b would be in the way of a, which must get through first"
 
 
-def test_where_the_cell_is_not_safe_anyway_nothing_is_cut() -> None:
-    ends = {frozenset([("a", 5), ("b", 5)])}
+def test_of_two_that_end_at_one_place_one_gets_there_and_neither_stands_in_its_way() -> None:
+    ends = {frozenset([("a", i), ("b", j)]) for i in (3, 4, 5) for j in (3, 4, 5) if i + j > 7}
     ways = Ways({"a": 6, "b": 6}, ends)
-    assert ways.order.admitted("a", [1, 2, 3, 4, 5]) == (5, None)
+    assert ways.onward("a", 3) == 3
+    assert ways.onward("b", 5) == 2, "in piece 3 it would keep a from its end"
+    assert ways.onward("a", 5) == 2
+
+
+@given(st.integers(0, 10**9))
+@settings(max_examples=100, deadline=None)
+def test_who_is_refused_waits_in_the_end_for_one_that_can_go_on(seed: int) -> None:
+    ways, rng = again_and_again(seed, 2), random.Random(seed + 1)
+    for robot in _turns(ways, rng):
+        if ways.at[robot] < ways.counts[robot] - 1:
+            _, why = ways.order.admitted(robot, [ways.at[robot] + 1])
+            if why is not None:
+                assert ways.goes_in_the_end(robot)
+        ways.onward(robot, rng.randint(1, 4))
 
 
 def test_who_ends_in_the_way_of_another_one_goes_after_it() -> None:
