@@ -106,4 +106,6 @@ class Apart:
     @property
     def done(self) -> bool:
         states = self.world.seen.robots
-        return len(states) == len(self.world.cell.robots) and all(state.program.state is ProgramState.DONE for state in states.values())
+        return len(states) == len(self.world.cell.robots) and all(
+            state.program.state is ProgramState.DONE for state in states.values()
+        )

@@ -116,7 +116,9 @@ class Order:
                 key=lambda each: (self._last_near(each, robot)[last] <= standing[each], each in already),
             )
             other = others[0] if others else robot
-            refusal = self._waits_for(other, f"{robot} would be in the way of {other}, which must get through first", standing)
+            refusal = self._waits_for(
+                other, f"{robot} would be in the way of {other}, which must get through first", standing
+            )
             count = next((k for k, piece in enumerate(pieces[:count]) if piece == last), 0)
         return 0, refusal
 
@@ -147,16 +149,25 @@ class Order:
         return len(pieces), None
 
     def _waits_for(self, other: str, why: str, standing: Mapping[str, int]) -> Refusal:
-        """It names the one that can go on at once, of those who keep the other one waiting: so no circle is told of
-        where there is none.
-        """
-        first = min((each for each in self._before(other, standing) if not self._before(each, standing)), default=other)
+        """It names one that can go on at once, so no circle is told of where there is none."""
+        able = self.goes_first(other) or [each for each in standing if self._farthest_bay(each, standing) is not None]
+        first = min(able, default=other)
         return Refusal(first, why if first == other else f"{why}, after {first}")
 
     def before(self, robot: str) -> set[str]:
         """Who must leave its place before a robot can go to where nobody still has to pass."""
         standing = self._positions()
         return self._before(robot, standing) if robot in standing else set()
+
+    def goes_first(self, robot: str) -> list[str]:
+        """Who of these waits for nobody; where there is nobody before it, the robot itself.
+
+        Empty: it has no planned way, or they wait for each other, until somebody else has passed.
+        """
+        before = self.before(robot)
+        if not before:
+            return [robot] if self.plans(robot) else []
+        return sorted(each for each in before if not self.before(each))
 
     def is_clear(self, robot: str) -> bool:
         """Whether nobody still has to pass where a robot is, at the end of what it may use."""
@@ -200,7 +211,9 @@ class Order:
             """Whoever can go to a bay may do so at once; of the others it may matter who goes first."""
             nonlocal tries
             tries -= 1
-            while found := next(((each, bay) for each in at if (bay := self._farthest_bay(each, at)) is not None), None):
+            while found := next(
+                ((each, bay) for each in at if (bay := self._farthest_bay(each, at)) is not None), None
+            ):
                 at = {**at, found[0]: found[1]}
             left = sorted(each for each, piece in at.items() if piece < self._robots[each].end)
             fewest = left
@@ -214,8 +227,7 @@ class Order:
     def _before(self, robot: str, at: Mapping[str, int]) -> set[str]:
         """Who must leave its place before a robot can go to its next bay, and before those can go to theirs.
 
-        Where the cell is safe this is no circle: whoever goes first has nobody before it, and goes to where it is
-        before nobody.
+        This may be a circle where the cell is safe, too: until somebody else has passed, and more of their ways are bays.
         """
         found: set[str] = set()
         left = [robot]
@@ -231,7 +243,7 @@ class Order:
     def _must_go_before(self, other: str, robot: str, bay: int | None, at: Mapping[str, int]) -> bool:
         """It stands in the way to the bay, or where there is none, to the end, or this end is in its own way."""
         end = self._robots[robot].end
-        way = slice(at[robot] + 1, (end if bay is None else bay) + 1)
+        way = slice(at[robot], (end if bay is None else bay) + 1)
         stands_in_the_way = bool(self._too_near(robot, other)[way, at[other]].any())
         return stands_in_the_way or (bay is None and self._last_near(other, robot)[end] > at[other])
 
@@ -251,13 +263,13 @@ class Order:
         return here + 1 + np.flatnonzero(clear)
 
     def _reach(self, robot: str, at: Mapping[str, int]) -> int:
-        """The last piece to which it can go while the others stand."""
+        """The last piece to which it can go while the others stand; the rest of its own piece is ahead of it, too."""
         here = at[robot]
-        blocked = np.zeros(self._robots[robot].end - here, dtype=bool)
+        blocked = np.zeros(self._robots[robot].end + 1 - here, dtype=bool)
         for other, its in at.items():
             if other != robot:
-                blocked |= self._too_near(robot, other)[here + 1 :, its]
-        return here + (int(blocked.argmax()) if blocked.any() else len(blocked))
+                blocked |= self._too_near(robot, other)[here:, its]
+        return here - 1 + (int(blocked.argmax()) if blocked.any() else len(blocked))
 
     def _last_near(self, robot: str, other: str) -> NDArray[np.intp]:
         """For each piece of the other's way the last one of the robot's own that is too near to it; `_FREE`: none."""

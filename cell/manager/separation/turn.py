@@ -45,14 +45,12 @@ class Turn:
         due = [
             (refusal.since, robot)
             for robot, refusal in refused.items()
-            if now - refusal.since >= PATIENCE_S
-            and self._order.plans(refusal.by)
-            and self._is_of_use(robot, now)
+            if now - refusal.since >= PATIENCE_S and self._order.plans(refusal.by) and self._is_of_use(robot, now)
         ]
         self._order.turn = min(due)[1] if due else ""
 
     def _is_of_use(self, robot: str, now: float) -> bool:
-        """Whether all go on that must get through before it and wait for nobody."""
-        first = [each for each in self._order.before(robot) if not self._order.before(each)]
-        goes_on = all(now - self._cleared.get(each, -inf) < PATIENCE_S for each in first)
-        return self._order.plans(robot) and goes_on
+        """Whether all go on that must get through before it and wait for nobody; and there are such, or it is next."""
+        first = self._order.goes_first(robot)
+        going = (each for each in first if each != robot)
+        return bool(first) and all(now - self._cleared.get(each, -inf) < PATIENCE_S for each in going)

@@ -160,7 +160,7 @@ def _turns(ways: Ways, rng: random.Random) -> Iterator[str]:
     """Who tries to go on next, at random; meanwhile it is somebody's turn until that one is through."""
     while not ways.done:
         turn = ways.order.turn
-        if not turn or ways.order.is_clear(turn):
+        if not turn or ways.order.is_clear(turn) or not ways.order.goes_first(turn):
             ways.order.turn = rng.choice(["", *sorted(ways.counts)])
         yield rng.choice(sorted(ways.counts))
 
@@ -225,6 +225,13 @@ def test_who_waits_because_it_is_another_one_s_turn_is_told_so() -> None:
     assert why is not None
     text = "b would be in the way of c, which has waited for long and goes first, after a"
     assert (why.by, why.text) == ("a", text), "a can go on at once"
+
+
+def test_the_rest_of_the_piece_in_which_a_robot_stands_is_ahead_of_it() -> None:
+    """By their sections two robots fit in pieces that are too near to each other; neither gets to the end of its own."""
+    ways = Ways({"a": 6, "b": 6}, {frozenset([("a", i), ("b", j)]) for i in (2, 3) for j in (2, 3)})
+    ways.hear("a", 2)
+    assert ways.order.admitted("b", [1, 1, 2])[0] == 2
 
 
 def test_who_can_go_to_a_bay_is_let_in_though_others_have_to_pass_behind_it() -> None:

@@ -1,6 +1,5 @@
 """Whose turn it is: nobody waits for ever while others pass again and again."""
 
-
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -82,11 +81,11 @@ def test_who_waits_for_one_without_a_planned_way_keeps_nobody_else_waiting() -> 
 
 @given(st.integers(0, 10**9))
 @settings(max_examples=30, deadline=None)
-def test_nobody_waits_for_much_longer_than_all_need_for_one_round(seed: int) -> None:
+def test_nobody_waits_for_longer_than_a_turn_of_each_takes(seed: int) -> None:
     ways = again_and_again(seed, 12)
     cell = Answered(ways)
     once_s = _STEP_S * sum(ways.counts.values()) / 12
     while not ways.done:
         cell.step()
         assert cell.now < 100.0 * once_s, ways.at
-    assert cell.longest_s < PATIENCE_S + once_s
+    assert cell.longest_s < (PATIENCE_S + once_s) * len(ways.counts)
