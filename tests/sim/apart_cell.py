@@ -31,7 +31,7 @@ def apart_cell(folder: Path, programs: dict[str, str], margin_mm: float | None =
     before, _, after = text.partition("zones:\n")
     kept = "" if margin_mm is None else f"separation: {{margin: {margin_mm:g}}}\n"
     (copy.folder / CELL).write_text(f"{before}{kept}{after[after.index('# Everything on one busy') :]}")
-    for number, side in enumerate(programs.keys() - set(SIDES)):
+    for number, side in enumerate(sorted(programs.keys() - set(SIDES))):
         _add_arm(copy, side, 7460 + number)
     for side, program in programs.items():
         (copy.folder / "two_arms" / "programs" / f"{side}.prog").write_text(program)

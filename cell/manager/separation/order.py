@@ -100,7 +100,7 @@ class Order:
         return mine is not None and mine.plan is not None and mine.plan.number == plan
 
     def admitted(self, robot: str, pieces: Sequence[int]) -> tuple[int, Refusal | None]:
-        """How many of the sections that lie in these pieces of its plan a robot may be cleared, and who is in the way."""
+        """How many of the sections in these pieces of its plan a robot may be cleared, and who is in the way."""
         standing = self._positions()
         if robot not in standing or not pieces:
             return len(pieces), None
@@ -179,7 +179,7 @@ class Order:
         )
 
     def look_further(self, robot: str) -> bool:
-        """Whether a robot shares room with another one on what is known of their plans, and its own goes on after that."""
+        """Whether a robot shares room with another one, by what is known of their plans, and its own goes on."""
         mine = self._robots.get(robot)
         if mine is None or mine.plan is None or not mine.plan.more:
             return False
@@ -227,7 +227,7 @@ class Order:
     def _before(self, robot: str, at: Mapping[str, int]) -> set[str]:
         """Who must leave its place before a robot can go to its next bay, and before those can go to theirs.
 
-        This may be a circle where the cell is safe, too: until somebody else has passed, and more of their ways are bays.
+        This may be a circle where the cell is safe, too: until somebody else has passed, and more pieces are bays.
         """
         found: set[str] = set()
         left = [robot]

@@ -1,7 +1,7 @@
 """Whose turn it is: who has been cleared nothing for long goes before all who need not get through before it.
 
-Without that two robots that pass through the middle again and again, one after the other, may keep a third one out of it
-for ever.
+Without that two robots that pass through the middle again and again, one after the other, may keep a third one out of
+it for ever.
 """
 
 from collections.abc import Mapping
@@ -11,8 +11,8 @@ from cell.manager.separation.order import Order
 from cell.messages import Clearance, Refusal
 
 PATIENCE_S = 2.0
-"""So long a robot is cleared nothing before it is its turn. Who is in its way and was cleared nothing for so long is not
-about to leave it: then it is no use to keep others out, and they may be whom that one waits for."""
+"""So long a robot is cleared nothing before it is its turn. Who is in its way and was cleared nothing for so long is
+not about to leave it: then it is no use to keep others out, and they may be whom that one waits for."""
 _ASKS_S = 0.3
 """Who wants to go on asks much more often than that."""
 

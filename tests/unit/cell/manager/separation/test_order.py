@@ -228,7 +228,7 @@ def test_who_waits_because_it_is_another_one_s_turn_is_told_so() -> None:
 
 
 def test_the_rest_of_the_piece_in_which_a_robot_stands_is_ahead_of_it() -> None:
-    """By their sections two robots fit in pieces that are too near to each other; neither gets to the end of its own."""
+    """By their sections two robots fit in pieces that are too near to each other; neither gets out of its own."""
     ways = Ways({"a": 6, "b": 6}, {frozenset([("a", i), ("b", j)]) for i in (2, 3) for j in (2, 3)})
     ways.hear("a", 2)
     assert ways.order.admitted("b", [1, 1, 2])[0] == 2
