@@ -33,6 +33,9 @@ class Admission(Protocol):
     def admitted(self, robot: str, pieces: Sequence[int]) -> tuple[int, Refusal | None]:
         """How many of the sections in these pieces of its plan a robot may be cleared, and what is in the way."""
 
+    def let_in(self, robot: str, pieces: Sequence[int]) -> None:
+        """A robot was cleared sections in these pieces of its plan."""
+
     def look_further(self, robot: str) -> bool:
         """Whether a robot should plan more of its program."""
 
@@ -168,6 +171,8 @@ class Ledger:
                 if cleared > 0:
                     robot.open[number] = ask.sections[:cleared]
                     robot.pieces |= dict(zip(ask.sections.ids[:cleared].tolist(), ask.pieces, strict=False))
+                    if self._order is not None:
+                        self._order.let_in(name, ask.pieces[:cleared])
                 look_further = self._order is not None and self._order.look_further(name)
                 robot.newest_clearance = newest = Clearance(
                     name, self._boot, self._epoch, ask.owner, ask.presence, number, cleared, refusal, look_further

@@ -8,6 +8,7 @@ from cell.manager.separation.ledger import Ledger
 from cell.manager.separation.nearness import Nearness
 from cell.manager.separation.order import Order
 from cell.manager.separation.standoff import StandoffWatch
+from cell.manager.separation.turn import Turn
 from cell.messages import Clearance, Deadlock, PlannedWay, Presence, Refusal, Severity
 
 _ASKS_S = 0.3
@@ -47,6 +48,7 @@ class Separation:
             settings.separation.margin_m, margins, lambda robot: self._fixed.get(robot, frozenset()), self._link
         )
         self._order = Order(nearness)
+        self._turn = Turn(self._order)
         self._ledger = Ledger(settings.robots, boot, epoch, nearness, self._order)
         self._standoffs = StandoffWatch(lambda robot, all_of_them: self._order.way_back(robot, all_of_them) is not None)
 
@@ -83,7 +85,10 @@ class Separation:
 
     def clear(self, cell_time: float) -> tuple[list[Clearance], list[SpaceNews]]:
         """Answers to what was asked for since the last call, and what there is to tell."""
+        self._turn.pass_on({robot: refusal for robot, (refusal, _) in self._refused.items()}, cell_time)
         clearances = [self._dated(each, cell_time) for each in self._ledger.clear()]
+        for clearance in clearances:
+            self._turn.answered(clearance, cell_time)
         lasting = {robot: each for robot, each in self._refused.items() if cell_time - each[1] <= _ASKS_S}
         self._refused = lasting
         waiting = {robot: refusal for robot, (refusal, _) in lasting.items() if self._at_rest.get(robot)}
