@@ -17,7 +17,7 @@ def program(rng: random.Random) -> str:
     for _ in range(rng.randint(2, 4)):
         for _ in range(rng.randint(1, 3)):
             x, y, z = rng.uniform(1000, 1950), rng.uniform(-350, 350), rng.uniform(1000, 1500)
-            lines.append(f"ML X={x:.0f} Y={y:.0f} Z={z:.0f} A=0 B=90 C=0 F={rng.choice([500, 1000, 1500])} F=9999")
+            lines.append(f"ML X={x:.0f} Y={y:.0f} Z={z:.0f} A=0 B=90 C=0 F={rng.choice([500, 1000, 1500])}")
             if rng.random() < 0.2:
                 lines.append("WAIT 0.3")
         if rng.random() < 0.5:
