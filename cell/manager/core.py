@@ -12,7 +12,8 @@ from cell.manager.frames import FrameNotWritten, Frames, FramesWritten
 from cell.manager.meetings import Meetings
 from cell.manager.occupancy import ZoneSpace
 from cell.manager.presences import MOST_STRANGERS, Presences
-from cell.manager.records import JournalFailed, JournalWritten, Store, Stored, ZoneDecided
+from cell.manager.records import AssuranceEnded, JournalFailed, JournalWritten, Store, Stored, ZoneDecided
+from cell.manager.separation.assurances import Sighting
 from cell.manager.separation.separation import Separation, SpaceNews
 from cell.manager.setup_turns import SetupTurns
 from cell.manager.zone_turns import ZoneTurns
@@ -22,6 +23,8 @@ from cell.messages import (
     Call,
     ClearSetup,
     ClearZone,
+    ConfineRobot,
+    EndAssurance,
     Estop,
     Event,
     GatewayState,
@@ -32,6 +35,7 @@ from cell.messages import (
     Presence,
     Reply,
     ResetEstop,
+    RobotStands,
     SetEstop,
     Severity,
     TeachFrame,
@@ -44,7 +48,7 @@ from cell.messages import (
 
 _STATE_PERIOD_S = 0.05
 _GEOMETRY_PERIOD_S = 1.0
-_RELEASING = (ResetEstop, ClearZone, AdoptZone, ClearSetup, PlaceFrame, TeachFrame)
+_RELEASING = (ResetEstop, ClearZone, AdoptZone, ClearSetup, PlaceFrame, TeachFrame, ConfineRobot, RobotStands)
 """What is carried out soon after it was ordered, or never."""
 
 
@@ -67,7 +71,8 @@ class ManagerCore:
         self._deadlocks = DeadlockWatch()
         self._meetings = Meetings(settings.meetings)
         self._frames = Frames(settings, epoch)
-        self._separation = None if settings.separation is None else Separation(settings, boot, epoch)
+        kept_apart = settings.separation is not None
+        self._separation = Separation(settings, boot, epoch, stored.assured) if kept_apart else None
         self._moving: tuple[str, str, PlaceFrame | TeachFrame] | None = None
         """Request, call and command of the frame that is being written."""
         self._calls: list[Request] = []
@@ -163,6 +168,7 @@ class ManagerCore:
             self._turns.grant(self._zones, sights, self._new_token, self._sequence + 1)
         self._follow_changes(before, sights, now)
         self._follow_setup(now)
+        self._follow_assurances(now)
         self._meetings.look(self._presences.fresh_ones(now), refused, self._cell_time(now))
         for deadlock in self._deadlocks.look(self._zones, sights, self._cell_time(now), now):
             self._tell(Severity.WARNING, "zone_deadlock", deadlock.text, deadlock.remedy)
@@ -227,6 +233,20 @@ class ManagerCore:
         for news in self._setup.step(fresh, estop, age, self._sequence + 1, now):
             self._tell(news.severity, news.code, news.text, news.remedy)
 
+    def _follow_assurances(self, now: float) -> None:
+        if self._separation is None:
+            return
+        sightings = {robot: self._sighting(robot, now) for robot in self._settings.robots}
+        for over in self._separation.follow(sightings, now):
+            self._effects.append(Store(AssuranceEnded(over.robot)))
+            severity = Severity.WARNING if over.remedy else Severity.INFO
+            self._tell(severity, "assurance_over", over.text, over.remedy)
+
+    def _sighting(self, robot: str, now: float) -> Sighting:
+        powered = self._setup.powered(robot, lambda heard: self._presences.age_of(heard, now))
+        in_setup = self._setup.status is not None and self._setup.status.robot == robot
+        return Sighting(self._presences.fresh_ones(now).get(robot), powered, in_setup)
+
     # Calls
 
     def _answer(self, request: Request, sights: Mapping[str, dict[str, Sight]], now: float) -> None:
@@ -248,6 +268,9 @@ class ManagerCore:
                 ok, text = self._setup.clear(robot, lambda heard: self._presences.age_of(heard, now))
                 if ok:
                     self._tell(Severity.INFO, "setup_cleared", f"{text}, by {by}", "")
+                self._effects.append(Answer(request.request_id, Reply(call.id, ok, text)))
+            case ConfineRobot() | RobotStands() | EndAssurance():
+                ok, text = self._assure(command, now)
                 self._effects.append(Answer(request.request_id, Reply(call.id, ok, text)))
             case PlaceFrame() | TeachFrame():
                 self._move_frame(request.request_id, call.id, command)
@@ -312,6 +335,25 @@ class ManagerCore:
             self._tell(Severity.INFO, "zone_decided", f"zone {zone.name} {what}, by {command.by}", "")
         return ok, found
 
+    def _assure(self, command: ConfineRobot | RobotStands | EndAssurance, now: float) -> tuple[bool, str]:
+        robot = command.robot
+        if robot not in self._settings.robots:
+            return False, f"no robot {robot!r}; this cell has {', '.join(sorted(self._settings.robots))}"
+        if self._separation is None:
+            return False, f"this cell does not keep its robots apart (`separation`): nobody waits for {robot}"
+        if isinstance(command, EndAssurance):
+            if not self._separation.assurances.end(robot):
+                return True, f"nobody has said where {robot} stays"
+            self._effects.append(Store(AssuranceEnded(robot)))
+            text = f"what was said of where {robot} stays counts no more"
+            self._tell(Severity.INFO, "assurance_over", f"{text}, by {command.by}", "")
+            return True, text
+        word, text = self._separation.assurances.give(command, self._sighting(robot, now))
+        if word is not None:
+            self._effects.append(Store(word))
+            self._tell(Severity.INFO, "robot_assured", f"{text}; said by {command.by}", "")
+        return word is not None, text
+
     # Frames
 
     def _move_frame(self, request_id: str, call_id: str, command: PlaceFrame | TeachFrame) -> None:
@@ -362,6 +404,7 @@ class ManagerCore:
             deadlocks=(*self._deadlocks.present, *(self._separation.standoffs if self._separation is not None else ())),
             frames=dict(self._frames.versions),
             meetings=self._meetings.present,
+            assured=dict(self._separation.assurances.present) if self._separation is not None else {},
         )
         if now < self._state_due and self._published is not None and _same(state, self._published):
             return

@@ -37,13 +37,24 @@ from cell.messages.manager_commands import (
     AdoptZone,
     ClearSetup,
     ClearZone,
+    ConfineRobot,
+    EndAssurance,
     ListEvents,
     PlaceFrame,
     ResetEstop,
+    RobotStands,
     SetEstop,
     TeachFrame,
 )
-from cell.messages.manager_state import Deadlock, ManagerState, SetupStatus, ZoneState, ZoneStatus
+from cell.messages.manager_state import (
+    Assurance,
+    Confinement,
+    Deadlock,
+    ManagerState,
+    SetupStatus,
+    ZoneState,
+    ZoneStatus,
+)
 from cell.messages.meeting import Arrival, Attendance, MeetingStatus, Meets
 from cell.messages.presence import Body, Presence
 from cell.messages.robot_commands import (
@@ -82,6 +93,7 @@ __all__ = [
     "AcceptPosition",
     "AdoptZone",
     "Arrival",
+    "Assurance",
     "Attendance",
     "AxisStatus",
     "Body",
@@ -95,6 +107,8 @@ __all__ = [
     "Clearance",
     "ClockStatus",
     "Command",
+    "ConfineRobot",
+    "Confinement",
     "Continue",
     "ConveyorCount",
     "Correction",
@@ -105,6 +119,7 @@ __all__ = [
     "DriveFeedback",
     "Enable",
     "EnableDrives",
+    "EndAssurance",
     "Estop",
     "Event",
     "Fault",
@@ -148,6 +163,7 @@ __all__ = [
     "ResetEstop",
     "ResetRobot",
     "Return",
+    "RobotStands",
     "RobotState",
     "Run",
     "ScanBus",

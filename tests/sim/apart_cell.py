@@ -23,7 +23,7 @@ def apart_cell(folder: Path, programs: dict[str, str], margin_mm: float | None =
     copy = Copy(folder).slow_buses()
     text = (copy.folder / CELL).read_text()
     before, _, after = text.partition("zones:\n")
-    kept = "" if margin_mm is None else f"separation: {{margin: {margin_mm:g}}}\n"
+    kept = "separation: off\n" if margin_mm is None else f"separation: {{margin: {margin_mm:g}}}\n"
     (copy.folder / CELL).write_text(f"{before}{kept}{after[after.index('# Everything on one busy') :]}")
     for side, program in programs.items():
         (copy.folder / "two_arms" / "programs" / f"{side}.prog").write_text(program)

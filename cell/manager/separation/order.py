@@ -82,6 +82,11 @@ class Order:
         used = [piece for piece in way.pieces[: way.committed].tolist() if piece != NO_PIECE]
         robot.back = min(min(used, default=robot.at), robot.end)
 
+    def leave_out(self, robot: str) -> None:
+        """A robot that does not go on is in nobody's order, until its presences count in a plan again."""
+        mine = self._robots.setdefault(robot, _Robot())
+        mine.coming, mine.plan = mine.coming or mine.plan, None
+
     def knows(self, robot: str, plan: int) -> bool:
         """Whether the plan with this number is what the order goes by."""
         mine = self._robots.get(robot)

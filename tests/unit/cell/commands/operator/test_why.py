@@ -73,4 +73,7 @@ def test_an_old_refusal_of_a_robot_that_moves_on_is_not_told() -> None:
 def test_who_does_not_answer_is_the_end_of_it() -> None:
     seen = Snapshot({"left": _state("left", NEAR)}, manager=_manager())
     lines = explained("left", seen, {"left": _refused("left", "right", NEAR, 6.0)})
-    assert lines == [f"left waits since 4.0 s: {NEAR}"]
+    assert lines == [
+        f"left waits since 4.0 s: {NEAR}",
+        "right does not answer: cell status says what starts its agent",
+    ]
