@@ -1,5 +1,6 @@
 """The example's two arms without zones, kept apart by what the manager clears: other programs, other distances."""
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -18,9 +19,19 @@ QUIET = Weather(0.0, 0.0, 0.0)
 STEP_S = 0.1
 
 
-def apart_cell(folder: Path, programs: dict[str, str], margin_mm: float | None = 1000.0 * MARGIN_M) -> Path:
-    """A copy of the example without zones, on slow buses; `margin_mm` None: nothing keeps its arms apart."""
+def apart_cell(
+    folder: Path,
+    programs: dict[str, str],
+    margin_mm: float | None = 1000.0 * MARGIN_M,
+    drives: Callable[[Copy], object] | None = None,
+) -> Path:
+    """A copy of the example without zones, on slow buses; `margin_mm` None: nothing keeps its arms apart.
+
+    `drives` changes what is said of the drives.
+    """
     copy = Copy(folder).slow_buses()
+    if drives is not None:
+        drives(copy)
     text = (copy.folder / CELL).read_text()
     before, _, after = text.partition("zones:\n")
     kept = "separation: off\n" if margin_mm is None else f"separation: {{margin: {margin_mm:g}}}\n"

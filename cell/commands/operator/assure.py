@@ -43,9 +43,9 @@ def confine(
 ) -> None:
     """Declare that a robot stays inside a box although it does not say where it is; the others may move around it.
 
-    For one that is not referenced or whose agent does not run, with its drives off. You are answerable that all of it
-    stays in there, with its tool and what it holds, also while it is homed: the software cannot know, and this replaces
-    no hard-wired protection. It ends by itself when the robot says where it is.
+    For one that is not referenced or whose agent does not run. You are answerable that all of it stays in there, with
+    its tool and what it holds, also while it is homed: the software cannot know, and this replaces no hard-wired
+    protection. It ends by itself when the robot says where it is.
     """
     if switch is not None:
         if box is not None or pose is not None:

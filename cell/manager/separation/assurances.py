@@ -63,7 +63,7 @@ class Assurances:
         self._begin(word)
         stays = f"stays in {_size(box)}" if box is not None else f"stands where it was last known: {_extent(place)}"
         text = f"{robot} {stays}. All others keep away from there until it says itself where it is. {_ANSWERABLE}"
-        if sighting.powered is None:
+        if box is None and sighting.powered is None:
             text += f"; its gateway is silent: see to it that {robot} has no power"
         return word, text
 
@@ -112,11 +112,13 @@ class Assurances:
         robot = command.robot
         if sighting.presence is not None and sighting.presence.body.known:
             return f"{robot} says itself where it is, and others keep away from there: nothing is to be said of it"
+        if isinstance(command, ConfineRobot):
+            return ""
         if sighting.powered and sighting.presence is None:
             return f"the drives of {robot} are on: start its agent and disable it, or take its power, then say it again"
         if sighting.powered or sighting.in_setup:
             return f"the drives of {robot} are on: `cell disable {robot}`, then say it again"
-        if isinstance(command, RobotStands) and not len(self._ledger.last_place(robot)):
+        if not len(self._ledger.last_place(robot)):
             return f"this manager does not know where {robot} was: say in which box it stays: `cell confine {robot}`"
         return ""
 

@@ -134,7 +134,7 @@ class Ledger:
         self.deposed |= presence.epoch > self._epoch
         robot.named = presence.epoch == self._epoch and presence.heard is not None and presence.heard.boot == self._boot
         way, lost = presence.way, robot.lost
-        elsewhere = robot.assured and presence.body.known and not _is_where_said(presence.body, robot)
+        elsewhere = robot.assured and presence.body.known and not _is_where_said(presence, robot)
         known = {each for sections in robot.reserved() for each in sections.ids.tolist()}
         asked = way.sections[way.owned :]
         pieces = way.pieces.tolist()
@@ -286,9 +286,11 @@ def _where(robot: str) -> str:
     return f"where it stays: `cell stands {robot}` or `cell confine {robot}`"
 
 
-def _is_where_said(body: Body, robot: _Robot) -> bool:
-    """Whether all of a body, as it is measured now, is where an operator has said that its robot is."""
-    ends, radii = body.poses[0].astype(float), body.radii_m.astype(float)
+def _is_where_said(presence: Presence, robot: _Robot) -> bool:
+    """Whether a body, as it is measured now, is where an operator has said; all of it that ever moves."""
+    body = presence.body
+    moves = [each for each in range(len(body.radii_m)) if each not in presence.way.fixed]
+    ends, radii = body.poses[0, moves].astype(float), body.radii_m[moves].astype(float)
     if robot.box is not None:
         local = (ends - robot.box.pose_world_box[:3, 3]) @ robot.box.pose_world_box[:3, :3]
         return bool((np.abs(local) + radii[:, None, None] <= robot.box.size / 2.0).all())

@@ -135,22 +135,30 @@ def test_a_robot_that_was_moved_by_set_up_does_not_stand_where_it_was_last_known
 
 
 @pytest.mark.parametrize("command", [CONFINE, STANDS])
-def test_nothing_is_said_of_one_that_says_it_itself_or_can_move(command: ConfineRobot | RobotStands) -> None:
+def test_nothing_is_said_of_one_that_says_it_itself(command: ConfineRobot | RobotStands) -> None:
     line = Line()
     line.says("right", 1.0)
     assert line.say(command) == (
         None,
         "right says itself where it is, and others keep away from there: nothing is to be said of it",
     )
+
+
+def test_one_that_can_move_may_stay_in_a_box_and_does_not_stand() -> None:
+    line = Line()
+    line.says("right", 1.0)
     line.says("right", 1.0, known=False)
     line.powered = True
-    assert line.say(command)[1] == "the drives of right are on: `cell disable right`, then say it again"
+    assert line.say(STANDS)[1] == "the drives of right are on: `cell disable right`, then say it again"
     line.right = None
-    assert "take its power" in line.say(command)[1]
+    assert "take its power" in line.say(STANDS)[1]
     line.powered = None
-    word, text = line.say(command)
+    word, text = line.say(STANDS)
     assert word is not None
     assert text.endswith("its gateway is silent: see to it that right has no power")
+    line.powered = True
+    word, _ = line.say(CONFINE)
+    assert word is not None
 
 
 @pytest.mark.parametrize("command", [CONFINE, STANDS])
