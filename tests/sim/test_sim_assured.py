@@ -12,7 +12,6 @@ from cell.messages import (
     Command,
     Confinement,
     ConfineRobot,
-    Disable,
     DriveFeedback,
     HoldSetup,
     Home,
@@ -194,11 +193,6 @@ def test_the_others_go_on_beside_an_arm_that_has_lost_its_reference_and_stands_w
     cell.until(lambda: cell.state("left") is ProgramState.DONE)
     assert cell.nearest_m >= MARGIN_M
     assert cell.said == ["right"]
-    cell.world.operate("robot/left", Disable())
-    cell.operator.working = False
-    _Homing(cell, "right")
-    cell.until(lambda: cell.knows("right"))
-    cell.until(lambda: cell.said == [])
     assert cell.forced == []
 
 

@@ -14,6 +14,7 @@ from cell.geometry import MEASURED
 from cell.messages import (
     AxisStatus,
     Body,
+    Confinement,
     DriveFeedback,
     FramePose,
     OutputEvent,
@@ -49,7 +50,7 @@ def of(kind: Any) -> st.SearchStrategy[Any]:
         return ways()
     if kind is Sections:
         return sections()
-    if kind in (FramePose, PlaceFrame, ZoneGeometry):
+    if kind in (Confinement, FramePose, PlaceFrame, ZoneGeometry):
         return oriented(kind)
     if dataclasses.is_dataclass(kind):
         return st.builds(kind, **fields(kind))
