@@ -236,16 +236,20 @@ class ManagerCore:
     def _follow_assurances(self, now: float) -> None:
         if self._separation is None:
             return
-        sightings = {robot: self._sighting(robot, now) for robot in self._settings.robots}
-        for over in self._separation.follow(sightings, now):
+        for over in self._separation.follow(self._sightings(now), now):
             self._effects.append(Store(AssuranceEnded(over.robot)))
             severity = Severity.WARNING if over.remedy else Severity.INFO
             self._tell(severity, "assurance_over", over.text, over.remedy)
 
-    def _sighting(self, robot: str, now: float) -> Sighting:
-        powered = self._setup.powered(robot, lambda heard: self._presences.age_of(heard, now))
-        in_setup = self._setup.status is not None and self._setup.status.robot == robot
-        return Sighting(self._presences.fresh_ones(now).get(robot), powered, in_setup)
+    def _sightings(self, now: float) -> dict[str, Sighting]:
+        fresh = self._presences.fresh_ones(now)
+        in_setup = "" if self._setup.status is None else self._setup.status.robot
+
+        def age(heard: Heard | None) -> float:
+            return self._presences.age_of(heard, now)
+
+        robots = self._settings.robots
+        return {each: Sighting(fresh.get(each), self._setup.powered(each, age), each == in_setup) for each in robots}
 
     # Calls
 
@@ -348,7 +352,7 @@ class ManagerCore:
             text = f"what was said of where {robot} stays counts no more"
             self._tell(Severity.INFO, "assurance_over", f"{text}, by {command.by}", "")
             return True, text
-        word, text = self._separation.assurances.give(command, self._sighting(robot, now))
+        word, text = self._separation.assurances.give(command, self._sightings(now)[robot])
         if word is not None:
             self._effects.append(Store(word))
             self._tell(Severity.INFO, "robot_assured", f"{text}; said by {command.by}", "")
