@@ -5,10 +5,14 @@ from dataclasses import replace
 from cell.commands.client.cell_view import Snapshot
 from cell.commands.operator.why import explained
 from cell.messages import (
+    AxisStatus,
+    BusCounters,
     Clearance,
     Deadlock,
+    GatewayState,
     ManagerState,
     Mode,
+    NodeStatus,
     ProgramState,
     ProgramStatus,
     Refusal,
@@ -76,4 +80,16 @@ def test_who_does_not_answer_is_the_end_of_it() -> None:
     assert lines == [
         f"left waits since 4.0 s: {NEAR}",
         "right does not answer: cell status says what starts its agent",
+    ]
+
+
+def test_who_does_not_know_where_it_is_is_told_with_what_to_do() -> None:
+    node = NodeStatus(1, "right", "J1", "Operational", AxisStatus.SWITCH_ON_DISABLED, referenced=False,
+                      reference_missing="its encoder is incremental; home it: cell home")  # fmt: skip
+    counters = BusCounters(1, 0, 0.0, 0, 0, 0, 0.1)
+    gateway = GatewayState("right_bus", "g", 7, 0.004, "virtual", True, "", {}, None, (node,), counters)
+    states = {"left": _state("left", NEAR), "right": _state("right", mode=Mode.DISABLED)}
+    seen = Snapshot(states, gateways={"right_bus": gateway}, manager=_manager())
+    assert explained("left", seen, {"left": _refused("left", "right", NEAR, 6.0)})[1:] == [
+        "right does not know where it is: J1: its encoder is incremental; home it: cell home"
     ]
