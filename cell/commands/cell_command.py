@@ -49,6 +49,10 @@ COMMANDS = {
     "frame show": Subcommand(".operator.frame", "show", f"cell frame show -f {FILE}"),
     "frame set": Subcommand(".operator.frame", "set_", f"cell frame set table --pose 900,0,700,0,0,90 -f {FILE}"),
     "frame teach": Subcommand(".operator.frame", "teach", f"cell frame teach table left -f {FILE}"),
+    "confine": Subcommand(
+        ".operator.assure", "confine", f"cell confine left --box 2400,2000,2600 --pose=-1800,0,1300,0,0,0 -f {FILE}"
+    ),
+    "stands": Subcommand(".operator.assure", "stands", f"cell stands left -f {FILE}"),
     "setup clear": Subcommand(".operator.set_up", "clear", f"cell setup clear left -f {FILE}"),
     "simulate conveyor": Subcommand(
         ".operator.simulate", "conveyor", f"cell simulate conveyor belt --speed 50 --every 200 -f {BELT}"

@@ -310,6 +310,15 @@ class Times:
     idle_off_s: float | None = None
     """A robot that has had no program for so long is switched off; `None`: it stays on."""
 
+    @property
+    def moves_alone_s(self) -> float:
+        """A robot that has been silent for longer is at rest [s], if it has an agent of the cell.
+
+        That relies on the manager for at most `fresh_s` after it was heard last; what it has sent by then ends after
+        the nominal part of a block and the longest ramp.
+        """
+        return self.fresh_s + self.nominal_s + self.estop_delay_s
+
 
 @dataclass(frozen=True, slots=True)
 class CellSettings:

@@ -12,7 +12,8 @@ from cell.manager.frames import FrameNotWritten, Frames, FramesWritten
 from cell.manager.meetings import Meetings
 from cell.manager.occupancy import ZoneSpace
 from cell.manager.presences import MOST_STRANGERS, Presences
-from cell.manager.records import JournalFailed, JournalWritten, Store, Stored, ZoneDecided
+from cell.manager.records import AssuranceEnded, JournalFailed, JournalWritten, Store, Stored, ZoneDecided
+from cell.manager.separation.assurances import Sighting
 from cell.manager.separation.separation import Separation, SpaceNews
 from cell.manager.setup_turns import SetupTurns
 from cell.manager.zone_changes import Over, WriteZone, ZoneChanges, ZoneNotWritten, ZonesWritten
@@ -23,6 +24,8 @@ from cell.messages import (
     Call,
     ClearSetup,
     ClearZone,
+    ConfineRobot,
+    EndAssurance,
     Estop,
     Event,
     GatewayState,
@@ -33,6 +36,7 @@ from cell.messages import (
     Presence,
     Reply,
     ResetEstop,
+    RobotStands,
     SetEstop,
     SetZone,
     Severity,
@@ -46,7 +50,9 @@ from cell.messages import (
 
 _STATE_PERIOD_S = 0.05
 _GEOMETRY_PERIOD_S = 1.0
-_RELEASING = (ResetEstop, ClearZone, AdoptZone, ClearSetup, PlaceFrame, TeachFrame, SetZone)
+_RELEASING = (
+    ResetEstop, ClearZone, AdoptZone, ClearSetup, ConfineRobot, RobotStands, PlaceFrame, TeachFrame, SetZone
+)  # fmt: skip
 """What is carried out soon after it was ordered, or never."""
 
 
@@ -70,7 +76,8 @@ class ManagerCore:
         self._deadlocks = DeadlockWatch()
         self._meetings = Meetings(settings.meetings)
         self._frames = Frames(settings, epoch)
-        self._separation = None if settings.separation is None else Separation(settings, boot, epoch)
+        kept_apart = settings.separation is not None
+        self._separation = Separation(settings, boot, epoch, stored.assured) if kept_apart else None
         self._moving: tuple[str, str, PlaceFrame | TeachFrame] | None = None
         """Request, call and command of the frame that is being written."""
         self._calls: list[Request] = []
@@ -169,6 +176,7 @@ class ManagerCore:
             self._turns.grant(self._zones, sights, self._new_token, self._sequence + 1)
         self._follow_changes(before, sights, now)
         self._follow_setup(now)
+        self._follow_assurances(now)
         self._meetings.look(self._presences.fresh_ones(now), refused, self._cell_time(now))
         for deadlock in self._deadlocks.look(self._zones, sights, self._cell_time(now), now):
             self._tell(Severity.WARNING, "zone_deadlock", deadlock.text, deadlock.remedy)
@@ -235,6 +243,24 @@ class ManagerCore:
         for news in self._setup.step(fresh, stopped, age, self._sequence + 1, now):
             self._tell(news.severity, news.code, news.text, news.remedy)
 
+    def _follow_assurances(self, now: float) -> None:
+        if self._separation is None:
+            return
+        for over in self._separation.follow(self._sightings(now), now):
+            self._effects.append(Store(AssuranceEnded(over.robot)))
+            severity = Severity.WARNING if over.remedy else Severity.INFO
+            self._tell(severity, "assurance_over", over.text, over.remedy)
+
+    def _sightings(self, now: float) -> dict[str, Sighting]:
+        fresh = self._presences.fresh_ones(now)
+        in_setup = "" if self._setup.status is None else self._setup.status.robot
+
+        def age(heard: Heard | None) -> float:
+            return self._presences.age_of(heard, now)
+
+        robots = self._settings.robots
+        return {each: Sighting(fresh.get(each), self._setup.powered(each, age), each == in_setup) for each in robots}
+
     # Calls
 
     def _answer(self, request: Request, sights: Mapping[str, dict[str, Sight]], now: float) -> None:
@@ -256,6 +282,9 @@ class ManagerCore:
                 ok, text = self._setup.clear(robot, lambda heard: self._presences.age_of(heard, now))
                 if ok:
                     self._tell(Severity.INFO, "setup_cleared", f"{text}, by {by}", "")
+                self._effects.append(Answer(request.request_id, Reply(call.id, ok, text)))
+            case ConfineRobot() | RobotStands() | EndAssurance():
+                ok, text = self._assure(command, now)
                 self._effects.append(Answer(request.request_id, Reply(call.id, ok, text)))
             case PlaceFrame() | TeachFrame():
                 self._move_frame(request.request_id, call.id, command)
@@ -379,6 +408,25 @@ class ManagerCore:
         self._tell(Severity.INFO, "zone_changed", f"{text}, by {over.order.by}", "")
         self._effects.append(Answer(over.request_id, Reply(over.call_id, True, text, data=str(geometry.version))))
 
+    def _assure(self, command: ConfineRobot | RobotStands | EndAssurance, now: float) -> tuple[bool, str]:
+        robot = command.robot
+        if robot not in self._settings.robots:
+            return False, f"no robot {robot!r}; this cell has {', '.join(sorted(self._settings.robots))}"
+        if self._separation is None:
+            return False, f"this cell does not keep its robots apart (`separation`): nobody waits for {robot}"
+        if isinstance(command, EndAssurance):
+            if not self._separation.assurances.end(robot):
+                return True, f"nobody has said where {robot} stays"
+            self._effects.append(Store(AssuranceEnded(robot)))
+            text = f"what was said of where {robot} stays counts no more"
+            self._tell(Severity.INFO, "assurance_over", f"{text}, by {command.by}", "")
+            return True, text
+        word, text = self._separation.assurances.give(command, self._sightings(now)[robot])
+        if word is not None:
+            self._effects.append(Store(word))
+            self._tell(Severity.INFO, "robot_assured", f"{text}; said by {command.by}", "")
+        return word is not None, text
+
     # Frames
 
     def _move_frame(self, request_id: str, call_id: str, command: PlaceFrame | TeachFrame) -> None:
@@ -429,6 +477,7 @@ class ManagerCore:
             frames=dict(self._frames.versions),
             meetings=self._meetings.present,
             zone_change=self._changes.announced,
+            assured=dict(self._separation.assurances.present) if self._separation is not None else {},
         )
         if now < self._state_due and self._published is not None and _same(state, self._published):
             return

@@ -34,8 +34,7 @@ class SetupNews:
 class SetupTurns:
     """Who is in set-up, who waits for it, and why.
 
-    A robot that is silent counts as at rest after `silent_s`: its agent relies on the manager for at most `fresh_s`
-    after it was heard last, and what it has sent by then ends after the nominal part of a block and the longest ramp.
+    A robot that is silent counts as at rest after `silent_s` (`Times.moves_alone_s`).
 
     Args:
         robots: of the cell.
@@ -47,7 +46,7 @@ class SetupTurns:
         self._gateway_of = {name: robot.gateway for name, robot in robots.items()}
         self._boot = boot
         self._fresh_s = times.fresh_s
-        self.silent_s = times.fresh_s + times.nominal_s + times.estop_delay_s
+        self.silent_s = times.moves_alone_s
         self._gateways = {name: _Gateway() for name in sorted(set(self._gateway_of.values()))}
         self._heard_at: dict[str, float] = {}
         self._started: float | None = None
@@ -167,6 +166,10 @@ class SetupTurns:
         if heard_at is not None and now - heard_at > self.silent_s:
             return ""
         return f"{other} is silent; it counts as at rest after {self.silent_s:.3g} s"
+
+    def powered(self, robot: str, age: Age) -> bool | None:
+        """Whether the drives of a robot have torque; None: its gateway is silent."""
+        return self._has_torque(robot) if self._alive(robot, age) else None
 
     def _has_torque(self, robot: str) -> bool:
         """By the newest word of its gateway."""

@@ -37,15 +37,26 @@ from cell.messages.manager_commands import (
     AdoptZone,
     ClearSetup,
     ClearZone,
+    ConfineRobot,
+    EndAssurance,
     ListEvents,
     Place,
     PlaceFrame,
     ResetEstop,
+    RobotStands,
     SetEstop,
     SetZone,
     TeachFrame,
 )
-from cell.messages.manager_state import Deadlock, ManagerState, SetupStatus, ZoneState, ZoneStatus
+from cell.messages.manager_state import (
+    Assurance,
+    Confinement,
+    Deadlock,
+    ManagerState,
+    SetupStatus,
+    ZoneState,
+    ZoneStatus,
+)
 from cell.messages.meeting import Arrival, Attendance, MeetingStatus, Meets
 from cell.messages.presence import Body, Presence
 from cell.messages.robot_commands import (
@@ -83,6 +94,7 @@ __all__ = [
     "AcceptPosition",
     "AdoptZone",
     "Arrival",
+    "Assurance",
     "Attendance",
     "AxisStatus",
     "Body",
@@ -96,6 +108,8 @@ __all__ = [
     "Clearance",
     "ClockStatus",
     "Command",
+    "ConfineRobot",
+    "Confinement",
     "Continue",
     "ConveyorCount",
     "Correction",
@@ -106,6 +120,7 @@ __all__ = [
     "DriveFeedback",
     "Enable",
     "EnableDrives",
+    "EndAssurance",
     "Estop",
     "Event",
     "Fault",
@@ -150,6 +165,7 @@ __all__ = [
     "ResetEstop",
     "ResetRobot",
     "Return",
+    "RobotStands",
     "RobotState",
     "Run",
     "ScanBus",

@@ -10,6 +10,7 @@ from cell.geometry import SpaceOf, measured_solid
 from cell.messages.call import Command, command
 from cell.messages.common import Count, Few, Name, Number, Vector, Words, check_quaternion
 from cell.messages.event import Severity
+from cell.messages.manager_state import Confinement
 from cell.messages.zone import Edge
 
 Rank = Annotated[int, Ge(0), Le(1000)]
@@ -50,6 +51,37 @@ class ClearSetup(Command):
     """The operator has looked: a robot in set-up whose gateway is silent stands, and stays so."""
 
     verb: ClassVar[str] = "clear_setup"
+    robot: Name
+    by: Words
+
+
+@command("manager")
+@dataclass(frozen=True, slots=True)
+class ConfineRobot(Command):
+    """The operator's word that a robot which does not tell where it is stays inside a box."""
+
+    verb: ClassVar[str] = "confine"
+    robot: Name
+    box: Confinement
+    by: Words
+
+
+@command("manager")
+@dataclass(frozen=True, slots=True)
+class RobotStands(Command):
+    """The operator's word that a robot which does not tell where it is stands where it was last known."""
+
+    verb: ClassVar[str] = "stands"
+    robot: Name
+    by: Words
+
+
+@command("manager")
+@dataclass(frozen=True, slots=True)
+class EndAssurance(Command):
+    """What an operator has said of where this robot stays does not hold any more."""
+
+    verb: ClassVar[str] = "end_assurance"
     robot: Name
     by: Words
 

@@ -1,5 +1,6 @@
 """The example's arms without zones, two to four of them, kept apart by what the manager clears: other programs."""
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from itertools import combinations
 from pathlib import Path
@@ -21,15 +22,22 @@ QUIET = Weather(0.0, 0.0, 0.0)
 STEP_S = 0.1
 
 
-def apart_cell(folder: Path, programs: dict[str, str], margin_mm: float | None = 1000.0 * MARGIN_M) -> Path:
+def apart_cell(
+    folder: Path,
+    programs: dict[str, str],
+    margin_mm: float | None = 1000.0 * MARGIN_M,
+    drives: Callable[[Copy], object] | None = None,
+) -> Path:
     """A copy of the example without zones, on slow buses, with the arms that have programs here, and its own two.
 
-    `margin_mm` None: nothing keeps them apart.
+    `margin_mm` None: nothing keeps them apart. `drives` changes what is said of the drives.
     """
     copy = Copy(folder).slow_buses()
+    if drives is not None:
+        drives(copy)
     text = (copy.folder / CELL).read_text()
     before, _, after = text.partition("zones:\n")
-    kept = "" if margin_mm is None else f"separation: {{margin: {margin_mm:g}}}\n"
+    kept = "separation: off\n" if margin_mm is None else f"separation: {{margin: {margin_mm:g}}}\n"
     (copy.folder / CELL).write_text(f"{before}{kept}{after[after.index('# Everything on one busy') :]}")
     for number, side in enumerate(sorted(programs.keys() - set(SIDES))):
         _add_arm(copy, side, 7460 + number)

@@ -100,7 +100,7 @@ def _drawn(number: int, rng: random.Random) -> GeneratedCell | None:
         (folder / f"{name}.yaml").write_text(_drives(rng, name, members, cycles[name], overrun_s))
         (folder / f"{name}.sim.yaml").write_text(f"units: {{length: mm, angle: deg}}\nlag_s: {lag_s}\n")
     text = _cell(rng, zones, robots, gateways, lost_s, max(cycles.values()))
-    (folder / "cell.yaml").write_text(text)
+    (folder / "cell.yaml").write_text(f"{text}separation: off\n")
     bundle, _ = check_cell(folder / "cell.yaml")
     if bundle is None:
         return None

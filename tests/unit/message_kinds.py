@@ -14,6 +14,7 @@ from cell.geometry import MEASURED
 from cell.messages import (
     AxisStatus,
     Body,
+    Confinement,
     DriveFeedback,
     FramePose,
     OutputEvent,
@@ -51,7 +52,7 @@ def of(kind: Any) -> st.SearchStrategy[Any]:
         return ways()
     if kind is Sections:
         return sections()
-    if kind in (FramePose, Place, PlaceFrame, ZoneGeometry):
+    if kind in (Confinement, FramePose, Place, PlaceFrame, ZoneGeometry):
         return oriented(kind)
     if kind is SetZone:
         return zone_changes()

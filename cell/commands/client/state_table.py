@@ -136,6 +136,9 @@ def manager_line(settings: CellSettings, manager: ManagerState | None) -> str:
     if manager.setup is not None:
         line += f", {manager.setup.robot} is in set-up" + (f" ({manager.setup.reason})" if manager.setup.reason else "")
     line += "".join(f", {robot} waits for set-up: {reason}" for robot, reason in manager.setup_refused.items())
+    for robot, word in manager.assured.items():
+        stays = "stands where it was last known" if word.box is None else "stays in a box"
+        line += f", {robot} {stays}, says {word.by}"
     refused = "".join(f", no grants for {robot}: {reason}" for robot, reason in manager.refused.items())
     return line + refused
 

@@ -80,13 +80,16 @@ def _summary(bundle: CellBundle, courses: list[ProgramCourse]) -> Group:
 def _kept_apart(bundle: CellBundle) -> list[Table | str]:
     """What cleared space means in this cell, by pairs of robots."""
     if bundle.cell.separation is None:
-        return []
+        alone = len(bundle.cell.robots) == 1
+        return [] if alone else ["Robots are not kept apart (separation: off): zones alone do that."]
     table = _table("kept apart", "margin mm", "apart at home mm", "bases apart mm", "reach mm")
     pairs = robots_apart(bundle.cell.separation, bundle.robots)
     for pair in pairs:
         lengths = _millimetres((pair.margin_m, pair.home_m, pair.bases_m)).split(", ")
         table.add_row(", ".join(pair.robots), *lengths, _millimetres(pair.reaches_m))
-    return [table, *(note for pair in pairs for note in pair.notes)]
+    notes = [note for pair in pairs for note in pair.notes]
+    remedy = "Home it, or say where it stays: `cell confine ROBOT`, `cell stands ROBOT`."
+    return [table, *notes, remedy] if notes else [table]
 
 
 def _millimetres(xyz: tuple[float, ...]) -> str:

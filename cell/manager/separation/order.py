@@ -94,6 +94,11 @@ class Order:
         """Whether a robot has a planned way."""
         return robot in self._positions()
 
+    def leave_out(self, robot: str) -> None:
+        """A robot that does not go on is in nobody's order, until its presences count in a plan again."""
+        mine = self._robots.setdefault(robot, _Robot())
+        mine.coming, mine.plan = mine.coming or mine.plan, None
+
     def knows(self, robot: str, plan: int) -> bool:
         """Whether the plan with this number is what the order goes by."""
         mine = self._robots.get(robot)

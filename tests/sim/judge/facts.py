@@ -407,7 +407,7 @@ class Facts:
         separation = process.core._separation
         assert separation is not None
         ledger = separation._ledger
-        if ledger.deposed or ledger.awaited or ledger._robots[robot].anywhere is not None:
+        if ledger.deposed or ledger.awaited or ledger._robots[robot].lost:
             return None
         return functools.reduce(Sections.joined, ledger.reserved(robot), Sections())
 

@@ -5,10 +5,14 @@ from dataclasses import replace
 from cell.commands.client.cell_view import Snapshot
 from cell.commands.operator.why import explained
 from cell.messages import (
+    AxisStatus,
+    BusCounters,
     Clearance,
     Deadlock,
+    GatewayState,
     ManagerState,
     Mode,
+    NodeStatus,
     ProgramState,
     ProgramStatus,
     Refusal,
@@ -73,4 +77,19 @@ def test_an_old_refusal_of_a_robot_that_moves_on_is_not_told() -> None:
 def test_who_does_not_answer_is_the_end_of_it() -> None:
     seen = Snapshot({"left": _state("left", NEAR)}, manager=_manager())
     lines = explained("left", seen, {"left": _refused("left", "right", NEAR, 6.0)})
-    assert lines == [f"left waits, for 4.0 s so far: {NEAR}"]
+    assert lines == [
+        f"left waits, for 4.0 s so far: {NEAR}",
+        "right does not answer: cell status says what starts its agent",
+    ]
+
+
+def test_who_does_not_know_where_it_is_is_told_with_what_to_do() -> None:
+    node = NodeStatus(1, "right", "J1", "Operational", AxisStatus.SWITCH_ON_DISABLED, referenced=False,
+                      reference_missing="its encoder is incremental; home it: cell home")  # fmt: skip
+    counters = BusCounters(1, 0, 0.0, 0, 0, 0, 0.1)
+    gateway = GatewayState("right_bus", "g", 7, 0.004, "virtual", True, "", {}, None, (node,), counters)
+    states = {"left": _state("left", NEAR), "right": _state("right", mode=Mode.DISABLED)}
+    seen = Snapshot(states, gateways={"right_bus": gateway}, manager=_manager())
+    assert explained("left", seen, {"left": _refused("left", "right", NEAR, 6.0)})[1:] == [
+        "right does not know where it is: J1: its encoder is incremental; home it: cell home"
+    ]
