@@ -1,33 +1,23 @@
 """A frame's new place written into its cell file: only its numbers change, comments and order stay."""
 
-import copy
-import os
-import shutil
 from collections.abc import Mapping
-from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
-from ruamel.yaml import YAML
 from ruamel.yaml.error import YAMLError
-from ruamel.yaml.nodes import MappingNode, Node, ScalarNode, SequenceNode
 
 from cell.config.cell_file import CellFile
 from cell.config.load import read_cell
-from cell.config.problem import KeyPath, path_text, refuses
+from cell.config.problem import KeyPath, refuses
 from cell.config.settings import CellSettings, FrameSettings, Points, PoseSettings
 from cell.config.units import ToSI
-from cell.config.yaml_tree import Value, parse
+from cell.config.yaml_edit import NotWritten, number_text, put, replaced
 from cell.geometry import NoFrame, compose, inverse, taught_frame, to_xyz_abc
 
 _KEYS = ("X", "Y", "Z", "A", "B", "C")
 _BOM = "\ufeff"
 _LENGTH_DIGITS, _ANGLE_DIGITS = 7, 8
 """After the point, of metres and radians: a tenth of a micrometre, a hundredth of a microradian."""
-
-
-class NotWritten(Exception):
-    """The cell file stays as it is; the text says why, for people."""
 
 
 def write_frame(
@@ -54,7 +44,8 @@ def write_frame(
         text = raw.removeprefix(_BOM)
         values = _values(content, frame, place, before.frames)
         changed = replaced(text, values)
-        return _put(file, raw[: len(raw) - len(text)] + changed)
+        settings, _ = put(file, raw[: len(raw) - len(text)] + changed, _read)
+        return settings.frames
     except (OSError, UnicodeDecodeError, YAMLError) as error:
         raise NotWritten(f"{file} cannot be written: {getattr(error, 'strerror', None) or error}") from error
 
@@ -110,89 +101,8 @@ def _taught(points: Points) -> np.ndarray:
 
 
 def _length(value_m: float, units: ToSI) -> str:
-    return _number(value_m * units.per_metre, _LENGTH_DIGITS - (3 if units.per_metre == 1000.0 else 0))
+    return number_text(value_m * units.per_metre, _LENGTH_DIGITS - (3 if units.per_metre == 1000.0 else 0))
 
 
 def _angle(value_rad: float, units: ToSI) -> str:
-    return _number(value_rad / units.angle, _ANGLE_DIGITS - (2 if units.angle != 1.0 else 0))
-
-
-def _number(value: float, digits: int) -> str:
-    """As people write it, without an exponent."""
-    text = f"{value:.{digits}f}".rstrip("0").rstrip(".")
-    return "0" if text == "-0" else text
-
-
-def replaced(text: str, values: Mapping[KeyPath, str]) -> str:
-    """A YAML text with other values at these paths, each a number or a flow list; all else stays, to the byte.
-
-    Raises:
-        NotWritten: a path is not there, a list with comments or over lines would be replaced, or more than these values
-            would change.
-    """
-    root = YAML(typ="safe", pure=True).compose(text)
-    spans = sorted(((*_span(root, path), new) for path, new in values.items()), reverse=True)
-    changed = text
-    for start, end, new in spans:
-        if isinstance(_parsed(new), list) and ("#" in text[start:end] or text[start] != "["):
-            raise NotWritten(
-                "its list of points has comments inside or is not written as [[x, y, z], ...], and another number of "
-                "points is to be written: teach as many as it has, or change it by hand"
-            )
-        changed = changed[:start] + new + changed[end:]
-    wanted = copy.deepcopy(_parsed(text))
-    for path, new in values.items():
-        _set(wanted, path, _parsed(new))
-    if _parsed(changed) != wanted:
-        raise NotWritten(f"{', '.join(map(path_text, values))} cannot be changed alone: change it by hand")
-    return changed
-
-
-def _span(root: Node, path: KeyPath) -> tuple[int, int]:
-    """Where in the text the value at a path begins and ends."""
-    node: Node | None = root
-    for key in path:
-        if isinstance(node, MappingNode) and isinstance(key, str):
-            node = next((value for name, value in node.value if name.value == key), None)
-        elif isinstance(node, SequenceNode) and isinstance(key, int) and key < len(node.value):
-            node = node.value[key]
-        else:
-            node = None
-    if not isinstance(node, ScalarNode | SequenceNode) or node.start_mark is None or node.end_mark is None:
-        raise NotWritten(f"{path_text(path)} is not there")
-    return node.start_mark.index, node.end_mark.index
-
-
-def _parsed(text: str) -> Value:
-    return parse(text, {}, lambda *_: None)
-
-
-def _set(data: Value, path: KeyPath, value: Value) -> None:
-    inside: object = data
-    for key in path[:-1]:
-        inside = inside[key]  # type: ignore[index]
-    inside[path[-1]] = value  # type: ignore[index]
-
-
-def _put(file: Path, text: str) -> dict[str, FrameSettings]:
-    """Put a new text in the place of the file at once, if it is a good cell file; it is on disk when this returns."""
-    beside = file.with_name(f".{file.name}.new")  # what a writer that was killed left there is written over
-    owner = file.stat()
-    try:
-        with beside.open("wb") as stream:
-            stream.write(text.encode())
-            stream.flush()
-            os.fsync(stream.fileno())
-        shutil.copymode(file, beside)
-        with suppress(PermissionError):
-            os.chown(beside, owner.st_uid, owner.st_gid)
-        settings, _ = _read(beside)
-        os.replace(beside, file)
-    finally:
-        beside.unlink(missing_ok=True)
-    folder = os.open(file.parent, os.O_RDONLY)
-    try:
-        os.fsync(folder)
-    finally:
-        os.close(folder)
-    return settings.frames
+    return number_text(value_rad / units.angle, _ANGLE_DIGITS - (2 if units.angle != 1.0 else 0))

@@ -3,7 +3,8 @@
 import threading
 from collections import deque
 
-from cell.config.frame_edit import NotWritten, write_frame
+from cell.config.frame_edit import write_frame
+from cell.config.yaml_edit import NotWritten
 from cell.manager.frames import FrameNotWritten, FramesWritten, WriteFrame
 
 

@@ -91,7 +91,7 @@ class AgentCore:
         inputs = {each.name: each.off_while for each in cell.robots[robot].spaces if each.off_while is not None}
         self.zones = ZoneClaims(robot, boot, cell.times.fresh_s, inputs)
         self.space = SharedSpace(robot, boot, kept_apart=cell.separation is not None)
-        self._frames = HeardFrames(cell.robots[robot].things)
+        self._frames = HeardFrames(cell.robots[robot].things, program.frames)
         self.run = ProgramRun(program)
         self.report = Reporter(robot, boot)
         self.pace = Pace()

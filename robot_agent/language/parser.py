@@ -2,11 +2,13 @@
 
 import re
 
-from robot_agent.language.names import Names
+from robot_agent.language.names import Names, Points
 from robot_agent.language.program import Program, ProgramError, ProgramProblem
 from robot_agent.language.statement import STATEMENTS, Reading, Statement
 from robot_agent.language.words import Mistake, Word
 
+_BY_LETTER = re.compile(r"([A-Za-z])(?:\d+|\s*=.*)")
+"""A statement that is one letter and what it names: Z=table, Z1."""
 _WORD = re.compile(r"[^\s=]+(?:\s*=\s*[^\s=]+)?")
 
 
@@ -41,11 +43,12 @@ def parse_program(text: str, name: str, names: Names) -> Program:
         problems.append(ProgramProblem(1, 1, "a program without statements", "at least one statement"))
     if problems:
         raise ProgramError(name, tuple(sorted(problems, key=lambda p: (p.line, p.column))))
-    return Program(name, tuple(statements), tuple(lines))
+    return Program(name, tuple(statements), tuple(lines), names.points or Points())
 
 
 def _kind(head: Word) -> type[Statement]:
-    kind = STATEMENTS.get(head.text.upper())
+    letter = _BY_LETTER.fullmatch(head.text)
+    kind = STATEMENTS.get((letter[1] if letter else head.text).upper())
     if kind is None:
         raise Mistake(head.column, f"`{head.text}`", f"one of {', '.join(STATEMENTS)}")
     return kind

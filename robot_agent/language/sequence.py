@@ -56,10 +56,11 @@ class SetOutput(Statement):
             found = f"`{' '.join(word.text for word in words)}`"
             raise Mistake(words[0].column, found, f"{words[0].text.upper()} DO and the name of an output")
         word = words[2]
-        if reading.names.outputs is not None and word.text not in reading.names.outputs:
+        output = reading.names.output(word.text)
+        if reading.names.outputs is not None and output not in reading.names.outputs:
             known = ", ".join(sorted(reading.names.outputs)) or "this robot has none in its drives file"
             raise Mistake(word.column, f"unknown output `{word.text}`", f"a name of outputs: {known}")
-        return cls(line, word.text, words[0].text.upper() == "SET")
+        return cls(line, output, words[0].text.upper() == "SET")
 
     def run(self, walk: Walk) -> Switch:
         walk.switched += 1

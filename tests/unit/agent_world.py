@@ -57,7 +57,7 @@ from robot_agent.agent.core import AgentCore
 from robot_agent.agent.planning.planner import Planner
 from robot_agent.agent.planning.plans import Plan, PlanFailed, Planned, Unplan
 from robot_agent.kinematics import Model
-from robot_agent.language import Names, parse_program
+from robot_agent.language import Names, Points, parse_program
 from robot_agent.workspace import PlacedRobot, Spaces, Things
 from tests.unit.six_axis_arm import arm as model
 
@@ -96,6 +96,7 @@ class AgentWorld:
         spaces: tuple[SpaceSettings, ...] = (),
         things: tuple[ThingSettings, ...] = (),
         separation: SeparationSettings | None = None,
+        points: Points | None = None,
     ) -> None:
         arm = arm or model()
         names = arm.joint_names
@@ -108,7 +109,7 @@ class AgentWorld:
         self.planner = Planner(self._placed, CYCLE_S)
         self.brakes: tuple[float, ...] = ()
         """The quick stop that the next claim tells."""
-        parsed = parse_program(program, "left.prog", Names(names))
+        parsed = parse_program(program, "left.prog", Names(names, points=points))
         self.agent = AgentCore(
             replace(
                 settings(on_manager_return, times or Times(), corrections or {}, spaces, things), separation=separation

@@ -11,11 +11,16 @@ TABLE = re.findall(r"^\| (`.*`) \|", (ROOT / "docs" / "language.md").read_text()
 EXAMPLES = [example for cell in TABLE for example in re.findall("`(.*?)`", cell)]
 
 
+def begins(example: str) -> str:
+    """The word by which the register knows a statement: a letter that names something stands for itself."""
+    return re.sub(r"^([A-Z])(\d+|=.*)$", r"\1", example.split()[0])
+
+
 def test_every_statement_has_an_example() -> None:
-    assert {example.split()[0] for example in EXAMPLES} == set(STATEMENTS)
+    assert {begins(example) for example in EXAMPLES} == set(STATEMENTS)
 
 
 @pytest.mark.parametrize("example", EXAMPLES)
 def test_every_example_is_understood(example: str) -> None:
     text = example if example.startswith("LABEL") else f"LABEL name\n{example}"
-    assert isinstance(parse_program(text, "p", Names(("J1", "J2"))).statements[-1], STATEMENTS[example.split()[0]])
+    assert isinstance(parse_program(text, "p", Names(("J1", "J2"))).statements[-1], STATEMENTS[begins(example)])
