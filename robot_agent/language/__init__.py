@@ -44,6 +44,7 @@ from robot_agent.language.steps import (
     TrackingOff,
     TrackingOn,
 )
+from robot_agent.language.targets import NoTarget, settled
 
 __all__ = [
     "BASE",
@@ -74,6 +75,7 @@ __all__ = [
     "MoveLine",
     "MoveSpline",
     "Names",
+    "NoTarget",
     "Orientation",
     "Pause",
     "Points",
@@ -97,5 +99,6 @@ __all__ = [
     "held_before",
     "parse_program",
     "points_owner",
+    "settled",
     "uses_parts",
 ]
