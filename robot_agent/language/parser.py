@@ -7,7 +7,7 @@ from robot_agent.language.program import Program, ProgramError, ProgramProblem
 from robot_agent.language.statement import STATEMENTS, Reading, Statement
 from robot_agent.language.words import Mistake, Word
 
-_BY_LETTER = re.compile(r"([A-Za-z])(?:\d+|\s*=.*)")
+_BY_LETTER = re.compile(r"([A-Za-z])(?:[0-9]+|\s*=.*)")
 """A statement that is one letter and what it names: Z=table, Z1."""
 _WORD = re.compile(r"[^\s=]+(?:\s*=\s*[^\s=]+)?")
 

@@ -10,8 +10,9 @@ from robot_agent.language.steps import BASE, Aim, Orientation, Position
 from robot_agent.language.words import Mistake, Word
 
 _KEPT: Position = (None, None, None)
-_POINT = re.compile(r"(?P<letter>[PQ])(?:\s*=\s*(?P<name>\S+)|(?P<number>\d+))", re.IGNORECASE)
-_FRAME = re.compile(r"Z(?:\s*=\s*(?P<name>[A-Za-z_]\w*)|(?P<number>\d+))", re.IGNORECASE)
+_POINT = re.compile(r"(?P<letter>[PQ])(?:\s*=\s*(?P<name>\S+)|(?P<number>[0-9]{1,6}))", re.IGNORECASE)
+_FRAME = re.compile(r"Z(?:\s*=\s*(?P<name>[A-Za-z_]\w*)|(?P<number>[0-9]{1,6}))", re.IGNORECASE)
+_NUMBER = re.compile(r"[0-9]{1,6}")
 _BRANCH = re.compile(r"BRANCH\s*=\s*(?P<name>\S+)", re.IGNORECASE)
 _NO_FRAMES = ("nan", "inf", "infinity")
 """What Python takes as a number."""
@@ -67,7 +68,7 @@ def _said(word: Word, names: Names, via: bool, branch: bool) -> tuple[str, str] 
     if (match := _POINT.fullmatch(word.text)) and match["letter"].upper() not in joints:
         if match["letter"].upper() == "Q" and not via:
             raise Mistake(word.column, f"`{word.text}`", "a via point on MC only")
-        number = match["number"] or (match["name"] if match["name"].isdigit() else None)
+        number = match["number"] or (match["name"] if _NUMBER.fullmatch(match["name"]) else None)
         point = match["name"] if number is None else f"P{int(number)}"
         if names.points is not None and point not in names.points.named:
             none = "a point of its points file, which has none: cell teach ROBOT NAME"

@@ -11,7 +11,7 @@ from cell.messages import FramePose, ZoneGeometry
 from robot_agent.agent.planning.plans import Extended, ExtendRequest, PlanFailed, Planned, PlanRequest
 from robot_agent.agent.planning.targets import NoPlace, Targets
 from robot_agent.kinematics import KinematicsError
-from robot_agent.language import FlangeStep, JointStep, LineStep, SplineStep, Switch
+from robot_agent.language import ArcStep, FlangeStep, JointStep, LineStep, SplineStep, Switch
 from robot_agent.paths import Arc, Block, JointMove, Line, PathError, Sequence, Spline
 from robot_agent.paths.arc import evenly_turned
 from robot_agent.paths.legs import end_of, half_turns
@@ -265,9 +265,10 @@ def _joint_block(step: JointStep, target: NDArray[np.float64]) -> JointMove:
 
 
 def _flange_block(step: FlangeStep, present: NDArray[np.float64], targets: Targets) -> Line | Arc | Spline:
-    if step.tangential_rad is not None and step.aim.tool is not None:
-        why = f"point {step.aim.point} is where the TCP of {step.aim.tool} was taught, while TANG leads the flange"
-        raise NoPlace(why, f"teach {step.aim.point} without a tool, or switch TANG off for this move")
+    aims = (step.aim, step.via_aim) if isinstance(step, ArcStep) else (step.aim,)
+    if step.tangential_rad is not None and (taught := [aim for aim in aims if aim.tool is not None]):
+        why = f"point {taught[0].point} is where the TCP of {taught[0].tool} was taught, while TANG leads the flange"
+        raise NoPlace(why, f"teach {taught[0].point} without a tool, or switch TANG off for this move")
     target = targets.pose(step.position_m, step.orientation_abc, step.aim, present)
     if step.tangential_rad is not None:
         target[:3, :3] = present[:3, :3]

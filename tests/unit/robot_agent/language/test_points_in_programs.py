@@ -179,6 +179,10 @@ def test_all_unknown_names_are_told_at_once_each_with_the_nearest() -> None:
         ("Z=fixture X=5", "1:11: found `X=5`, allowed a frame alone in its line"),
         ("ML Z=nan", "1:4: found `nan`, allowed a finite number"),
         ("P1", "1:1: found `P1`, allowed one of MJ, ML"),
+        ("ML P" + 5000 * "1", "1:4: found `P111"),
+        ("ML P=\u00b2", "1:4: found unknown point `\u00b2`"),
+        ("Z" + 5000 * "1", "1:1: found `Z111"),
+        ("ML X=1 Z\u0663", "1:8: found `Z\u0663`"),
     ],
 )
 def test_what_does_not_go_together_is_refused(text: str, problem: str) -> None:
