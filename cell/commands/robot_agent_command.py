@@ -24,7 +24,8 @@ from cell.commands.options import (
 from cell.commands.processes.process import run_process
 from cell.commands.subcommands import explained
 from cell.config.document import read_text
-from cell.config.problem import Problem
+from cell.config.points_file import load_points
+from cell.config.problem import ConfigError, Problem
 
 app = typer.Typer(
     add_completion=False, pretty_exceptions_enable=False, context_settings={"help_option_names": ["-h", "--help"]}
@@ -50,7 +51,7 @@ def robot_agent(
     """
     from robot_agent.agent.shell import run_agent
     from robot_agent.kinematics import KinematicsError
-    from robot_agent.language import Names, ProgramError, parse_program
+    from robot_agent.language import Names, ProgramError, parse_program, points_owner
     from robot_agent.workspace import PlacedRobot
 
     settings = process_cell(file, parent_pipe)
@@ -62,9 +63,11 @@ def robot_agent(
         text = read_text(mine.program)
         if isinstance(text, Problem):
             raise CommandError(f"the program cannot be read\n{text}", f"correct it, then: cell check {file}")
-        known = Names.of(settings, robot, placed.model.description)
+        described = placed.model.description
+        owner = points_owner(settings, described, placed.model.branches)
+        known = Names.of(settings, robot, described, load_points(mine.points, owner))
         program = parse_program(text, mine.program.name, known, mine.program.parent)
-    except (KinematicsError, ProgramError) as error:
+    except (ConfigError, KinematicsError, ProgramError) as error:
         raise CommandError(str(error), f"correct it, then: cell check {quoted(file)}") from error
     options = zenoh_options(mode, connect, listen, config, cfg)
 

@@ -2,6 +2,7 @@
 
 import dataclasses
 import math
+from pathlib import Path
 from typing import Annotated, Literal
 
 import numpy as np
@@ -135,6 +136,11 @@ class RobotEntry(BaseModel):
     base: Pose = Field(description="pose of the robot's base: X, Y, Z, A, B, C")
     frame: Name | None = _FRAME
     program: FileName = Field(description="the robot's program, relative to this file")
+    points: FileName | None = Field(
+        None,
+        description="the file of its taught points, relative to this one; default NAME.points.yaml beside its program, "
+        "which comes to be with the first point that is taught",
+    )
     corrections: dict[Name, CorrectionEntry] = Field(default={}, description="what TRACK in its program may follow")
     path_window: PathWindowEntry = Field(
         PathWindowEntry.model_construct(), description="farther from its path a stopped robot does not continue"
@@ -287,6 +293,7 @@ class CellFile(BaseModel):
                     None if robot.orientation is None else robot.orientation.settings(),
                     {joint: joint_range(pair, si) for joint, pair in robot.joints.items()},
                     separation is not None,
+                    document.beside(robot.points or str(Path(robot.program).parent / f"{name}.points.yaml")),
                 )
                 for name, robot in self.robots.items()
             },

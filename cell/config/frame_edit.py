@@ -5,11 +5,12 @@ from pathlib import Path
 
 import numpy as np
 
-from cell.config.cell_edit import Changes, NotWritten, angle_text, change_file, length_text, same_as_running
+from cell.config.cell_edit import angle_text, change_file, length_text, same_as_running
 from cell.config.cell_file import CellFile
 from cell.config.problem import KeyPath
 from cell.config.settings import CellSettings, FrameSettings, Points, PoseSettings
 from cell.config.units import ToSI
+from cell.config.yaml_edit import Changes, NotWritten
 from cell.geometry import NoFrame, compose, inverse, taught_frame, to_xyz_abc
 
 _KEYS = ("X", "Y", "Z", "A", "B", "C")

@@ -94,6 +94,9 @@ def _named_files(document: Document) -> tuple[dict[str, Value], list[Problem]]:
             problems.append(text)
         else:
             files[path_text(naming.path)] = text
+        taught = Naming(document, ("robots", name, "points"))
+        if (file := taught.file()) is not None and isinstance(text := read_text(file, taught), Problem):
+            problems.append(text)
     shaped: list[KeyPath] = [("things", name) for name in document.keys(("things",))]
     shaped += [
         ("robots", name, "spaces", each) for name in robots for each in document.keys(("robots", name, "spaces"))

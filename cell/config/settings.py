@@ -231,6 +231,8 @@ class RobotSettings:
     """Ranges by joint, narrower than those of the model."""
     kept_apart: bool = False
     """The cell keeps its robots apart wherever they are."""
+    points: Path = Path("points.yaml")
+    """What it was taught; the file need not be there."""
 
     @property
     def program_spaces(self) -> frozenset[str]:

@@ -4,12 +4,13 @@ from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 
-from cell.config.cell_edit import Changes, change_file, length_text, same_as_running
+from cell.config.cell_edit import change_file, length_text, same_as_running
 from cell.config.cell_file import CellFile
 from cell.config.frame_edit import pose_values
 from cell.config.problem import KeyPath
 from cell.config.settings import CellSettings, FrameSettings, InFrame, PoseSettings, ZoneSettings
 from cell.config.units import ToSI
+from cell.config.yaml_edit import Changes
 from cell.config.zone_entry import ZoneEntry
 from cell.geometry import compose
 from cell.messages import SetZone

@@ -3,8 +3,8 @@
 import threading
 from collections import deque
 
-from cell.config.cell_edit import NotWritten
 from cell.config.frame_edit import write_frame
+from cell.config.yaml_edit import NotWritten
 from cell.config.zone_edit import write_zone
 from cell.manager.frames import FrameNotWritten, FramesWritten, WriteFrame
 from cell.manager.zone_changes import WriteZone, ZoneNotWritten, ZonesWritten

@@ -1,6 +1,7 @@
 """What an agent is asked for: `robot/<r>/cmd/<verb>`."""
 
 from dataclasses import dataclass
+from enum import Enum
 from typing import ClassVar
 
 from cell.messages.call import SWITCHED_ON_WITHIN_S, Command, command
@@ -113,6 +114,49 @@ class Jog(Command):
     """Of X to C."""
     step: Number | None = None
     """[m or rad], above 0: come to rest after that much."""
+    in_frame: Name | None = None
+    """A frame of the cell whose axes X to C are, instead of `frame`."""
+
+
+class PointKind(Enum):
+    """What is kept of where a robot stands."""
+
+    POSE = "pose"
+    JOINTS = "joints"
+
+
+@command("robot")
+@dataclass(frozen=True, slots=True)
+class Teach(Command):
+    """Keep where the robot is measured to stand as a point of its points file; programs take it from then on."""
+
+    verb: ClassVar[str] = "teach"
+    answer_within_s: ClassVar[float] = 5.0
+    point: Name
+    kind: PointKind
+    frame: Name | None
+    """Of a pose; empty: the robot's base; None: that of the point before, else the base."""
+    replace: bool
+    """A point of this name may be there."""
+
+
+@command("robot")
+@dataclass(frozen=True, slots=True)
+class ListPoints(Command):
+    """The reply's text says what points the robot has, and where they are now."""
+
+    verb: ClassVar[str] = "points"
+
+
+@command("robot")
+@dataclass(frozen=True, slots=True)
+class Go(Command):
+    """Begin to move to a point, straight in the joints; the robot goes on as with `Jog`, while the key is held."""
+
+    verb: ClassVar[str] = "go"
+    press: Name
+    """As in `Jog`."""
+    point: Name
 
 
 @command("robot")

@@ -40,6 +40,7 @@ from robot_agent.agent.mode import ModeEvent, after, has_torque, moves
 from robot_agent.agent.operator.decisions import Decisions, Situation
 from robot_agent.agent.operator.jogging import Jogging
 from robot_agent.agent.operator.operator import OperatorCalls
+from robot_agent.agent.operator.teaching import PointNotWritten, PointWritten, Teaching
 from robot_agent.agent.planning.heard_frames import HeardFrames
 from robot_agent.agent.planning.passed import Passed
 from robot_agent.agent.planning.planner import Planner
@@ -91,7 +92,7 @@ class AgentCore:
         inputs = {each.name: each.off_while for each in cell.robots[robot].spaces if each.off_while is not None}
         self.zones = ZoneClaims(robot, boot, cell.times.fresh_s, inputs)
         self.space = SharedSpace(robot, boot, kept_apart=cell.separation is not None)
-        self._frames = HeardFrames(cell.robots[robot].things)
+        self._frames = HeardFrames(cell.robots[robot].things, program.frames)
         self.run = ProgramRun(program)
         self.report = Reporter(robot, boot)
         self.pace = Pace()
@@ -101,8 +102,10 @@ class AgentCore:
         self.interruption = Interruption(robot, cell.robots[robot].path_window, self.run, self.pace, self.zones)
         self.meetings = Meetings(robot, boot, self.run, self.zones, self.clock)
         self.parts = HeldParts()
-        decisions = Decisions(robot, self.run, self.pace, self.jogging, self.corrections, self.interruption, self.parts)
-        self.operator = OperatorCalls(robot, boot, cell.times.command_s, self.link, decisions)
+        self.teaching = Teaching(robot, cell, program, self._frames)
+        doers = self.run, self.pace, self.jogging, self.corrections, self.interruption, self.parts, self.teaching
+        decisions = Decisions(robot, *doers)
+        self.operator = OperatorCalls(robot, boot, cell.times.command_s, self.link, decisions, self.teaching)
         self.mode = Mode.STARTING
         self._owner = 0
         """Of the claim that this core works under; 0: none."""
@@ -157,6 +160,8 @@ class AgentCore:
                 self.operator.switched(self.link.done(message))
             case Planned() | PlanFailed() if not self.interruption.planned(message):
                 self.run.planned(message, self.executive, self.pace.status.stepping, now)
+            case PointWritten() | PointNotWritten():
+                self.teaching.written(message, self.run.lookahead.planned_to if self.run.running else 0)
             case Frozen():
                 self.zones.forget_echoes()
                 self.operator.forget_echoes()
@@ -169,7 +174,7 @@ class AgentCore:
         if self._leaving and self._may_leave(feedback, now):
             effects = [*self.operator.refuse_all("the agent is being stopped"), *self.link.release(now)]
             return [*effects, Ended()] if self.link.released else effects
-        effects = self.link.claim_if_due(now)
+        effects = [*self.teaching.answers(), *self.link.claim_if_due(now)]
         if feedback is None or self.link.grant is None:
             self._without_claim()
             return (

@@ -3,16 +3,20 @@
 import contextlib
 import functools
 import logging
+import queue
 import threading
 import time
 from collections.abc import Callable
 
+from cell.config.points_edit import write_point
 from cell.config.settings import CellSettings
+from cell.config.yaml_edit import NotWritten
 from cell.core import Answer, Ask, Effect, Ended, Publish, Shutdown
 from cell.net.calls import Calls
 from cell.net.runner import new_boot, run_core
 from cell.net.session import CellSession, Link, ZenohOptions
 from robot_agent.agent.core import AgentCore
+from robot_agent.agent.operator.teaching import PointNotWritten, PointWritten, WritePoint
 from robot_agent.agent.planning.planner import Planner
 from robot_agent.agent.planning.plans import Plan, Unplan
 from robot_agent.agent.planning.worker import PlanWorker
@@ -80,6 +84,8 @@ class AgentShell:
         self._said = ""
         self._worker: PlanWorker | None = None
         self._calls: Calls | None = None
+        self._points: queue.SimpleQueue[PointWritten | PointNotWritten] = queue.SimpleQueue()
+        """What became of points that were to be written."""
         mine = f"robot/{robot}"
         self._states = session.watch(
             "manager/state", "zone/*", "frame/*", "conveyor/*", f"{mine}/drives", f"{mine}/clearance", f"{mine}/jog",
@@ -96,6 +102,7 @@ class AgentShell:
             messages.extend(self._calls.take())
         if self._worker is not None:
             messages.extend(self._worker.results())
+        messages.extend(self._points.get_nowait() for _ in range(self._points.qsize()))
         self._watch_claim()
         if self._stop.is_set():
             messages.extend(self._leave())
@@ -114,10 +121,24 @@ class AgentShell:
                 self._worker.submit(request)
             case Unplan(ids) if self._worker is not None:
                 self._worker.drop(ids)
+            case WritePoint():
+                threading.Thread(target=self._write_point, args=(effect,), name="point", daemon=True).start()
             case Ended():
                 self.ended.set()
             case _:
                 logging.getLogger(__name__).error("the agent's shell cannot carry out %r", effect)
+
+    def _write_point(self, effect: WritePoint) -> None:
+        """On a thread of its own: no disk, full or slow, holds the agent's loop up."""
+        try:
+            settings = write_point(effect.file, effect.name, effect.point, effect.owner)
+        except NotWritten as error:
+            self._points.put(PointNotWritten(effect.id, str(error)))
+        except Exception as error:  # whatever it is, an operator waits for the outcome
+            logging.getLogger(__name__).exception("writing point %s", effect.name)
+            self._points.put(PointNotWritten(effect.id, f"internal error, please report it: {error!r}"))
+        else:
+            self._points.put(PointWritten(effect.id, settings))
 
     def _watch_claim(self) -> None:
         """Serve the robot once it is ours; tell people while it is not."""

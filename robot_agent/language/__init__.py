@@ -6,6 +6,7 @@ imported here (`docs/architecture.md`, 2.1).
 
 from robot_agent.language.interpreter import Interpreter, Step
 from robot_agent.language.moves import (
+    ActiveFrame,
     ArcStep,
     FlangeStep,
     Home,
@@ -19,34 +20,44 @@ from robot_agent.language.moves import (
     SplineStep,
     Tangent,
 )
-from robot_agent.language.names import Names
+from robot_agent.language.names import Names, Points, points_owner
 from robot_agent.language.parser import parse_program
 from robot_agent.language.parts import Attach, Detach, held_before, uses_parts
 from robot_agent.language.program import Program, ProgramError, ProgramProblem
 from robot_agent.language.sequence import End, Goto, Label, MeetOthers, SetOutput, Speed, Sub, SwitchSpace, Track, Wait
 from robot_agent.language.statement import STATEMENTS, Statement
 from robot_agent.language.steps import (
+    BASE,
+    Aim,
     Finished,
+    Goal,
     HoldParts,
     JointStep,
     Meet,
     MoveCaps,
+    Orientation,
     Pause,
+    Position,
     ProgramFault,
     Switch,
     SwitchNow,
     TrackingOff,
     TrackingOn,
 )
+from robot_agent.language.targets import NoTarget, settled
 
 __all__ = [
+    "BASE",
     "STATEMENTS",
+    "ActiveFrame",
+    "Aim",
     "ArcStep",
     "Attach",
     "Detach",
     "End",
     "Finished",
     "FlangeStep",
+    "Goal",
     "Goto",
     "HoldParts",
     "Home",
@@ -64,7 +75,11 @@ __all__ = [
     "MoveLine",
     "MoveSpline",
     "Names",
+    "NoTarget",
+    "Orientation",
     "Pause",
+    "Points",
+    "Position",
     "Program",
     "ProgramError",
     "ProgramFault",
@@ -85,5 +100,7 @@ __all__ = [
     "Wait",
     "held_before",
     "parse_program",
+    "points_owner",
+    "settled",
     "uses_parts",
 ]

@@ -34,7 +34,7 @@ class Interpreter:
     def __init__(self, program: Program, held: tuple[str, ...] | None = None) -> None:
         """`held` are the parts that the robot holds, or may hold, before it; None where that does not matter."""
         self._program = program
-        self._at = Walk(held=held)
+        self._at = Walk(held=held, points=program.points)
         self._end: Finished | ProgramFault | None = None
         self._following: Step | Switch | None = None
         """What comes next, when it is known already."""
@@ -61,7 +61,7 @@ class Interpreter:
         """Where the walk is: from equal places it goes on alike."""
         following = None if self._following is None else self._following.line
         at = self._at
-        switched = at.tangential_rad, at.tracking, at.spaces_off, at.held
+        switched = at.tangential_rad, at.tracking, at.spaces_off, at.held, at.frame
         speeds = at.joint_speed, at.path_speed_m_s, at.speed_share
         calls = tuple((call.back, call.left, frozenset(call.jumps_left.items())) for call in at.calls)
         return at.index, frozenset(at.jumps_left.items()), calls, switched, speeds, following

@@ -5,7 +5,20 @@ from dataclasses import dataclass, replace
 from typing import Self, TypeVar
 
 from robot_agent.language.statement import Reading, Statement, Walk, statement
-from robot_agent.language.steps import FREELY, JointStep, MoveCaps, Orientation, Position, ProgramFault, Switch
+from robot_agent.language.steps import (
+    BASE,
+    FREELY,
+    HERE,
+    Aim,
+    Goal,
+    JointStep,
+    MoveCaps,
+    Orientation,
+    Position,
+    ProgramFault,
+    Switch,
+)
+from robot_agent.language.targets import NoTarget, aims, frame_in, settled
 from robot_agent.language.words import (
     FARTHEST_MM,
     MOST_DEG,
@@ -19,6 +32,8 @@ from robot_agent.language.words import (
 )
 
 _COORDINATES = ("X", "Y", "Z", "A", "B", "C")
+_HOME = "HOME"
+"""The point that takes the place of the robot model's home position."""
 _VIA = ("QX", "QY", "QZ", "QA", "QB", "QC")
 _PACE = ("F", "FC", "FA", "FJ", "R")
 _SPEEDS = {"F": (0.1, "mm/s"), "FC": (0.1, "mm/s"), "FA": (SLOWEST, "deg/s"), "FJ": (SLOWEST, "deg/s")}
@@ -47,32 +62,49 @@ class MoveJoints(Move):
     pace: MoveCaps = FREELY
     synchronised: bool = True
     """`SYNC=0`: each joint at its own speed, they start together and arrive when they do."""
+    goal: Goal | None = None
+    """The pose that it leads to; the joints are then reference values for the branch."""
 
     @classmethod
     def read(cls, line: int, words: list[Word], reading: Reading) -> Self:
         joints, linear = reading.names.joints, reading.names.linear
-        named = named_numbers(words, (*joints, *_PACE, "SYNC"))
+        aimed = aims(words, reading.names, branch=True)
+        coordinates = tuple(axis for axis in _COORDINATES if axis not in {name.upper() for name in joints})
+        named = named_numbers(aimed.words, (*joints, *coordinates, *_PACE, "SYNC"))
         speed = _joint_speed(named, words[0])
         synchronised = _switch(named, "SYNC", True, "1: the joints arrive together, or 0: each as fast as it can")
         edge = named.get("R")
         if edge is not None and edge[0] > 0.0 and not synchronised:
             raise Mistake(edge[1].column, f"R={edge[0]:g} with SYNC=0", "R only where the joints arrive together")
         pace = pace_of(named)
-        if not named:
-            raise Mistake(words[0].column, "MJ without a joint", f"at least one of {', '.join(joints)}")
+        pose = {axis: named.pop(axis) for axis in coordinates if axis in named}
+        aimed.refuse(pose, words[0])
+        goal = None
+        if pose or aimed.target.point:
+            goal = Goal(*_coordinates(pose, words[0], aimed.target), aimed.target)
+        elif aimed.target.frame is not None:
+            raise Mistake(words[0].column, "a frame without a pose", "Z=name beside P or X Y Z A B C")
+        elif not named:
+            allowed = f"at least one of {', '.join(joints)}; or a pose: P=name, or X Y Z A B C"
+            raise Mistake(words[0].column, "MJ without a joint", allowed)
         check_size(named, [name.upper() for name in joints if name in linear], FARTHEST_MM, "mm")
         check_size(named, [name.upper() for name in joints if name not in linear], MOST_DEG, "degrees")
         target = tuple(
             _joint(named[name.upper()][0], name in linear) if name.upper() in named else None for name in joints
         )
-        return cls(line, target, speed, pace, synchronised)
+        return cls(line, target, speed, pace, synchronised, goal)
 
-    def run(self, walk: Walk) -> JointStep:
-        return JointStep(self.line, self.joints, _joint_share(walk, self.speed), self.pace, self.synchronised)
+    def run(self, walk: Walk) -> JointStep | ProgramFault:
+        step = JointStep(self.line, self.joints, _joint_share(walk, self.speed), self.pace, self.synchronised)
+        return step if self.goal is None else _to_goal(step, self.goal, walk, walk.frame)
 
     @property
     def from_anywhere(self) -> bool:
-        return None not in self.joints
+        return None not in self.joints or (self.goal is not None and self.goal.aim.point != "")
+
+    @property
+    def frames(self) -> tuple[str, ...]:
+        return () if self.goal is None else _frames(self.goal.aim)
 
 
 @statement("ML")
@@ -93,16 +125,24 @@ class MoveLine(Move):
     """On every move: the spaces that are switched off during it."""
     held: tuple[str, ...] = ()
     """On every move: the part that is held during it."""
+    aim: Aim = HERE
+    """On every move: what is said of the target beside its coordinates."""
 
     @classmethod
     def read(cls, line: int, words: list[Word], reading: Reading) -> Self:
-        named = named_numbers(words, (*_COORDINATES, *_PACE, "FLIP"))
+        aimed = aims(words, reading.names)
+        named = named_numbers(aimed.words, (*_COORDINATES, *_PACE, "FLIP"))
         flip = _switch(named, "FLIP", False, "1: the wrist may pass its singular pose, or 0")
         pace = _path_pace_of(named, words[0], reading)
-        return cls(line, *_target(named, words[0]), pace, wrist_may_flip=flip)
+        aimed.refuse(named, words[0])
+        return cls(line, *_coordinates(named, words[0], aimed.target), pace, wrist_may_flip=flip, aim=aimed.target)
 
     def run(self, walk: Walk) -> "MoveLine | ProgramFault":
         return _on_its_way(self, walk, self.orientation_abc)
+
+    @property
+    def frames(self) -> tuple[str, ...]:
+        return _frames(self.aim)
 
 
 @statement("MC")
@@ -122,25 +162,47 @@ class MoveArc(Move):
     switches: tuple[Switch, ...] = ()
     spaces_off: frozenset[str] = frozenset()
     held: tuple[str, ...] = ()
+    aim: Aim = HERE
+    via_aim: Aim = HERE
 
     @classmethod
     def read(cls, line: int, words: list[Word], reading: Reading) -> Self:
-        named = named_numbers(words, (*_COORDINATES, *_VIA, "H", *_PACE))
+        aimed = aims(words, reading.names, via=True)
+        named = named_numbers(aimed.words, (*_COORDINATES, *_VIA, "H", *_PACE))
         pace = _path_pace_of(named, words[0], reading)
         angle = named.pop("H", None)
         if angle is not None and not 0.0 < abs(angle[0]) <= MOST_DEG:
             allowed = f"degrees of the circle to go, any but 0 up to {MOST_DEG:g}; negative is backwards"
             raise Mistake(angle[1].column, f"H={angle[0]:g}", allowed)
         via = {name[1:]: named.pop(name) for name in _VIA if name in named}
-        if not any(axis in via for axis in "XYZ"):
-            raise Mistake(words[0].column, "MC without a via point", f"at least one of {', '.join(_VIA[:3])}")
-        via_position, via_orientation = _target(via, words[0])
-        position, orientation = _target(named, words[0])
+        if aimed.via.point and via:
+            beside = f"{' '.join(f'Q{axis}' for axis in via)} beside the via point {aimed.via.point}"
+            raise Mistake(words[0].column, beside, "Q=point, or its coordinates")
+        if not aimed.via.point and not any(axis in via for axis in "XYZ"):
+            allowed = f"Q=point, or at least one of {', '.join(_VIA[:3])}"
+            raise Mistake(words[0].column, "MC without a via point", allowed)
+        via_position, via_orientation = _coordinates(via, words[0], aimed.via)
+        aimed.refuse(named, words[0])
+        position, orientation = _coordinates(named, words[0], aimed.target)
         radians = None if angle is None else math.radians(angle[0])
-        return cls(line, via_position, via_orientation, position, orientation, radians, pace)
+        return cls(
+            line, via_position, via_orientation, position, orientation, radians, pace,
+            aim=aimed.target, via_aim=aimed.via,
+        )  # fmt: skip
 
     def run(self, walk: Walk) -> "MoveArc | ProgramFault":
-        return _on_its_way(self, walk, self.orientation_abc or self.via_orientation_abc)
+        try:
+            via = settled(self.via_aim, self.via_position_m, self.via_orientation_abc, walk.points.named, walk.frame)
+        except NoTarget as error:
+            return ProgramFault(self.line, str(error))
+        position, orientation, aim = via
+        named = self.orientation_abc or self.via_orientation_abc
+        arc = replace(self, via_position_m=position, via_orientation_abc=orientation, via_aim=aim)
+        return _on_its_way(arc, walk, named)
+
+    @property
+    def frames(self) -> tuple[str, ...]:
+        return _frames(self.aim)
 
 
 @statement("MS")
@@ -155,21 +217,28 @@ class MoveSpline(Move):
     switches: tuple[Switch, ...] = ()
     spaces_off: frozenset[str] = frozenset()
     held: tuple[str, ...] = ()
+    aim: Aim = HERE
 
     @classmethod
     def read(cls, line: int, words: list[Word], reading: Reading) -> Self:
-        named = named_numbers(words, (*_COORDINATES, *_PACE))
+        aimed = aims(words, reading.names)
+        named = named_numbers(aimed.words, (*_COORDINATES, *_PACE))
         pace = _path_pace_of(named, words[0], reading)
-        return cls(line, *_target(named, words[0]), pace)
+        aimed.refuse(named, words[0])
+        return cls(line, *_coordinates(named, words[0], aimed.target), pace, aim=aimed.target)
 
     def run(self, walk: Walk) -> "MoveSpline | ProgramFault":
         return _on_its_way(self, walk, self.orientation_abc)
+
+    @property
+    def frames(self) -> tuple[str, ...]:
+        return _frames(self.aim)
 
 
 @statement("HOME")
 @dataclass(frozen=True, slots=True)
 class Home(Move):
-    """`HOME F=…`: a joint move to the robot's home position."""
+    """`HOME F=…`: a joint move to the point HOME where there is one, else to the robot model's home position."""
 
     speed: float | None = None
     """As of `MJ`."""
@@ -181,8 +250,11 @@ class Home(Move):
         speed = _joint_speed(named, words[0])
         return cls(line, speed, pace_of(named))
 
-    def run(self, walk: Walk) -> JointStep:
-        return JointStep(self.line, None, _joint_share(walk, self.speed), self.pace)
+    def run(self, walk: Walk) -> JointStep | ProgramFault:
+        step = JointStep(self.line, None, _joint_share(walk, self.speed), self.pace)
+        if _HOME not in walk.points.named:
+            return step
+        return _to_goal(step, Goal((None, None, None), None, Aim(_HOME)), walk, BASE)
 
     @property
     def from_anywhere(self) -> bool:
@@ -217,6 +289,29 @@ class Tangent(Statement):
         return True
 
 
+@statement("Z")
+@dataclass(frozen=True, slots=True)
+class ActiveFrame(Statement):
+    """`Z=name`, `Z1`, `Z0`: from here on coordinates, and points without a frame of their own, are meant in it."""
+
+    frame: str
+
+    @classmethod
+    def read(cls, line: int, words: list[Word], reading: Reading) -> Self:
+        frame = frame_in(words[0], reading.names)
+        if frame is None or len(words) > 1:
+            wrong = words[min(1, len(words) - 1)]
+            raise Mistake(wrong.column, f"`{wrong.text}`", "a frame alone in its line: Z=name, Z1, or Z0 for the base")
+        return cls(line, frame)
+
+    def run(self, walk: Walk) -> None:
+        walk.frame = self.frame
+
+    @property
+    def frames(self) -> tuple[str, ...]:
+        return (self.frame,)
+
+
 LineStep = MoveLine
 ArcStep = MoveArc
 SplineStep = MoveSpline
@@ -228,14 +323,40 @@ M = TypeVar("M", MoveLine, MoveArc, MoveSpline)
 
 
 def _on_its_way(move: M, walk: Walk, named: Orientation | None) -> M | ProgramFault:
-    """The move with its speed, and with what `TANG` asks for, which leaves no orientation to choose."""
+    """The move to where its target is now, with its speed and what `TANG` asks for, which leaves no orientation."""
     if walk.tangential_rad is not None and named is not None:
         text = "A, B and C are named while TANG is on, where the tool follows the path: leave them out, or TANG 0"
         return ProgramFault(move.line, text)
+    try:
+        target = settled(move.aim, move.position_m, move.orientation_abc, walk.points.named, walk.frame)
+    except NoTarget as error:
+        return ProgramFault(move.line, str(error))
     pace = _path_pace(move.pace, walk)
     if pace is None:
         return ProgramFault(move.line, "no path move before this one has named its speed: F=mm/s")
-    return replace(move, tangential_rad=walk.tangential_rad, pace=pace)
+    position, orientation, aim = target
+    return replace(
+        move, position_m=position, orientation_abc=orientation, aim=aim, tangential_rad=walk.tangential_rad, pace=pace
+    )
+
+
+def _to_goal(step: JointStep, goal: Goal, walk: Walk, active: str) -> JointStep | ProgramFault:
+    """The joint move to where its goal is now, with a frame active; a point that is given by joints is all of it."""
+    try:
+        target = settled(goal.aim, goal.position_m, goal.orientation_abc, walk.points.named, active)
+    except NoTarget as error:
+        return ProgramFault(step.line, str(error))
+    position, orientation, aim = target
+    if not aim.joints:
+        return replace(step, goal=Goal(position, orientation, aim))
+    if any(value is not None for value in step.joints or ()):
+        text = f"point {aim.point} is given by joints, so there is no branch to choose: leave the joints out"
+        return ProgramFault(step.line, text)
+    return replace(step, joints=aim.joints)
+
+
+def _frames(aim: Aim) -> tuple[str, ...]:
+    return () if aim.frame is None else (aim.frame,)
 
 
 def _joint_speed(named: Named, head: Word) -> float | None:
@@ -304,10 +425,12 @@ def _path_pace_of(named: Named, head: Word, reading: Reading) -> MoveCaps:
     return pace
 
 
-def _target(named: Named, head: Word) -> tuple[Position, Orientation | None]:
-    """Position [m] and orientation [rad] out of X, Y, Z, A, B, C."""
+def _coordinates(named: Named, head: Word, aim: Aim) -> tuple[Position, Orientation | None]:
+    """Position [m] and orientation [rad] out of X, Y, Z, A, B, C, which are left to a point where one is named."""
+    if aim.point:
+        return (None, None, None), None
     if not named:
-        allowed = f"at least one of {', '.join(_COORDINATES)}"
+        allowed = f"at least one of {', '.join(_COORDINATES)}, or a point: P=name"
         raise Mistake(head.column, f"{head.text.upper()} without a coordinate", allowed)
     check_size(named, "XYZ", FARTHEST_MM, "mm")
     check_size(named, "ABC", MOST_DEG, "degrees")

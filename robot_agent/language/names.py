@@ -1,14 +1,22 @@
 """What a program of one robot may name."""
 
-from collections.abc import Collection
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 from typing import Self
 
+from cell.config.points_file import Point, PointsOwner, PointsSettings, Signal, SignalKind
 from cell.config.settings import CellSettings
 from robot_agent.model.description import RobotDescription
 
 Known = Collection[str] | None
 """Names that there are; None where nobody can say, so that every name passes."""
+
+
+class Points:
+    """The points of a robot as they are now: who teaches one exchanges them, and programs come to the new ones."""
+
+    def __init__(self, named: Mapping[str, Point] | None = None) -> None:
+        self.named: Mapping[str, Point] = named or {}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -28,10 +36,18 @@ class Names:
     """Of `ATTACH`."""
     meetings: Known = None
     """Of `MEET`."""
+    frames: Known = None
+    """Of `Z`."""
+    points: Points | None = None
+    """Of `P` and `Q`."""
+    signals: Mapping[str, Signal] = field(default_factory=dict)
+    """Other names for inputs and outputs."""
 
     @classmethod
-    def of(cls, cell: CellSettings, robot: str, described: RobotDescription) -> Self:
-        """Those of a robot of the cell; outputs are known to its gateway alone."""
+    def of(
+        cls, cell: CellSettings, robot: str, described: RobotDescription, taught: PointsSettings | None = None
+    ) -> Self:
+        """Those of a robot of the cell that was `taught` this; outputs are known to its gateway alone."""
         linear = (name for name, slides in zip(described.joint_names, described.linear, strict=False) if slides)
         return cls(
             described.joint_names,
@@ -40,4 +56,18 @@ class Names:
             spaces=cell.robots[robot].program_spaces,
             parts=described.parts,
             meetings=cell.meetings_of(robot),
+            frames=cell.frames,
+            points=Points() if taught is None else Points(taught.points),
+            signals={} if taught is None else taught.signals,
         )
+
+    def output(self, name: str) -> str:
+        """The output that a name stands for."""
+        signal = self.signals.get(name)
+        return signal.name if signal is not None and signal.kind is SignalKind.OUTPUT else name
+
+
+def points_owner(cell: CellSettings, described: RobotDescription, branches: Collection[str] | None) -> PointsOwner:
+    """What the points file of a robot of the cell may name."""
+    linear = (name for name, slides in zip(described.joint_names, described.linear, strict=False) if slides)
+    return PointsOwner(described.joint_names, frozenset(linear), tuple(cell.frames), tuple(described.tools), branches)

@@ -1,15 +1,19 @@
 """Program text to statements. All mistakes are found in one pass and reported together."""
 
+import re
 from pathlib import Path
 
 from cell.config.document import read_text
 from cell.config.problem import Problem
 from robot_agent.language.flow import mistakes_of_flow
-from robot_agent.language.names import Names
+from robot_agent.language.names import Names, Points
 from robot_agent.language.program import CalledLine, Program, ProgramError, ProgramProblem
 from robot_agent.language.sequence import End
 from robot_agent.language.statement import STATEMENTS, Reading, Statement
 from robot_agent.language.words import COMMENT, Mistake, Word, nearest, statements_in
+
+_BY_LETTER = re.compile(r"([A-Za-z])(?:[0-9]+|\s*=.*)")
+"""A statement that is one letter and what it names: Z=table, Z1."""
 
 
 def parse_program(text: str, name: str, names: Names, folder: Path | None = None) -> Program:
@@ -28,7 +32,7 @@ def parse_program(text: str, name: str, names: Names, folder: Path | None = None
     if reader.problems:
         problems = sorted(reader.problems, key=lambda each: (each.file, each.line, each.column))
         raise ProgramError(name, tuple(problems))
-    return Program(name, tuple(reader.statements), tuple(reader.lines))
+    return Program(name, tuple(reader.statements), tuple(reader.lines), names.points or Points())
 
 
 class _Reader:
@@ -85,7 +89,8 @@ class _Reader:
 
 
 def _kind(head: Word) -> type[Statement]:
-    kind = STATEMENTS.get(head.text.upper())
+    letter = _BY_LETTER.fullmatch(head.text)
+    kind = STATEMENTS.get((letter[1] if letter else head.text).upper())
     if kind is None:
         raise Mistake(
             head.column, f"`{head.text}`", f"one of {', '.join(STATEMENTS)}{nearest(head.text.upper(), STATEMENTS)}"

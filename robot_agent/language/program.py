@@ -1,9 +1,11 @@
 """A program as data, and what is wrong with its text."""
 
 from collections.abc import Collection
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Self
 
+from cell.config.points_file import PosePoint
+from robot_agent.language.names import Points
 from robot_agent.language.statement import Statement
 from robot_agent.language.words import COMMENT
 
@@ -34,6 +36,15 @@ class Program:
     name: str
     statements: tuple[Statement, ...]
     lines: tuple[str, ...]
+    points: Points = field(default_factory=Points)
+    """Looked up when the program comes to a line that names one."""
+
+    @property
+    def frames(self) -> frozenset[str]:
+        """The frames that its statements and the points of its robot name."""
+        of_points = (point.frame for point in self.points.named.values() if isinstance(point, PosePoint))
+        named = (frame for each in self.statements for frame in each.frames)
+        return frozenset(frame for frame in (*of_points, *named) if frame)
 
     def unknown_output(self, known: Collection[str]) -> tuple[int, str] | None:
         """Line and name of the first output that a statement may switch and that is not `known`."""

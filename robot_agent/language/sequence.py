@@ -64,11 +64,12 @@ class SetOutput(Statement):
             found = f"`{' '.join(word.text for word in words)}`"
             raise Mistake(words[0].column, found, f"{words[0].text.upper()} DO and the name of an output")
         word = words[2]
-        if reading.names.outputs is not None and word.text not in reading.names.outputs:
+        output = reading.names.output(word.text)
+        if reading.names.outputs is not None and output not in reading.names.outputs:
             raise unknown(
                 word, "output", reading.names.outputs, "a name of outputs", "this robot has none in its drives file"
             )
-        return cls(line, word.text, words[0].text.upper() == "SET")
+        return cls(line, output, words[0].text.upper() == "SET")
 
     def run(self, walk: Walk) -> Switch:
         walk.switched += 1

@@ -9,7 +9,8 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Self, TypeVar
 
-from robot_agent.language.names import Names
+from robot_agent.language.names import Names, Points
+from robot_agent.language.steps import BASE
 from robot_agent.language.words import Word
 
 if TYPE_CHECKING:
@@ -75,6 +76,10 @@ class Walk:
     """Parts that the robot holds, or may hold; None where nobody says: then both ATTACH and DETACH may come first."""
     switched: int = 0
     """Outputs, since the program began."""
+    frame: str = BASE
+    """The one that is active."""
+    points: Points = field(default_factory=Points)
+    """As they are now."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -109,6 +114,11 @@ class Statement(ABC):
     @property
     def switched_outputs(self) -> tuple[str, ...]:
         """The digital outputs that it may switch; a robot that lacks one does not run the program."""
+        return ()
+
+    @property
+    def frames(self) -> tuple[str, ...]:
+        """The frames that it names."""
         return ()
 
 

@@ -8,6 +8,37 @@ Orientation = tuple[float, float, float]
 """A, B, C [rad] with R = Rz(C) Ry(B) Rx(A)."""
 
 
+BASE = ""
+"""Instead of a frame's name: the robot's own base."""
+
+
+@dataclass(frozen=True, slots=True)
+class Aim:
+    """What is said of a target beside its coordinates, by a line; in a step, by the line and by the point it names."""
+
+    point: str = ""
+    frame: str | None = None
+    """Its name, or `BASE`; None, in a line: the one that is active, or that of the point."""
+    branch: str = ""
+    """Of the arm, for a joint move; empty: the nearest."""
+    tool: str | None = None
+    """Whose TCP comes there; None: the flange."""
+    joints: tuple[float, ...] = ()
+    """`(n,)` of a point that is given by joints; then all else says nothing."""
+
+
+HERE = Aim()
+
+
+@dataclass(frozen=True, slots=True)
+class Goal:
+    """The pose that a joint move leads to."""
+
+    position_m: Position
+    orientation_abc: Orientation | None
+    aim: Aim
+
+
 @dataclass(frozen=True, slots=True)
 class MoveCaps:
     """What every move may be told besides its target; `None` asks for nothing. The slowest of all caps rules."""
@@ -50,6 +81,13 @@ class JointStep:
     """On every move: the spaces that are switched off during it."""
     held: tuple[str, ...] = ()
     """On every move: the part that is held during it, as in `HoldParts`."""
+    goal: Goal | None = None
+    """Where it leads; `joints` are then reference values that choose among the branches."""
+
+    @property
+    def known(self) -> bool:
+        """Whether it says by itself where all joints are at its end."""
+        return self.goal is None and self.joints is not None and None not in self.joints
 
 
 @dataclass(frozen=True, slots=True)

@@ -10,7 +10,7 @@ _WORD = re.compile(r"[^\s=]+(?:\s*=\s*[^\s=]+)?")
 _LABEL = re.compile(r"\s*([A-Za-z_][A-Za-z0-9_]*)\s*:(?!\S)")
 COMMENT = re.compile(r";|//")
 """From here to the end of its line."""
-_SHORT = re.compile(r"(FC|FA|FJ|F|R|H)([+-]?[0-9.]+)\Z|([PQTZ])([0-9]+)\Z", re.IGNORECASE)
+_SHORT = re.compile(r"(FC|FA|FJ|F|R|H)([+-]?[0-9.]+)\Z", re.IGNORECASE)
 
 
 @dataclass(frozen=True, slots=True)
@@ -22,15 +22,12 @@ class Word:
 
     @property
     def pair(self) -> tuple[str, str] | None:
-        """Name in upper case and value, of `F=100` and of `F100`; of `P1` it is P and P1. None for a plain word."""
+        """Name in upper case and value, of `F=100` and of `F100`; None for a plain word."""
         name, equals, value = self.text.partition("=")
         if equals:
             return name.strip().upper(), value.strip()
         short = _SHORT.match(self.text)
-        if short is None:
-            return None
-        speed, number, kind, _ = short.groups()
-        return (speed.upper(), number) if speed else (kind.upper(), self.text.upper())
+        return None if short is None else (short[1].upper(), short[2])
 
 
 def statements_in(written: str) -> list[list[Word]]:

@@ -8,9 +8,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from cell.config.points_edit import write_point
 from cell.config.settings import (
     CellSettings,
     CorrectionSettings,
+    FrameSettings,
     GatewayEndpoint,
     OnManagerReturn,
     PoseSettings,
@@ -20,6 +22,7 @@ from cell.config.settings import (
     ThingSettings,
     Times,
 )
+from cell.config.yaml_edit import NotWritten
 from cell.core import Answer, Arrived, Ask, AskDone, Effect, Ended, Publish, Request
 from cell.messages import (
     AxisStatus,
@@ -54,10 +57,11 @@ from cell.messages import (
     ZoneStatus,
 )
 from robot_agent.agent.core import AgentCore
+from robot_agent.agent.operator.teaching import PointNotWritten, PointWritten, WritePoint
 from robot_agent.agent.planning.planner import Planner
 from robot_agent.agent.planning.plans import Plan, PlanFailed, Planned, Unplan
 from robot_agent.kinematics import Model
-from robot_agent.language import Names, parse_program
+from robot_agent.language import Names, Points, parse_program
 from robot_agent.workspace import PlacedRobot, Spaces, Things
 from tests.unit.six_axis_arm import arm as model
 
@@ -96,6 +100,8 @@ class AgentWorld:
         spaces: tuple[SpaceSettings, ...] = (),
         things: tuple[ThingSettings, ...] = (),
         separation: SeparationSettings | None = None,
+        points: Points | None = None,
+        points_file: Path = Path("points.yaml"),
     ) -> None:
         arm = arm or model()
         names = arm.joint_names
@@ -108,11 +114,12 @@ class AgentWorld:
         self.planner = Planner(self._placed, CYCLE_S)
         self.brakes: tuple[float, ...] = ()
         """The quick stop that the next claim tells."""
-        parsed = parse_program(program, "left.prog", Names(names))
+        parsed = parse_program(program, "left.prog", Names(names, points=points))
+        cell = settings(on_manager_return, times or Times(), corrections or {}, spaces, things)
+        left = replace(cell.robots["left"], points=points_file)
+        table = FrameSettings("table", None, PoseSettings((0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0)))
         self.agent = AgentCore(
-            replace(
-                settings(on_manager_return, times or Times(), corrections or {}, spaces, things), separation=separation
-            ),
+            replace(cell, separation=separation, robots={"left": left}, frames={"table": table}),
             "left",
             self._planner_for,
             parsed,
@@ -379,6 +386,12 @@ class AgentWorld:
                 self._plans.append((self.now + took_s, result))
                 if not self.plans_held:
                     self.release_plans()
+            case WritePoint(id, file, name, point, owner):
+                try:
+                    taught = write_point(file, name, point, owner)
+                    self.agent.receive(PointWritten(id, taught), self.now)
+                except NotWritten as error:
+                    self.agent.receive(PointNotWritten(id, str(error)), self.now)
             case Unplan(ids):
                 self.unplanned.extend(ids)
 

@@ -9,8 +9,9 @@ from cell.commands.checks.bundle import CellBundle
 from cell.commands.checks.programs import place_of
 from cell.commands.checks.reserve import check_reserve
 from cell.config.document import read_text
+from cell.config.points_file import load_points
 from cell.config.problem import Problem, Severity
-from robot_agent.agent.planning.dry_run import dry_run
+from robot_agent.agent.planning.dry_run import dry_run, frames_of
 from robot_agent.agent.planning.planner import Planner
 from robot_agent.agent.planning.plans import ExtendRequest, PlanFailed, Planned, PlanRequest
 from robot_agent.language import (
@@ -34,6 +35,7 @@ from robot_agent.language import (
     TrackingOff,
     TrackingOn,
     parse_program,
+    points_owner,
 )
 from robot_agent.paths import Passing
 from robot_agent.workspace import PlacedRobot
@@ -75,11 +77,12 @@ def _course(bundle: CellBundle, robot: str) -> tuple[ProgramCourse, list[Problem
     file, text = settings.program, read_text(settings.program)
     if isinstance(text, Problem):
         return ProgramCourse(robot, 0, 0.0, ()), [text]
-    whole = parse_program(text, file.name, Names.of(bundle.cell, robot, model.description), file.parent)
+    taught = load_points(settings.points, points_owner(bundle.cell, model.description, model.branches))
+    whole = parse_program(text, file.name, Names.of(bundle.cell, robot, model.description, taught), file.parent)
     program = _once_through(whole)
     cycle_s = bundle.gateways[settings.gateway].cycle_s
     planner = _Asked(bundle.robots[robot], cycle_s)
-    motions, failed = dry_run(planner, program, LONGEST_S)
+    motions, failed = dry_run(planner, program, LONGEST_S, frames_of(bundle.cell))
     lines = {line for planned in motions for line in planned.lines}
     rests = sorted({*_rests(motions)} - _asked_for(program))
     problems = [] if failed is None else [_failure(file, program, failed)]

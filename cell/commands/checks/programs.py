@@ -7,9 +7,10 @@ from cell.commands.checks.edges import idle_edges
 from cell.commands.checks.reach import unreachable_lines
 from cell.commands.checks.readings import NamedFiles
 from cell.config.document import Document, Naming, read_text
-from cell.config.problem import Problem, Severity
+from cell.config.points_file import PointsOwner, Signal, SignalKind, near, read_points, settings_of
+from cell.config.problem import Problem, Severity, refuses
 from robot_agent.kinematics import Model
-from robot_agent.language import Names, Program, ProgramError, parse_program
+from robot_agent.language import Names, Points, Program, ProgramError, parse_program
 from robot_agent.model.checks import expected_joints
 
 
@@ -22,10 +23,13 @@ def check_programs(document: Document, named: NamedFiles, models: dict[str, Mode
         naming = Naming(document, ("robots", robot, "program"))
         if (file := naming.file()) is None:
             continue
-        text = read_text(file, naming)
+        text, joints = read_text(file, naming), expected_joints(model_document, model)
+        linear = {name for name, joint in model.joints.items() if joint.linear}
+        branches = models[robot].branches if robot in models else None
+        owner = PointsOwner(joints, linear, document.keys(("frames",)), tuple(model.tools), branches)
+        points, signals, problems = _taught(document, named, robot, file, owner)
+        yield from problems
         if not isinstance(text, Problem):
-            joints = expected_joints(model_document, model)
-            linear = {name for name, joint in model.joints.items() if joint.linear}
             names = Names(
                 joints,
                 linear=linear,
@@ -34,6 +38,9 @@ def check_programs(document: Document, named: NamedFiles, models: dict[str, Mode
                 spaces=_spaces(document, robot),
                 parts=model.parts,
                 meetings=_meetings(document, robot),
+                frames=document.keys(("frames",)),
+                points=points,
+                signals=signals,
             )
             try:
                 program = parse_program(text, file.name, names, file.parent)
@@ -45,6 +52,42 @@ def check_programs(document: Document, named: NamedFiles, models: dict[str, Mode
             yield from _edges(program, file)
             if robot in models:
                 yield from _reach(models[robot], program, file)
+
+
+def _taught(
+    document: Document, named: NamedFiles, robot: str, program: Path, owner: PointsOwner
+) -> tuple[Points | None, dict[str, Signal], list[Problem]]:
+    """Points and signals of a robot, and what is wrong with them; with that the points are None: nobody can say."""
+    naming = Naming(document, ("robots", robot, "points"))
+    file = naming.file() or program.parent / f"{robot}.points.yaml"
+    if not file.exists():
+        return Points(), {}, []
+    reading = read_points(file, owner)
+    problems = list(reading.problems)
+    if reading.document is None or reading.content is None or refuses(problems):
+        return None, {}, problems
+    taught = settings_of(reading.content, owner)
+    known = {SignalKind.OUTPUT: _outputs(document, named, robot), SignalKind.INPUT: _inputs(document, named, robot)}
+    for name, signal in taught.signals.items():
+        there = known.get(signal.kind)
+        where = ("signals", name, signal.kind.value)
+        if there is not None and signal.name not in there:
+            none = f"an {signal.kind.value} of its drives file, which has none"
+            found = f"unknown {signal.kind.value} {signal.name!r}"
+            problems.append(reading.document.problem(where, found, near(signal.name, there, none)))
+        elif there is not None and name in there and name != signal.name:
+            found, allowed = f"{name!r}, which is an {signal.kind.value} itself", "a name that the drives file has not"
+            problems.append(reading.document.problem(("signals", name), found, allowed, at_key=True))
+    return Points(taught.points), taught.signals, problems
+
+
+def _inputs(document: Document, named: NamedFiles, robot: str) -> Collection[str] | None:
+    """What the robot's drives can tell; None where nobody can look at its drives file."""
+    gateway = document.value(("robots", robot, "gateway"))
+    for name, _, drives in named.usable_drives():
+        if name == gateway and robot in drives.robots:
+            return drives.robots[robot].inputs
+    return None
 
 
 def _outputs(document: Document, named: NamedFiles, robot: str) -> Collection[str] | None:

@@ -5,13 +5,13 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from cell.geometry import from_xyz_abc
 from cell.geometry.arrays import Array
-from robot_agent.agent.planning.targets import joint_target, pose_target
+from robot_agent.agent.planning.targets import NoPlace, Targets
 from robot_agent.kinematics import KinematicsError, Model, TrackError
 from robot_agent.kinematics.choice import joint_violation
 from robot_agent.kinematics.turns import LIMIT_TOLERANCE_RAD
 from robot_agent.language import (
+    BASE,
     ArcStep,
     Finished,
     Interpreter,
@@ -70,6 +70,7 @@ class _Walk:
 
     def __init__(self, model: Model) -> None:
         self._model = model
+        self._targets = Targets(model)
         self.q: Array | None = None
         """Joints, as long as they are known."""
         self.ends: dict[tuple[int, bytes], Array | None] = {}
@@ -78,9 +79,17 @@ class _Walk:
     def joints(self, step: JointStep) -> str:
         """Move joints; returns what is wrong."""
         named = step.joints
-        if named is None or None not in named or self.q is not None:
+        if step.goal is not None and (self.q is None or step.goal.aim.frame != BASE):
+            self.q = None
+        elif step.known or named is None or self.q is not None:
             start = self._model.home if self.q is None else self.q
-            self.q = joint_target(step, start, self._model.home)
+            try:
+                self.q = self._targets.joints(step, start)
+            except NoPlace as error:
+                self.q = None
+                return str(error)
+        if step.goal is not None:
+            return ""
         for i, value in enumerate(named or ()):
             low, high = self._model.limits.position[i]
             if value is not None and not low - LIMIT_TOLERANCE_RAD <= value <= high + LIMIT_TOLERANCE_RAD:
@@ -90,11 +99,19 @@ class _Walk:
 
     def line(self, step: LineStep) -> str:
         """Move on a line; returns what is wrong."""
+        if step.aim.frame != BASE:
+            self.q = None
+            return ""
         if self.q is None or step.wrist_may_flip:
             self.q = None
             return self._whole_pose(step)
         present = self._model.forward(self.q)
-        geometry = LineGeometry.between(present, pose_target(step.position_m, step.orientation_abc, present))
+        try:
+            target = self._targets.pose(step.position_m, step.orientation_abc, step.aim, present)
+        except NoPlace as error:
+            self.q = None
+            return str(error)
+        geometry = LineGeometry.between(present, target)
         count = 2 + min(MOST_SAMPLES, math.ceil(max(geometry.length_m / STEP_M, geometry.angle / STEP_RAD)))
         try:
             self.q = self._model.track(geometry.poses(np.linspace(0.0, 1.0, count)), start=self.q)[-1]
@@ -108,9 +125,12 @@ class _Walk:
         return ""
 
     def _whole_pose(self, step: LineStep) -> str:
-        if None in step.position_m or step.orientation_abc is None:
+        if not step.aim.joints and (None in step.position_m or step.orientation_abc is None):
             return self._named_place(step)
-        pose = from_xyz_abc(np.array([*step.position_m, *step.orientation_abc], dtype=float))
+        try:
+            pose = self._targets.pose(step.position_m, step.orientation_abc, step.aim, np.eye(4))
+        except NoPlace as error:
+            return str(error)
         violation = self._model.why_unreachable(pose)
         return "" if violation is None else str(violation)
 

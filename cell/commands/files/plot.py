@@ -13,12 +13,13 @@ from cell.commands.files.plot_text import moves, stops, transitions
 from cell.commands.pages.page import page, write_page
 from cell.commands.pages.svg_chart import Chart
 from cell.config.document import read_text
-from cell.config.problem import Problem
+from cell.config.points_file import PointsOwner, load_points
+from cell.config.problem import ConfigError, Problem
 from robot_agent.agent.planning.dry_run import dry_run
 from robot_agent.agent.planning.planner import Planner
 from robot_agent.agent.planning.plans import Planned
 from robot_agent.kinematics import Model, load_model
-from robot_agent.language import Names, ProgramError, parse_program
+from robot_agent.language import Names, Points, ProgramError, parse_program
 from robot_agent.paths import Passing
 from robot_agent.trajectory import block_lengths
 from robot_agent.workspace import PlacedRobot
@@ -32,6 +33,9 @@ def plot(
     output: Annotated[Path, typer.Option("-o", "--output", metavar="FILE", help="The page to write.")] = Path(
         "plot.html"
     ),
+    taught: Annotated[
+        Path | None, typer.Option("--points", metavar="FILE", help="The points file of the robot.", show_default=False)
+    ] = None,
     longest_s: Annotated[float, typer.Option("--longest", help="Cut off endless programs [s].", min=0.1)] = 120.0,
 ) -> None:
     """Plan a program from the robot's home and draw it: path, speed, and joint speeds against their limits.
@@ -46,9 +50,14 @@ def plot(
     text = read_text(program)
     if isinstance(text, Problem):
         raise CommandError(f"the program cannot be read\n{text}", "name a program file")
+    described = robot.description
+    owner = PointsOwner(robot.joint_names, robot.linear_names, None, tuple(described.tools), robot.branches)
     try:
-        names = Names(robot.joint_names, linear=robot.linear_names, parts=robot.description.parts)
+        points = Points(load_points(taught, owner).points if taught is not None else {})
+        names = Names(robot.joint_names, linear=robot.linear_names, parts=described.parts, points=points)
         parsed = parse_program(text, str(program), names, program.parent)
+    except ConfigError as error:
+        raise CommandError(str(error), "correct the points file; docs/points_file.md") from error
     except ProgramError as error:
         raise CommandError(f"the program is refused\n{error}", "correct it; docs/language.md") from error
     motions, failed = dry_run(planner, parsed, longest_s)

@@ -10,6 +10,7 @@ import typer
 from cell.commands.errors import CommandError
 from cell.commands.files.reference import Schema, reference
 from cell.config.cell_file import CellFile
+from cell.config.points_file import PointsFile
 from cell.net.codec import message_schemas
 from drive_gateway.config.drives_file import DrivesFile
 from drive_gateway.sim.config.simulation_file import SimulationFile
@@ -23,6 +24,7 @@ class Subject(Enum):
     ROBOT = "robot"
     DRIVES = "drives"
     SIMULATION = "simulation"
+    POINTS = "points"
     MESSAGES = "messages"
 
 
@@ -31,6 +33,7 @@ _SCHEMAS: dict[Subject, Callable[[], Schema]] = {
     Subject.ROBOT: lambda: {"oneOf": [family.file.model_json_schema() for family in FAMILIES.values()]},
     Subject.DRIVES: DrivesFile.model_json_schema,
     Subject.SIMULATION: SimulationFile.model_json_schema,
+    Subject.POINTS: PointsFile.model_json_schema,
     Subject.MESSAGES: message_schemas,
 }
 
@@ -39,6 +42,7 @@ KEYS = {
     Subject.CELL: "Keys of a cell file",
     Subject.DRIVES: "Keys of a drives file",
     Subject.SIMULATION: "Keys of a simulation file",
+    Subject.POINTS: "Keys of a points file",
 }
 
 
@@ -51,7 +55,7 @@ def schema(
     subject: Annotated[
         Subject | None,
         typer.Argument(
-            help="The cell file, the robot file, the drives file, the file of its simulation, or the messages.",
+            help="The cell, robot, drives or points file, the file of a simulation, or the messages.",
             show_default="all",
         ),
     ] = None,

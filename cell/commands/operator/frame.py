@@ -199,8 +199,11 @@ def move_frame(operator: Connection, frame: str, command: Command) -> None:
     report("manager", reply)
     version, settings = int(reply.data), operator.settings
     moved = {name for name in settings.frames if frame in _above(operator, name)}
+    told = operator.view.look().robots  # by these its program and its points lie in frames too
     users = {
-        robot: {thing.in_frame.frame for thing in each.things if thing.in_frame is not None} & moved
+        robot: moved.intersection(
+            [thing.in_frame.frame for thing in each.things if thing.in_frame is not None],
+        ).union(moved.intersection(told[robot].frames) if robot in told else ())
         for robot, each in settings.robots.items()
     }
 

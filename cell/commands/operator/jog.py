@@ -4,6 +4,7 @@ import math
 import threading
 import time
 import uuid
+from dataclasses import replace
 from enum import Enum
 from pathlib import Path
 from typing import Annotated
@@ -51,6 +52,10 @@ def jog(
         float | None, typer.Option(help="Stop after so many mm or deg. [default: at Ctrl-C]", show_default=False)
     ] = None,
     frame: Annotated[JogFrame, typer.Option(help="Whose axes X to C are.")] = JogFrame.WORLD,
+    in_frame: Annotated[
+        str | None,
+        typer.Option("--in", metavar="FRAME", help="Or those of this frame.", show_default=False),
+    ] = None,
     file: CellFileOption = Path(CELL_FILE),
     endpoint: ConnectOption = None,
 ) -> None:
@@ -64,7 +69,7 @@ def jog(
         operator.check_robot(robot)
         operator.check_files(f"robot {robot}", operator.presence(robot).digest)
         sliding = axis not in _ALONG + _ABOUT and _slides(operator.settings, robot, axis)
-        command = jog_command(axis, direction, speed, step, frame, sliding)
+        command = replace(jog_command(axis, direction, speed, step, frame, sliding), in_frame=in_frame)
         report(robot, operator.ask_robot(robot, command))
         hold(operator, robot, command.press, stop)
 

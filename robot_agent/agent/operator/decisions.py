@@ -2,6 +2,10 @@
 
 from dataclasses import dataclass, replace
 
+import numpy as np
+from numpy.typing import NDArray
+
+from cell.config.points_file import Point
 from cell.messages import (
     Command,
     Continue,
@@ -11,7 +15,9 @@ from cell.messages import (
     Enable,
     EnableDrives,
     Estop,
+    Go,
     Jog,
+    ListPoints,
     Mode,
     ResetDrives,
     ResetRobot,
@@ -21,20 +27,25 @@ from cell.messages import (
     SetOverride,
     SetPart,
     Step,
+    Teach,
 )
 from robot_agent.agent.blocks.corrections import Corrections
 from robot_agent.agent.blocks.executive import Executive
 from robot_agent.agent.cell_clock import LONGEST_S, CellClock
 from robot_agent.agent.mode import ModeEvent, after, stands
 from robot_agent.agent.operator.jogging import Jogging
+from robot_agent.agent.operator.teaching import Teaching, Untaught
 from robot_agent.agent.planning.planner import Planner
 from robot_agent.agent.program.held_parts import HeldParts
 from robot_agent.agent.program.interruption import Interruption
 from robot_agent.agent.program.pace import MANUAL_SPEED_M_S, Pace
 from robot_agent.agent.program.path_gap import Gap
 from robot_agent.agent.program.program_run import ProgramRun
+from robot_agent.trajectory.sources import Axes, JointAxes, ToolAxes, WayAxes
 
-_MOVING = (Enable, Run, Continue, Return, Step, Jog)
+_THERE = 1e-6
+"""[rad or m] Nearer to a point a robot does not go."""
+_MOVING = (Enable, Run, Continue, Return, Step, Jog, Go)
 """Calls that move a robot, or let it be moved."""
 
 
@@ -75,7 +86,16 @@ class Passed:
     mode: Mode
 
 
-Decision = Done | Refused | Passed
+@dataclass(frozen=True, slots=True)
+class Taught:
+    """A point is written; the answer comes once it is."""
+
+    name: str
+    point: Point
+    planner: Planner
+
+
+Decision = Done | Refused | Passed | Taught
 
 
 class Decisions:
@@ -90,8 +110,10 @@ class Decisions:
         corrections: Corrections,
         interruption: Interruption,
         parts: HeldParts,
+        teaching: Teaching,
     ) -> None:
         self._robot = robot
+        self._teaching = teaching
         self._run = run
         self._interruption = interruption
         self._parts = parts
@@ -139,8 +161,12 @@ class Decisions:
                 return self._manual(on, mode)
             case SetPart(part):
                 return self._hold(part, mode, situation)
-            case Jog():
+            case Jog() | Go():
                 return self._jog(command, mode, situation, made_at)
+            case Teach():
+                return self._teach(command, situation)
+            case ListPoints():
+                return Done(self._teaching.told(situation.planner), mode)
             case ResetRobot():
                 return self._reset(mode, situation)
             case _:
@@ -218,7 +244,16 @@ class Decisions:
             mode = after(mode, ModeEvent.FORGOTTEN)
         return Done(text, mode)
 
-    def _jog(self, command: Jog, mode: Mode, situation: Situation, made_at: float) -> Done | Refused:
+    def _teach(self, command: Teach, situation: Situation) -> Taught | Refused:
+        executive, planner = situation.executive, situation.planner
+        rests = situation.standing and (executive is None or executive.at_rest(situation.feedback.tick))
+        try:
+            point = self._teaching.taught(command, planner, situation.feedback, rests)
+        except Untaught as error:
+            return Refused(str(error))
+        return Taught(command.point, point, planner)
+
+    def _jog(self, command: Jog | Go, mode: Mode, situation: Situation, made_at: float) -> Done | Refused:
         executive = situation.executive
         if not (stands(mode) or mode is Mode.JOGGING) or executive is None:
             return Refused(f"{self._robot} is in mode {mode.value}: {self._way_out(mode)}")
@@ -226,13 +261,33 @@ class Decisions:
             return Refused(f"the manager refuses {self._robot}: {situation.refused_by_manager}")
         if mode is not Mode.JOGGING and not executive.at_rest(situation.feedback.tick):
             return Refused(f"{self._robot} still moves: call again when it is at rest")
-        why = self._jogging.why_not(command, situation.planner)
+        planner = situation.planner
+        why = self._jogging.why_not(command, planner)
         if why:
             return Refused(why)
+        try:
+            axes = self._axes(command, planner, situation.feedback.commanded)
+        except Untaught as error:
+            return Refused(str(error))
         if mode is Mode.HALTED:
             self._run.fail("the robot was jogged off its path by an operator")
-        self._jogging.begin(command, situation.planner, made_at)
-        return Done(f"{self._robot} jogs along {command.axis} while the key is held", after(mode, ModeEvent.JOG))
+        self._jogging.begin(command, planner, made_at, axes)
+        doing = f"goes to {command.point}" if isinstance(command, Go) else f"jogs along {command.axis}"
+        return Done(f"{self._robot} {doing} while the key is held", after(mode, ModeEvent.JOG))
+
+    def _axes(self, command: Jog | Go, planner: Planner, q: NDArray[np.float64]) -> Axes:
+        """Along what a robot at `q` `(n,)` is to move. Raises `Untaught`."""
+        model, limits = planner.model, planner.limits
+        if isinstance(command, Go):
+            axes = WayAxes(limits, q, self._teaching.joints_of(command.point, planner, q))
+            if axes.length < _THERE:
+                raise Untaught(f"{self._robot} is at {command.point} already")
+            return axes
+        if command.axis in model.joint_names:
+            return JointAxes(limits)
+        if command.in_frame is None:
+            return ToolAxes(model, limits, command.frame, planner.pose_world_base)
+        return ToolAxes(model, limits, self._teaching.pose_base_frame(command.in_frame, planner)[:3, :3])
 
     def _continue(self, mode: Mode, situation: Situation, now: float) -> Done | Refused:
         if mode is Mode.RUNNING:

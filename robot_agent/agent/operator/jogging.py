@@ -6,13 +6,13 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from cell.messages import Heard, Jog, JogHeld, Sections
+from cell.messages import Go, Heard, Jog, JogHeld, Sections
 from robot_agent.agent.planning.planner import Planner
 from robot_agent.agent.space.jog_tube import JogTube
 from robot_agent.agent.space.shared_space import SharedSpace
 from robot_agent.agent.zones.zone_claims import ZoneClaims
 from robot_agent.agent.zones.zone_guard import ZoneGuard
-from robot_agent.trajectory.sources import JogSource, JogWish, JointAxes, ToolAxes
+from robot_agent.trajectory.sources import Axes, JogSource, JogWish, WayAxes
 
 TOOL_AXES = ("X", "Y", "Z", "A", "B", "C")
 HELD_S = 0.2
@@ -39,8 +39,14 @@ class Jogging:
     def held(self) -> bool:
         return self.source is not None and self.source.held
 
-    def why_not(self, command: Jog, planner: Planner) -> str:
+    def why_not(self, command: Jog | Go, planner: Planner) -> str:
         """Why a press cannot begin, for people; empty when it can."""
+        if command.press in self._spent:
+            return "this press of the key has ended: let the key go and press it again"
+        if self.held and command.press != self._press:
+            return f"{self._robot} is being jogged by another key"
+        if isinstance(command, Go):
+            return ""
         names = (*planner.model.joint_names, *TOOL_AXES)
         if command.axis not in names:
             return f"no axis {command.axis!r}; allowed are {', '.join(names)}"
@@ -50,25 +56,20 @@ class Jogging:
             return f"step {command.step:g} found, allowed is any above 0"
         if command.step is not None and command.axis in TOOL_AXES[3:] and command.step > math.pi / 2.0:
             return f"step of {math.degrees(command.step):g} deg found, for turns of the tool at most 90 are allowed"
-        if command.press in self._spent:
-            return "this press of the key has ended: let the key go and press it again"
-        if self.held and command.press != self._press:
-            return f"{self._robot} is being jogged by another key"
         return ""
 
-    def begin(self, command: Jog, planner: Planner, made_at: float) -> None:
-        """Begin a press that nothing speaks against; the call was made at `made_at` at the earliest."""
+    def begin(self, command: Jog | Go, planner: Planner, made_at: float, axes: Axes) -> None:
+        """Begin a press that nothing speaks against, along these axes; the call is no older than `made_at`."""
         if command.press == self._press:
             return
         self._press, self._alive_at, self.ended_by = command.press, made_at, ""
         self._guard.forget()
         model, limits, names = planner.model, planner.limits, planner.model.joint_names
-        axes: JointAxes | ToolAxes
-        if command.axis in names:
-            axes, index = JointAxes(limits), names.index(command.axis)
-        else:
-            axes, index = ToolAxes(model, limits, command.frame, planner.pose_world_base), TOOL_AXES.index(command.axis)
-        wish = JogWish(index, command.speed, command.step)
+        if isinstance(axes, WayAxes):
+            wish = JogWish(0, axes.speed, axes.length)
+        elif isinstance(command, Jog):
+            index = (names if command.axis in names else TOOL_AXES).index(command.axis)
+            wish = JogWish(index, command.speed, command.step)
         clear = self._guard.clear_for(planner)
         self.source = JogSource(model, limits, planner.cycle_s, axes, wish, clear)
 

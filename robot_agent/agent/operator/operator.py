@@ -9,6 +9,7 @@ from cell.messages import (
     DisableDrives,
     Enable,
     EnableDrives,
+    Go,
     Halt,
     Heard,
     Jog,
@@ -24,9 +25,10 @@ from cell.messages import (
 from cell.net.freshness import Sent
 from robot_agent.agent.drives.gateway_link import GatewayLink, Switching
 from robot_agent.agent.mode import ModeEvent, after
-from robot_agent.agent.operator.decisions import Decision, Decisions, Done, Passed, Refused, Situation
+from robot_agent.agent.operator.decisions import Decision, Decisions, Done, Passed, Refused, Situation, Taught
+from robot_agent.agent.operator.teaching import Teaching
 
-_WITH_DRIVES = (Enable, Run, Continue, Return, Step, Jog)
+_WITH_DRIVES = (Enable, Run, Continue, Return, Step, Jog, Go)
 """What needs drives that stay switched on."""
 
 
@@ -40,12 +42,14 @@ class OperatorCalls:
         command_s: float,
         link: GatewayLink,
         decisions: Decisions,
+        teaching: Teaching,
     ) -> None:
         self._robot = robot
         self._boot = boot
         self._command_s = command_s
         self._link = link
         self._decisions = decisions
+        self._teaching = teaching
         self._states = Sent(boot)
         self._requests: deque[Request] = deque()
         self._outcomes: deque[tuple[Switching, bool, str]] = deque()
@@ -107,6 +111,8 @@ class OperatorCalls:
                     if isinstance(command, ResetDrives):
                         self._resets.add(call.id)
                     effects.append(self._link.switch(command, request.request_id, call.id))
+                case Taught(name, point, planner):
+                    effects.append(self._teaching.write(name, point, planner, request.request_id, call.id))
                 case Done(text, mode):
                     effects.append(Answer(request.request_id, Reply(call.id, True, text)))
                 case Refused(text):

@@ -1,20 +1,26 @@
 """A whole program planned without a cell: what the robot would do if nothing held it up."""
 
 from collections.abc import Hashable
+from dataclasses import replace
 
 import numpy as np
 
+from cell.config.settings import CellSettings
+from cell.messages import FramePose
 from robot_agent.agent.planning.lookahead import Lookahead, Waiting
 from robot_agent.agent.planning.planner import Planner
 from robot_agent.agent.planning.plans import Extended, Plan, PlanFailed, Planned
 from robot_agent.language import Finished, Program, ProgramFault, held_before
 
 
-def dry_run(planner: Planner, program: Program, longest_s: float) -> tuple[list[Planned], PlanFailed | None]:
+def dry_run(
+    planner: Planner, program: Program, longest_s: float, frames: tuple[FramePose, ...] = ()
+) -> tuple[list[Planned], PlanFailed | None]:
     """The motions of a program from home, its pauses left out, and the failure that ends it, if one does.
 
-    It begins without a part, or with any of the robot's parts where DETACH comes first. A program that never ends is
-    cut off once its motions last `longest_s`, or where it goes round without one.
+    The frames are all that the program names. It begins without a part, or with any of the robot's parts where DETACH
+    comes first. A program that never ends is cut off once its motions last `longest_s`, or where it goes round without
+    one.
     """
     lookahead = Lookahead()
     held = held_before(program, planner.model.description.parts)
@@ -25,12 +31,12 @@ def dry_run(planner: Planner, program: Program, longest_s: float) -> tuple[list[
         effects = lookahead.fill(())
         for effect in effects:
             if isinstance(effect, Plan):
-                lookahead.planned(planner.plan(effect.request))
+                lookahead.planned(planner.plan(replace(effect.request, frames=frames)))
         if effects:
             continue  # a plan that is too short is asked for again
         match lookahead.head:
             case Planned() as planned:
-                motions.append(_as_it_runs(planner, lookahead, planned, longest_s))
+                motions.append(_as_it_runs(planner, lookahead, planned, longest_s, frames))
                 if motions[-1].motion.duration_s > planner.cycle_s:  # less is what rounding leaves to do
                     still = _Round()
             case PlanFailed() as failed:
@@ -45,6 +51,14 @@ def dry_run(planner: Planner, program: Program, longest_s: float) -> tuple[list[
         if still.closes_at(lookahead.place):
             break
     return motions, None
+
+
+def frames_of(cell: CellSettings) -> tuple[FramePose, ...]:
+    """The frames where the cell file says."""
+    return tuple(
+        FramePose(name, 0, frame.parent, frame.pose.position_m, frame.pose.quaternion_xyzw)
+        for name, frame in cell.frames.items()
+    )
 
 
 class _Round:
@@ -66,10 +80,12 @@ class _Round:
         return False
 
 
-def _as_it_runs(planner: Planner, lookahead: Lookahead, planned: Planned, longest_s: float) -> Planned:
+def _as_it_runs(
+    planner: Planner, lookahead: Lookahead, planned: Planned, longest_s: float, frames: tuple[FramePose, ...]
+) -> Planned:
     """A motion with all by which the robot would extend it meanwhile."""
     while lookahead.open is planned:
-        longer = _extended(planner, lookahead, planned) if planned.motion.duration_s < longest_s else None
+        longer = _extended(planner, lookahead, planned, frames) if planned.motion.duration_s < longest_s else None
         if longer is None:
             lookahead.close()
         else:
@@ -77,11 +93,13 @@ def _as_it_runs(planner: Planner, lookahead: Lookahead, planned: Planned, longes
     return planned
 
 
-def _extended(planner: Planner, lookahead: Lookahead, planned: Planned) -> Planned | None:
+def _extended(
+    planner: Planner, lookahead: Lookahead, planned: Planned, frames: tuple[FramePose, ...]
+) -> Planned | None:
     for sent_tau in planned.motion.ends.tolist():
         for effect in lookahead.extend((0.0, sent_tau), sent_tau, ()):
             if isinstance(effect, Plan):
-                result = planner.plan(effect.request)
+                result = planner.plan(replace(effect.request, frames=frames))
                 lookahead.extended(result, taken=isinstance(result, Extended))
                 return result if isinstance(result, Extended) else None
     return None

@@ -1,4 +1,4 @@
-"""Where the frames are in which the things of the cell stand: from the manager, and from nowhere else."""
+"""Where the frames are in which things stand and programs move: from the manager, and from nowhere else."""
 
 from collections.abc import Iterable
 
@@ -9,22 +9,32 @@ from cell.messages import FramePose, ManagerState
 class HeardFrames:
     """The newest version of each frame that this robot's plans need."""
 
-    def __init__(self, things: Iterable[ThingSettings]) -> None:
-        self._needed = frozenset(thing.in_frame.frame for thing in things if thing.in_frame is not None)
+    def __init__(self, things: Iterable[ThingSettings], named: Iterable[str] = ()) -> None:
+        """`named` are the frames of the program and of its points."""
+        self._of_things = frozenset(thing.in_frame.frame for thing in things if thing.in_frame is not None)
+        self._needed = self._of_things.union(named)
         self._heard: dict[str, FramePose] = {}
 
+    def need(self, named: Iterable[str]) -> None:
+        """From now on the program and its points name these."""
+        self._needed = self._of_things.union(named)
+
     def heard(self, frame: FramePose) -> bool:
-        """Take a frame, unless it is not needed or no newer than the one that is known; whether it is news."""
+        """Take a frame, unless it is no newer than the one that is known; whether it is news that is needed."""
         known = self._heard.get(frame.frame)
-        if frame.frame not in self._needed or (known is not None and frame.version <= known.version):
+        if known is not None and frame.version <= known.version:
             return False
         self._heard[frame.frame] = frame
-        return True
+        return frame.frame in self._needed
 
     @property
     def present(self) -> tuple[FramePose, ...]:
-        """All that are known."""
-        return tuple(self._heard[name] for name in sorted(self._heard))
+        """All that are needed and known."""
+        return tuple(self._heard[name] for name in sorted(self._needed & self._heard.keys()))
+
+    def of(self, name: str) -> FramePose | None:
+        """A frame, needed or not; None where the manager has not said where it is."""
+        return self._heard.get(name)
 
     def why_still(self, state: ManagerState | None) -> str:
         """Which frames are not known as the manager's newest state names them, for people; empty when all are."""

@@ -29,9 +29,11 @@ def why_apart(step: MotionStep, following: MotionStep) -> str:
 def _why_joints_apart(step: MotionStep, following: MotionStep) -> str:
     if any(isinstance(move, JointStep) and not move.synchronised for move in (step, following)):
         return "with SYNC=0 each joint arrives by itself"
-    joints = following.joints if isinstance(following, JointStep) and not isinstance(step, JointStep) else None
-    if joints is not None and None in joints:
-        return f"the MJ in line {following.line} does not name all joints"
+    if isinstance(following, JointStep) and not isinstance(step, JointStep):
+        if following.goal is not None:
+            return f"the move in line {following.line} leads to a pose, whose branch is chosen at rest"
+        if following.joints is not None and None in following.joints:
+            return f"the MJ in line {following.line} does not name all joints"
     takes_over = any(isinstance(move, SplineStep) and move.tangential_rad is None for move in (step, following))
     return "" if step.pace.round_m is not None or takes_over else "next to a joint move it takes an R"
 
@@ -70,7 +72,7 @@ class StraightOn:
 
 
 def _after(step: MotionStep, q: NDArray[np.float64] | None) -> NDArray[np.float64] | None:
-    if not isinstance(step, JointStep) or step.joints is None or not step.synchronised:
+    if not isinstance(step, JointStep) or step.joints is None or step.goal is not None or not step.synchronised:
         return None
     if q is None:
         return None if None in step.joints else np.array(step.joints, dtype=np.float64)

@@ -9,9 +9,9 @@ from numpy.typing import NDArray
 from cell.geometry import pose_from, transform_points
 from cell.messages import FramePose, ZoneGeometry
 from robot_agent.agent.planning.plans import Extended, ExtendRequest, PlanFailed, Planned, PlanRequest
-from robot_agent.agent.planning.targets import joint_target, pose_target
+from robot_agent.agent.planning.targets import NoPlace, Targets
 from robot_agent.kinematics import KinematicsError
-from robot_agent.language import FlangeStep, JointStep, LineStep, SplineStep, Switch
+from robot_agent.language import ArcStep, FlangeStep, JointStep, LineStep, SplineStep, Switch
 from robot_agent.paths import Arc, Block, JointMove, Line, PathError, Sequence, Spline
 from robot_agent.paths.arc import evenly_turned
 from robot_agent.paths.legs import end_of, half_turns
@@ -55,6 +55,7 @@ class Planner:
         self.spaces = robot.spaces
         self.cycle_s = cycle_s
         self.quick_stop = quick_stop
+        self.targets = Targets(robot.model, robot.pose_world_base)
         self._kept_apart = robot.kept_apart
         self._braking = Braking.of(robot.model, robot.limits, cycle_s, quick_stop)
         self.held = robot.model.description.held
@@ -69,9 +70,10 @@ class Planner:
         return self._by_held[parts]
 
     def place(self, frames: tuple[FramePose, ...]) -> None:
-        """Look at things where they are with the frames there."""
+        """Look at things, and at targets in frames, where they are with the frames there."""
         at = {each.frame: pose_from(np.array(each.position_m), np.array(each.quaternion_xyzw)) for each in frames}
         self.things = self.things.placed(at)
+        self.targets = replace(self.targets, frames=at)
 
     def plan(self, request: PlanRequest | ExtendRequest) -> Planned | PlanFailed:
         """Plan steps with what is held then; every failure is a `PlanFailed` that says where and why."""
@@ -214,14 +216,17 @@ class Planner:
         q = request.start
         pose = self.model.forward(q)
         for step in request.steps:
-            if isinstance(step, JointStep):
-                q = joint_target(step, q, self.model.home)
-                blocks.append(_joint_block(step, q))
-                pose = self.model.forward(q) if len(q) == self.model.n else pose
-            else:
-                block = _flange_block(step, pose)
-                blocks.append(block)
-                pose = end_of(block, pose)
+            try:
+                if isinstance(step, JointStep):
+                    q = self.targets.joints(step, q)
+                    blocks.append(_joint_block(step, q))
+                    pose = self.model.forward(q) if len(q) == self.model.n else pose
+                else:
+                    block = _flange_block(step, pose, self.targets)
+                    blocks.append(block)
+                    pose = end_of(block, pose)
+            except NoPlace as error:
+                raise PlanError(len(blocks), step.line, str(error), error.remedy) from error
         return blocks
 
     def _with_body(self, id: int, lines: tuple[int, ...], motion: Motion, zones: tuple[ZoneGeometry, ...]) -> Planned:
@@ -259,16 +264,22 @@ def _joint_block(step: JointStep, target: NDArray[np.float64]) -> JointMove:
     )
 
 
-def _flange_block(step: FlangeStep, present: NDArray[np.float64]) -> Line | Arc | Spline:
-    target = pose_target(step.position_m, step.orientation_abc, present)
+def _flange_block(step: FlangeStep, present: NDArray[np.float64], targets: Targets) -> Line | Arc | Spline:
+    aims = (step.aim, step.via_aim) if isinstance(step, ArcStep) else (step.aim,)
+    if step.tangential_rad is not None and (taught := [aim for aim in aims if aim.tool is not None]):
+        why = f"point {taught[0].point} is where the TCP of {taught[0].tool} was taught, while TANG leads the flange"
+        raise NoPlace(why, f"teach {taught[0].point} without a tool, or switch TANG off for this move")
+    target = targets.pose(step.position_m, step.orientation_abc, step.aim, present)
+    if step.tangential_rad is not None:
+        target[:3, :3] = present[:3, :3]
     block: Line | Arc | Spline
     if isinstance(step, LineStep):
         block = Line(target, step.pace.speed_m_s, step.line, step.wrist_may_flip)
     elif isinstance(step, SplineStep):
         block = Spline(target[None], step.line, step.pace.speed_m_s)
     else:
-        via = pose_target(step.via_position_m, step.via_orientation_abc, present)
-        if step.via_orientation_abc is None:
+        via = targets.pose(step.via_position_m, step.via_orientation_abc, step.via_aim, present)
+        if step.via_orientation_abc is None and not step.via_aim.joints:
             via = evenly_turned(present, via, target)
         block = Arc(via, target, step.line, step.angle_rad, step.pace.speed_m_s)
     return replace(

@@ -4,7 +4,7 @@ In go a motion or an operator's wish, and what is measured; out come `States` of
 to rest after them. A source knows nothing of how a motion is planned, nor of blocks, messages and drives.
 """
 
-from robot_agent.trajectory.sources.axes import Axes, JointAxes, ToolAxes
+from robot_agent.trajectory.sources.axes import Axes, JointAxes, ToolAxes, WayAxes
 from robot_agent.trajectory.sources.corrected import CorrectedSource, CorrectionFrame, CorrectionLimits
 from robot_agent.trajectory.sources.corrected_block import CorrectedBlock
 from robot_agent.trajectory.sources.jog import JOG_SPEED_M_S, JogSource, JogWish
@@ -29,6 +29,7 @@ __all__ = [
     "States",
     "Target",
     "ToolAxes",
+    "WayAxes",
     "sampled",
     "states_from",
 ]

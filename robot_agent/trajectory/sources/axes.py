@@ -13,6 +13,8 @@ from robot_agent.trajectory.sources.flange import joint_speeds, joints_along
 from robot_agent.trajectory.sources.states import JointState, States
 
 Numbers = NDArray[np.float64]
+_SHARE_ON_A_WAY = 0.25
+"""Of the joints' speeds, on the way to a point."""
 
 
 class Axes(Protocol):
@@ -64,15 +66,50 @@ class JointAxes:
         return float(goal - state.q[index])
 
 
+class WayAxes:
+    """One coordinate: the straight way of all joints from where the robot rests to a goal, in rad and m together."""
+
+    def __init__(self, limits: Limits, start: Numbers, goal: Numbers) -> None:
+        """`start` and `goal` `(n,)` are joints."""
+        self.length = float(np.linalg.norm(goal - start))
+        self._goal = goal
+        self._along = (goal - start) / self.length if self.length > 0.0 else np.zeros_like(goal)
+        shares = np.maximum(np.abs(self._along), 1e-9)
+        self.speed = _SHARE_ON_A_WAY * float((limits.velocity / shares).min())
+        self.acceleration = np.array([(limits.both_ways / shares).min()])
+        self.jerk = np.array([(limits.jerk / shares).min()])
+
+    def motion(self, state: JointState) -> tuple[Numbers, Numbers]:
+        return np.array([state.qd @ self._along]), np.array([state.qdd @ self._along])
+
+    def lead(self, state: JointState, index: int) -> Numbers:  # noqa: ARG002
+        return self._along
+
+    def states(self, state: JointState, course: Numbers) -> States:
+        q, qd, qdd = (course[order] * self._along for order in range(3))
+        return States(state.q + q, qd, qdd)
+
+    def goal(self, state: JointState, index: int, distance: float) -> Numbers:  # noqa: ARG002
+        return self._goal
+
+    def missing(self, state: JointState, index: int, goal: Numbers) -> float:  # noqa: ARG002
+        return float((goal - state.q) @ self._along)
+
+
 class ToolAxes:
     """X, Y, Z of the tool's TCP along the axes of a frame, and its turns about them; without a tool, of the flange."""
 
-    def __init__(self, model: Model, limits: Limits, frame: JogFrame, pose_world_base: Numbers) -> None:
-        """`pose_world_base` `(4, 4)` is the pose of the robot's base in world."""
+    def __init__(
+        self, model: Model, limits: Limits, frame: JogFrame | Numbers, pose_world_base: Numbers | None = None
+    ) -> None:
+        """`frame` may be the rotation `(3, 3)` of any frame in the robot's base.
+
+        `pose_world_base` `(4, 4)` is the pose of the robot's base in world, for that frame.
+        """
         path = limits.path
         self._model = model
         self._frame = frame
-        self._rotation_base_world = pose_world_base[:3, :3].T
+        self._rotation_base_world = np.eye(3) if pose_world_base is None else pose_world_base[:3, :3].T
         self.acceleration = np.repeat([path.acceleration_m_s2, path.angular_acceleration_rad_s2], 3)
         self.jerk = np.repeat([path.jerk_m_s3, path.angular_jerk_rad_s3], 3)
 
@@ -127,6 +164,8 @@ class ToolAxes:
 
     def _rotation_base_frame(self, state: JointState) -> Numbers:
         match self._frame:
+            case np.ndarray() as rotation:
+                return rotation
             case JogFrame.BASE:
                 return np.eye(3)
             case JogFrame.WORLD:

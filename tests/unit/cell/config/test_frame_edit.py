@@ -14,9 +14,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cell.config import load_cell
-from cell.config.cell_edit import Changes, NotWritten, changed
 from cell.config.frame_edit import write_frame
 from cell.config.settings import FrameSettings, PoseSettings
+from cell.config.yaml_edit import Changes, NotWritten, changed
 from cell.geometry import from_xyz_abc, taught_frame
 from tests.unit.config_world import CELL, TWO_ARMS, Copy
 from tests.unit.repository import ROOT

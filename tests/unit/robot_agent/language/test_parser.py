@@ -98,10 +98,15 @@ def test_a_jump_points_behind_its_label_even_when_the_label_comes_later() -> Non
             "FLY X=1",
             f"1:1: found `FLY`, allowed one of {', '.join(STATEMENTS)}",
         ),
-        ("MJ", "1:1: found MJ without a joint, allowed at least one of J1, J2, J3, J4, J5, J6"),
+        (
+            "MJ",
+            "1:1: found MJ without a joint, allowed at least one of J1, J2, J3, J4, J5, J6; or a pose: P=name, "
+            "or X Y Z A B C",
+        ),
         (
             "MJ J7=1",
-            "1:4: found `J7=1`, allowed NAME=value with a name out of J1, J2, J3, J4, J5, J6, F, FC, FA, FJ, R, SYNC",
+            "1:4: found `J7=1`, allowed NAME=value with a name out of J1, J2, J3, J4, J5, J6, X, Y, Z, A, B, C, "
+            "F, FC, FA, FJ, R, SYNC",
         ),
         ("MJ J1=1 J1=2", "1:9: found J1 a second time, allowed each name once"),
         ("MJ J1=north", "1:4: found `north`, allowed a finite number"),
@@ -121,13 +126,16 @@ def test_a_jump_points_behind_its_label_even_when_the_label_comes_later() -> Non
         ("SET laser", "1:1: found `SET laser`, allowed SET DO and the name of an output"),
         ("reset do", "1:1: found `reset do`, allowed RESET DO and the name of an output"),
         ("RESET DO laser", "1:10: found unknown output `laser`, allowed a name of outputs: glue, gripper"),
-        ("MC X=1 F=9999", "1:1: found MC without a via point, allowed at least one of QX, QY, QZ"),
-        ("MC QX=1 F=9999", "1:1: found MC without a coordinate, allowed at least one of X, Y, Z, A, B, C"),
+        ("MC X=1 F=9999", "1:1: found MC without a via point, allowed Q=point, or at least one of QX, QY, QZ"),
+        (
+            "MC QX=1 F=9999",
+            "1:1: found MC without a coordinate, allowed at least one of X, Y, Z, A, B, C, or a point: P=name",
+        ),
         (
             "MC QX=1 X=2 H=0 F=9999",
             "1:13: found H=0, allowed degrees of the circle to go, any but 0 up to 36000; negative is backwards",
         ),
-        ("MS F=10", "1:1: found MS without a coordinate, allowed at least one of X, Y, Z, A, B, C"),
+        ("MS F=10", "1:1: found MS without a coordinate, allowed at least one of X, Y, Z, A, B, C, or a point: P=name"),
         ("WAIT", "1:1: found 0 words after WAIT, allowed a time in seconds"),
         ("WAIT -1", "1:6: found WAIT -1, allowed 0 to 3600 s"),
         ("MEET", "1:1: found `MEET`, allowed MEET and the name of a meeting; if wanted, TIMEOUT and seconds"),

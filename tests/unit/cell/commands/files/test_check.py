@@ -77,7 +77,7 @@ def test_the_schema_of_the_robot_file_has_one_choice_per_family() -> None:
 
 def test_files_and_messages_refuse_unknown_keys_in_their_schemas_too() -> None:
     schemas = json.loads(RUNNER.invoke(app, ["schema"]).output)
-    assert set(schemas) == {"cell", "robot", "drives", "simulation", "messages"}
+    assert set(schemas) == {"cell", "robot", "drives", "simulation", "points", "messages"}
     assert schemas["cell"]["additionalProperties"] is False
     assert schemas["messages"]["manager/estop"]["additionalProperties"] is False
     assert "SetpointBlock" not in schemas["messages"]
