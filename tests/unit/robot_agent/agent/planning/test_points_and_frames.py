@@ -131,9 +131,9 @@ def test_a_point_of_a_tool_is_where_its_tcp_comes() -> None:
     q_deg = [10.0, 5.0, 15.0, 10.0, 55.0, 5.0]
     x, y, z, a, b, c = to_xyz_abc(model.tcp(np.radians(q_deg))).tolist()
     points: dict[str, Point] = {"P1": PosePoint((x, y, z), (a, b, c), tool="gripper")}
-    np.testing.assert_allclose(end(HERE + "ML P1", points=points, model=model), q_deg, atol=1e-5)
-    assert "point P1 was taught with tool gripper, mounted is none" in why(HERE + "ML P1", points=points)
-    tang = why(HERE + "TANG 1\nML P1", points=points, model=model)
+    np.testing.assert_allclose(end(HERE + "ML P1 F=9999", points=points, model=model), q_deg, atol=1e-5)
+    assert "point P1 was taught with tool gripper, mounted is none" in why(HERE + "ML P1 F=9999", points=points)
+    tang = why(HERE + "TANG 1\nML P1 F=9999", points=points, model=model)
     assert "point P1 is where the TCP of gripper was taught, while TANG leads the flange" in tang
 
 
