@@ -42,8 +42,8 @@ def test_a_part_is_held_at_the_tcp(tmp_path: Path) -> None:
     q = model.home + 0.1
     np.testing.assert_array_equal(model.capsules(q)[:-1], bare.capsules(q))
     start, end = model.capsules(q)[-1]
-    np.testing.assert_allclose(start, model.tcp(q)[:3, 3], atol=1e-12)
-    np.testing.assert_allclose(end, (model.tcp(q) @ [0.0, -0.3, 0.0, 1.0])[:3], atol=1e-12)
+    np.testing.assert_allclose(start, model.forward(q)[:3, 3], atol=1e-12)
+    np.testing.assert_allclose(end, (model.forward(q) @ [0.0, -0.3, 0.0, 1.0])[:3], atol=1e-12)
     assert model.capsule_radii[-1] == 0.06
     assert (part_of(model, len(bare.body) - 1), part_of(model, len(bare.body))) == ("tool", "part casting")
 
@@ -104,7 +104,7 @@ def test_a_robot_without_parts_names_where_they_would_be(tmp_path: Path) -> None
 def test_programs_are_checked_with_what_is_held_then(tmp_path: Path) -> None:
     copy = with_parts(tmp_path, CASTING)
     model = load_model(copy.robot)
-    end = model.tcp(model.home + np.radians([20.0, 0, 0, 0, 0, 0])) @ [0.0, -0.3, 0.0, 1.0]
+    end = model.forward(model.home + np.radians([20.0, 0, 0, 0, 0, 0])) @ [0.0, -0.3, 0.0, 1.0]
     x, y, z = 1000.0 * end[:3] + [-1800.0, 0.0, 0.0]  # the base of `left`
     pose = f"{{X: {x:.1f}, Y: {y:.1f}, Z: {z:.1f}, A: 0, B: 0, C: 0}}"
     copy.add(CELL, f"things: {{post: {{sphere: 20, pose: {pose}}}}}")

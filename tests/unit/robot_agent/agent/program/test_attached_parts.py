@@ -118,7 +118,7 @@ def test_motions_are_planned_with_what_is_held_then() -> None:
 
 def pole(may_touch: tuple[str, ...] = ()) -> ThingSettings:
     """Where the end of the rod comes by when J1 turns from 10 to 20 degrees, clear of everything else."""
-    x, y, z, _ = (holding("rod").tcp(np.radians([15.0, 0, 0, 0, 0, 0])) @ [0.6, 0.0, 0.0, 1.0]).tolist()
+    x, y, z, _ = (holding("rod").forward(np.radians([15.0, 0, 0, 0, 0, 0])) @ [0.6, 0.0, 0.0, 1.0]).tolist()
     there = PoseSettings((x, y, z), (0.0, 0.0, 0.0, 1.0))
     return ThingSettings("pole", SphereShape(0.05), there, 0.005, {"left": may_touch})
 

@@ -81,7 +81,7 @@ class Followed:
 
     def places(self) -> np.ndarray:
         """TCP `(blocks, 3)` at the ticks where blocks were joined."""
-        return np.asarray(ARM.tcp(np.array(self.played)[2::STEP])[:, :3, 3])
+        return np.asarray(ARM.forward(np.array(self.played)[2::STEP])[:, :3, 3])
 
     def planned(self) -> np.ndarray:
         """Where the path alone would be there."""
@@ -139,7 +139,7 @@ def test_a_line_across_a_conveyor_takes_no_longer_and_its_tool_is_faster_than_th
     beside = (followed.places() - followed.planned())[inside]
     way = (beside[-1] - beside[0]) / np.ptp(taus[inside]) * worked["duration_s"]
     np.testing.assert_allclose(1000.0 * way, [0.0, worked["extra"], 0.0], atol=0.1)
-    places = np.asarray(ARM.tcp(np.array(followed.played))[:, :3, 3])
+    places = np.asarray(ARM.forward(np.array(followed.played))[:, :3, 3])
     speeds = 1000.0 * np.linalg.norm(np.diff(places, axis=0), axis=1) / CYCLE_S
     assert speeds.max() == pytest.approx(worked["top_speed"], rel=1e-3)
 
@@ -188,7 +188,7 @@ def test_an_offset_is_meant_in_its_frame(frame: CorrectionFrame) -> None:
     target = Target(np.array([0.01, 0.0, 0.02, 0.0, 0.0, 0.1]), np.zeros(6))
     for _ in range(110):
         followed.block(target)
-    path, found = FAST.pose(np.array(FAST.duration_s)), ARM.tcp(followed.played[-1])
+    path, found = FAST.pose(np.array(FAST.duration_s)), ARM.forward(followed.played[-1])
     turn = np.array([[np.cos(0.1), -np.sin(0.1), 0], [np.sin(0.1), np.cos(0.1), 0], [0, 0, 1]])
     in_tool = frame is CorrectionFrame.TOOL
     moved = target.offset[:3] if not in_tool else path[:3, :3] @ target.offset[:3]
