@@ -124,7 +124,7 @@ class RobotState:
     joints: Annotated[tuple[Number, ...], Few] | None
     """Measured joints [rad or m]."""
     tcp_position_m: Vector | None
-    """Measured flange or tool centre point in world."""
+    """Measured place of the TCP of the mounted tool in world; without a tool, of the flange."""
     tcp_quaternion_xyzw: tuple[Number, Number, Number, Number] | None
     tcp_speed_m_s: Number | None
     """Commanded speed of the TCP."""

@@ -119,8 +119,8 @@ class Model(ABC):
     def manipulability(self, q: Array) -> Array:
         """Joints `(..., n)` -> `(...)`: product of the singular values of the Jacobian; 0 where it is singular.
 
-        The Jacobian of the flange, since what the arm can do is no matter of its tool. Of six axes it is |det J|, in m^3
-        where all of them turn: what the volume of joint speeds becomes for the flange (Yoshikawa, Manipulability of
+        That of the flange: what the arm can do is no matter of its tool. Of six axes it is |det J|, in m^3 where all of
+        them turn: what the volume of joint speeds becomes for the flange (Yoshikawa, Manipulability of
         Robotic Mechanisms, 1985).
         """
         return np.asarray(np.linalg.svd(self.flange_jacobian(q), compute_uv=False).prod(axis=-1))

@@ -7,7 +7,6 @@ imported here (`docs/architecture.md`, 2.1).
 from robot_agent.language.interpreter import Interpreter, Step
 from robot_agent.language.moves import (
     ArcStep,
-    FlangeStep,
     Home,
     LineStep,
     MotionStep,
@@ -18,6 +17,7 @@ from robot_agent.language.moves import (
     MoveSpline,
     SplineStep,
     Tangent,
+    TcpStep,
 )
 from robot_agent.language.names import Names
 from robot_agent.language.parser import parse_program
@@ -46,7 +46,6 @@ __all__ = [
     "Detach",
     "End",
     "Finished",
-    "FlangeStep",
     "Goto",
     "HoldParts",
     "Home",
@@ -77,6 +76,7 @@ __all__ = [
     "SwitchNow",
     "SwitchSpace",
     "Tangent",
+    "TcpStep",
     "Track",
     "TrackingOff",
     "TrackingOn",

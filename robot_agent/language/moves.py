@@ -78,7 +78,7 @@ class MoveJoints(Move):
 @statement("ML")
 @dataclass(frozen=True, slots=True)
 class MoveLine(Move):
-    """`ML X=… F=…`: the flange moves on a straight line in the robot's base frame."""
+    """`ML X=… F=…`: the TCP moves on a straight line in the robot's base frame."""
 
     position_m: Position
     orientation_abc: Orientation | None
@@ -86,7 +86,7 @@ class MoveLine(Move):
     pace: MoveCaps = FREELY
     wrist_may_flip: bool = False
     tangential_rad: float | None = None
-    """`TANG`, on every move of the flange: the tool follows the direction of the path, at this angle to it."""
+    """`TANG`, on every move of the TCP: the tool follows the direction of the path, at this angle to it."""
     switches: tuple[Switch, ...] = ()
     """On every move: what is switched at its end."""
     spaces_off: frozenset[str] = frozenset()
@@ -108,7 +108,7 @@ class MoveLine(Move):
 @statement("MC")
 @dataclass(frozen=True, slots=True)
 class MoveArc(Move):
-    """`MC QX=… X=… F=…`: the flange moves on the circle through where it is, the via point Q and the target."""
+    """`MC QX=… X=… F=…`: the TCP moves on the circle through where it is, the via point Q and the target."""
 
     via_position_m: Position
     via_orientation_abc: Orientation | None
@@ -215,9 +215,9 @@ class Tangent(Statement):
 LineStep = MoveLine
 ArcStep = MoveArc
 SplineStep = MoveSpline
-FlangeStep = LineStep | ArcStep | SplineStep
-MotionStep = JointStep | FlangeStep
-"""Moves of the flange are their own steps; what is left to resolve is whether the tool follows the path."""
+TcpStep = LineStep | ArcStep | SplineStep
+MotionStep = JointStep | TcpStep
+"""Moves of the TCP are their own steps; what is left to resolve is whether the tool follows the path."""
 
 M = TypeVar("M", MoveLine, MoveArc, MoveSpline)
 

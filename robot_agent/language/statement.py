@@ -1,7 +1,7 @@
 """The register of statements: by which words each begins, how it is read, and what it does when a program comes to it.
 
 `@statement` above the `@dataclass` of a statement is all that parser and interpreter ask for. What it does is a step
-that the robot knows (`robot_agent.language.steps`, a move of the flange), or a change of the walk through the program.
+that the robot knows (`robot_agent.language.steps`, a move of the TCP), or a change of the walk through the program.
 """
 
 from abc import ABC, abstractmethod

@@ -1,4 +1,4 @@
-"""What a robot does next: the steps that a program comes down to, besides moves of the flange, which are their own."""
+"""What a robot does next: the steps that a program comes down to, besides moves of the TCP, which are their own."""
 
 from dataclasses import dataclass
 
@@ -13,9 +13,9 @@ class MoveCaps:
     """What every move may be told besides its target; `None` asks for nothing. The slowest of all caps rules."""
 
     speed_m_s: float | None = None
-    """Cap on the speed of the flange (`FC`, and `F` on its moves)."""
+    """Cap on the speed of the TCP (`FC`, and `F` on its moves)."""
     rotation_rad_s: float | None = None
-    """Cap on the rotation of the flange (`FA`)."""
+    """Cap on the rotation of the TCP (`FA`)."""
     joint_speed_rad_s: float | None = None
     """Cap on the speed of the joints, the root of the sum of their squares (`FJ`)."""
     round_m: float | None = None

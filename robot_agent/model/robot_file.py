@@ -71,15 +71,15 @@ class PathEntry(BaseModel):
     """Default and largest values along a path."""
 
     model_config = STRICT
-    speed: PositiveLength = Field(description="speed of the flange")
-    acceleration: PositiveLength = Field(description="acceleration of the flange along its path")
+    speed: PositiveLength = Field(description="speed of the TCP")
+    acceleration: PositiveLength = Field(description="acceleration of the TCP along its path")
     jerk: PositiveLength = Field(
-        default_factory=_jerk_of("acceleration"), description=f"jerk of the flange along its path; {_DEFAULT_JERK}"
+        default_factory=_jerk_of("acceleration"), description=f"jerk of the TCP along its path; {_DEFAULT_JERK}"
     )
-    angular_speed: PositiveAngle = Field(description="angular speed of the flange")
-    angular_acceleration: PositiveAngle = Field(description="angular acceleration of the flange")
+    angular_speed: PositiveAngle = Field(description="angular speed of the TCP")
+    angular_acceleration: PositiveAngle = Field(description="angular acceleration of the TCP")
     angular_jerk: PositiveAngle = Field(
-        default_factory=_jerk_of("angular_acceleration"), description=f"angular jerk of the flange; {_DEFAULT_JERK}"
+        default_factory=_jerk_of("angular_acceleration"), description=f"angular jerk of the TCP; {_DEFAULT_JERK}"
     )
 
     def limits(self) -> PathSpeeds:

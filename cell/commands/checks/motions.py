@@ -15,7 +15,6 @@ from robot_agent.agent.planning.plans import ExtendRequest, PlanFailed, Planned,
 from robot_agent.language import (
     End,
     Finished,
-    FlangeStep,
     Goto,
     HoldParts,
     Interpreter,
@@ -29,6 +28,7 @@ from robot_agent.language import (
     ProgramFault,
     Statement,
     Step,
+    TcpStep,
     Track,
     TrackingOff,
     TrackingOn,
@@ -103,8 +103,8 @@ class _Asked(Planner):
 
 
 def _paths(requests: list[PlanRequest | ExtendRequest]) -> set[int]:
-    """Lines with a path of the flange; not those that may pass the wrist's singular pose by leave."""
-    steps = [step for request in requests for step in request.steps if isinstance(step, FlangeStep)]
+    """Lines with a path of the TCP; not those that may pass the wrist's singular pose by leave."""
+    steps = [step for request in requests for step in request.steps if isinstance(step, TcpStep)]
     return {step.line for step in steps if not (isinstance(step, LineStep) and step.wrist_may_flip)}
 
 
@@ -170,7 +170,7 @@ def _failure(file: Path, program: Program, failed: PlanFailed) -> Problem:
 
 
 def _place_is_known(program: Program) -> bool:
-    """Whether the program says where the robot is before its moves of the flange, and follows nothing."""
+    """Whether the program says where the robot is before its moves of the TCP, and follows nothing."""
     moves = [each for each in program.statements if isinstance(each, Move)]
     return bool(moves) and moves[0].from_anywhere and not any(isinstance(each, Track) for each in program.statements)
 

@@ -74,7 +74,7 @@ def _page(name: str, model: Model, motions: list[Planned], reasons: Mapping[tupl
     )
     place = 1000.0 * model.forward(q)[:, :3, 3]
     speed = 1000.0 * np.concatenate(
-        [planned.motion.flange_speed(grid) for planned, grid in zip(motions, grids, strict=True)]
+        [planned.motion.tcp_speed(grid) for planned, grid in zip(motions, grids, strict=True)]
     )
     limits = model.limits.velocity
     share = 100.0 * qd / limits
@@ -82,9 +82,9 @@ def _page(name: str, model: Model, motions: list[Planned], reasons: Mapping[tupl
     joints = [(joint, t, share[:, k]) for k, joint in enumerate(model.joint_names)]
     x, y, z = place.T
     charts = [
-        Chart("Path from above", "X mm", "Y mm", [("flange", x, y)], equal=True),
-        Chart("Path from the side", "X mm", "Z mm", [("flange", x, z)], equal=True),
-        Chart("Speed of the flange", "s", "mm/s", [("flange", t, speed)], marks),
+        Chart("Path from above", "X mm", "Y mm", [("TCP", x, y)], equal=True),
+        Chart("Path from the side", "X mm", "Z mm", [("TCP", x, z)], equal=True),
+        Chart("Speed of the TCP", "s", "mm/s", [("TCP", t, speed)], marks),
         Chart("Joint speeds in percent of their limits", "s", "%", joints, marks, (-100.0, 100.0)),
     ]
     blends = [
@@ -97,8 +97,8 @@ def _page(name: str, model: Model, motions: list[Planned], reasons: Mapping[tupl
     filtered = [planned.motion.filter_deviation_m for planned in motions]
     summary = [
         f"{starts[-1]:.3f} s in {len(motions)} motions, pauses left out; vertical lines are where a motion ends",
-        f"largest flange speed {speed.max():.1f} mm/s, largest joint speed {np.abs(share).max():.1f} % of its limit",
-        "way of the flange {:.1f} mm, its rotation {:.1f} deg, way of the joints {:.1f} deg".format(*covered),
+        f"largest TCP speed {speed.max():.1f} mm/s, largest joint speed {np.abs(share).max():.1f} % of its limit",
+        "way of the TCP {:.1f} mm, its rotation {:.1f} deg, way of the joints {:.1f} deg".format(*covered),
         f"largest deviation where blocks are blended {1e6 * max(blends, default=0.0):.0f} um",
         f"largest deviation by the filter on the axes {1e6 * max(filtered):.0f} um",
     ]

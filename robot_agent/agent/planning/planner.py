@@ -11,7 +11,7 @@ from cell.messages import FramePose, ZoneGeometry
 from robot_agent.agent.planning.plans import Extended, ExtendRequest, PlanFailed, Planned, PlanRequest
 from robot_agent.agent.planning.targets import joint_target, pose_target
 from robot_agent.kinematics import KinematicsError
-from robot_agent.language import FlangeStep, JointStep, LineStep, SplineStep, Switch
+from robot_agent.language import JointStep, LineStep, SplineStep, Switch, TcpStep
 from robot_agent.paths import Arc, Block, JointMove, Line, PathError, Sequence, Spline
 from robot_agent.paths.arc import evenly_turned
 from robot_agent.paths.legs import end_of, half_turns
@@ -111,7 +111,7 @@ class Planner:
     def _slower(
         self, block: Block, q: NDArray[np.float64], qd: NDArray[np.float64], haste: NDArray[np.float64]
     ) -> Block:
-        """A move with lower caps: on what its flange does at samples `(k, n)` where the TCP is too fast by `haste`."""
+        """A move with lower caps: on what the TCP does at samples `(k, n)` where it is too fast by `haste`."""
         twist = (self.model.jacobian(q) @ qd[..., None])[..., 0] * (_BELOW / haste[:, None])
         speed, turn = (float(np.linalg.norm(part, axis=-1).max()) for part in np.split(twist, 2, axis=-1))
         speeds = [max(speed, _SLOWEST), *([] if block.speed_m_s is None else [block.speed_m_s])]
@@ -219,7 +219,7 @@ class Planner:
                 blocks.append(_joint_block(step, q))
                 pose = self.model.forward(q) if len(q) == self.model.n else pose
             else:
-                block = _flange_block(step, pose)
+                block = _tcp_block(step, pose)
                 blocks.append(block)
                 pose = end_of(block, pose)
         return blocks
@@ -259,7 +259,7 @@ def _joint_block(step: JointStep, target: NDArray[np.float64]) -> JointMove:
     )
 
 
-def _flange_block(step: FlangeStep, present: NDArray[np.float64]) -> Line | Arc | Spline:
+def _tcp_block(step: TcpStep, present: NDArray[np.float64]) -> Line | Arc | Spline:
     target = pose_target(step.position_m, step.orientation_abc, present)
     block: Line | Arc | Spline
     if isinstance(step, LineStep):

@@ -17,7 +17,7 @@ def pose_target(
     orientation_abc: tuple[float, float, float] | None,
     present: NDArray[np.float64],
 ) -> NDArray[np.float64]:
-    """Pose `(4, 4)` of the flange at named coordinates, from the pose `present` `(4, 4)`."""
+    """Pose `(4, 4)` of the TCP at named coordinates, from the pose `present` `(4, 4)`."""
     position = _keep(position_m, present[:3, 3])
     target = present.copy()
     if orientation_abc is not None:

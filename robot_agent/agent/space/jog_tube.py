@@ -8,7 +8,7 @@ from cell.messages import Sections
 from robot_agent.agent.planning.planner import Planner
 from robot_agent.kinematics import OpenMechanism
 from robot_agent.trajectory.sources import JogSource
-from robot_agent.trajectory.sources.flange import NoDirection
+from robot_agent.trajectory.sources.tcp import NoDirection
 from robot_agent.workspace import FOLLOWING_M, of_points
 
 _LENGTH_M = 0.008

@@ -9,8 +9,8 @@ from cell.geometry import quaternion
 from cell.messages import JogFrame
 from robot_agent.kinematics import Model
 from robot_agent.trajectory.limits import Limits
-from robot_agent.trajectory.sources.flange import joint_speeds, joints_along
 from robot_agent.trajectory.sources.states import JointState, States
+from robot_agent.trajectory.sources.tcp import joint_speeds, joints_along
 
 Numbers = NDArray[np.float64]
 

@@ -16,10 +16,10 @@ from robot_agent.trajectory.limits import Limits
 from robot_agent.trajectory.sources.admission import Admission, Excess
 from robot_agent.trajectory.sources.axes import turn_by
 from robot_agent.trajectory.sources.corrected_block import CorrectedBlock
-from robot_agent.trajectory.sources.flange import in_reach, tracked, why_lost
 from robot_agent.trajectory.sources.online import NoCourse, approach, course, sampled_course
 from robot_agent.trajectory.sources.states import JointState, States
 from robot_agent.trajectory.sources.target import Target
+from robot_agent.trajectory.sources.tcp import in_reach, tracked, why_lost
 
 Numbers = NDArray[np.float64]
 

@@ -11,7 +11,7 @@ from cell.geometry import from_xyz_abc
 from robot_agent.agent.planning.planner import Planner
 from robot_agent.agent.planning.plans import Planned, PlanRequest
 from robot_agent.kinematics import Model, load_model, model_of
-from robot_agent.language import Finished, Interpreter, LineStep, Names, parse_program
+from robot_agent.language import Interpreter, LineStep, Names, parse_program
 from robot_agent.paths import Arc, Block, JointMove, Line, Sequence, Spline
 from robot_agent.trajectory import Limits, Motion, plan
 from robot_agent.workspace import PlacedRobot
@@ -178,7 +178,8 @@ def test_a_program_speaks_of_the_tcp_and_tang_turns_the_tool() -> None:
     down[:3, 3] = 1.1, 0.2, 1.0
     start = model.solve(down, near=model.home)
     program = parse_program("TANG 1\nML X=1200 Y=300 F=100 R=20\nML Y=400 F=100", "here", Names(model.joint_names))
-    steps = _steps(Interpreter(program))
+    interpreter = Interpreter(program)
+    steps = tuple(step for step in (interpreter.next() for _ in program.statements) if isinstance(step, LineStep))
     request = PlanRequest(1, steps, start, ())
     made = Planner(PlacedRobot.at(model), 0.004).plan(request)
     assert isinstance(made, Planned), made
@@ -188,7 +189,3 @@ def test_a_program_speaks_of_the_tcp_and_tang_turns_the_tool() -> None:
     moving = np.linalg.norm(way, axis=1) > 1e-5
     along = way[moving] / np.linalg.norm(way[moving], axis=1, keepdims=True)
     assert (along * poses[moving, :2, 0]).sum(axis=1).min() > 0.9999
-
-
-def _steps(interpreter: Interpreter) -> tuple[LineStep, ...]:
-    return tuple(step for step in iter(interpreter.next, Finished(3)) if isinstance(step, LineStep))
