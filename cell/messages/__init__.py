@@ -58,6 +58,7 @@ from cell.messages.robot_commands import (
     SetManual,
     SetOverride,
     SetPart,
+    SetTool,
     Step,
 )
 from cell.messages.robot_state import (
@@ -156,6 +157,7 @@ __all__ = [
     "SetManual",
     "SetOverride",
     "SetPart",
+    "SetTool",
     "SetpointBlock",
     "SetupStatus",
     "Severity",

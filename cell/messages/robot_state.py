@@ -141,6 +141,8 @@ class RobotState:
     frames: Annotated[dict[Name, Count], Few] = field(default_factory=dict)
     """Frame in which a thing stands: the version by which the next motions are planned."""
     reserve: Reserve | None = None
+    tool: Name | None = ""
+    """The mounted tool, of its robot file, empty for none; None where nobody has said it yet."""
     part: Name | None = ""
     """What the robot holds: a part of its robot file, empty for none; None where nobody has said it yet."""
     clock: ClockStatus | None = None

@@ -316,12 +316,14 @@ class Model(ABC):
         return shape_of(self.description.family).links
 
     def _whole_body(self) -> tuple[CapsuleBody, ...]:
-        tool, flange = self.description.tool, len(self.link_names) - 1
-        mounted = () if tool is None else tool.capsules
-        parts = (self.description.parts[name] for name in self.description.held)
-        held = (_in_flange(self.description.pose_flange_tcp, capsule) for part in parts for capsule in part.capsules)
+        described, flange = self.description, len(self.link_names) - 1
+        mounted = [capsule for name in described.mounted.tools for capsule in described.tools[name].capsules]
+        parts = (described.parts[name] for name in described.mounted.parts)
+        held = (
+            _in_flange(pose, each) for part in parts for pose in described.poses_flange_tcp for each in part.capsules
+        )
         carried = (CapsuleBody(flange, c.start_m, c.end_m, c.radius_m) for c in (*mounted, *held))
-        return (*self.description.capsules, *carried)
+        return (*described.capsules, *carried)
 
     def _problems(self) -> Iterator[str]:
         """Everything that makes the description no robot of its family."""

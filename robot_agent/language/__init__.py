@@ -21,15 +21,15 @@ from robot_agent.language.moves import (
 )
 from robot_agent.language.names import Names
 from robot_agent.language.parser import parse_program
-from robot_agent.language.parts import Attach, Detach, held_before, uses_parts
+from robot_agent.language.parts import Attach, ChangeTool, Detach, changes_tools, mounted_before, mounts
 from robot_agent.language.program import Program, ProgramError, ProgramProblem
 from robot_agent.language.sequence import End, Goto, Label, MeetOthers, SetOutput, SwitchSpace, Track, Wait
 from robot_agent.language.statement import STATEMENTS, Statement
 from robot_agent.language.steps import (
     Finished,
-    HoldParts,
     JointStep,
     Meet,
+    Mount,
     MoveCaps,
     Pause,
     ProgramFault,
@@ -43,11 +43,11 @@ __all__ = [
     "STATEMENTS",
     "ArcStep",
     "Attach",
+    "ChangeTool",
     "Detach",
     "End",
     "Finished",
     "Goto",
-    "HoldParts",
     "Home",
     "Interpreter",
     "JointStep",
@@ -56,6 +56,7 @@ __all__ = [
     "Meet",
     "MeetOthers",
     "MotionStep",
+    "Mount",
     "Move",
     "MoveArc",
     "MoveCaps",
@@ -81,7 +82,8 @@ __all__ = [
     "TrackingOff",
     "TrackingOn",
     "Wait",
-    "held_before",
+    "changes_tools",
+    "mounted_before",
+    "mounts",
     "parse_program",
-    "uses_parts",
 ]

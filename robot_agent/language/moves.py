@@ -17,6 +17,7 @@ from robot_agent.language.words import (
     named_numbers,
     percent,
 )
+from robot_agent.model.description import NOTHING, Mounted
 
 _COORDINATES = ("X", "Y", "Z", "A", "B", "C")
 _VIA = ("QX", "QY", "QZ", "QA", "QB", "QC")
@@ -91,8 +92,8 @@ class MoveLine(Move):
     """On every move: what is switched at its end."""
     spaces_off: frozenset[str] = frozenset()
     """On every move: the spaces that are switched off during it."""
-    held: tuple[str, ...] = ()
-    """On every move: the part that is held during it."""
+    mounted: Mounted = NOTHING
+    """On every move: what the robot carries during it."""
 
     @classmethod
     def read(cls, line: int, words: list[Word], _reading: Reading) -> Self:
@@ -121,7 +122,7 @@ class MoveArc(Move):
     tangential_rad: float | None = None
     switches: tuple[Switch, ...] = ()
     spaces_off: frozenset[str] = frozenset()
-    held: tuple[str, ...] = ()
+    mounted: Mounted = NOTHING
 
     @classmethod
     def read(cls, line: int, words: list[Word], _reading: Reading) -> Self:
@@ -154,7 +155,7 @@ class MoveSpline(Move):
     tangential_rad: float | None = None
     switches: tuple[Switch, ...] = ()
     spaces_off: frozenset[str] = frozenset()
-    held: tuple[str, ...] = ()
+    mounted: Mounted = NOTHING
 
     @classmethod
     def read(cls, line: int, words: list[Word], _reading: Reading) -> Self:

@@ -45,7 +45,7 @@ def parse_program(text: str, name: str, names: Names) -> Program:
 
 
 def _kind(head: Word) -> type[Statement]:
-    kind = STATEMENTS.get(head.text.upper())
+    kind = STATEMENTS.get(head.statement)
     if kind is None:
         raise Mistake(head.column, f"`{head.text}`", f"one of {', '.join(STATEMENTS)}")
     return kind

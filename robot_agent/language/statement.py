@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Self, TypeVar
 
 from robot_agent.language.names import Names
 from robot_agent.language.words import Word
+from robot_agent.model.description import Mounted
 
 if TYPE_CHECKING:
     from robot_agent.language.interpreter import Step
@@ -43,10 +44,16 @@ class Walk:
     tracking: bool = False
     spaces_off: frozenset[str] = frozenset()
     """Spaces that are switched off."""
+    tools: tuple[str, ...] | None = None
+    """The mounted tool, or those that may be; None where nobody says."""
     held: tuple[str, ...] | None = None
     """Parts that the robot holds, or may hold; None where nobody says: then both ATTACH and DETACH may come first."""
     switched: int = 0
     """Outputs, since the program began."""
+
+    @property
+    def mounted(self) -> Mounted:
+        return Mounted(self.tools or (), self.held or ())
 
 
 @dataclass(frozen=True, slots=True)

@@ -2,6 +2,8 @@
 
 from dataclasses import dataclass
 
+from robot_agent.model.description import NOTHING, Mounted
+
 Position = tuple[float | None, float | None, float | None]
 """Coordinates [m]; `None` keeps the value."""
 Orientation = tuple[float, float, float]
@@ -48,8 +50,8 @@ class JointStep:
     switches: tuple[Switch, ...] = ()
     spaces_off: frozenset[str] = frozenset()
     """On every move: the spaces that are switched off during it."""
-    held: tuple[str, ...] = ()
-    """On every move: the part that is held during it, as in `HoldParts`."""
+    mounted: Mounted = NOTHING
+    """On every move: what the robot carries during it, as in `Mount`."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,11 +71,11 @@ class SwitchNow:
 
 
 @dataclass(frozen=True, slots=True)
-class HoldParts:
-    """From here on, at rest, the robot holds this part; no other one, and none where this is empty."""
+class Mount:
+    """From here on, at rest, the robot carries this tool and this part."""
 
     line: int
-    parts: tuple[str, ...]
+    mounted: Mounted
 
 
 @dataclass(frozen=True, slots=True)

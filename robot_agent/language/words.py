@@ -1,6 +1,7 @@
 """The words of a statement, and what is wrong with one."""
 
 import math
+import re
 from collections.abc import Collection
 from dataclasses import dataclass
 
@@ -17,6 +18,11 @@ class Word:
         """Name in upper case and value; None for a plain word."""
         name, equals, value = self.text.partition("=")
         return (name.strip().upper(), value.strip()) if equals else None
+
+    @property
+    def statement(self) -> str:
+        """As what a statement that begins so is registered: `T=` for `T=name`, `T0` for T and a number."""
+        return re.sub(r"^T\d+$", "T0", self.text.upper()) if self.pair is None else f"{self.pair[0]}="
 
 
 class Mistake(Exception):

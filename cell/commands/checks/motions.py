@@ -16,11 +16,11 @@ from robot_agent.language import (
     End,
     Finished,
     Goto,
-    HoldParts,
     Interpreter,
     LineStep,
     Meet,
     MotionStep,
+    Mount,
     Move,
     Names,
     Pause,
@@ -152,7 +152,7 @@ def _asked_for(program: Program) -> set[int]:
     interpreter, steps = Interpreter(program), list[Step]()
     while len(steps) < _MOST_STEPS and not (steps and isinstance(steps[-1], Finished | ProgramFault)):
         steps.append(interpreter.next())
-    rests = Pause | HoldParts | Meet | TrackingOn | TrackingOff
+    rests = Pause | Mount | Meet | TrackingOn | TrackingOff
     return {
         before.line
         for before, step in pairwise(steps)

@@ -39,6 +39,7 @@ def check_programs(document: Document, named: NamedFiles, models: dict[str, Mode
                         corrections=corrections,
                         outputs=outputs,
                         spaces=spaces,
+                        tools=model.tools,
                         parts=model.parts,
                         meetings=meetings,
                     ),

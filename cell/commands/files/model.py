@@ -118,7 +118,7 @@ def _facts(robot: Model) -> list[tuple[str, str]]:
     for name, tool in robot.description.tools.items():
         tcp = to_xyz_abc(tool.pose_flange_tcp) * [1000, 1000, 1000, *[180 / np.pi] * 3]
         pose = " ".join(f"{letter} {value:.1f}" for letter, value in zip("XYZABC", tcp, strict=True))
-        mounted = ", mounted" if name == robot.description.mounted else ""
+        mounted = ", mounted" if name in robot.description.mounted.tools else ""
         facts.append(("tool", f"{name}: TCP {pose}, {tool.mass_kg:g} kg{mounted}"))
     facts += [("part", f"{part.name}: {part.mass_kg:g} kg") for part in robot.description.parts.values()]
     return facts

@@ -47,9 +47,9 @@ def plot(
     if isinstance(text, Problem):
         raise CommandError(f"the program cannot be read\n{text}", "name a program file")
     try:
-        parsed = parse_program(
-            text, str(program), Names(robot.joint_names, linear=robot.linear_names, parts=robot.description.parts)
-        )
+        described = robot.description
+        names = Names(robot.joint_names, linear=robot.linear_names, tools=described.tools, parts=described.parts)
+        parsed = parse_program(text, str(program), names)
     except ProgramError as error:
         raise CommandError(f"the program is refused\n{error}", "correct it; docs/language.md") from error
     motions, failed = dry_run(planner, parsed, longest_s)
@@ -68,11 +68,10 @@ def _page(name: str, model: Model, motions: list[Planned], reasons: Mapping[tupl
     starts = np.append(0.0, np.cumsum([planned.motion.duration_s for planned in motions]))
     grids = [planned.motion.grid for planned in motions]
     t = np.concatenate([start + grid for start, grid in zip(starts, grids, strict=False)])
-    q, qd = (
-        np.concatenate([getattr(planned.motion, what)(grid) for planned, grid in zip(motions, grids, strict=True)])
-        for what in ("q", "qd")
+    qd = np.concatenate([planned.motion.qd(grid) for planned, grid in zip(motions, grids, strict=True)])
+    place = 1000.0 * np.concatenate(
+        [planned.motion.pose(grid)[:, :3, 3] for planned, grid in zip(motions, grids, strict=True)]
     )
-    place = 1000.0 * model.forward(q)[:, :3, 3]
     speed = 1000.0 * np.concatenate(
         [planned.motion.tcp_speed(grid) for planned, grid in zip(motions, grids, strict=True)]
     )

@@ -16,6 +16,7 @@ from cell.geometry import from_xyz_abc
 from robot_agent.dynamics import GRAVITY_M_S2, AxisTorques, axis_torques
 from robot_agent.kinematics import BadInput, Model, SixAxis, load_model, model_of
 from robot_agent.model import LinkMass, Motor, Part, RobotDescription, Tool, UrdfSource, load_description
+from robot_agent.model.description import Mounted
 from tests.unit.config_world import CONFIGS, ROBOT, Copy
 from tests.unit.repository import vectors
 from tests.unit.robot_families import described, random_joints, robot
@@ -179,7 +180,7 @@ def _heavy(family: str, seed: int) -> Model:
         motors=motors,
         coupling=coupling,
         tools={"tool": tool},
-        mounted="tool",
+        mounted=Mounted(("tool",)),
     )
 
 

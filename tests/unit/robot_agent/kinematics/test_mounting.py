@@ -7,7 +7,7 @@ from cell.geometry import NotAPose, from_xyz_abc, to_xyz_abc
 from robot_agent.kinematics import BadInput, model_of
 from robot_agent.kinematics.mounting import Fixed, LinearTrack, Turntable, tcp_in_base, tcp_in_world
 from robot_agent.model import Tool
-from robot_agent.model.description import Capsule
+from robot_agent.model.description import Capsule, Mounted
 from tests.unit.six_axis_arm import CAPSULES, VECTORS, arm, description
 
 RNG = np.random.default_rng(8)
@@ -26,7 +26,7 @@ TOOL = Tool(
     inertia_kg_m2=np.eye(3) * 0.02,
     capsules=(Capsule((0.0, 0.0, 0.0), (0.2, 0.0, 0.1), 0.04),),
 )
-WITH_TOOL = model_of(replace(description(), tools={"torch": TOOL}, mounted="torch"))
+WITH_TOOL = model_of(replace(description(), tools={"torch": TOOL}, mounted=Mounted(("torch",))))
 CEILING = Fixed(pose_of(CASE["base_mm_deg"]))
 Q = np.radians(CASE["joints_deg"])
 
@@ -59,7 +59,7 @@ def test_the_body_of_the_tool_moves_with_the_flange() -> None:
 
 def test_the_reach_covers_the_tool_too() -> None:
     long = replace(TOOL, capsules=(Capsule((0.0, 0.0, 0.0), (2.0, 0.0, 0.0), 0.04),))
-    model = model_of(replace(description(), tools={"torch": long}, mounted="torch"))
+    model = model_of(replace(description(), tools={"torch": long}, mounted=Mounted(("torch",))))
     q = RNG.uniform(-3, 3, (3000, 6))
     assert (np.linalg.norm(model.capsules(q), axis=-1).max(axis=-1) + model.capsule_radii).max() <= model.reach_m
     assert model.reach_m > arm().reach_m

@@ -8,6 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from robot_agent.language import (
+    ChangeTool,
     Goto,
     Home,
     MeetOthers,
@@ -92,7 +93,7 @@ def test_a_jump_points_behind_its_label_even_when_the_label_comes_later() -> Non
     [
         (
             "FLY X=1",
-            "1:1: found `FLY`, allowed one of MJ, ML, MC, MS, HOME, TANG, ATTACH, DETACH, TRACK, "
+            "1:1: found `FLY`, allowed one of MJ, ML, MC, MS, HOME, TANG, T=, T0, ATTACH, DETACH, TRACK, "
             "SET, RESET, SPACE, WAIT, MEET, LABEL, GOTO, END",
         ),
         ("MJ", "1:1: found MJ without a joint, allowed at least one of J1, J2, J3, J4, J5, J6"),
@@ -178,3 +179,25 @@ def test_no_text_makes_the_parser_fail_otherwise(text: str) -> None:
 def test_joints_with_names_in_lower_case_are_moved() -> None:
     (move,) = parse_program("MJ base=90 LIFT=20", "p", Names(("base", "lift", "Turn"), linear={"lift"})).statements
     assert move == MoveJoints(1, (math.pi / 2, 0.02, None), 1.0)
+
+
+@pytest.mark.parametrize(
+    ("text", "problem"),
+    [
+        ("MJ J1=1\n T=grip", "2:2: found unknown tool `grip`, allowed T0 for none, or a name of tools: T2, gripper"),
+        ("T3", "1:1: found unknown tool `T3`, allowed T0 for none, or a name of tools: T2, gripper"),
+        ("T=gripper F=5", "1:11: found `F=5` after T=gripper, allowed nothing: T is a line of its own"),
+        ("ML=5", "1:1: found `ML=5`"),
+        ("MT0", "1:1: found `MT0`"),
+    ],
+)
+def test_a_tool_has_a_name_of_the_robot_file_and_a_line_of_its_own(text: str, problem: str) -> None:
+    with pytest.raises(ProgramError) as error:
+        parse_program(text, "p", Names(("J1",), tools=("gripper", "T2")))
+    assert problem in str(error.value)
+
+
+def test_tools_are_named_in_three_ways() -> None:
+    program = parse_program("T=gripper\nT2\nt2\nT0\nT=none", "p", Names(("J1",), tools=("gripper", "T2")))
+    tools = [each.tool for each in program.statements if isinstance(each, ChangeTool)]
+    assert tools == ["gripper", "T2", "T2", None, None]

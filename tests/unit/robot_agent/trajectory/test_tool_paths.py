@@ -12,6 +12,7 @@ from robot_agent.agent.planning.planner import Planner
 from robot_agent.agent.planning.plans import Planned, PlanRequest
 from robot_agent.kinematics import Model, load_model, model_of
 from robot_agent.language import Interpreter, LineStep, Names, parse_program
+from robot_agent.model.description import NOTHING, Mounted
 from robot_agent.paths import Arc, Block, JointMove, Line, Sequence, Spline
 from robot_agent.trajectory import Limits, Motion, plan
 from robot_agent.workspace import PlacedRobot
@@ -22,12 +23,13 @@ from tests.unit.robot_families import TOOLS, TORCH
 FAMILIES = ("six_axis", "scara", "delta", "palletizer", "gantry")
 each = pytest.mark.parametrize("family", FAMILIES)
 LIMIT_M = 1e-6
+WITH_TORCH = Mounted(("torch",))
 
 
-def shipped(family: str, tool: str | None = "torch") -> Model:
+def shipped(family: str, mounted: Mounted = WITH_TORCH) -> Model:
     """A robot of the shipped models, with the tool of the tests' families."""
     model = load_model(ROOT / "cell_configs" / "models" / f"{family}.yaml")
-    return model_of(replace(model.description, tools=TOOLS, mounted=tool))
+    return model_of(replace(model.description, tools=TOOLS, mounted=mounted))
 
 
 def start_of(model: Model) -> np.ndarray:
@@ -143,7 +145,7 @@ PATHS: dict[str, Moves] = {
 @pytest.mark.parametrize("path", PATHS)
 @each
 def test_round_edges_and_splines_are_the_curves_that_a_flange_without_tool_follows(family: str, path: str) -> None:
-    model, gantry = shipped(family), shipped("gantry", None)
+    model, gantry = shipped(family), shipped("gantry", NOTHING)
     here = flanges(model, start_of(model)[None])[0] @ TORCH.pose_flange_tcp
     _, poses = tcps(model, planned(model, *PATHS[path](here)), 400)
     bare = plan(gantry, Sequence(PATHS[path](_standing(gantry))), Limits.of(gantry.description), start=start_of(gantry))
@@ -175,16 +177,16 @@ def test_caps_of_a_joint_move_are_those_of_the_tcp(family: str) -> None:
 def test_a_program_speaks_of_the_tcp_and_tang_turns_the_tool() -> None:
     model = shipped("six_axis")
     down = np.diag([1.0, -1.0, -1.0, 1.0])  # the tool works downwards
-    down[:3, 3] = 1.1, 0.2, 1.0
+    down[:3, 3] = 1.6, 0.2, 1.0
     start = model.solve(down, near=model.home)
-    program = parse_program("TANG 1\nML X=1200 Y=300 F=100 R=20\nML Y=400 F=100", "here", Names(model.joint_names))
-    interpreter = Interpreter(program)
+    program = parse_program("TANG 1\nML X=1700 Y=300 F=100 R=20\nML Y=400 F=100", "here", Names(model.joint_names))
+    interpreter = Interpreter(program, WITH_TORCH)
     steps = tuple(step for step in (interpreter.next() for _ in program.statements) if isinstance(step, LineStep))
     request = PlanRequest(1, steps, start, ())
     made = Planner(PlacedRobot.at(model), 0.004).plan(request)
     assert isinstance(made, Planned), made
     _, poses = tcps(model, made.motion)
-    np.testing.assert_allclose(poses[-1, :3, 3], [1.2, 0.4, 1.0], atol=1e-6)
+    np.testing.assert_allclose(poses[-1, :3, 3], [1.7, 0.4, 1.0], atol=1e-6)
     way = np.gradient(poses[:, :2, 3], axis=0)
     moving = np.linalg.norm(way, axis=1) > 1e-5
     along = way[moving] / np.linalg.norm(way[moving], axis=1, keepdims=True)

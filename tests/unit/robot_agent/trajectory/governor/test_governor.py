@@ -8,7 +8,7 @@ from ruckig import ControlInterface, InputParameter, Ruckig, Trajectory
 
 from cell.geometry.pose import from_xyz_abc
 from robot_agent.kinematics import SixAxis
-from robot_agent.model.description import Tool
+from robot_agent.model.description import Mounted, Tool
 from robot_agent.paths import JointMove, Sequence
 from robot_agent.trajectory import Governor, Hold, Motion, PathState, RateRequest, plan
 from tests.unit.governor_drive import ARM, CYCLE_S, JOINTS, LIMITS, LONG, MIXED, MOTIONS, START, STEP, Drive
@@ -251,7 +251,7 @@ def test_speed_of_the_tcp_stays_below_its_cap_in_ramps_too(direction: float) -> 
 def test_cap_holds_for_the_tip_of_a_long_tool_that_swings() -> None:
     tip = from_xyz_abc(np.array([0.5, 0.0, 0.1, 0.0, 0.0, 0.0]))
     tool = Tool("lance", tip, 1.0, (0.0, 0.0, 0.0), np.zeros((3, 3)), ())
-    lance = SixAxis(replace(description(), tools={"lance": tool}, mounted="lance"))
+    lance = SixAxis(replace(description(), tools={"lance": tool}, mounted=Mounted(("lance",))))
     swing = JointMove(START + np.array([0.0, 0.0, 0.0, 1.0, 1.2, 0.0]), 1.0, 1)
     motion = plan(lance, Sequence([swing]), LIMITS, start=START)
     drive = Drive(motion)
