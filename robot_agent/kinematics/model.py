@@ -183,13 +183,19 @@ class Model(ABC):
         return np.asarray(check_poses(pose_base_tcp, "poses") @ inverse_pose(tool.pose_flange_tcp))
 
     def tool_speed(self, q: Array, qd: Array) -> Array:
-        """Joints and their speeds `(..., n)` -> `(...)` [m/s]: the speed of flange or TCP, the larger one."""
-        twist = (self.jacobian(q) @ qd[..., None])[..., 0]
+        """Joints and their speeds `(..., n)` -> `(...)` [m/s]: of flange and TCP the faster one.
+
+        Where any of several tools may be mounted it is that of the fastest TCP.
+        """
+        twist = (self.flange_jacobian(q) @ qd[..., None])[..., 0]
         v, w = twist[..., :3], twist[..., 3:]
         speed = np.sqrt(np.einsum("...k,...k", v, v))
-        if self.description.tool is None:
+        if not self.description.mounted.tools:
             return np.asarray(speed)
-        return np.asarray(np.maximum(speed, np.linalg.norm(v - np.cross(w, self._to_tcp(q)), axis=-1)))
+        flange = self.links(q)[..., -1, :3, :3]
+        for pose in self.description.poses_flange_tcp:
+            speed = np.maximum(speed, np.linalg.norm(v + np.cross(w, flange @ pose[:3, 3]), axis=-1))
+        return np.asarray(speed)
 
     def joints_from_axes(self, axes: Array) -> Array:
         """Axes `(..., n)` [rad or m], motors behind their gears -> joints: before `forward`."""

@@ -265,6 +265,18 @@ def test_cap_holds_for_the_tip_of_a_long_tool_that_swings() -> None:
     assert (fast > 0.23).mean() > 0.5
 
 
+def test_the_speed_is_that_of_the_fastest_tool_that_may_be_mounted() -> None:
+    poses = [from_xyz_abc(np.array([x, 0.0, 0.1, 0.0, 0.0, 0.0])) for x in (0.5, -0.3)]
+    tools = {f"t{k}": Tool(f"t{k}", pose, 1.0, (0.0, 0.0, 0.0), np.zeros((3, 3)), ()) for k, pose in enumerate(poses)}
+    one_of = SixAxis(replace(description(), tools=tools, mounted=Mounted(tuple(tools))))
+    q, qd = np.random.default_rng(2).uniform(-1, 1, (2, 50, 6))
+    each = [SixAxis(replace(description(), tools=tools, mounted=Mounted((name,)))) for name in tools]
+    np.testing.assert_allclose(one_of.tool_speed(q, qd), np.max([m.tool_speed(q, qd) for m in each], axis=0))
+    step = 1e-7 * qd
+    ways = (np.linalg.norm((m.forward(q + step) - m.forward(q - step))[:, :3, 3], axis=1) / 2e-7 for m in (*each, ARM))
+    np.testing.assert_allclose(one_of.tool_speed(q, qd), np.max(list(ways), axis=0), atol=1e-6)
+
+
 def test_a_cap_that_comes_in_full_motion_brakes_to_it_at_once_and_goes_on() -> None:
     drive = Drive(LONG, tau=0.0)
     drive.run(lambda: drive.tau > 0.4)
