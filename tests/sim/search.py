@@ -12,6 +12,7 @@ import multiprocessing
 import os
 import sys
 import time
+import traceback
 from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -59,7 +60,11 @@ def _search_one(job: tuple[int, float, tuple[str, ...] | None]) -> Found:
     seed, seconds, only = job
     logging.disable(logging.CRITICAL)
     before = time.process_time()
-    outcome = run_seed(seed, seconds, only)
+    try:
+        outcome = run_seed(seed, seconds, only)
+    except Exception:  # of a whole cell: not all can be handed from process to process, and the other seeds go on
+        why = f"an exception:\n{traceback.format_exc()}"
+        return Found(seed, "no exception", "", 0.0, why, 0.0, 0, False, Counter(), time.process_time() - before)
     return found(outcome, time.process_time() - before)
 
 
