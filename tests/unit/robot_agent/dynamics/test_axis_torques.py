@@ -286,9 +286,9 @@ def test_a_part_counts_where_the_gripper_holds_it(tmp_path: Path) -> None:
         "casting": Part("casting", 6.0, (0.1, 0.2, -0.05), inertia, ()),
         "other": Part("other", 60.0, (0.0, 0.0, 0.0), NO_INERTIA, ()),
     }
-    held = {"tools": {"tool": tool}, "mounted": "tool", "parts": parts, "held": ("casting",)}
-    torques = axis_torques(_of_urdf(file, 3, **held), np.eye(4))
-    unknown = axis_torques(_of_urdf(file, 3, **held | {"held": ("casting", "other")}), np.eye(4))
+    has = {"tools": {"tool": tool}, "parts": parts}
+    torques = axis_torques(_of_urdf(file, 3, **has, mounted=Mounted(("tool",), ("casting",))), np.eye(4))
+    unknown = axis_torques(_of_urdf(file, 3, **has, mounted=Mounted(("tool",), ("casting", "other"))), np.eye(4))
     bare = axis_torques(_of_urdf(file, 3), np.eye(4))
     assert torques is not None
     assert unknown is not None
