@@ -11,6 +11,7 @@ from robot_agent.agent.planning import lookahead
 from robot_agent.agent.planning.dry_run import dry_run
 from robot_agent.agent.planning.plans import Extended
 from robot_agent.language import Names, parse_program
+from robot_agent.model.description import NOTHING
 from robot_agent.trajectory.timing.optimal.interior_point import Search
 from tests.unit.agent_rounds import ROUND, TO_START, extensions, speeds
 from tests.unit.agent_runs import enabled, running, until
@@ -149,7 +150,7 @@ def extension_of(feed_mm_s: float, monkeypatch: pytest.MonkeyPatch) -> tuple[Ext
     planner = AgentWorld("END").planner
     program = parse_program(f"{TO_START}{moves}END", "long.prog", Names(planner.model.joint_names))
     ahead, searched = lookahead.Lookahead(), []
-    ahead.start(program, planner.model.home)
+    ahead.start(program, planner.model.home, NOTHING)
     while ahead.open is None:
         for effect in ahead.fill(()):
             ahead.planned(planner.plan(effect.request))
