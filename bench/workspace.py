@@ -9,8 +9,8 @@ import fcl
 import numpy as np
 
 from bench.timing import Row, median_s
-from cell.config.settings import BoxShape, MeshShape, PoseSettings, SpaceKind, SpaceOf, SpaceSettings, ThingSettings
-from cell.geometry import Mesh, transform_points
+from cell.config.settings import BoxShape, MeshShape, PoseSettings, SpaceKind, SpaceSettings, ThingSettings
+from cell.geometry import Mesh, SpaceOf, transform_points
 from cell.geometry.arrays import Array
 from robot_agent.kinematics import Model
 from robot_agent.trajectory import Motion

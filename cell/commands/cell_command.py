@@ -17,6 +17,7 @@ COMMANDS = {
     "check": Subcommand(".files.check", "check", f"cell check {FILE}"),
     "model": Subcommand(".files.model", "model", f"cell model {MODEL}"),
     "schema": Subcommand(".files.schema", "schema", "cell schema cell > cell.schema.json"),
+    "format": Subcommand(".files.format", "format_", f"cell format {PROGRAM}"),
     "plot": Subcommand(".files.plot", "plot", f"cell plot {PROGRAM} --model {MODEL}"),
     "up": Subcommand(".up.up", "up", f"cell up {FILE} --until-done"),
     "status": Subcommand(".operator.status", "status", f"cell status -f {FILE}"),
@@ -42,11 +43,17 @@ COMMANDS = {
     "accept": Subcommand(".operator.set_up", "accept", f"cell accept left J2 -f {FILE}"),
     "estop": Subcommand(".operator.estop", "estop", f'cell estop --reason "door open" -f {FILE}'),
     "reset": Subcommand(".operator.reset", "reset", f"cell reset left -f {FILE}"),
+    "zone show": Subcommand(".operator.zone", "show", f"cell zone show -f {FILE}"),
+    "zone set": Subcommand(".operator.zone", "set_", f"cell zone set handover --pose 0,0,1400,0,0,0 -f {FILE}"),
     "zone clear": Subcommand(".operator.zone", "clear", f"cell zone clear handover -f {FILE}"),
     "zone adopt": Subcommand(".operator.zone", "adopt", f"cell zone adopt handover left -f {FILE}"),
     "frame show": Subcommand(".operator.frame", "show", f"cell frame show -f {FILE}"),
     "frame set": Subcommand(".operator.frame", "set_", f"cell frame set table --pose 900,0,700,0,0,90 -f {FILE}"),
     "frame teach": Subcommand(".operator.frame", "teach", f"cell frame teach table left -f {FILE}"),
+    "confine": Subcommand(
+        ".operator.assure", "confine", f"cell confine left --box 2400,2000,2600 --pose=-1800,0,1300,0,0,0 -f {FILE}"
+    ),
+    "stands": Subcommand(".operator.assure", "stands", f"cell stands left -f {FILE}"),
     "setup clear": Subcommand(".operator.set_up", "clear", f"cell setup clear left -f {FILE}"),
     "simulate conveyor": Subcommand(
         ".operator.simulate", "conveyor", f"cell simulate conveyor belt --speed 50 --every 200 -f {BELT}"
@@ -59,7 +66,10 @@ COMMANDS = {
 No module says so itself, because none is imported before its command is asked for.
 """
 GROUPS = {
-    "zone": ("An operator's word about an exclusive zone.", f"cell zone clear handover -f {FILE}"),
+    "zone": (
+        "Exclusive zones: where they are, how one is changed, an operator's word about one.",
+        f"cell zone clear handover -f {FILE}",
+    ),
     "frame": ("The frames of the cell, and where they are.", f"cell frame show -f {FILE}"),
     "setup": ("An operator's word about the robot in set-up.", f"cell setup clear left -f {FILE}"),
     "simulate": (

@@ -63,7 +63,7 @@ def robot_agent(
         if isinstance(text, Problem):
             raise CommandError(f"the program cannot be read\n{text}", f"correct it, then: cell check {file}")
         known = Names.of(settings, robot, placed.model.description)
-        program = parse_program(text, mine.program.name, known)
+        program = parse_program(text, mine.program.name, known, mine.program.parent)
     except (KinematicsError, ProgramError) as error:
         raise CommandError(str(error), f"correct it, then: cell check {quoted(file)}") from error
     options = zenoh_options(mode, connect, listen, config, cfg)

@@ -2,10 +2,10 @@
 
 import dataclasses
 import math
-from typing import Annotated
+from typing import Annotated, Literal
 
 import numpy as np
-from pydantic import AfterValidator, BaseModel, Field
+from pydantic import AfterValidator, BaseModel, BeforeValidator, Field
 
 from cell.config.document import Document
 from cell.config.fields import Endpoint, FileName, Name, Point, Pose
@@ -177,6 +177,14 @@ class SeparationEntry(BaseModel):
         return SeparationSettings(self.margin, tuple(PairMargin(pair.robots, pair.margin) for pair in self.pairs))
 
 
+def _off_is_none(value: object) -> object:
+    if value == "off":
+        return None
+    if not isinstance(value, dict | SeparationEntry):
+        raise ValueError("off, or how far robots keep apart: {margin: 30}")
+    return value
+
+
 Meeting = Annotated[tuple[Name, ...], Field(min_length=2)]
 """The robots that meet."""
 
@@ -233,8 +241,11 @@ class CellFile(BaseModel):
         default={}, description="up to 16 meetings, where robots wait for each other (MEET): their robots, by name"
     )
     things: dict[Name, ThingEntry] = Field(default={}, description="what robots keep away from, by name")
-    separation: SeparationEntry | None = Field(
-        None, description="keeps the robots apart wherever they are; without it only zones do"
+    separation: Annotated[
+        SeparationEntry | None, BeforeValidator(_off_is_none, json_schema_input_type=SeparationEntry | Literal["off"])
+    ] = Field(
+        SeparationEntry.model_construct(),
+        description="keeps the robots apart wherever they are, also where it is not given; off: only zones do",
     )
     times: TimesEntry = Field(TimesEntry.model_construct(), description="deadlines in seconds")
     on_manager_return: Annotated[OnManagerReturn, Field(strict=False)] = Field(
@@ -257,6 +268,7 @@ class CellFile(BaseModel):
         }
         things = tuple(thing.settings(name, document, frames) for name, thing in self.things.items())
         si = ToSI.of(self.units.model_dump())
+        separation = self.kept_apart()
         return CellSettings(
             name=self.cell,
             file=document.file,
@@ -274,7 +286,7 @@ class CellFile(BaseModel):
                     tuple(space.settings(key, document, frames) for key, space in robot.spaces.items()),
                     None if robot.orientation is None else robot.orientation.settings(),
                     {joint: joint_range(pair, si) for joint, pair in robot.joints.items()},
-                    self.separation is not None,
+                    separation is not None,
                 )
                 for name, robot in self.robots.items()
             },
@@ -288,9 +300,13 @@ class CellFile(BaseModel):
             digest=digest,
             conveyors=conveyors,
             frames=frames.settings(self._fixed()),
-            separation=None if self.separation is None else self.separation.settings(),
+            separation=separation,
             meetings=dict(self.meetings),
         )
+
+    def kept_apart(self) -> SeparationSettings | None:
+        """How far robots keep apart; None where nothing but zones keeps them apart, or there is only one."""
+        return None if self.separation is None or len(self.robots) < 2 else self.separation.settings()
 
     def _fixed(self) -> dict[str, str | None]:
         """What every process has to see at the same place, and takes from its own cell file; with its frame."""

@@ -17,10 +17,12 @@ def digest_of(settings: CellSettings, files: Mapping[str, Value]) -> str:
 
     `files`: the value of each named YAML file and the text of each program, by its place in the cell file
     (`robots.left.model`). Comments, layout, the order of keys and where the files lie do not count. The same lengths in
-    another unit count as the same in the cell file, and as a difference in the others. Where a frame is does not count
-    where everybody takes it from the manager: what counts of a thing in a frame is its pose in there.
+    another unit count as the same in the cell file, and as a difference in the others. What everybody takes from the
+    manager does not count: where a frame is, so what counts of a thing in a frame is its pose in there; and of a zone
+    all but its robots.
     """
-    meaning = {"settings": _plain(_agreed(settings)), "files": _plain(dict(files))}
+    zones = {name: sorted(zone.robots) for name, zone in settings.zones.items()}
+    meaning = {"settings": _plain(_agreed(settings)), "zones": zones, "files": _plain(dict(files))}
     text = json.dumps(meaning, sort_keys=True, separators=(",", ":"))
     return hashlib.sha256(text.encode()).hexdigest()[:_DIGITS]
 
@@ -31,7 +33,7 @@ def _agreed(settings: CellSettings) -> CellSettings:
         name: dataclasses.replace(robot, things=tuple(_in_its_frame(thing) for thing in robot.things))
         for name, robot in settings.robots.items()
     }
-    return dataclasses.replace(settings, digest="", frames={}, robots=robots)
+    return dataclasses.replace(settings, digest="", frames={}, zones={}, robots=robots)
 
 
 def _in_its_frame(thing: ThingSettings) -> ThingSettings:

@@ -1,33 +1,18 @@
 """A frame's new place written into its cell file: only its numbers change, comments and order stay."""
 
-import copy
-import os
-import shutil
 from collections.abc import Mapping
-from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
-from ruamel.yaml import YAML
-from ruamel.yaml.error import YAMLError
-from ruamel.yaml.nodes import MappingNode, Node, ScalarNode, SequenceNode
 
+from cell.config.cell_edit import Changes, NotWritten, angle_text, change_file, length_text, same_as_running
 from cell.config.cell_file import CellFile
-from cell.config.load import read_cell
-from cell.config.problem import KeyPath, path_text, refuses
+from cell.config.problem import KeyPath
 from cell.config.settings import CellSettings, FrameSettings, Points, PoseSettings
 from cell.config.units import ToSI
-from cell.config.yaml_tree import Value, parse
 from cell.geometry import NoFrame, compose, inverse, taught_frame, to_xyz_abc
 
 _KEYS = ("X", "Y", "Z", "A", "B", "C")
-_BOM = "\ufeff"
-_LENGTH_DIGITS, _ANGLE_DIGITS = 7, 8
-"""After the point, of metres and radians: a tenth of a micrometre, a hundredth of a microradian."""
-
-
-class NotWritten(Exception):
-    """The cell file stays as it is; the text says why, for people."""
 
 
 def write_frame(
@@ -42,32 +27,18 @@ def write_frame(
     Raises:
         NotWritten: the file says something else than `running`; it cannot be read, changed or written.
     """
-    file = file.resolve()
-    before, content = _read(file)
-    if differing := sorted(name for name in {**before.frames, **running} if not _same(name, before.frames, running)):
-        raise NotWritten(
-            f"{file} gives {', '.join(differing)} otherwise than the cell runs with: somebody has changed it since the "
-            "manager was started; start the manager again, or take the change back"
-        )
-    try:
-        raw = file.read_bytes().decode()
-        text = raw.removeprefix(_BOM)
-        values = _values(content, frame, place, before.frames)
-        changed = replaced(text, values)
-        return _put(file, raw[: len(raw) - len(text)] + changed)
-    except (OSError, UnicodeDecodeError, YAMLError) as error:
-        raise NotWritten(f"{file} cannot be written: {getattr(error, 'strerror', None) or error}") from error
+
+    def as_running(before: CellSettings) -> None:
+        same_as_running(file, before.frames, running)
+
+    return change_file(file, as_running, lambda content: Changes(_values(content, frame, place, running))).frames
 
 
-def _read(file: Path) -> tuple[CellSettings, CellFile]:
-    reading = read_cell(file)
-    if reading.document is None or reading.content is None or refuses(reading.problems):
-        raise NotWritten(f"the cell file is refused: {'; '.join(map(str, reading.problems))}")
-    return reading.content.settings(reading.document, digest=""), reading.content
-
-
-def _same(name: str, one: Mapping[str, FrameSettings], other: Mapping[str, FrameSettings]) -> bool:
-    return one.get(name) == other.get(name)
+def pose_values(path: KeyPath, pose: np.ndarray, units: ToSI) -> dict[KeyPath, str]:
+    """The numbers of a pose `(4, 4)` that stands at a path."""
+    lengths, angles = np.split(to_xyz_abc(pose), 2)
+    texts = [length_text(value, units) for value in lengths] + [angle_text(value, units) for value in angles]
+    return {(*path, key): text for key, text in zip(_KEYS, texts, strict=True)}
 
 
 def _values(
@@ -77,16 +48,14 @@ def _values(
     entry, units = content.frames[frame], ToSI.of(content.units.model_dump())
     if entry.points is None:
         pose = place.matrix() if isinstance(place, PoseSettings) else _in_parent(place, entry.parent, placed)
-        lengths, angles = np.split(to_xyz_abc(pose), 2)
-        texts = [_length(value, units) for value in lengths] + [_angle(value, units) for value in angles]
-        return {("frames", frame, "pose", key): text for key, text in zip(_KEYS, texts, strict=True)}
+        return pose_values(("frames", frame, "pose"), pose, units)
     if isinstance(place, PoseSettings):
         raise NotWritten(
             f"frame {frame} is given by points: teach it again with `cell frame teach {frame} ROBOT`; to give it a "
             "pose, replace its points in the cell file while the cell does not run"
         )
     _taught(place)
-    points = [[_length(value, units) for value in point] for point in place]
+    points = [[length_text(value, units) for value in point] for point in place]
     if len(points) != len(entry.points):
         rows = ", ".join(f"[{', '.join(point)}]" for point in points)
         return {("frames", frame, "points"): f"[{rows}]"}
@@ -107,92 +76,3 @@ def _taught(points: Points) -> np.ndarray:
         return taught_frame(np.array(points))
     except NoFrame as error:
         raise NotWritten(f"these points give no frame: {error}") from error
-
-
-def _length(value_m: float, units: ToSI) -> str:
-    return _number(value_m * units.per_metre, _LENGTH_DIGITS - (3 if units.per_metre == 1000.0 else 0))
-
-
-def _angle(value_rad: float, units: ToSI) -> str:
-    return _number(value_rad / units.angle, _ANGLE_DIGITS - (2 if units.angle != 1.0 else 0))
-
-
-def _number(value: float, digits: int) -> str:
-    """As people write it, without an exponent."""
-    text = f"{value:.{digits}f}".rstrip("0").rstrip(".")
-    return "0" if text == "-0" else text
-
-
-def replaced(text: str, values: Mapping[KeyPath, str]) -> str:
-    """A YAML text with other values at these paths, each a number or a flow list; all else stays, to the byte.
-
-    Raises:
-        NotWritten: a path is not there, a list with comments or over lines would be replaced, or more than these values
-            would change.
-    """
-    root = YAML(typ="safe", pure=True).compose(text)
-    spans = sorted(((*_span(root, path), new) for path, new in values.items()), reverse=True)
-    changed = text
-    for start, end, new in spans:
-        if isinstance(_parsed(new), list) and ("#" in text[start:end] or text[start] != "["):
-            raise NotWritten(
-                "its list of points has comments inside or is not written as [[x, y, z], ...], and another number of "
-                "points is to be written: teach as many as it has, or change it by hand"
-            )
-        changed = changed[:start] + new + changed[end:]
-    wanted = copy.deepcopy(_parsed(text))
-    for path, new in values.items():
-        _set(wanted, path, _parsed(new))
-    if _parsed(changed) != wanted:
-        raise NotWritten(f"{', '.join(map(path_text, values))} cannot be changed alone: change it by hand")
-    return changed
-
-
-def _span(root: Node, path: KeyPath) -> tuple[int, int]:
-    """Where in the text the value at a path begins and ends."""
-    node: Node | None = root
-    for key in path:
-        if isinstance(node, MappingNode) and isinstance(key, str):
-            node = next((value for name, value in node.value if name.value == key), None)
-        elif isinstance(node, SequenceNode) and isinstance(key, int) and key < len(node.value):
-            node = node.value[key]
-        else:
-            node = None
-    if not isinstance(node, ScalarNode | SequenceNode) or node.start_mark is None or node.end_mark is None:
-        raise NotWritten(f"{path_text(path)} is not there")
-    return node.start_mark.index, node.end_mark.index
-
-
-def _parsed(text: str) -> Value:
-    return parse(text, {}, lambda *_: None)
-
-
-def _set(data: Value, path: KeyPath, value: Value) -> None:
-    inside: object = data
-    for key in path[:-1]:
-        inside = inside[key]  # type: ignore[index]
-    inside[path[-1]] = value  # type: ignore[index]
-
-
-def _put(file: Path, text: str) -> dict[str, FrameSettings]:
-    """Put a new text in the place of the file at once, if it is a good cell file; it is on disk when this returns."""
-    beside = file.with_name(f".{file.name}.new")  # what a writer that was killed left there is written over
-    owner = file.stat()
-    try:
-        with beside.open("wb") as stream:
-            stream.write(text.encode())
-            stream.flush()
-            os.fsync(stream.fileno())
-        shutil.copymode(file, beside)
-        with suppress(PermissionError):
-            os.chown(beside, owner.st_uid, owner.st_gid)
-        settings, _ = _read(beside)
-        os.replace(beside, file)
-    finally:
-        beside.unlink(missing_ok=True)
-    folder = os.open(file.parent, os.O_RDONLY)
-    try:
-        os.fsync(folder)
-    finally:
-        os.close(folder)
-    return settings.frames

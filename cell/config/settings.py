@@ -8,7 +8,7 @@ from typing import Self
 
 import numpy as np
 
-from cell.geometry import pose_from, quaternion
+from cell.geometry import SpaceOf, pose_from, quaternion
 from cell.geometry.arrays import Array
 
 Points = tuple[tuple[float, float, float], ...]
@@ -167,13 +167,6 @@ class SpaceKind(Enum):
     SLOW = "slow"
 
 
-class SpaceOf(Enum):
-    """What of a robot a space is about."""
-
-    BODY = "body"
-    TCP = "tcp"
-
-
 @dataclass(frozen=True, slots=True)
 class SpaceSettings:
     """A space of one robot: it stays inside the safe ones, out of forbidden ones, and is slow in slow ones."""
@@ -265,8 +258,12 @@ class ZoneSettings:
     robots: tuple[str, ...]
     shape: str = "box"
     """Its word in `cell.geometry.MEASURED`."""
+    of: SpaceOf = SpaceOf.BODY
+    """What of a robot is inside."""
     priority: dict[str, int] = field(default_factory=dict)
     """By robot, before how many others that wait it goes; 0 where none is given."""
+    in_frame: InFrame | None = None
+    """Its pose as the file gives it; None: in world."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -312,6 +309,15 @@ class Times:
     """A robot that knows cell time less well begins nothing at a common moment."""
     idle_off_s: float | None = None
     """A robot that has had no program for so long is switched off; `None`: it stays on."""
+
+    @property
+    def moves_alone_s(self) -> float:
+        """A robot that has been silent for longer is at rest [s], if it has an agent of the cell.
+
+        That relies on the manager for at most `fresh_s` after it was heard last; what it has sent by then ends after
+        the nominal part of a block and the longest ramp.
+        """
+        return self.fresh_s + self.nominal_s + self.estop_delay_s
 
 
 @dataclass(frozen=True, slots=True)

@@ -10,9 +10,10 @@ from cell.config.document import Document
 from cell.config.fields import Name
 from cell.config.frame_entry import FrameTree
 from cell.config.problem import KeyPath, Problem
-from cell.config.settings import JointRange, OrientationSettings, SpaceKind, SpaceOf, SpaceSettings
+from cell.config.settings import JointRange, OrientationSettings, SpaceKind, SpaceSettings
 from cell.config.thing_entry import ShapedEntry
 from cell.config.units import STRICT, Number, PositiveAngle, PositiveLength, ToSI
+from cell.geometry import SpaceOf
 
 _AXES = ("X", "Y", "Z")
 

@@ -9,9 +9,10 @@ from cell.config.document import Document
 from cell.config.fields import Name
 from cell.config.frame_entry import FrameTree
 from cell.config.problem import KeyPath, Problem
-from cell.config.settings import ZoneSettings
+from cell.config.settings import InFrame, ZoneSettings
 from cell.config.thing_entry import PlacedEntry
 from cell.config.units import PositiveLength
+from cell.geometry import SpaceOf
 
 
 class ZoneEntry(PlacedEntry):
@@ -22,6 +23,11 @@ class ZoneEntry(PlacedEntry):
         None, description="a box as well: edge lengths [x, y, z], as older files have it"
     )
     robots: Annotated[tuple[Name, ...], Field(min_length=1)] = Field(description="robots that may ask for the zone")
+    of: Annotated[SpaceOf, Field(strict=False)] = Field(
+        SpaceOf.BODY,
+        description="body: a robot is inside with any part of it, or tcp: with the point of its tool alone, without a "
+        "tool that of its flange",
+    )
     priority: dict[Name, Annotated[int, Field(ge=0, le=1000)]] = Field(
         default={},
         description="by robot: while others wait, it goes before each of them up to so many times; default 0, first "
@@ -47,7 +53,8 @@ class ZoneEntry(PlacedEntry):
         """The settings; exactly one shape is given."""
         pose = frames.in_world(self.pose.settings(), self.frame)
         shape, size_m = self._measured()
-        return ZoneSettings(name, size_m, pose, self.robots, shape, dict(self.priority))
+        in_frame = None if self.frame is None else InFrame(self.frame, self.pose.settings())
+        return ZoneSettings(name, size_m, pose, self.robots, shape, self.of, dict(self.priority), in_frame)
 
     def _measured(self) -> tuple[str, tuple[float, ...]]:
         """Its shape and its lengths [m], as `cell.geometry.MEASURED` has them."""

@@ -6,7 +6,7 @@ from cell.geometry.errors import GeometryError, NoFrame, NotAPose, WrongShape
 from cell.geometry.frame import frame_from_axes, frame_from_points, largest_turn, taught_frame
 from cell.geometry.measured import MEASURED, Measured, measured_solid
 from cell.geometry.mesh import Mesh
-from cell.geometry.occupied import OccupiedSpace, body_touches, capsules_touch
+from cell.geometry.occupied import OccupiedSpace, SpaceOf, body_touches, capsules_touch
 from cell.geometry.pose import (
     check_poses,
     compose,
@@ -40,6 +40,7 @@ __all__ = [
     "PlacedSolid",
     "Room",
     "Solid",
+    "SpaceOf",
     "Sphere",
     "WrongShape",
     "body_touches",

@@ -1,5 +1,6 @@
 """Whether the space that a robot may occupy touches a solid: the one rule that manager and agents share."""
 
+from enum import Enum
 from typing import Protocol
 
 import numpy as np
@@ -11,6 +12,13 @@ from cell.geometry.solid import Solid
 
 _ROUNDING = 1e-9
 """What only rounding decides is looked at exactly."""
+
+
+class SpaceOf(Enum):
+    """What of a robot a space or a zone is about."""
+
+    BODY = "body"
+    TCP = "tcp"
 
 
 class OccupiedSpace(Protocol):
@@ -28,16 +36,23 @@ class OccupiedSpace(Protocol):
     def poses(self) -> NDArray[np.float32]: ...
     @property
     def growth_m(self) -> NDArray[np.float32]: ...
+    @property
+    def tcp_m(self) -> NDArray[np.float32]: ...
 
 
-def body_touches(body: OccupiedSpace, solid: Solid) -> bool:
-    """True when any capsule of any pose, grown by that pose's growth, touches the solid.
+def body_touches(body: OccupiedSpace, solid: Solid, of: SpaceOf = SpaceOf.BODY) -> bool:
+    """True when any capsule of any pose, grown by that pose's growth, touches the solid; or, of the TCP, any ball.
 
-    A body that is not known, or has no poses, counts as its whole reach: a sphere around its base.
+    A ball is the TCP of a pose with that pose's growth. A body that is not known, has no poses, or does not say where
+    its TCP is, counts as its whole reach: a sphere around its base.
     """
-    if not body.known or len(body.poses) == 0:
+    told = body.poses if of is SpaceOf.BODY else body.tcp_m
+    if not body.known or len(told) == 0:
         return bool(capsules_touch(np.array([body.base, body.base]), np.array(body.reach_m), solid))
-    grown = body.radii_m + body.growth_m[:, None].astype(float)
+    grown = body.growth_m[:, None].astype(float)
+    if of is SpaceOf.TCP:
+        return _any_capsule_touches(np.repeat(told[:, None, None].astype(float), 2, axis=2), grown, solid)
+    grown = body.radii_m + grown
     return _any_capsule_touches(body.poses.astype(float), grown, solid)
 
 

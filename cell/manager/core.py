@@ -12,9 +12,11 @@ from cell.manager.frames import FrameNotWritten, Frames, FramesWritten
 from cell.manager.meetings import Meetings
 from cell.manager.occupancy import ZoneSpace
 from cell.manager.presences import MOST_STRANGERS, Presences
-from cell.manager.records import JournalFailed, JournalWritten, Store, Stored, ZoneDecided
+from cell.manager.records import AssuranceEnded, JournalFailed, JournalWritten, Store, Stored, ZoneDecided
+from cell.manager.separation.assurances import Sighting
 from cell.manager.separation.separation import Separation, SpaceNews
 from cell.manager.setup_turns import SetupTurns
+from cell.manager.zone_changes import Over, WriteZone, ZoneChanges, ZoneNotWritten, ZonesWritten
 from cell.manager.zone_turns import ZoneTurns
 from cell.manager.zones import Intrusion, Sight, Zone
 from cell.messages import (
@@ -22,6 +24,8 @@ from cell.messages import (
     Call,
     ClearSetup,
     ClearZone,
+    ConfineRobot,
+    EndAssurance,
     Estop,
     Event,
     GatewayState,
@@ -32,7 +36,9 @@ from cell.messages import (
     Presence,
     Reply,
     ResetEstop,
+    RobotStands,
     SetEstop,
+    SetZone,
     Severity,
     TeachFrame,
     Token,
@@ -44,7 +50,9 @@ from cell.messages import (
 
 _STATE_PERIOD_S = 0.05
 _GEOMETRY_PERIOD_S = 1.0
-_RELEASING = (ResetEstop, ClearZone, AdoptZone, ClearSetup, PlaceFrame, TeachFrame)
+_RELEASING = (
+    ResetEstop, ClearZone, AdoptZone, ClearSetup, ConfineRobot, RobotStands, PlaceFrame, TeachFrame, SetZone
+)  # fmt: skip
 """What is carried out soon after it was ordered, or never."""
 
 
@@ -60,6 +68,7 @@ class ManagerCore:
         self._presences = Presences(boot, settings.digest, frozenset(settings.robots), settings.times.fresh_s)
         self._spaces = {name: ZoneSpace(zone) for name, zone in settings.zones.items()}
         self._zones = {name: Zone(name, zone.robots, settings.robots, epoch) for name, zone in settings.zones.items()}
+        self._changes = ZoneChanges(settings, boot)
         self._turns = ZoneTurns({name: zone.priority for name, zone in settings.zones.items()})
         self._since = dict.fromkeys(settings.zones, 0.0)
         self._latch = EstopLatch(stored)
@@ -67,7 +76,8 @@ class ManagerCore:
         self._deadlocks = DeadlockWatch()
         self._meetings = Meetings(settings.meetings)
         self._frames = Frames(settings, epoch)
-        self._separation = None if settings.separation is None else Separation(settings, boot, epoch)
+        kept_apart = settings.separation is not None
+        self._separation = Separation(settings, boot, epoch, stored.assured) if kept_apart else None
         self._moving: tuple[str, str, PlaceFrame | TeachFrame] | None = None
         """Request, call and command of the frame that is being written."""
         self._calls: list[Request] = []
@@ -110,6 +120,8 @@ class ManagerCore:
                 self._tell(Severity.INFO, "journal_written", "the journal is written again, nothing is missing", "")
             case FramesWritten() | FrameNotWritten():
                 self._frame_written(message)
+            case ZonesWritten() | ZoneNotWritten():
+                self._zone_change_over(self._changes.written(message))
             case Frozen():
                 self._presences.forget_echoes()
 
@@ -158,11 +170,13 @@ class ManagerCore:
         for request in self._calls:
             self._answer(request, sights, now)
         self._calls.clear()
+        self._follow_zone_change(refused, now)
         self._turns.line_up(self._zones, sights)
-        if not self._latch.in_force:
+        if not self._latch.in_force and self._changes.announced is None:
             self._turns.grant(self._zones, sights, self._new_token, self._sequence + 1)
         self._follow_changes(before, sights, now)
         self._follow_setup(now)
+        self._follow_assurances(now)
         self._meetings.look(self._presences.fresh_ones(now), refused, self._cell_time(now))
         for deadlock in self._deadlocks.look(self._zones, sights, self._cell_time(now), now):
             self._tell(Severity.WARNING, "zone_deadlock", deadlock.text, deadlock.remedy)
@@ -219,13 +233,33 @@ class ManagerCore:
 
     def _follow_setup(self, now: float) -> None:
         fresh = self._presences.fresh_ones(now)
-        estop = bool(self._latch.in_force)
+        stopped = "an emergency stop is set: cell reset" if self._latch.in_force else ""
+        if self._changes.announced is not None:
+            stopped = f"zone {self._changes.announced} is being changed"
 
         def age(heard: Heard | None) -> float:
             return self._presences.age_of(heard, now)
 
-        for news in self._setup.step(fresh, estop, age, self._sequence + 1, now):
+        for news in self._setup.step(fresh, stopped, age, self._sequence + 1, now):
             self._tell(news.severity, news.code, news.text, news.remedy)
+
+    def _follow_assurances(self, now: float) -> None:
+        if self._separation is None:
+            return
+        for over in self._separation.follow(self._sightings(now), now):
+            self._effects.append(Store(AssuranceEnded(over.robot)))
+            severity = Severity.WARNING if over.remedy else Severity.INFO
+            self._tell(severity, "assurance_over", over.text, over.remedy)
+
+    def _sightings(self, now: float) -> dict[str, Sighting]:
+        fresh = self._presences.fresh_ones(now)
+        in_setup = "" if self._setup.status is None else self._setup.status.robot
+
+        def age(heard: Heard | None) -> float:
+            return self._presences.age_of(heard, now)
+
+        robots = self._settings.robots
+        return {each: Sighting(fresh.get(each), self._setup.powered(each, age), each == in_setup) for each in robots}
 
     # Calls
 
@@ -249,8 +283,13 @@ class ManagerCore:
                 if ok:
                     self._tell(Severity.INFO, "setup_cleared", f"{text}, by {by}", "")
                 self._effects.append(Answer(request.request_id, Reply(call.id, ok, text)))
+            case ConfineRobot() | RobotStands() | EndAssurance():
+                ok, text = self._assure(command, now)
+                self._effects.append(Answer(request.request_id, Reply(call.id, ok, text)))
             case PlaceFrame() | TeachFrame():
                 self._move_frame(request.request_id, call.id, command)
+            case SetZone():
+                self._change_zone(request.request_id, call.id, command, now)
             case Who():
                 text = f"manager of cell {self._settings.name} (boot {self._boot}, epoch {self._epoch}, "
                 text += f"process {self._process})"
@@ -312,12 +351,87 @@ class ManagerCore:
             self._tell(Severity.INFO, "zone_decided", f"zone {zone.name} {what}, by {command.by}", "")
         return ok, found
 
+    def _edited(self) -> str:
+        """What is being written into the cell file, for people; empty for nothing."""
+        what = "" if self._moving is None else f"frame {self._moving[2].frame} is being moved"
+        if self._changes.under_way is not None:
+            what = f"zone {self._changes.under_way} is being changed"
+        return what and f"{what}; give the order again in a moment"
+
+    # Changes of zones
+
+    def _change_zone(self, request_id: str, call_id: str, order: SetZone, now: float) -> None:
+        space, refusal = self._changes.planned(order)
+        refusal = self._edited() or refusal
+        if space is not None and not refusal:
+            refused = self._breach_reasons() | self._presences.refused()
+            if space.geometry != self._spaces[order.zone].geometry:
+                sights = self._presences.sights(space, refused, now)
+                refusal = self._changes.hindrance(self._presences.fresh_ones(now), self._zones[order.zone], sights)
+                if self._setup.status is not None:
+                    refusal = "; ".join(filter(None, (refusal, f"{self._setup.status.robot} is in set-up")))
+                refusal = refusal and f"zone {order.zone} is not changed: {refusal}"
+        if space is None or refusal:
+            self._effects.append(Answer(request_id, Reply(call_id, False, refusal)))
+        elif space.geometry == self._spaces[order.zone].geometry:
+            self._effects.append(self._changes.unseen(request_id, call_id, order, space))
+        else:
+            self._changes.announce(request_id, call_id, order, space, self._sequence + 1, now)
+
+    def _follow_zone_change(self, refused: dict[str, str], now: float) -> None:
+        name, space = self._changes.announced, self._changes.space
+        if name is None or space is None:
+            return
+        sights = self._presences.sights(space, refused, now)
+        news = self._changes.step(self._presences.fresh_ones(now), self._zones[name], sights, now)
+        if isinstance(news, WriteZone):
+            self._effects.append(news)
+        else:
+            self._zone_change_over(news)
+
+    def _zone_change_over(self, over: Over | None) -> None:
+        """The cell file has the zone as ordered, and so has the cell from here on; or both have the old one."""
+        if over is None:
+            return
+        name = over.order.zone
+        if over.refusal:
+            text = f"zone {name} stays as it was: {over.refusal}"
+            self._effects.append(Answer(over.request_id, Reply(over.call_id, False, text)))
+            return
+        self._spaces[name] = ZoneSpace(self._changes.zones[name])
+        self._turns.priorities = {each: settings.priority for each, settings in self._changes.zones.items()}
+        self._geometry_due = 0.0
+        geometry, priority = self._spaces[name].geometry, self._changes.zones[name].priority
+        ranks = ", ".join(f"{robot} {n}" for robot, n in priority.items())
+        text = f"zone {name}: {geometry.described()}{f', priority {ranks}' if ranks else ''}"
+        self._effects.append(Store(ZoneDecided(name, "changed", over.order.by, text)))
+        self._tell(Severity.INFO, "zone_changed", f"{text}, by {over.order.by}", "")
+        self._effects.append(Answer(over.request_id, Reply(over.call_id, True, text, data=str(geometry.version))))
+
+    def _assure(self, command: ConfineRobot | RobotStands | EndAssurance, now: float) -> tuple[bool, str]:
+        robot = command.robot
+        if robot not in self._settings.robots:
+            return False, f"no robot {robot!r}; this cell has {', '.join(sorted(self._settings.robots))}"
+        if self._separation is None:
+            return False, f"this cell does not keep its robots apart (`separation`): nobody waits for {robot}"
+        if isinstance(command, EndAssurance):
+            if not self._separation.assurances.end(robot):
+                return True, f"nobody has said where {robot} stays"
+            self._effects.append(Store(AssuranceEnded(robot)))
+            text = f"what was said of where {robot} stays counts no more"
+            self._tell(Severity.INFO, "assurance_over", f"{text}, by {command.by}", "")
+            return True, text
+        word, text = self._separation.assurances.give(command, self._sightings(now)[robot])
+        if word is not None:
+            self._effects.append(Store(word))
+            self._tell(Severity.INFO, "robot_assured", f"{text}; said by {command.by}", "")
+        return word is not None, text
+
     # Frames
 
     def _move_frame(self, request_id: str, call_id: str, command: PlaceFrame | TeachFrame) -> None:
         refusal = self._frames.why_not(command.frame)
-        if self._moving is not None:
-            refusal = f"frame {self._moving[2].frame} is being moved; give the order again in a moment"
+        refusal = self._edited() or refusal
         if refusal:
             self._effects.append(Answer(request_id, Reply(call_id, False, refusal)))
             return
@@ -362,6 +476,8 @@ class ManagerCore:
             deadlocks=(*self._deadlocks.present, *(self._separation.standoffs if self._separation is not None else ())),
             frames=dict(self._frames.versions),
             meetings=self._meetings.present,
+            zone_change=self._changes.announced,
+            assured=dict(self._separation.assurances.present) if self._separation is not None else {},
         )
         if now < self._state_due and self._published is not None and _same(state, self._published):
             return
@@ -390,6 +506,8 @@ class ManagerCore:
         if zone.awaited:
             names = ", ".join(sorted(zone.awaited))
             return f"no grants before {names} reported, or `cell zone clear {zone.name}`"
+        if self._changes.announced is not None:
+            return f"zone {self._changes.announced} is being changed"
         if self._latch.in_force:
             return "emergency stop"
         lost = [robot for robot in zone.queue if not sights[robot].known]

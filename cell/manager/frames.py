@@ -1,6 +1,6 @@
 """The frames of the cell: where each is, under which version, and how an operator moves one.
 
-A frame is moved in the cell file first (`cell/manager/frame_file.py`); once that is done, the running cell has it too.
+A frame is moved in the cell file first (`cell/manager/edits_on_disk.py`); then the running cell has it too.
 So whatever happens in between, the next manager reads from the file what the cell was told, or was about to be told.
 Nothing that every process takes from its own file may stand in it: zones, bases and conveyors move with a restart only.
 """

@@ -1,5 +1,6 @@
 """What the manager remembers over restarts, in an SQLite file in the cell's state folder."""
 
+import json
 import sqlite3
 import time
 from collections import deque
@@ -10,7 +11,11 @@ from threading import Condition, Thread
 from types import TracebackType
 from typing import Self, assert_never
 
+import numpy as np
+
 from cell.manager.records import (
+    AssuranceEnded,
+    Assured,
     EstopCleared,
     EstopLatched,
     JournalFailed,
@@ -20,7 +25,7 @@ from cell.manager.records import (
     ZoneDecided,
     next_epoch,
 )
-from cell.messages import Estop
+from cell.messages import Assurance, Confinement, Estop, Sections
 
 RETRY_S = 1.0
 _CONNECT = partial(sqlite3.connect, check_same_thread=False)
@@ -36,6 +41,10 @@ CREATE TABLE IF NOT EXISTS estops (
 );
 CREATE TABLE IF NOT EXISTS zone_decisions (
     zone TEXT NOT NULL, decision TEXT NOT NULL, by TEXT NOT NULL, found TEXT NOT NULL, at REAL NOT NULL
+);
+CREATE TABLE IF NOT EXISTS assurances (
+    robot TEXT PRIMARY KEY, by TEXT NOT NULL, box TEXT, capsules INTEGER NOT NULL,
+    ids BLOB NOT NULL, radii BLOB NOT NULL, points BLOB NOT NULL, at REAL NOT NULL
 );
 """
 
@@ -86,10 +95,11 @@ class Journal:
         try:
             [(epoch,)] = self._db.execute("SELECT coalesce(max(epoch), 0) FROM epochs")
             rows = self._db.execute("SELECT id, set_by, reason, cleared_at FROM estops ORDER BY set_at").fetchall()
-        except sqlite3.Error as error:
+            assured = tuple(map(_assured, self._db.execute(f"SELECT {_ASSURANCE} FROM assurances ORDER BY robot")))
+        except (sqlite3.Error, ValueError, TypeError) as error:
             raise JournalError(self.path, str(error)) from error
         active = tuple(Estop(id_, True, by, reason) for id_, by, reason, cleared in rows if cleared is None)
-        return Stored(epoch, active, frozenset(id_ for id_, _, _, cleared in rows if cleared is not None))
+        return Stored(epoch, active, frozenset(id_ for id_, _, _, cleared in rows if cleared is not None), assured)
 
     def begin_epoch(self, boot: str) -> int:
         """The number of a new epoch, stored before it is used."""
@@ -109,15 +119,45 @@ class Journal:
                 self._write("UPDATE estops SET cleared_by = ?, cleared_at = ? WHERE id = ?", by, at, estop_id)
             case ZoneDecided(zone, decision, by, found):
                 self._write("INSERT INTO zone_decisions VALUES (?, ?, ?, ?, ?)", zone, decision, by, found, at)
+            case Assured():
+                self._write("INSERT OR REPLACE INTO assurances VALUES (?, ?, ?, ?, ?, ?, ?, ?)", *_row(record), at)
+            case AssuranceEnded(robot):
+                self._write("DELETE FROM assurances WHERE robot = ?", robot)
             case _:
                 assert_never(record)
 
-    def _write(self, sql: str, *values: str | int | float) -> None:
+    def _write(self, sql: str, *values: str | int | float | bytes | None) -> None:
         try:
             with self._db:
                 self._db.execute(sql, values)
         except sqlite3.Error as error:
             raise JournalError(self.path, str(error)) from error
+
+
+_ASSURANCE = "robot, by, box, capsules, ids, radii, points"
+
+
+def _row(record: Assured) -> tuple[str, str, str | None, int, bytes, bytes, bytes]:
+    box, place = record.assurance.box, record.place
+    numbers = None if box is None else json.dumps([*box.size_m, *box.position_m, *box.quaternion_xyzw])
+    arrays = place.ids.tobytes(), place.radii.tobytes(), place.points.tobytes()
+    return record.robot, record.assurance.by, numbers, place.radii.shape[1], *arrays
+
+
+def _assured(row: tuple[str, str, str | None, int, bytes, bytes, bytes]) -> Assured:
+    """Raises `ValueError` or `TypeError` for what no manager has written."""
+    robot, by, numbers, capsules, ids, radii, points = row
+    box = None
+    if numbers is not None:
+        sx, sy, sz, x, y, z, qx, qy, qz, qw = map(float, json.loads(numbers))
+        box = Confinement((sx, sy, sz), (x, y, z), (qx, qy, qz, qw))
+    which = np.frombuffer(ids, np.uint64)
+    place = Sections(
+        which,
+        np.frombuffer(points, np.float32).reshape(len(which), capsules, 2, 3),
+        np.frombuffer(radii, np.float32).reshape(len(which), capsules),
+    )
+    return Assured(robot, Assurance(by, box), place)
 
 
 class JournalWriter:

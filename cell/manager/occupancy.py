@@ -19,19 +19,20 @@ class ZoneSpace:
             quaternion_xyzw=zone.pose.quaternion_xyzw,
             robots=zone.robots,
             shape=zone.shape,
+            of=zone.of,
         )
         self._solid = self.geometry.solid()
         self._known: dict[str, tuple[Body, bool]] = {}
 
     def touched_by(self, robot: str, body: Body) -> bool:
-        """Whether the space that `robot` may occupy touches the zone."""
+        """Whether the space that `robot`, or its TCP, may occupy touches the zone."""
         known = self._known.get(robot)
         if known is None or known[0] is not body:
-            known = self._known[robot] = (body, body_touches(body, self._solid))
+            known = self._known[robot] = (body, body_touches(body, self._solid, self.geometry.of))
         return known[1]
 
 
 def _version(zone: ZoneSettings) -> int:
     """The same number for the same geometry, over restarts too, so that plans stay valid when a manager returns."""
-    meaning = (zone.shape, zone.size_m, zone.pose.position_m, zone.pose.quaternion_xyzw, zone.robots)
+    meaning = (zone.shape, zone.size_m, zone.pose.position_m, zone.pose.quaternion_xyzw, zone.robots, zone.of.value)
     return zlib.crc32(repr(meaning).encode())

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 from cell.core import Effect
-from cell.messages import Estop
+from cell.messages import Assurance, Estop, Sections
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,7 +29,7 @@ class EstopCleared:
 
 @dataclass(frozen=True, slots=True)
 class ZoneDecided:
-    """An operator cleared a zone or had it adopted."""
+    """An operator cleared a zone, had it adopted, or changed it."""
 
     zone: str
     decision: str
@@ -41,7 +41,30 @@ class ZoneDecided:
         return f"that {self.by} had zone {self.zone} {self.decision}"
 
 
-Record = EstopLatched | EstopCleared | ZoneDecided
+@dataclass(frozen=True, slots=True, eq=False)
+class Assured:
+    """An operator said where a robot stays that does not tell it itself."""
+
+    robot: str
+    assurance: Assurance
+    place: Sections
+    """All that a robot which stands was in when it was last known; empty with a box."""
+
+    def __str__(self) -> str:
+        return f"that {self.assurance.by} said where {self.robot} stays: all wait for it again"
+
+
+@dataclass(frozen=True, slots=True)
+class AssuranceEnded:
+    """The robot tells itself where it is, or an operator took the word back."""
+
+    robot: str
+
+    def __str__(self) -> str:
+        return f"that what was said of where {self.robot} stays is over: `cell confine {self.robot} off`"
+
+
+Record = EstopLatched | EstopCleared | ZoneDecided | Assured | AssuranceEnded
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,11 +89,13 @@ class JournalWritten:
 
 @dataclass(frozen=True, slots=True)
 class Stored:
-    """What the journal holds at the start: the newest epoch, the latched stops, the ids that were cleared."""
+    """What the journal holds at the start: the newest epoch, the latched stops, the ids that were cleared, and what
+    operators have said of where robots stay."""
 
     epoch: int = 0
     estops: tuple[Estop, ...] = ()
     cleared: frozenset[str] = frozenset()
+    assured: tuple[Assured, ...] = ()
 
 
 def next_epoch(stored: int, unix_s: float) -> int:

@@ -34,8 +34,7 @@ class SetupNews:
 class SetupTurns:
     """Who is in set-up, who waits for it, and why.
 
-    A robot that is silent counts as at rest after `silent_s`: its agent relies on the manager for at most `fresh_s`
-    after it was heard last, and what it has sent by then ends after the nominal part of a block and the longest ramp.
+    A robot that is silent counts as at rest after `silent_s` (`Times.moves_alone_s`).
 
     Args:
         robots: of the cell.
@@ -47,7 +46,7 @@ class SetupTurns:
         self._gateway_of = {name: robot.gateway for name, robot in robots.items()}
         self._boot = boot
         self._fresh_s = times.fresh_s
-        self.silent_s = times.fresh_s + times.nominal_s + times.estop_delay_s
+        self.silent_s = times.moves_alone_s
         self._gateways = {name: _Gateway() for name in sorted(set(self._gateway_of.values()))}
         self._heard_at: dict[str, float] = {}
         self._started: float | None = None
@@ -87,8 +86,11 @@ class SetupTurns:
 
     # The cycle
 
-    def step(self, fresh: Mapping[str, Presence], estop: bool, age: Age, sequence: int, now: float) -> list[SetupNews]:
-        """Decide for the manager state with `sequence`; `fresh` are the presences that may be relied on."""
+    def step(self, fresh: Mapping[str, Presence], stopped: str, age: Age, sequence: int, now: float) -> list[SetupNews]:
+        """Decide for the manager state with `sequence`; `fresh` are the presences that may be relied on.
+
+        `stopped`: why nothing may begin or go on in the whole cell, for people; empty when it may.
+        """
         self._started = now if self._started is None else self._started
         self._line_up()
         news: list[SetupNews] = []
@@ -97,7 +99,7 @@ class SetupTurns:
             self.status = None
             news.append(SetupNews(Severity.INFO, "setup_over", f"{before.robot} is not in set-up any more"))
         if self.status is None:
-            self.refused = {robot: self._hindrance(robot, fresh, estop, age, now) for robot in self._queue}
+            self.refused = {robot: self._hindrance(robot, fresh, stopped, age, now) for robot in self._queue}
             chosen = next((robot for robot in self._queue if not self.refused[robot]), None)
             if chosen is not None:
                 self._announced_in = sequence
@@ -106,17 +108,17 @@ class SetupTurns:
                 text = f"{chosen} is in set-up; all other robots stay at rest"
                 news.append(SetupNews(Severity.INFO, "setup_begins", text))
         if self.status is not None:
-            news += self._follow(self.status, fresh, estop, age, now)
+            news += self._follow(self.status, fresh, stopped, age, now)
         return news
 
     def _follow(
-        self, status: SetupStatus, fresh: Mapping[str, Presence], estop: bool, age: Age, now: float
+        self, status: SetupStatus, fresh: Mapping[str, Presence], stopped: str, age: Age, now: float
     ) -> list[SetupNews]:
         """Whether it is free now; the others that are to be set up wait for it."""
         robot = status.robot
         alive = self._alive(robot, age)
         reason = "" if alive else self._silent(robot)
-        reason = reason or self._not_confirmed(robot, fresh, now) or _stopped(estop)
+        reason = reason or self._not_confirmed(robot, fresh, now) or stopped
         self.status = SetupStatus(robot, not reason, reason)
         self.refused = {other: f"{robot} is in set-up; one robot at a time" for other in self._queue if other != robot}
         if alive or status.reason == reason:
@@ -146,12 +148,12 @@ class SetupTurns:
         state = self._gateways[self._gateway_of[robot]].state
         return state is not None and age(state.heard) < self._fresh_s
 
-    def _hindrance(self, robot: str, fresh: Mapping[str, Presence], estop: bool, age: Age, now: float) -> str:
+    def _hindrance(self, robot: str, fresh: Mapping[str, Presence], stopped: str, age: Age, now: float) -> str:
         """Why a robot is not let in; empty when it may be."""
         if not self._alive(robot, age):
             return f"its gateway {self._gateway_of[robot]} is not heard anew"
         others = (self._unstill(other, fresh, now) for other in self._gateway_of if other != robot)
-        return _stopped(estop) or "; ".join(filter(None, others))
+        return stopped or "; ".join(filter(None, others))
 
     def _unstill(self, other: str, fresh: Mapping[str, Presence], now: float) -> str:
         """Why another robot may move; empty when it stands."""
@@ -164,6 +166,10 @@ class SetupTurns:
         if heard_at is not None and now - heard_at > self.silent_s:
             return ""
         return f"{other} is silent; it counts as at rest after {self.silent_s:.3g} s"
+
+    def powered(self, robot: str, age: Age) -> bool | None:
+        """Whether the drives of a robot have torque; None: its gateway is silent."""
+        return self._has_torque(robot) if self._alive(robot, age) else None
 
     def _has_torque(self, robot: str) -> bool:
         """By the newest word of its gateway."""
@@ -195,7 +201,3 @@ class SetupTurns:
     def _silent(self, robot: str) -> str:
         gateway = self._gateway_of[robot]
         return f"its gateway {gateway} is silent: start it again, or look at {robot} and say: cell setup clear {robot}"
-
-
-def _stopped(estop: bool) -> str:
-    return "an emergency stop is set: cell reset" if estop else ""

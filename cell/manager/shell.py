@@ -9,12 +9,13 @@ from pathlib import Path
 from cell.config.settings import CellSettings
 from cell.core import Answer, Effect, Publish, Request
 from cell.manager.core import ManagerCore
+from cell.manager.edits_on_disk import EditsOnDisk
 from cell.manager.event_recorder import EventRecorder
 from cell.manager.event_store import EVENTS_FILE
-from cell.manager.frame_file import FrameFile
 from cell.manager.frames import WriteFrame
 from cell.manager.journal import Journal, JournalWriter
 from cell.manager.records import Store
+from cell.manager.zone_changes import WriteZone
 from cell.messages import Call, Event, ListEvents
 from cell.net.errors import NetError
 from cell.net.liveliness import TokenWatch
@@ -56,6 +57,7 @@ def run_manager(settings: CellSettings, options: ZenohOptions, state_dir: Path, 
         stored = journal.read()
         core = ManagerCore(settings, boot, journal.begin_epoch(boot), stored, os.getpid())
         session.tell_last("frame/*")
+        session.tell_last("zone/*")
         session.declare_alive()
         _LOG.info("cell %s: manager at %s, journal %s", settings.name, ", ".join(session.endpoints), journal.path)
 
@@ -91,7 +93,7 @@ class ManagerShell:
         self._session = session
         self._tokens = tokens
         self._writer = writer
-        self._frame_file = FrameFile()
+        self._edits = EditsOnDisk()
         self._states = session.watch("robot/*/planned_way", "robot/*/presence", "gateway/*/state")
         self._estops = session.queue("estop")
         self._calls = session.serve("manager")
@@ -99,7 +101,7 @@ class ManagerShell:
     def inbox(self) -> list[object]:
         """Everything that arrived since the last step."""
         heard = [*self._estops.take(), *self._states.take_new(), *self._tokens.take(), *self._calls.take()]
-        return [*heard, *self._writer.news(), *self._frame_file.news()]
+        return [*heard, *self._writer.news(), *self._edits.news()]
 
     def perform(self, effect: Effect) -> None:
         """Carry one effect out."""
@@ -110,8 +112,8 @@ class ManagerShell:
                 self._calls.answer(effect)
             case Store(record):
                 self._writer.store(record)
-            case WriteFrame():
-                self._frame_file.write(effect)
+            case WriteFrame() | WriteZone():
+                self._edits.write(effect)
             case _:
                 raise TypeError(f"the manager has no {type(effect).__name__}")
 

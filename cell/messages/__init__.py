@@ -6,7 +6,7 @@ On which key a message travels stands above its class (`@state`, `@command`); ho
 """
 
 from cell.messages.call import COMMANDS, Call, ClaimGrant, Command, Reply, Who
-from cell.messages.common import CellTime, Heard, Token, TokenGone
+from cell.messages.common import CellTime, ClockStatus, Heard, Token, TokenGone
 from cell.messages.correction import ConveyorCount, Correction
 from cell.messages.drive_fault import Fault, FaultDrive
 from cell.messages.drives import AxisStatus, DriveFeedback, PlayoutState
@@ -37,13 +37,26 @@ from cell.messages.manager_commands import (
     AdoptZone,
     ClearSetup,
     ClearZone,
+    ConfineRobot,
+    EndAssurance,
     ListEvents,
+    Place,
     PlaceFrame,
     ResetEstop,
+    RobotStands,
     SetEstop,
+    SetZone,
     TeachFrame,
 )
-from cell.messages.manager_state import Deadlock, ManagerState, SetupStatus, ZoneState, ZoneStatus
+from cell.messages.manager_state import (
+    Assurance,
+    Confinement,
+    Deadlock,
+    ManagerState,
+    SetupStatus,
+    ZoneState,
+    ZoneStatus,
+)
 from cell.messages.meeting import Arrival, Attendance, MeetingStatus, Meets
 from cell.messages.presence import Body, Presence
 from cell.messages.robot_commands import (
@@ -62,7 +75,6 @@ from cell.messages.robot_commands import (
     Step,
 )
 from cell.messages.robot_state import (
-    ClockStatus,
     CorrectionStatus,
     GovernorStatus,
     Mode,
@@ -83,6 +95,7 @@ __all__ = [
     "AcceptPosition",
     "AdoptZone",
     "Arrival",
+    "Assurance",
     "Attendance",
     "AxisStatus",
     "Body",
@@ -96,6 +109,8 @@ __all__ = [
     "Clearance",
     "ClockStatus",
     "Command",
+    "ConfineRobot",
+    "Confinement",
     "Continue",
     "ConveyorCount",
     "Correction",
@@ -106,6 +121,7 @@ __all__ = [
     "DriveFeedback",
     "Enable",
     "EnableDrives",
+    "EndAssurance",
     "Estop",
     "Event",
     "Fault",
@@ -132,6 +148,7 @@ __all__ = [
     "NodeStatus",
     "OutputEvent",
     "PaceStatus",
+    "Place",
     "PlaceFrame",
     "PlannedWay",
     "PlayoutState",
@@ -149,6 +166,7 @@ __all__ = [
     "ResetEstop",
     "ResetRobot",
     "Return",
+    "RobotStands",
     "RobotState",
     "Run",
     "ScanBus",
@@ -158,6 +176,7 @@ __all__ = [
     "SetOverride",
     "SetPart",
     "SetTool",
+    "SetZone",
     "SetpointBlock",
     "SetupStatus",
     "Severity",

@@ -77,3 +77,13 @@ class TokenGone:
     role: str
     name: str
     boot: str
+
+
+@dataclass(frozen=True, slots=True)
+class ClockStatus:
+    """What a process knows of cell time."""
+
+    offset_s: Number
+    """Cell time less the process' own clock, as its host counts from its start."""
+    error_s: Duration
+    """How far that is from the truth at most."""

@@ -3,7 +3,7 @@
 from dataclasses import dataclass, field
 from typing import Annotated
 
-from cell.messages.common import Count, Duration, Few, Heard, Name, Number, Text
+from cell.messages.common import ClockStatus, Count, Duration, Few, Heard, Name, Number, Text
 from cell.messages.drives import AxisStatus
 from cell.messages.state import state
 
@@ -101,3 +101,5 @@ class GatewayState:
     has measured it lately."""
     estop: Name | None = None
     """Id of the oldest emergency stop in force here, confirmed or not; it ends only after the manager heard of it."""
+    clock: ClockStatus | None = None
+    """None before a manager's state has answered this gateway."""

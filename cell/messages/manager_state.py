@@ -4,7 +4,9 @@ from dataclasses import dataclass, field
 from enum import Enum
 from typing import Annotated
 
-from cell.messages.common import Count, Duration, Few, Heard, Name, Text, Token
+from annotated_types import Gt, Le
+
+from cell.messages.common import Count, Duration, Few, Heard, Name, Text, Token, Vector, Words, check_quaternion
 from cell.messages.estop import Estop
 from cell.messages.meeting import MeetingStatus
 from cell.messages.state import Urgency, state
@@ -42,6 +44,31 @@ class SetupStatus:
     """Every other robot has confirmed that it stands, and stays so: the motion may begin and go on."""
     reason: Text = ""
     """Why it is not free, for people."""
+
+
+_Edge = Annotated[float, Gt(0.0), Le(1e6)]
+
+
+@dataclass(frozen=True, slots=True)
+class Confinement:
+    """A box: full edge lengths along its own axes [m], its middle and its orientation in world."""
+
+    size_m: tuple[_Edge, _Edge, _Edge]
+    position_m: Vector
+    quaternion_xyzw: tuple[float, float, float, float]
+
+    def __post_init__(self) -> None:
+        """Raises `ValueError` when the quaternion is no orientation."""
+        check_quaternion(self.quaternion_xyzw)
+
+
+@dataclass(frozen=True, slots=True)
+class Assurance:
+    """An operator's word on where a robot stays that does not tell it itself; it ends when the robot does."""
+
+    by: Words
+    box: Confinement | None = None
+    """All of it stays in there; None: it stands where it was last known."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -87,3 +114,7 @@ class ManagerState:
     frames: Annotated[dict[Name, Count], Few] = field(default_factory=dict)
     """Frame: the version in force."""
     meetings: Annotated[dict[Name, MeetingStatus], Few] = field(default_factory=dict)
+    zone_change: Name | None = None
+    """The zone that is being changed: all robots stay at rest, and it is granted to nobody, until that is over."""
+    assured: Annotated[dict[Name, Assurance], Few] = field(default_factory=dict)
+    """Robot: what an operator has said of where it stays, as long as that counts."""

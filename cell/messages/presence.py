@@ -35,6 +35,9 @@ class Body:
     """`(p, c, 2, 3)` [m]: end points of the capsules' axes in world; up to `MOST_POSES`."""
     growth_m: Single = field(default_factory=lambda: np.empty(0, np.float32))
     """`(p,)`."""
+    tcp_m: Single = field(default_factory=lambda: np.empty((0, 3), np.float32))
+    """`(p, 3)` in world: where the tool centre point is in each pose, without a tool the flange. A ball of radius
+    `growth_m[i]` around it covers it up to pose `i + 1`."""
 
 
 @state("robot/{robot}/presence", Urgency.INTERACTIVE)

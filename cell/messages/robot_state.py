@@ -6,7 +6,7 @@ from typing import Annotated
 
 from annotated_types import Ge, Le
 
-from cell.messages.common import Count, Duration, Few, Name, Number, Text, Vector
+from cell.messages.common import ClockStatus, Count, Duration, Few, Name, Number, Text, Vector
 from cell.messages.state import state
 
 
@@ -99,16 +99,6 @@ class Reserve:
     """The joint that is nearest to one of its limits, as a share of its range."""
     from_limit: Number
     """How far it is from that limit [rad or m]; below zero beyond it."""
-
-
-@dataclass(frozen=True, slots=True)
-class ClockStatus:
-    """What the agent knows of cell time."""
-
-    offset_s: Number
-    """Cell time less the agent's own clock, as its host counts from its start."""
-    error_s: Duration
-    """How far that is from the truth at most."""
 
 
 @state("robot/{robot}/state")

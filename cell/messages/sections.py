@@ -135,4 +135,4 @@ class Clearance:
     refused: Refusal | None = None
     """Why not all of it was cleared."""
     look_further: bool = False
-    """What is known of the robot's plan ends in the way of another one: more of its program should be planned."""
+    """By what is known of their plans it shares room with another robot: more of its program should be planned."""

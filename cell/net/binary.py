@@ -55,7 +55,7 @@ Presence:
 
 | offset | type | field |
 |---|---|---|
-| 0 | 4 bytes | magic `ZPR2` |
+| 0 | 4 bytes | magic `ZPR3` |
 | 4 | u32 | length of the head in bytes |
 | 8 | u16 | c, number of capsules of the body |
 | 10 | u16 | p, number of its poses |
@@ -68,6 +68,7 @@ Presence:
 | then | c f32 | radii_m of the body |
 | then | p f32 | its growth_m |
 | then | p * c * 6 f32 | its poses: ax, ay, az, bx, by, bz of each capsule, one pose after the other |
+| then | p * 3 f32 | its TCP: x, y, z, one pose after the other |
 | then | s * k f32 | radii of the sections |
 | then | s * k * 6 f32 | points of the sections, as the poses |
 
@@ -112,7 +113,7 @@ _FEEDBACK = struct.Struct("<4s6QIBBHHHI")
 _SETPOINTS_MAGIC = b"ZSB4"
 _FEEDBACK_MAGIC = b"ZDF4"
 _BODY = struct.Struct("<4sIHHHHH")
-_BODY_MAGIC = b"ZPR2"
+_BODY_MAGIC = b"ZPR3"
 _PLANNED = struct.Struct("<4sIHH")
 _PLANNED_MAGIC = b"ZPW1"
 
@@ -242,10 +243,11 @@ def decode_feedback(data: bytes) -> DriveFeedback:
 def encode_presence(head: bytes, body: Body, way: Way) -> bytes:
     """The bytes of a presence: its head, and the arrays of its body and way. Raises `CodecError` if they do not fit."""
     c, p = len(body.radii_m), len(body.growth_m)
-    if body.poses.size != 6 * c * p or len(body.poses) != p:
+    if body.poses.size != 6 * c * p or len(body.poses) != p or body.tcp_m.shape != (p, 3):
         found = f"radii_m {body.radii_m.shape}, growth_m {body.growth_m.shape}, poses {body.poses.shape}"
-        raise CodecError("Presence", f"{found}: allowed are (c,), (p,), (p, c, 2, 3)")
-    of_body = _body_values(body.radii_m, body.growth_m, body.poses)
+        found += f", tcp_m {body.tcp_m.shape}"
+        raise CodecError("Presence", f"{found}: allowed are (c,), (p,), (p, c, 2, 3), (p, 3)")
+    of_body = _body_values(body.radii_m, body.growth_m, body.poses, body.tcp_m)
     _check_body(of_body, c, p)
     ids, of_way = _section_values("Presence", way.sections)
     k, s, t = way.sections.radii.shape[-1], len(way.sections), len(way.pieces)
@@ -256,8 +258,8 @@ def encode_presence(head: bytes, body: Body, way: Way) -> bytes:
     return header + head + ids + pieces + of_body.tobytes() + of_way.tobytes()
 
 
-def decode_presence(data: bytes) -> tuple[bytes, tuple[Single, Single, Single], Sections, Pieces]:
-    """The head; radii `(c,)`, growth `(p,)`, poses `(p, c, 2, 3)` of the body; the sections and their pieces.
+def decode_presence(data: bytes) -> tuple[bytes, tuple[Single, Single, Single, Single], Sections, Pieces]:
+    """The head; radii `(c,)`, growth `(p,)`, poses `(p, c, 2, 3)`, TCP `(p, 3)` of the body; sections and their pieces.
 
     Raises `CodecError`.
     """
@@ -266,13 +268,14 @@ def decode_presence(data: bytes) -> tuple[bytes, tuple[Single, Single, Single], 
     head = reader.take(length)
     if t not in (0, s):
         raise CodecError("Presence", f"{t} pieces of {s} sections: allowed are none or one of each")
-    count = c + p + 6 * c * p
+    poses = c + p + 6 * c * p
+    count = poses + 3 * p
     reader.expect(8 * s + 4 * (t + count + 7 * s * k))
     ids = reader.ids(s)
     pieces = np.frombuffer(reader.take(4 * t), dtype="<u4").astype(np.uint32)
     body = reader.singles(count)
     _check_body(body, c, p)
-    arrays = body[:c], body[c : c + p], body[c + p :].reshape(p, c, 2, 3)
+    arrays = body[:c], body[c : c + p], body[c + p : poses].reshape(p, c, 2, 3), body[poses:].reshape(p, 3)
     return head, arrays, _sections("Presence", reader, ids, k), pieces
 
 

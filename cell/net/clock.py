@@ -3,7 +3,7 @@
 from collections import deque
 from math import inf
 
-from cell.messages import CellTime, ManagerState
+from cell.messages import CellTime, ClockStatus, ManagerState
 from cell.net.freshness import NewestOf
 
 _WINDOW_S = 2.0
@@ -92,3 +92,8 @@ class ManagerClock:
     def error_s(self, now: float) -> float:
         """How far `moment` is from the truth at most [s]; infinite before a state answered this process."""
         return self._clock.error_s(now)
+
+    def status(self, now: float) -> ClockStatus | None:
+        """What is known of cell time at `now` [s], and how well; None before a state answered this process."""
+        moment, error_s = self.moment(now), self.error_s(now)
+        return None if moment is None or error_s == inf else ClockStatus(moment.seconds - now, error_s)

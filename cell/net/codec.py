@@ -115,12 +115,12 @@ def _encode_presence(presence: Presence) -> bytes:
 
 
 def _decode_presence(data: bytes) -> Presence:
-    read, (radii, growth, poses), sections, pieces = binary.decode_presence(data)
+    read, (radii, growth, poses, tcp), sections, pieces = binary.decode_presence(data)
     head = _from_json(_PRESENCE_HEAD, read)
     if not head.committed <= head.owned <= len(sections):
         found = f"{head.committed} committed, {head.owned} owned of {len(sections)} sections"
         raise CodecError("Presence", f"{found}: allowed are no more committed than owned, no more owned than there are")
-    body = Body(head.known, head.base, head.reach_m, radii, poses, growth)
+    body = Body(head.known, head.base, head.reach_m, radii, poses, growth, tcp)
     way = Way(sections, head.committed, head.owned, head.links, head.fixed, head.plan, pieces)
     return Presence(body=body, way=way, **{name: getattr(head, name) for name in _PRESENCE_FIELDS})
 

@@ -145,9 +145,10 @@ class GatewayCore:
             case BusTraffic() | BusFailed() | BusBack() | BusDisturbed() | SecondMaster():
                 self._bus.take(message, now)
             case Arrived(ManagerState() as state, at):
-                self._phase.heard(state, at)
+                echo = state.heard_gateways.get(self._settings.name)
+                self._phase.heard(state, at, self._states.age(echo, at))
                 self._turn.heard(state, at)
-                self._estops.answered(state, state.heard_gateways.get(self._settings.name))
+                self._estops.answered(state, echo)
             case Frozen():
                 self._states.forget()
                 for each in self._robots.values():
@@ -345,6 +346,7 @@ class GatewayCore:
             io_nodes=tuple(io.describe() for io in self._io_nodes.values()),
             inputs={robot: named for robot, named in self._inputs.items() if named},
             estop=estop.id if estop is not None else None,
+            clock=self._phase.clock.status(self._now),
         )
 
     @property

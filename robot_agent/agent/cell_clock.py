@@ -44,8 +44,7 @@ class CellClock:
 
     def status(self, now: float) -> ClockStatus | None:
         """What is known of cell time at `now` [s], and how well; None before a state answered this robot."""
-        moment, error_s = self._manager.moment(now), self._manager.error_s(now)
-        return None if moment is None or error_s == math.inf else ClockStatus(moment.seconds - now, error_s)
+        return self._manager.status(now)
 
     def uncertain(self, now: float) -> str:
         """Why nothing may begin at a common moment, for people; empty when it may."""

@@ -157,6 +157,12 @@ class Model(ABC):
         """Joints `(..., n)` -> end points of all capsules in base `(..., c, 2, 3)` [m]; radii: `capsule_radii`."""
         return self.capsules_of(self.links(q))
 
+    def body_and_tcp(self, q: Array) -> Array:
+        """`capsules`, and the TCP as one more of length 0: `(..., c + 1, 2, 3)` [m] in base."""
+        links = self.links(q)
+        tcp = self.tcp_at(links[..., -1, :, :])[..., None, None, :3, 3]
+        return np.concatenate([self.capsules_of(links), np.repeat(tcp, 2, axis=-2)], axis=-3)
+
     def capsules_of(self, links: Array) -> Array:
         """The same from poses of all links in base `(..., links, 4, 4)`."""
         frames = links[..., self._capsule_links, None, :3, :]
@@ -224,7 +230,7 @@ class Model(ABC):
         return np.where(self.linear, joints, np.unwrap(joints, axis=0))
 
     def bulge_m(self, q: Array) -> Array:
-        """How far, at most, an end point of a capsule leaves the chord between two samples of a path: `(m - 1,)` [m].
+        """How far, at most, an end of a capsule or the TCP leaves the chord of two samples of a path: `(m - 1,)` [m].
 
         `q` `(m, n)`, evenly apart in time or in way. Joints that move evenly carry a point on arcs: its second
         derivative is at most R (sum of joint steps)^2, with R the reach and sliding steps divided by R, so it leaves

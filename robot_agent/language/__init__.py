@@ -23,7 +23,7 @@ from robot_agent.language.names import Names
 from robot_agent.language.parser import parse_program
 from robot_agent.language.parts import Attach, ChangeTool, Detach, changes_tools, mounted_before, mounts
 from robot_agent.language.program import Program, ProgramError, ProgramProblem
-from robot_agent.language.sequence import End, Goto, Label, MeetOthers, SetOutput, SwitchSpace, Track, Wait
+from robot_agent.language.sequence import End, Goto, Label, MeetOthers, SetOutput, Speed, Sub, SwitchSpace, Track, Wait
 from robot_agent.language.statement import STATEMENTS, Statement
 from robot_agent.language.steps import (
     Finished,
@@ -70,9 +70,11 @@ __all__ = [
     "ProgramFault",
     "ProgramProblem",
     "SetOutput",
+    "Speed",
     "SplineStep",
     "Statement",
     "Step",
+    "Sub",
     "Switch",
     "SwitchNow",
     "SwitchSpace",

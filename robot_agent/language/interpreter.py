@@ -63,7 +63,9 @@ class Interpreter:
         following = None if self._following is None else self._following.line
         at = self._at
         switched = at.tangential_rad, at.tracking, at.spaces_off, at.tools, at.held
-        return at.index, frozenset(at.jumps_left.items()), switched, following
+        speeds = at.joint_speed, at.path_speed_m_s, at.speed_share
+        calls = tuple((call.back, call.left, frozenset(call.jumps_left.items())) for call in at.calls)
+        return at.index, frozenset(at.jumps_left.items()), calls, switched, speeds, following
 
     def _walk(self) -> Step | Switch:
         if self._end is not None:

@@ -43,8 +43,8 @@ class MoveJoints(Move):
 
     joints: tuple[float | None, ...]
     """Target per joint [rad or m]."""
-    speed: float
-    """Fraction of the joints' speed limits, above 0 to 1."""
+    speed: float | None = None
+    """Fraction of the joints' speed limits, above 0 to 1; None: that of the joint move before."""
     pace: MoveCaps = FREELY
     synchronised: bool = True
     """`SYNC=0`: each joint at its own speed, they start together and arrive when they do."""
@@ -53,7 +53,7 @@ class MoveJoints(Move):
     def read(cls, line: int, words: list[Word], reading: Reading) -> Self:
         joints, linear = reading.names.joints, reading.names.linear
         named = named_numbers(words, (*joints, *_PACE, "SYNC"))
-        speed = percent(named.pop("F", None), words[0])
+        speed = _joint_speed(named, words[0])
         synchronised = _switch(named, "SYNC", True, "1: the joints arrive together, or 0: each as fast as it can")
         edge = named.get("R")
         if edge is not None and edge[0] > 0.0 and not synchronised:
@@ -68,8 +68,8 @@ class MoveJoints(Move):
         )
         return cls(line, target, speed, pace, synchronised)
 
-    def run(self, _walk: Walk) -> JointStep:
-        return JointStep(self.line, self.joints, self.speed, self.pace, self.synchronised)
+    def run(self, walk: Walk) -> JointStep:
+        return JointStep(self.line, self.joints, _joint_share(walk, self.speed), self.pace, self.synchronised)
 
     @property
     def from_anywhere(self) -> bool:
@@ -96,14 +96,14 @@ class MoveLine(Move):
     """On every move: what the robot carries during it."""
 
     @classmethod
-    def read(cls, line: int, words: list[Word], _reading: Reading) -> Self:
+    def read(cls, line: int, words: list[Word], reading: Reading) -> Self:
         named = named_numbers(words, (*_COORDINATES, *_PACE, "FLIP"))
         flip = _switch(named, "FLIP", False, "1: the wrist may pass its singular pose, or 0")
-        pace = pace_of(named)
+        pace = _path_pace_of(named, words[0], reading)
         return cls(line, *_target(named, words[0]), pace, wrist_may_flip=flip)
 
     def run(self, walk: Walk) -> "MoveLine | ProgramFault":
-        return _tangential(self, walk, self.orientation_abc)
+        return _on_its_way(self, walk, self.orientation_abc)
 
 
 @statement("MC")
@@ -125,9 +125,9 @@ class MoveArc(Move):
     mounted: Mounted = NOTHING
 
     @classmethod
-    def read(cls, line: int, words: list[Word], _reading: Reading) -> Self:
+    def read(cls, line: int, words: list[Word], reading: Reading) -> Self:
         named = named_numbers(words, (*_COORDINATES, *_VIA, "H", *_PACE))
-        pace = pace_of(named)
+        pace = _path_pace_of(named, words[0], reading)
         angle = named.pop("H", None)
         if angle is not None and not 0.0 < abs(angle[0]) <= MOST_DEG:
             allowed = f"degrees of the circle to go, any but 0 up to {MOST_DEG:g}; negative is backwards"
@@ -141,7 +141,7 @@ class MoveArc(Move):
         return cls(line, via_position, via_orientation, position, orientation, radians, pace)
 
     def run(self, walk: Walk) -> "MoveArc | ProgramFault":
-        return _tangential(self, walk, self.orientation_abc or self.via_orientation_abc)
+        return _on_its_way(self, walk, self.orientation_abc or self.via_orientation_abc)
 
 
 @statement("MS")
@@ -158,13 +158,13 @@ class MoveSpline(Move):
     mounted: Mounted = NOTHING
 
     @classmethod
-    def read(cls, line: int, words: list[Word], _reading: Reading) -> Self:
+    def read(cls, line: int, words: list[Word], reading: Reading) -> Self:
         named = named_numbers(words, (*_COORDINATES, *_PACE))
-        pace = pace_of(named)
+        pace = _path_pace_of(named, words[0], reading)
         return cls(line, *_target(named, words[0]), pace)
 
     def run(self, walk: Walk) -> "MoveSpline | ProgramFault":
-        return _tangential(self, walk, self.orientation_abc)
+        return _on_its_way(self, walk, self.orientation_abc)
 
 
 @statement("HOME")
@@ -172,17 +172,18 @@ class MoveSpline(Move):
 class Home(Move):
     """`HOME F=…`: a joint move to the robot's home position."""
 
-    speed: float
+    speed: float | None = None
+    """As of `MJ`."""
     pace: MoveCaps = FREELY
 
     @classmethod
     def read(cls, line: int, words: list[Word], _reading: Reading) -> Self:
         named = named_numbers(words, ("F", "FC", "FA", "FJ", "R"))
-        speed = percent(named.pop("F", None), words[0])
+        speed = _joint_speed(named, words[0])
         return cls(line, speed, pace_of(named))
 
-    def run(self, _walk: Walk) -> JointStep:
-        return JointStep(self.line, None, self.speed, self.pace)
+    def run(self, walk: Walk) -> JointStep:
+        return JointStep(self.line, None, _joint_share(walk, self.speed), self.pace)
 
     @property
     def from_anywhere(self) -> bool:
@@ -212,6 +213,10 @@ class Tangent(Statement):
     def run(self, walk: Walk) -> None:
         walk.tangential_rad = self.angle_rad
 
+    @property
+    def idle(self) -> bool:
+        return True
+
 
 LineStep = MoveLine
 ArcStep = MoveArc
@@ -223,12 +228,35 @@ MotionStep = JointStep | TcpStep
 M = TypeVar("M", MoveLine, MoveArc, MoveSpline)
 
 
-def _tangential(move: M, walk: Walk, named: Orientation | None) -> M | ProgramFault:
-    """The move with what `TANG` asks for, which leaves no orientation to choose."""
+def _on_its_way(move: M, walk: Walk, named: Orientation | None) -> M | ProgramFault:
+    """The move with its speed, and with what `TANG` asks for, which leaves no orientation to choose."""
     if walk.tangential_rad is not None and named is not None:
         text = "A, B and C are named while TANG is on, where the tool follows the path: leave them out, or TANG 0"
         return ProgramFault(move.line, text)
-    return replace(move, tangential_rad=walk.tangential_rad)
+    pace = _path_pace(move.pace, walk)
+    if pace is None:
+        return ProgramFault(move.line, "no path move before this one has named its speed: F=mm/s")
+    return replace(move, tangential_rad=walk.tangential_rad, pace=pace)
+
+
+def _joint_speed(named: Named, head: Word) -> float | None:
+    """Takes F of a joint move out of the named values: percent as a fraction."""
+    feed = named.pop("F", None)
+    return None if feed is None else percent(feed, head)
+
+
+def _joint_share(walk: Walk, speed: float | None) -> float:
+    """The fraction of the limits at which a joint move runs; its own F holds from here on."""
+    walk.joint_speed = walk.joint_speed if speed is None else speed
+    return walk.joint_speed * walk.speed_share
+
+
+def _path_pace(pace: MoveCaps, walk: Walk) -> MoveCaps | None:
+    """What a path move runs with; its own F holds from here on. None: no move has named one yet."""
+    walk.path_speed_m_s = pace.speed_m_s or walk.path_speed_m_s
+    if walk.path_speed_m_s is None:
+        return None
+    return replace(pace, speed_m_s=walk.path_speed_m_s * walk.speed_share)
 
 
 def _joint(value: float, linear: bool) -> float:
@@ -264,6 +292,17 @@ def pace_of(named: Named) -> MoveCaps:
         None if joints is None else math.radians(joints),
         None if edge is None else edge[0] / 1000.0,
     )
+
+
+def _path_pace_of(named: Named, head: Word, reading: Reading) -> MoveCaps:
+    """The same of a path move; the first one of a file names its speed."""
+    pace = pace_of(named)
+    if pace.speed_m_s is None and not reading.has_feed:
+        reading.has_feed = True  # told once
+        allowed = "F=mm/s on the first path move of a file; it holds until another one names F"
+        raise Mistake(head.column, f"{head.text.upper()} without a speed", allowed)
+    reading.has_feed = True
+    return pace
 
 
 def _target(named: Named, head: Word) -> tuple[Position, Orientation | None]:

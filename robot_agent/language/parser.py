@@ -1,53 +1,95 @@
 """Program text to statements. All mistakes are found in one pass and reported together."""
 
-import re
+from pathlib import Path
 
+from cell.config.document import read_text
+from cell.config.problem import Problem
+from robot_agent.language.flow import mistakes_of_flow
 from robot_agent.language.names import Names
-from robot_agent.language.program import Program, ProgramError, ProgramProblem
+from robot_agent.language.program import CalledLine, Program, ProgramError, ProgramProblem
+from robot_agent.language.sequence import End
 from robot_agent.language.statement import STATEMENTS, Reading, Statement
-from robot_agent.language.words import Mistake, Word
-
-_WORD = re.compile(r"[^\s=]+(?:\s*=\s*[^\s=]+)?")
+from robot_agent.language.words import COMMENT, Mistake, Word, nearest, statements_in
 
 
-def parse_program(text: str, name: str, names: Names) -> Program:
+def parse_program(text: str, name: str, names: Names, folder: Path | None = None) -> Program:
     """Parse a program.
 
     Joint values are degrees or millimetres, lengths millimetres, speeds percent of the joint limits (`MJ`, `HOME`) or
-    mm/s (`ML`, `MC`, `MS`).
-    Raises `ProgramError` with every mistake.
+    mm/s (`ML`, `MC`, `MS`). What `CALL` names is read from `folder`.
+    Raises `ProgramError` with every mistake, those in files that are called too.
     """
-    reading = Reading(names)
-    lines, statements, problems = text.splitlines(), list[Statement](), list[ProgramProblem]()
+    reader = _Reader(names, folder)
+    reader.read(text, name)
+    if not reader.statements and not reader.problems:
+        reader.problems.append(ProgramProblem(1, 1, "a program without statements", "at least one statement"))
+    if not reader.problems:
+        reader.problems += mistakes_of_flow(reader.statements, reader.ends)
+    if reader.problems:
+        problems = sorted(reader.problems, key=lambda each: (each.file, each.line, each.column))
+        raise ProgramError(name, tuple(problems))
+    return Program(name, tuple(reader.statements), tuple(reader.lines))
 
-    def wrong(line: int, mistake: Mistake) -> None:
-        problems.append(ProgramProblem(line, mistake.column, _visible(mistake.found), mistake.allowed))
 
-    for line, written in enumerate(lines, 1):
-        words = [Word(m.group(), m.start() + 1) for m in _WORD.finditer(written.split(";")[0])]
-        if not words:
-            continue
-        try:
-            reading.place = len(statements)
-            statements.append(_kind(words[0]).read(line, words, reading))
-        except Mistake as mistake:
-            wrong(line, mistake)
-    for index, make in reading.linked:
-        try:
-            statements[index] = make()
-        except Mistake as mistake:
-            wrong(statements[index].line, mistake)
-    if not statements and not problems:
-        problems.append(ProgramProblem(1, 1, "a program without statements", "at least one statement"))
-    if problems:
-        raise ProgramError(name, tuple(sorted(problems, key=lambda p: (p.line, p.column))))
-    return Program(name, tuple(statements), tuple(lines))
+class _Reader:
+    """Reads a file, then those that it calls, each once; their statements come after its own."""
+
+    def __init__(self, names: Names, folder: Path | None) -> None:
+        self.statements: list[Statement] = []
+        self.lines: list[str] = []
+        self.problems: list[ProgramProblem] = []
+        self.ends: list[int] = []
+        """Places behind the last statement of each file."""
+        self._names, self._folder = names, folder
+        self._begins: dict[str, int] = {}
+        """Files that are called: the place of their first statement."""
+
+    def read(self, text: str, name: str, called: bool = False) -> None:
+        """The statements of one file, and of those that it calls."""
+        reading, lines, before = Reading(self._names, self._begins), text.splitlines(), len(self.lines)
+        file = name if called else ""
+        self.lines += lines
+        for number, written in enumerate(lines, 1):
+            line = CalledLine(before + number, name, number) if called else number
+            for words in statements_in(COMMENT.split(written, maxsplit=1)[0]):
+                reading.place = len(self.statements)
+                try:
+                    self.statements.append(_kind(words[0]).read(line, words, reading))
+                except Mistake as mistake:
+                    self._wrong(file, number, mistake)
+        self.ends.append(len(self.statements))
+        if called or reading.files:
+            self.statements.append(End(line=before + max(len(lines), 1)))
+        for column, number_of, wanted in ((word.column, line, word.text) for line, word in reading.files):
+            if wanted not in self._begins:
+                self._call(wanted, file, int(number_of) - before, column)
+        for index, make in reading.linked:
+            try:
+                self.statements[index] = make()
+            except Mistake as mistake:
+                self._wrong(file, self.statements[index].line - before, mistake)
+
+    def _call(self, wanted: str, file: str, line: int, column: int) -> None:
+        if self._folder is None:
+            self._wrong(file, line, Mistake(column, f"CALL {wanted}", "no CALL: this program is no file"))
+            return
+        text = read_text(self._folder / wanted)
+        if isinstance(text, Problem):
+            self._wrong(file, line, Mistake(column, f"CALL {wanted}: {text.found}", text.allowed))
+            return
+        self._begins[wanted] = len(self.statements)
+        self.read(text, wanted, called=True)
+
+    def _wrong(self, file: str, line: int, mistake: Mistake) -> None:
+        self.problems.append(ProgramProblem(line, mistake.column, _visible(mistake.found), mistake.allowed, file))
 
 
 def _kind(head: Word) -> type[Statement]:
     kind = STATEMENTS.get(head.statement)
     if kind is None:
-        raise Mistake(head.column, f"`{head.text}`", f"one of {', '.join(STATEMENTS)}")
+        raise Mistake(
+            head.column, f"`{head.text}`", f"one of {', '.join(STATEMENTS)}{nearest(head.text.upper(), STATEMENTS)}"
+        )
     return kind
 
 

@@ -6,11 +6,11 @@ from typing import Self
 from robot_agent.language.program import Program
 from robot_agent.language.statement import Reading, Statement, Walk, statement
 from robot_agent.language.steps import Mount, ProgramFault
-from robot_agent.language.words import Mistake, Word
+from robot_agent.language.words import Mistake, Word, unknown
 from robot_agent.model.description import Mounted, RobotDescription
 
 
-@statement("T=", "T0")
+@statement("T=")
 @dataclass(frozen=True, slots=True)
 class ChangeTool(Statement):
     """`T=name`, `T1` for the tool T1, `T0` or `T=NONE` for none: the robot comes to rest, and has it from here on."""
@@ -27,11 +27,11 @@ class ChangeTool(Statement):
         name = word.text if word.pair is None else word.pair[1]
         if name.upper() in ("T0", "NONE"):
             return cls(line, None)
-        if word.pair is None and known is not None:
+        if "=" not in word.text and known is not None:
             name = next((each for each in known if each.upper() == name.upper()), name)
         if known is not None and name not in known:
-            tools = ", ".join(sorted(known)) or "this robot has none in its robot file"
-            raise Mistake(word.column, f"unknown tool `{name}`", f"T0 for none, or a name of tools: {tools}")
+            named, none = Word(name, word.column), "this robot has none in its robot file"
+            raise unknown(named, "tool", known, "T0 for none, or a name of tools", none)
         return cls(line, name)
 
     def run(self, walk: Walk) -> Mount | ProgramFault | None:
@@ -59,10 +59,9 @@ class Attach(Statement):
         if len(words) != 2:
             found = f"`{' '.join(word.text for word in words)}`"
             raise Mistake(words[0].column, found, "ATTACH and the name of a part")
-        word, known = words[1], reading.names.parts
-        if known is not None and word.text not in known:
-            parts = ", ".join(sorted(known)) or "this robot has none in its robot file"
-            raise Mistake(word.column, f"unknown part `{word.text}`", f"a name of parts: {parts}")
+        word = words[1]
+        if reading.names.parts is not None and word.text not in reading.names.parts:
+            raise unknown(word, "part", reading.names.parts, "a name of parts", "this robot has none in its robot file")
         return cls(line, word.text)
 
     def run(self, walk: Walk) -> Mount | ProgramFault:

@@ -2,13 +2,34 @@
 
 from collections.abc import Collection
 from dataclasses import dataclass
+from typing import Self
 
 from robot_agent.language.statement import Statement
+from robot_agent.language.words import COMMENT
+
+
+class CalledLine(int):
+    """A line of a file that a program calls: its number among all lines of the program; people see number and file."""
+
+    def __new__(cls, line: int, file: str, number: int) -> Self:
+        """`number` is that of the line in its file, from 1."""
+        made = super().__new__(cls, line)
+        made.file, made.number = file, number
+        return made
+
+    file: str
+    number: int
+
+    def __str__(self) -> str:
+        return f"{self.number} of {self.file}"
+
+    def __reduce__(self) -> tuple[type[Self], tuple[int, str, int]]:
+        return type(self), (int(self), self.file, self.number)
 
 
 @dataclass(frozen=True, slots=True)
 class Program:
-    """A program that has passed the parser. `lines` is its text, for display."""
+    """A program that has passed the parser. `lines` is its text and that of the files it calls, for display."""
 
     name: str
     statements: tuple[Statement, ...]
@@ -19,11 +40,15 @@ class Program:
         named = ((each.line, output) for each in self.statements for output in each.switched_outputs)
         return next(((line, output) for line, output in named if output not in known), None)
 
+    def place_of(self, line: int) -> tuple[str, int]:
+        """File and number of a line: those of the file that the program calls, where it is one of that."""
+        return (line.file, line.number) if isinstance(line, CalledLine) else (self.name, line)
+
     def text_of(self, line: int) -> str:
         """The text of a line (from 1) without its comment; empty for lines outside the program."""
         if not 1 <= line <= len(self.lines):
             return ""
-        return self.lines[line - 1].split(";")[0].strip()
+        return COMMENT.split(self.lines[line - 1], maxsplit=1)[0].strip()
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,6 +59,8 @@ class ProgramProblem:
     column: int
     found: str
     allowed: str
+    file: str = ""
+    """That the program calls; empty for its own."""
 
     def __str__(self) -> str:
         return f"{self.line}:{self.column}: found {self.found}, allowed {self.allowed}"
@@ -45,4 +72,4 @@ class ProgramError(Exception):
     def __init__(self, name: str, problems: tuple[ProgramProblem, ...]) -> None:
         self.name = name
         self.problems = problems
-        super().__init__("\n".join(f"{name}:{problem}" for problem in problems))
+        super().__init__("\n".join(f"{problem.file or name}:{problem}" for problem in problems))

@@ -1,33 +1,41 @@
 """The statements between the moves: what is followed, switched and waited for, and where the program goes on."""
 
 import re
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from typing import Self
 
-from robot_agent.language.statement import Reading, Statement, Walk, statement
+from robot_agent.language.statement import STATEMENTS, Reading, Statement, SubCall, Walk, statement
 from robot_agent.language.steps import Finished, Meet, Pause, ProgramFault, Switch, TrackingOff, TrackingOn
-from robot_agent.language.words import Mistake, Word, number
+from robot_agent.language.words import Mistake, Word, number, percent, unknown
 
 _NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*\Z")
 _MAX_WAIT_S = 3600.0
 _MAX_JUMPS = 1_000_000
+MOST_CALLS = 20
+"""Subroutines within one another."""
 
 
-@statement("TRACK")
+@statement("TRACK", "TRK")
 @dataclass(frozen=True, slots=True)
 class Track(Statement):
-    """`TRACK name`, `TRACK OFF`: from here on the robot follows this correction on its path, or (`None`) none."""
+    """`TRACK name`, `TRACK OFF`, `TRK`: from here on the path follows this correction, or (`None`) none."""
 
     name: str | None
 
     @classmethod
     def read(cls, line: int, words: list[Word], reading: Reading) -> Self:
         word = _only_argument(words, "the name of a correction, or OFF")
-        if word.text.upper() == "OFF":
+        if word.text.upper() in ("OFF", "0"):
             return cls(line, None)
         if reading.names.corrections is not None and word.text not in reading.names.corrections:
-            known = ", ".join(sorted(reading.names.corrections)) or "this robot has none in the cell file"
-            raise Mistake(word.column, f"unknown correction `{word.text}`", f"OFF or a name of corrections: {known}")
+            raise unknown(
+                word,
+                "correction",
+                reading.names.corrections,
+                "OFF or a name of corrections",
+                "this robot has none in the cell file",
+            )
         return cls(line, word.text)
 
     def run(self, walk: Walk) -> TrackingOn | TrackingOff | None:
@@ -57,8 +65,9 @@ class SetOutput(Statement):
             raise Mistake(words[0].column, found, f"{words[0].text.upper()} DO and the name of an output")
         word = words[2]
         if reading.names.outputs is not None and word.text not in reading.names.outputs:
-            known = ", ".join(sorted(reading.names.outputs)) or "this robot has none in its drives file"
-            raise Mistake(word.column, f"unknown output `{word.text}`", f"a name of outputs: {known}")
+            raise unknown(
+                word, "output", reading.names.outputs, "a name of outputs", "this robot has none in its drives file"
+            )
         return cls(line, word.text, words[0].text.upper() == "SET")
 
     def run(self, walk: Walk) -> Switch:
@@ -68,6 +77,10 @@ class SetOutput(Statement):
     @property
     def switched_outputs(self) -> tuple[str, ...]:
         return (self.output,)
+
+    @property
+    def idle(self) -> bool:
+        return True
 
 
 @statement("SPACE")
@@ -85,12 +98,21 @@ class SwitchSpace(Statement):
             raise Mistake(words[0].column, found, "SPACE, the name of a space, and ON or OFF")
         word = words[1]
         if reading.names.spaces is not None and word.text not in reading.names.spaces:
-            known = ", ".join(sorted(reading.names.spaces)) or "this robot has none with by_program in the cell file"
-            raise Mistake(word.column, f"unknown space `{word.text}`", f"a name of spaces with by_program: {known}")
+            raise unknown(
+                word,
+                "space",
+                reading.names.spaces,
+                "a name of spaces with by_program",
+                "this robot has none with by_program in the cell file",
+            )
         return cls(line, word.text, words[2].text.upper() == "ON")
 
     def run(self, walk: Walk) -> None:
         walk.spaces_off = walk.spaces_off - {self.space} if self.on else walk.spaces_off | {self.space}
+
+    @property
+    def idle(self) -> bool:
+        return True
 
 
 @statement("WAIT")
@@ -127,8 +149,9 @@ class MeetOthers(Statement):
             raise Mistake(words[0].column, found, "MEET and the name of a meeting; if wanted, TIMEOUT and seconds")
         word = words[1]
         if reading.names.meetings is not None and word.text not in reading.names.meetings:
-            known = ", ".join(sorted(reading.names.meetings)) or "this robot is in none in the cell file"
-            raise Mistake(word.column, f"unknown meeting `{word.text}`", f"a name of meetings: {known}")
+            raise unknown(
+                word, "meeting", reading.names.meetings, "a name of meetings", "this robot is in none in the cell file"
+            )
         timeout_s = None
         if len(words) == 4:
             timeout_s = number(words[3].text, words[3])
@@ -145,7 +168,7 @@ class MeetOthers(Statement):
 @statement("LABEL")
 @dataclass(frozen=True, slots=True)
 class Label(Statement):
-    """`LABEL name`: a place to jump to."""
+    """`LABEL name`, `name:`: a place to jump to."""
 
     name: str
 
@@ -154,6 +177,8 @@ class Label(Statement):
         word = _only_argument(words, "a name")
         if not _NAME.match(word.text):
             raise Mistake(word.column, f"`{word.text}`", "a name of letters, digits and _, starting with a letter")
+        if word.text.upper() in STATEMENTS:
+            raise Mistake(word.column, f"label `{word.text}`", "a name that is no word of the language")
         if word.text in reading.labels:
             raise Mistake(word.column, f"label `{word.text}` a second time", "each label once")
         reading.labels[word.text] = reading.place + 1
@@ -161,6 +186,10 @@ class Label(Statement):
 
     def run(self, _walk: Walk) -> None:
         pass
+
+    @property
+    def idle(self) -> bool:
+        return True
 
 
 @statement("GOTO")
@@ -174,15 +203,9 @@ class Goto(Statement):
 
     @classmethod
     def read(cls, line: int, words: list[Word], reading: Reading) -> Self:
-        if len(words) not in (2, 3):
-            raise Mistake(words[0].column, f"{len(words) - 1} words after GOTO", "a label and, if wanted, a count")
-        count = None
-        if len(words) == 3:
-            value = number(words[2].text, words[2])
-            if value != int(value) or not 1 <= value <= _MAX_JUMPS:
-                raise Mistake(words[2].column, f"count {words[2].text}", f"a whole number, 1 to {_MAX_JUMPS}")
-            count = int(value)
-        reading.linked.append((reading.place, lambda: cls(line, _place_of(words[1], reading.labels), count)))
+        count = _count(words, "a label and, if wanted, a count")
+        name = words[1]
+        reading.linked.append((reading.place, lambda: cls(line, _place_of(name, reading.labels), count)))
         return cls(line, 0, count)
 
     def run(self, walk: Walk) -> None:
@@ -197,11 +220,65 @@ class Goto(Statement):
         else:
             del walk.jumps_left[place]
 
+    def leads_to(self, place: int) -> tuple[int, ...]:
+        return (self.target,) if self.count is None else (self.target, place + 1)
+
+    def moved(self, places: Sequence[int]) -> Self:
+        return replace(self, target=places[self.target])
+
+    @property
+    def idle(self) -> bool:
+        return True
+
+
+@statement("SUB", "CALL")
+@dataclass(frozen=True, slots=True)
+class Sub(Statement):
+    """`SUB name n`: the subroutine from this label to its END, `n` times or once; `CALL file n`: the same of a file."""
+
+    target: int
+    """Index of its first statement."""
+    count: int
+    file: str = ""
+    """Of CALL."""
+
+    @classmethod
+    def read(cls, line: int, words: list[Word], reading: Reading) -> Self:
+        call = words[0].text.upper() == "CALL"
+        count = _count(words, f"{'a file' if call else 'a label'} and, if wanted, how often") or 1
+        name = words[1]
+        if call:
+            reading.files.append((line, name))
+            # without the file there is no place, and the mistake is told where it is looked for
+            reading.linked.append(
+                (reading.place, lambda: cls(line, reading.begins.get(name.text, 0), count, name.text))
+            )
+        else:
+            reading.linked.append((reading.place, lambda: cls(line, _place_of(name, reading.labels), count)))
+        return cls(line, 0, count)
+
+    def run(self, walk: Walk) -> "ProgramFault | None":
+        if len(walk.calls) == MOST_CALLS:
+            return ProgramFault(self.line, f"more than {MOST_CALLS} subroutines within one another")
+        walk.calls.append(SubCall(self.target, walk.index, self.count - 1, walk.jumps_left))
+        walk.index, walk.jumps_left = self.target, {}
+        return None
+
+    def leads_to(self, place: int) -> tuple[int, ...]:
+        return (self.target, place + 1)
+
+    def moved(self, places: Sequence[int]) -> Self:
+        return replace(self, target=places[self.target])
+
+    @property
+    def idle(self) -> bool:
+        return True
+
 
 @statement("END")
 @dataclass(frozen=True, slots=True)
 class End(Statement):
-    """`END`: the program is done."""
+    """`END`: the program is done; in a subroutine or a called file that is done, and what called it goes on."""
 
     @classmethod
     def read(cls, line: int, words: list[Word], _reading: Reading) -> Self:
@@ -209,8 +286,41 @@ class End(Statement):
             raise Mistake(words[1].column, f"`{words[1].text}` after END", "nothing")
         return cls(line)
 
-    def run(self, _walk: Walk) -> Finished:
-        return Finished(self.line)
+    def run(self, walk: Walk) -> Finished | None:
+        if not walk.calls:
+            return Finished(self.line)
+        call = walk.calls[-1]
+        walk.jumps_left = {}
+        if call.left > 0:
+            call.left -= 1
+            walk.index = call.target
+        else:
+            walk.calls.pop()
+            walk.index, walk.jumps_left = call.back, call.jumps_left
+        return None
+
+    def leads_to(self, _place: int) -> tuple[int, ...]:
+        return ()
+
+
+@statement("SPEED")
+@dataclass(frozen=True, slots=True)
+class Speed(Statement):
+    """`SPEED n`: from here on moves run at this share of their F."""
+
+    share: float
+
+    @classmethod
+    def read(cls, line: int, words: list[Word], _reading: Reading) -> Self:
+        word = _only_argument(words, "percent of the speed that each move is given")
+        return cls(line, percent((number(word.text, word), word), words[0]))
+
+    def run(self, walk: Walk) -> None:
+        walk.speed_share = self.share
+
+    @property
+    def idle(self) -> bool:
+        return True
 
 
 def _only_argument(words: list[Word], what: str) -> Word:
@@ -219,8 +329,19 @@ def _only_argument(words: list[Word], what: str) -> Word:
     return words[1]
 
 
+def _count(words: list[Word], allowed: str) -> int | None:
+    """The whole number after head and name; None where there is none."""
+    if len(words) not in (2, 3):
+        raise Mistake(words[0].column, f"{len(words) - 1} words after {words[0].text.upper()}", allowed)
+    if len(words) == 2:
+        return None
+    value = number(words[2].text, words[2])
+    if value != int(value) or not 1 <= value <= _MAX_JUMPS:
+        raise Mistake(words[2].column, f"count {words[2].text}", f"a whole number, 1 to {_MAX_JUMPS}")
+    return int(value)
+
+
 def _place_of(word: Word, labels: dict[str, int]) -> int:
     if word.text not in labels:
-        allowed = f"a label of this program: {', '.join(sorted(labels)) or 'it has none'}"
-        raise Mistake(word.column, f"unknown label `{word.text}`", allowed)
+        raise unknown(word, "label", labels, "a label of this file", "it has none")
     return labels[word.text]

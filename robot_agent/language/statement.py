@@ -5,7 +5,7 @@ that the robot knows (`robot_agent.language.steps`, a move of the TCP), or a cha
 """
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Self, TypeVar
 
@@ -23,12 +23,32 @@ class Reading:
     """What the statements of one text are read against, and what they tell one another."""
 
     names: Names
+    begins: Mapping[str, int]
+    """By file that is called, the index of its first statement; complete once all are read."""
     place: int = 0
     """Index of the statement that is being read."""
     labels: dict[str, int] = field(default_factory=dict)
     """Name: index of the statement after the label."""
     linked: list[tuple[int, Callable[[], "Statement"]]] = field(default_factory=list)
     """Statements to be made once all labels are known, by their index; making one may raise Mistake."""
+    files: list[tuple[int, Word]] = field(default_factory=list)
+    """Line and word of what CALL names."""
+    has_feed: bool = False
+    """Whether a path move has named its speed."""
+
+
+@dataclass(slots=True)
+class SubCall:
+    """A subroutine that is running."""
+
+    target: int
+    """Index of its first statement."""
+    back: int
+    """Index of the statement after the call."""
+    left: int
+    """How often it runs again after this time."""
+    jumps_left: dict[int, int]
+    """Of those who called it."""
 
 
 @dataclass(slots=True)
@@ -38,7 +58,15 @@ class Walk:
     index: int = 0
     """Of the statement that comes next."""
     jumps_left: dict[int, int] = field(default_factory=dict)
-    """By the index of a GOTO that counts."""
+    """By the index of a GOTO that counts, in this subroutine."""
+    calls: list[SubCall] = field(default_factory=list)
+    """The subroutines that are running, the newest one last."""
+    joint_speed: float = 1.0
+    """The newest F of joint moves, as a fraction of the limits."""
+    path_speed_m_s: float | None = None
+    """The newest F of path moves."""
+    speed_share: float = 1.0
+    """`SPEED`, of both."""
     tangential_rad: float | None = None
     """While TANG is on."""
     tracking: bool = False
@@ -71,6 +99,19 @@ class Statement(ABC):
     @abstractmethod
     def run(self, walk: Walk) -> "Step | Switch | None":
         """What the robot does here; None: nothing, the walk goes on."""
+
+    def leads_to(self, place: int) -> tuple[int, ...]:
+        """Places of the statements that may come after this one, which is at `place`."""
+        return (place + 1,)
+
+    def moved(self, _places: Sequence[int]) -> Self:
+        """The same in a program whose statements have these new places, by their old ones."""
+        return self
+
+    @property
+    def idle(self) -> bool:
+        """Whether no time passes here: in a loop of such statements the program would never come to anything."""
+        return False
 
     @property
     def switched_outputs(self) -> tuple[str, ...]:

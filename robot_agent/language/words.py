@@ -4,6 +4,13 @@ import math
 import re
 from collections.abc import Collection
 from dataclasses import dataclass
+from difflib import get_close_matches
+
+_WORD = re.compile(r"[^\s=]+(?:\s*=\s*[^\s=]+)?")
+_LABEL = re.compile(r"\s*([A-Za-z_][A-Za-z0-9_]*)\s*:(?!\S)")
+COMMENT = re.compile(r";|//")
+"""From here to the end of its line."""
+_SHORT = re.compile(r"(FC|FA|FJ|F|R|H)([+-]?[0-9.]+)\Z|([PQTZ])([0-9]+)\Z", re.IGNORECASE)
 
 
 @dataclass(frozen=True, slots=True)
@@ -15,14 +22,30 @@ class Word:
 
     @property
     def pair(self) -> tuple[str, str] | None:
-        """Name in upper case and value; None for a plain word."""
+        """Name in upper case and value, of `F=100` and of `F100`; of `P1` it is P and P1. None for a plain word."""
         name, equals, value = self.text.partition("=")
-        return (name.strip().upper(), value.strip()) if equals else None
+        if equals:
+            return name.strip().upper(), value.strip()
+        short = _SHORT.match(self.text)
+        if short is None:
+            return None
+        speed, number, kind, _ = short.groups()
+        return (speed.upper(), number) if speed else (kind.upper(), self.text.upper())
 
     @property
     def statement(self) -> str:
-        """As what a statement that begins so is registered: `T=` for `T=name`, `T0` for T and a number."""
-        return re.sub(r"^T\d+$", "T0", self.text.upper()) if self.pair is None else f"{self.pair[0]}="
+        """As what a statement that begins so is registered: `T=` for `T=name` and `T1`."""
+        return self.text.upper() if self.pair is None else f"{self.pair[0]}="
+
+
+def statements_in(written: str) -> list[list[Word]]:
+    """The words of each statement on a line without its comment: each `name:` in front of one is a label of its own."""
+    found, begin = list[list[Word]](), 0
+    while label := _LABEL.match(written, begin):
+        begin = label.end()
+        found.append([Word("LABEL", label.start(1) + 1), Word(label.group(1), label.start(1) + 1)])
+    words = [Word(match.group(), match.start() + 1) for match in _WORD.finditer(written, begin)]
+    return [*found, words] if words else found
 
 
 class Mistake(Exception):
@@ -31,6 +54,18 @@ class Mistake(Exception):
     def __init__(self, column: int, found: str, allowed: str) -> None:
         super().__init__(found)
         self.column, self.found, self.allowed = column, found, allowed
+
+
+def nearest(text: str, known: Collection[str]) -> str:
+    """The name that was meant, as the end of a sentence; empty when none is near."""
+    near = get_close_matches(text, known, n=1)
+    return f"; nearest: {near[0]}" if near else ""
+
+
+def unknown(word: Word, kind: str, known: Collection[str], allowed: str, none: str) -> Mistake:
+    """That nothing of this kind has this name, and which there are; `none` says so of none."""
+    names = ", ".join(sorted(known)) or none
+    return Mistake(word.column, f"unknown {kind} `{word.text}`", f"{allowed}: {names}{nearest(word.text, known)}")
 
 
 SLOWEST = 0.01
@@ -75,11 +110,13 @@ def check_size(named: Named, names: Collection[str], largest: float, unit: str) 
             raise Mistake(word.column, f"`{word.text}`", f"-{largest:g} to {largest:g} {unit}")
 
 
-def percent(feed: tuple[float, Word] | None, head: Word) -> float:
-    """A speed in percent as a fraction; 1 when none is given."""
-    if feed is None:
-        return 1.0
+def percent(feed: tuple[float, Word], head: Word) -> float:
+    """A speed in percent as a fraction."""
     value, word = feed
     if not SLOWEST <= value <= 100:
-        raise Mistake(word.column, f"F={value:g}", f"{SLOWEST:g} to 100 percent for {head.text.upper()}")
+        raise Mistake(
+            word.column,
+            f"{head.text.upper()} {value:g}" if word.pair is None else f"F={value:g}",
+            f"{SLOWEST:g} to 100 percent for {head.text.upper()}",
+        )
     return value / 100.0

@@ -11,7 +11,7 @@ from robot_agent.workspace.body import (
     unknown_body,
 )
 from robot_agent.workspace.braking import BRAKING_RESERVE, Braking
-from robot_agent.workspace.itself import Itself, named, part_of
+from robot_agent.workspace.itself import Itself, named, owned_by, part_of
 from robot_agent.workspace.placed_robot import PlacedRobot
 from robot_agent.workspace.sections import (
     BACKING_RATE,
@@ -54,6 +54,7 @@ __all__ = [
     "joined",
     "named",
     "of_points",
+    "owned_by",
     "part_of",
     "sections_of",
     "solid_of",

@@ -35,19 +35,22 @@ def envelope(
 ) -> Envelope:
     """Cover the samples `first` to `last` (inclusive) of a sweep, and all between them, with few grown poses.
 
-    A capsule whose end points have moved by at most g lies in the capsule grown by g; points on a chord are never
-    farther from a pose than the chord's ends. Each pose reaches as far as the way travelled keeps its growth below
-    `growth_limit_m`, and at least to the next sample, however far that is. `widen_m`, the distance between measured
-    and commanded position, is added to every growth.
+    A capsule whose end points have moved by at most g lies in the capsule grown by g, and a TCP that has in its ball of
+    radius g; points on a chord are never farther from a pose than the chord's ends. Each pose reaches as far as the way
+    travelled keeps its growth below `growth_limit_m`, and at least to the next sample, however far that is. `widen_m`,
+    the distance between measured and commanded position, is added to every growth.
     """
     bulge = float(path.bulge[first:last].max(initial=0.0))
-    travelled = np.concatenate([[0.0], path.chords[first:last].max(axis=-1).cumsum()])
+    ends, tcp = path.points[first : last + 1], path.tcp[first : last + 1]
+    steps = np.maximum(path.chords[first:last].max(axis=-1), np.linalg.norm(np.diff(tcp, axis=0), axis=-1))
+    travelled = np.concatenate([[0.0], steps.cumsum()])
     starts = _spread(travelled, growth_limit_m - bulge)
     if not starts:
         return Envelope((last,), (widen_m,))
     owner = np.repeat(starts, np.diff([*starts, last - first]))
-    moved = path.points[first + 1 : last + 1] - path.points[first + owner]
-    distances = np.sqrt(np.einsum("mcek,mcek->mce", moved, moved).max(axis=(1, 2)))
+    moved, of_tcp = ends[1:] - ends[owner], tcp[1:] - tcp[owner]
+    squares = np.einsum("mcek,mcek->mce", moved, moved).max(axis=(1, 2))
+    distances = np.sqrt(np.maximum(squares, np.einsum("mk,mk->m", of_tcp, of_tcp)))
     growth = np.maximum.reduceat(distances, starts) + (bulge + widen_m)
     return Envelope((*(first + i for i in starts), last), (*growth.tolist(), widen_m))
 
@@ -63,7 +66,9 @@ def body_message(
     growth: list[float] = []
     for path, first, last in pieces:
         cover = envelope(path, first, last, widen_m=widen_m)
-        points.append(path.points[list(cover.indices)])
+        chosen = list(cover.indices)
+        tcp = np.repeat(path.tcp[chosen, None, None], 2, axis=2)
+        points.append(np.concatenate([path.points[chosen], tcp], axis=1))
         growth.extend(cover.growth)
     return body_of(model, pose_world_base, np.concatenate(points), growth)
 
@@ -76,7 +81,7 @@ def standing_body(model: Model, pose_world_base: Array, q: Array, known: bool) -
     if not known:
         return unknown_body(model, pose_world_base)
     try:
-        points = model.capsules(q)
+        points = model.body_and_tcp(q)
     except OpenMechanism:
         return unknown_body(model, pose_world_base)
     return body_of(model, pose_world_base, transform_points(pose_world_base, points)[None], [0.0])
@@ -94,20 +99,25 @@ def joined(first: Body, second: Body) -> Body:
     """
     if not first.known or not second.known or not np.array_equal(first.radii_m, second.radii_m):
         return Body(False, first.base, max(first.reach_m, second.reach_m))
-    poses = np.concatenate([first.poses, second.poses])
-    return replace(first, poses=poses, growth_m=np.concatenate([first.growth_m, second.growth_m]))
+    return replace(
+        first,
+        poses=np.concatenate([first.poses, second.poses]),
+        growth_m=np.concatenate([first.growth_m, second.growth_m]),
+        tcp_m=np.concatenate([first.tcp_m, second.tcp_m]),
+    )
 
 
 def body_of(model: Model, pose_world_base: Array, points: Array, growth: list[float]) -> Body:
-    """The body of poses of all capsules in world `(m, c, 2, 3)` [m], each with its growth [m]."""
+    """The body of poses in world `(m, c + 1, 2, 3)` [m], all capsules and then the TCP, each with its growth [m]."""
     rounding = ROUNDING * float(np.abs(points).max(initial=0.0))
     return Body(
         known=True,
         base=_base(pose_world_base),
         reach_m=model.reach_m,
         radii_m=rounded_up(model.capsule_radii),
-        poses=points.astype(np.float32),
+        poses=points[:, :-1].astype(np.float32),
         growth_m=rounded_up(np.array(growth) + rounding),
+        tcp_m=points[:, -1, 0].astype(np.float32),
     )
 
 

@@ -74,7 +74,7 @@ class Braking:
         """
         try:
             points, growth = poses_within(self.model, q, self.ways(qd))
-            present = self.model.capsules(q)[None]
+            present = self.model.body_and_tcp(q)[None]
         except OpenMechanism:
             return unknown_body(self.model, pose_world_base)
         if growth.max() > self.model.reach_m:
@@ -84,7 +84,7 @@ class Braking:
 
 
 def poses_within(model: Model, q: Array, ways: Array) -> tuple[Array, Array]:
-    """Poses of all capsules in base `(m, c, 2, 3)` [m] with a growth each `(m,)` [m].
+    """Poses of all capsules and the TCP in base `(m, c + 1, 2, 3)` [m] with a growth each `(m,)` [m].
 
     Together they cover the robot with its axes anywhere between `ways[0]` and `ways[1]` `(n,)` beside those at joints
     `q`. The ranges are cut into cells. A cell's pose is its middle; it is grown by the way of its farthest corner, and
@@ -101,7 +101,7 @@ def poses_within(model: Model, q: Array, ways: Array) -> tuple[Array, Array]:
     cuts = _cuts(halves, bulges)
 
     def at(shares: list[Array]) -> Array:
-        return model.capsules(middle + np.stack(np.meshgrid(*shares, indexing="ij"), axis=-1) @ steps)
+        return model.body_and_tcp(middle + np.stack(np.meshgrid(*shares, indexing="ij"), axis=-1) @ steps)
 
     centres = at([(2.0 * np.arange(cut) + 1.0) / cut - 1.0 for cut in cuts])
     corners = at([2.0 * np.arange(cut + 1) / cut - 1.0 for cut in cuts])
@@ -114,9 +114,9 @@ def poses_within(model: Model, q: Array, ways: Array) -> tuple[Array, Array]:
 
 
 def _slopes(model: Model, q: Array) -> Array:
-    """How far each end point of a capsule goes per unit of each joint: `(n, c, 2, 3)` [m/rad or 1]."""
+    """How far each end of a capsule, and the TCP, goes per unit of each joint: `(n, c + 1, 2, 3)` [m/rad or 1]."""
     steps = _STEP * np.eye(model.n)
-    ends = model.capsules(np.stack([q - steps, q + steps]))
+    ends = model.body_and_tcp(np.stack([q - steps, q + steps]))
     return np.asarray((ends[1] - ends[0]) / (2.0 * _STEP))
 
 

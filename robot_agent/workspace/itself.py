@@ -109,6 +109,12 @@ def as_written(part: str) -> str:
     return part.removeprefix(HELD)
 
 
+def owned_by(part: str) -> str:
+    """A part as it stands after the name of its robot: left's forearm, left's link 4, left's tool."""
+    own = part != TOOL and not part.startswith(HELD)
+    return part.replace("_", " ") if own and not part.isdigit() else named(part).removeprefix("the ")
+
+
 def named(part: str) -> str:
     """A part as it stands in a sentence."""
     return f"the {part}" if part == TOOL or part.startswith(HELD) else f"link {part}"

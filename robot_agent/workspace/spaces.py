@@ -6,8 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from cell.config.settings import BoxShape, HullShape, OrientationSettings, SpaceKind, SpaceOf, SpaceSettings
-from cell.geometry import Box, Convex, Hull, Room, transform_points
+from cell.config.settings import BoxShape, HullShape, OrientationSettings, SpaceKind, SpaceSettings
+from cell.geometry import Box, Convex, Hull, Room, SpaceOf, transform_points
 from cell.geometry.arrays import Array, Flags
 from robot_agent.kinematics import Model
 from robot_agent.workspace.cover import STRETCH, Cover
@@ -78,9 +78,6 @@ class Spaces:
         self._orientation = orientation
         self._lever_m = min(1.0, model.reach_m)
         """Of the point on the pointing axis: such that the bulge of the body bounds its own."""
-        tool = model.description.tool
-        beyond_m = 0.0 if tool is None else float(np.linalg.norm(tool.pose_flange_tcp[:3, 3]))
-        self._bulge_grows = 1.0 + beyond_m / model.reach_m
         moving = np.array([number for number, capsule in enumerate(model.body) if capsule.link > 0], dtype=np.intp)
         self._watched = {SpaceOf.BODY: moving, SpaceOf.TCP: np.array([len(model.body)])}
         self._solids = {
@@ -106,7 +103,8 @@ class Spaces:
             points,
             np.append(body.radii, [0.0, 0.0]),
             np.concatenate([body.chords, chords], axis=1),
-            body.bulge * self._bulge_grows,
+            body.bulge,
+            body.tcp,
         )
 
     def points(self, pose_world_base: Array, q: Array) -> Array:

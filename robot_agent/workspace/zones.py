@@ -1,4 +1,4 @@
-"""Where along a path the body of a robot enters and leaves zones."""
+"""Where along a path the body of a robot, or its TCP alone, enters and leaves zones."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -21,14 +21,14 @@ class Crossing:
 
 
 def crossings(path: Sweep, taus: Array, zone: ZoneGeometry, margin_m: float) -> list[Crossing]:
-    """All intervals of `taus` `(m,)` in which the body comes nearer to the zone than `margin_m`, in order.
+    """All intervals of `taus` `(m,)` in which the body, or the TCP, comes nearer to the zone than `margin_m`, in order.
 
     Never too short: each sample counts for what lies within half a step around it, and an interval begins at the last
     sample that is clear of the zone and ends at the next one that is.
     """
     if taus.shape != (len(path.points),):
         raise WrongShape("taus", taus.shape, f"({len(path.points)},)")
-    near = _near(path, zone.solid(), margin_m)
+    near = _near(path.of(zone.of), zone.solid(), margin_m)
     return [Crossing(zone.zone, enter, leave) for enter, leave in intervals(near, taus)]
 
 

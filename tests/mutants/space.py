@@ -4,6 +4,7 @@ from tests.mutants.findings import CORE
 from tests.mutants.mutant import Bench, Edit, Mutant
 
 LEDGER = "cell/manager/separation/ledger.py"
+ASSURANCES = "cell/manager/separation/assurances.py"
 NEARNESS = "cell/manager/separation/nearness.py"
 OWNED = "robot_agent/agent/space/owned_space.py"
 SHARED = "robot_agent/agent/space/shared_space.py"
@@ -117,6 +118,31 @@ SPACE = (
             ),
         ),
         "nobody comes near while a drive has failed in 20 runs; the tests of Ledger see it",
+    ),
+    # Operators' words
+    Mutant(
+        "box-forgotten",
+        "others go into the box to which an operator has confined a robot",
+        (
+            Edit(
+                LEDGER,
+                "            return self._separation.first_at_box(name, asked, other, robot.box)\n",
+                "            return None\n",
+            ),
+        ),
+        "nobody says in these cells where a robot stays; the tests of Assurances see it",
+    ),
+    Mutant(
+        "stored-word-at-once",
+        "what operators said under a manager of before counts before the robot is known to be lost or silent",
+        (
+            Edit(
+                ASSURANCES,
+                "            elif robot in self._stored and (_is_lost(sighting) or now - self._started > self._silent_s):\n",
+                "            elif robot in self._stored:\n",
+            ),
+        ),
+        "nobody says in these cells where a robot stays; the tests of Assurances see it",
     ),
     # How space is cut, and measured
     Mutant(

@@ -1,6 +1,8 @@
-"""The example's two arms without zones, kept apart by what the manager clears: other programs, other distances."""
+"""The example's arms without zones, two to four of them, kept apart by what the manager clears: other programs."""
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
+from itertools import combinations
 from pathlib import Path
 
 import numpy as np
@@ -14,25 +16,54 @@ from tests.unit.config_world import CELL, Copy
 
 MARGIN_M = 0.03
 SIDES = ("left", "right")
+BASES = {"left": (-1800, 0, 0), "right": (1800, 0, 180), "front": (0, -1800, 90), "back": (0, 1800, -90)}
+"""Where an arm stands, X and Y [mm], and its turn [deg]: all look at the middle. The first two are the example's."""
 QUIET = Weather(0.0, 0.0, 0.0)
 STEP_S = 0.1
 
 
-def apart_cell(folder: Path, programs: dict[str, str], margin_mm: float | None = 1000.0 * MARGIN_M) -> Path:
-    """A copy of the example without zones, on slow buses; `margin_mm` None: nothing keeps its arms apart."""
+def apart_cell(
+    folder: Path,
+    programs: dict[str, str],
+    margin_mm: float | None = 1000.0 * MARGIN_M,
+    drives: Callable[[Copy], object] | None = None,
+) -> Path:
+    """A copy of the example without zones, on slow buses, with the arms that have programs here, and its own two.
+
+    `margin_mm` None: nothing keeps them apart. `drives` changes what is said of the drives.
+    """
     copy = Copy(folder).slow_buses()
+    if drives is not None:
+        drives(copy)
     text = (copy.folder / CELL).read_text()
     before, _, after = text.partition("zones:\n")
-    kept = "" if margin_mm is None else f"separation: {{margin: {margin_mm:g}}}\n"
+    kept = "separation: off\n" if margin_mm is None else f"separation: {{margin: {margin_mm:g}}}\n"
     (copy.folder / CELL).write_text(f"{before}{kept}{after[after.index('# Everything on one busy') :]}")
+    for number, side in enumerate(sorted(programs.keys() - set(SIDES))):
+        _add_arm(copy, side, 7460 + number)
     for side, program in programs.items():
         (copy.folder / "two_arms" / "programs" / f"{side}.prog").write_text(program)
     return copy.cell
 
 
+def _add_arm(copy: Copy, side: str, port: int) -> None:
+    """One more arm as the left one."""
+    for name in ("drives.yaml", "drives.sim.yaml"):
+        text = (copy.folder / "two_arms" / f"left_{name}").read_text()
+        text = text.replace("two_arms_left", f"two_arms_{side}").replace("  left:", f"  {side}:")
+        (copy.folder / "two_arms" / f"{side}_{name}").write_text(text)
+    x, y, turn = BASES[side]
+    gateway = f'  {side}_bus: {{endpoint: "tcp/127.0.0.1:{port}", drives: {side}_drives.yaml}}'
+    robot = (
+        f"  {side}: {{model: ../models/six_axis.yaml, gateway: {side}_bus, program: programs/{side}.prog, "
+        f"base: {{X: {x}, Y: {y}, Z: 0, A: 0, B: 0, C: {turn}}}}}"
+    )
+    copy.change(CELL, "\ngateways:\n", f"\ngateways:\n{gateway}\n").change(CELL, "\nrobots:\n", f"\nrobots:\n{robot}\n")
+
+
 @dataclass
 class Apart:
-    """What happens in a cell of two arms, and how near they come to each other."""
+    """What happens in such a cell, and how near its arms come to each other."""
 
     cell: Path
     seed: int = 1
@@ -53,11 +84,11 @@ class Apart:
 
     def _look(self, feedback: DriveFeedback) -> None:
         self._measured[feedback.robot] = feedback
-        if len(self._measured) < 2 or feedback.robot != SIDES[0]:
+        if len(self._measured) < len(self.world.cell.robots) or feedback.robot != SIDES[0]:
             return
-        (one, its), (other, others) = (self._capsules(side) for side in SIDES)
-        away = capsule_distance(one[:, None], its[:, None], other[None], others[None])
-        self.nearest_m = min(self.nearest_m, float(away.min()))
+        for (one, its), (other, others) in combinations(map(self._capsules, self._measured), 2):
+            away = capsule_distance(one[:, None], its[:, None], other[None], others[None])
+            self.nearest_m = min(self.nearest_m, float(away.min()))
 
     def _capsules(self, robot: str) -> tuple[np.ndarray, np.ndarray]:
         planner, model = self.world.planners[robot], self.world.models[robot]
@@ -74,7 +105,7 @@ class Apart:
                 self.presences[message.robot] = message
 
     def run(self, seconds: float) -> float:
-        """Until both programs are done, or for so long; how long it took."""
+        """Until all programs are done, or for so long; how long it took."""
         start = self.world.clock.now
         while self.world.clock.now < start + seconds and not self.done:
             self.world.clock.run_until(self.world.clock.now + STEP_S)
@@ -83,4 +114,6 @@ class Apart:
     @property
     def done(self) -> bool:
         states = self.world.seen.robots
-        return len(states) == 2 and all(state.program.state is ProgramState.DONE for state in states.values())
+        return len(states) == len(self.world.cell.robots) and all(
+            state.program.state is ProgramState.DONE for state in states.values()
+        )

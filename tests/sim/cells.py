@@ -17,13 +17,12 @@ from pathlib import Path
 import numpy as np
 
 from cell.commands.checks import CellBundle, check_cell
-from cell.config.settings import ZoneSettings
-from cell.geometry import capsule_distance, capsules_touch, transform_points
-from cell.messages import ZoneGeometry
+from cell.geometry import capsule_distance, transform_points
 from robot_agent.agent.planning.dry_run import dry_run
 from robot_agent.agent.planning.planner import Planner
 from robot_agent.language import Names, parse_program
 from tests.sim.programs import APPROACHES, Way, program_text
+from tests.sim.volume import Volume
 
 MODELS = Path(__file__).parents[2] / "cell_configs" / "models"
 _MOST_DRAWS = 200
@@ -101,7 +100,7 @@ def _drawn(number: int, rng: random.Random) -> GeneratedCell | None:
         (folder / f"{name}.yaml").write_text(_drives(rng, name, members, cycles[name], overrun_s))
         (folder / f"{name}.sim.yaml").write_text(f"units: {{length: mm, angle: deg}}\nlag_s: {lag_s}\n")
     text = _cell(rng, zones, robots, gateways, lost_s, max(cycles.values()))
-    (folder / "cell.yaml").write_text(text)
+    (folder / "cell.yaml").write_text(f"{text}separation: off\n")
     bundle, _ = check_cell(folder / "cell.yaml")
     if bundle is None:
         return None
@@ -304,7 +303,8 @@ def _contention(bundle: CellBundle) -> float | None:
         q = np.concatenate([planned.motion.q(np.arange(0.0, planned.motion.duration_s, 0.04)) for planned in motions])
         points = transform_points(planner.pose_world_base, model.capsules(q))
         for zone in bundle.cell.zones.values():
-            inside = capsules_touch(points, model.capsule_radii, _geometry(zone).solid()).any(axis=-1)
+            tcp = (planner.pose_world_base @ model.forward(q))[..., :3, 3]
+            inside = Volume.at(zone).touched(points, model.capsule_radii, tcp)
             if inside[0] or (inside.any() and robot not in zone.robots):
                 return None
             if robot in zone.robots and not inside.any():
@@ -349,9 +349,3 @@ def _apart_at_home_m(bundle: CellBundle) -> float:
         away = capsule_distance(one[:, None], radii[:, None], other[None], other_radii[None])
         least = min(least, float(away[moves[:, None] | other_moves[None]].min()))
     return least
-
-
-def _geometry(zone: ZoneSettings) -> ZoneGeometry:
-    return ZoneGeometry(
-        zone.name, 1, zone.size_m, zone.pose.position_m, zone.pose.quaternion_xyzw, zone.robots, zone.shape
-    )

@@ -8,9 +8,10 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from cell.geometry import capsules_touch, transform_points
-from cell.messages import DriveFeedback, ZoneGeometry
+from cell.geometry import transform_points
+from cell.messages import DriveFeedback
 from tests.sim.planned_paths import PlannedPaths
+from tests.sim.volume import Volume
 from tests.sim.world import World
 
 _ON_PATH_RAD = 2e-6
@@ -55,13 +56,7 @@ class Invariants:
         self._paths = PlannedPaths()
         self.samples = 0
         self.time_inside_s = dict.fromkeys(world.cell.robots, 0.0)
-        zones = world.cell.zones.values()
-        self._boxes = {
-            zone.name: ZoneGeometry(
-                zone.name, 1, zone.size_m, zone.pose.position_m, zone.pose.quaternion_xyzw, zone.robots, zone.shape
-            ).solid()
-            for zone in zones
-        }
+        self._boxes = {zone.name: Volume.at(zone) for zone in world.cell.zones.values()}
         world.on_feedback.append(self.look)
         world.clock.on_pause.append(self._judge_all)
 
@@ -116,9 +111,10 @@ class Invariants:
     def _touches(self, robot: str, axes: NDArray[np.float64]) -> dict[str, NDArray[np.bool_]]:
         """By zone: whether the robot's body, with axes `(m, n)`, touches it `(m,)`."""
         planner, model = self._world.planners[robot], self._world.models[robot]
-        points = transform_points(planner.pose_world_base, model.capsules(model.coupling.joints(axes)))
-        boxes = self._boxes.items()
-        return {zone: capsules_touch(points, model.capsule_radii, box).any(axis=-1) for zone, box in boxes}
+        q = model.coupling.joints(axes)
+        points = transform_points(planner.pose_world_base, model.capsules(q))
+        tcp = (planner.pose_world_base @ model.forward(q))[..., :3, 3]
+        return {zone: volume.touched(points, model.capsule_radii, tcp) for zone, volume in self._boxes.items()}
 
     def _judge(self, robot: str) -> None:
         """All samples of the robot that are not judged yet."""

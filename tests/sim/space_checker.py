@@ -18,6 +18,7 @@ from typing import TypeVar
 
 import numpy as np
 
+from cell.geometry import Box
 from cell.manager.separation.ledger import Ledger
 from cell.messages import Body, Clearance, Heard, Presence, Refusal, Sections, Way
 from cell.messages.common import Vector
@@ -62,9 +63,12 @@ class OnTheLine:
         return self.first_too_near(robot, asked, other, reserved)
 
     def first_in_reach(
-        self, _robot: str, _asked: Sections, other: str, _base: Vector, _reach_m: float
+        self, _robot: str, _asked: Sections, other: str, _base: Vector, _reach_m: float, _why: str
     ) -> tuple[int, Refusal] | None:
         return 0, Refusal(other, f"{other} may be anywhere")
+
+    def first_at_box(self, _robot: str, _asked: Sections, other: str, _box: Box) -> tuple[int, Refusal] | None:
+        return 0, Refusal(other, f"{other} stays there")
 
 
 def presence(

@@ -203,7 +203,7 @@ class Guest(Item):
             shown = facts.shown[holder]
             boot = f"{GUEST}-{facts.now:.3f}"
             body = shown.message.body
-            away = replace(body, poses=np.full_like(body.poses, _FAR_M))
+            away = replace(body, poses=np.full_like(body.poses, _FAR_M), tcp_m=np.full_like(body.tcp_m, _FAR_M))
             presence = replace(
                 shown.message, robot=GUEST, boot=boot, owner=int(1000 * facts.now), digest=WRONG_DIGEST, holds={},
                 wants={}, stop_time_s=0.1, estop_acknowledged=None,
@@ -244,7 +244,7 @@ class Crowd(Item):
         facts, world = stage.facts, stage.world
         for shown in list(facts.shown.values())[:1]:
             body = shown.message.body
-            away = replace(body, poses=np.full_like(body.poses, _FAR_M))
+            away = replace(body, poses=np.full_like(body.poses, _FAR_M), tcp_m=np.full_like(body.tcp_m, _FAR_M))
             for number in range(_CROWD):
                 presence = replace(
                     shown.message, robot=f"{GUEST}_{number}", boot=f"{GUEST}-{until:.3f}", owner=int(1000 * until),

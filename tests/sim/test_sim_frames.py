@@ -8,7 +8,7 @@ import pytest
 
 from cell.config import load_cell
 from cell.geometry import transform_points
-from cell.manager.frame_file import FrameFile
+from cell.manager.edits_on_disk import EditsOnDisk
 from cell.messages import Command, Enable, Mode, PlaceFrame, ProgramState, Run
 from tests.sim.scenario import BAD
 from tests.sim.world import World, load_bundle
@@ -51,7 +51,7 @@ def left_is(world: World, mode: Mode) -> Callable[[], bool]:
 def test_a_thing_that_is_moved_with_its_frame_is_in_the_way_of_what_is_planned_later(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(FrameFile, "write", FrameFile._write)  # on virtual time a disk takes none
+    monkeypatch.setattr(EditsOnDisk, "write", EditsOnDisk._write)  # on virtual time a disk takes none
     copy = Copy(tmp_path).add(CELL, FRAMES.rstrip())
     (copy.folder / "two_arms/programs/left.prog").write_text(PROGRAM)
     world = World(load_bundle(copy.cell), 1, BAD)

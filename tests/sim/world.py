@@ -199,7 +199,7 @@ class World:
         settings = self.cell.robots[robot]
         text = settings.program.read_text()
         names = Names.of(self.cell, robot, self.models[robot].description)
-        program = parse_program(text, settings.program.name, names)
+        program = parse_program(text, settings.program.name, names, settings.program.parent)
         planner_for = partial(self._planner_for, robot)
         core, stop = AgentCore(cell, robot, planner_for, program, session.boot), threading.Event()
         watched = WatchedCore(session.process, core, self.on_delivered)

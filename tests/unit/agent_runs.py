@@ -8,7 +8,7 @@ from cell.config.settings import OnManagerReturn, Times
 from cell.messages import Enable, Mode, ProgramState, Run
 from tests.unit.agent_world import STEP_S, AgentWorld
 
-SHORT = "MJ J1=20 J2=-20 J3=30 J5=60 F=60\nML Y=200\nHOME\nEND"
+SHORT = "MJ J1=20 J2=-20 J3=30 J5=60 F=60\nML Y=200 F=9999\nHOME\nEND"
 INTO_ZONE = "MJ J2=-20 J3=30 J5=60\nMJ J2=50 J3=-25 J5=30 F=50\nMJ J2=-20 J3=30 J5=60\nEND"
 TO_START, INTO, BACK = INTO_ZONE.splitlines()[:3]
 

@@ -122,6 +122,7 @@ class AgentWorld:
         """So many sections the manager clears of each presence that asks; None: all."""
         self._clearances = 0
         self.events: list[Event] = []
+        self.geometry = ZONE
         self.other_zones: tuple[ZoneGeometry, ...] = ()
         """Beside the one that may be another's: the robot has these as long as it wants or holds them."""
         self.torques = False
@@ -152,6 +153,7 @@ class AgentWorld:
         self._still = 0
         self.manager_silent = False
         self.setup: SetupStatus | None = None
+        self.zone_change: str | None = None
         """Whom the manager has in set-up."""
         self.meetings: dict[str, MeetingStatus] = {}
         """What the manager says of meetings."""
@@ -316,7 +318,7 @@ class AgentWorld:
             self._grant_or_free(self.presences[-1])
         heard = {"left": Heard("boot", self.presences[-1].sequence)} if self.presences else {}
         if not self.geometry_lost:
-            self.agent.receive(ZONE, self.now)
+            self.agent.receive(self.geometry, self.now)
             for zone in self.other_zones:
                 self.agent.receive(zone, self.now)
         for frame in () if self.frames_lost else self.frames:
@@ -324,7 +326,7 @@ class AgentWorld:
         zones = {"handover": self.zone} | {zone.zone: self._granted_if_wanted(zone.zone) for zone in self.other_zones}
         state = ManagerState("test", "m", 5, self._sequence, self.now, "digest", heard, zones)
         state = replace(state, setup=self.setup, frames={frame.frame: frame.version for frame in self.frames})
-        state = replace(state, meetings=self.meetings)
+        state = replace(state, meetings=self.meetings, zone_change=self.zone_change)
         self.agent.receive(Arrived(state, self.now), self.now)
 
     def _clear(self, presence: Presence) -> None:

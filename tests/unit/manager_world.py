@@ -17,6 +17,7 @@ from cell.core import Answer, Effect, Publish, Request
 from cell.manager.core import ManagerCore
 from cell.manager.frames import WriteFrame
 from cell.manager.records import Record, Store, Stored
+from cell.manager.zone_changes import WriteZone
 from cell.messages import (
     Body,
     Call,
@@ -132,6 +133,7 @@ class World:
         self.geometry: list[ZoneGeometry] = []
         self.frames: list[FramePose] = []
         self.writes: list[WriteFrame] = []
+        self.zone_writes: list[WriteZone] = []
         self.replies: dict[str, Reply] = {}
         self._requests = itertools.count(1)
         self.manager = ManagerCore(self.cell, boot, epoch, Stored(), process=4711)
@@ -167,6 +169,8 @@ class World:
                 kinds[type(message)].append(message)  # type: ignore[attr-defined, index]
             case WriteFrame():
                 self.writes.append(effect)
+            case WriteZone():
+                self.zone_writes.append(effect)
             case Store(record):
                 self.records.append(record)
             case Answer(request_id, reply):

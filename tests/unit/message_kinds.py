@@ -14,13 +14,16 @@ from cell.geometry import MEASURED
 from cell.messages import (
     AxisStatus,
     Body,
+    Confinement,
     DriveFeedback,
     FramePose,
     OutputEvent,
+    Place,
     PlaceFrame,
     PlayoutState,
     Sections,
     SetpointBlock,
+    SetZone,
     Way,
     ZoneGeometry,
 )
@@ -49,8 +52,10 @@ def of(kind: Any) -> st.SearchStrategy[Any]:
         return ways()
     if kind is Sections:
         return sections()
-    if kind in (FramePose, PlaceFrame, ZoneGeometry):
+    if kind in (Confinement, FramePose, Place, PlaceFrame, ZoneGeometry):
         return oriented(kind)
+    if kind is SetZone:
+        return zone_changes()
     if dataclasses.is_dataclass(kind):
         return st.builds(kind, **fields(kind))
     if isinstance(kind, type) and issubclass(kind, Enum):
@@ -93,7 +98,8 @@ def bodies(draw: st.DrawFn) -> Body:
     lengths, coordinates = st.floats(0.0, FARTHEST_M, width=32), st.floats(-FARTHEST_M, FARTHEST_M, width=32)
     radii, growth = (draw(arrays(np.float32, count, elements=lengths)) for count in (c, n))
     poses = draw(arrays(np.float32, (n, c, 2, 3), elements=coordinates))
-    return Body(draw(st.booleans()), draw(plain["base"]), draw(plain["reach_m"]), radii, poses, growth)
+    tcp = draw(arrays(np.float32, (n, 3), elements=coordinates))
+    return Body(draw(st.booleans()), draw(plain["base"]), draw(plain["reach_m"]), radii, poses, growth, tcp)
 
 
 @st.composite
@@ -123,6 +129,16 @@ def oriented(draw: st.DrawFn, kind: Any) -> Any:
         values["size_m"] = tuple(draw(of(Edge)) for _ in MEASURED[shape].lengths)
     raw = draw(st.lists(st.floats(-1.0, 1.0), min_size=4, max_size=4).filter(lambda q: math.hypot(*q) > 1e-3))
     return kind(quaternion_xyzw=tuple(part / math.hypot(*raw) for part in raw), **values)
+
+
+@st.composite
+def zone_changes(draw: st.DrawFn) -> SetZone:
+    """An order with a shape that is one, or without."""
+    values = {name: draw(strategy) for name, strategy in fields(SetZone).items()}
+    values["shape"] = shape = draw(st.none() | st.sampled_from(list(MEASURED)))
+    values["size_m"] = () if shape is None else tuple(draw(of(Edge)) for _ in MEASURED[shape].lengths)
+    values["place"] = draw(of(Place))
+    return SetZone(**values)
 
 
 @st.composite

@@ -16,6 +16,7 @@ def plain_body(
     base: tuple[float, float, float] = (0.0, 0.0, 0.0),
     reach_m: float = 1.0,
 ) -> Body:
-    """Capsules with `radii`, in each pose by their end points (ax, ay, az, bx, by, bz)."""
+    """Capsules with `radii`, in each pose by their ends (ax, ay, az, bx, by, bz); the TCP is the last one's second."""
     points = np.array(poses, np.float32).reshape(len(poses), len(radii), 2, 3)
-    return Body(known, base, reach_m, np.array(radii, np.float32), points, np.array(growth, np.float32))
+    tcp = points[:, -1, 1] if radii else np.empty((0, 3), np.float32)
+    return Body(known, base, reach_m, np.array(radii, np.float32), points, np.array(growth, np.float32), tcp)

@@ -1,11 +1,21 @@
 """The six-axis arm that the tests of geometry, kinematics and workspace share."""
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
+from cell.geometry import from_xyz_abc
 from robot_agent.kinematics import SixAxis
-from robot_agent.model.description import CapsuleBody, JointLimits, PathSpeeds, RobotDescription
+from robot_agent.model.description import (
+    Capsule,
+    CapsuleBody,
+    JointLimits,
+    Mounted,
+    PathSpeeds,
+    RobotDescription,
+    Tool,
+)
 from tests.unit.repository import vectors
 
 VECTORS: dict[str, Any] = vectors("six_axis.json")
@@ -45,3 +55,16 @@ def description(position_deg: float = 180.0, **geometry: float) -> RobotDescript
 
 def arm(position_deg: float = 180.0) -> SixAxis:
     return SixAxis(description(position_deg))
+
+
+def with_tip() -> SixAxis:
+    """The arm with a tool whose TCP is far beside all of its capsules."""
+    tip = Tool(
+        name="tip",
+        pose_flange_tcp=from_xyz_abc(np.array([0.7, 0.3, -0.4, 0.2, -0.5, 1.1])),
+        mass_kg=1.0,
+        centre_m=(0.0, 0.0, 0.0),
+        inertia_kg_m2=np.eye(3) * 0.01,
+        capsules=(Capsule((0.0, 0.0, 0.0), (0.1, 0.0, 0.0), 0.04),),
+    )
+    return SixAxis(replace(description(), tools={"tip": tip}, mounted=Mounted(("tip",))))

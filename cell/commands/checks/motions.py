@@ -6,6 +6,7 @@ from itertools import pairwise
 from pathlib import Path
 
 from cell.commands.checks.bundle import CellBundle
+from cell.commands.checks.programs import place_of
 from cell.commands.checks.reserve import check_reserve
 from cell.config.document import read_text
 from cell.config.problem import Problem, Severity
@@ -74,7 +75,7 @@ def _course(bundle: CellBundle, robot: str) -> tuple[ProgramCourse, list[Problem
     file, text = settings.program, read_text(settings.program)
     if isinstance(text, Problem):
         return ProgramCourse(robot, 0, 0.0, ()), [text]
-    whole = parse_program(text, file.name, Names.of(bundle.cell, robot, model.description))
+    whole = parse_program(text, file.name, Names.of(bundle.cell, robot, model.description), file.parent)
     program = _once_through(whole)
     cycle_s = bundle.gateways[settings.gateway].cycle_s
     planner = _Asked(bundle.robots[robot], cycle_s)
@@ -114,7 +115,7 @@ def _half_turns(file: Path, program: Program, lines: Collection[int]) -> list[Pr
     allowed = "that, or another orientation on the way where hoses need the other one"
     return [
         Problem(
-            file, line, 1, "program",
+            *place_of(program, file, line), 1, "program",
             f"{program.text_of(line)!r}: an exact half turn of the tool, which goes one fixed way of two ({way})",
             allowed, Severity.WARNING,
         )
@@ -132,8 +133,7 @@ def _once_through(program: Program) -> Program:
         if isinstance(statement, Goto) and back and statement.count is None:
             made.append(End(statement.line))
     places.append(len(made))
-    turned = [replace(each, target=places[each.target]) if isinstance(each, Goto) else each for each in made]
-    return replace(program, statements=tuple(turned))
+    return replace(program, statements=tuple(each.moved(places) for each in made))
 
 
 def _rests(motions: list[Planned]) -> list[int]:
@@ -166,7 +166,14 @@ def _failure(file: Path, program: Program, failed: PlanFailed) -> Problem:
     allowed = "a move that can be planned from where the robot is then"
     if not known:
         allowed += "; that was taken to be after home, and without what TRACK does"
-    return Problem(file, failed.line, 1, "program", found, allowed, Severity.ERROR if known else Severity.WARNING)
+    return Problem(
+        *place_of(program, file, failed.line),
+        1,
+        "program",
+        found,
+        allowed,
+        Severity.ERROR if known else Severity.WARNING,
+    )
 
 
 def _place_is_known(program: Program) -> bool:
@@ -182,7 +189,7 @@ def _not_planned(file: Path, program: Program, planned: Collection[int], failed:
         return []
     found = f"moves that were not planned, lines {listed(left)}"
     why = f"the first {LONGEST_S:g} s of motion are planned, and nothing that no line leads to"
-    return [Problem(file, left[0], 1, "program", found, why, Severity.WARNING)]
+    return [Problem(*place_of(program, file, left[0]), 1, "program", found, why, Severity.WARNING)]
 
 
 def listed(lines: Collection[int]) -> str:

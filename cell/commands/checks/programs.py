@@ -26,27 +26,22 @@ def check_programs(document: Document, named: NamedFiles, models: dict[str, Mode
         if not isinstance(text, Problem):
             joints = expected_joints(model_document, model)
             linear = {name for name, joint in model.joints.items() if joint.linear}
+            names = Names(
+                joints,
+                linear=linear,
+                corrections=document.keys(("robots", robot, "corrections")),
+                outputs=_outputs(document, named, robot),
+                spaces=_spaces(document, robot),
+                tools=model.tools,
+                parts=model.parts,
+                meetings=_meetings(document, robot),
+            )
             try:
-                corrections = document.keys(("robots", robot, "corrections"))
-                outputs, spaces = _outputs(document, named, robot), _spaces(document, robot)
-                meetings = _meetings(document, robot)
-                program = parse_program(
-                    text,
-                    file.name,
-                    Names(
-                        joints,
-                        linear=linear,
-                        corrections=corrections,
-                        outputs=outputs,
-                        spaces=spaces,
-                        tools=model.tools,
-                        parts=model.parts,
-                        meetings=meetings,
-                    ),
-                )
+                program = parse_program(text, file.name, names, file.parent)
             except ProgramError as error:
-                for problem in error.problems:
-                    yield Problem(file, problem.line, problem.column, "program", problem.found, problem.allowed)
+                for each in error.problems:
+                    where = file.parent / each.file if each.file else file
+                    yield Problem(where, each.line, each.column, "program", each.found, each.allowed)
                 continue
             yield from _edges(program, file)
             if robot in models:
@@ -77,10 +72,24 @@ def _meetings(document: Document, robot: str) -> list[str]:
 def _edges(program: Program, file: Path) -> Iterator[Problem]:
     for line, why in idle_edges(program):
         found, allowed = f"an R without effect, the robot stops: {why}", "R where the next move can be joined"
-        yield Problem(file, line, 1, "program", found, f"{allowed}; docs/language.md", Severity.WARNING)
+        yield Problem(
+            *place_of(program, file, line), 1, "program", found, f"{allowed}; docs/language.md", Severity.WARNING
+        )
 
 
 def _reach(model: Model, program: Program, file: Path) -> Iterator[Problem]:
     for line, why in unreachable_lines(model, program):
         found = f"{program.text_of(line)!r}: {why}"
-        yield Problem(file, line, 1, "program", found, f"what {model.description.name} can do from where it is then")
+        yield Problem(
+            *place_of(program, file, line),
+            1,
+            "program",
+            found,
+            f"what {model.description.name} can do from where it is then",
+        )
+
+
+def place_of(program: Program, file: Path, line: int) -> tuple[Path, int]:
+    """The file in which a line of the program in `file` stands, and its number there."""
+    name, number = program.place_of(line)
+    return (file if name == program.name else file.parent / name), number

@@ -62,9 +62,10 @@ def check_separation(readings: Readings, models: dict[str, Model]) -> Iterator[P
 
     Homes that are in each other are no finding here: no cell may have them.
     """
-    if readings.cell.separation is None:
+    separation = readings.cell.kept_apart()
+    if separation is None:
         return
-    for pair in robots_apart(readings.cell.separation.settings(), placed(readings, models)):
+    for pair in robots_apart(separation, placed(readings, models)):
         needed_m = pair.margin_m + 2.0 * AROUND_M
         if not 0.0 < pair.home_m < needed_m:
             continue
@@ -77,7 +78,8 @@ def check_separation(readings: Readings, models: dict[str, Model]) -> Iterator[P
             f"{1000 * needed_m:g} mm or more, the margin and {1000 * AROUND_M:g} mm around each: bases or homes "
             "farther apart, or a smaller margin of these two under separation.pairs"
         )
-        yield readings.document.problem(_key(readings, pair), found, allowed, severity=Severity.WARNING, at_key=True)
+        key = _key(readings, pair)
+        yield readings.document.problem(key, found, allowed, severity=Severity.WARNING, at_key=True)
 
 
 def _apart(margin_m: float, names: tuple[str, str], robots: tuple[PlacedRobot, PlacedRobot]) -> Apart:
@@ -112,4 +114,5 @@ def _key(readings: Readings, pair: Apart) -> KeyPath:
     for index, each in enumerate(() if separation is None else separation.pairs):
         if set(each.robots) == set(pair.robots):
             return "separation", "pairs", index, "margin"
-    return ("separation",)
+    given = "separation" in readings.document.keys(())
+    return ("separation",) if given else ("robots", pair.robots[1], "base")

@@ -140,6 +140,9 @@ def manager_line(settings: CellSettings, manager: ManagerState | None) -> str:
     if manager.setup is not None:
         line += f", {manager.setup.robot} is in set-up" + (f" ({manager.setup.reason})" if manager.setup.reason else "")
     line += "".join(f", {robot} waits for set-up: {reason}" for robot, reason in manager.setup_refused.items())
+    for robot, word in manager.assured.items():
+        stays = "stands where it was last known" if word.box is None else "stays in a box"
+        line += f", {robot} {stays}, says {word.by}"
     refused = "".join(f", no grants for {robot}: {reason}" for robot, reason in manager.refused.items())
     return line + refused
 
@@ -154,8 +157,10 @@ def zone_line(name: str, zone: ZoneStatus) -> str:
 
 
 def clock_line(settings: CellSettings, seen: Snapshot) -> str:
-    """How well each robot knows cell time, by which robots start together and leave meetings."""
+    """How well each robot knows cell time, by which robots start together and leave meetings, and each gateway."""
     clocks = {name: seen.robots[name].clock if name in seen.robots else None for name in settings.robots}
+    told = {name: seen.gateways[name].clock if name in seen.gateways else None for name in settings.gateways}
+    clocks |= {f"gateway {name}": clock for name, clock in told.items()}
     known = (
         f"{name} {'unknown' if clock is None else f'within {1000 * clock.error_s:.0f} ms'}"
         for name, clock in clocks.items()

@@ -5,7 +5,7 @@ from threading import Lock
 
 import zenoh
 
-_PRESENCE_MAGIC, _HEAD_AT = b"ZPR2", 18
+_PRESENCE_MAGIC, _HEAD_AT = b"ZPR3", 18
 """The fields of a presence are a JSON object after 18 bytes, which begin with the magic and its length (u32)."""
 Member = tuple[str, str, str]
 """Cell, role and name of a process."""

@@ -67,11 +67,12 @@ def _summary(bundle: CellBundle, courses: list[ProgramCourse]) -> Group:
     gateways.caption_justify = "left"
     for name, gateway in bundle.gateways.items():
         gateways.add_row(name, cell.gateways[name].endpoint, *_bus_cells(gateway))
-    zones = _table("zone", "shape", "lengths mm", "centre mm", "robots")
+    zones = _table("zone", "of", "shape", "lengths mm", "centre mm", "robots")
     for name, zone in cell.zones.items():
         robots_first = sorted(zone.robots, key=lambda robot: -zone.priority.get(robot, 0))
         who = ", ".join(f"{robot} ({n})" if (n := zone.priority.get(robot)) else robot for robot in robots_first)
-        zones.add_row(name, zone.shape, _millimetres(zone.size_m), _millimetres(zone.pose.position_m), who)
+        lengths, centre = _millimetres(zone.size_m), _millimetres(zone.pose.position_m)
+        zones.add_row(name, zone.of.value, zone.shape, lengths, centre, who)
     shared = [zones] if cell.zones else []
     return Group(title, robots, programs, gateways, *shared, *_kept_apart(bundle))
 
@@ -79,13 +80,16 @@ def _summary(bundle: CellBundle, courses: list[ProgramCourse]) -> Group:
 def _kept_apart(bundle: CellBundle) -> list[Table | str]:
     """What cleared space means in this cell, by pairs of robots."""
     if bundle.cell.separation is None:
-        return []
+        alone = len(bundle.cell.robots) == 1
+        return [] if alone else ["Robots are not kept apart (separation: off): zones alone do that."]
     table = _table("kept apart", "margin mm", "apart at home mm", "bases apart mm", "reach mm")
     pairs = robots_apart(bundle.cell.separation, bundle.robots)
     for pair in pairs:
         lengths = _millimetres((pair.margin_m, pair.home_m, pair.bases_m)).split(", ")
         table.add_row(", ".join(pair.robots), *lengths, _millimetres(pair.reaches_m))
-    return [table, *(note for pair in pairs for note in pair.notes)]
+    notes = [note for pair in pairs for note in pair.notes]
+    remedy = "Home it, or say where it stays: `cell confine ROBOT`, `cell stands ROBOT`."
+    return [table, *notes, remedy] if notes else [table]
 
 
 def _millimetres(xyz: tuple[float, ...]) -> str:

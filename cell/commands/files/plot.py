@@ -49,7 +49,7 @@ def plot(
     try:
         described = robot.description
         names = Names(robot.joint_names, linear=robot.linear_names, tools=described.tools, parts=described.parts)
-        parsed = parse_program(text, str(program), names)
+        parsed = parse_program(text, str(program), names, program.parent)
     except ProgramError as error:
         raise CommandError(f"the program is refused\n{error}", "correct it; docs/language.md") from error
     motions, failed = dry_run(planner, parsed, longest_s)

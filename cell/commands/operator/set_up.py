@@ -11,12 +11,12 @@ import typer
 
 from cell.commands.client.cell_files import check_robot, running_cell
 from cell.commands.client.cell_view import names
-from cell.commands.client.connection import connect, report
+from cell.commands.client.connection import Connection, connect, report
 from cell.commands.emergency.words import operator_name
 from cell.commands.errors import CommandError
 from cell.commands.options import CELL_FILE, CellFileOption, ConnectOption, RobotArgument
 from cell.commands.processes.stop import stop_event
-from cell.messages import AcceptPosition, ClearSetup, Command, HoldSetup, Home, MoveAxes, PressAxis
+from cell.messages import AcceptPosition, ClearSetup, Command, HoldSetup, Home, MoveAxes, PressAxis, Reply
 from drive_gateway.config import AxisSettings, RobotDrives, load_drives
 
 HOLD_PERIOD_S = 0.1
@@ -41,8 +41,8 @@ def home(
     """Let the axes of a robot find their home points; Ctrl-C stops them.
 
     The robot must be disabled, and so must every other robot of the cell, which the manager keeps so meanwhile: the
-    drives move by themselves, and nobody knows where the robot is until it is done. Stand at the hard-wired emergency
-    stop; Ctrl-C supports and never replaces it.
+    drives move by themselves, and nobody knows where the robot is until it is done. While another robot is in set-up it
+    waits for its turn. Stand at the hard-wired emergency stop; Ctrl-C supports and never replaces it.
     """
 
     def order(drives: RobotDrives, alone: bool) -> Command:
@@ -166,6 +166,30 @@ def clear(robot: RobotArgument, file: CellFileOption = Path(CELL_FILE), endpoint
         report("manager", operator.ask_manager(ClearSetup(robot=robot, by=operator_name())))
 
 
+def _begun(operator: Connection, gateway: str, robot: str, command: Command) -> Reply:
+    """The gateway's answer that the motion begins; homing waits for its turn. Raises `CommandError`."""
+    said = ""
+    while True:
+        before = _in_setup(operator)
+        reply = operator.order_gateway(gateway, command)
+        other = _in_setup(operator) or before
+        if reply.ok or not isinstance(command, Home) or command.alone or other in ("", robot):
+            break
+        if other != said:
+            said = other
+            print(f"{robot}: waits: {other} is in set-up", flush=True)
+        time.sleep(HOLD_PERIOD_S)
+    if not reply.ok:
+        raise CommandError(f"gateway {gateway} refuses: {reply.text}")
+    return reply
+
+
+def _in_setup(operator: Connection) -> str:
+    """Which robot is in set-up, by the manager; empty: none."""
+    manager = operator.view.look().manager
+    return "" if manager is None or manager.setup is None else manager.setup.robot
+
+
 def _run(
     robot: str,
     order: Callable[[RobotDrives, bool], Command],
@@ -183,7 +207,7 @@ def _run(
         drives: RobotDrives = load_drives(settings.gateways[gateway].drives, gateway).robots[robot]
         command = order(drives, alone)
         operator.check_files(f"gateway {gateway}", operator.gateway_state(gateway).digest)
-        begun = operator.ask_gateway(gateway, command)
+        begun = _begun(operator, gateway, robot, command)
         print(f"{robot}: {begun.text}", flush=True)
         said, state = "", "moving"
         while state == "moving":

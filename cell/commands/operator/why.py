@@ -5,7 +5,7 @@ from pathlib import Path
 
 import typer
 
-from cell.commands.client.cell_view import Snapshot
+from cell.commands.client.cell_view import Snapshot, unreferenced
 from cell.commands.client.connection import STATE_TIMEOUT_S, connect
 from cell.commands.client.state_table import why as reason_of
 from cell.commands.errors import CommandError
@@ -63,11 +63,13 @@ def _one(robot: str, seen: Snapshot, clearance: Clearance | None) -> tuple[str, 
     """What one robot waits for, and who keeps it waiting; empty for nobody."""
     state = seen.robots.get(robot)
     if state is None:
-        return f"{robot} does not answer: cell status says what starts it", ""
+        return f"{robot} does not answer: cell status says what starts its agent", ""
+    if lost := unreferenced(seen).get(robot):
+        return f"{robot} does not know where it is: {lost}", ""
     reason = reason_of(state)
     refusal = None if clearance is None else clearance.refused
     if refusal is not None and reason == refusal.text:
-        return f"{robot} waits{_since(refusal.since, seen)}: {reason}", refusal.by if refusal.by in seen.robots else ""
+        return f"{robot} waits{_since(refusal.since, seen)}: {reason}", refusal.by
     for name, zone in seen.manager.zones.items() if seen.manager is not None else ():
         if reason.startswith(f"zone {name}:"):
             holder = zone.holder if zone.holder is not None and zone.holder != robot else ""
@@ -78,7 +80,7 @@ def _one(robot: str, seen: Snapshot, clearance: Clearance | None) -> tuple[str, 
 
 
 def _since(since: float, seen: Snapshot) -> str:
-    return "" if seen.manager is None else f" since {max(0.0, seen.manager.cell_time - since):.1f} s"
+    return "" if seen.manager is None else f", for {max(0.0, seen.manager.cell_time - since):.1f} s so far"
 
 
 def _stands(robot: str, state: RobotState) -> str:

@@ -8,7 +8,9 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Protocol
 
-from cell.geometry import capsule_distance
+import numpy as np
+
+from cell.geometry import Box, capsule_distance
 from cell.messages import Body, Presence
 from cell.messages.common import Vector
 from cell.messages.sections import Clearance, Refusal, Sections
@@ -33,6 +35,12 @@ class Admission(Protocol):
     def admitted(self, robot: str, pieces: Sequence[int]) -> tuple[int, Refusal | None]:
         """How many of the sections in these pieces of its plan a robot may be cleared, and what is in the way."""
 
+    def let_in(self, robot: str, pieces: Sequence[int]) -> None:
+        """A robot was cleared sections in these pieces of its plan."""
+
+    def leave_out(self, robot: str) -> None:
+        """Nobody waits for this robot to pass."""
+
     def look_further(self, robot: str) -> bool:
         """Whether a robot should plan more of its program."""
 
@@ -46,8 +54,13 @@ class Separation(Protocol):
     def first_nearer(self, robot: str, asked: Sections, other: str, reserved: Sections, present: Sections) -> TooNear:
         """The same for a robot that may be too near already: only what is nearer than `present` counts."""
 
-    def first_in_reach(self, robot: str, asked: Sections, other: str, base: Vector, reach_m: float) -> TooNear:
-        """The first section of `asked` that is within the reach of `other` from its base, and so where it may be."""
+    def first_in_reach(
+        self, robot: str, asked: Sections, other: str, base: Vector, reach_m: float, why: str
+    ) -> TooNear:
+        """The first section of `asked` that is within the reach of `other` from its base: `why` it may be there."""
+
+    def first_at_box(self, robot: str, asked: Sections, other: str, box: Box) -> TooNear:
+        """The first section of `asked` that comes too near to the box in which `other` stays."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,10 +79,13 @@ class _Robot:
     open: dict[int, Sections] = field(default_factory=dict)
     """By number: what was cleared and is not confirmed, so the robot may own it."""
     newest_clearance: Clearance | None = None
-    anywhere: Body | None = None
-    """Within the reach of this body, as long as the robot does not know where it is."""
+    body: Body | None = None
+    """Of its newest presence; one that is not known is anywhere within its reach."""
     named: bool = False
     """Its newest presence names this manager."""
+    assured: bool = False
+    """An operator has said where it stays: what is reserved for it, and its box."""
+    box: Box | None = None
     ask: _Ask | None = None
     pieces: dict[int, int] = field(default_factory=dict)
     """Of sections, by their ids: the piece of its plan in which each lies."""
@@ -77,12 +93,20 @@ class _Robot:
     def reserved(self) -> list[Sections]:
         return [self.owned, *self.open.values()]
 
+    @property
+    def lost(self) -> bool:
+        return self.body is not None and not self.body.known
+
+    def place(self, owned: Sections) -> None:
+        """This is all that it may use, by the word of somebody else."""
+        self.owned, self.open, self.ask = owned, {}, None
+
 
 class Ledger:
     """What each robot may use, by what it says and by what was cleared for it.
 
     Nothing is cleared before every robot has named this manager: one that has not may use what a manager of before has
-    cleared.
+    cleared. Of one that does not tell where it is an operator may say it (`confine`, `stand`).
     """
 
     def __init__(
@@ -96,6 +120,8 @@ class Ledger:
         self._robots = {robot: _Robot() for robot in sorted(robots)}
         self.deposed = False
         """A manager of a higher epoch is at work; this one clears nothing any more."""
+        self.in_setup = ""
+        """The robot whose drives may move it by themselves, anywhere within its reach."""
 
     def hear(self, presence: Presence) -> bool:
         """Take a presence, unless it is older than the newest one or of an earlier claim. Its age does not count.
@@ -110,13 +136,14 @@ class Ledger:
             return False
         self.deposed |= presence.epoch > self._epoch
         robot.named = presence.epoch == self._epoch and presence.heard is not None and presence.heard.boot == self._boot
-        way, lost = presence.way, robot.anywhere is not None
+        way, lost = presence.way, robot.lost
+        elsewhere = robot.assured and presence.body.known and not _is_where_said(presence, robot)
         known = {each for sections in robot.reserved() for each in sections.ids.tolist()}
         asked = way.sections[way.owned :]
         pieces = way.pieces.tolist()
         ask = _Ask(presence.sequence, presence.owner, asked, way.plan, pieces[way.owned :])
         robot.ask = ask if robot.named and len(asked) else None
-        robot.anywhere = None if presence.body.known else presence.body
+        robot.body = presence.body
         anew = presence.owner > before and presence.body.known
         if anew:
             # The gateway gave this claim at rest, and plays no block of an earlier owner.
@@ -131,12 +158,47 @@ class Ledger:
             kept = {each for sections in robot.reserved() for each in sections.ids.tolist()}
             robot.pieces = {id: piece for id, piece in robot.pieces.items() if id in kept}
             self._order.hear(presence, robot.pieces)
+        if robot.assured:
+            return elsewhere
         return not (anew or lost or known.issuperset(robot.owned.ids.tolist()))
 
     @property
     def awaited(self) -> list[str]:
         """The robots without whose word nothing is cleared."""
-        return [name for name, robot in self._robots.items() if not robot.named]
+        return [name for name, robot in self._robots.items() if not (robot.named or robot.assured)]
+
+    def confine(self, name: str, box: Box) -> None:
+        """By an operator's word a robot stays in this box; what it had does not count any more."""
+        robot = self._robots[name]
+        robot.place(Sections())
+        robot.assured, robot.box, robot.named = True, box, False
+        if self._order is not None:
+            self._order.leave_out(name)
+
+    def stand(self, name: str, place: Sections) -> None:
+        """By an operator's word a robot stands in there."""
+        robot = self._robots[name]
+        robot.place(place)
+        robot.assured, robot.box = True, None
+        if self._order is not None:
+            self._order.leave_out(name)
+
+    def end_assurance(self, name: str) -> None:
+        """What an operator has said of it does not count any more: it is where it says itself, once it is heard."""
+        robot = self._robots[name]
+        robot.assured, robot.box = False, None
+
+    def moved_unseen(self, name: str) -> None:
+        """A robot that does not know where it is has been moved: it is not where it was last known."""
+        if self._robots[name].lost:
+            self._robots[name].place(Sections())
+
+    def last_place(self, name: str) -> Sections:
+        """All that a robot was in when it was last known; empty when nobody knows."""
+        place = Sections()
+        for some in self._robots[name].reserved():
+            place = place.joined(some)
+        return place
 
     def reserved(self, robot: str) -> list[Sections]:
         """All that a robot may use."""
@@ -168,6 +230,8 @@ class Ledger:
                 if cleared > 0:
                     robot.open[number] = ask.sections[:cleared]
                     robot.pieces |= dict(zip(ask.sections.ids[:cleared].tolist(), ask.pieces, strict=False))
+                    if self._order is not None:
+                        self._order.let_in(name, ask.pieces[:cleared])
                 look_further = self._order is not None and self._order.look_further(name)
                 robot.newest_clearance = newest = Clearance(
                     name, self._boot, self._epoch, ask.owner, ask.presence, number, cleared, refusal, look_further
@@ -189,19 +253,28 @@ class Ledger:
         if self.deposed:
             return 0, Refusal("", f"a manager of a higher epoch than {self._epoch} is at work: stop this one")
         if awaited := self.awaited:
-            return 0, Refusal(awaited[0], f"{', '.join(awaited)} not heard yet: start what does not run")
+            names = ", ".join(awaited)
+            return 0, Refusal(awaited[0], f"{names} not heard yet: start its agent, or say {_where(awaited[0])}")
         cleared, refusal = len(asked), None
         for other, robot in self._robots.items():
             if other == name:
                 continue
-            if robot.anywhere is not None:
-                body = robot.anywhere
-                found = self._separation.first_in_reach(name, asked[:cleared], other, body.base, body.reach_m)
-                cleared, refusal = found or (cleared, refusal)
+            found = self._first_unknown(name, asked[:cleared], other, robot)
+            cleared, refusal = found or (cleared, refusal)
             for reserved in robot.reserved():
                 found = self._first_against(name, asked[:cleared], other, reserved)
                 cleared, refusal = found or (cleared, refusal)
         return cleared, refusal
+
+    def _first_unknown(self, name: str, asked: Sections, other: str, robot: _Robot) -> TooNear:
+        """Against one that may be where nobody has measured it."""
+        if robot.box is not None:
+            return self._separation.first_at_box(name, asked, other, robot.box)
+        if robot.body is None or robot.assured or not (robot.lost or other == self.in_setup):
+            return None
+        why = f"{other} does not know where it is: `cell drives` says how it finds out, or say {_where(other)}"
+        why = f"{other} is in set-up" if other == self.in_setup else why
+        return self._separation.first_in_reach(name, asked, other, robot.body.base, robot.body.reach_m, why)
 
     def _first_against(self, name: str, asked: Sections, other: str, reserved: Sections) -> TooNear:
         """Robots that are too near already may part, and never come nearer."""
@@ -211,3 +284,22 @@ class Ledger:
         first, _ = found
         nearer = self._separation.first_nearer(name, asked[first:], other, reserved, self._robots[name].owned)
         return None if nearer is None else (first + nearer[0], nearer[1])
+
+
+def _where(robot: str) -> str:
+    """How an operator says where a robot is that does not tell it."""
+    return f"where it stays: `cell stands {robot}` or `cell confine {robot}`"
+
+
+def _is_where_said(presence: Presence, robot: _Robot) -> bool:
+    """Whether a body, as it is measured now, is where an operator has said; all of it that ever moves."""
+    body = presence.body
+    moves = [each for each in range(len(body.radii_m)) if each not in presence.way.fixed]
+    ends, radii = body.poses[0, moves].astype(float), body.radii_m[moves].astype(float)
+    if robot.box is not None:
+        local = (ends - robot.box.pose_world_box[:3, 3]) @ robot.box.pose_world_box[:3, :3]
+        return bool((np.abs(local) + radii[:, None, None] <= robot.box.size / 2.0).all())
+    # A capsule is in another one when the balls at both of its ends are.
+    balls = np.repeat(ends[:, :, None], 2, axis=2)[:, :, None, None], -radii[:, None, None, None]
+    away = capsule_distance(*balls, robot.owned.points.astype(float), robot.owned.radii.astype(float))
+    return bool(np.any((away <= 0.0).all(axis=1), axis=(1, 2)).all())

@@ -121,20 +121,23 @@ class Nearness:
         return table
 
     def first_in_reach(
-        self, robot: str, asked: Sections, other: str, base: tuple[float, float, float], reach_m: float
+        self, robot: str, asked: Sections, other: str, base: tuple[float, float, float], reach_m: float, why: str
     ) -> tuple[int, Refusal] | None:
         """The first section of `asked` within the margin of all that a robot can reach that may be anywhere there.
 
-        `base`: of that robot in world [m]; `reach_m`: of its farthest point from there.
+        `base`: of that robot in world [m]; `reach_m`: of its farthest point from there; `why` it may be anywhere.
         """
         sphere = np.array([base, base]), np.array(reach_m)
         distance = capsule_distance(asked.points.astype(float), asked.radii.astype(float), *sphere)
-        unknown = f"and {other} does not know where it is: `cell drives` says how it finds out"
-        return self._first_at(robot, distance, other, f"what {other} can reach, {unknown}")
+        return self._first_at(robot, distance, other, f"what {other} can reach, and {why}")
 
     def first_at_box(self, robot: str, asked: Sections, other: str, box: Box) -> tuple[int, Refusal] | None:
-        """The first section of `asked` within the margin of the box to which an operator has confined a robot."""
+        """The first section of `asked` within the margin of the box to which an operator has confined a robot.
+
+        Capsules that never move are left out: no motion brings them nearer to it.
+        """
         distance = capsule_box_distance(asked.points.astype(float), asked.radii.astype(float), box)
+        distance[:, [each for each in self._fixed(robot) if each < distance.shape[1]]] = np.inf
         kept = f"{1e3 * self._margin(robot, other):g} mm are kept"
         return self._first_at(robot, distance, other, f"the box to which {other} is confined; {kept}")
 

@@ -1,10 +1,15 @@
 """Who goes first: robots that share room are let in only as far as all of them can still get through.
 
 Clearing alone is no order: two robots that are both let in as far as nothing is in their way may end up nose to nose,
-each in the other's way out. So what is cleared is cut further until the cell is *safe*: some robot can go to the end of
-all that it has planned while the others stand at the ends of what they own; then another one, while that one stands at
-the end of its way; and so on until all have (the safe states of Dijkstra's banker, on ways instead of money). Where the
-cell is not safe already, nothing is cut: then geometry alone decides.
+each in the other's way out. So what is cleared is cut further until the cell is *safe*. A *bay* is a piece of a robot's
+way where nobody still has to pass. The cell is safe when some robot can go to a bay, or to the end of all that it has
+planned, while the others stand at the ends of what they own; then another one, while that one stands there; and so on
+until all are at their ends (the safe states of Dijkstra's banker, on ways instead of money). To go to a bay is never
+wrong: who stands there is in nobody's way. Where some cannot get to their ends already, what is cleared makes them no
+more; two that want to end at one place are let on as far as geometry lets them.
+
+Whose turn it is (`turn.py`) goes before all who need not get through before it: what is cleared for them keeps them out
+of its way, and out of the way of those before it.
 """
 
 from collections.abc import Mapping, Sequence
@@ -12,6 +17,7 @@ from dataclasses import dataclass, field
 from typing import Protocol
 
 import numpy as np
+from numpy.typing import NDArray
 
 from cell.geometry.arrays import Flags
 from cell.messages import PlannedWay, Presence, Refusal, Sections
@@ -52,8 +58,10 @@ class Order:
 
     def __init__(self, conflicts: Conflicts) -> None:
         self._conflicts = conflicts
+        self.turn = ""
+        """The robot whose turn it is; empty: nobody's."""
         self._robots: dict[str, _Robot] = {}
-        self._last: dict[tuple[str, str], tuple[PlannedWay, PlannedWay, list[int], Flags]] = {}
+        self._last: dict[tuple[str, str], tuple[PlannedWay, PlannedWay, NDArray[np.intp], Flags]] = {}
         """By two robots and for their plans: for each piece of the second the last one of the first that is too near
         to it; and all that are."""
 
@@ -82,37 +90,106 @@ class Order:
         used = [piece for piece in way.pieces[: way.committed].tolist() if piece != NO_PIECE]
         robot.back = min(min(used, default=robot.at), robot.end)
 
+    def plans(self, robot: str) -> bool:
+        """Whether a robot has a planned way."""
+        return robot in self._positions()
+
+    def leave_out(self, robot: str) -> None:
+        """A robot that does not go on is in nobody's order, until its presences count in a plan again."""
+        mine = self._robots.setdefault(robot, _Robot())
+        mine.coming, mine.plan = mine.coming or mine.plan, None
+
     def knows(self, robot: str, plan: int) -> bool:
         """Whether the plan with this number is what the order goes by."""
         mine = self._robots.get(robot)
         return mine is not None and mine.plan is not None and mine.plan.number == plan
 
     def admitted(self, robot: str, pieces: Sequence[int]) -> tuple[int, Refusal | None]:
-        """How many of the sections that lie in these pieces of its plan a robot may be cleared, and who is in the way.
-
-        All of them, where the cell is not safe anyway.
-        """
+        """How many of the sections in these pieces of its plan a robot may be cleared, and who is in the way."""
         standing = self._positions()
-        if robot not in standing or not pieces or self._stuck(standing):
+        if robot not in standing or not pieces:
             return len(pieces), None
-        count, refusal = len(pieces), None
+        already = self._stuck(standing)
+        count, refusal = self._out_of_the_way_of_the_next(robot, pieces, standing)
         while count > 0:
             last = max((piece for piece in pieces[:count] if piece != NO_PIECE), default=standing[robot])
             stuck = self._stuck(standing | {robot: max(last, standing[robot])})
-            if not stuck:
+            if len(stuck) <= len(already):
                 return count, refusal
-            other = next((each for each in stuck if each != robot), robot)
-            refusal = Refusal(other, f"{robot} would be in the way of {other}, which must get through first")
+            others = sorted(
+                (each for each in stuck if each != robot),
+                key=lambda each: (self._last_near(each, robot)[last] <= standing[each], each in already),
+            )
+            other = others[0] if others else robot
+            refusal = self._waits_for(
+                other, f"{robot} would be in the way of {other}, which must get through first", standing
+            )
             count = next((k for k, piece in enumerate(pieces[:count]) if piece == last), 0)
         return 0, refusal
 
+    def let_in(self, robot: str, pieces: Sequence[int]) -> None:
+        """A robot was cleared sections in these pieces of its plan: it may be there before it says so."""
+        mine = self._robots[robot]
+        cleared = max((piece for piece in pieces if piece != NO_PIECE), default=mine.at)
+        mine.at = min(max(cleared, mine.at), max(mine.end, 0))
+
+    def _out_of_the_way_of_the_next(
+        self, robot: str, pieces: Sequence[int], standing: Mapping[str, int]
+    ) -> tuple[int, Refusal | None]:
+        """How many of these pieces a robot may enter and need not get through before the one whose turn it is.
+
+        One that must get through before it anyway may go on, until that is no longer so.
+        """
+        if self.turn not in standing or self.turn == robot:
+            return len(pieces), None
+        here, before = standing[robot], robot in self._before(self.turn, standing)
+        for count, piece in enumerate(pieces):
+            if piece == NO_PIECE or piece <= here:
+                continue
+            here, was_before = piece, before
+            before = robot in self._before(self.turn, {**standing, robot: here})
+            if before and not was_before:
+                why = f"{robot} would be in the way of {self.turn}, which has waited for long and goes first"
+                return count, self._waits_for(self.turn, why, standing)
+        return len(pieces), None
+
+    def _waits_for(self, other: str, why: str, standing: Mapping[str, int]) -> Refusal:
+        """It names one that can go on at once, so no circle is told of where there is none."""
+        able = self.goes_first(other) or [each for each in standing if self._farthest_bay(each, standing) is not None]
+        first = min(able, default=other)
+        return Refusal(first, why if first == other else f"{why}, after {first}")
+
+    def before(self, robot: str) -> set[str]:
+        """Who must leave its place before a robot can go to where nobody still has to pass."""
+        standing = self._positions()
+        return self._before(robot, standing) if robot in standing else set()
+
+    def goes_first(self, robot: str) -> list[str]:
+        """Who of these waits for nobody; where there is nobody before it, the robot itself.
+
+        Empty: it has no planned way, or they wait for each other, until somebody else has passed.
+        """
+        before = self.before(robot)
+        if not before:
+            return [robot] if self.plans(robot) else []
+        return sorted(each for each in before if not self.before(each))
+
+    def is_clear(self, robot: str) -> bool:
+        """Whether nobody still has to pass where a robot is, at the end of what it may use."""
+        mine = self._robots[robot]
+        return not any(
+            self._last_near(other, robot)[mine.at] >= its.at
+            for other, its in self._robots.items()
+            if other != robot and mine.plan is not None and its.plan is not None
+        )
+
     def look_further(self, robot: str) -> bool:
-        """Whether what is known of a robot's plan ends where another one still has to pass."""
+        """Whether a robot shares room with another one, by what is known of their plans, and its own goes on."""
         mine = self._robots.get(robot)
         if mine is None or mine.plan is None or not mine.plan.more:
             return False
         return any(
-            self._too_near(other, robot)[its.at :, mine.end].any()
+            self._too_near(other, robot)[its.at :, mine.at :].any()
             for other, its in self._robots.items()
             if other != robot and its.plan is not None
         )
@@ -135,35 +212,78 @@ class Order:
         """Who cannot get to the end of its way, one after the other, from where all stand; empty: the cell is safe."""
         tries = _MOST_TRIES
 
-        def stuck(at: dict[str, int], left: list[str]) -> list[str]:
-            """Whoever ends in nobody's way may go at once; of the others it may matter who goes first."""
+        def stuck(at: dict[str, int]) -> list[str]:
+            """Whoever can go to a bay may do so at once; of the others it may matter who goes first."""
             nonlocal tries
             tries -= 1
-            while robot := next((each for each in left if self._gets_through(each, at, left)), None):
-                at, left = at | {robot: self._robots[robot].end}, [each for each in left if each != robot]
+            while found := next(
+                ((each, bay) for each in at if (bay := self._farthest_bay(each, at)) is not None), None
+            ):
+                at = {**at, found[0]: found[1]}
+            left = sorted(each for each, piece in at.items() if piece < self._robots[each].end)
             fewest = left
             for robot in left if tries > 0 else ():
-                if fewest and self._gets_through(robot, at):
-                    others = [each for each in left if each != robot]
-                    fewest = min(fewest, stuck(at | {robot: self._robots[robot].end}, others), key=len)
+                if fewest and self._reach(robot, at) == self._robots[robot].end:
+                    fewest = min(fewest, stuck({**at, robot: self._robots[robot].end}), key=len)
             return fewest
 
-        return stuck(dict(standing), sorted(standing))
+        return stuck(dict(standing))
 
-    def _gets_through(self, robot: str, at: Mapping[str, int], out_of: Sequence[str] = ()) -> bool:
-        """Whether it can go to the end of its way, and is out of the way of these others there."""
+    def _before(self, robot: str, at: Mapping[str, int]) -> set[str]:
+        """Who must leave its place before a robot can go to its next bay, and before those can go to theirs.
+
+        This may be a circle where the cell is safe, too: until somebody else has passed, and more pieces are bays.
+        """
+        found: set[str] = set()
+        left = [robot]
+        while left:
+            one = left.pop()
+            bays = self._bays(one, at)
+            bay = int(bays[0]) if len(bays) else None
+            new = {each for each in at.keys() - found - {one, robot} if self._must_go_before(each, one, bay, at)}
+            found |= new
+            left += new
+        return found
+
+    def _must_go_before(self, other: str, robot: str, bay: int | None, at: Mapping[str, int]) -> bool:
+        """It stands in the way to the bay, or where there is none, to the end, or this end is in its own way."""
         end = self._robots[robot].end
-        free = all(self._last_near(robot, other)[at[other]] <= at[robot] for other in at if other != robot)
-        return free and all(self._last_near(other, robot)[end] <= at[other] for other in out_of if other != robot)
+        way = slice(at[robot], (end if bay is None else bay) + 1)
+        stands_in_the_way = bool(self._too_near(robot, other)[way, at[other]].any())
+        return stands_in_the_way or (bay is None and self._last_near(other, robot)[end] > at[other])
 
-    def _last_near(self, robot: str, other: str) -> list[int]:
-        """For each piece of the other's way the last one of the robot's own that is too near to it."""
+    def _farthest_bay(self, robot: str, at: Mapping[str, int]) -> int | None:
+        """To which it can go while the others stand."""
+        bays = self._bays(robot, at)
+        bays = bays[bays <= self._reach(robot, at)]
+        return int(bays[-1]) if len(bays) else None
+
+    def _bays(self, robot: str, at: Mapping[str, int]) -> NDArray[np.intp]:
+        """The pieces ahead of it where nobody still has to pass."""
+        here = at[robot]
+        clear = np.ones(self._robots[robot].end - here, dtype=bool)
+        for other, its in at.items():
+            if other != robot:
+                clear &= self._last_near(other, robot)[here + 1 :] < its
+        return here + 1 + np.flatnonzero(clear)
+
+    def _reach(self, robot: str, at: Mapping[str, int]) -> int:
+        """The last piece to which it can go while the others stand; the rest of its own piece is ahead of it, too."""
+        here = at[robot]
+        blocked = np.zeros(self._robots[robot].end + 1 - here, dtype=bool)
+        for other, its in at.items():
+            if other != robot:
+                blocked |= self._too_near(robot, other)[here:, its]
+        return here - 1 + (int(blocked.argmax()) if blocked.any() else len(blocked))
+
+    def _last_near(self, robot: str, other: str) -> NDArray[np.intp]:
+        """For each piece of the other's way the last one of the robot's own that is too near to it; `_FREE`: none."""
         return self._tables(robot, other)[0]
 
     def _too_near(self, robot: str, other: str) -> Flags:
         return self._tables(robot, other)[1]
 
-    def _tables(self, robot: str, other: str) -> tuple[list[int], Flags]:
+    def _tables(self, robot: str, other: str) -> tuple[NDArray[np.intp], Flags]:
         mine, its = self._robots[robot].plan, self._robots[other].plan
         if mine is None or its is None:
             raise ValueError(f"{robot} or {other} has no plan")
@@ -176,5 +296,5 @@ class Order:
                 near = self._conflicts.too_near(robot, mine.pieces, other, its.pieces)
             rows = np.arange(len(near))[:, None]
             last = np.where(near, rows, _FREE).max(axis=0, initial=_FREE)
-            known = self._last[robot, other] = mine, its, last.tolist(), near
+            known = self._last[robot, other] = mine, its, last, near
         return known[2], known[3]

@@ -1,13 +1,16 @@
 """Keeps the robots of a cell apart: from their presences to clearances, and what people are told of it."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 
 from cell.config.settings import CellSettings
+from cell.manager.records import Assured
+from cell.manager.separation.assurances import Assurances, Ended, Sighting
 from cell.manager.separation.ledger import Ledger
 from cell.manager.separation.nearness import Nearness
 from cell.manager.separation.order import Order
 from cell.manager.separation.standoff import StandoffWatch
+from cell.manager.separation.turn import Turn
 from cell.messages import Clearance, Deadlock, PlannedWay, Presence, Refusal, Severity
 
 _ASKS_S = 0.3
@@ -29,8 +32,8 @@ class SpaceNews:
 class Separation:
     """Of one manager."""
 
-    def __init__(self, settings: CellSettings, boot: str, epoch: int) -> None:
-        """`settings` say by how much robots keep apart."""
+    def __init__(self, settings: CellSettings, boot: str, epoch: int, stored: Iterable[Assured] = ()) -> None:
+        """`settings` say by how much robots keep apart; `stored`: what operators said under a manager of before."""
         if settings.separation is None:
             raise ValueError("a cell that does not keep its robots apart")
         self._links: dict[str, tuple[str, ...]] = {}
@@ -47,7 +50,10 @@ class Separation:
             settings.separation.margin_m, margins, lambda robot: self._fixed.get(robot, frozenset()), self._link
         )
         self._order = Order(nearness)
+        self._turn = Turn(self._order)
         self._ledger = Ledger(settings.robots, boot, epoch, nearness, self._order)
+        ours = [each for each in stored if each.robot in settings.robots]
+        self.assurances = Assurances(self._ledger, ours, settings.times.moves_alone_s)
         self._standoffs = StandoffWatch(lambda robot, all_of_them: self._order.way_back(robot, all_of_them) is not None)
 
     def planned(self, way: PlannedWay) -> None:
@@ -81,9 +87,17 @@ class Separation:
         """Robots that wait for each other, as they were told."""
         return self._standoffs.present
 
+    def follow(self, sightings: Mapping[str, Sighting], now: float) -> list[Ended]:
+        """Take what is heard of the robots now: who is in set-up, and whose place operators have said in vain."""
+        self._ledger.in_setup = next((robot for robot, each in sightings.items() if each.in_setup), "")
+        return self.assurances.step(sightings, now)
+
     def clear(self, cell_time: float) -> tuple[list[Clearance], list[SpaceNews]]:
         """Answers to what was asked for since the last call, and what there is to tell."""
+        self._turn.pass_on({robot: refusal for robot, (refusal, _) in self._refused.items()}, cell_time)
         clearances = [self._dated(each, cell_time) for each in self._ledger.clear()]
+        for clearance in clearances:
+            self._turn.answered(clearance, cell_time)
         lasting = {robot: each for robot, each in self._refused.items() if cell_time - each[1] <= _ASKS_S}
         self._refused = lasting
         waiting = {robot: refusal for robot, (refusal, _) in lasting.items() if self._at_rest.get(robot)}

@@ -31,7 +31,7 @@ class PhaseLock:
 
     def __init__(self, cycle_s: float) -> None:
         self._cycle_s = cycle_s
-        self._clock = ManagerClock()
+        self.clock = ManagerClock()
         self._heard_at: float | None = None
         self._drift = 0.0
         self._due: float | None = None
@@ -40,9 +40,9 @@ class PhaseLock:
         self.error_s: float | None = None
         """How much the newest SYNC was behind its moment by the cell clock, within one cycle; `None`: no manager."""
 
-    def heard(self, state: ManagerState, at: float) -> None:
-        """A manager's state arrived at `at` [s]."""
-        self._clock.heard(state, at)
+    def heard(self, state: ManagerState, at: float, round_s: float = math.inf) -> None:
+        """A manager's state arrived at `at` [s]; it answers what this gateway sent `round_s` [s] before."""
+        self.clock.heard(state, at, round_s)
         self._heard_at = at
 
     def trim(self, now: float) -> float:
@@ -53,7 +53,7 @@ class PhaseLock:
         return trim
 
     def _trim(self, now: float, slipped: bool) -> float:
-        moment = self._clock.moment(now)
+        moment = self.clock.moment(now)
         if moment is None or self._heard_at is None or now - self._heard_at > SILENT_S:
             self.error_s, self._drift, self._catching_up = None, 0.0, False
             return 0.0

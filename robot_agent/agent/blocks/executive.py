@@ -140,7 +140,7 @@ class Executive:
     def _measured(self, feedback: DriveFeedback) -> tuple[int, float] | None:
         """After which tick the commanded position was nearest to the measured one, and how far bodies are apart [m].
 
-        That is on the straight way to the next tick's; the capsule ends go it together.
+        That is on the straight way to the next tick's; the capsule ends and the TCP go it together.
         """
         if not feedback.referenced:
             return None
@@ -150,7 +150,7 @@ class Executive:
         if (commanded == commanded[0]).all():  # it stands, as it does most of the time
             commanded = commanded[:1]
         try:
-            points = self._planner.model.capsules(np.vstack([commanded, feedback.position]))
+            points = self._planner.model.body_and_tcp(np.vstack([commanded, feedback.position]))
         except OpenMechanism:
             return None
         away = points[-1] - points[:-1]

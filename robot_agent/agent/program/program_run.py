@@ -347,11 +347,12 @@ class ProgramRun:
 
     @property
     def status(self) -> ProgramStatus:
+        file, line = self._program.place_of(self.line)
         return ProgramStatus(
-            self._program.name,
+            file,
             self.state,
-            self.line,
+            line,
             self._program.text_of(self.line),
             self.error,
-            self.lookahead.planned_to,
+            self._program.place_of(self.lookahead.planned_to)[1],
         )

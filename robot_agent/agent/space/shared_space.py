@@ -13,7 +13,7 @@ from robot_agent.agent.space.outlook import Outlook
 from robot_agent.agent.space.owned_space import OwnedSpace
 from robot_agent.kinematics import Model
 from robot_agent.trajectory import Hold
-from robot_agent.workspace import FOLLOWING_M, MotionSections, Sweep, named, of_points, part_of, sections_of
+from robot_agent.workspace import FOLLOWING_M, MotionSections, Sweep, of_points, owned_by, part_of, sections_of
 
 _BORDER_S = 1e-9
 """A place so near to the border of two sections is in both."""
@@ -188,7 +188,7 @@ class SharedSpace:
             self._refusal = ""
         self._way, self.beside_path = whole, use.widen_m > FOLLOWING_M
         capsules = range(len(use.model.body))
-        links = tuple(named(part_of(use.model, capsule)).removeprefix("the ") for capsule in capsules)
+        links = tuple(owned_by(part_of(use.model, capsule)) for capsule in capsules)
         fixed = tuple(capsule for capsule in capsules if use.model.body[capsule].link == 0)
         return Way(whole, committed, owned, links, fixed, self.outlook.plan, self.outlook.pieces(whole))
 

@@ -45,13 +45,14 @@ class Progress:
         return self._advance_return(mode, executive, feedback, planner) if mode is Mode.RETURNING else mode
 
     def ended(self, mode: Mode, feedback: DriveFeedback, planner: Planner, leaving: bool, now: float) -> Mode:
-        """Halt for a set-up, after a manager fell silent, if an operator is to decide then, and before leaving."""
+        """Halt for a set-up or a changed zone, before leaving, and after a silent manager if an operator decides."""
         if mode not in (Mode.RUNNING, Mode.RETURNING):
             return mode
         if self.zones.kept_still:
             order = "continue" if mode is Mode.RUNNING else "return"
             remedy = f"when that is over: cell {order} {self.robot}"
-            self.report.event(Severity.WARNING, "setup", f"halted: {self.zones.kept_still}", remedy)
+            code = "setup" if self.zones.state is None or self.zones.state.zone_change is None else "zone_change"
+            self.report.event(Severity.WARNING, code, f"halted: {self.zones.kept_still}", remedy)
         elif not self.zones.fresh(now) and self.on_manager_return is OnManagerReturn.OPERATOR:
             order = "continue" if mode is Mode.RUNNING else "return"
             remedy = f"when it is back: cell {order} {self.robot}"

@@ -88,11 +88,16 @@ class ZoneClaims:
     def fresh(self, now: float) -> bool:
         return self.age(now) < self._fresh_s
 
-    # Set-up
+    # Set-up and changes of zones
 
     @property
     def kept_still(self) -> str:
-        """Why nothing may move this robot now: the newest manager state has a robot in set-up. Empty when it may."""
+        """Why nothing may move this robot now; empty when it may.
+
+        The newest manager state has a robot in set-up, or a zone that is being changed.
+        """
+        if self.state is not None and self.state.zone_change is not None:
+            return f"zone {self.state.zone_change} is being changed"
         setup = None if self.state is None else self.state.setup
         if setup is None:
             return ""
@@ -129,12 +134,17 @@ class ZoneClaims:
         for known, zones in self._touched:
             if known is body:
                 return set(zones)
-        touched = frozenset(name for name, solid in self._solids.items() if body_touches(body, solid))
+        touched = frozenset(
+            name for name, solid in self._solids.items() if body_touches(body, solid, self._geometry[name].of)
+        )
         self._touched.append((body, touched))
         return set(touched)
 
     def crossed(self, path: Sweep, margin_m: float) -> list[str] | None:
-        """The zones that a swept body comes nearer to than `margin_m`; `None` while a zone's geometry is missing."""
+        """The zones that a swept body, or its TCP, comes nearer to than `margin_m`.
+
+        `None` while a zone's geometry is missing.
+        """
         zones, taus = self.geometry, np.arange(len(path.points), dtype=float)
         if zones is None:
             return None

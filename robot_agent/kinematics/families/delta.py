@@ -141,7 +141,7 @@ class Delta(ClosedForm):
         """As for every model, from the second differences of the points: closed chains have no bound by the reach."""
         bends = np.zeros(max(len(q) - 1, 0))
         if len(q) > 2:
-            second = np.linalg.norm(np.diff(self.capsules(q), n=2, axis=0), axis=-1).max(axis=(1, 2))
+            second = np.linalg.norm(np.diff(self.body_and_tcp(q), n=2, axis=0), axis=-1).max(axis=(1, 2))
             bends[:-1] = second
             bends[1:] = np.maximum(bends[1:], second)
         return bends / 4

@@ -55,7 +55,7 @@ class BodyIsPublished(Invariant):
         hindered = self.facts.hindered(sample.robot, sample.shown.at)
         if hindered and age > self.facts.cell.times.fresh_s:
             return  # a robot that is silent may be anywhere: so says the manager, which blocks its zones
-        missing = float(sample.shown.misses(sample.points[None])[0])
+        missing = float(sample.shown.misses(sample.points[None], sample.tcp[None])[0])
         if missing > (_HINDERED_M if hindered else _BODY_TOLERANCE_M):
             what = f"it is {1000 * missing:.1f} mm outside the body that it published {age:.3f} s before"
             self.broken(sample.robot, what, sample.at)
@@ -119,16 +119,17 @@ class BlockIsPublished(Invariant):
         for robot in self.facts.robots:
             mine = [each for each in kept if each.block.message.robot == robot]
             if mine:
-                points = self.facts.points(robot, np.concatenate([each.rows for each in mine]))
+                axes = np.concatenate([each.rows for each in mine])
                 ends = np.cumsum([len(each.rows) for each in mine])[:-1]
-                for each, bodies in zip(mine, np.split(points, ends), strict=True):
-                    self._judge(robot, each, bodies)
+                bodies, tcps = (np.split(of(robot, axes), ends) for of in (self.facts.points, self.facts.tcp))
+                for each, points, tcp in zip(mine, bodies, tcps, strict=True):
+                    self._judge(robot, each, points, tcp)
 
-    def _judge(self, robot: str, each: _Announced, bodies: Floats) -> None:
+    def _judge(self, robot: str, each: _Announced, points: Floats, tcp: Floats) -> None:
         number, at = each.block.message.sequence, each.block.at
         if each.shown is None:
             self.broken(robot, f"block {number} moves it, and it has published no body", at)
-        missing = float(each.shown.misses(bodies).max())
+        missing = float(each.shown.misses(points, tcp).max())
         if missing > _BLOCK_TOLERANCE_M:
             what = f"block {number} leads {1000 * missing:.1f} mm out of the body published before it"
             self.broken(robot, what, at)

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cell.core import Request
-from cell.geometry import Solid, body_touches, capsules_touch, transform_points
+from cell.geometry import body_touches, transform_points
 from cell.manager.core import ManagerCore
 from cell.messages import (
     Call,
@@ -29,9 +29,9 @@ from cell.messages import (
     Sections,
     SetpointBlock,
     TokenGone,
-    ZoneGeometry,
 )
 from drive_gateway.gateway.core import GatewayCore
+from tests.sim.volume import Volume
 from tests.sim.world import World
 
 Floats = NDArray[np.float64]
@@ -75,22 +75,24 @@ class Shown:
             self._poses = self.message.body.poses.astype(float)
         return self._poses
 
-    def touches(self, zone: str, solid: Solid) -> bool:
+    def touches(self, zone: str, volume: Volume) -> bool:
         """By the rule that manager and agents share."""
         if zone not in self._touched:
-            self._touched[zone] = body_touches(self.message.body, solid)
+            self._touched[zone] = body_touches(self.message.body, volume.solid, volume.of)
         return self._touched[zone]
 
-    def misses(self, points: Floats) -> Floats:
-        """By how much [m] bodies `(k, c, 2, 3)` are outside, `(k,)`; 0 or less: they lie within.
+    def misses(self, points: Floats, tcp: Floats) -> Floats:
+        """By how much [m] bodies `(k, c, 2, 3)` and TCPs `(k, 3)` are outside, `(k,)`; 0 or less: they lie within.
 
         A capsule lies within a pose's capsule that is grown by as much as its ends are away.
         """
+        points = np.concatenate([points, np.stack([tcp, tcp], axis=1)[:, None]], axis=1)
         body = self.message.body
         if not body.known or len(body.poses) == 0:
             away = np.linalg.norm(points - np.array(body.base), axis=-1).max(axis=(1, 2))
             return np.asarray(away - body.reach_m)
-        away = np.linalg.norm(points[:, None] - self.poses, axis=-1).max(axis=-1)
+        tcps = np.repeat(body.tcp_m.astype(float)[:, None, None], 2, axis=2)
+        away = np.linalg.norm(points[:, None] - np.concatenate([self.poses, tcps], axis=1), axis=-1).max(axis=-1)
         return np.asarray((away - body.growth_m[:, None]).min(axis=1).max(axis=-1))
 
 
@@ -113,8 +115,10 @@ class Sample:
     """By the newest state of the robot."""
     points: Floats = field(default_factory=lambda: np.zeros((0, 2, 3)))
     """`(c, 2, 3)` [m] capsules in world."""
+    tcp: Floats = field(default_factory=lambda: np.zeros(3))
+    """`(3,)` [m] in world."""
     inside: frozenset[str] = frozenset()
-    """The zones that the real body touches."""
+    """The zones that the real body, or its TCP, touches."""
 
 
 @dataclass(slots=True)
@@ -162,12 +166,7 @@ class Facts:
         self.cell = world.cell
         self.start = world.clock.now
         self.robots = tuple(world.cell.robots)
-        self.boxes = {
-            zone.name: ZoneGeometry(
-                zone.name, 1, zone.size_m, zone.pose.position_m, zone.pose.quaternion_xyzw, zone.robots, zone.shape
-            ).solid()
-            for zone in world.cell.zones.values()
-        }
+        self.boxes = {zone.name: Volume.at(zone) for zone in world.cell.zones.values()}
         self.order: dict[str, int] = {}
         """Boots in the order of their starts."""
         self.sent: dict[tuple[str, int], float] = {}
@@ -408,7 +407,7 @@ class Facts:
         separation = process.core._separation
         assert separation is not None
         ledger = separation._ledger
-        if ledger.deposed or ledger.awaited or ledger._robots[robot].anywhere is not None:
+        if ledger.deposed or ledger.awaited or ledger._robots[robot].lost:
             return None
         return functools.reduce(Sections.joined, ledger.reserved(robot), Sections())
 
@@ -417,14 +416,19 @@ class Facts:
         planner, model = self.world.planners[robot], self.world.models[robot]
         return np.asarray(transform_points(planner.pose_world_base, model.capsules(model.coupling.joints(axes))))
 
-    def touching(self, robot: str, points: Floats) -> dict[str, NDArray[np.bool_]]:
-        """By zone: which of the bodies `(m, c, 2, 3)` touch it."""
-        radii = self.world.models[robot].capsule_radii
-        return {zone: capsules_touch(points, radii, box).any(axis=-1) for zone, box in self.boxes.items()}
+    def tcp(self, robot: str, axes: Floats) -> Floats:
+        """TCPs `(m, 3)` [m] in world, for axes `(m, n)`."""
+        planner, model = self.world.planners[robot], self.world.models[robot]
+        return np.asarray((planner.pose_world_base @ model.forward(model.coupling.joints(axes)))[..., :3, 3])
+
+    def touching(self, robot: str, axes: Floats) -> dict[str, NDArray[np.bool_]]:
+        """By zone: whether the robot is inside with axes `(m, n)`, `(m,)`."""
+        points, tcp, radii = self.points(robot, axes), self.tcp(robot, axes), self.world.models[robot].capsule_radii
+        return {zone: volume.touched(points, radii, tcp) for zone, volume in self.boxes.items()}
 
     def inside_now(self, robot: str) -> frozenset[str]:
-        """The zones that the real body touches at this moment."""
-        touching = self.touching(robot, self.points(robot, self.measured(robot)[None]))
+        """The zones that the real body, or its TCP, touches at this moment."""
+        touching = self.touching(robot, self.measured(robot)[None])
         return frozenset(zone for zone, flags in touching.items() if flags[0])
 
     def _sample(self) -> None:
@@ -462,10 +466,10 @@ class Facts:
             mine = [sample for sample in kept if sample.robot == robot]
             if not mine:
                 continue
-            points = self.points(robot, np.array([sample.axes for sample in mine]))
-            touching = self.touching(robot, points)
+            axes = np.array([sample.axes for sample in mine])
+            points, tcp, touching = self.points(robot, axes), self.tcp(robot, axes), self.touching(robot, axes)
             for i, sample in enumerate(mine):
-                sample.points = points[i]
+                sample.points, sample.tcp = points[i], tcp[i]
                 sample.inside = frozenset(zone for zone, flags in touching.items() if flags[i])
         for sample in kept:
             self.samples += 1

@@ -23,7 +23,7 @@ FORBIDDEN = {
 SHELLS = {
     "cell/commands/": "the composition root",
     "cell/manager/shell.py": "the manager's process",
-    "cell/manager/frame_file.py": "the thread that writes the cell file",
+    "cell/manager/edits_on_disk.py": "the thread that writes the cell file",
     "cell/manager/journal.py": "the manager's file",
     "cell/manager/event_store.py": "the file of events",
     "cell/manager/event_recorder.py": "the thread that stores events",

@@ -251,7 +251,7 @@ class Park(Move):
 
     @classmethod
     def read(cls, line: int, words: list[Word], reading: Reading) -> Self:
-        speed = percent(named_numbers(words, ("F",)).get("F"), words[0])
+        speed = percent(named_numbers(words, ("F",))["F"], words[0])
         return cls(line, (0.0,) * len(reading.names.joints), speed)
 
     def run(self, _walk: Walk) -> JointStep:
@@ -302,7 +302,7 @@ def test_statements_are_read_with_their_mistakes() -> None:
     first, second, third = map(str, caught.value.problems)
     assert first == "1:1: found 0 words after DROP, allowed the name of an output"
     assert second == "2:6: found F=0, allowed 0.01 to 100 percent for PARK"
-    assert third.endswith("LABEL, GOTO, END, PARK, DROP")
+    assert third.endswith("PARK, DROP")
 
 
 @pytest.mark.usefixtures("statements")

@@ -14,7 +14,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cell.config import load_cell
-from cell.config.frame_edit import NotWritten, replaced, write_frame
+from cell.config.cell_edit import Changes, NotWritten, changed
+from cell.config.frame_edit import write_frame
 from cell.config.settings import FrameSettings, PoseSettings
 from cell.geometry import from_xyz_abc, taught_frame
 from tests.unit.config_world import CELL, TWO_ARMS, Copy
@@ -192,5 +193,5 @@ def test_whatever_stands_around_a_number_stays(lines: list[tuple[str, str]], whi
     which %= len(lines)
     rows = [f"  k{k}: {number}{after}\n" for k, (number, after) in enumerate(lines)]
     after = lines[which][1]
-    changed = [*rows[:which], f"  k{which}: {new}{after}\n", *rows[which + 1 :]]
-    assert replaced("a:\n" + "".join(rows), {("a", f"k{which}"): new}) == "a:\n" + "".join(changed)
+    wanted = [*rows[:which], f"  k{which}: {new}{after}\n", *rows[which + 1 :]]
+    assert changed("a:\n" + "".join(rows), Changes({("a", f"k{which}"): new})) == "a:\n" + "".join(wanted)

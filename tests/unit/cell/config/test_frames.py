@@ -18,6 +18,7 @@ from tests.unit.config_world import CELL, Copy
 TABLE = "table: {pose: {X: 900, Y: 0, Z: 700, A: 0, B: 0, C: 90}}"
 NEST = "nest: {parent: table, pose: {X: 100, Y: 0, Z: 20, A: 0, B: 0, C: 0}}"
 ZONE = "pose: {X: 0, Y: 0, Z: 1400, A: 0, B: 0, C: 0}"
+BASE = "base: {X: -1800, Y: 0, Z: 0, A: 0, B: 0, C: 0}"
 BELT = "belt: {points: [[0, 0, 0], [9, 0, 0], [0, 9, 0]], frame: nest, counts_per_metre: 1, largest_speed: 9}"
 BALL = "things: {ball: {sphere: 5, pose: {X: 10, Y: 0, Z: 0, A: 0, B: 0, C: 0}, frame: nest}}"
 
@@ -104,7 +105,7 @@ def test_where_a_frame_is_counts_in_the_digest_where_only_the_file_says_it(tmp_p
     digest = load_cell(copy.cell).digest
     copy.change(CELL, "{X: 900, Y: 0", "{X: 950, Y: 0")
     assert load_cell(copy.cell).digest == digest
-    copy.change(CELL, ZONE, f"{ZONE}\n    frame: table")
+    copy.change(CELL, BASE, f"{BASE}\n    frame: table")
     in_table = load_cell(copy.cell).digest
     copy.change(CELL, "{X: 950, Y: 0", "{X: 900, Y: 0")
     assert len({digest, in_table, load_cell(copy.cell).digest}) == 3

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from cell.config import ConfigError, load_cell, load_cell_alone
-from cell.config.settings import OnManagerReturn, Times
+from cell.config.settings import OnManagerReturn, SeparationSettings, Times
 from tests.unit.config_world import CELL, TIMES, TWO_ARMS, Copy
 
 
@@ -51,6 +51,8 @@ def test_metres_and_millimetres_mean_the_same_and_have_the_same_digest(tmp_path:
         ("two_arms/left_drives.yaml", "boot_timeout_s: 5", "boot_timeout_s: 6", False),
         ("two_arms/left_drives.sim.yaml", "level: fast", "level: full", True),
         ("two_arms/programs/left.prog", "WAIT 0.3", "WAIT 0.4", False),
+        (CELL, "size: [900, 2600, 2600]", "sphere: 900", True),
+        (CELL, "robots: [left, right]", "robots: [left]", False),
         (CELL, "on_manager_return: continue", "on_manager_return: operator", False),
     ],
 )
@@ -214,3 +216,43 @@ def test_orders_are_refused_with_every_problem_of_the_cell_file(tmp_path: Path) 
     with pytest.raises(ConfigError) as caught:
         load_cell_alone(copy.cell)
     assert len(caught.value.problems) == 2
+
+
+@pytest.mark.parametrize(
+    ("line", "kept_apart"),
+    [
+        ("", SeparationSettings(0.03)),
+        ("separation: {}", SeparationSettings(0.03)),
+        ("separation: {margin: 50}", SeparationSettings(0.05)),
+        ("separation: off", None),
+    ],
+)
+def test_robots_are_kept_apart_unless_the_file_says_off(
+    tmp_path: Path, line: str, kept_apart: SeparationSettings | None
+) -> None:
+    cell = load_cell(Copy(tmp_path).add(CELL, line).cell)
+    assert cell.separation == kept_apart
+    assert {robot.kept_apart for robot in cell.robots.values()} == {kept_apart is not None}
+
+
+def test_one_robot_has_nobody_to_keep_away_from(tmp_path: Path) -> None:
+    copy = Copy(tmp_path)
+    cell = load_cell(copy.add("belt/cell.yaml", "separation: {margin: 50}").folder / "belt" / "cell.yaml")
+    assert cell.separation is None
+    assert not cell.robots["left"].kept_apart
+
+
+@pytest.mark.parametrize("value", ["on", "", "30", "[left, right]", "false"])
+def test_what_is_neither_off_nor_a_margin_is_refused(tmp_path: Path, value: str) -> None:
+    with pytest.raises(ConfigError) as error:
+        load_cell(Copy(tmp_path).add(CELL, f"separation: {value}").cell)
+    (problem,) = error.value.problems
+    assert problem.path == "separation"
+    assert problem.allowed == "off, or how far robots keep apart: {margin: 30}"
+
+
+def test_a_wrong_margin_is_told_at_its_place(tmp_path: Path) -> None:
+    with pytest.raises(ConfigError) as error:
+        load_cell(Copy(tmp_path).add(CELL, "separation: {margin: 0}").cell)
+    (problem,) = error.value.problems
+    assert problem.path == "separation.margin"

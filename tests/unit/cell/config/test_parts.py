@@ -145,7 +145,7 @@ def with_tools(folder: Path, mounted: str = "tool: grip\n") -> Copy:
             "left.prog:2:1: program: found unknown tool `torch`, allowed T0 for none, or a name of tools",
         ),
         ("HOME\nT5", "left.prog:2:1: program: found unknown tool `T5`"),
-        ("HOME\nT=lance\nML X=9000", "left.prog:3:1"),
+        ("HOME\nT=lance\nML X=9000 F=100", "left.prog:3:1"),
     ],
 )
 def test_what_a_program_cannot_mount_is_found_before_a_robot_moves(tmp_path: Path, program: str, problem: str) -> None:
@@ -166,7 +166,7 @@ def test_moves_are_checked_with_the_tool_that_is_mounted_then(tmp_path: Path) ->
     description = load_description(copy.robot)
     model = model_of(replace(description, mounted=Mounted(("lance",))))
     x, y, z = (1000.0 * model.forward(model.home)[:3, 3]).tolist()
-    lines = f"HOME\nT=lance\nML X={x:.3f} Y={y:.3f} Z={z:.3f}\n"
+    lines = f"HOME\nT=lance\nML X={x:.3f} Y={y:.3f} Z={z:.3f} F=100\n"
     (copy.folder / "two_arms" / "programs" / "left.prog").write_text(f"{lines}ML Z={z - 50.0:.3f}\nT0\nHOME\n")
     bundle, problems = check_cell(copy.cell)
     assert bundle is not None, problems

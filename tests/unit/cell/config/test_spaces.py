@@ -8,7 +8,8 @@ import pytest
 from cell.commands.checks import check_cell
 from cell.commands.checks.motions import check_motions
 from cell.config import load_cell
-from cell.config.settings import BoxShape, HullShape, JointRange, SpaceKind, SpaceOf
+from cell.config.settings import BoxShape, HullShape, JointRange, SpaceKind
+from cell.geometry import SpaceOf
 from tests.unit.config_world import CELL, DRIVES, Copy
 
 PROGRAM = "    program: programs/left.prog\n"

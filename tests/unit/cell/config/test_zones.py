@@ -7,6 +7,7 @@ import pytest
 from cell.commands.checks import check_cell
 from cell.config import load_cell
 from cell.config.settings import ZoneSettings
+from cell.geometry import SpaceOf
 from tests.unit.config_world import CELL, Copy
 
 BOX = "size: [900, 2600, 2600]"
@@ -37,6 +38,11 @@ def test_robots_have_no_priority_unless_one_is_given(tmp_path: Path) -> None:
     assert zone(tmp_path / "b", f"{BOX}\n    priority: {{left: 2}}").priority == {"left": 2}
 
 
+def test_a_zone_is_of_the_body_unless_it_is_said_to_be_of_the_tcp(tmp_path: Path) -> None:
+    assert zone(tmp_path / "a", BOX).of is SpaceOf.BODY
+    assert zone(tmp_path / "b", f"{BOX}\n    of: tcp").of is SpaceOf.TCP
+
+
 @pytest.mark.parametrize(
     ("said", "says"),
     [
@@ -45,6 +51,7 @@ def test_robots_have_no_priority_unless_one_is_given(tmp_path: Path) -> None:
         ("sphere: 0", "zones.handover.sphere: found 0, allowed more than 0"),
         ("cylinder: {radius: 4}", "zones.handover.cylinder.length: found nothing"),
         ("half_space: true", "zones.handover.half_space: found unknown key 'half_space'"),
+        (f"{BOX}\n    of: flange", "zones.handover.of: found 'flange', allowed"),
         (f"{BOX}\n    margin: 5", "zones.handover.margin: found unknown key 'margin'"),
         (
             f"{BOX}\n    priority: {{middle: 2}}",

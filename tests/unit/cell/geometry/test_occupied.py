@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -10,6 +12,7 @@ from cell.geometry import (
     HalfSpace,
     Hull,
     Solid,
+    SpaceOf,
     body_touches,
     capsules_touch,
     measured_solid,
@@ -46,6 +49,26 @@ def test_an_unknown_body_counts_as_its_whole_reach() -> None:
 
 def test_a_body_without_poses_counts_as_its_whole_reach() -> None:
     assert body_touches(body(), BOX)
+    assert body_touches(body(), BOX, SpaceOf.TCP)
+
+
+@pytest.mark.parametrize(("x", "growth", "inside"), [(1.5, 0.0, True), (1.499, 0.0, False), (1.4375, 0.0625, True)])
+def test_of_the_tcp_alone_a_ball_of_the_growth_counts(x: float, growth: float, inside: bool) -> None:
+    arm = replace(body(FAR, NEAR, growth=growth), tcp_m=np.float32([[0.0, 0.0, 0.0], [x, 0.0, 0.0]]))
+    assert body_touches(arm, BOX, SpaceOf.TCP) is inside
+
+
+def test_an_arm_that_reaches_through_a_box_is_not_in_it_with_its_tcp() -> None:
+    through = body((1.0, 0.0, 0.0, 3.0, 0.0, 0.0))
+    assert body_touches(through, BOX)
+    assert not body_touches(through, BOX, SpaceOf.TCP)
+
+
+def test_who_does_not_say_where_its_tcp_is_or_does_not_know_has_it_anywhere_in_its_reach() -> None:
+    silent = replace(body(FAR), tcp_m=np.empty((0, 3), np.float32))
+    unknown = Body(known=False, base=(0.0, 0.0, 0.0), reach_m=1.5)
+    assert body_touches(silent, BOX, SpaceOf.TCP)
+    assert body_touches(unknown, BOX, SpaceOf.TCP)
 
 
 TURNED = pose_from(np.array([0.3, -0.2, 0.5]), np.array([0.2, 0.4, 0.4, 0.8]))

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from cell.geometry import SpaceOf
 from cell.manager.occupancy import ZoneSpace
 from tests.unit.manager_world import ball, settings
 
@@ -31,15 +32,22 @@ def test_a_pose_to_come_counts_with_its_growth() -> None:
     assert not ZoneSpace(ZONE).touched_by("left", away)
 
 
+def test_in_a_zone_of_the_tcp_nothing_else_of_the_body_counts() -> None:
+    space, through = ZoneSpace(replace(ZONE, of=SpaceOf.TCP)), ball(0.0)
+    assert space.touched_by("left", through)
+    assert not space.touched_by("left", replace(through, tcp_m=np.float32([[0.0, 0.0, 1.0]])))
+
+
 def test_the_version_is_that_of_the_geometry() -> None:
     assert ZoneSpace(ZONE).geometry.version == ZoneSpace(replace(ZONE)).geometry.version
     others = [
         replace(ZONE, size_m=(0.4, 0.4, 0.5)),
         replace(ZONE, shape="sphere", size_m=(0.4,)),
         replace(ZONE, shape="cylinder", size_m=(0.4, 0.4)),
+        replace(ZONE, of=SpaceOf.TCP),
     ]
     versions = {ZoneSpace(zone).geometry.version for zone in (ZONE, *others)}
-    assert len(versions) == 4
+    assert len(versions) == 5
     assert ZoneSpace(replace(ZONE, priority={"left": 3})).geometry == ZoneSpace(ZONE).geometry
 
 

@@ -222,10 +222,10 @@ def test_a_wrong_field_is_refused_by_its_name(old: bytes, new: bytes, says: str)
 def test_the_layout_of_a_presence_is_the_documented_one() -> None:
     data = encode(dataclasses.replace(PRESENCE, body=BODY))
     end = 18 + int.from_bytes(data[4:8], "little")
-    assert data[:4] == b"ZPR2"
+    assert data[:4] == b"ZPR3"
     assert data[8:18] == b"\x01\x00\x01\x00" + bytes(6)
     assert json.loads(data[18:end])["known"] is True
-    assert np.frombuffer(data[end:], "<f4").tolist() == np.float32([0.1, 0.02, 0, 0, 0, 0.1, 0, 0]).tolist()
+    assert np.frombuffer(data[end:], "<f4").tolist() == np.float32([0.1, 0.02, 0, 0, 0, 0.1, 0, 0, 0.1, 0, 0]).tolist()
 
 
 SECTION = Sections(np.uint64([7]), np.float32([[[[1, 2, 3], [4, 5, 6]]]]), np.float32([[0.25]]))
@@ -278,6 +278,8 @@ def test_a_way_of_which_more_is_owned_than_there_is_is_refused(committed: int, o
     [
         ({"radii_m": np.float32([0.1, 0.1])}, "allowed are"),
         ({"growth_m": np.float32([0.02, 0.02])}, "allowed are"),
+        ({"tcp_m": np.empty((0, 3), np.float32)}, "allowed are"),
+        ({"tcp_m": np.full((1, 3), np.inf, np.float32)}, "infinite"),
         ({"radii_m": np.float32([-0.1])}, "below zero"),
         ({"growth_m": np.float32([-0.02])}, "below zero"),
         ({"poses": np.full((1, 1, 2, 3), np.nan, np.float32)}, "NaN"),
@@ -298,7 +300,7 @@ def test_a_body_of_another_shape_does_not_travel(body: dict[str, Any], says: str
         (8, b"\x00\x00", "the header asks for"),
         (10, b"\xff\xff", "the header asks for"),
         (-8, b"\x00\x00\xc0\x7f", "NaN"),
-        (-32, b"\x00\x00\x80\xbf", "below zero"),
+        (-44, b"\x00\x00\x80\xbf", "below zero"),
     ],
 )
 def test_a_presence_of_another_shape_is_refused_where_it_is_read(at: int, new: bytes, says: str) -> None:

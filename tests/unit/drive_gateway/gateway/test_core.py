@@ -6,13 +6,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from cell.core import Shutdown
+from cell.core import Arrived, Shutdown
 from cell.messages import (
     AxisStatus,
     Claim,
     DisableDrives,
     EnableDrives,
     Estop,
+    GatewayState,
     PlayoutState,
     Release,
     ResetDrives,
@@ -782,3 +783,27 @@ def test_a_drive_that_answers_nothing_any_more_does_not_keep_a_gateway_from_endi
     )
     world.tell(Shutdown())
     world.until(lambda: world.finished, within_s=PART_S + 1.0)
+
+
+class FarManager(KindManager):
+    """A manager whose clock is 1000 s ahead, behind ways that take up to half a cycle each."""
+
+    AHEAD_S = 1000.0
+
+    def answer(self, state: GatewayState, now: float) -> Arrived:
+        there, back = np.random.default_rng(self.sequence).uniform(0.0, CYCLE_S / 2.0, 2).tolist()
+        said = super().answer(state, now).message
+        return Arrived(replace(said, cell_time=now + there + self.AHEAD_S), now + there + back)  # type: ignore[type-var]
+
+
+def test_it_tells_how_far_cell_time_is_ahead_of_its_clock_and_how_far_that_is_wrong_at_most() -> None:
+    world = World()
+    world.ready()
+    assert world.state.clock is None
+    world.manager = FarManager()
+    world.until(lambda: world.state.clock is not None)
+    for _ in range(10):
+        world.run(0.25)
+        clock = world.state.clock
+        assert clock is not None
+        assert abs(clock.offset_s - FarManager.AHEAD_S) <= clock.error_s < CYCLE_S + 0.003

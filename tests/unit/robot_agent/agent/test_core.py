@@ -8,7 +8,7 @@ import pytest
 
 from cell.config.settings import OnManagerReturn, Times
 from cell.core import Ask, Frozen, Publish, Shutdown
-from cell.geometry import body_touches, capsules_touch
+from cell.geometry import SpaceOf, body_touches, capsules_touch
 from cell.messages import (
     Command,
     Continue,
@@ -91,6 +91,27 @@ def test_it_stops_in_front_of_a_zone_that_is_not_granted_and_says_who_holds_it()
     world.grant()
     until(world, ended(world))
     assert world.state.waited_s["handover"] > 0.0
+
+
+def test_in_front_of_a_zone_of_the_tcp_it_stops_with_its_tcp_and_its_body_may_be_inside() -> None:
+    world = AgentWorld(INTO_ZONE)
+    world.geometry = replace(ZONE, of=SpaceOf.TCP)
+    world.zone = ZoneStatus(ZoneState.OCCUPIED, "right", None, (), 1, world.now)
+    until(world, lambda: world.states != [] and world.state.mode is Mode.DISABLED)
+    world.call(Enable())
+    until(world, lambda: world.state.mode is Mode.READY)
+    world.call(Run())
+    until(world, lambda: "held by right" in world.state.waiting_for)
+    until(world, at_rest(world), seconds=0.1)
+    box, last = ZONE.solid(), world.presences[-1].body
+    assert body_touches(last, box)
+    assert not any(body_touches(presence.body, box, SpaceOf.TCP) for presence in world.presences)
+    tcp = world.planner.pose_world_base @ world.planner.model.forward(world.commanded)
+    assert 0.0 < box.capsule_distance(np.stack([tcp[:3, 3]] * 2), np.zeros(())) < 0.06
+    world.grant()
+    until(world, lambda: any(body_touches(presence.body, box, SpaceOf.TCP) for presence in world.presences))
+    assert world.presences[-1].holds == {"handover": world.zone.token}
+    until(world, ended(world))
 
 
 FRONT = replace(ZONE, zone="front", size_m=(0.4, 2.0, 3.0), position_m=(2.4, 0.0, 1.0))
@@ -314,7 +335,7 @@ def test_halt_is_taken_however_old_it_is() -> None:
 
 
 def test_an_unreachable_target_ends_the_program_in_front_of_it_and_names_its_line() -> None:
-    world = running("MJ J1=10\nML X=9000\nEND")
+    world = running("MJ J1=10\nML X=9000 F=9999\nEND")
     until(world, lambda: world.state.program.state is ProgramState.FAILED)
     assert world.state.program.line == 2
     assert "line 2" in world.state.program.error
@@ -433,7 +454,7 @@ def test_the_zone_rule_is_the_managers_own() -> None:
 
 def test_moves_that_join_are_planned_and_played_as_one_motion_without_a_stop() -> None:
     world = running(
-        "MJ J1=20 J2=-20 J3=30 J5=60 F=60\nML Y=200 R=40\nML Z=1900 R=40\nMC QY=250 QZ=1850 Y=300\nHOME\nEND"
+        "MJ J1=20 J2=-20 J3=30 J5=60 F=60\nML Y=200 R=40 F=9999\nML Z=1900 R=40\nMC QY=250 QZ=1850 Y=300\nHOME\nEND"
     )
     until(world, ended(world))
     joined = next(planned for planned in world.planned if len(planned.lines) > 1)
@@ -444,7 +465,7 @@ def test_moves_that_join_are_planned_and_played_as_one_motion_without_a_stop() -
 
 
 def test_mistake_in_one_of_the_moves_that_join_is_named_with_its_line() -> None:
-    world = running("MJ J1=20 J2=-20 J3=30 J5=60 F=60\nML Y=200 R=40\nML X=9000\nHOME\nEND")
+    world = running("MJ J1=20 J2=-20 J3=30 J5=60 F=60\nML Y=200 R=40 F=9999\nML X=9000\nHOME\nEND")
     until(world, lambda: world.state.program.state is ProgramState.FAILED)
     assert world.state.program.line == 3
 
@@ -597,3 +618,25 @@ def test_an_older_geometry_of_a_zone_does_not_take_the_place_of_the_present_one(
     older = replace(ZONE, version=7, position_m=(50.0, 0.0, 0.0))
     world.agent.receive(older, world.now)
     assert world.agent.zones.geometry == (ZONE,)
+
+
+def test_while_a_zone_is_changed_nothing_moves_and_what_was_planned_before_is_never_driven_on() -> None:
+    world = running(INTO_ZONE)
+    until(world, lambda: (world.state.tcp_speed_m_s or 0.0) > 0.1)
+    world.zone_change = "handover"
+    until(world, lambda: world.state.mode is Mode.HALTED)
+    until(world, at_rest(world), seconds=2.0)
+    assert world.state.waiting_for == "zone handover is being changed"
+    assert [event.code for event in world.events if event.text == "halted: zone handover is being changed"] == [
+        "zone_change"
+    ]
+    id = world.call(Run())
+    until(world, lambda: id in world.replies)
+    assert world.replies[id].text.startswith("left stays at rest: zone handover is being changed")
+    larger = replace(ZONE, size_m=(3.0, 2.0, 3.0), version=2)
+    world.geometry, world.zone = larger, ZoneStatus(ZoneState.OCCUPIED, "right", None, (), 2, world.now)
+    world.zone_change, stood = None, world.commanded.copy()
+    world.call(Continue())
+    world.run(1.0)
+    assert np.abs(world.commanded - stood).max() < 1e-9
+    assert all(presence.stop_time_s == 0.0 for presence in world.presences[-40:])

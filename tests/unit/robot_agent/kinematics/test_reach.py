@@ -10,6 +10,7 @@ from robot_agent.kinematics import Model, OpenMechanism, load_model, model_of
 from robot_agent.kinematics.reach import farthest, placed, points, slid, together, turned
 from robot_agent.model.description import Capsule, Mounted
 from tests.unit.config_world import CONFIGS
+from tests.unit.six_axis_arm import arm, with_tip
 
 MODELS = sorted((CONFIGS / "models").glob("*.yaml"))
 
@@ -89,3 +90,10 @@ def test_places_that_are_taken_independently_add_up() -> None:
     circle = turned(points(np.array([[0.2, 0.0, 0.0]])), 2)
     reach = farthest(together(circle, circle, points(np.array([[0.0, 0.0, 0.3]]))))
     assert np.hypot(0.4, 0.3) <= reach[0] < 1.005 * np.hypot(0.4, 0.3)
+
+
+def test_a_tcp_far_from_the_tools_capsules_counts() -> None:
+    model = with_tip()
+    q = np.random.default_rng(6).uniform(-np.pi, np.pi, (20_000, model.n))
+    far = np.linalg.norm(model.forward(q)[:, :3, 3], axis=-1).max()
+    assert arm().reach_m < far <= model.reach_m

@@ -1,16 +1,22 @@
 """The interpreter: jumps, counters, the end, and loops that do nothing."""
 
 import math
+from pathlib import Path
+
+import pytest
 
 from robot_agent.language import (
     Finished,
+    Goto,
     Interpreter,
     JointStep,
+    Label,
     LineStep,
     Meet,
     Mount,
     Names,
     Pause,
+    Program,
     ProgramFault,
     Step,
     SwitchNow,
@@ -54,8 +60,9 @@ def test_what_is_switched_behind_a_move_belongs_to_it_and_counts_anew_in_each_ro
     assert isinstance(end, Finished)
 
 
-def test_a_loop_that_only_switches_is_a_fault_behind_what_comes_before_it() -> None:
-    move, fault = steps_of("MJ J1=1\nLABEL l\nSET DO a\nRESET DO a\nGOTO l", 2)
+def test_too_many_outputs_at_one_place_are_a_fault_behind_what_comes_before_them() -> None:
+    blink = "SET DO a\nRESET DO a\n" * 51
+    move, fault = steps_of(f"MJ J1=1\n{blink}END", 2)
     assert len(switches(move)) == 100
     assert isinstance(fault, ProgramFault)
     assert "at one place" in fault.text
@@ -66,7 +73,7 @@ def test_goto_without_a_count_never_ends() -> None:
 
 
 def test_the_end_stays_the_end() -> None:
-    assert steps_of("WAIT 1\nEND\nWAIT 2", 4)[1:] == [Finished(2)] * 3
+    assert steps_of("WAIT 1\nEND", 4)[1:] == [Finished(2)] * 3
 
 
 def test_a_program_without_end_is_finished_behind_its_last_line() -> None:
@@ -74,19 +81,19 @@ def test_a_program_without_end_is_finished_behind_its_last_line() -> None:
 
 
 def test_a_loop_without_motion_or_pause_is_a_fault_and_not_a_hang() -> None:
-    (step,) = steps_of("LABEL a\nGOTO a", 1)
+    step = Interpreter(Program("p", (Label(1, "a"), Goto(2, 0, None)), ())).next()
     assert isinstance(step, ProgramFault)
     assert "put one into the loop" in step.text
 
 
 def test_tang_holds_for_the_moves_of_the_flange_until_it_is_switched_off() -> None:
-    steps = steps_of("ML X=1\nTANG 1 H=180\nML X=2\nMJ J1=0\nML X=3\nTANG 0\nML X=4", 5)
+    steps = steps_of("ML X=1 F=9999\nTANG 1 H=180\nML X=2\nMJ J1=0\nML X=3\nTANG 0\nML X=4", 5)
     angles = [step.tangential_rad for step in steps if isinstance(step, LineStep)]
     assert angles == [None, math.pi, math.pi, None]
 
 
 def test_an_orientation_while_the_tool_follows_the_path_is_a_fault() -> None:
-    for move in ("ML X=1 A=0 B=0 C=0", "MC X=1 QX=2 QA=0 QB=0 QC=0"):
+    for move in ("ML X=1 A=0 B=0 C=0 F=9999", "MC X=1 QX=2 QA=0 QB=0 QC=0 F=9999"):
         _, fault, again = steps_of(f"WAIT 1\nTANG 1\n{move}\nWAIT 2", 3)
         assert fault == again
         assert isinstance(fault, ProgramFault)
@@ -163,3 +170,28 @@ def test_a_tool_is_not_changed_while_a_part_is_held_nor_while_a_correction_is_fo
     assert fault == "T=b while the robot holds p or q: DETACH comes first"
     (fault,) = mounted("TRACK belt\nT0", Mounted(("a",)))
     assert fault == "T=NONE while the robot follows a correction: TRACK OFF comes first"
+
+
+def test_a_subroutine_runs_as_often_as_it_says_and_counts_its_loops_anew_each_time() -> None:
+    text = "SUB outer 2\nWAIT 9\nEND\nouter: WAIT 1\nSUB inner\nEND\ninner:\nl: WAIT 2\nGOTO l 1\nEND"
+    assert pauses(text, 12) == [1, 2, 2, 1, 2, 2, 9]
+
+
+def test_a_called_file_runs_to_its_end_with_labels_and_lines_of_its_own(tmp_path: Path) -> None:
+    (tmp_path / "cut.prog").write_text("l: WAIT 2\nGOTO l 1\n")
+    text = "CALL cut.prog 2\nl: WAIT 1\nGOTO l 1"
+    interpreter = Interpreter(parse_program(text, "p", Names(("J1",)), tmp_path))
+    steps = [interpreter.next() for _ in range(7)]
+    assert [step.duration_s for step in steps if isinstance(step, Pause)] == [2, 2, 2, 2, 1, 1]
+    assert [str(step.line) for step in steps] == ["1 of cut.prog"] * 4 + ["2", "2", "3"]
+    assert isinstance(steps[-1], Finished)
+
+
+def test_a_speed_holds_until_another_move_names_one_for_joint_and_path_moves_apart() -> None:
+    text = "HOME F50\nML X=1 F200\nMJ J1=1\nML X=2 FC=100\nSPEED 50\nMJ J1=0\nMC QX=1 X=2\nSUB s\nML X=3\nEND\n"
+    text += "s: ML X=1 F=10\nEND"
+    steps = steps_of(text, 8)
+    joint = [step.speed for step in steps if isinstance(step, JointStep)]
+    path = [step.pace.speed_m_s for step in steps if not isinstance(step, JointStep)]
+    assert joint == [0.5, 0.5, 0.25]
+    assert path == pytest.approx([0.2, 0.1, 0.05, 0.005, 0.005])

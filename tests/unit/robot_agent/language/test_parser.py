@@ -2,12 +2,14 @@
 
 import contextlib
 import math
+from pathlib import Path
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from robot_agent.language import (
+    STATEMENTS,
     ChangeTool,
     Goto,
     Home,
@@ -42,8 +44,8 @@ def test_degrees_percent_and_millimetres_become_si() -> None:
 
 
 def test_what_is_not_named_is_kept() -> None:
-    (line,) = parse_program("ML Z=1000", "p", Names(JOINTS)).statements
-    assert line == MoveLine(1, (None, None, 1.0), None)
+    (line,) = parse_program("ML Z=1000 F=9999", "p", Names(JOINTS)).statements
+    assert line == MoveLine(1, (None, None, 1.0), None, MoveCaps(9.999))
 
 
 def test_arcs_and_splines_become_si() -> None:
@@ -63,10 +65,12 @@ def test_caps_and_round_edges_go_with_every_move() -> None:
 
 
 def test_the_joints_may_be_capped_and_may_arrive_apart() -> None:
-    text = "MJ J1=0 SYNC=0 FJ=90\nML X=1 FJ=45\nHOME F=20 FC=100 R=30"
+    text = "MJ J1=0 SYNC=0 FJ=90\nML X=1 FJ=45 F=9999\nHOME F=20 FC=100 R=30"
     joints, line, home = parse_program(text, "p", Names(JOINTS)).statements
-    assert joints == MoveJoints(1, (0.0, *[None] * 5), 1.0, MoveCaps(joint_speed_rad_s=math.pi / 2), synchronised=False)
-    assert line == MoveLine(2, (0.001, None, None), None, MoveCaps(joint_speed_rad_s=math.pi / 4))
+    assert joints == MoveJoints(
+        1, (0.0, *[None] * 5), None, MoveCaps(joint_speed_rad_s=math.pi / 2), synchronised=False
+    )
+    assert line == MoveLine(2, (0.001, None, None), None, MoveCaps(9.999, joint_speed_rad_s=math.pi / 4))
     assert home == Home(3, 0.2, MoveCaps(0.1, round_m=0.03))
 
 
@@ -83,8 +87,8 @@ def test_case_comments_and_blank_lines_do_not_matter() -> None:
 
 
 def test_a_jump_points_behind_its_label_even_when_the_label_comes_later() -> None:
-    program = parse_program("GOTO later\nWAIT 1\nLABEL later\nWAIT 2\nGOTO later 3", "p", Names(JOINTS))
-    assert program.statements[0] == Goto(1, 3, None)
+    program = parse_program("GOTO later 2\nWAIT 1\nLABEL later\nWAIT 2\nGOTO later 3", "p", Names(JOINTS))
+    assert program.statements[0] == Goto(1, 3, 2)
     assert program.statements[4] == Goto(5, 3, 3)
 
 
@@ -93,8 +97,7 @@ def test_a_jump_points_behind_its_label_even_when_the_label_comes_later() -> Non
     [
         (
             "FLY X=1",
-            "1:1: found `FLY`, allowed one of MJ, ML, MC, MS, HOME, TANG, T=, T0, ATTACH, DETACH, TRACK, "
-            "SET, RESET, SPACE, WAIT, MEET, LABEL, GOTO, END",
+            f"1:1: found `FLY`, allowed one of {', '.join(STATEMENTS)}",
         ),
         ("MJ", "1:1: found MJ without a joint, allowed at least one of J1, J2, J3, J4, J5, J6"),
         (
@@ -105,11 +108,11 @@ def test_a_jump_points_behind_its_label_even_when_the_label_comes_later() -> Non
         ("MJ J1=north", "1:4: found `north`, allowed a finite number"),
         ("MJ J1=inf", "1:4: found `inf`, allowed a finite number"),
         ("MJ J1=1 F=0", "1:9: found F=0, allowed 0.01 to 100 percent for MJ"),
-        ("ML X=1 B=90", "1:8: found only B, allowed all of A, B, C, or none to keep the orientation"),
+        ("ML X=1 B=90 F=9999", "1:8: found only B, allowed all of A, B, C, or none to keep the orientation"),
         ("ML X=1 F=-5", "1:8: found F=-5, allowed a speed of at least 0.1 mm/s"),
-        ("ML X=1 FA=0", "1:8: found FA=0, allowed a speed of at least 0.01 deg/s"),
-        ("ML X=1 R=-1", "1:8: found R=-1, allowed a round edge of 0 to 100000 mm; 0 stops"),
-        ("ML X=1 FLIP=2", "1:8: found FLIP=2, allowed 1: the wrist may pass its singular pose, or 0"),
+        ("ML X=1 FA=0 F=9999", "1:8: found FA=0, allowed a speed of at least 0.01 deg/s"),
+        ("ML X=1 R=-1 F=9999", "1:8: found R=-1, allowed a round edge of 0 to 100000 mm; 0 stops"),
+        ("ML X=1 FLIP=2 F=9999", "1:8: found FLIP=2, allowed 1: the wrist may pass its singular pose, or 0"),
         ("MJ J1=1 SYNC=2", "1:9: found SYNC=2, allowed 1: the joints arrive together, or 0: each as fast as it can"),
         ("MJ J1=1 SYNC=0 R=5", "1:16: found R=5 with SYNC=0, allowed R only where the joints arrive together"),
         ("TANG", "1:1: found `TANG`, allowed TANG 1, with H=degrees if wanted, or TANG 0"),
@@ -119,10 +122,10 @@ def test_a_jump_points_behind_its_label_even_when_the_label_comes_later() -> Non
         ("SET laser", "1:1: found `SET laser`, allowed SET DO and the name of an output"),
         ("reset do", "1:1: found `reset do`, allowed RESET DO and the name of an output"),
         ("RESET DO laser", "1:10: found unknown output `laser`, allowed a name of outputs: glue, gripper"),
-        ("MC X=1", "1:1: found MC without a via point, allowed at least one of QX, QY, QZ"),
-        ("MC QX=1", "1:1: found MC without a coordinate, allowed at least one of X, Y, Z, A, B, C"),
+        ("MC X=1 F=9999", "1:1: found MC without a via point, allowed at least one of QX, QY, QZ"),
+        ("MC QX=1 F=9999", "1:1: found MC without a coordinate, allowed at least one of X, Y, Z, A, B, C"),
         (
-            "MC QX=1 X=2 H=0",
+            "MC QX=1 X=2 H=0 F=9999",
             "1:13: found H=0, allowed degrees of the circle to go, any but 0 up to 36000; negative is backwards",
         ),
         ("MS F=10", "1:1: found MS without a coordinate, allowed at least one of X, Y, Z, A, B, C"),
@@ -133,20 +136,20 @@ def test_a_jump_points_behind_its_label_even_when_the_label_comes_later() -> Non
             "MEET load 5",
             "1:1: found `MEET load 5`, allowed MEET and the name of a meeting; if wanted, TIMEOUT and seconds",
         ),
-        ("MEET laod", "1:6: found unknown meeting `laod`, allowed a name of meetings: load"),
+        ("MEET laod", "1:6: found unknown meeting `laod`, allowed a name of meetings: load; nearest: load"),
         ("MEET load TIMEOUT 0", "1:19: found TIMEOUT 0, allowed more than 0, up to 3600 s"),
         ("MEET load TIMEOUT nan", "1:19: found `nan`, allowed a finite number"),
-        ("GOTO a\nLABEL b", "1:6: found unknown label `a`, allowed a label of this program: b"),
+        ("GOTO a\nLABEL b", "1:6: found unknown label `a`, allowed a label of this file: b"),
         ("LABEL a\nGOTO a 2.5", "2:8: found count 2.5, allowed a whole number, 1 to 1000000"),
         ("LABEL a\nLABEL a", "2:7: found label `a` a second time, allowed each label once"),
         ("END now", "1:5: found `now` after END, allowed nothing"),
-        ("ML Y=0 X=1e300", "1:8: found `X=1e300`, allowed -100000 to 100000 mm"),
-        ("MS X=1e9", "1:4: found `X=1e9`, allowed -100000 to 100000 mm"),
-        ("MC QX=-1e6 X=1", "1:4: found `QX=-1e6`, allowed -100000 to 100000 mm"),
-        ("ML A=1e300 B=0 C=0", "1:4: found `A=1e300`, allowed -36000 to 36000 degrees"),
+        ("ML Y=0 X=1e300 F=9999", "1:8: found `X=1e300`, allowed -100000 to 100000 mm"),
+        ("MS X=1e9 F=9999", "1:4: found `X=1e9`, allowed -100000 to 100000 mm"),
+        ("MC QX=-1e6 X=1 F=9999", "1:4: found `QX=-1e6`, allowed -100000 to 100000 mm"),
+        ("ML A=1e300 B=0 C=0 F=9999", "1:4: found `A=1e300`, allowed -36000 to 36000 degrees"),
         ("MJ J2=4e4", "1:4: found `J2=4e4`, allowed -36000 to 36000 degrees"),
         ("TANG 1 H=1e300", "1:8: found `H=1e300`, allowed -36000 to 36000 degrees"),
-        ("ML X=1 R=1e300", "1:8: found R=1e+300, allowed a round edge of 0 to 100000 mm; 0 stops"),
+        ("ML X=1 R=1e300 F=9999", "1:8: found R=1e+300, allowed a round edge of 0 to 100000 mm; 0 stops"),
         ("HOME\nEND \u200bnow", "2:5: found `<U+200B>now` after END, allowed nothing"),
         ("; nothing", "1:1: found a program without statements, allowed at least one statement"),
     ],
@@ -178,7 +181,70 @@ def test_no_text_makes_the_parser_fail_otherwise(text: str) -> None:
 
 def test_joints_with_names_in_lower_case_are_moved() -> None:
     (move,) = parse_program("MJ base=90 LIFT=20", "p", Names(("base", "lift", "Turn"), linear={"lift"})).statements
-    assert move == MoveJoints(1, (math.pi / 2, 0.02, None), 1.0)
+    assert move == MoveJoints(1, (math.pi / 2, 0.02, None))
+
+
+@pytest.mark.parametrize(
+    ("text", "problem"),
+    [
+        ("ML X=1", "1:1: found ML without a speed, allowed F=mm/s on the first path move of a file"),
+        ("MJ J1=0 F50\nMS X=1\nMS X=2", "2:1: found MS without a speed"),
+        ("END: WAIT 1", "1:1: found label `END`, allowed a name that is no word of the language"),
+        ("l: GOTO l", "1:1: found a loop that neither moves nor waits"),
+        ("l: WAIT 1\nGOTO l\nWAIT 2\nWAIT 3\nEND", "3:1: found code that no line leads to"),
+        ("SUB s\nEND\ns: WAIT 1", "1:1: found a subroutine without END"),
+        ("SUB s\nEND\ns: WAIT 1\nSUB t\nEND\nt: SUB s\nEND", "4:1: found a subroutine that comes to its own"),
+        ("CALL nowhere.prog", "1:6: found CALL nowhere.prog: no such file"),
+        ("WAIT 1\nGOTI x", "2:1: found `GOTI`, allowed one of"),
+        ("SUB corner\nEND\ncorners: WAIT 1\nEND", "1:5: found unknown label `corner`"),
+        ("MJ J1=0 F-5", "1:9: found F=-5, allowed 0.01 to 100 percent for MJ"),
+        ("SPEED 0", "1:7: found SPEED 0, allowed 0.01 to 100 percent for SPEED"),
+        ("HOME R1.2.3", "1:6: found `1.2.3`, allowed a finite number"),
+    ],
+)  # fmt: skip
+def test_what_is_wrong_with_the_way_through_a_program_is_found_before_it_runs(
+    text: str, problem: str, tmp_path: Path
+) -> None:
+    with pytest.raises(ProgramError) as caught:
+        parse_program(text, "p", Names(JOINTS), tmp_path)
+    assert any(str(each).startswith(problem) for each in caught.value.problems), caught.value
+
+
+def test_a_mistake_in_a_called_file_is_told_with_its_file_and_all_are_told_together(tmp_path: Path) -> None:
+    (tmp_path / "cut.prog").write_text("WAIT x\nCALL deeper.prog\nCALL cut.prog")
+    (tmp_path / "deeper.prog").write_text("; nothing\nFLY")
+    with pytest.raises(ProgramError) as caught:
+        parse_program("CALL cut.prog\nGOTO nowhere", "p", Names(JOINTS), tmp_path)
+    assert [line.split(" found")[0] for line in str(caught.value).splitlines()] == [
+        "p:2:6:", "cut.prog:1:6:", "deeper.prog:2:1:"
+    ]  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("short", "long"),
+    [
+        ("MJ J1=0 F50 R20 // slowly", "MJ J1=0 F=50 R=20"),
+        ("MC QX=1 X=2 F100 H-720", "MC QX=1 X=2 F=100 H=-720"),
+        ("ML X=1 FC100 FA30 FJ.5", "ML X=1 FC=100 FA=30 FJ=.5"),
+        ("TANG 1 H45", "TANG 1 H=45"),
+        ("TRK belt", "TRACK belt"),
+        ("TRK 0", "TRACK OFF"),
+        ("here:\nGOTO here 2\nWAIT 1\nGOTO here 2", "LABEL here\nGOTO here 2\nWAIT 1\nGOTO here 2"),
+    ],
+)
+def test_short_forms_mean_the_long_ones(short: str, long: str) -> None:
+    def parsed(text: str) -> object:
+        try:
+            return parse_program(text, "p", Names(JOINTS)).statements
+        except ProgramError as error:
+            return str(error)
+
+    assert parsed(short) == parsed(long)
+
+
+def test_a_hundred_thousand_lines_are_read_in_the_time_that_their_number_takes() -> None:
+    program = parse_program("ML X=1 F100\n" + "ML Y=2\n" * 99_998 + "END", "p", Names(JOINTS))
+    assert len(program.statements) == 100_000
 
 
 @pytest.mark.parametrize(

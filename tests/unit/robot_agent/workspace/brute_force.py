@@ -23,11 +23,11 @@ from cell.config.settings import (
     PoseSettings,
     Shape,
     SpaceKind,
-    SpaceOf,
     SpaceSettings,
     SphereShape,
     ThingSettings,
 )
+from cell.geometry import SpaceOf
 from robot_agent.kinematics import Model, OpenMechanism
 from robot_agent.trajectory import Motion
 

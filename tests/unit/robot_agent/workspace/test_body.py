@@ -5,7 +5,7 @@ from hypothesis import strategies as st
 
 from cell.geometry import WrongShape, transform_points
 from robot_agent.workspace import Sweep, body_message, envelope, standing_body, sweep
-from tests.unit.six_axis_arm import arm
+from tests.unit.six_axis_arm import arm, with_tip
 from tests.unit.six_axis_paths import BASE, CYCLE_S, evenly_between, joint_path
 
 ARM = arm()
@@ -102,3 +102,16 @@ def test_a_sweep_needs_at_least_one_sample() -> None:
     with pytest.raises(WrongShape, match="m > 0"):
         swept(np.empty((0, 6)))
     assert swept(np.zeros((1, 6))).chords.shape == (0, 7)
+
+
+@given(seed=st.integers(0, 10_000), first=st.integers(0, 60), length=st.integers(0, 60))
+@settings(max_examples=30, deadline=None)
+def test_the_balls_of_a_message_cover_the_tcp_between_the_samples_too(seed: int, first: int, length: int) -> None:
+    model, taus = with_tip(), CYCLE_S * np.arange(121)
+    body = sweep(model, BASE, joint_path(seed, taus))
+    message = body_message(model, BASE, [(body, first, first + length)], widen_m=0.001)
+    fine = np.linspace(taus[first], taus[first + length], 200)
+    tcp = (BASE @ model.forward(joint_path(seed, fine)))[:, :3, 3]
+    away = np.linalg.norm(tcp[:, None] - message.tcp_m.astype(float), axis=-1)
+    assert (away <= message.growth_m).any(axis=1).all()
+    assert message.tcp_m.shape == (len(message.poses), 3)

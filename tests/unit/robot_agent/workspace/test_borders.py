@@ -11,10 +11,10 @@ from cell.config.settings import (
     HalfSpaceShape,
     PoseSettings,
     SpaceKind,
-    SpaceOf,
     SpaceSettings,
     ThingSettings,
 )
+from cell.geometry import SpaceOf
 from cell.geometry.quaternion import from_matrix
 from robot_agent.kinematics import load_model
 from robot_agent.trajectory import Governor, Limits

@@ -16,10 +16,12 @@ from robot_agent.workspace import BODY_GROWTH_M, BRAKING_RESERVE, Braking, joine
 from tests.unit.body_cover import covers
 from tests.unit.message_kinds import same
 from tests.unit.repository import ROOT
+from tests.unit.six_axis_arm import with_tip
 from tests.unit.six_axis_paths import BASE
 
 CONFIGS = ROOT / "cell_configs"
 MODELS = {path.stem: load_model(path) for path in sorted((CONFIGS / "models").glob("*.yaml"))}
+MODELS["with_tip"] = with_tip()
 CYCLE_S = 0.004
 
 
@@ -52,7 +54,7 @@ def test_wherever_its_drives_come_to_rest_with_half_of_their_deceleration_or_mor
         late_s = rng.uniform(0.0, worst.reaction_s)
         reached = come_to(model, q, qd, late_s, brakes, rng.uniform(0.0, 1.0) * worst.time_s(qd))
         try:
-            points = model.capsules(reached)
+            points = model.body_and_tcp(reached)
         except OpenMechanism:
             continue  # its links stop it before
         assert covers(body, transform_points(BASE, points))

@@ -25,12 +25,11 @@ from cell.config.settings import (
     PoseSettings,
     Shape,
     SpaceKind,
-    SpaceOf,
     SpaceSettings,
     SphereShape,
     ThingSettings,
 )
-from cell.geometry import Sphere
+from cell.geometry import SpaceOf, Sphere
 from cell.geometry.quaternion import from_matrix
 from robot_agent.agent.planning import planner as planner_module
 from robot_agent.agent.planning.planner import Planner

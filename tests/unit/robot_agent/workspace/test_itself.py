@@ -13,11 +13,11 @@ from robot_agent.agent.planning.planner import Planner
 from robot_agent.agent.planning.plans import PlanFailed, Planned, PlanRequest
 from robot_agent.kinematics import Model, load_model, model_of
 from robot_agent.language import JointStep
-from robot_agent.model import Apart, CapsuleBody, RobotDescription, Tool
+from robot_agent.model import TOOL, Apart, CapsuleBody, RobotDescription, Tool
 from robot_agent.model.description import Capsule, Mounted
 from robot_agent.paths import JointMove, Sequence
 from robot_agent.trajectory import Limits, Motion, plan
-from robot_agent.workspace import Itself, PlacedRobot, Things, Touch, sweep
+from robot_agent.workspace import Itself, PlacedRobot, Things, Touch, owned_by, sweep
 from tests.unit.jog_world import Jogged
 from tests.unit.repository import ROOT
 
@@ -210,3 +210,11 @@ def test_a_jog_stands_in_front_of_its_own_arm_and_comes_out_again() -> None:
 def test_the_same_pairs_are_found_every_time() -> None:
     description: RobotDescription = ARM.description
     assert (Itself(model_of(description)).pairs == Itself(ARM).pairs).all()
+
+
+@pytest.mark.parametrize(
+    ("part", "said"),
+    [("base", "base"), ("upper_arm", "upper arm"), ("4", "link 4"), (TOOL, "tool"), ("wrist_1", "wrist 1")],
+)
+def test_a_part_after_the_name_of_its_robot_reads_as_people_say_it(part: str, said: str) -> None:
+    assert owned_by(part) == said

@@ -35,7 +35,7 @@ SHORT_RODS = model_of(
 START = ARM.home + np.radians([0, 0, 0, 20, -25, 0])
 SEEDS = 3
 ROUNDING_M = 1e-9
-ZIGZAG = """ML X=1000 Y=-200 Z=1300 A=0 B=90 C=0 R=30
+ZIGZAG = """ML X=1000 Y=-200 Z=1300 A=0 B=90 C=0 R=30 F=9999
 ML Y=200 R=30
 ML X=1100 Z=1500 R=30
 ML Y=-200 R=30
@@ -331,7 +331,7 @@ def extension(splice_share: float, behind_s: float) -> tuple[Planned, Extended]:
     old = planner.plan(PlanRequest(1, steps(ZIGZAG), start, ()))
     assert isinstance(old, Planned)
     splice = splice_share * old.motion.duration_s
-    onward = steps(ZIGZAG + "ML X=1250 Y=100 R=30\nML Y=-300 Z=1400 R=30\n")[-2:]
+    onward = steps(ZIGZAG + "ML X=1250 Y=100 R=30 F=9999\nML Y=-300 Z=1400 R=30\n")[-2:]
     asked = ExtendRequest(
         2, onward, old.motion, old.lines, old.switches, splice, max(splice - behind_s, 0.0), 0.0, ()
     )  # fmt: skip

@@ -15,11 +15,10 @@ from cell.config.settings import (
     PoseSettings,
     Shape,
     SpaceKind,
-    SpaceOf,
     SpaceSettings,
     SphereShape,
 )
-from cell.geometry import Box, capsule_box_distance
+from cell.geometry import Box, SpaceOf, capsule_box_distance
 from robot_agent.paths import JointMove
 from robot_agent.trajectory import Motion, PlanError
 from robot_agent.trajectory.sources import JogSource, States

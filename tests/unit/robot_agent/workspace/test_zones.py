@@ -1,15 +1,17 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from cell.geometry import WrongShape, body_touches, transform_points
+from cell.geometry import SpaceOf, WrongShape, body_touches, transform_points
 from cell.messages import ZoneGeometry
 from robot_agent.workspace import Crossing, body_message, crossings, sweep, with_entry
-from tests.unit.six_axis_arm import arm
+from tests.unit.six_axis_arm import arm, with_tip
 from tests.unit.six_axis_paths import BASE, CYCLE_S, joint_path
 
-ARM = arm()
+ARM, TIPPED = arm(), with_tip()
 MARGIN_M = 0.03
 """More than the growth of a published body, as the agent has it."""
 
@@ -69,6 +71,43 @@ def test_a_robot_held_in_front_of_a_crossing_publishes_a_body_outside_the_zone(
     if held > 0:
         message = body_message(ARM, BASE, [(body, 0, held)])
         assert not body_touches(message, zone.solid())
+
+
+def tip(q: np.ndarray) -> np.ndarray:
+    return np.asarray((BASE @ TIPPED.forward(q))[..., :3, 3])
+
+
+@given(seed=st.integers(0, 10_000), where=st.floats(0, 1.6), cycle_s=st.sampled_from([CYCLE_S, 0.02]))
+@settings(max_examples=40, deadline=None)
+def test_a_zone_of_the_tcp_is_crossed_where_the_point_of_the_tool_is_within_the_margin_and_held_in_front_it_is_outside(
+    seed: int, where: float, cycle_s: float
+) -> None:
+    taus = cycle_s * np.arange(round(1.6 / cycle_s) + 1)
+    centre = tip(joint_path(seed, np.array([where])))[0] + [0.1, -0.05, 0.1]
+    ball = replace(zone_at(centre, (0.2,), shape="sphere"), of=SpaceOf.TCP)
+    body = sweep(TIPPED, BASE, joint_path(seed, taus))
+    found = crossings(body, taus, ball, MARGIN_M)
+    fine = np.linspace(0, taus[-1], 3001)
+    away = np.linalg.norm(tip(joint_path(seed, fine)) - centre, axis=-1) - 0.2
+    for tau in fine[away <= MARGIN_M]:
+        assert any(c.enter_tau <= tau <= c.leave_tau for c in found)
+    for crossing in found:
+        there = (fine >= crossing.enter_tau) & (fine <= crossing.leave_tau)
+        assert away[there].min() <= MARGIN_M + 0.1
+    held = round(found[0].enter_tau / cycle_s) if found else len(taus) - 1
+    if held > 0:
+        assert not body_touches(body_message(TIPPED, BASE, [(body, 0, held)]), ball.solid(), SpaceOf.TCP)
+
+
+def test_an_elbow_may_go_through_a_zone_of_the_tcp() -> None:
+    taus = CYCLE_S * np.arange(401)
+    q = np.zeros((401, 6))
+    q[:, 0] = np.linspace(-0.8, 0.8, 401)
+    elbow = transform_points(BASE, ARM.capsules(np.zeros(6)))[3, 0]
+    through = zone_at(elbow, (0.2,), shape="sphere")
+    path = sweep(ARM, BASE, q)
+    assert len(crossings(path, taus, through, MARGIN_M)) == 1
+    assert crossings(path, taus, replace(through, of=SpaceOf.TCP), MARGIN_M) == []
 
 
 def test_a_crossing_is_not_much_longer_than_the_touch() -> None:

@@ -21,11 +21,11 @@ def found(text: str) -> list[tuple[int, str]]:
 @pytest.mark.parametrize(
     ("text", "why"),
     [
-        ("ML X=1 R=5\nWAIT 1\nML X=2", "WAIT 1 in line 2 comes before the next move"),
-        ("ML X=1 R=5\nMJ J1=1", "the MJ in line 2 does not name all joints"),
-        ("ML X=1 R=5\nMJ J1=1 J2=2 SYNC=0", "with SYNC=0 each joint arrives by itself"),
-        ("ML X=1 R=5\nTANG 1\nML X=2", "TANG changes before line 3"),
-        ("LABEL a\nML X=2\nML X=1 R=5\nWAIT 1 ; s\nGOTO a", "WAIT 1 in line 4 comes before the next move"),
+        ("ML X=1 R=5 F=9999\nWAIT 1\nML X=2", "WAIT 1 in line 2 comes before the next move"),
+        ("ML X=1 R=5 F=9999\nMJ J1=1", "the MJ in line 2 does not name all joints"),
+        ("ML X=1 R=5 F=9999\nMJ J1=1 J2=2 SYNC=0", "with SYNC=0 each joint arrives by itself"),
+        ("ML X=1 R=5 F=9999\nTANG 1\nML X=2", "TANG changes before line 3"),
+        ("LABEL a\nML X=2 F=9999\nML X=1 R=5\nWAIT 1 ; s\nGOTO a", "WAIT 1 in line 4 comes before the next move"),
     ],
 )
 def test_an_edge_without_effect_is_told_once_with_its_reason(text: str, why: str) -> None:
@@ -37,11 +37,11 @@ def test_an_edge_without_effect_is_told_once_with_its_reason(text: str, why: str
 @pytest.mark.parametrize(
     "text",
     [
-        "ML X=1 R=5\nML X=2\nMJ J1=1 R=5\nML X=3 R=9\nMJ J1=1 J2=2 R=5\nMJ J1=3",
-        "ML X=1 R=5\nHOME",
-        "ML X=1\nML X=2 R=5",
-        "ML X=1 R=0\nWAIT 1\nMJ J1=1",
-        "LABEL a\nML X=1 R=5\nML X=2 R=5\nGOTO a",
+        "ML X=1 R=5 F=9999\nML X=2\nMJ J1=1 R=5\nML X=3 R=9\nMJ J1=1 J2=2 R=5\nMJ J1=3",
+        "ML X=1 R=5 F=9999\nHOME",
+        "ML X=1 F=9999\nML X=2 R=5",
+        "ML X=1 R=0 F=9999\nWAIT 1\nMJ J1=1",
+        "LABEL a\nML X=1 R=5 F=9999\nML X=2 R=5\nGOTO a",
     ],
 )
 def test_edges_that_are_made_and_stops_that_are_asked_for_are_not(text: str) -> None:

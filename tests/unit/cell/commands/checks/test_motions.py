@@ -12,7 +12,7 @@ from tests.unit.config_world import Copy
 
 BELT, PROGRAM = "belt/cell.yaml", "belt/programs/left.prog"
 ABOVE = "MJ J1=0 J2=-12 J3=65 J4=0 J5=37 J6=0"
-TOO_FAR = "MC QX=2000 QY=200 Z=1500 X=3500 Y=400"
+TOO_FAR = "MC QX=2000 QY=200 Z=1500 X=3500 Y=400 F=9999"
 
 
 def checked(folder: Path, program: str) -> tuple[Result, str]:
@@ -26,8 +26,8 @@ def checked(folder: Path, program: str) -> tuple[Result, str]:
 @pytest.mark.parametrize(
     ("program", "line", "refused"),
     [
-        (f"{ABOVE}\nML Z=1250\n{TOO_FAR}\nHOME", 3, True),
-        (f"ML Z=1900\n{TOO_FAR}\nHOME", 2, False),
+        (f"{ABOVE}\nML Z=1250 F=9999\n{TOO_FAR}\nHOME", 3, True),
+        (f"ML Z=1900 F=9999\n{TOO_FAR}\nHOME", 2, False),
         (f"{ABOVE}\nTRACK belt\n{TOO_FAR}\nTRACK OFF", 3, False),
     ],
     ids=["known place", "from where nobody knows", "while it follows a belt"],
@@ -64,7 +64,7 @@ def test_a_joint_close_to_a_limit_is_a_warning(tmp_path: Path) -> None:
 def test_stops_that_nothing_asks_for_are_listed_and_each_loop_is_gone_through_twice(tmp_path: Path) -> None:
     program = f"""{ABOVE}
 LABEL again
-ML Y=100
+ML Y=100 F=9999
 ML Z=1300 R=10
 ML Y=0
 WAIT 0.1
@@ -86,7 +86,7 @@ GOTO forever
 
 
 def test_moves_that_were_not_looked_at_are_a_warning(tmp_path: Path) -> None:
-    program = f"{ABOVE}\nGOTO end\nML Z=1300\nLABEL end\nML Y=1100 F=16\nWAIT 0.1\nML Y=0\nEND"
+    program = f"{ABOVE}\nGOTO on 1\nML Z=1300 F=9999\nLABEL on\nML Y=1100 F=16\nWAIT 0.1\nML Y=0\nEND"
     result, output = checked(tmp_path, program)
     assert result.exit_code == 0
     assert f"{PROGRAM}:3:1: warning: program: found moves that were not planned, lines 3, 7, allowed " in output
@@ -95,13 +95,13 @@ def test_moves_that_were_not_looked_at_are_a_warning(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("moves", "lines"),
     [
-        ("ML Y=100\nML Y=0 A=0 B=90 C=180\nML Y=100 A=0 B=90 C=0\nML Y=0 A=0 B=90 C=90", ["3", "4"]),
-        ("ML A=0 B=90 C=90\nML A=0 B=90 C=180", []),
-        ("ML Y=100 R=20\nML X=1300 A=0 B=90 C=180 R=20\nML Y=0", ["3"]),
-        ("MS X=1250 Y=50\nMS X=1300 Y=0 A=0 B=90 C=180", ["3"]),
-        ("MC QX=1250 QY=50 X=1300 Y=0 A=0 B=90 C=180", ["2"]),
-        ("MC QX=1250 QY=50 QA=0 QB=90 QC=60 X=1300 Y=0 A=0 B=90 C=180", []),
-        ("TANG 1\nML X=1300\nML X=1200\nTANG 0", ["4"]),
+        ("ML Y=100 F=9999\nML Y=0 A=0 B=90 C=180\nML Y=100 A=0 B=90 C=0\nML Y=0 A=0 B=90 C=90", ["3", "4"]),
+        ("ML A=0 B=90 C=90 F=9999\nML A=0 B=90 C=180", []),
+        ("ML Y=100 R=20 F=9999\nML X=1300 A=0 B=90 C=180 R=20\nML Y=0", ["3"]),
+        ("MS X=1250 Y=50 F=9999\nMS X=1300 Y=0 A=0 B=90 C=180", ["3"]),
+        ("MC QX=1250 QY=50 X=1300 Y=0 A=0 B=90 C=180 F=9999", ["2"]),
+        ("MC QX=1250 QY=50 QA=0 QB=90 QC=60 X=1300 Y=0 A=0 B=90 C=180 F=9999", []),
+        ("TANG 1\nML X=1300 F=9999\nML X=1200\nTANG 0", ["4"]),
     ],
 )
 def test_an_exact_half_turn_is_a_warning_that_names_the_line(tmp_path: Path, moves: str, lines: list[str]) -> None:

@@ -21,7 +21,7 @@ def found(text: str, model: Model = ARM) -> list[tuple[int, str]]:
 
 
 def test_a_line_that_leaves_the_reach_is_named_with_the_place() -> None:
-    (line, why), *rest = found("HOME\nMJ J5=60\nML X=5000")
+    (line, why), *rest = found("HOME\nMJ J5=60\nML X=5000 F=9999")
     assert line == 3
     assert not rest
     assert why.startswith("at X ")
@@ -29,26 +29,25 @@ def test_a_line_that_leaves_the_reach_is_named_with_the_place() -> None:
 
 
 def test_a_target_with_all_coordinates_is_judged_before_the_start_is_known() -> None:
-    ((line, why),) = found("ML X=9000 Y=0 Z=0 A=0 B=0 C=0\nML Z=2000")
+    ((line, why),) = found("ML X=9000 Y=0 Z=0 A=0 B=0 C=0 F=9999\nML Z=2000")
     assert line == 1
     assert "too far" in why
 
 
 def test_what_depends_on_an_unknown_start_is_not_judged() -> None:
-    assert found("ML X=3000\nMJ J1=10\nML Z=3000") == []
+    assert found("ML X=3000 F=9999\nMJ J1=10\nML Z=3000") == []
 
 
 def test_a_coordinate_beyond_all_reach_needs_no_known_start() -> None:
     within, beyond = 1000 * ARM.reach_m - 1, 1000 * ARM.reach_m + 1
-    ((line, why),) = found(f"ML X={within}\nML Y=-{beyond}\nML X={within / 2**0.5 - 1} Z={within / 2**0.5 - 1}")
+    ((line, why),) = found(f"ML X={within} F=9999\nML Y=-{beyond}\nML X={within / 2**0.5 - 1} Z={within / 2**0.5 - 1}")
     assert (line, why.split(", ")[0]) == (2, f"at least {beyond:.0f} mm from the base")
 
 
 @pytest.mark.parametrize(
     ("text", "line", "why"),
     [
-        ("LABEL a\nGOTO a", 2, "put one into the loop"),
-        ("HOME\nTANG 1\nML X=1000 A=0 B=0 C=0", 3, "leave them out, or TANG 0"),
+        ("HOME\nTANG 1\nML X=1000 A=0 B=0 C=0 F=9999", 3, "leave them out, or TANG 0"),
     ],
 )
 def test_what_fails_wherever_the_robot_is_is_named(text: str, line: int, why: str) -> None:
@@ -62,18 +61,20 @@ def test_a_joint_target_outside_the_limits_is_named() -> None:
 
 
 def test_behind_a_failure_nothing_is_judged_until_the_joints_are_known_again() -> None:
-    lines = [line for line, _ in found("HOME\nMJ J5=60\nML X=9000\nML Z=3000\nHOME\nMJ J5=60\nML Z=9000")]
+    lines = [line for line, _ in found("HOME\nMJ J5=60\nML X=9000 F=9999\nML Z=3000\nHOME\nMJ J5=60\nML Z=9000")]
     assert lines == [3, 7]
 
 
 def test_loops_are_walked_until_nothing_new_comes() -> None:
-    assert found("HOME\nLABEL again\nMJ J5=60\nML Z=2000\nGOTO again") == []
-    ((line, _),) = found("HOME\nMJ J5=60\nLABEL again\nMJ J1=10 F=5\nML Z=9000\nHOME\nMJ J5=60\nGOTO again 1000000")
+    assert found("HOME\nLABEL again\nMJ J5=60\nML Z=2000 F=9999\nGOTO again") == []
+    ((line, _),) = found(
+        "HOME\nMJ J5=60\nLABEL again\nMJ J1=10 F=5\nML Z=9000 F=9999\nHOME\nMJ J5=60\nGOTO again 1000000"
+    )
     assert line == 5
 
 
 def test_a_line_through_a_singular_pose_is_a_problem_too() -> None:
-    straight_through = "MJ J1=0 J2=-20 J3=30 J4=0 J5=30 J6=0\nML A=0 B=-30 C=0"
+    straight_through = "MJ J1=0 J2=-20 J3=30 J4=0 J5=30 J6=0\nML A=0 B=-30 C=0 F=9999"
     ((line, why),) = found(straight_through, arm(position_deg=720))
     assert line == 2
     assert "near a singularity" in why
@@ -82,7 +83,7 @@ def test_a_line_through_a_singular_pose_is_a_problem_too() -> None:
 def test_the_path_is_followed_with_its_turns() -> None:
     start = np.degrees(ARM.solve(ARM.forward(np.radians([10, -20, 30, 40, 60, 20]))))
     text = "MJ " + " ".join(f"J{i + 1}={value:.6f}" for i, value in enumerate(start))
-    assert found(f"{text}\nML X=1500 Y=0 Z=1500\nML Y=300\nML X=1200") == []
+    assert found(f"{text}\nML X=1500 Y=0 Z=1500 F=9999\nML Y=300\nML X=1200") == []
 
 
 def test_cell_check_names_the_program_and_the_line(tmp_path: Path) -> None:

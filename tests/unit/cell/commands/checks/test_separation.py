@@ -45,7 +45,7 @@ def test_a_margin_of_the_two_themselves_is_where_it_is_told(tmp_path: Path) -> N
     assert "allowed 65 mm or more" in told
 
 
-@pytest.mark.parametrize("separation", ["separation: {margin: 19}", "# none"])
+@pytest.mark.parametrize("separation", ["separation: {margin: 19}", "separation: off"])
 def test_homes_that_are_far_enough_apart_and_cells_without_separation_are_no_finding(
     tmp_path: Path, separation: str
 ) -> None:

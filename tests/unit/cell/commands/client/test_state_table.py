@@ -105,9 +105,13 @@ def test_a_meeting_names_who_waits_and_for_whom() -> None:
 
 def test_it_says_how_well_each_robot_knows_cell_time() -> None:
     known = dataclasses.replace(RUNNING, clock=ClockStatus(-990.0, 0.0042))
-    assert (
-        clock_line(CELL, Snapshot(robots={"left": known}))
-        == "cell time: left within 4 ms, right unknown (50 ms allowed)"
+    counters = BusCounters(1, 0, 0.0, 0, 0, 0, 0.3)
+    gateway = GatewayState("left_bus", "g", 1, 0.004, "virtual", True, "", {}, None, (), counters)
+    gateway = dataclasses.replace(gateway, clock=ClockStatus(-990.0, 0.0126))
+    said = clock_line(CELL, Snapshot(robots={"left": known}, gateways={"left_bus": gateway}))
+    assert said == (
+        "cell time: left within 4 ms, right unknown, gateway left_bus within 13 ms, gateway right_bus unknown "
+        "(50 ms allowed)"
     )
 
 

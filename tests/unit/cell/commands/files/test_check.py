@@ -26,10 +26,18 @@ def test_robots_that_are_kept_apart_are_told_how_far_they_are_and_whom_a_lost_on
     (row,) = [line.split() for line in result.output.splitlines() if line.startswith(" left, right ")]
     assert row == ["left,", "right", "30", "1560", "3600", "4085,", "4085"]
     far = "reaches 4085 mm, their bases are 3600 mm apart."
-    assert result.output.splitlines()[-2:] == [
+    assert result.output.splitlines()[-3:] == [
         f"While right does not know where it is, left cannot move: right {far}",
         f"While left does not know where it is, right cannot move: left {far}",
+        "Home it, or say where it stays: `cell confine ROBOT`, `cell stands ROBOT`.",
     ]
+
+
+def test_robots_that_only_zones_keep_apart_are_told(tmp_path: Path) -> None:
+    told = "Robots are not kept apart (separation: off): zones alone do that."
+    result = RUNNER.invoke(app, ["check", str(Copy(tmp_path).add(CELL, "separation: off").cell)])
+    assert result.output.splitlines()[-1] == told
+    assert told not in RUNNER.invoke(app, ["check", str(CONFIGS / "belt" / "cell.yaml")]).output
 
 
 def test_a_bad_cell_is_its_problems_with_exit_1(tmp_path: Path) -> None:

@@ -31,7 +31,7 @@ def test_page_shows_path_speed_and_joint_speeds_against_their_limits(tmp_path: P
 
 
 def test_a_spline_joins_the_joint_moves_around_it_and_r0_stops_there(tmp_path: Path) -> None:
-    program = "MJ J1=10 J2=5 {}\nMS X=1100 Y=400\nMS X=1000 Y=600 Z=1500\n{}HOME"
+    program = "MJ J1=10 J2=5 {}\nMS X=1100 Y=400 F=9999\nMS X=1000 Y=600 Z=1500\n{}HOME"
     assert "in 1 motions" in plotted(tmp_path, program.format("", ""))
     assert "in 2 motions" in plotted(tmp_path, program.format("R=0", ""))
     assert "in 2 motions" in plotted(tmp_path, program.format("", "WAIT 1\n"))
@@ -42,7 +42,7 @@ def test_a_spline_joins_the_joint_moves_around_it_and_r0_stops_there(tmp_path: P
     [
         ("MJ J1=10\nMJ J1=20\nMJ J1=40", ["1 to 2", "2 to 3"], 1),
         ("MJ J1=10 J2=5\nMJ J1=20 J2=11\nMJ J1=40 J2=23", ["2 to 3"], 2),
-        ("ML Z=1800\nMJ J1=10\nMJ J1=20", ["2 to 3"], 2),
+        ("ML Z=1800 F=9999\nMJ J1=10\nMJ J1=20", ["2 to 3"], 2),
         ("MJ J1=10 R=0\nMJ J1=20", [], 2),
         ("MJ J1=10 SYNC=0\nMJ J1=20", [], 2),
         ("MJ J1=20\nMJ J1=10", [], 2),
@@ -144,15 +144,18 @@ def test_a_program_with_a_byte_order_mark_is_drawn_and_another_encoding_is_told_
 
 def test_line_that_cannot_be_planned_is_named_and_what_comes_before_it_is_drawn(tmp_path: Path) -> None:
     with pytest.raises(CommandError, match="line 2"):
-        plotted(tmp_path, "MJ J1=10\nML X=9000")
+        plotted(tmp_path, "MJ J1=10\nML X=9000 F=9999")
     assert (tmp_path / "p.html").exists()
 
 
 @pytest.mark.parametrize(
     ("program", "why"),
     [
-        ("MJ J1=10\nMS X=1000 Y=0\nMS X=800 Y=0\nMS X=1000 Y=0", "line 4, block 3: the spline turns back on itself"),
-        ("MJ J1=10\nTANG 1\nML X=1000 A=0 B=90 C=0", "line 3: A, B and C are named while TANG is on"),
+        (
+            "MJ J1=10\nMS X=1000 Y=0 F=9999\nMS X=800 Y=0\nMS X=1000 Y=0",
+            "line 4, block 3: the spline turns back on itself",
+        ),
+        ("MJ J1=10\nTANG 1\nML X=1000 A=0 B=90 C=0 F=9999", "line 3: A, B and C are named while TANG is on"),
     ],
 )
 def test_what_no_robot_can_do_is_named_with_its_line(tmp_path: Path, program: str, why: str) -> None:
@@ -163,10 +166,10 @@ def test_what_no_robot_can_do_is_named_with_its_line(tmp_path: Path, program: st
 @pytest.mark.parametrize(
     ("name", "program", "joint"),
     [
-        ("scara", "MJ J3=-100\nML X=400 Y=100", "J4"),
-        ("delta", "ML X=150 Z=-600", "J4"),
-        ("gantry", "MJ J1=1100 J3=400\nML Y=-200", "J6"),
-        ("palletizer", "ML X=1400 Z=1200", "J4"),
+        ("scara", "MJ J3=-100\nML X=400 Y=100 F=9999", "J4"),
+        ("delta", "ML X=150 Z=-600 F=9999", "J4"),
+        ("gantry", "MJ J1=1100 J3=400\nML Y=-200 F=9999", "J6"),
+        ("palletizer", "ML X=1400 Z=1200 F=9999", "J4"),
     ],
 )
 def test_programs_of_every_kind_of_robot_are_drawn(tmp_path: Path, name: str, program: str, joint: str) -> None:

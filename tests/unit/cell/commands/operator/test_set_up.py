@@ -55,6 +55,8 @@ class Line:
 
     digest: str = CELL.digest
     pressed_at: str = ""
+    busy: list[str] = field(default_factory=list)
+    """While somebody is in set-up, as many orders are refused as there are names."""
     asked: list[tuple[str, Call]] = field(default_factory=list)
     connected_to: list[list[str] | None] = field(default_factory=list)
     stop: threading.Event = field(default_factory=threading.Event)
@@ -63,7 +65,10 @@ class Line:
         if self.pressed_at == "look":
             self.stop.set()
         gateway, presence = replace(GATEWAY, digest=self.digest), replace(PRESENCE, digest=self.digest)
-        return Snapshot({"left": LEFT}, {"left": presence}, {"left_bus": gateway}, MANAGER)
+        return Snapshot({"left": LEFT}, {"left": presence}, {"left_bus": gateway}, self._manager())
+
+    def _manager(self) -> ManagerState:
+        return replace(MANAGER, setup=SetupStatus(self.busy[0], True) if self.busy else None)
 
     def wait_for(self, _condition: object, _timeout_s: float) -> Snapshot:
         return self.look()
@@ -72,6 +77,8 @@ class Line:
         self.asked.append((to, call))
         if self.pressed_at == "ask":
             self.stop.set()
+        if self.busy:
+            return Reply(call.id, False, f"left is not set up: {self.busy.pop(0)} is in set-up; one robot at a time")
         return Reply(call.id, True, "said", data="done")
 
     def publish(self, _message: object) -> None:
@@ -106,6 +113,25 @@ def test_an_order_and_each_hold_are_made_in_view_of_the_gateways_newest_state(mo
     assert line.commands == [Home("left", ()), HoldSetup("left", line.asked[0][1].id)]
     assert {(to, call.heard) for to, call in line.asked} == {("gateway/left_bus", Heard("g", 7))}
     assert line.connected_to == [None]
+
+
+def test_homing_waits_for_its_turn_and_says_for_whom_other_motion_does_not(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(set_up_command, "HOLD_PERIOD_S", 0.0)
+    line = Line(busy=["right", "right", "middle"])
+    result = line.say(monkeypatch, "home", "left")
+    assert result.exit_code == 0
+    assert result.output.startswith("left: waits: right is in set-up\nleft: waits: middle is in set-up\nleft: said\n")
+    assert line.commands[:4] == [Home("left", ())] * 4
+    for words in (("move", "left", "J1=5"), ("home", "left", "--without-manager")):
+        line = Line(busy=["right"])
+        assert "right is in set-up; one robot at a time" in str(line.say(monkeypatch, *words).exception)
+        assert len(line.asked) == 1
+
+
+def test_ctrl_c_while_homing_waits_for_its_turn_ends_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    line = Line(busy=["right"] * 3, pressed_at="ask")
+    assert "broken off before it was sent" in str(line.say(monkeypatch, "home", "left").exception)
+    assert line.commands == [Home("left", ())]
 
 
 @pytest.mark.parametrize(

@@ -5,10 +5,14 @@ from dataclasses import replace
 from cell.commands.client.cell_view import Snapshot
 from cell.commands.operator.why import explained
 from cell.messages import (
+    AxisStatus,
+    BusCounters,
     Clearance,
     Deadlock,
+    GatewayState,
     ManagerState,
     Mode,
+    NodeStatus,
     ProgramState,
     ProgramStatus,
     Refusal,
@@ -37,7 +41,7 @@ def _refused(robot: str, by: str, text: str, since: float) -> Clearance:
 def test_who_waits_for_whom_and_since_when_down_to_who_can_help() -> None:
     seen = Snapshot({"left": _state("left", NEAR), "right": _state("right", mode=Mode.HALTED)}, manager=_manager())
     assert explained("left", seen, {"left": _refused("left", "right", NEAR, 6.8)}) == [
-        f"left waits since 3.2 s: {NEAR}",
+        f"left waits, for 3.2 s so far: {NEAR}",
         "right waits for nothing: it is halted: cell continue right",
     ]
 
@@ -47,8 +51,8 @@ def test_robots_that_wait_for_each_other_are_told_what_frees_them() -> None:
     states = {"left": _state("left", NEAR), "right": _state("right", AWAY)}
     refused = {"left": _refused("left", "right", NEAR, 6.0), "right": _refused("right", "left", AWAY, 7.0)}
     assert explained("right", Snapshot(states, manager=_manager((deadlock,))), refused) == [
-        f"right waits since 3.0 s: {AWAY}",
-        f"left waits since 4.0 s: {NEAR}",
+        f"right waits, for 3.0 s so far: {AWAY}",
+        f"left waits, for 4.0 s so far: {NEAR}",
         "left and right wait for each other: let right back: ...",
     ]
 
@@ -58,7 +62,7 @@ def test_a_zone_leads_to_its_holder() -> None:
     waits = "zone door: held by right since 5.0 s"
     seen = Snapshot({"left": _state("left", waits), "right": _state("right")}, manager=_manager(zones={"door": zone}))
     assert explained("left", seen, {}) == [
-        f"left waits since 5.0 s: {waits}",
+        f"left waits, for 5.0 s so far: {waits}",
         "right waits for nothing: it moves, line 3 ML Z=1150",
     ]
 
@@ -73,4 +77,19 @@ def test_an_old_refusal_of_a_robot_that_moves_on_is_not_told() -> None:
 def test_who_does_not_answer_is_the_end_of_it() -> None:
     seen = Snapshot({"left": _state("left", NEAR)}, manager=_manager())
     lines = explained("left", seen, {"left": _refused("left", "right", NEAR, 6.0)})
-    assert lines == [f"left waits since 4.0 s: {NEAR}"]
+    assert lines == [
+        f"left waits, for 4.0 s so far: {NEAR}",
+        "right does not answer: cell status says what starts its agent",
+    ]
+
+
+def test_who_does_not_know_where_it_is_is_told_with_what_to_do() -> None:
+    node = NodeStatus(1, "right", "J1", "Operational", AxisStatus.SWITCH_ON_DISABLED, referenced=False,
+                      reference_missing="its encoder is incremental; home it: cell home")  # fmt: skip
+    counters = BusCounters(1, 0, 0.0, 0, 0, 0, 0.1)
+    gateway = GatewayState("right_bus", "g", 7, 0.004, "virtual", True, "", {}, None, (node,), counters)
+    states = {"left": _state("left", NEAR), "right": _state("right", mode=Mode.DISABLED)}
+    seen = Snapshot(states, gateways={"right_bus": gateway}, manager=_manager())
+    assert explained("left", seen, {"left": _refused("left", "right", NEAR, 6.0)})[1:] == [
+        "right does not know where it is: J1: its encoder is incremental; home it: cell home"
+    ]

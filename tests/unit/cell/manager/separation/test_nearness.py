@@ -312,12 +312,15 @@ def test_a_refusal_says_which_links_and_how_near(x: float, text: str, distance_m
     assert refusal.distance_m == pytest.approx(distance_m, abs=1e-7)
 
 
+LOST = "right does not know where it is"
+
+
 def test_nothing_asked_and_nothing_reserved_is_clear() -> None:
     one, some = separation(), row(3)
     for asked, reserved in ((Sections(), some), (some, Sections()), (Sections(), Sections()), (some[:0], some)):
         assert one.first_too_near("left", asked, "right", reserved) is None
         assert one.first_nearer("left", asked, "right", reserved, some) is None
-    assert one.first_in_reach("left", Sections(), "right", (0.0, 0.0, 0.0), 1.0) is None
+    assert one.first_in_reach("left", Sections(), "right", (0.0, 0.0, 0.0), 1.0, LOST) is None
     assert one.first_at_box("left", some[:0], "right", Box(np.ones(3), np.eye(4))) is None
 
 
@@ -369,18 +372,15 @@ def test_a_part_that_is_gripped_while_too_near_keeps_the_margin() -> None:
 
 def test_nothing_touches_what_a_robot_can_reach_that_may_be_anywhere() -> None:
     asked = row(40)  # from the origin to y = 390 mm, balls of 50 mm
-    found = separation(0.0625).first_in_reach("left", asked, "right", (0.0, 1.0, 0.0), 0.5)
+    found = separation(0.0625).first_in_reach("left", asked, "right", (0.0, 1.0, 0.0), 0.5, LOST)
     assert found is not None
     index, refusal = found
     assert index == 39  # 1000 - 390 - 50 - 500 = 60 mm; 70 mm at the one before
     assert refusal.distance_m == pytest.approx(0.06, abs=1e-6)
-    assert refusal.text == (
-        "left's link 0 would come within 60.0 mm of what right can reach, and right does not know where it is: "
-        "`cell drives` says how it finds out"
-    )
-    assert separation(0.0625).first_in_reach("left", asked[:39], "right", (0.0, 1.0, 0.0), 0.5) is None
+    assert refusal.text == (f"left's link 0 would come within 60.0 mm of what right can reach, and {LOST}")
+    assert separation(0.0625).first_in_reach("left", asked[:39], "right", (0.0, 1.0, 0.0), 0.5, LOST) is None
     exactly = sections([[[[0.25, 0, 0], [-1, 0, 0]]]], 0.125)
-    assert separation(0.125).first_in_reach("left", exactly, "right", (1.0, 0.0, 0.0), 0.5) is not None
+    assert separation(0.125).first_in_reach("left", exactly, "right", (1.0, 0.0, 0.0), 0.5, LOST) is not None
 
 
 def test_nothing_touches_the_box_to_which_a_robot_is_confined() -> None:

@@ -1,6 +1,8 @@
 """Who is let in: wherever robots begin safely, all of them get to the end of their ways."""
 
 import random
+from collections.abc import Iterator
+from itertools import cycle
 
 import numpy as np
 from hypothesis import given, settings
@@ -52,16 +54,40 @@ class Ways:
         self.order.hear(presence, {int(section.ids[0]): here})
 
     def onward(self, robot: str, ahead: int) -> int:
-        """Let a robot go on by up to so many pieces; how many it went."""
-        here = self.at[robot]
-        asked = list(range(here + 1, min(here + 1 + ahead, self.counts[robot])))
-        free = next((k for k, piece in enumerate(asked) if self._blocked(robot, piece)), len(asked))
-        admitted, _ = self.order.admitted(robot, asked[:free])
-        self.hear(robot, here + admitted)
+        """Let a robot go on by up to so many pieces, which it says; how many it went."""
+        admitted = self.let_in(robot, ahead)
+        self.hear(robot)
         return admitted
 
-    def _blocked(self, robot: str, piece: int) -> bool:
+    def let_in(self, robot: str, ahead: int) -> int:
+        """Let a robot go on by up to so many pieces; how many."""
+        here = self.at[robot]
+        asked = list(range(here + 1, min(here + 1 + ahead, self.counts[robot])))
+        free = next((k for k, piece in enumerate(asked) if self.blocked(robot, piece)), len(asked))
+        admitted, _ = self.order.admitted(robot, asked[:free])
+        self.at[robot] = here + admitted
+        self.order.let_in(robot, asked[:admitted])
+        return admitted
+
+    def blocked(self, robot: str, piece: int) -> bool:
         return any(self.known.meet(robot, piece, other, at) for other, at in self.at.items() if other != robot)
+
+    def in_the_way_of(self, robot: str) -> str:
+        """Who stands in the next piece of a robot, or has to get through before it goes there; empty: nobody."""
+        following = self.at[robot] + 1
+        stands = next((other for other, at in self.at.items() if self.known.meet(robot, following, other, at)), "")
+        _, refusal = self.order.admitted(robot, [following])
+        return stands or ("" if refusal is None else refusal.by)
+
+    def goes_in_the_end(self, robot: str) -> bool:
+        """Whether the one for which it waits can go on, or the one for which that one waits, and so on."""
+        for _ in self.counts:
+            following = self.at[robot] + 1
+            _, refusal = self.order.admitted(robot, [following])
+            if refusal is None:
+                return not self.blocked(robot, following)
+            robot = refusal.by
+        return False
 
     @property
     def done(self) -> bool:
@@ -95,6 +121,18 @@ def test_from_a_safe_beginning_everybody_gets_to_the_end_of_its_way(seed: int) -
     assert ways.done, ways.at
 
 
+@given(st.integers(0, 10**9))
+@settings(max_examples=100, deadline=None)
+def test_also_where_robots_say_later_than_they_were_let_in_where_they_may_be(seed: int) -> None:
+    ways, rng = _drawn(seed), random.Random(seed + 1)
+    for _ in range(60):
+        for robot in rng.sample(sorted(ways.counts), len(ways.counts)):
+            ways.let_in(robot, rng.randint(1, 4))
+        for robot in ways.counts:
+            ways.hear(robot)
+    assert ways.done, ways.at
+
+
 def test_without_an_order_some_of_them_block_each_other() -> None:
     stuck = 0
     for seed in range(60):
@@ -104,6 +142,104 @@ def test_without_an_order_some_of_them_block_each_other() -> None:
             ways.onward(rng.choice(sorted(ways.counts)), rng.randint(1, 4))
         stuck += not ways.done
     assert stuck > 5
+
+
+def again_and_again(seed: int, rounds: int) -> Ways:
+    """As `_drawn`, with ways that are gone over and over again."""
+    once = _drawn(seed)
+    near = {
+        frozenset([(robot, i + k * once.counts[robot]), (other, j + m * once.counts[other])])
+        for (robot, i), (other, j) in (sorted(each) for each in once.known.near)
+        for k in range(rounds)
+        for m in range(rounds)
+    }
+    return Ways({robot: rounds * count for robot, count in once.counts.items()}, near)
+
+
+def _turns(ways: Ways, rng: random.Random) -> Iterator[str]:
+    """Who tries to go on next, at random; meanwhile it is somebody's turn until that one is through."""
+    while not ways.done:
+        turn = ways.order.turn
+        if not turn or ways.order.is_clear(turn) or not ways.order.goes_first(turn):
+            ways.order.turn = rng.choice(["", *sorted(ways.counts)])
+        yield rng.choice(sorted(ways.counts))
+
+
+@given(st.integers(0, 10**9))
+@settings(max_examples=200, deadline=None)
+def test_whosever_turn_it_is_everybody_gets_to_the_end_of_its_way(seed: int) -> None:
+    ways, rng = again_and_again(seed, 2), random.Random(seed + 1)
+    for tries, robot in enumerate(_turns(ways, rng)):
+        ways.onward(robot, rng.randint(1, 4))
+        assert tries < 150 * len(ways.counts), (ways.at, ways.order.turn)
+
+
+@given(st.integers(0, 10**9))
+@settings(max_examples=100, deadline=None)
+def test_who_is_not_before_the_one_whose_turn_it_is_does_not_come_before_it(seed: int) -> None:
+    ways, rng = again_and_again(seed, 3), random.Random(seed + 1)
+    for robot, _ in zip(_turns(ways, rng), range(100), strict=False):
+        turn = ways.order.turn
+        before = set() if not turn or turn == robot else ways.order.before(turn)
+        ways.onward(robot, rng.randint(1, 4))
+        if turn and turn != robot:
+            assert ways.order.before(turn) <= before
+
+
+def two_loop_and_one_waits() -> Ways:
+    """Either a or b is always in the middle, which is theirs together and not c's."""
+    middle = {
+        frozenset([(robot, piece), ("c", its)])
+        for robot in "ab"
+        for piece in range(62)
+        for its in (2, 3)
+        if piece % 6 not in (0, 1)
+    }
+    ways = Ways({"a": 62, "b": 62, "c": 6}, middle)
+    ways.onward("a", 3)
+    return ways
+
+
+def _passed_before(ways: Ways) -> int:
+    """How many times the two go through the middle before the third one is in there."""
+    for robot in cycle("abc"):
+        ways.onward(robot, 1)
+        if ways.at["c"] >= 3:
+            return ways.at["a"] // 6 + ways.at["b"] // 6
+    raise AssertionError
+
+
+def test_two_that_passagain_and_again_let_a_third_one_through_when_it_is_its_turn() -> None:
+    assert _passed_before(two_loop_and_one_waits()) > 15, "they are always in its way: the test shows nothing"
+    ways = two_loop_and_one_waits()
+    ways.order.turn = "c"
+    assert _passed_before(ways) <= 2
+
+
+def test_who_waits_because_it_is_another_one_s_turn_is_told_so() -> None:
+    ways = two_loop_and_one_waits()
+    ways.onward("c", 1)
+    ways.order.turn = "c"
+    admitted, why = ways.order.admitted("b", [1, 2])
+    assert admitted == 1
+    assert why is not None
+    text = "b would be in the way of c, which has waited for long and goes first, after a"
+    assert (why.by, why.text) == ("a", text), "a can go on at once"
+
+
+def test_the_rest_of_the_piece_in_which_a_robot_stands_is_ahead_of_it() -> None:
+    """By their sections two robots fit in pieces that are too near to each other; neither gets out of its own."""
+    ways = Ways({"a": 6, "b": 6}, {frozenset([("a", i), ("b", j)]) for i in (2, 3) for j in (2, 3)})
+    ways.hear("a", 2)
+    assert ways.order.admitted("b", [1, 1, 2])[0] == 2
+
+
+def test_who_can_go_to_a_bay_is_let_in_though_others_have_to_pass_behind_it() -> None:
+    early = {frozenset([("a", 1), ("b", 3)])}
+    late = {frozenset([("a", 4), ("b", j)]) for j in (1, 3)}
+    ways = Ways({"a": 6, "b": 6}, early | late)
+    ways.hear("a", 1)
+    assert ways.order.admitted("b", [1]) == (1, None), "b would be in a's way, a in b's: but a has a bay at 2"
 
 
 CROSSING = {frozenset([("a", i), ("b", j)]) for i in (2, 3) for j in (2, 3)}
@@ -124,10 +260,24 @@ def test_who_would_stand_in_the_way_of_another_one_waits_in_front_of_it() -> Non
     assert why.text == "b would be in the way of a, which must get through first"
 
 
-def test_where_the_cell_is_not_safe_anyway_nothing_is_cut() -> None:
-    ends = {frozenset([("a", 5), ("b", 5)])}
+def test_of_two_that_end_at_one_place_one_gets_there_and_neither_stands_in_its_way() -> None:
+    ends = {frozenset([("a", i), ("b", j)]) for i in (3, 4, 5) for j in (3, 4, 5) if i + j > 7}
     ways = Ways({"a": 6, "b": 6}, ends)
-    assert ways.order.admitted("a", [1, 2, 3, 4, 5]) == (5, None)
+    assert ways.onward("a", 3) == 3
+    assert ways.onward("b", 5) == 2, "in piece 3 it would keep a from its end"
+    assert ways.onward("a", 5) == 2
+
+
+@given(st.integers(0, 10**9))
+@settings(max_examples=100, deadline=None)
+def test_who_is_refused_waits_in_the_end_for_one_that_can_go_on(seed: int) -> None:
+    ways, rng = again_and_again(seed, 2), random.Random(seed + 1)
+    for robot in _turns(ways, rng):
+        if ways.at[robot] < ways.counts[robot] - 1:
+            _, why = ways.order.admitted(robot, [ways.at[robot] + 1])
+            if why is not None:
+                assert ways.goes_in_the_end(robot)
+        ways.onward(robot, rng.randint(1, 4))
 
 
 def test_who_ends_in_the_way_of_another_one_goes_after_it() -> None:

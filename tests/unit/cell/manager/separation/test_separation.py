@@ -89,4 +89,5 @@ def test_who_has_not_reported_keeps_all_waiting_by_name() -> None:
     fresh = Separation(settings(), "m", 5)
     cell.separation = fresh
     cell.says("left", _section(ord("l"), 0.0).joined(_section(40, 0.2)), 0.0)
-    assert cell.answers() == {"left": "right not heard yet: start what does not run"}
+    say = "start its agent, or say where it stays: `cell stands right` or `cell confine right`"
+    assert cell.answers() == {"left": f"right not heard yet: {say}"}

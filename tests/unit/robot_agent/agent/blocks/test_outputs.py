@@ -158,7 +158,7 @@ def test_a_program_that_has_failed_switches_nothing_more_on_its_path() -> None:
     until(world, at_rest(world))
     world.run(0.3)
     assert switched(world) == [("glue", True), ("glue", False)]
-    world = begun("MJ J1=2\nSET DO glue\nML X=9000\nEND")
+    world = begun("MJ J1=2\nSET DO glue\nML X=9000 F=9999\nEND")
     until(world, lambda: world.state.program.state is ProgramState.FAILED)
     world.run(0.3)
     assert switched(world) == [("glue", True)]

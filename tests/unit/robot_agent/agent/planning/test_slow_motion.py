@@ -28,10 +28,10 @@ SLOWEST = {
     "joint move": "MJ J1=170 F=0.01",
     "each joint by itself": "MJ J1=170 J4=40 F=0.01 SYNC=0",
     "line": "ML X=500 FC=0.1",
-    "turn on the spot": "ML A=180 B=-20 C=0 FA=0.01",
+    "turn on the spot": "ML A=180 B=-20 C=0 FA=0.01 F=9999",
     "arc": "MC QY=300 QZ=1800 Y=0 Z=1600 H=360 F=0.1",
     "spline": "MS Y=300 F=0.1\nMS Y=600 Z=1800 F=0.1\nMS Y=300 Z=1600 F=0.1",
-    "one slow move among fast ones": "ML Y=300 R=5\nML Z=1800 R=5 F=0.1\nML Y=0 R=5\nML Z=1500",
+    "one slow move among fast ones": "ML Y=300 R=5 F=9999\nML Z=1800 R=5 F=0.1\nML Y=0 R=5\nML Z=1500",
 }
 
 

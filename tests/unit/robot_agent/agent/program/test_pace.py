@@ -6,7 +6,7 @@ from cell.messages import Continue, Halt, Mode, Run, SetManual, SetOverride, Ste
 from tests.unit.agent_runs import INTO_ZONE, SHORT, enabled, ended, running, until
 from tests.unit.agent_world import CYCLE_S, AgentWorld
 
-TWO_LINES = "MJ J1=20 J2=-20 J3=30 J5=60\nML Y=200\nML Y=400\nEND"
+TWO_LINES = "MJ J1=20 J2=-20 J3=30 J5=60\nML Y=200 F=9999\nML Y=400\nEND"
 
 
 def say(world: AgentWorld, command: object) -> str:
@@ -116,7 +116,7 @@ def test_manual_operation_bounds_the_speed_of_the_flange() -> None:
 
 
 def test_a_step_asked_for_too_late_for_this_block_ends_with_the_next() -> None:
-    world = running("MJ J1=20 J2=-20 J3=30 J5=60\nML Y=100 R=20\nML Y=200 Z=1200 R=20\nML Y=300\nEND")
+    world = running("MJ J1=20 J2=-20 J3=30 J5=60\nML Y=100 R=20 F=9999\nML Y=200 Z=1200 R=20\nML Y=300\nEND")
     until(world, lambda: world.state.program.line == 2)
     motion = world.agent.executive.timeline.newest.planned.motion
     until(world, lambda: float(motion.ends[0]) - 0.05 < tau(world) < float(motion.ends[0]))

@@ -81,7 +81,7 @@ def test_the_bulge_covers_what_lies_between_two_samples(family: str, joints: int
     model, ends = robot(family, joints), random_joints(family, 2, joints)
     share = np.linspace(0, 1, 201)[:, None]
     q = ends[0] + (3 * share**2 - 2 * share**3) * (ends[1] - ends[0])
-    points, coarse = model.capsules(q), q[::4]
+    points, coarse = model.body_and_tcp(q), q[::4]
     for i in range(1, 4):
         between = points[i::4]
         chord = points[:-1:4] + i / 4 * (points[4::4] - points[:-1:4])
