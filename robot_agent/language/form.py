@@ -1,5 +1,6 @@
 """The one way to write a program: `cell format`. What lines mean, comments, blank lines and indents stay."""
 
+from robot_agent.language.statement import STATEMENTS
 from robot_agent.language.words import COMMENT, Word, statements_in
 
 _WITH_PARAMETERS = frozenset({"MJ", "ML", "MC", "MS", "HOME", "TANG"})
@@ -26,7 +27,9 @@ def _lines(written: str) -> list[str]:
 
 def _statement(words: list[Word]) -> str:
     head, *others = words
-    if head.pair is not None and "=" in head.text:  # T=gripper: what it names is no word of the language
+    if (
+        head.pair is not None and "=" in head.text and head.statement in STATEMENTS
+    ):  # T=gripper: what it names is no word of the language
         return " ".join(["=".join(head.pair), *(each.text for each in others)])
     name = {"TRK": "TRACK"}.get(head.text.upper(), head.text.upper())
     if name == "TRACK" and [each.text for each in others] == ["0"]:
