@@ -44,7 +44,9 @@ def meaning(text: str) -> object:
     try:
         parsed = parse_program(text, "p", Names(("J1", "J2")))
     except ProgramError as error:
-        return [(each.found.upper().replace("TRK", "TRACK"), each.allowed) for each in error.problems]
+        return [
+            (each.found.upper().replace("TRK", "TRACK").replace(" = ", "="), each.allowed) for each in error.problems
+        ]
     return [replace(each, line=0) for each in parsed.statements]
 
 
