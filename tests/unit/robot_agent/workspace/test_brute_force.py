@@ -107,9 +107,13 @@ class _Nothing:
     def placed(self, _: object) -> "_Nothing":
         return self
 
+    def of(self, _: object) -> "_Nothing":
+        return self
+
 
 def _answer(robot: PlacedRobot, steps: tuple[MotionStep, ...], start: np.ndarray) -> object:
-    return Planner(robot, CYCLE_S).plan(PlanRequest(1, steps, start, ()))
+    carrying = tuple(replace(step, mounted=robot.model.description.mounted) for step in steps)
+    return Planner(robot, CYCLE_S).plan(PlanRequest(1, carrying, start, ()))
 
 
 def drawn(seed: int) -> World | None:
